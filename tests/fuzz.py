@@ -211,9 +211,9 @@ def _caches(folder: Path) -> Iterator[Target]:
 
 REQUIRED = """riglens_requirements: 1
 body: blocks
-seen: [{class: car, by: any, at_least: 0.5}]
+seen: [{class: car, by: any, at_least: 0.5, id: R1, waived: {reason: later, until: 2027-05-31}}]
 on_target: [{class: pedestrian, ring_m: [0, 20], figure: share_5, at_least: 0.9}]
-blind_areas: [{height_m: 0.8, sector: rear, within_m: 5, at_most_m2: 1.0}]
+blind_areas: [{height_m: 0.8, sector: rear, within_m: 5, under: own, at_most_m2: 1.0}]
 losses: [{of: voxels, class: car, failure: group, name: bracket, at_most: 0.3}]
 covered: [{of: road_users, class: car, sensors: two kinds, at_least: 0.3}]
 tolerance: [{profile: own, class: car, limit: 0.49, draws: 64}]

@@ -1,7 +1,8 @@
-"""`riglens check`: whether a rig meets the requirements of a file; exit code 1 when it does not."""
+"""`riglens check`: whether rigs meet the requirements of a file; exit code 1 when one does not."""
 
 from __future__ import annotations
 
+from datetime import date
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -11,7 +12,6 @@ from riglens.app.commands.options import (
     BODY,
     SCORE,
     LibraryArguments,
-    Rig,
     SceneArguments,
     Whole,
     check_json,
@@ -20,7 +20,7 @@ from riglens.app.evaluation.options import ScoreOptions
 
 
 def check(
-    rig: Rig,
+    rigs: Annotated[tuple[str, ...], Parameter(name="RIG", negative=())],
     /,
     *,
     requirements: Annotated[Path, Parameter(metavar="FILE")],
@@ -30,15 +30,18 @@ def check(
     threads: Annotated[Whole, Parameter(group=SCORE)] = None,
     libraries: LibraryArguments = LibraryArguments(),
     json: Annotated[str | None, Parameter(allow_leading_hyphen=True, metavar="FILE|-")] = None,
+    junit: Annotated[Path | None, Parameter(metavar="FILE")] = None,
+    github: bool = False,
 ) -> int:
-    """Check a rig against requirements: what it sees, blind zones, redundancy, tolerance, mounts.
+    """Check rigs against requirements: what they see, blind zones, redundancy, tolerance, mounts.
 
-    Exit code 0 when all are met, 1 when one is not, 2 for bad input.
+    Exit code 0 when all are met, 1 when one is not, is not shown or not applicable, 2 for bad input, 3 for a failure of
+    the program.
 
     Parameters
     ----------
-    rig
-        Rig file or preset name.
+    rigs
+        Rig files or preset names.
     requirements
         The file that says what is required.
     profile
@@ -50,10 +53,15 @@ def check(
         Threads to use (all cores). The verdicts do not depend on it.
     json
         Also write the verdicts as JSON to a file; with - to standard output, instead of the table.
+    junit
+        Also write the verdicts as JUnit XML, which pipelines show as test results.
+    github
+        Also print what is not met as annotations of GitHub Actions.
     """
     check_json(json)
     libraries.use()
     score = ScoreOptions(threads=threads, body=body)
     from riglens.app.commands import check_job
 
-    return check_job.check(rig, scene.options(), score, check_job.Asked(requirements, profile, json))
+    asked = check_job.Asked(requirements, profile, json, junit, github, date.today())
+    return check_job.check(rigs, scene.options(), score, asked)

@@ -19,8 +19,7 @@ from riglens.app.terminal.scores import mesh_called, rig_called
 from riglens.core.engine.evaluation_json import to_text
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write, open_regular, require_writable
-from riglens.core.review.checked_yaml import checked
-from riglens.core.review.requirements import Requirements
+from riglens.core.review.requirements import Requirements, requirements_in
 from riglens.core.review.tolerance import MAX_DRAWS
 from riglens.core.rig.yaml.file import loads
 from riglens.core.rig.yaml.nodes import read_text
@@ -103,7 +102,7 @@ def _check_draws(draws: int, seed: int) -> None:
 
 
 def _requirements(text: str | None, where: str) -> Requirements | None:
-    return None if text is None else checked(text, Requirements, "a file of requirements", where)
+    return None if text is None else requirements_in(text, where)
 
 
 def verify(path: Path, scene: SceneOptions, score: ScoreOptions) -> int:

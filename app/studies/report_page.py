@@ -151,13 +151,12 @@ def _summary(figures: Figures) -> Iterator[str]:
         table = _Table(figures, "", ("requirement", "found", "", "limit", "unit", ""))
         for place, verdict in enumerate(check["verdicts"]):
             here = f"rigs/{number}/check/verdicts/{place}"
-            word = "met" if verdict["passes"] else "NOT MET"
+            word = "met" if verdict["passes"] else verdict["status"].upper()
             is_share = verdict["unit"] == "share"
             write, unit = (percent, "") if is_share else (number_text, verdict["unit"])
-            table.row(
-                visible(verdict["text"]), (f"{here}/found", write), verdict["relation"], (f"{here}/limit", write), unit,
-                word,
-            )  # fmt: skip
+            found: tuple[str, Write] | str = "—" if verdict["found"] is None else (f"{here}/found", write)
+            title = visible("; ".join([verdict["text"], *verdict["details"]]))
+            table.row(title, found, verdict["relation"], (f"{here}/limit", write), unit, word)
         yield table.html()
 
 

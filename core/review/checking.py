@@ -2,41 +2,59 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 from riglens.core.engine.engine import Engine
 from riglens.core.errors import InputError
+from riglens.core.geometry import Pose
 from riglens.core.kernels.runtime import jit
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Body, MetricSettings, Scores
-from riglens.core.review.blind import BlindEngine, BlindMap, unseen_by
+from riglens.core.review.blind import BY, WHO, BlindEngine, BlindMap
+from riglens.core.review.draws import Draws, chance_bounds
+from riglens.core.review.findings import Finding, Verdict, amounts, missing
 from riglens.core.review.measures import Measures
 from riglens.core.review.mounts import violations
 from riglens.core.review.outline import SECTORS
 from riglens.core.review.profiles import Profile
-from riglens.core.review.redundancy import COVERED, Coverage, target_coverage, voxel_coverage
-from riglens.core.review.redundancy_json import lost_share, share
-from riglens.core.review.requirements import (
+from riglens.core.review.redundancy import (
+    COVERED,
+    MOST_PAIRED,
+    Coverage,
+    What,
+    failing_of,
+    lost_of,
+    target_coverage,
+    voxel_coverage,
+)
+from riglens.core.review.redundancy_json import share
+from riglens.core.review.requirements import Item, Requirements
+from riglens.core.review.sections import (
     BlindArea,
+    BlindObjects,
     Covered,
     Loss,
+    Mounts,
     OnTarget,
-    Requirements,
+    Requirement,
+    Seen,
     Tolerated,
-    Verdict,
+    WorstCase,
 )
-from riglens.core.review.tolerance import ToleranceResult, tolerance
-from riglens.core.review.verdicts import Onlooker
+from riglens.core.review.tolerance import Figures, standing
+from riglens.core.review.verdicts import Onlooker, ProfileVerdict
 from riglens.core.rig.model import Rig
-from riglens.core.rig.yaml.nodes import shortened
-from riglens.core.scene.boxes import CLASSES
+from riglens.core.scene.boxes import CLASSES, Progress
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.scores import Row, TargetScores
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import Traffic
 from riglens.core.vehicle.mesh import BodyMesh
+
+NO_ROAD_USERS = "requirements ask for road users; a stored POG has none: name boxes with --boxes"
 
 
 @dataclass(frozen=True)
@@ -54,16 +72,49 @@ class Subject:
 
 
 class Check:
-    """The verdicts on one rig. Call it from the thread of the parallel kernels."""
+    """The verdicts on one rig. Call it from the thread of the parallel kernels.
+
+    InputError for names that neither the rig nor the program has."""
 
     def __init__(self, subject: Subject, asked: Requirements) -> None:
+        for place, message in asked.problems([subject.rig], subject.profiles):
+            raise InputError(f"{' '.join(str(part) for part in place)}: {message}")
         self._subject, self._asked = subject, asked
-        self._tolerances: dict[tuple[str, int], ToleranceResult] = {}
+        self._drawn: dict[tuple[str, str], Draws] = {}
 
-    def verdicts(self) -> tuple[Verdict, ...]:
-        """Every requirement in the order of the sections; InputError where one asks for what there is not."""
-        parts = (self._seen(), self._on_target(), self._blind(), self._objects(), self._redundant())
-        return tuple(verdict for part in (*parts, self._tolerated(), self._mounted()) for verdict in part)
+    def verdicts(self, progress: Progress | None = None) -> tuple[Verdict, ...]:
+        """Every requirement in the order of the sections."""
+        items, found = self._asked.items(), []
+        for item in items:
+            found.append(Verdict(item, self._finding(item)))
+            if progress is not None:
+                progress(len(found) / len(items))
+        return tuple(found)
+
+    def _finding(self, item: Item) -> Finding:
+        one = item.requirement
+        lack = self._lacking(one.kinds)
+        if lack is not None:
+            return missing(lack)
+        makers: dict[type[Requirement], Callable[[Any], Finding]] = {
+            Seen: self._seen,
+            OnTarget: self._on_target,
+            BlindArea: self._blind_area,
+            BlindObjects: self._blind_objects,
+            Loss: self._lost,
+            Covered: self._covered,
+            Tolerated: self._chance,
+            Mounts: self._mounted,
+        }
+        return makers[type(one)](one)
+
+    def _lacking(self, kinds: Sequence[str]) -> str | None:
+        """Why the rig has no figure that some kinds of sensors make; none: any of them."""
+        enabled = {sensor.kind for sensor in self._subject.rig.sensors if sensor.enabled}
+        absent = [kind for kind in BY if kind in kinds and kind not in enabled]
+        if enabled and not absent:
+            return None
+        return f"the rig has no enabled {WHO[absent[0]][0] if enabled else 'sensor'}"
 
     # ------------------------------------------------------------ what figures are made from
     @property
@@ -74,9 +125,7 @@ class Check:
     @property
     def _traffic(self) -> Traffic:
         if self._subject.traffic is None:
-            raise InputError(
-                "requirements ask for road users; a stored POG has none: name boxes with --boxes"
-            )
+            raise InputError(NO_ROAD_USERS)
         return self._subject.traffic
 
     @property
@@ -100,10 +149,22 @@ class Check:
         return engine.evaluate(self._subject.rig, how, mesh=self._subject.mesh)
 
     @cached_property
-    def _map(self) -> BlindMap:
+    def _blind_engine(self) -> BlindEngine:
         subject = self._subject
         settings = self._asked.blind_settings
-        return BlindEngine(subject.rig.vehicle, settings, subject.mesh, subject.threads).evaluate(subject.rig)
+        return BlindEngine(subject.rig.vehicle, settings, subject.mesh, subject.threads)
+
+    @cached_property
+    def _map(self) -> BlindMap:
+        return self._blind_engine.evaluate(self._subject.rig)
+
+    @cached_property
+    def _onlooker(self) -> Onlooker:
+        return self._onlooker_of(self._subject.rig, Pose())
+
+    def _onlooker_of(self, rig: Rig, stance: Pose) -> Onlooker:
+        subject = self._subject
+        return Onlooker(rig, "blocks", subject.mesh, jit.use_threads(subject.threads), stance)
 
     @cached_property
     def _voxels(self) -> Coverage:
@@ -114,147 +175,216 @@ class Check:
         objects = self._targets.objects
         return target_coverage(self._traffic, self._subject.rig, objects, self._asked.min_points)
 
-    def _tolerance(self, name: str, draws: int) -> ToleranceResult:
-        if (name, draws) not in self._tolerances:
-            subject, asked = self._subject, self._asked
-            users = subject.traffic if any(one.figure == "on_target" for one in asked.tolerance) else None
-            measure = Measures(
-                self._field, users, self._settings, subject.mesh, asked.sample_frames, subject.threads,
-                TargetSettings(min_points=asked.min_points),
-            )  # fmt: skip
-            self._tolerances[name, draws] = tolerance(
-                subject.rig, asked.errors[name], measure, draws, asked.seed, with_sensitivities=False
+    def _failing(self, what: What) -> list[tuple[str, tuple[str, ...]]]:
+        """The failures of a kind that the rig's enabled sensors may have: names, and what fails."""
+        sensors = [sensor for sensor in self._subject.rig.sensors if sensor.enabled]
+        return [(name, members) for kind, name, members in failing_of(sensors) if kind == what]
+
+    def _none_failing(self, what: What) -> Finding:
+        enabled = sum(sensor.enabled for sensor in self._subject.rig.sensors)
+        if what == "pair" and enabled > MOST_PAIRED:
+            return missing(
+                f"pairs are counted of up to {MOST_PAIRED} enabled sensors (the rig has {enabled})"
             )
-        return self._tolerances[name, draws]
+        return missing(f"the rig has no {what} of enabled sensors")
 
-    # ------------------------------------------------------------ sections
-    def _seen(self) -> Iterator[Verdict]:
-        for one in self._asked.seen:
-            scores = self._scores.classes[one.cls]
-            kinds = {"any": scores.any_seen, "camera": scores.camera.seen, "lidar": scores.lidar.seen}
-            text = f"seen of {one.cls} by {one.by}"
-            yield Verdict("seen", text, kinds[one.by], "at least", one.at_least, "share")
+    # ------------------------------------------------------------ what is seen
+    def _seen(self, one: Seen) -> Finding:
+        scores = self._scores.classes[one.cls]
+        if not scores.h_total:
+            return missing(f"the scene has no entropy of {one.cls}")
+        kinds = {"any": scores.any_seen, "camera": scores.camera.seen, "lidar": scores.lidar.seen}
+        return Finding(kinds[one.by])
 
-    def _on_target(self) -> Iterator[Verdict]:
-        for one in self._asked.on_target:
-            where = "" if one.ring_m is None else f", {one.ring_m[0]:g} to {one.ring_m[1]:g} m"
-            rows = self._rows(one)
-            count = sum(row.objects for row in rows)
-            text = f"{one.figure} of {one.cls}{where} ({count:,} road users)"
-            found = _figure_of(rows, one.figure)
-            yield Verdict("on_target", text, found, "at least", one.at_least, "share")
-
-    def _rows(self, one: OnTarget) -> Sequence[Row]:
+    def _on_target(self, one: OnTarget) -> Finding:
         table = self._targets.classes[one.cls]
-        if one.ring_m is None:
-            return [table.total]
-        low, high = one.ring_m
-        rows = [row for row in table.rings if low <= row.from_m and row.to_m <= high]
-        if not rows or rows[-1].to_m != high:
-            raise InputError(
-                f"on_target: ring_m to {high:g}: road users count within {self._traffic.within_m:g} m"
-            )
-        return rows
+        rows: Sequence[Row] = [table.total]
+        if one.ring_m is not None:
+            low, high = one.ring_m
+            rows = [row for row in table.rings if low <= row.from_m and row.to_m <= high]
+            if not rows or rows[-1].to_m != high:
+                return missing(f"road users count within {self._traffic.within_m:g} m")
+        count = sum(row.objects for row in rows)
+        text = f"{one.text} ({count:,} road users)"
+        if not count:
+            return Finding(None, text, details=(f"there is no {one.cls} there",))
+        return Finding(sum(row.objects * float(getattr(row, one.figure).value) for row in rows) / count, text)
 
-    def _blind(self) -> Iterator[Verdict]:
-        for one in self._asked.blind_areas:
-            yield Verdict("blind_areas", _blind_text(one), self._area(one), "at most", one.at_most_m2, "m²")
+    # ------------------------------------------------------------ blind zones and objects
+    def _blind_area(self, one: BlindArea) -> Finding:
+        if not _in_place(self._map.ground_m2(), self._map, one):
+            return missing("there is no such ground beside the car")
+        if one.failing is not None:
+            cases = [
+                (_area(self._blind_engine.evaluate(self._subject.rig, members), one), f"{name} failed")
+                for name, members in self._failing(one.failing)
+            ]
+            return _worst(cases) or self._none_failing(one.failing)
+        if one.under is not None:
+            return self._worst_draw(one, one.under)
+        return Finding(_area(self._map, one))
 
-    def _area(self, one: BlindArea) -> float:
-        table = self._map.area_m2(one.height_m, one.by, one.sensors)
-        bands = self._map.settings.bands_m
-        last = len(bands) - 1 if one.within_m is None else bands.index(one.within_m)
-        rows = slice(None) if one.sector is None else slice(*_place(one.sector))
-        return round(float(table[rows, :last].sum()), 9)
+    def _blind_objects(self, one: BlindObjects) -> Finding:
+        profile = self._profile(one)
+        lack = self._lacking(() if profile.by == "any" else (profile.by,))
+        if lack is not None:
+            return missing(lack)
+        if one.under is not None:
+            return self._worst_draw(one, one.under)
+        designed = self._onlooker.verdict(profile)
+        if one.failing is None:
+            return Finding(len(designed.failed), details=_unseen(designed))
+        failing = self._failing(one.failing)
+        judged = [(designed.without(members), name) for name, members in failing]
+        if not judged:
+            return self._none_failing(one.failing)
+        worst, name = max(judged, key=lambda case: len(case[0].failed))
+        return Finding(len(worst.failed), details=(f"{name} failed", *_unseen(worst)))
 
-    def _objects(self) -> Iterator[Verdict]:
-        if not self._asked.blind_objects:
-            return
-        subject = self._subject
-        workers = jit.use_threads(subject.threads)
-        onlooker = Onlooker(subject.rig, "blocks", subject.mesh, workers)
-        by_name = {profile.name: profile for profile in subject.profiles}
-        for one in self._asked.blind_objects:
-            if one.profile not in by_name:
-                known = ", ".join(by_name)
-                raise InputError(f"blind_objects: found profile '{one.profile}', accepted is one of {known}")
-            unseen = len(onlooker.verdict(by_name[one.profile]).failed)
-            text = f"objects of {one.profile} unseen"
-            yield Verdict("blind_objects", text, unseen, "at most", one.at_most_unseen, "objects")
+    def _profile(self, one: BlindObjects) -> Profile:
+        return next(profile for profile in self._subject.profiles if profile.name == one.profile)
 
+    def _worst_draw(self, one: WorstCase, profile: str) -> Finding:
+        drawn = self._draws("blind", profile).first(one.draws)
+        worst = _worst([(figures[_key(one)], f"draw {place}") for place, figures in enumerate(drawn)])
+        assert worst is not None  # there is at least one draw
+        return worst
+
+    def _blind_figures(self, profile: str, rig: Rig, stance: Pose) -> Figures:
+        """Every figure of blind zones and objects that is required under a profile, of a rig with errors."""
+        moved = standing(rig, stance)
+        found: dict[str, float] = {}
+        areas = [one for one in self._asked.blind_areas if one.under == profile]
+        objects = [one for one in self._asked.blind_objects if one.under == profile]
+        if areas:
+            blind = self._blind_engine.evaluate(moved, stance=stance)
+            found |= {_key(one): _area(blind, one) for one in areas}
+        if objects:
+            onlooker = self._onlooker_of(moved, stance)
+            found |= {_key(one): len(onlooker.verdict(self._profile(one)).failed) for one in objects}
+        return found
+
+    # ------------------------------------------------------------ redundancy
     def _coverage(self, of: str) -> Coverage:
         return self._voxels if of == "voxels" else self._road_users
 
-    def _redundant(self) -> Iterator[Verdict]:
-        for loss in self._asked.losses:
-            found, text = self._lost(loss)
-            yield Verdict("losses", text, found, "at most", loss.at_most, "share")
-        for one in self._asked.covered:
-            name = str(one.sensors)
-            text = f"{one.of} of {one.cls} covered by {name}{_where(one.sector)}"
-            yield Verdict("covered", text, self._covered(one, name), "at least", one.at_least, "share")
+    def _covered(self, one: Covered) -> Finding:
+        coverage, cls, rows = self._coverage(one.of), CLASSES.index(one.cls), _rows(one.sector)
+        total = int(coverage.total[rows, cls].sum())
+        if not total:
+            return missing(f"there is nothing of {one.cls} there")
+        part = coverage.covered[rows, COVERED.index(str(one.sensors)), cls].sum()
+        return Finding(share(int(part), total))
 
-    def _covered(self, one: Covered, name: str) -> float:
-        coverage, cls = self._coverage(one.of), CLASSES.index(one.cls)
-        rows = slice(None) if one.sector is None else slice(*_place(one.sector))
-        part = coverage.covered[rows, COVERED.index(name), cls].sum()
-        return share(int(part), int(coverage.total[rows, cls].sum()))
-
-    def _lost(self, one: Loss) -> tuple[float, str]:
-        coverage, cls = self._coverage(one.of), CLASSES.index(one.cls)
+    def _lost(self, one: Loss) -> Finding:
+        coverage, cls, rows = self._coverage(one.of), CLASSES.index(one.cls), _rows(one.sector)
+        total, detected = int(coverage.total[rows, cls].sum()), int(coverage.covered[rows, 0, cls].sum())
+        if not total:
+            return missing(f"there is nothing of {one.cls} there")
+        if one.share_of == "detected" and not detected:
+            return missing(f"the rig detects nothing of {one.cls} there")
+        named = [f for f in coverage.failures if f.what == one.failure and one.name in (None, f.name)]
+        if not named:
+            return self._none_failing(one.failure)
         sector = None if one.sector is None else SECTORS.index(one.sector)
-        failure = coverage.worst(one.failure, cls, sector)
-        if one.name is not None:
-            named = {f.name: f for f in coverage.failures if f.what == one.failure}
-            if one.name not in named:
-                accepted = ", ".join(named) or "none, for the rig has none (groups are named by fails_with)"
-                found = f"{one.failure} '{shortened(one.name)}'"
-                raise InputError(
-                    f"losses: found no {found} in the rig, accepted is {shortened(accepted, 300)}"
-                )
-            failure = named[one.name]
-        if failure is None:
-            return 0.0, f"{one.of} of {one.cls} lost: the rig has no {one.failure}{_where(one.sector)}"
-        text = f"{one.of} of {one.cls} lost when {failure.name} fails{_where(one.sector)}"
-        return lost_share(coverage, failure, cls, sector), text
+        failure = max(named, key=lambda failure: lost_of(failure, cls, sector))
+        lost = lost_of(failure, cls, sector)
+        shares = {"all": share(lost, total), "detected": share(lost, detected)}
+        other, of = ("detected", "of what the rig detects") if one.share_of == "all" else ("all", "of all")
+        detail = f"{100.0 * shares[other]:.2f} % {of}"
+        return Finding(shares[one.share_of], one.text_of(failure.name), details=(detail,))
 
-    def _tolerated(self) -> Iterator[Verdict]:
-        for one in self._asked.tolerance:
-            found, error = self._below(one)
-            text = (
-                f"chance of {one.figure} of {one.cls} below {one.limit:g} under {one.profile} (± {error:.2g})"
-            )
-            yield Verdict("tolerance", text, found, "at most", one.at_most, "share")
+    # ------------------------------------------------------------ tolerance
+    def _draws(self, kind: str, profile: str) -> Draws:
+        """The draws of a profile for the figures that tolerances are of, or for those of blind zones."""
+        if (kind, profile) not in self._drawn:
+            subject, asked = self._subject, self._asked
+            if kind == "blind":
+                self._drawn[kind, profile] = Draws(
+                    subject.rig, asked.errors[profile], asked.seed,
+                    lambda rig, stance: self._blind_figures(profile, rig, stance),
+                )  # fmt: skip
+            else:
+                users = subject.traffic if any(one.figure == "on_target" for one in asked.tolerance) else None
+                measure = Measures(
+                    self._field, users, self._settings, subject.mesh, asked.sample_frames, subject.threads,
+                    TargetSettings(min_points=asked.min_points),
+                )  # fmt: skip
+                self._drawn[kind, profile] = Draws(subject.rig, asked.errors[profile], asked.seed, measure)
+        return self._drawn[kind, profile]
 
-    def _below(self, one: Tolerated) -> tuple[float, float]:
-        result = self._tolerance(one.profile, one.draws)
-        return result.spreads[f"{one.figure} {one.cls}"].below(one.limit)
+    def _chance(self, one: Tolerated) -> Finding:
+        if one.figure == "seen" and not self._scores.classes[one.cls].h_total:
+            return missing(f"the scene has no entropy of {one.cls}")
+        if one.figure == "on_target":
+            lack = self._lacking(("lidar",)) or self._no_road_users(one)
+            if lack is not None:
+                return missing(lack)
+        last = max(one.draws, one.max_draws)
+        limit = f", after {last:,} draws, the most"
+        for draws in _raised(one.draws, last):
+            figures = self._draws("figures", one.profile).first(draws)
+            below = sum(found[f"{one.figure} {one.cls}"] < one.limit for found in figures)
+            bounds = chance_bounds(below, draws)
+            if bounds[1] <= one.at_most or bounds[0] > one.at_most:
+                limit = ""
+                break
+        text = f"{one.text} ({below:,} of {draws:,} draws)"
+        shown = [amounts(bound, one.at_most, "share")[0] for bound in bounds]
+        detail = f"the chance is at least {shown[0]} and at most {shown[1]}, each with 95 % confidence{limit}"
+        return Finding(below / draws, text, bounds, (detail,))
 
-    def _mounted(self) -> Iterator[Verdict]:
-        if self._asked.mounts is None:
-            return
-        found = violations(self._subject.rig, self._asked.mounts, self._subject.mesh)
-        for one in found:
-            yield Verdict("mounts", f"{one.sensor}: {one.text}", 1.0, "at most", 0.0, "violations")
-        if not found:
-            yield Verdict("mounts", "all mounts", 0.0, "at most", 0.0, "violations")
+    def _no_road_users(self, one: Tolerated) -> str | None:
+        traffic = self._traffic
+        boxes = slice(0, int(traffic.starts[min(self._asked.sample_frames, traffic.frames)]))
+        is_there = traffic.counts[boxes] & (traffic.cls[boxes] == CLASSES.index(one.cls))
+        return None if is_there.any() else f"there is no {one.cls} in the frames that are sampled"
+
+    # ------------------------------------------------------------ mounts
+    def _mounted(self, one: Mounts) -> Finding:
+        found = violations(self._subject.rig, one, self._subject.mesh)
+        return Finding(len(found), details=tuple(f"{line.sensor}: {line.text}" for line in found))
 
 
-def _figure_of(rows: Sequence[Row], figure: str) -> float:
-    """A mean over the road users of some rings; 0 where there are none."""
-    objects = sum(row.objects for row in rows)
-    return sum(row.objects * float(getattr(row, figure).value) for row in rows) / max(1, objects)
+def _raised(draws: int, last: int) -> Iterator[int]:
+    """So many draws, twice as many, and so on, up to the last."""
+    while draws < last:
+        yield draws
+        draws *= 2
+    yield last
 
 
-def _place(sector: str) -> tuple[int, int]:
+def _worst(cases: Sequence[tuple[float, str]]) -> Finding | None:
+    """The largest figure of some cases, the first of equals, and its case; None without any."""
+    if not cases:
+        return None
+    value, case = max(cases, key=lambda found: found[0])
+    return Finding(value, details=(case,))
+
+
+def _area(found: BlindMap, one: BlindArea) -> float:
+    return _in_place(found.area_m2(one.height_m, one.by, one.sensors), found, one)
+
+
+def _in_place(table: Any, found: BlindMap, one: BlindArea) -> float:
+    """What a table of areas by sector and band holds where a requirement is about."""
+    bands = found.settings.bands_m
+    last = len(bands) - 1 if one.within_m is None else bands.index(one.within_m)
+    return round(float(table[_rows(one.sector), :last].sum()), 9)
+
+
+def _key(one: WorstCase) -> str:
+    """Tells figures of blind zones under one profile apart."""
+    return repr(sorted((name, repr(value)) for name, value in one.scope().items()))
+
+
+def _unseen(found: ProfileVerdict) -> tuple[str, ...]:
+    names = [one.target.name for one in found.failed]
+    return (f"unseen: {', '.join(names)}",) if names else ()
+
+
+def _rows(sector: str | None) -> slice:
+    if sector is None:
+        return slice(None)
     place = SECTORS.index(sector)
-    return place, place + 1
-
-
-def _where(sector: str | None) -> str:
-    return "" if sector is None else f", {sector}"
-
-
-def _blind_text(one: BlindArea) -> str:
-    near = "" if one.within_m is None else f" within {one.within_m:g} m"
-    return f"ground where {one.height_m:g} m is {unseen_by(one.by, one.sensors)}{near}{_where(one.sector)}"
+    return slice(place, place + 1)

@@ -1,111 +1,55 @@
-"""Requirements on a rig as a file says them, and what becomes of each: one number, one limit, met or not."""
+"""A file of requirements: how figures are made, what is required of them, and the id of each requirement."""
 
 from __future__ import annotations
 
+import difflib
 import os
+import re
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
 from riglens.core.metric.scores import Body
-from riglens.core.review.blind import BlindSettings, By
-from riglens.core.review.checked_yaml import read_checked
-from riglens.core.review.mounts import MountLimits
-from riglens.core.review.outline import BANDS_M, SECTORS
-from riglens.core.review.redundancy import What
+from riglens.core.review.blind import BlindSettings
+from riglens.core.review.checked_yaml import Problem, checked
+from riglens.core.review.profiles import Profile
+from riglens.core.review.redundancy import failing_of
+from riglens.core.review.sections import (
+    BlindArea,
+    BlindObjects,
+    Covered,
+    Loss,
+    Mounts,
+    OnTarget,
+    Requirement,
+    Seen,
+    Tolerated,
+    WorstCase,
+)
 from riglens.core.review.tolerance import PROFILES, ToleranceProfile
-from riglens.core.rig.model import Frozen
+from riglens.core.rig.model import Frozen, Rig
+from riglens.core.rig.yaml.nodes import read_text, shortened, shown_path
 
-Class = Literal["car", "bicycle", "pedestrian"]
-Sector = Literal["front", "front-left", "left", "rear-left", "rear", "rear-right", "right", "front-right"]
-Share = Annotated[float, Field(ge=0.0, le=1.0)]
-Metres = Annotated[float, Field(allow_inf_nan=False, ge=0.0, le=1000.0)]
-Area = Annotated[float, Field(allow_inf_nan=False, ge=0.0, le=1e6)]
+
+@dataclass(frozen=True)
+class Item:
+    """A requirement with its id and its place in the file: section, and its number there."""
+
+    id: str
+    place: tuple[str | int, ...]
+    requirement: Requirement
+
+    @property
+    def section(self) -> str:
+        """The section of the file."""
+        return str(self.place[0])
+
+
 MOST = 500
-Relation = Literal["at least", "at most"]
-assert set(Sector.__args__) == set(SECTORS)  # type: ignore[attr-defined]
-
-
-class Seen(Frozen):
-    """Share of H(Omega) of a class that is seen, at least."""
-
-    cls: Annotated[Class, Field(alias="class")]
-    by: By = "any"
-    at_least: Share
-
-
-class OnTarget(Frozen):
-    """A share of road users of a class within distances, or all: on target, or with 5 points, at least."""
-
-    cls: Annotated[Class, Field(alias="class")]
-    ring_m: tuple[Metres, Metres] | None = None
-    figure: Literal["on_target", "share_5", "visible", "both"] = "on_target"
-    at_least: Share
-
-    @model_validator(mode="after")
-    def _rings_of_ten(self) -> Self:
-        if self.ring_m is not None:
-            low, high = self.ring_m
-            if not low < high or low % 10 or high % 10:
-                raise ValueError("ring_m: accepted is [from, to] in whole tens of metres, from < to")
-        return self
-
-
-class BlindArea(Frozen):
-    """Ground in m² where an object of a height stands unseen, at most."""
-
-    height_m: Annotated[float, Field(gt=0.0, lt=2.0)]
-    by: By = "any"
-    sensors: Literal[1, 2] = 1
-    sector: Sector | None = None
-    within_m: Metres | None = None
-    at_most_m2: Area
-
-    @model_validator(mode="after")
-    def _known_band(self) -> Self:
-        if self.within_m is not None and self.within_m not in BANDS_M[1:]:
-            raise ValueError(f"within_m: accepted is one of {', '.join(f'{edge:g}' for edge in BANDS_M[1:])}")
-        return self
-
-
-class BlindObjects(Frozen):
-    """Objects of a profile that are not seen, at most so many."""
-
-    profile: str
-    at_most_unseen: Annotated[int, Field(ge=0)] = 0
-
-
-class Loss(Frozen):
-    """What the worst failure of a kind costs of a class, at most; or one failure by its name."""
-
-    of: Literal["voxels", "road_users"]
-    cls: Annotated[Class, Field(alias="class")]
-    failure: What = "sensor"
-    name: str | None = None
-    sector: Sector | None = None
-    at_most: Share
-
-
-class Covered(Frozen):
-    """Share of a class that so many sensors, or two kinds, cover, at least."""
-
-    of: Literal["voxels", "road_users"]
-    cls: Annotated[Class, Field(alias="class")]
-    sensors: Literal["1", "2", "3", "two kinds"] | Literal[1, 2, 3]
-    sector: Sector | None = None
-    at_least: Share
-
-
-class Tolerated(Frozen):
-    """How likely a figure may fall below a limit under errors of a profile, at most."""
-
-    profile: str
-    figure: Literal["seen", "on_target"] = "seen"
-    cls: Annotated[Class, Field(alias="class")]
-    limit: Share
-    draws: Annotated[int, Field(ge=8, le=4096)] = 64
-    at_most: Share = 0.05
+ACCEPTED = "a file of requirements, which starts with riglens_requirements: 1"
+SECTIONS = ("seen", "on_target", "blind_areas", "blind_objects", "losses", "covered", "tolerance")
 
 
 class Requirements(Frozen):
@@ -127,17 +71,7 @@ class Requirements(Frozen):
     covered: Annotated[tuple[Covered, ...], Field(max_length=MOST)] = ()
     tolerance: Annotated[tuple[Tolerated, ...], Field(max_length=MOST)] = ()
     tolerance_profiles: Annotated[tuple[ToleranceProfile, ...], Field(max_length=MOST)] = ()
-    mounts: MountLimits | None = None
-
-    @model_validator(mode="after")
-    def _profiles_known(self) -> Self:
-        known = self.errors
-        for one in self.tolerance:
-            if one.profile not in known:
-                raise ValueError(
-                    f"tolerance profile '{one.profile}' is unknown, accepted is one of {', '.join(known)}"
-                )
-        return self
+    mounts: Mounts | None = None
 
     @model_validator(mode="after")
     def _asks_something(self) -> Self:
@@ -167,25 +101,98 @@ class Requirements(Frozen):
         """How blind zones are looked for."""
         return BlindSettings(self.blind_voxel_m, self.blind_width_m)
 
+    def items(self) -> tuple[Item, ...]:
+        """Every requirement in the order of the sections. An id that the file does not say follows from what the
+        requirement is about, whatever its limit and its place; equal ones are numbered."""
+        placed = list(self._placed())
+        taken = {one.id for _, one in placed if one.id is not None}
+        found = []
+        for place, one in placed:
+            known = one.id or _free(_derived_id(str(place[0]), one.scope()), taken)
+            taken.add(known)
+            found.append(Item(known, place, one))
+        return tuple(found)
 
-@dataclass(frozen=True)
-class Verdict:
-    """What became of one requirement: `text` says what was asked of what, `found` and `limit` in `unit`."""
+    def _placed(self) -> Iterator[tuple[tuple[str | int, ...], Requirement]]:
+        for section in SECTIONS:
+            for number, one in enumerate(getattr(self, section)):
+                yield (section, number), one
+        if self.mounts is not None:
+            yield ("mounts",), self.mounts
 
-    section: str
-    text: str
-    found: float
-    relation: Relation
-    limit: float
-    unit: str
+    def problems(
+        self, rigs: Iterable[Rig] = (), profiles: Sequence[Profile] | None = None
+    ) -> Iterator[Problem]:
+        """Names in the file that nothing has: ids given twice, tolerance profiles, and, where they are given, profiles
+        of objects and what can fail in rigs."""
+        ids: set[str] = set()
+        for place, one in self._placed():
+            if one.id is not None and one.id in ids:
+                yield (*place, "id"), f"'{one.id}' is the id of another requirement"
+            ids |= {one.id} if one.id is not None else set()
+            if isinstance(one, Tolerated):
+                yield from _unknown((*place, "profile"), "tolerance profile", one.profile, self.errors)
+            if isinstance(one, WorstCase) and one.under is not None:
+                yield from _unknown((*place, "under"), "tolerance profile", one.under, self.errors)
+            if isinstance(one, BlindObjects) and profiles is not None:
+                names = [profile.name for profile in profiles]
+                yield from _unknown((*place, "profile"), "profile", one.profile, names)
+        for rig in rigs:
+            yield from self._not_in(rig)
 
-    @property
-    def passes(self) -> bool:
-        """Whether the requirement is met."""
-        return self.found >= self.limit if self.relation == "at least" else self.found <= self.limit
+    def _not_in(self, rig: Rig) -> Iterator[Problem]:
+        """Failures by names that a rig has not, not even with all of its sensors enabled."""
+        whole = [sensor.replace(enabled=True) for sensor in rig.sensors]
+        for number, one in enumerate(self.losses):
+            if one.name is None or one.allow_missing:
+                continue
+            names = [name for what, name, _ in failing_of(whole) if what == one.failure]
+            if one.name not in names:
+                hint = "; fails_with of sensors names groups" if one.failure == "group" else ""
+                known = shortened(", ".join(names) or "none", 300) + hint
+                rig_text = shortened(rig.name)
+                message = f"rig '{rig_text}' has no {one.failure} '{shortened(one.name)}' ({known})"
+                yield ("losses", number, "name"), message
 
 
-def read_requirements(path: str | os.PathLike[str]) -> Requirements:
-    """Read a file of requirements; InputError with file, line and field when it is wrong."""
-    accepted = "a file of requirements, which starts with riglens_requirements: 1"
-    return read_checked(path, Requirements, accepted)
+def _unknown(place: tuple[str | int, ...], what: str, name: str, known: Iterable[str]) -> Iterator[Problem]:
+    names = list(known)
+    if name not in names:
+        close = difflib.get_close_matches(name, names, n=1)
+        hint = f"did you mean '{close[0]}'?" if close else f"must be one of {', '.join(names)}"
+        yield place, f"{what} '{shortened(name)}' is unknown ({shortened(hint, 300)})"
+
+
+def _derived_id(section: str, scope: dict[str, object]) -> str:
+    words = [section]
+    for value in scope.values():
+        words += [f"{part:g}" if isinstance(part, float) else str(part) for part in _parts(value)]
+    return re.sub(r"[^\w.]+", "-", " ".join(words).lower()).strip("-")
+
+
+def _parts(value: object) -> tuple[object, ...]:
+    return value if isinstance(value, tuple) else (value,)
+
+
+def _free(name: str, taken: set[str]) -> str:
+    """The name, or the first of its numbered ones that is free."""
+    number, free = 2, name
+    while free in taken:
+        free, number = f"{name}-{number}", number + 1
+    return free
+
+
+def read_requirements(
+    path: str | os.PathLike[str], rigs: Iterable[Rig] = (), profiles: Sequence[Profile] | None = None
+) -> Requirements:
+    """Read a file of requirements, and compare its names with rigs and profiles of objects, where they are given.
+
+    InputError with file, line and field when something is wrong."""
+    return requirements_in(read_text(path, ACCEPTED), shown_path(path), rigs, profiles)
+
+
+def requirements_in(
+    text: str, where: str, rigs: Iterable[Rig] = (), profiles: Sequence[Profile] | None = None
+) -> Requirements:
+    """As `read_requirements`, from a text; `where` names it in messages."""
+    return checked(text, Requirements, ACCEPTED, where, lambda found: found.problems(rigs, profiles))

@@ -1,9 +1,12 @@
 """`riglens check`: exit codes for machines, one line per requirement, every figure as the other commands say it."""
 
+import hashlib
 import json
+from xml.etree import ElementTree
 
 import pytest
 
+from riglens.assets import asset_path
 from tests.app.conftest import SMALL_GRID
 
 HEAD = "riglens_requirements: 1\n"
@@ -16,7 +19,7 @@ EASY = HEAD + (
     "losses: [{of: voxels, class: car, failure: pair, at_most: 1.0}, {of: road_users, class: car, at_most: 1.0}]\n"
     "covered: [{of: voxels, class: car, sensors: 2, at_least: 0.0},"
     " {of: road_users, class: car, sensors: two kinds, at_least: 0}]\n"
-    "tolerance: [{profile: assembly, class: car, limit: 0.0, draws: 8}]\n"
+    "tolerance: [{profile: assembly, class: car, limit: 0.0, draws: 8, at_most: 0.4}]\n"
     "mounts: {height_m: [0.1, 4.0], keep_out: []}\n"
 )
 
@@ -33,6 +36,7 @@ def test_what_is_met_ends_with_0_and_every_figure_is_that_of_its_command(riglens
     assert found.code == 0, found.err
     document = json.loads(found.out)
     assert document["passes"] and all(verdict["passes"] for verdict in document["verdicts"])
+    assert [verdict["section"] for verdict in document["verdicts"]].count("mounts") == 1
     by_text = {verdict["text"]: verdict["found"] for verdict in document["verdicts"]}
     scene = ("--boxes", boxes, *SMALL_GRID)
     scores = json.loads(riglens("evaluate", "W+T", *scene, "--json", "-").out)["rigs"][0]["classes"]["car"]
@@ -66,7 +70,65 @@ def test_what_is_not_met_ends_with_1_and_says_by_how_much(riglens, tmp_path):
     assert found.code == 1 and found.err == ""
     assert "NOT MET" in found.out and "at most 0.50 m²" in found.out and "over the skin" in found.out
     document = json.loads(out.read_text())
-    assert not document["passes"] and any("sticks out" in verdict["text"] for verdict in document["verdicts"])
+    area, mounts = document["verdicts"]
+    assert not document["passes"] and (area["status"], mounts["status"]) == ("not met", "not met")
+    assert any("sticks out" in line for line in mounts["details"])
+    assert (
+        mounts["found"] == len(mounts["details"]) > 1
+    )  # however many violations, mounts are one requirement
+
+
+SMALL_FILE = (
+    HEAD + "blind_voxel_m: 0.5\nmounts: {height_m: [0.1, 4.0], keep_out: []}\nblind_areas:\n"
+    '  - {height_m: 0.3, at_most_m2: 0.5, id: near, name: "children, 100 %", why: R7}\n'
+    "  - {height_m: 0.8, at_most_m2: 0.5, waived: {reason: new mast, until: 9999-12-31}}\n"
+    "  - {height_m: 0.4, at_most_m2: 0.5, waived: {reason: old mast, until: 2000-01-01}}\n"
+)
+
+
+def test_several_rigs_are_checked_each_with_hashes_of_all_that_counts(riglens, tmp_path):
+    asked, junit = required(tmp_path, SMALL_FILE), tmp_path / "check.xml"
+    words = ("check", "Center", "Line", "--requirements", asked, "--junit", junit)
+    found = riglens(*words, "--json", tmp_path / "check.json", "--github")
+    assert found.code == 1 and found.err == ""
+    document = json.loads((tmp_path / "check.json").read_text())
+    assert not document["passes"] and [one["rig"]["name"] for one in document["rigs"]] == ["Center", "Line"]
+    for one in document["rigs"]:
+        assert one["requirements"]["sha256"] == hashlib.sha256(asked.read_bytes()).hexdigest()
+        (profiles,) = one["profiles"]
+        assert profiles["sha256"] == hashlib.sha256(asset_path("review/blind.yaml").read_bytes()).hexdigest()
+        assert one["data"] is None and (one["seed"], one["blind_voxel_m"]) == (0, 0.5)
+        ids = [verdict["id"] for verdict in one["verdicts"]]
+        assert ids == ["near", "blind_areas-0.8", "blind_areas-0.4", "mounts"]
+        assert [v["waived"]["counts"] for v in one["verdicts"][1:3]] == [True, False]
+    suites = ElementTree.parse(junit).getroot().findall("testsuite")
+    counted = ("name", "tests", "failures", "skipped")
+    assert [[suite.get(key) for key in counted] for suite in suites] == [
+        ["Center", "4", "2", "1"],
+        ["Line", "4", "2", "1"],
+    ]
+    lines = [line for line in found.out.splitlines() if line.startswith("::")]
+    assert len(lines) == 6
+    assert lines[0].startswith(f"::error file={asked},line=5,title=Center%3A near not met::")
+    assert "why: R7" in lines[0] and "%0A" in lines[0] and lines[1].startswith("::warning ")
+    assert found.out.count("children, 100 %") == 2 and "the waiver expired on 2000-01-01" in found.out
+
+
+def test_what_is_waived_or_may_be_missing_ends_with_0(riglens, tmp_path):
+    text = HEAD + "blind_voxel_m: 0.5\nblind_areas:\n  - {height_m: 0.3, at_most_m2: 0, WAIVER}\n"
+    text += "  - {height_m: 0.3, at_most_m2: 0, by: camera, allow_missing: true}\n"
+    for until, code in (("9999-12-31", 0), ("2000-01-01", 1)):
+        asked = required(tmp_path, text.replace("WAIVER", f"waived: {{reason: a, until: {until}}}"))
+        assert riglens("check", "Center", "--requirements", asked).code == code
+    gone = text.replace("WAIVER", "allow_missing: true").replace("camera, allow_missing: true", "camera")
+    found = riglens("check", "Center", "--requirements", required(tmp_path, gone))
+    assert found.code == 1 and "NOT APPLICABLE" in found.out
+
+
+def test_annotations_and_json_do_not_share_standard_output(riglens, tmp_path):
+    words = ("check", "Center", "--requirements", required(tmp_path, SMALL_FILE))
+    assert "both write to standard output" in riglens(*words, "--github", "--json", "-").refused()
+    assert riglens("check", "--requirements", required(tmp_path, SMALL_FILE)).code == 2
 
 
 @pytest.mark.parametrize(
@@ -79,13 +141,35 @@ def test_what_is_not_met_ends_with_1_and_says_by_how_much(riglens, tmp_path):
         (HEAD + "on_target: [{class: car, ring_m: [0, 15], at_least: 0}]", "whole tens of metres"),
         (
             HEAD + "tolerance: [{profile: magic, class: car, limit: 0.5}]",
-            "tolerance profile 'magic' is unknown",
+            "2: tolerance[0].profile: tolerance profile 'magic'",
+        ),
+        (HEAD + "blind_areas: [{height_m: 1, under: asembly, at_most_m2: 1}]", "(did you mean 'assembly'?)"),
+        (
+            HEAD + "blind_objects: [{profile: un-r158-detecton}]",
+            "2: blind_objects[0].profile: profile 'un-r158-detecton' "
+            "is unknown (did you mean 'un-r158-detection'?)",
         ),
         (
-            HEAD + "blind_objects: [{profile: magic}]",
-            "found profile 'magic', accepted is one of un-r158-detection",
+            HEAD + "blind_areas: [{height_m: 1, under: load, failing: pair, at_most_m2: 1}]",
+            "failing or under, not both",
         ),
-        (HEAD + "mount: {}", "mount: "),
+        (HEAD + "on_target: [{class: car, ring_m: [50, 70], at_least: 0}]", "at most 60"),
+        (
+            HEAD + "seen:\n  - {class: car,\n     at_lest: 0.5}",
+            "4: seen[0].at_lest: unknown key (did you mean 'at_least'?)",
+        ),
+        (
+            HEAD + "mounts:\n  beyond_m: {frnt: 0}",
+            "3: mounts.beyond_m.frnt: unknown key (did you mean 'front'?)",
+        ),
+        (
+            HEAD + "mounts: {keep_out: [{name: a, boxes: [{z: [1.0, 0.4]}]}]}",
+            "z must be [from, to] with from <= to",
+        ),
+        (HEAD + "mounts: {gap_m: -0.1}", "mounts.gap_m: found -0.1"),
+        (HEAD + "mounts: {spacing_m: -0.1}", "mounts.spacing_m: found -0.1"),
+        (HEAD + "mounts: {height_m: [2, 1]}", "lowest <= highest"),
+        (HEAD + "mount: {}", "2: mount: unknown key (did you mean 'mounts'?)"),
     ],
 )
 def test_a_wrong_file_ends_with_2_and_one_line(riglens, tmp_path, text, said):
@@ -93,17 +177,17 @@ def test_a_wrong_file_ends_with_2_and_one_line(riglens, tmp_path, text, said):
 
 
 def test_what_the_rig_or_the_scene_has_not_is_told(riglens, boxes, tmp_path):
-    named = HEAD + "losses: [{of: voxels, class: car, failure: group, name: ecu, at_most: 0}]"
-    asked = required(tmp_path, named)
+    loss = "losses:\n  - {of: voxels, class: car, failure: group, name: ecu, at_most: 0}"
+    asked = required(tmp_path, HEAD + loss)
+    nowhere = ("--boxes", tmp_path / "none.csv")  # names are wrong before anything is loaded
+    said = riglens("check", "Center", "--requirements", asked, *nowhere).refused()
+    assert "required.yaml:3: losses[0].name: rig 'Center' has no group 'ecu' (none; fails_with of" in said
+    asked = required(tmp_path, HEAD + loss.replace("group", "sensor"))
+    said = riglens("check", "Center", "--requirements", asked, *nowhere).refused()
+    assert "has no sensor 'ecu' (LIDAR_1, LIDAR_2, LIDAR_3, LIDAR_4)" in said
+    asked = required(tmp_path, HEAD + loss.replace("at_most: 0", "at_most: 0, allow_missing: true"))
     found = riglens("check", "Center", "--requirements", asked, "--boxes", boxes, *SMALL_GRID)
-    assert (
-        found.code == 2 and "found no group 'ecu' in the rig, accepted is none, for the rig has" in found.err
-    )
-    wrong = HEAD + "losses: [{of: voxels, class: car, failure: sensor, name: roof, at_most: 0}]"
-    found = riglens(
-        "check", "Center", "--requirements", required(tmp_path, wrong), "--boxes", boxes, *SMALL_GRID
-    )
-    assert "found no sensor 'roof' in the rig, accepted is LIDAR_1, LIDAR_2, LIDAR_3, LIDAR_4" in found.err
+    assert found.code == 0 and "not applicable" in found.out
     pog = tmp_path / "a.npz"
     assert riglens("pog", boxes, "--out", pog, *SMALL_GRID).code == 0
     asked = required(tmp_path, HEAD + "on_target: [{class: car, at_least: 0.5}]")

@@ -1,0 +1,43 @@
+"""Draws of a tolerance profile, measured as far as a verdict needs them, and the bounds of a chance that they show."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from riglens.core.review.tolerance import (
+    Figures,
+    Measure,
+    ToleranceProfile,
+    disturbed,
+    errors_count,
+    unit_draws,
+)
+from riglens.core.rig.model import Rig
+
+CONFIDENCE = 0.95
+
+
+class Draws:
+    """Figures of a rig under errors of a profile, draw by draw. More draws begin with those of fewer."""
+
+    def __init__(self, rig: Rig, profile: ToleranceProfile, seed: int, measure: Measure) -> None:
+        self._rig, self._profile, self._seed, self._measure = rig, profile, seed, measure
+        self._found: list[Figures] = []
+
+    def first(self, count: int) -> Sequence[Figures]:
+        """The figures of the first draws."""
+        if count > len(self._found):
+            units = unit_draws(count, errors_count(self._rig), self._seed)
+            for errors in units[len(self._found) :]:
+                self._found.append(self._measure(*disturbed(self._rig, self._profile, errors)))
+        return self._found[:count]
+
+
+def chance_bounds(count: int, draws: int) -> tuple[float, float]:
+    """Return the lower and the upper bound of a chance that showed `count` times in so many draws, each with 95 %
+    confidence (Clopper and Pearson, Biometrika 26, 1934, exact for independent draws)."""
+    from scipy.stats import beta  # slow to load
+
+    low = float(beta.ppf(1.0 - CONFIDENCE, count, draws - count + 1)) if count else 0.0
+    high = float(beta.ppf(CONFIDENCE, count + 1, draws - count)) if count < draws else 1.0
+    return low, high

@@ -1,0 +1,315 @@
+"""The sections of a file of requirements: figures of a rig with limits, labels and waivers."""
+
+from __future__ import annotations
+
+from datetime import date
+from typing import Annotated, ClassVar, Literal, Self
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from riglens.core.review.blind import By, unseen_by
+from riglens.core.review.mounts import MountLimits
+from riglens.core.review.outline import BANDS_M, SECTORS
+from riglens.core.review.redundancy import What
+from riglens.core.review.tolerance import MAX_DRAWS
+from riglens.core.rig.model import Frozen
+from riglens.core.targets.traffic import WITHIN_M
+
+Class = Literal["car", "bicycle", "pedestrian"]
+Sector = Literal["front", "front-left", "left", "rear-left", "rear", "rear-right", "right", "front-right"]
+Share = Annotated[float, Field(ge=0.0, le=1.0)]
+Metres = Annotated[float, Field(allow_inf_nan=False, ge=0.0, le=1000.0)]
+Area = Annotated[float, Field(allow_inf_nan=False, ge=0.0, le=1e6)]
+Words = Annotated[str, Field(min_length=1, max_length=500)]
+Id = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,99}$")]
+MOST_RAISED = 1024
+"""Draws up to which a chance is followed unless a requirement says otherwise: the upper bound of none is 0.3 % then."""
+Relation = Literal["at least", "at most"]
+assert set(Sector.__args__) == set(SECTORS)  # type: ignore[attr-defined]
+
+
+def _day(value: object) -> object:
+    if not isinstance(value, str):
+        raise ValueError("must be a date such as 2027-03-31")
+    try:
+        return date.fromisoformat(value)
+    except ValueError:
+        raise ValueError("must be a date such as 2027-03-31") from None
+
+
+class Waiver(Frozen):
+    """Leave to miss a requirement up to and including a day, with the reason."""
+
+    reason: Words
+    until: Annotated[date, BeforeValidator(_day)]
+
+    def holds_on(self, day: date) -> bool:
+        """Return whether the waiver has not expired on a day."""
+        return day <= self.until
+
+
+class Requirement(Frozen):
+    """One figure with a limit. `allow_missing`: a rig or scene that lacks what it is about meets it."""
+
+    id: Id | None = None
+    name: Words | None = None
+    why: Words | None = None
+    allow_missing: bool = False
+    waived: Waiver | None = None
+    relation: ClassVar[Relation] = "at most"
+    unit: ClassVar[str] = "share"
+
+    @property
+    def label(self) -> str | None:
+        """The user's name of the requirement."""
+        return self.name
+
+    @property
+    def accepted(self) -> float:
+        """The limit."""
+        raise NotImplementedError
+
+    @property
+    def text(self) -> str:
+        """The figure in words."""
+        raise NotImplementedError
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """The kinds of sensors without which the figure does not exist; none: any kind will do."""
+        return ()
+
+    def scope(self) -> dict[str, object]:
+        """What identifies the figure: neither its limit nor its labels."""
+        return self.model_dump(exclude_defaults=True, exclude=_NOT_SCOPE)
+
+
+_NOT_SCOPE = {
+    *Requirement.model_fields,
+    *("at_least", "at_most", "at_most_m2", "at_most_unseen", "limit", "draws", "max_draws", "title"),
+}
+
+
+class Seen(Requirement):
+    """Share of H(Omega) of a class that is seen, at least."""
+
+    cls: Annotated[Class, Field(alias="class")]
+    by: By = "any"
+    at_least: Share
+    relation: ClassVar[Relation] = "at least"
+
+    @property
+    def accepted(self) -> float:
+        return self.at_least
+
+    @property
+    def text(self) -> str:
+        return f"seen of {self.cls} by {self.by}"
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        return _kinds_of(self.by)
+
+
+class OnTarget(Requirement):
+    """A share of road users of a class within distances, or all: on target, or with 5 points, at least."""
+
+    cls: Annotated[Class, Field(alias="class")]
+    ring_m: tuple[Metres, Metres] | None = None
+    figure: Literal["on_target", "share_5", "visible", "both"] = "on_target"
+    at_least: Share
+    relation: ClassVar[Relation] = "at least"
+
+    @model_validator(mode="after")
+    def _rings_of_ten(self) -> Self:
+        if self.ring_m is not None:
+            low, high = self.ring_m
+            if not low < high <= WITHIN_M or low % 10 or high % 10:
+                raise ValueError(
+                    f"ring_m must be [from, to] in whole tens of metres, from < to, at most {WITHIN_M:g}"
+                )
+        return self
+
+    @property
+    def accepted(self) -> float:
+        return self.at_least
+
+    @property
+    def text(self) -> str:
+        where = "" if self.ring_m is None else f", {self.ring_m[0]:g} to {self.ring_m[1]:g} m"
+        return f"{self.figure} of {self.cls}{where}"
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        return {"visible": ("camera",), "both": ("lidar", "camera")}.get(self.figure, ("lidar",))
+
+
+class WorstCase(Requirement):
+    """A figure of the rig as designed; with `failing` in the worst single failure of that kind, with `under` in the
+    worst of the draws of a tolerance profile."""
+
+    failing: What | None = None
+    under: str | None = None
+    draws: Annotated[int, Field(ge=1, le=MAX_DRAWS)] = 64
+
+    @model_validator(mode="after")
+    def _one_case(self) -> Self:
+        if self.failing is not None and self.under is not None:
+            raise ValueError("specify failing or under, not both")
+        return self
+
+    @property
+    def case_text(self) -> str:
+        """Which case counts; nothing for the rig as designed."""
+        if self.failing is not None:
+            return f", worst {self.failing} failed"
+        return "" if self.under is None else f", worst of {self.draws:,} draws under {self.under}"
+
+
+class BlindArea(WorstCase):
+    """Ground in m² where an object of a height is unseen, at most."""
+
+    height_m: Annotated[float, Field(gt=0.0, lt=2.0)]
+    by: By = "any"
+    sensors: Literal[1, 2] = 1
+    sector: Sector | None = None
+    within_m: Metres | None = None
+    at_most_m2: Area
+    unit: ClassVar[str] = "m²"
+
+    @model_validator(mode="after")
+    def _known_band(self) -> Self:
+        if self.within_m is not None and self.within_m not in BANDS_M[1:]:
+            raise ValueError(f"within_m: accepted is one of {', '.join(f'{edge:g}' for edge in BANDS_M[1:])}")
+        return self
+
+    @property
+    def accepted(self) -> float:
+        return self.at_most_m2
+
+    @property
+    def text(self) -> str:
+        near = "" if self.within_m is None else f" within {self.within_m:g} m"
+        unseen = f"{unseen_by(self.by, self.sensors)}{near}{_sector_text(self.sector)}"
+        return f"ground where {self.height_m:g} m is {unseen}{self.case_text}"
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        return _kinds_of(self.by)
+
+
+class BlindObjects(WorstCase):
+    """Objects of a profile that are not seen, at most so many."""
+
+    profile: str
+    at_most_unseen: Annotated[int, Field(ge=0)] = 0
+    unit: ClassVar[str] = "objects"
+
+    @property
+    def accepted(self) -> float:
+        return self.at_most_unseen
+
+    @property
+    def text(self) -> str:
+        return f"objects of {self.profile} unseen{self.case_text}"
+
+
+class Loss(Requirement):
+    """What the worst failure of a kind costs of a class, at most; or one failure by its `name`, with a `title`."""
+
+    of: Literal["voxels", "road_users"]
+    cls: Annotated[Class, Field(alias="class")]
+    failure: What = "sensor"
+    name: str | None = None
+    title: Words | None = None
+    sector: Sector | None = None
+    share_of: Literal["all", "detected"] = "all"
+    at_most: Share
+
+    @property
+    def label(self) -> str | None:
+        return self.title
+
+    @property
+    def accepted(self) -> float:
+        return self.at_most
+
+    @property
+    def text(self) -> str:
+        return self.text_of(f"the worst {self.failure}" if self.name is None else self.name)
+
+    def text_of(self, failing: str) -> str:
+        """The figure in words, for what fails."""
+        what = f"{self.of} of {self.cls}" if self.share_of == "all" else f"detected {self.of} of {self.cls}"
+        return f"{what} lost when {failing} fails{_sector_text(self.sector)}"
+
+    def scope(self) -> dict[str, object]:
+        name = {} if self.name is None else {"name": self.name}
+        return super().scope() | name
+
+
+class Covered(Requirement):
+    """Share of a class that so many sensors, or two kinds, cover, at least."""
+
+    of: Literal["voxels", "road_users"]
+    cls: Annotated[Class, Field(alias="class")]
+    sensors: Literal["1", "2", "3", "two kinds"] | Literal[1, 2, 3]
+    sector: Sector | None = None
+    at_least: Share
+    relation: ClassVar[Relation] = "at least"
+
+    @property
+    def accepted(self) -> float:
+        return self.at_least
+
+    @property
+    def text(self) -> str:
+        return f"{self.of} of {self.cls} covered by {self.sensors}{_sector_text(self.sector)}"
+
+
+class Tolerated(Requirement):
+    """How likely a figure may fall below a limit under errors of a profile, at most.
+
+    There are at least `draws` draws, and more, up to `max_draws`, until the bounds of the chance decide."""
+
+    profile: str
+    figure: Literal["seen", "on_target"] = "seen"
+    cls: Annotated[Class, Field(alias="class")]
+    limit: Share
+    draws: Annotated[int, Field(ge=8, le=MAX_DRAWS)] = 64
+    max_draws: Annotated[int, Field(ge=8, le=MAX_DRAWS)] = MOST_RAISED
+    at_most: Share = 0.05
+
+    @property
+    def accepted(self) -> float:
+        return self.at_most
+
+    @property
+    def text(self) -> str:
+        return f"chance of {self.figure} of {self.cls} below {self.limit:g} under {self.profile}"
+
+
+class Mounts(MountLimits, Requirement):
+    """Limits of all mounts: one requirement."""
+
+    unit: ClassVar[str] = "violations"
+
+    @property
+    def accepted(self) -> float:
+        return 0.0
+
+    @property
+    def text(self) -> str:
+        return "all mounts"
+
+    def scope(self) -> dict[str, object]:
+        return {}
+
+
+def _kinds_of(by: By) -> tuple[str, ...]:
+    return () if by == "any" else (by,)
+
+
+def _sector_text(sector: str | None) -> str:
+    """The sector of a figure; nothing for all around the car."""
+    return "" if sector is None else f", {sector}"

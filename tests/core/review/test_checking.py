@@ -1,0 +1,298 @@
+"""Verdicts on requirements: nothing is met by absence or by luck, and each says what decides it."""
+
+import math
+from dataclasses import replace
+from datetime import date
+from xml.etree import ElementTree as ET
+
+import numpy as np
+import pytest
+
+from riglens.core.engine.engine import Engine
+from riglens.core.errors import InputError
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.review.blind import BlindEngine
+from riglens.core.review.check_json import check_document
+from riglens.core.review.check_junit import RigCheck, junit_xml
+from riglens.core.review.checking import Check, Subject
+from riglens.core.review.draws import Draws, chance_bounds
+from riglens.core.review.findings import Verdict, amounts
+from riglens.core.review.measures import Measures
+from riglens.core.review.profiles import bundled_profiles
+from riglens.core.review.requirements import Requirements, requirements_in
+from riglens.core.review.tolerance import disturbed, errors_count, profile_called, standing, unit_draws
+from riglens.core.review.verdicts import Onlooker
+from riglens.core.rig.model import Rig
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.scene.grid import VoxelGrid
+from tests.core.builders import random_field, synthetic_pog
+from tests.core.review.scenes import camera, dense_lidar, random_rig
+from tests.core.review.test_redundancy import grouped, some_traffic, without
+
+HEAD = "riglens_requirements: 1\nblind_voxel_m: 0.5\n"
+SMALL = VoxelGrid(0.5, (20.0, 16.0, 4.0))
+DAY = date(2026, 6, 1)
+ABSENT = (
+    "seen: [{class: car, at_least: 0}, {class: car, by: camera, at_least: 0}]",
+    "on_target: [{class: car, at_least: 0}, {class: car, figure: visible, at_least: 0}]",
+    "blind_areas: [{height_m: 0.3, at_most_m2: 1000000}]",
+    "blind_objects: [{profile: adults-around, at_most_unseen: 1000}]",
+    "losses: [{of: voxels, class: car, at_most: 1}, {of: road_users, class: car, failure: pair, at_most: 1}]",
+    "covered: [{of: voxels, class: car, sensors: 1, at_least: 0}]",
+    "tolerance: [{profile: assembly, class: car, limit: 0, draws: 8}]",
+    "mounts: {gap_m: 0.1}",
+)
+
+
+def required(text: str) -> Requirements:
+    return requirements_in(HEAD + text, "required.yaml")
+
+
+def subject(rig: Rig, seed: int = 4) -> Subject:
+    rng = np.random.default_rng(seed)
+    field, traffic = random_field(SMALL, rng), some_traffic(rng)
+    return Subject(rig, "ignored", None, field, traffic, bundled_profiles())
+
+
+def verdicts(rig: Rig, text: str) -> tuple[Verdict, ...]:
+    return Check(subject(rig), required(text)).verdicts()
+
+
+def some_rig(sensors: int = 4) -> Rig:
+    return random_rig(np.random.default_rng(3), sensors)
+
+
+# ---------------------------------------------------------------- absence
+
+
+@pytest.mark.parametrize("text", ABSENT)
+def test_without_enabled_sensors_no_requirement_is_met_however_easy(text: str) -> None:
+    off = tuple(sensor.replace(enabled=False) for sensor in some_rig().sensors)
+    for verdict in verdicts(Rig(sensors=off), text):
+        assert verdict.status == "not applicable" and not verdict.passes
+        assert verdict.finding.value is None and "no enabled sensor" in verdict.lines()[0]
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("seen: [{class: car, by: camera, at_least: 0}]", "no enabled camera"),
+        ("on_target: [{class: car, figure: both, at_least: 0}]", "no enabled camera"),
+        ("blind_areas: [{height_m: 0.3, by: camera, at_most_m2: 1000000}]", "no enabled camera"),
+        ("blind_objects: [{profile: un-r158-detection, failing: group, at_most_unseen: 99}]", "no group"),
+        ("blind_areas: [{height_m: 0.3, failing: pair, at_most_m2: 1000000}]", "no pair"),
+        ("losses: [{of: voxels, class: car, failure: pair, at_most: 1}]", "no pair"),
+        ("losses: [{of: road_users, class: car, failure: group, at_most: 1}]", "no group"),
+    ],
+)
+def test_what_a_rig_of_one_lidar_has_not_is_not_applicable_unless_it_may_be_missing(
+    text: str, reason: str
+) -> None:
+    rig = Rig(sensors=(dense_lidar(1.9, 20, 60),))
+    (verdict,) = verdicts(rig, text)
+    assert (verdict.status, verdict.passes) == ("not applicable", False)
+    assert reason in " ".join(verdict.lines()) and not check_document(rig, "ignored", [verdict])["passes"]
+    (allowed,) = verdicts(rig, text.replace("}]", ", allow_missing: true}]"))
+    assert (allowed.status, allowed.passes) == ("not applicable", True)
+
+
+@pytest.mark.parametrize("text", [*ABSENT[:2], *ABSENT[4:7]])
+def test_a_class_that_the_scene_has_not_is_not_applicable(text: str) -> None:
+    rng = np.random.default_rng(4)
+    traffic = some_traffic(rng)
+    counts = rng.integers(1, 50, (*SMALL.shape, 3))
+    counts[..., CLASSES.index("car")] = 0
+    field = EntropyField.from_pog(synthetic_pog(SMALL, counts, 50))
+    nobody = replace(traffic, cls=np.full_like(traffic.cls, CLASSES.index("bicycle")))
+    asked = Subject(some_rig(), "ignored", None, field, nobody, bundled_profiles())
+    for verdict in Check(asked, required(text)).verdicts():
+        assert (verdict.status, verdict.passes) == ("not applicable", False)
+
+
+def test_a_ring_without_road_users_is_not_applicable() -> None:
+    (verdict,) = verdicts(some_rig(), "on_target: [{class: car, ring_m: [40, 50], at_least: 0}]")
+    assert (verdict.status, verdict.passes) == ("not applicable", False)
+
+
+def test_pairs_of_a_rig_that_is_too_large_for_them_are_not_met_by_default() -> None:
+    one = camera((0.0, 0.0, 2.0)).replace(image=(16, 12), cast=(16, 12))
+    sensors = tuple(one.replace(name=f"c{n}", rpy_deg=(0.0, 0.0, 8.0 * n)) for n in range(41))
+    (verdict,) = verdicts(
+        Rig(sensors=sensors), "losses: [{of: voxels, class: car, failure: pair, at_most: 1}]"
+    )
+    assert not verdict.passes and "up to 40 enabled sensors" in verdict.lines()[0]
+
+
+def test_a_rig_of_one_beam_loses_all_that_it_detects() -> None:
+    beam = dense_lidar(1.2, 2, 90).replace(name="beam")
+    of_all, of_detected = verdicts(
+        Rig(sensors=(beam,)),
+        "losses: [{of: voxels, class: car, at_most: 0.2},"
+        " {of: voxels, class: car, share_of: detected, at_most: 0.2}]",
+    )
+    assert of_all.finding.value is not None and of_all.finding.value < 0.2
+    assert of_detected.finding.value == 1.0 and of_detected.status == "not met"
+    assert "100.00 % of what the rig detects" in of_all.lines()
+
+
+# ---------------------------------------------------------------- chances
+
+
+def test_bounds_of_a_chance_are_those_of_clopper_and_pearson() -> None:
+    assert chance_bounds(0, 8) == (0.0, pytest.approx(1.0 - 0.05 ** (1 / 8)))
+    assert chance_bounds(8, 8) == (pytest.approx(0.05 ** (1 / 8)), 1.0)
+    low, high = chance_bounds(3, 64)
+
+    def at_most(p: float, most: int) -> float:
+        return sum(math.comb(64, k) * p**k * (1 - p) ** (64 - k) for k in range(most + 1))
+
+    assert at_most(high, 3) == pytest.approx(0.05) and 1.0 - at_most(low, 2) == pytest.approx(0.05)
+
+
+def test_a_clean_handful_of_draws_proves_little_and_more_are_made_until_it_is_decided() -> None:
+    text = "tolerance: [{profile: assembly, class: car, limit: 0, draws: 8, max_draws: %d, at_most: 0.05}]"
+    (few,) = verdicts(some_rig(2), text % 32)
+    assert (few.status, few.passes) == ("not shown", False) and few.finding.value == 0.0
+    assert "(0 of 32 draws)" in few.text and "after 32 draws, the most" in few.lines()[0]
+    (more,) = verdicts(some_rig(2), text % 256)
+    assert more.status == "met" and "(0 of 64 draws)" in more.text
+    assert more.finding.bounds == chance_bounds(0, 64)
+    (wrong,) = verdicts(some_rig(2), text.replace("limit: 0", "limit: 1") % 256)
+    assert wrong.status == "not met" and "(8 of 8 draws)" in wrong.text
+
+
+def test_more_draws_begin_with_those_of_fewer_and_are_those_of_the_tolerance() -> None:
+    rig, profile = some_rig(2), profile_called("assembly")
+    for few in (1, 5, 8):
+        assert np.array_equal(unit_draws(40, 15, 7)[:few], unit_draws(few, 15, 7))
+    field = random_field(SMALL, np.random.default_rng(0))
+    draws = Draws(rig, profile, 7, Measures(field, None))
+    assert len(draws.first(3)) == 3 and len(draws.first(6)) == 6
+    errors = unit_draws(6, errors_count(rig), 7)
+    for found, error in zip(draws.first(6), errors, strict=True):
+        moved = standing(*disturbed(rig, profile, error))
+        seen = Engine(field).evaluate(moved, with_seen=False).scores.classes["car"].any_seen
+        assert found["seen car"] == seen
+
+
+# ---------------------------------------------------------------- failures and draws
+
+
+def test_blind_zones_and_objects_with_a_failure_are_those_of_the_worst_rig_without_it() -> None:
+    rig = grouped(some_rig(5))
+    text = (
+        "blind_areas: [{height_m: 0.8, failing: WHAT, at_most_m2: 1},"
+        " {height_m: 0.3, failing: WHAT, by: lidar, sector: rear, within_m: 5, at_most_m2: 1}]\n"
+        "blind_objects: [{profile: adults-around, failing: WHAT}]"
+    )
+    names = [sensor.name for sensor in rig.sensors]
+    failures = {
+        "sensor": [(name,) for name in names],
+        "pair": [(one, other) for n, one in enumerate(names) for other in names[n + 1 :]],
+        "group": [(names[0], names[3]), (names[0], names[1], names[3])],
+    }
+    profile = next(profile for profile in bundled_profiles() if profile.name == "adults-around")
+    for what, failing in failures.items():
+        rigs = [without(rig, members) for members in failing]
+        settings = required(text.replace("WHAT", what)).blind_settings
+        maps = [BlindEngine(rig.vehicle, settings).evaluate(one) for one in rigs]
+        found = [one.finding.value for one in verdicts(rig, text.replace("WHAT", what))]
+        assert found == [
+            pytest.approx(max(one.area_m2(0.8).sum() for one in maps)),
+            pytest.approx(max(one.area_m2(0.3, "lidar")[4, :3].sum() for one in maps)),
+            max(len(Onlooker(one, "blocks").verdict(profile).failed) for one in rigs),
+        ]
+
+
+def test_a_verdict_on_objects_without_sensors_is_that_of_the_rig_without_them() -> None:
+    rig = some_rig(5)
+    gone = (rig.sensors[0].name, rig.sensors[3].name)
+    for profile in bundled_profiles():
+        shortened = Onlooker(rig, "blocks").verdict(profile).without(gone)
+        assert shortened == Onlooker(without(rig, gone), "blocks").verdict(profile)
+
+
+def test_blind_zones_and_objects_at_the_worst_draw_are_those_of_a_rig_and_car_with_its_errors() -> None:
+    rig = some_rig(3)
+    text = (
+        "blind_areas: [{height_m: 0.8, under: load, draws: 4, at_most_m2: 1}]\n"
+        "blind_objects: [{profile: adults-around, under: load, draws: 4}]"
+    )
+    asked, profile = required(text), profile_called("load")
+    objects = next(profile for profile in bundled_profiles() if profile.name == "adults-around")
+    areas, unseen = [], []
+    for errors in unit_draws(4, errors_count(rig), 0):
+        moved, stance = disturbed(rig, profile, errors)
+        engine = BlindEngine(rig.vehicle, asked.blind_settings)
+        areas.append(engine.evaluate(standing(moved, stance), stance=stance).area_m2(0.8).sum())
+        onlooker = Onlooker(standing(moved, stance), "blocks", stance=stance)
+        unseen.append(len(onlooker.verdict(objects).failed))
+    area, objects_found = Check(subject(rig), asked).verdicts()
+    assert area.finding.value == pytest.approx(max(areas)) and len(set(areas)) > 1
+    assert objects_found.finding.value == max(unseen)
+    assert "worst of 4 draws under load" in area.text
+
+
+# ---------------------------------------------------------------- ids, ties, waivers
+
+
+def test_ids_follow_what_is_required_and_neither_limits_nor_order() -> None:
+    text = "seen: [{class: car, at_least: 0.5}, {class: car, by: lidar, at_least: 0.4}]\nlosses: [%s]\n"
+    loss = "{of: voxels, class: car, name: left bracket, failure: group, at_most: 0.1}"
+    ids = {item.place: item.id for item in required(text % loss).items()}
+    assert ids == {
+        ("seen", 0): "seen-car",
+        ("seen", 1): "seen-car-lidar",
+        ("losses", 0): "losses-voxels-car-group-left-bracket",
+    }
+    other = text.replace("0.5}, ", "0.9, why: so}, {id: mine, name: A, class: car, at_least: 0}, ") % loss
+    assert {item.id for item in required(other).items()} == {*ids.values(), "mine"}
+    twice = required("seen: [{class: car, at_least: 0.5}, {class: car, at_least: 0.6}]").items()
+    assert [item.id for item in twice] == ["seen-car", "seen-car-2"]
+    with pytest.raises(InputError, match=r"required.yaml:5: seen\[1\].id: 'a' is the id of another"):
+        required("seen:\n  - {id: a, class: car, at_least: 0.5}\n  - {id: a, class: bicycle, at_least: 0.5}")
+
+
+def test_a_tie_shows_the_digits_that_decide() -> None:
+    assert amounts(0.86479, 0.8648, "share") == ("86.479 %", "86.480 %")
+    assert amounts(0.8648, 0.8648, "share") == ("86.48 %", "86.48 %")
+    assert amounts(1.0 + 2**-52, 1.0, "m²")[0].startswith("1.0000000000000002")
+    assert (
+        amounts(0.5, 0.8648, "share") == ("50.00 %", "86.48 %") and amounts(3, 0, "objects")[0] == "3 objects"
+    )
+
+
+def test_a_waiver_holds_up_to_its_day_with_its_reason() -> None:
+    rig = some_rig(2)
+    (verdict,) = verdicts(
+        rig,
+        "seen: [{class: car, at_least: 1, why: R1, waived: {reason: new bracket in May, until: 2026-06-01}}]",
+    )
+    assert verdict.status == "not met" and not verdict.passes and not verdict.holds_on(None)
+    assert verdict.holds_on(DAY) and verdict.is_waived_on(DAY) and not verdict.holds_on(date(2026, 6, 2))
+    assert "waived until 2026-06-01: new bracket in May" in verdict.lines(DAY)
+    assert "why: R1" in verdict.lines(DAY) and "expired" in verdict.lines(date(2026, 6, 2))[-1]
+    assert check_document(rig, "ignored", [verdict], day=DAY)["passes"]
+    assert not check_document(rig, "ignored", [verdict])["passes"]
+    for until in ("soon", "20", "2026-13-01"):
+        with pytest.raises(InputError, match="must be a date such as"):
+            required(f"seen: [{{class: car, at_least: 1, waived: {{reason: a, until: {until}}}}}]")
+
+
+def test_junit_is_well_formed_for_hostile_names_and_counts_what_holds() -> None:
+    hostile = "]]></failure>\x1b[31m\ufffe&<\"'"
+    rig = some_rig(2).model_copy(update={"name": hostile})
+    found = verdicts(
+        rig,
+        'seen:\n  - {class: car, at_least: 0}\n  - {class: bicycle, at_least: 1, name: "a ]]> <b>"}\n'
+        "  - {class: pedestrian, at_least: 1, waived: {reason: '<why>', until: 2026-06-01}}\n"
+        "losses: [{of: voxels, class: car, failure: group, at_most: 1, allow_missing: true}]",
+    )
+    lines = {verdict.item.id: number for number, verdict in enumerate(found, 1)}
+    text = junit_xml([RigCheck(rig, "ignored", found)], hostile, lines, {"seed": f"{hostile}\x00\ud800"}, DAY)
+    suite = ET.fromstring(text)[0]
+    assert (suite.get("tests"), suite.get("failures"), suite.get("skipped")) == ("4", "1", "2")
+    assert "\\x1b[31m" in (suite.get("name") or "") and "\\ufffe" in (suite.get("name") or "")
+    cases = suite.findall("testcase")
+    assert [[child.tag for child in case] for case in cases] == [[], ["failure"], ["skipped"], ["skipped"]]
+    assert cases[1].get("name") == "seen-bicycle: a ]]> <b>" and cases[1].get("line") == "2"
