@@ -22,7 +22,7 @@ MARKS: dict[Status, tuple[str, str]] = {
 
 
 def verdict_table(verdicts: Sequence[Verdict], day: date | None) -> Table:
-    """Requirements as rows: their ids, the figure and the limit, and whether it holds; below it what explains it."""
+    """Requirements as rows: the figure and the limit, and whether it holds; below them what explains it."""
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     for title in ("", "requirement"):
         table.add_column(title)
@@ -41,9 +41,9 @@ def _mark(verdict: Verdict, day: date | None) -> Text:
 
 
 def _words(verdict: Verdict, day: date | None) -> Text:
-    label = verdict.item.requirement.label
-    words = Text(visible(verdict.text if label is None else f"{label}: {verdict.text}"))
-    words.append(f"  [{verdict.item.id}]", "dim")
+    one = verdict.item.requirement
+    named = " ".join(word for word in (one.id, one.label) if word is not None)
+    words = Text(visible(f"{named}: {verdict.text}" if named else verdict.text))
     for line in verdict.lines(day):
         words.append(f"\n  {visible(line)}", "dim")
     return words

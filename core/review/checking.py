@@ -331,7 +331,7 @@ class Check:
                 break
         text = f"{one.text} ({below:,} of {draws:,} draws)"
         shown = [amounts(bound, one.at_most, "share")[0] for bound in bounds]
-        detail = f"the chance is at least {shown[0]} and at most {shown[1]}, each with 95 % confidence{limit}"
+        detail = f"between {shown[0]} and {shown[1]}, each bound with 95 % confidence{limit}"
         return Finding(below / draws, text, bounds, (detail,))
 
     def _no_road_users(self, one: Tolerated) -> str | None:

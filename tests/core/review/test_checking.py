@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 from datetime import date
+from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -19,7 +20,7 @@ from riglens.core.review.draws import Draws, chance_bounds
 from riglens.core.review.findings import Verdict, amounts
 from riglens.core.review.measures import Measures
 from riglens.core.review.profiles import bundled_profiles
-from riglens.core.review.requirements import Requirements, requirements_in
+from riglens.core.review.requirements import SECTIONS, Requirements, requirements_in
 from riglens.core.review.tolerance import disturbed, errors_count, profile_called, standing, unit_draws
 from riglens.core.review.verdicts import Onlooker
 from riglens.core.rig.model import Rig
@@ -60,6 +61,13 @@ def verdicts(rig: Rig, text: str) -> tuple[Verdict, ...]:
 
 def some_rig(sensors: int = 4) -> Rig:
     return random_rig(np.random.default_rng(3), sensors)
+
+
+def test_the_file_that_the_documentation_shows_is_one() -> None:
+    page = (Path(__file__).resolve().parents[3] / "docs" / "check.md").read_text()
+    text = next(part for part in page.split("```yaml\n") if part.startswith("riglens_requirements"))
+    found = requirements_in(text.split("```")[0], "check.md", profiles=bundled_profiles())
+    assert all(getattr(found, section) for section in (*SECTIONS, "mounts", "tolerance_profiles"))
 
 
 # ---------------------------------------------------------------- absence
