@@ -5,14 +5,14 @@ Its kernels are serial, so that it may work beside the thread that computes the 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Self
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject
 
-from riglens.app.background.inbox import AsideInbox, unexpected
-from riglens.app.background.worker import CLOSE_S, Answerer, Unwanted
+from riglens.app.background.queue import BackgroundRequest
+from riglens.app.background.worker import CLOSE_S, BackgroundWorker, Context
 from riglens.app.evaluation.known_body import with_known_body
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.requests import LoadedScene
@@ -96,15 +96,12 @@ class CountAnswer:
 
 
 @dataclass(frozen=True)
-class SideCount:
-    """One more rig to count, in all frames, when nobody waits for the one being edited.
+class OtherCount(BackgroundRequest):
+    """One more rig to count, in all frames, while no CountRequest waits; answered by its Figures, None without any.
 
-    `group` says who asks and `name` which of its rigs this is. `is_variant`: it has the sensors of the rig that was
-    counted last, some of them switched off.
+    `is_variant`: it has the sensors of the rig that was counted last, some of them switched off.
     """
 
-    group: str
-    name: str
     rig: Rig
     settings: TargetSettings
     scene: LoadedScene
@@ -112,12 +109,17 @@ class SideCount:
     is_variant: bool = False
 
 
-@dataclass(frozen=True)
-class SideCounted:
-    """The figures of one such rig, None where it cannot be counted."""
+Request = CountRequest | OtherCount
+Answer = CountAnswer | Figures | None
+Counter = BackgroundWorker[Request, Answer]
+"""Answers a CountRequest with one CountAnswer after another, an OtherCount in the background."""
 
-    request: SideCount
-    figures: Figures | None
+
+def make_counter(
+    parent: QObject | None = None, budget_ms: float = BUDGET_MS, close_s: float = CLOSE_S
+) -> Counter:
+    """Return a worker that counts."""
+    return Counter("counting of road users", Counting(budget_ms), parent, close_s)
 
 
 @dataclass
@@ -128,95 +130,38 @@ class _Data:
     traffic: Traffic
     engine: TargetEngine
     baseline: TargetEngine
-    aside: TargetEngine
+    others: TargetEngine
 
 
-class Counter(Answerer[CountRequest | SideCount]):
-    """Answers with one CountAnswer after another, or says why there is nothing to count."""
+class Counting:
+    """Counts in samples of frames; called by one thread."""
 
-    counted_aside = Signal(object)
-    """A SideCounted."""
-
-    def __init__(
-        self, parent: QObject | None = None, budget_ms: float = BUDGET_MS, close_s: float = CLOSE_S
-    ) -> None:
-        self._inbox = AsideInbox[CountRequest | SideCount]()
-        super().__init__("counting of road users", parent, close_s, self._inbox)
+    def __init__(self, budget_ms: float) -> None:
         self._budget_ms = budget_ms
         self._data: _Data | None = None
         self._frames = FIRST_FRAMES
 
-    def ask_aside(self, requests: Sequence[SideCount]) -> None:
-        """Have more rigs counted when no request waits, in this order, each answered by `counted_aside`."""
-        self._inbox.put_aside(requests)
-        self._thread.start()
-
-    def forget_aside(self, group: str) -> None:
-        """Drop what a group asked for and has no answer yet; an answer may still be on its way."""
-        self._inbox.drop_aside(lambda wish: isinstance(wish, SideCount) and wish.group == group)
-
-    # ------------------------------------------------------------------ the thread
-    def _work(self, request: CountRequest | SideCount) -> None:
-        if isinstance(request, SideCount):
-            self._answer_aside(request)
-        else:
-            self._count(request)
-
-    def _answer_aside(self, request: SideCount) -> None:
-        """Count one more rig, or give way and leave it in the queue."""
-        try:
-            figures = self._figures(request)
-        except Unwanted:
-            raise
-        except InputError:
-            figures = None
-        except Exception as error:
-            unexpected("counting of road users", error)
-            figures = None
-        if self._inbox.done_aside(request) and not self._inbox.is_closing():
-            self.counted_aside.emit(SideCounted(request, figures))
-
-    def _figures(self, request: SideCount) -> Figures | None:
-        if request.scene.options.pog is not None:
-            return None
-        data = self._data_of(request.scene.options)
-        engine = data.engine if request.is_variant else data.aside
-        settings = with_known_body(request.settings, request.rig, request.mesh)
-        scores = engine.evaluate_unless(
-            lambda: self._inbox.gives_way(request), request.rig, settings, None, request.mesh
-        )
-        if scores is None:
-            raise Unwanted
-        return figures_of(scores)
-
-    def _count(self, request: CountRequest) -> None:
+    def __call__(self, request: Request, context: Context[Answer]) -> Answer:
         """A sample at once; unless the mouse still moves, larger and larger ones until all frames are in."""
         if request.scene.options.pog is not None:
             raise InputError(NO_BOXES)
-        data = self._data_of(request.scene.options)
+        data = self._data_of(request.scene.options, context)
+        if isinstance(request, OtherCount):
+            engine = data.engine if request.is_variant else data.others
+            settings = with_known_body(request.settings, request.rig, request.mesh)
+            scores = engine.evaluate(request.rig, settings, mesh=request.mesh, cancel=context.is_stale)
+            return figures_of(scores)
+        # the first sample is never given up, so that a drag shows numbers
         frames = min(self._frames, data.traffic.frames)
-        self._show(data, request, frames)
-        while not request.is_preview and frames < data.traffic.frames:
+        answer = _counted(data, request, frames, context.is_closing)
+        if request.is_preview:
+            self._adapt(answer.scores.elapsed_ms, data.traffic.frames)
+            return answer
+        while frames < data.traffic.frames:
+            context.publish(answer)
             frames = min(GROWTH * frames, data.traffic.frames)
-            self._show(data, request, frames)
-
-    def _show(self, data: _Data, request: CountRequest, frames: int) -> None:
-        """Count in so many frames, and tell; the first sample is never given up, so that a drag shows numbers."""
-        is_first = frames <= self._frames
-        is_stale = self._thread.inbox.is_closing if is_first else self._inbox.is_stale
-        mesh = request.mesh
-        settings = with_known_body(request.settings, request.rig, mesh)
-        scores = data.engine.evaluate_unless(is_stale, request.rig, settings, frames, mesh)
-        baseline = scores
-        if request.baseline_rig != request.rig and scores is not None:
-            rig, mesh = request.baseline_rig, request.baseline_mesh
-            settings = with_known_body(request.settings, rig, mesh)
-            baseline = data.baseline.evaluate_unless(is_stale, rig, settings, frames, mesh)
-        if scores is None or baseline is None:
-            raise Unwanted
-        if is_first and request.is_preview:
-            self._adapt(scores.elapsed_ms, data.traffic.frames)
-        self._tell(CountAnswer.of(request, data.traffic, scores, baseline))
+            answer = _counted(data, request, frames, context.is_stale)
+        return answer
 
     def _adapt(self, elapsed_ms: float, frames: int) -> None:
         """Choose the next sample so that it takes about the budget."""
@@ -225,7 +170,7 @@ class Counter(Answerer[CountRequest | SideCount]):
         elif elapsed_ms < self._budget_ms / 4.0:
             self._frames = min(2 * self._frames, frames)
 
-    def _data_of(self, options: SceneOptions) -> _Data:
+    def _data_of(self, options: SceneOptions, context: Context[Answer]) -> _Data:
         """The road users of a data set, read once; an automatic voxel edge has no part in them."""
         if self._data is None or self._data.options is not options:
             # loads the compiler: not while the window opens
@@ -234,10 +179,19 @@ class Counter(Answerer[CountRequest | SideCount]):
             from riglens.core.targets.traffic import WITHIN_M
 
             self._data = None
-            traffic = load_traffic(options, WITHIN_M, self._stop_if_closing)
-            engine, baseline, aside = (TargetEngine(traffic, is_serial=True) for _ in range(3))
-            self._data = _Data(options, traffic, engine, baseline, aside)
+            traffic = load_traffic(options, WITHIN_M, context.stop_if_closing)
+            engine, baseline, others = (TargetEngine(traffic, is_serial=True) for _ in range(3))
+            self._data = _Data(options, traffic, engine, baseline, others)
         return self._data
 
-    def _stop_if_closing(self, _fraction: float) -> None:
-        self._thread.stop_if_closing()
+
+def _counted(data: _Data, request: CountRequest, frames: int, cancel: Callable[[], bool]) -> CountAnswer:
+    """Count the rig and the baseline in the same frames."""
+    settings = with_known_body(request.settings, request.rig, request.mesh)
+    scores = data.engine.evaluate(request.rig, settings, frames, request.mesh, cancel=cancel)
+    baseline = scores
+    if request.baseline_rig != request.rig:
+        rig, mesh = request.baseline_rig, request.baseline_mesh
+        settings = with_known_body(request.settings, rig, mesh)
+        baseline = data.baseline.evaluate(rig, settings, frames, mesh, cancel=cancel)
+    return CountAnswer.of(request, data.traffic, scores, baseline)

@@ -10,9 +10,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from PySide6.QtCore import QObject
 
-from riglens.app.background.worker import CLOSE_S, Answerer
+from riglens.app.background.worker import Context
 from riglens.core.rig.model import Rig
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.vehicle.solid import CarBody, Solid
@@ -24,6 +23,8 @@ if TYPE_CHECKING:  # made by the thread, which loads the compiler
     from riglens.core.targets.traffic import Traffic
     from riglens.core.view.frame_scene import FrameScene, Missed
 
+FrameAnswer = tuple["FrameScene", "Missed | None"]
+"""A frame as the rig meets it, and why the box of the request is missed, if one is to be explained."""
 COARSE_RAYS, ALL_RAYS = 60_000, 400_000
 """Rays that are cast while the mouse moves, and at rest."""
 
@@ -50,15 +51,6 @@ class FrameRequest:
         return self.rig, self.place, self.body, self.settings, self.explain, self.is_preview
 
 
-@dataclass(frozen=True)
-class FrameAnswer:
-    """The answer to one request."""
-
-    request: FrameRequest
-    scene: FrameScene
-    missed: Missed | None = None
-
-
 def boxes_of(traffic: Traffic, place: int) -> FrameBoxes:
     """The boxes of the frame at a place of the traffic, as they stand there."""
     part = slice(int(traffic.starts[place]), int(traffic.starts[place + 1]))
@@ -83,22 +75,19 @@ def _as_counted(found: Missed, counts: ObjectCounts, number: int, enough: int) -
     )
 
 
-class FrameCaster(Answerer[FrameRequest]):
-    """Answers with a FrameAnswer."""
+class FrameCasting:
+    """Casts single frames; the counts of the last one are kept for the next edit. Called by one thread."""
 
-    def __init__(self, parent: QObject | None = None, close_s: float = CLOSE_S) -> None:
-        super().__init__("frame view", parent, close_s)
+    def __init__(self) -> None:
         self._counted: tuple[Traffic, int, TargetEngine] | None = None
 
-    def _work(self, request: FrameRequest) -> None:
-        self._tell(self._cast(request))
-
-    def _cast(self, request: FrameRequest) -> FrameAnswer:
+    def __call__(self, request: FrameRequest, context: Context[FrameAnswer]) -> FrameAnswer:
+        """Return the frame, and why the box of `explain` is missed."""
         from riglens.core.view.frame_scene import frame_scene, why_missed  # loads the compiler
 
         boxes, settings = boxes_of(request.traffic, request.place), request.settings
         body = request.body.solid() if settings.body == "blocks" else Solid.of(np.zeros((0, 3, 3)))
-        self._thread.stop_if_closing()
+        context.stop_if_closing()
         most = COARSE_RAYS if request.is_preview else ALL_RAYS
         frame = int(request.traffic.frame[request.place])
         scene = frame_scene(request.rig, frame, boxes, body, most)
@@ -109,7 +98,7 @@ class FrameCaster(Answerer[FrameRequest]):
         if request.explain is not None and not request.is_preview:
             found = why_missed(request.rig, boxes, request.explain, body, settings.min_points)
             missed = _as_counted(found, counts, request.explain, settings.min_points)
-        return FrameAnswer(request, replace(scene, points=points), missed)
+        return replace(scene, points=points), missed
 
     def _counts(self, request: FrameRequest) -> ObjectCounts:
         """The points on all road users of the frame, as the panel Targets counts them."""

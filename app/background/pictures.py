@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from PySide6.QtCore import QObject
 
-from riglens.app.background.worker import CLOSE_S, Answerer, Unwanted
+from riglens.app.background.worker import CLOSE_S, BackgroundWorker, Context
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.requests import LoadedScene
 from riglens.core.rig.model import Camera, Lidar
@@ -39,55 +39,59 @@ class PictureRequest:
 
 @dataclass(frozen=True)
 class SensorPicture:
-    """The answer to one request; `note` says what is missing in it."""
+    """What a sensor sees of a frame; `note` says what is missing in it."""
 
-    request: PictureRequest
     image: CameraPicture | RangeImage
     note: str
 
 
-class Pictures(Answerer[PictureRequest]):
-    """Answers with a SensorPicture."""
+Pictures = BackgroundWorker[PictureRequest, SensorPicture]
 
-    def __init__(self, parent: QObject | None = None, close_s: float = CLOSE_S) -> None:
-        super().__init__("sensor view", parent, close_s)
+
+def make_pictures(parent: QObject | None = None, close_s: float = CLOSE_S) -> Pictures:
+    """Return a worker that makes pictures."""
+    pictures = FramePictures()
+    return Pictures("sensor view", pictures, parent, close_s, at_end=pictures.close)
+
+
+class FramePictures:
+    """Draws what sensors see of single frames, which are kept once read; called by one thread."""
+
+    def __init__(self) -> None:
         self._frames: tuple[SceneOptions, FrameStore] | None = None
 
-    def _work(self, request: PictureRequest) -> None:
-        self._tell(self._picture(request))
-
-    def _picture(self, request: PictureRequest) -> SensorPicture:
-        boxes, note = self._boxes(request)
+    def __call__(self, request: PictureRequest, context: Context[SensorPicture]) -> SensorPicture:
+        """Return the picture of a request."""
+        boxes, note = self._boxes(request, context)
         solid, sensor = request.body.solid(), request.sensor
-        self._thread.stop_if_closing()
+        context.stop_if_closing()
         if isinstance(sensor, Camera):
             grid = request.scene.field.grid
-            return SensorPicture(request, camera_picture(sensor, grid, boxes, solid), note)
-        return SensorPicture(request, range_image(sensor, boxes, solid), note)
+            return SensorPicture(camera_picture(sensor, grid, boxes, solid), note)
+        return SensorPicture(range_image(sensor, boxes, solid), note)
 
-    def _boxes(self, request: PictureRequest) -> tuple[FrameBoxes, str]:
+    def _boxes(self, request: PictureRequest, context: Context[SensorPicture]) -> tuple[FrameBoxes, str]:
         """Boxes of the frame, and what to say about them."""
         options = request.scene.options
         if options.pog is not None:
             return FrameBoxes.none(), NO_BOXES
         store = self._store_of(options)
-        boxes = store.boxes(request.frame, self._thread.inbox.is_stale)
-        if boxes is None:
-            raise Unwanted
+        boxes = store.boxes(request.frame, context.is_stale)
         is_missing = store.is_full and request.frame >= store.frames_read
         return boxes, TOO_MANY.format(count=store.frames_read) if is_missing else ""
 
     def _store_of(self, options: SceneOptions) -> FrameStore:
         """The frames of a data set; an automatic voxel edge has no part in them."""
         if self._frames is None or self._frames[0] is not options:
-            self._give_back()
+            self.close()
             # loads the compiler: not while the window opens
             from riglens.app.evaluation.scenario import source_of
 
             self._frames = (options, FrameStore(source_of(options)))
         return self._frames[1]
 
-    def _give_back(self) -> None:
+    def close(self) -> None:
+        """Forget the frames."""
         if self._frames is not None:
             self._frames[1].close()
             self._frames = None

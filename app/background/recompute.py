@@ -1,33 +1,33 @@
-"""The one background thread: evaluates rigs and loads box data, always for the latest wish.
+"""The one background thread with parallel kernels: evaluates rigs and loads box data, always the latest request.
 
 Every Numba kernel of the window runs here, because parallel kernels must not be called from two threads.
-A newer request takes the place of one that waits (wishes.py). Where the exact answer would take longer than a frame,
-a coarse one goes ahead, and the exact one is made when the mouse rests. Results return by signals that carry their
-request, and the window drops those older than what it shows.
-Side jobs (side_jobs.py) fill the time in which nobody edits, and give way at once.
+A newer request replaces one that waits (queue.py). Where the exact answer would take longer than a frame, a coarse
+one goes ahead, and the exact one is made when the mouse rests. Results return by signals that carry their request,
+and the window drops those older than what it shows. Background requests (background_requests.py) fill the time in
+which nobody edits, and give way at once.
 """
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Sequence
+from contextlib import suppress
+from functools import partial
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Signal
 
-from riglens.app.background.compiling import OtherKernels
-from riglens.app.background.inbox import SYSTEM_CLOCK, Clock, unexpected
-from riglens.app.background.side_jobs import (
-    AuditAnswer,
+from riglens.app.background.background_requests import (
     AuditRequest,
-    SideAnswer,
-    SideRequest,
+    ScoreRequest,
+    ToleranceProgress,
     ToleranceRequest,
 )
-from riglens.app.background.wishes import Wishes
+from riglens.app.background.compiling import OtherKernels
+from riglens.app.background.queue import SYSTEM_CLOCK, BackgroundRequest, Clock, Job, Priority, RequestQueue
+from riglens.app.background.worker import WorkerThread, group_of, problem_line
 from riglens.app.evaluation.options import SceneOptions
-from riglens.app.evaluation.requests import FRAME_MS, EvaluationRequest, LoadedScene
-from riglens.core.errors import InputError
+from riglens.app.evaluation.requests import FRAME_MS, EvaluationRequest, LoadedScene, Result
+from riglens.core.errors import Cancelled
 from riglens.core.scene.boxes import Progress
 
 if TYPE_CHECKING:
@@ -38,13 +38,12 @@ CANCELLED = "Loading was cancelled."
 _HERE = "background"
 REST_S = 0.05
 """A mouse that asked for nothing new for so long rests: time for the exact answer that a coarse one stood for."""
+BACKGROUND_REST_S = 0.25
+"""Background requests begin when nothing was edited for so long, so that none runs between two moves of a drag."""
+Request = SceneOptions | EvaluationRequest | BackgroundRequest
 
 SceneLoader = Callable[[SceneOptions, Progress], LoadedScene]
 """Turns options into a scene on the background thread; InputError on bad input."""
-
-
-class _Cancelled(Exception):
-    """Raised inside a load that nobody wants any more."""
 
 
 class Recompute(QObject):
@@ -67,12 +66,8 @@ class Recompute(QObject):
     """A load is over; the text is empty after success, and after a cancel or an error says which. Then the
     SceneOptions that it was asked for with: a newer load may have been asked for meanwhile."""
     failed = Signal(str)
-    side_answered = Signal(object)
-    """A SideAnswer."""
-    audited = Signal(object)
-    """An AuditAnswer."""
-    tolerated = Signal(object)
-    """A ToleranceAnswer, now and then until it is whole."""
+    answered_in_background = Signal(object, object)
+    """A background request and its answer (see background_requests.py), None if there is none."""
 
     def __init__(
         self,
@@ -87,12 +82,17 @@ class Recompute(QObject):
         self._loader = loader
         self._threads = threads
         self._coarse_above_ms = coarse_above_ms
-        self._wishes = Wishes(waits, clock)
+        self._queue = RequestQueue[Request](clock, BACKGROUND_REST_S)
+        self._queue.hold(Priority.EDIT, Priority.BACKGROUND)  # until there is a scene
+        if waits:
+            self._queue.hold(Priority.LOAD)
+        self._last: EvaluationRequest | None = None
+        self._gave_up_last = False
         self._scoring: Scoring | None = None
         self._tolerating: Tolerating | None = None
         self._is_warm = False
         self._others = others
-        self._thread = threading.Thread(target=self._run, name="recompute", daemon=True)
+        self._thread = WorkerThread("recompute", self._queue, self._work)
         self._thread.start()
 
     # ------------------------------------------------------------------ called by the interface thread
@@ -103,90 +103,91 @@ class Recompute(QObject):
 
     def begin(self) -> None:
         """Do what has been asked for by now; for an owner that waits."""
-        self._wishes.begin()
+        self._queue.release(Priority.LOAD)
 
     def evaluate(self, request: EvaluationRequest) -> None:
-        """Ask for scores; takes the place of a request that still waits."""
-        self._wishes.evaluate(request)
+        """Ask for scores; replaces a request that waits."""
+        self._last = request
+        self._queue.put(request)
 
-    def ask_aside(self, requests: Sequence[SideRequest]) -> None:
-        """Have rigs scored when nobody edits, in this order, each answered by `side_answered`."""
-        self._wishes.ask_aside(requests)
+    def ask_in_background(self, requests: Sequence[BackgroundRequest]) -> None:
+        """Have requests answered when nobody edits, in this order, each by `answered_in_background`."""
+        for request in requests:
+            self._queue.put(request, Priority.BACKGROUND)
 
-    def ask_audit(self, request: AuditRequest) -> None:
-        """Have the rays of a rig followed when nobody edits, answered by `audited`."""
-        self._wishes.ask_aside([request])
-
-    def ask_tolerance(self, request: ToleranceRequest) -> None:
-        """Have a rig measured under drawn errors when nobody edits, answered by `tolerated` step by step."""
-        self._wishes.ask_aside([request])
-
-    def forget_aside(self, group: str) -> None:
-        """Drop what a group asked for and has no answer yet; an answer may still be on its way."""
-        self._wishes.forget_aside(group)
+    def drop_group(self, group: str) -> None:
+        """Give up a group's background requests; an answer may still be on its way."""
+        self._queue.drop(Priority.BACKGROUND, lambda request: group_of(request) == group)
 
     def load(self, request: SceneOptions) -> None:
         """Ask for other box data; a load under way is given up. The old scene stays until then."""
-        self._wishes.load(request)
+        self._queue.put(request, Priority.LOAD)
 
     def cancel_load(self) -> None:
         """Give up the load under way and the one that waits."""
-        dropped = self._wishes.cancel_load()
-        if dropped is not None:
-            self.load_ended.emit(CANCELLED, dropped)
+        with self._queue.lock:
+            is_loading = self._queue.is_running(Priority.LOAD)
+            dropped = self._queue.drop(Priority.LOAD)
+        if dropped and not is_loading:
+            self.load_ended.emit(CANCELLED, dropped[0])
 
     def wait_until_idle(self, timeout_s: float = 60.0) -> bool:
-        """Block until nothing but side jobs waits or runs; False on timeout. Results may still be queued as
-        Qt events."""
-        return self._wishes.wait_until_idle(timeout_s)
+        """Block until nothing but background requests waits or runs; False on timeout. Results may still be queued
+        as Qt events."""
+        return self._queue.wait_until_idle(timeout_s, Priority.EDIT)
 
     def close(self) -> None:
         """Give up all work and end the thread."""
-        self._wishes.close()
+        self._queue.close()
         if self._others is not None:
             self._others.close()
-        self._thread.join()
+        self._thread.close()
 
     # ------------------------------------------------------------------ the thread
-    def _run(self) -> None:
-        while (work := self._wishes.next_work()) is not None:
-            if isinstance(work, SideRequest):
-                self._answer_aside(work)
-            elif isinstance(work, AuditRequest):
-                self._audit(work)
-            elif isinstance(work, ToleranceRequest):
-                self._tolerate(work)
-            elif isinstance(work, SceneOptions):
-                self._load(work)
-            else:
-                self._evaluate(work)
-                if self._others is not None:
-                    self._others.begin()
+    def _work(self, job: Job[Request]) -> None:
+        if isinstance(job.request, SceneOptions):
+            self._load(job.request, job)
+        elif isinstance(job.request, EvaluationRequest):
+            self._evaluate(job.request)
+            if self._others is not None:
+                self._others.begin()
+        else:
+            self._answer_in_background(job.request, job)
 
-    def _load(self, request: SceneOptions) -> None:
+    # ---- scenes
+
+    def _load(self, request: SceneOptions, job: Job[Request]) -> None:
         self.load_progress.emit(0.0)
         try:
-            # loads the compiler, which the first picture does not need
-            from riglens.app.evaluation.scoring import Scoring, load_scene
-
-            self._compile_beside()
-            scene = (self._loader or load_scene)(request, self._report_progress)
-            self._stop_if_unwanted()
-            scoring = Scoring(scene, self._threads, self._coarse_above_ms)
-            self._warm_up(scene)
-        except _Cancelled:
+            scoring = self._loaded(request, job)
+        except Cancelled:
             outcome = CANCELLED
-        except InputError as error:
-            outcome = str(error)
         except Exception as error:
-            outcome = unexpected(_HERE, error)
+            outcome = problem_line(_HERE, error)
         else:
-            self.scene_loaded.emit(scene)
+            self.scene_loaded.emit(scoring.scene)
             self._scoring = scoring
-            self._wishes.repeat_last()
+            self._evaluate_last_again()
             outcome = ""
-        if not self._wishes.is_other_scene_wanted():
+        if self._queue.waiting(Priority.LOAD) is None:
             self.load_ended.emit(outcome, request)
+
+    def _loaded(self, request: SceneOptions, job: Job[Request]) -> Scoring:
+        from riglens.app.evaluation.scoring import Scoring, load_scene  # loads the compiler
+
+        self._compile_beside()
+        scene = (self._loader or load_scene)(request, partial(self._report_progress, job))
+        self._stop_if_stale(job)
+        scoring = Scoring(scene, self._threads, self._coarse_above_ms)
+        self._warm_up(scene, job)
+        return scoring
+
+    def _evaluate_last_again(self) -> None:
+        """Evaluate on a new scene what was asked last, unless a newer request waits."""
+        with self._queue.lock:
+            self._queue.release(Priority.EDIT, Priority.BACKGROUND)
+            if self._last is not None and self._queue.waiting(Priority.EDIT) is None:
+                self._queue.put(self._last)
 
     def _compile_beside(self) -> None:
         """Before the first load: have the kernel that takes longest compiled by another process meanwhile."""
@@ -194,11 +195,10 @@ class Recompute(QObject):
             return
         from riglens.core.engine.warm_up import needs_fans
 
-        wanted = self._wishes.wanted_evaluation()
-        if wanted is not None and needs_fans(wanted.rig):
+        if self._last is not None and needs_fans(self._last.rig):
             self._others.begin_beside()
 
-    def _warm_up(self, scene: LoadedScene) -> None:
+    def _warm_up(self, scene: LoadedScene, job: Job[Request]) -> None:
         """Compile what the open rig needs before the first answer of this program; later scenes find it compiled."""
         if self._is_warm:
             return
@@ -207,97 +207,110 @@ class Recompute(QObject):
         self.load_preparing.emit()
         if self._others is not None and self._others.is_running:
             compile_sums(scene.field)
-            self._others.wait_for_fans(self._wishes.is_load_unwanted)
-            self._stop_if_unwanted()
-        wanted = self._wishes.wanted_evaluation()
-        if wanted is None or wanted.rig.vehicle.has_mesh_file:  # a mesh is read with the first answer
+            self._others.wait_for_fans(lambda: self._queue.is_stale(job))
+            self._stop_if_stale(job)
+        last = self._last
+        if last is None or last.rig.vehicle.has_mesh_file:  # a mesh is read with the first answer
             warm_up(scene.field, self._threads)
         else:
-            warm_up(scene.field, self._threads, wanted.rig, wanted.settings)
+            warm_up(scene.field, self._threads, last.rig, last.settings)
         self._is_warm = True
-        self._stop_if_unwanted()
+        self._stop_if_stale(job)
 
-    def _report_progress(self, fraction: float) -> None:
+    def _report_progress(self, job: Job[Request], fraction: float) -> None:
         """Progress of a load: ends it when unwanted, and keeps the old scene's scores following edits."""
-        self._stop_if_unwanted()
+        self._stop_if_stale(job)
         self.load_progress.emit(fraction)
-        request = self._wishes.take_evaluation()
-        if request is not None:
-            self._evaluate(request)
-            self._wishes.finish_evaluation()
+        edit = self._queue.take(Priority.EDIT)
+        if edit is not None:
+            assert isinstance(edit.request, EvaluationRequest)
+            with suppress(Cancelled):
+                self._evaluate(edit.request)
+            self._queue.finish()
 
-    def _stop_if_unwanted(self) -> None:
-        if self._wishes.is_load_unwanted():
-            raise _Cancelled
+    def _stop_if_stale(self, job: Job[Request]) -> None:
+        if self._queue.is_stale(job):
+            raise Cancelled
+
+    # ---- edits
 
     def _evaluate(self, request: EvaluationRequest) -> None:
-        assert self._scoring is not None  # there is no evaluation before there is a scene
+        assert self._scoring is not None  # edits are held until there is a scene
         try:
             self._answer(self._scoring, request)
-        except InputError as error:
-            self.failed.emit(str(error))
+        except Cancelled:
+            raise
         except Exception as error:
-            self.failed.emit(unexpected(_HERE, error))
+            self.failed.emit(problem_line(_HERE, error))
 
     def _answer(self, scoring: Scoring, request: EvaluationRequest) -> None:
         """The exact answer; where it is slow a coarse one before it, and in a drag it then waits for a rest."""
-        wishes = self._wishes
-        first = scoring.approximate(request, wishes.is_closing) if scoring.is_slow(request) else None
+        queue = self._queue
+        is_followed = partial(queue.is_followed, Priority.EDIT)
+        first = scoring.approximate(request, lambda: queue.is_closing) if scoring.is_slow(request) else None
         if first is None:
-            result = scoring.exact(request, wishes.is_stale)
-            wishes.gave_up_last = result is None
+            result = self._exact(scoring, request)
         else:
             self.approximated.emit(first)
             is_measured = scoring.is_measured(request)
-            if is_measured and request.is_preview and wishes.is_followed_within(REST_S):
+            if is_measured and request.is_preview and is_followed(REST_S):
                 return
-            result = scoring.exact(request, wishes.is_followed if is_measured else wishes.is_stale)
-        if result is not None:
-            self.evaluated.emit(result)
-            scoring.learn(result, wishes.is_followed if scoring.has_learnt else wishes.is_closing)
+            result = scoring.exact(request, is_followed if is_measured else self._is_overtaken)
+        self.evaluated.emit(result)
+        scoring.learn(result, is_followed if scoring.has_learnt else lambda: queue.is_closing)
 
-    def _answer_aside(self, request: SideRequest) -> None:
-        """Answer a side job, or give way and leave it in the queue."""
-        assert self._scoring is not None
-        scoring = self._scoring
+    def _exact(self, scoring: Scoring, request: EvaluationRequest) -> Result:
         try:
-            found = scoring.aside(request.rig, request.settings, lambda: self._wishes.gives_way(request))
-        except Exception as error:
-            told = isinstance(error, InputError)
-            self.failed.emit(str(error) if told else unexpected(_HERE, error))
-            found = None
-            self.forget_aside(request.group)
-        if found is not None and self._wishes.take_aside(request):
-            self.side_answered.emit(SideAnswer(request, scoring.scene, found.scores, found.elapsed_ms))
+            result = scoring.exact(request, self._is_overtaken)
+        except Cancelled:
+            self._gave_up_last = True
+            raise
+        self._gave_up_last = False
+        return result
 
-    def _audit(self, request: AuditRequest) -> None:
-        """Follow the rays of a rig; that is not given up half-way, it takes a second or two."""
-        from riglens.core.engine.audit import audit
+    def _is_overtaken(self) -> bool:
+        """Whether to give up: a final request waits, and the last one was not given up.
 
-        found = None
+        A preview never drives out a running evaluation, and never are two given up in a row: otherwise
+        a fast mouse could keep every number from being finished.
+        """
+        newer = self._queue.waiting(Priority.EDIT)
+        is_final = isinstance(newer, EvaluationRequest) and not newer.is_preview
+        return self._queue.is_closing or (is_final and not self._gave_up_last)
+
+    # ---- in the background
+
+    def _answer_in_background(self, request: BackgroundRequest, job: Job[Request]) -> None:
+        """Answer, or raise Cancelled for anything more urgent; after an error the group is given up."""
         try:
-            found = audit(request.scene.field, request.rig, "blocks", request.mesh, self._threads)
+            answer = self._found(request, partial(self._queue.is_stale, job))
+        except Cancelled:
+            raise
         except Exception as error:
-            told = isinstance(error, InputError)
-            self.failed.emit(str(error) if told else unexpected(_HERE, error))
-        if self._wishes.take_aside(request):
-            self.audited.emit(AuditAnswer(request, found))
-
-    def _tolerate(self, request: ToleranceRequest) -> None:
-        """Measure one rig more, then let other side jobs go first."""
-        from riglens.app.background.tolerating import Tolerating, is_told
-
-        self._tolerating = self._tolerating or Tolerating(self._threads)
-        try:
-            answer = self._tolerating.step(request, lambda: self._wishes.gives_way(request))
-        except Exception as error:
-            told = isinstance(error, InputError)
-            self.failed.emit(str(error) if told else unexpected(_HERE, error))
-            self._tolerating.forget()
-            self.forget_aside(request.group)
+            self._tolerating = None
+            self.failed.emit(problem_line(_HERE, error))
+            self.drop_group(request.group)
+            self.answered_in_background.emit(request, None)
             return
-        wishes = self._wishes
-        if answer is None or not (wishes.take_aside if answer.is_whole else wishes.put_off_aside)(request):
-            return
-        if is_told(answer):
-            self.tolerated.emit(answer)
+        if isinstance(answer, ToleranceProgress):
+            if not answer.is_whole:
+                self._queue.put_back(job, last=True)
+            if not answer.is_due:
+                return
+        if not job.is_dropped:
+            self.answered_in_background.emit(request, answer)
+
+    def _found(self, request: BackgroundRequest, cancel: Callable[[], bool]) -> object:
+        if isinstance(request, AuditRequest):
+            from riglens.core.engine.audit import audit  # takes a second or two, and cannot be given up
+
+            return audit(request.scene.field, request.rig, "blocks", request.mesh, self._threads)
+        if isinstance(request, ToleranceRequest):
+            from riglens.app.background.tolerating import Tolerating
+
+            self._tolerating = self._tolerating or Tolerating(self._threads)
+            return self._tolerating.step(request, cancel)
+        assert isinstance(request, ScoreRequest) and self._scoring is not None
+        if request.scene is not self._scoring.scene:
+            return None
+        return self._scoring.other(request.rig, request.settings, cancel)

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject
 
-from riglens.app.background.worker import CLOSE_S, Answerer
+from riglens.app.background.worker import Context
 from riglens.core.geometry import Vec3
 from riglens.core.rig.model import Sensor
 from riglens.core.sensing.body_ends import listed_ends
@@ -30,13 +29,8 @@ class StandRequest:
     stopped_of: Sensor | None = None
 
 
-@dataclass(frozen=True, eq=False)
-class StandAnswer:
-    """The answer to one request: how each sensor stands, by name, and where rays end at the body, (n, 3) metres."""
-
-    request: StandRequest
-    stands: Mapping[str, Stand]
-    ends_m: NDArray[np.float32]
+StandAnswer = tuple[Mapping[str, Stand], NDArray[np.float32]]
+"""How each sensor stands, by name, and where rays end at the body, (n, 3) metres."""
 
 
 def stopped_rays(request: StandRequest) -> NDArray[np.float32]:
@@ -51,26 +45,20 @@ def stopped_rays(request: StandRequest) -> NDArray[np.float32]:
     return np.asarray(np.array(sensor.position) + met_m[stopped, None] * directions[stopped], np.float32)
 
 
-class StandFinder(Answerer[StandRequest]):
-    """Answers with a StandAnswer.
+class Stands:
+    """How sensors stand; kept as long as body and place are asked for, so a drag costs the moved sensor only."""
 
-    What was found is kept as long as body and place are asked for, so a drag costs the moved sensor only.
-    """
-
-    def __init__(self, parent: QObject | None = None, close_s: float = CLOSE_S) -> None:
-        super().__init__("places of sensors", parent, close_s)
+    def __init__(self) -> None:
         self._body: CarBody | None = None
         self._known: dict[Vec3, Stand] = {}
 
-    def _work(self, request: StandRequest) -> None:
-        self._tell(StandAnswer(request, self._find(request), stopped_rays(request)))
-
-    def _find(self, request: StandRequest) -> dict[str, Stand]:
+    def __call__(self, request: StandRequest, context: Context[StandAnswer]) -> StandAnswer:
+        """Return the answer to a request."""
         if request.body != self._body:
             self._body, self._known = request.body, {}
         solid, known = request.body.solid(), {}
         for _, place_m in request.places_m:
-            self._thread.stop_if_closing()
+            context.stop_if_closing()
             known[place_m] = self._known.get(place_m) or stand(place_m, solid)
         self._known = known
-        return {name: known[place_m] for name, place_m in request.places_m}
+        return {name: known[place_m] for name, place_m in request.places_m}, stopped_rays(request)

@@ -17,16 +17,12 @@ from typing import Any, TypeVar
 
 from PySide6.QtCore import QObject, Qt, Signal
 
-from riglens.core.errors import InputError
+from riglens.core.errors import Cancelled, InputError
 from riglens.core.scene.boxes import Progress
 
 Found = TypeVar("Found")
 CLOSE_S = 1.0
 """How long closing waits for work that does not report progress."""
-
-
-class TaskCancelled(Exception):
-    """Raised by `progress` inside work that nobody wants any more; the work lets it pass."""
 
 
 class Task(QObject):
@@ -62,7 +58,7 @@ class Task(QObject):
         try:
             found = self._work(self._report)
             self._report(1.0)
-        except TaskCancelled:
+        except Cancelled:
             pass
         except InputError as error:
             self.failed.emit(str(error), "")
@@ -75,7 +71,7 @@ class Task(QObject):
 
     def _report(self, fraction: float) -> None:
         if self._unwanted.is_set():
-            raise TaskCancelled
+            raise Cancelled
         self.progressed.emit(fraction)
 
 

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from riglens.app.background.side_jobs import ToleranceAnswer, ToleranceRequest
+from riglens.app.background.background_requests import ToleranceProgress, ToleranceRequest
 from riglens.core.review.measures import Measures
 from riglens.core.review.tolerance import ToleranceRun
 
 FRAMES = 100
-"""Road users are counted in so many frames, as `riglens tolerance` does unless told otherwise."""
-TOLD_EVERY = 4
-"""Answers are told after so many steps, and at the end."""
+"""Objects are counted in so many frames, the default of `riglens tolerance`."""
 
 
 class Tolerating:
@@ -23,20 +21,17 @@ class Tolerating:
         self._run: ToleranceRun | None = None
         self._measures: Measures | None = None
 
-    def step(self, request: ToleranceRequest, is_stale: Callable[[], bool]) -> ToleranceAnswer | None:
-        """Measure once more; None when `is_stale` said so half-way, and then the same is measured again."""
+    def step(self, request: ToleranceRequest, cancel: Callable[[], bool]) -> ToleranceProgress:
+        """Measure once more; after Cancelled, the next call measures the same again."""
         if request is not self._request:
             self._begin(request)
         run, measures = self._run, self._measures
         assert run is not None and measures is not None
-        figures = measures.unless(is_stale, *run.wanted())
-        if figures is None:
-            return None
-        run.take(figures)
-        answer = ToleranceAnswer(request, run.done, run.steps, run.result())
-        if answer.is_whole:
+        run.take(measures(*run.wanted(), cancel=cancel))
+        progress = ToleranceProgress(run.done, run.steps, run.result())
+        if progress.is_whole:
             self.forget()
-        return answer
+        return progress
 
     def _begin(self, request: ToleranceRequest) -> None:
         self._request = request
@@ -47,10 +42,5 @@ class Tolerating:
         )  # fmt: skip
 
     def forget(self) -> None:
-        """Give back what is held."""
+        """Release what is held."""
         self._request = self._run = self._measures = None
-
-
-def is_told(answer: ToleranceAnswer) -> bool:
-    """Whether an answer is worth telling: now and then, and the last."""
-    return answer.is_whole or answer.done % TOLD_EVERY == 0

@@ -1,152 +1,188 @@
-"""A thread that answers the latest wish and nothing else, started with the first one, and the object that owns it."""
+"""A background thread that answers the latest request, and the object that owns it."""
 
 from __future__ import annotations
 
+import sys
 import threading
-from collections.abc import Callable
+import traceback
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 from PySide6.QtCore import QObject, Signal
 
-from riglens.app.background.inbox import LatestInbox, unexpected
-from riglens.core.errors import InputError
+from riglens.app.background.queue import BackgroundRequest, Job, Priority, RequestQueue
+from riglens.core.errors import Cancelled, InputError
 
-Wish = TypeVar("Wish")
+Request = TypeVar("Request")
+Answer = TypeVar("Answer")
 CLOSE_S = 1.0
 """How long closing waits for the thread: compiling a kernel cannot be given up."""
 
 
-class Unwanted(Exception):
-    """Raised by an answer in the making that nobody wants any more."""
+class WorkerThread(Generic[Request]):
+    """A daemon thread that passes each job of a queue to `work`; a cancelled background job is queued again.
 
-
-class LatestThread(Generic[Wish]):
-    """Calls `answer` with each wish that no newer one has taken the place of, in a thread of that name.
-
-    `answer` handles its own errors, and may raise `Unwanted`. `at_end` gives back what the thread holds, in the thread
-    itself. Every method is called by the interface thread.
+    `at_end` releases what the thread holds, in the thread itself. Everything else is called by the owner's thread.
     """
 
     def __init__(
         self,
         name: str,
-        answer: Callable[[Wish], None],
-        close_s: float = CLOSE_S,
+        queue: RequestQueue[Request],
+        work: Callable[[Job[Request]], None],
         at_end: Callable[[], None] = lambda: None,
-        inbox: LatestInbox[Wish] | None = None,
     ) -> None:
-        self.inbox = LatestInbox[Wish]() if inbox is None else inbox
-        self._name, self._answer, self._close_s, self._at_end = name, answer, close_s, at_end
-        self._thread: threading.Thread | None = None
-
-    def ask(self, wish: Wish) -> None:
-        """Want this; it takes the place of a wish that still waits."""
-        self.inbox.put(wish)
-        self.start()
+        self._queue, self._work, self._at_end = queue, work, at_end
+        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
 
     def start(self) -> None:
-        """Start the thread unless it runs."""
-        if self._thread is None:
-            self._thread = threading.Thread(target=self._run, name=self._name, daemon=True)
+        """Start the thread unless it was started."""
+        if not self.is_started:
             self._thread.start()
 
-    def close(self) -> None:
-        """End the thread; one that does not end in `close_s` is left to itself."""
-        self.inbox.close()
-        self.wait_until_ended(self._close_s)
-
-    def wait_until_idle(self, timeout_s: float = 60.0) -> bool:
-        """Block until nothing waits or runs; False on timeout. Answers may still be queued as Qt events."""
-        return self.inbox.wait_until_idle(timeout_s)
+    def close(self, timeout_s: float | None = None) -> None:
+        """End the thread; one that does not end in time is left to itself."""
+        self._queue.close()
+        if self.is_started:
+            self._thread.join(timeout_s)
 
     @property
     def is_started(self) -> bool:
-        """Whether anything was asked yet."""
-        return self._thread is not None
+        """Whether the thread was ever started."""
+        return self._thread.ident is not None
 
     @property
     def is_alive(self) -> bool:
         """Whether the thread runs."""
-        return self._thread is not None and self._thread.is_alive()
-
-    def wait_until_ended(self, timeout_s: float) -> bool:
-        """Block until the thread that was told to end is gone; False on timeout."""
-        if self._thread is not None:
-            self._thread.join(timeout_s)
-        return not self.is_alive
-
-    def stop_if_closing(self) -> None:
-        """Raise `Unwanted` when everything ends."""
-        if self.inbox.is_closing():
-            raise Unwanted
+        return self._thread.is_alive()
 
     def _run(self) -> None:
-        while (wish := self.inbox.next_work()) is not None:
+        while (job := self._queue.next_job()) is not None:
             try:
-                self._answer(wish)
-            except Unwanted:
-                continue
+                self._work(job)
+            except Cancelled:
+                if job.priority is Priority.BACKGROUND:
+                    self._queue.put_back(job)
         self._at_end()
 
 
-class Answerer(QObject, Generic[Wish]):
-    """Owner of a thread that works for the latest wish; the interface thread calls every public method.
+@dataclass(frozen=True)
+class Context(Generic[Answer]):
+    """What an answer in the making needs of its thread: cancellation, progress, and a way out for early answers."""
 
-    A kind of answers is a class of its own: it says how it works for a wish (`_work`), with serial kernels, so that it
-    may do so beside the thread that computes the scores.
+    is_stale: Callable[[], bool]
+    """Whether a newer request waits, this one was dropped, or everything ends."""
+    is_closing: Callable[[], bool]
+    publish: Callable[[Answer], None]
+    """Emit an early answer."""
+    progress: Callable[[float], None]
+
+    def stop_if_closing(self, _share: float = 0.0) -> None:
+        """Raise Cancelled at the end of everything; also serves as a progress callback."""
+        if self.is_closing():
+            raise Cancelled
+
+    def report(self, share: float) -> None:
+        """Emit progress; raise Cancelled when the request is stale."""
+        if self.is_stale():
+            raise Cancelled
+        self.progress(share)
+
+
+class BackgroundWorker(QObject, Generic[Request, Answer]):
+    """Calls `answer` with the latest request in a thread of its own, which may call serial kernels only.
+
+    `answer` raises InputError if there is no answer, or Cancelled if it was given up. The thread starts with the
+    first request. Every public method is called by the interface thread.
     """
 
-    made = Signal(object)
-    """An answer."""
+    answered = Signal(object, object)
+    """A request and its answer; early answers, too."""
+    answered_in_background = Signal(object, object)
+    """A background request and its answer, None if there is none."""
+    progressed = Signal(object, float)
+    """A request, and the share of it that is done."""
     failed = Signal(str)
-    """There is none, and why."""
+    """Why there is no answer to the last request."""
 
     def __init__(
         self,
-        of: str,
+        name: str,
+        answer: Callable[[Request, Context[Answer]], Answer],
         parent: QObject | None = None,
         close_s: float = CLOSE_S,
-        inbox: LatestInbox[Wish] | None = None,
+        at_end: Callable[[], None] = lambda: None,
     ) -> None:
-        """`of`: what answers are, for the name of the thread and for messages about errors nobody foresaw."""
+        """`name`: what the answers are, for the thread's name and messages about unforeseen errors."""
         super().__init__(parent)
-        self._of = of
-        self._thread = LatestThread[Wish](of, self._answer, close_s, self._give_back, inbox)
+        self._name, self._answer, self._close_s = name, answer, close_s
+        self._queue = RequestQueue[Request]()
+        self._thread = WorkerThread(name, self._queue, self._work, at_end)
 
-    def ask(self, wish: Wish) -> None:
-        """Ask for an answer; takes the place of a wish that still waits."""
-        self._thread.ask(wish)
+    def ask(self, request: Request) -> None:
+        """Ask for an answer; replaces a request that waits."""
+        self._queue.put(request)
+        self._thread.start()
+
+    def ask_in_background(self, requests: Sequence[Request]) -> None:
+        """Ask for answers while no other request waits, in this order, by `answered_in_background`."""
+        for request in requests:
+            self._queue.put(request, Priority.BACKGROUND)
+        self._thread.start()
+
+    def drop(self) -> None:
+        """Give up the latest request."""
+        self._queue.drop(Priority.EDIT)
+
+    def drop_group(self, group: str) -> None:
+        """Give up a group's background requests; an answer may still be on its way."""
+        self._queue.drop(Priority.BACKGROUND, lambda request: group_of(request) == group)
 
     def close(self) -> None:
         """End the thread, or leave it to itself when it takes too long."""
-        self._thread.close()
+        self._thread.close(self._close_s)
 
     def wait_until_idle(self, timeout_s: float = 60.0) -> bool:
         """Block until nothing waits or runs; False on timeout. Answers may still be queued as Qt events."""
-        return self._thread.wait_until_idle(timeout_s)
+        return self._queue.wait_until_idle(timeout_s)
 
     # ------------------------------------------------------------------ the thread
-    def _work(self, wish: Wish) -> None:
-        """Find what is wanted and `_tell` it; InputError says why not, `Unwanted` gives up."""
-        raise NotImplementedError
+    def _work(self, job: Job[Request]) -> None:
+        is_urgent = job.priority is not Priority.BACKGROUND
+        signal = self.answered if is_urgent else self.answered_in_background
 
-    def _give_back(self) -> None:
-        """Let go of what the thread holds, when it ends."""
+        def emit(answer: Answer | None) -> None:
+            if self._queue.is_closing or job.is_dropped:
+                raise Cancelled  # the signals may be gone
+            signal.emit(job.request, answer)
 
-    def _tell(self, answer: object) -> None:
-        self._thread.stop_if_closing()  # nobody hears it any more, and the signals may be gone
-        self.made.emit(answer)
-
-    def _fail(self, reason: str) -> None:
-        self._thread.stop_if_closing()
-        self.failed.emit(reason)
-
-    def _answer(self, wish: Wish) -> None:
+        context = Context[Answer](
+            lambda: self._queue.is_stale(job),
+            lambda: self._queue.is_closing,
+            emit,
+            lambda share: self.progressed.emit(job.request, share),
+        )
         try:
-            self._work(wish)
-        except InputError as error:
-            self._fail(str(error))
-        except Unwanted:
+            emit(self._answer(job.request, context))
+        except Cancelled:
             raise
         except Exception as error:
-            self._fail(unexpected(self._of, error))
+            line = problem_line(self._name, error)
+            if not is_urgent:
+                emit(None)
+            elif not (self._queue.is_closing or job.is_dropped):
+                self.failed.emit(line)
+
+
+def group_of(request: object) -> str | None:
+    """Return the group of a background request."""
+    return request.group if isinstance(request, BackgroundRequest) else None
+
+
+def problem_line(name: str, error: Exception) -> str:
+    """Return one line for the user; the traceback of an unforeseen error goes to standard error."""
+    if isinstance(error, InputError):
+        return str(error)
+    traceback.print_exception(error, file=sys.stderr)
+    return f"Unexpected failure in the {name}: {type(error).__name__}: {error}"

@@ -14,6 +14,7 @@ from riglens.core.engine.inspect import covered_at_least
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.columns import Words
 from riglens.core.view.display import DisplayGrid
+from riglens.core.view.top_view import SeenBy
 from riglens.widgets.heatmap.scale import HeatmapData
 
 COUNT_LABELS = ("0", "1", "2", "3+")
@@ -36,9 +37,28 @@ class VoxelMarks:
     baseline_name: str = ""
 
 
+SEEN_BY: dict[HeatMode, SeenBy] = {
+    "seen": "any", "unseen": "any", "change": "any", "twice": "twice", "thrice": "thrice", "kinds": "kinds",
+}  # fmt: skip
+"""Whose seeing a mode shows, of those that show any."""
+
+
 def needs_seen(mode: HeatMode) -> bool:
-    """Whether an evaluation has to say which voxels are seen."""
-    return mode in ("seen", "unseen", "change", "kinds")
+    """Whether an evaluation has to return the seen voxels for a mode."""
+    return SEEN_BY.get(mode) in ("any", "kinds")
+
+
+def seen_by(by: SeenBy, engine: Engine, evaluation: Evaluation) -> Words:
+    """Return the voxels seen in the evaluation that the engine has just made; call it on the engine's thread."""
+    camera, lidar = evaluation.seen_camera, evaluation.seen_lidar
+    if by in ("twice", "thrice"):
+        levels = covered_at_least(engine, evaluation.rig, evaluation.settings.method)
+        many: Words = levels[1 if by == "twice" else 2]
+        return many
+    if by == "kinds":
+        both: Words = camera & lidar
+        return both
+    return seen_words(evaluation) if by == "any" else camera if by == "camera" else lidar
 
 
 def marks_of(evaluation: Evaluation) -> VoxelMarks:
@@ -54,15 +74,11 @@ def seen_words(evaluation: Evaluation) -> Words:
 
 def marks_for(mode: HeatMode, engine: Engine, evaluation: Evaluation) -> VoxelMarks:
     """What a mode needs of an evaluation that the engine has just made, on the engine's thread."""
-    seen, levels = NO_WORDS, NO_WORDS
-    if mode == "kinds":
-        seen = evaluation.seen_camera & evaluation.seen_lidar
-    elif needs_seen(mode):
-        seen = seen_words(evaluation)
-    elif mode in ("sensors", "twice", "thrice"):
+    if mode == "sensors":
         levels = covered_at_least(engine, evaluation.rig, evaluation.settings.method)
-        seen = levels[2 if mode == "thrice" else 1]
-    return VoxelMarks(seen, levels, NO_WORDS)
+        return VoxelMarks(NO_WORDS, levels, NO_WORDS)
+    seen = seen_by(SEEN_BY[mode], engine, evaluation) if mode in SEEN_BY else NO_WORDS
+    return VoxelMarks(seen, NO_WORDS, NO_WORDS)
 
 
 @dataclass(frozen=True)

@@ -12,13 +12,12 @@ from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 
 if TYPE_CHECKING:  # made by the background thread, which loads what computes them
-    from riglens.app.evaluation.heatmap import Heatmaps
+    from riglens.app.evaluation.heatmap import Heatmaps, VoxelMarks
     from riglens.core.engine.engine import Evaluation
     from riglens.core.engine.sight import Sight
     from riglens.core.metric.entropy import EntropyField
     from riglens.core.metric.voxel import Voxel, VoxelFacts
     from riglens.core.review.blind import BlindMap
-    from riglens.core.scene.columns import Words
     from riglens.core.study.voxel_choice import VoxelChoice
     from riglens.core.vehicle.mesh import BodyMesh
     from riglens.core.view.outlook import Gap
@@ -85,8 +84,8 @@ class PickedVoxel:
 class Result:
     """The exact answer to one request: scores now and of the baseline, heatmap and map to draw, the picked voxel.
 
-    `baseline_seen` are words of the voxels that the baseline sees, where the heatmap shows changes; `blind` is how
-    low the rig looks around the car; `redundant` are words of what a heatmap of redundancy shows.
+    `marks` are the voxels that the heatmap was made of; `blind` is from what height on the rig sees objects around
+    the car.
     """
 
     request: EvaluationRequest
@@ -96,9 +95,8 @@ class Result:
     heatmap: HeatmapData | None
     top_view: TopView | None = None
     picked: PickedVoxel | None = None
-    baseline_seen: Words | None = None
+    marks: VoxelMarks | None = None
     blind: BlindMap | None = None
-    redundant: Words | None = None
 
 
 @dataclass(frozen=True)

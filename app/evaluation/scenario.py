@@ -140,7 +140,7 @@ def _shared(progress: Progress | None, work: Sequence[int]) -> Iterator[Progress
 def _try(field: EntropyField, auto: AutoVoxel, report: Progress) -> Tried:
     """Scores of the rigs at one edge; between chunks of rays it calls `report`, which may raise to cancel."""
 
-    def is_stale() -> bool:
+    def never() -> bool:
         report(1.0)
         return False
 
@@ -149,8 +149,7 @@ def _try(field: EntropyField, auto: AutoVoxel, report: Progress) -> Tried:
     scores = []
     for rig in auto.rigs:
         how = with_known_body(settings, rig, None)  # a mesh is not read for this
-        evaluation = engine.evaluate_unless(is_stale, rig, how)
-        assert evaluation is not None  # `report` raises instead
+        evaluation = engine.evaluate(rig, how, cancel=never)
         scores.append((rig.name, evaluation.scores))
     return Tried(field.grid.voxel_m, tuple(scores))
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from riglens.app.evaluation.edit_costs import EditCosts
-from riglens.app.evaluation.heatmap import NO_WORDS, REDUNDANT, Heatmaps, marks_for, needs_seen, seen_words
+from riglens.app.evaluation.heatmap import NO_WORDS, Heatmaps, marks_for, needs_seen, seen_by, seen_words
 from riglens.app.evaluation.known_body import with_known_body
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.requests import (
@@ -23,7 +23,7 @@ from riglens.app.evaluation.requests import (
 from riglens.app.evaluation.scenario import load_scenario
 from riglens.app.evaluation.surroundings import Surroundings
 from riglens.core.engine.engine import Engine, Evaluation
-from riglens.core.engine.inspect import covered_at_least, sees_voxel
+from riglens.core.engine.inspect import sees_voxel
 from riglens.core.engine.sight import Sight, sight
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.estimate import estimated
@@ -44,7 +44,8 @@ from riglens.core.view.top_views import TopViews
 WORTH, STILL_WORTH = 0.5, 1.0
 """Coarse answers begin where they take at most this part of the time of exact ones, and then go on up to that
 part, so that noise in the times does not have the two take turns within a drag."""
-IsStale = Callable[[], bool]
+Cancel = Callable[[], bool]
+"""Called every few milliseconds: whether to give up."""
 
 
 def load_scene(options: SceneOptions, progress: Progress) -> LoadedScene:
@@ -80,41 +81,30 @@ class Scoring:
         self._baseline: _Baseline | None = None
         self._reporter = VoxelReporter(scene.heatmaps.display.pog)
         self._coarse: Engine | None = None
-        self._aside: Engine | None = None
+        self._others: Engine | None = None
         self._was_slow = False
         self._known: tuple[MetricSettings, Scores, Scores] | None = None
         self._meshes: dict[str, BodyMesh] = {}
         self._around = Surroundings(threads)
 
     # ------------------------------------------------------------------ exact
-    def exact(self, request: EvaluationRequest, is_stale: IsStale) -> Result | None:
-        """The exact answer; None when `is_stale` said so half-way."""
+    def exact(self, request: EvaluationRequest, cancel: Cancel) -> Result:
+        """The exact answer; raise Cancelled when `cancel` returns True half-way."""
         self._keep_mesh(request)
-        evaluation = self._engine.evaluate_unless(
-            is_stale,
-            request.rig,
-            self._settings_for(request.rig, request.settings),
-            with_seen=needs_seen(request.heat) or request.map_by is not None,
-            mesh=self._mesh_of(request.rig),
-        )
-        if evaluation is None:
-            return None
+        has_seen = needs_seen(request.heat) or request.map_by is not None
+        settings, mesh = self._settings_for(request.rig, request.settings), self._mesh_of(request.rig)
+        evaluation = self._engine.evaluate(request.rig, settings, has_seen, mesh, cancel=cancel)
         self._costs.note(request.rig, evaluation.elapsed_ms)
-        picked = self._picked(request, evaluation)
         marks = marks_for(request.heat, self._engine, evaluation)
-        mapped = self._mapped(request, evaluation)
-        baseline = self._baseline_of(request, evaluation)
-        heatmap = self.scene.heatmaps.heatmap(
-            request.heat,
-            request.heat_class,
-            replace(marks, baseline=baseline.seen, baseline_name=baseline.rig.name),
-        )
-        top_view = None if request.map_by is None else self._top_view(request, mapped)
+        top_view = self._top_view(request, evaluation)
+        picked = self._picked(request, evaluation)
+        baseline = self._baseline_of(request, evaluation)  # last: the engine may hold its sensors afterwards
+        marks = replace(marks, baseline=baseline.seen, baseline_name=baseline.rig.name)
+        heatmap = self.scene.heatmaps.heatmap(request.heat, request.heat_class, marks)
+        blind = self._around.blind_map(request) if request.blind else None
         return Result(
-            request, self.scene, evaluation, baseline.scores, heatmap, top_view, picked, baseline.seen,
-            self._around.blind_map(request) if request.blind else None,
-            marks.seen if request.heat in REDUNDANT else None,
-        )  # fmt: skip
+            request, self.scene, evaluation, baseline.scores, heatmap, top_view, picked, marks, blind
+        )
 
     def _keep_mesh(self, request: EvaluationRequest) -> None:
         """Remember the mesh of a body: the baseline and rigs beside it stand on the same car, as a rule."""
@@ -127,23 +117,11 @@ class Scoring:
     def _settings_for(self, rig: Rig, settings: MetricSettings) -> MetricSettings:
         return with_known_body(settings, rig, self._mesh_of(rig))
 
-    def _mapped(self, request: EvaluationRequest, evaluation: Evaluation) -> Words:
-        """The voxels that count as seen on the map; read before the baseline takes the rig's place."""
-        camera, lidar = evaluation.seen_camera, evaluation.seen_lidar
-        match request.map_by:
-            case "any":
-                return seen_words(evaluation)
-            case "kinds":
-                both: Words = camera & lidar
-                return both
-            case "twice" | "thrice":
-                counted = covered_at_least(self._engine, request.rig, request.settings.method)
-                many: Words = counted[1 if request.map_by == "twice" else 2]
-                return many
-        return camera if request.map_by == "camera" else lidar
-
-    def _top_view(self, request: EvaluationRequest, seen: Words) -> TopView:
-        assert request.map_by is not None
+    def _top_view(self, request: EvaluationRequest, evaluation: Evaluation) -> TopView | None:
+        """The map from above, if it is asked for, of the evaluation that has just been made."""
+        if request.map_by is None:
+            return None
+        seen = seen_by(request.map_by, self._engine, evaluation)
         cls = CLASSES.index(request.heat_class)
         return self._top_views.view(cls, request.heat_class, request.map_by, seen)
 
@@ -159,10 +137,7 @@ class Scoring:
 
     def _baseline_of(self, request: EvaluationRequest, evaluation: Evaluation) -> _Baseline:
         """Scores of the baseline under the same settings, with its own body; computed once per baseline, settings and
-        scene.
-
-        After it the engine may hold the sensors of the baseline: read before what belongs to the rig.
-        """
+        scene."""
         rig, settings, known = request.baseline_rig, request.settings, self._baseline
         wants_seen = request.heat == "change"
         is_known = known is not None and (known.rig, known.settings) == (rig, settings)
@@ -177,15 +152,15 @@ class Scoring:
             self._baseline = known
         return known
 
-    def aside(self, rig: Rig, settings: MetricSettings, is_stale: IsStale) -> Evaluation | None:
-        """The exact scores of a rig that is not the one being edited; None when `is_stale` said so half-way.
+    def other(self, rig: Rig, settings: MetricSettings, cancel: Cancel) -> Scores:
+        """The exact scores of a rig that is not the one being edited; raise Cancelled when `cancel` returns True.
 
         It has an engine of its own, so that the next edit still has to cast nothing but what it changes.
         """
-        if self._aside is None:
-            self._aside = Engine(self.scene.field, self._threads)
+        if self._others is None:
+            self._others = Engine(self.scene.field, self._threads)
         how = self._settings_for(rig, settings)
-        return self._aside.evaluate_unless(is_stale, rig, how, False, self._mesh_of(rig))
+        return self._others.evaluate(rig, how, False, self._mesh_of(rig), cancel=cancel).scores
 
     # ------------------------------------------------------------------ coarse
     def is_slow(self, request: EvaluationRequest) -> bool:
@@ -200,19 +175,19 @@ class Scoring:
         """Whether the expectation rests on times of the very sensors that have to be cast."""
         return not self._costs.is_guess(request.rig)
 
-    def approximate(self, request: EvaluationRequest, is_stale: IsStale) -> Approximation | None:
-        """A coarse answer; None when there is nothing to estimate it from, or when it was given up."""
+    def approximate(self, request: EvaluationRequest, cancel: Cancel) -> Approximation | None:
+        """A coarse answer; None when there is nothing to estimate it from."""
         self._keep_mesh(request)
         settings = self._settings_for(request.rig, request.settings)
         if self._known is None or not _same_sets(self._known[0], settings):
             return None
-        found = self._evaluate_coarse(request.rig, request.settings, is_stale)
-        scores = estimated(found.scores, *self._known[1:], request.settings) if found is not None else None
-        if found is None or scores is None:
+        found = self._evaluate_coarse(request.rig, request.settings, cancel)
+        scores = estimated(found.scores, *self._known[1:], request.settings)
+        if scores is None:
             return None
         return Approximation(request, scores, self._coarse_voxel_m, found.elapsed_ms)
 
-    def learn(self, result: Result, is_stale: IsStale) -> None:
+    def learn(self, result: Result, cancel: Cancel) -> None:
         """Have the coarse engine follow an exact answer, from which the next coarse ones are estimated.
 
         Nothing is done where no sensor is slow, so that quick scenes pay nothing.
@@ -220,20 +195,17 @@ class Scoring:
         request = result.request
         if self.scene.coarse is None or self._costs.slowest_ms(request.rig) <= self._coarse_above_ms:
             return
-        found = self._evaluate_coarse(request.rig, request.settings, is_stale)
-        if found is not None:
-            self._known = (result.evaluation.settings, found.scores, result.evaluation.scores)
+        found = self._evaluate_coarse(request.rig, request.settings, cancel)
+        self._known = (result.evaluation.settings, found.scores, result.evaluation.scores)
 
-    def _evaluate_coarse(self, rig: Rig, settings: MetricSettings, is_stale: IsStale) -> Evaluation | None:
+    def _evaluate_coarse(self, rig: Rig, settings: MetricSettings, cancel: Cancel) -> Evaluation:
         assert self.scene.coarse is not None
         if self._coarse is None:
             self._coarse = Engine(self.scene.coarse, self._threads)
-        covered = replace(
-            self._settings_for(rig, settings), reading="covered"
-        )  # an estimate needs only what is seen
-        found = self._coarse.evaluate_unless(is_stale, rig, covered, False, self._mesh_of(rig))
-        if found is not None:
-            self._coarse_costs.note(rig, found.elapsed_ms)
+        # an estimate needs only what is seen
+        covered = replace(self._settings_for(rig, settings), reading="covered")
+        found = self._coarse.evaluate(rig, covered, False, self._mesh_of(rig), cancel=cancel)
+        self._coarse_costs.note(rig, found.elapsed_ms)
         return found
 
     @property
@@ -253,12 +225,12 @@ def _same_sets(one: MetricSettings, other: MetricSettings) -> bool:
 
 
 class AskedVoxel(NamedTuple):
-    """Which voxel, by which method, behind which body; `in_haste` leaves out new reasons."""
+    """Which voxel, by which method, behind which body; a preview leaves out new reasons."""
 
     method: Method
     voxel: Voxel
     solid: Solid | None
-    in_haste: bool
+    is_preview: bool
 
 
 class VoxelReporter:
@@ -287,7 +259,7 @@ class VoxelReporter:
         return PickedVoxel(facts, tuple(sights))
 
     def _look(self, sensor: Sensor, facts: VoxelFacts, sees: bool, asked: AskedVoxel) -> Sight:
-        if asked.in_haste and sensor.enabled and not sees:
+        if asked.is_preview and sensor.enabled and not sees:
             away = np.array(facts.centre_m) - np.array(sensor.position)
             return Sight(sensor.name, "missed", float(np.linalg.norm(away)))
         barrier = None if asked.solid is None else barrier_of(sensor, asked.solid)

@@ -7,7 +7,7 @@ import sys
 
 from PySide6.QtCore import QObject, QProcess, Signal
 
-from riglens.app.background.inbox import Latest
+from riglens.app.background.queue import Priority, RequestQueue
 from riglens.app.rendering.picture_process import LENGTH_BYTES, PictureJob, packed
 
 _END_MS = 3000
@@ -23,13 +23,13 @@ class PictureMaker(QObject):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._process: QProcess | None = None
-        self._jobs = Latest[PictureJob]()
+        self._jobs = RequestQueue[PictureJob]()
         self._answer = b""
 
     @property
     def is_busy(self) -> bool:
         """Whether a picture is being drawn."""
-        return self._jobs.current is not None
+        return self._jobs.is_running(Priority.EDIT)
 
     def draw(self, job: PictureJob) -> None:
         """Draw a picture as soon as the current one is done."""
@@ -39,7 +39,7 @@ class PictureMaker(QObject):
     def close(self) -> None:
         """End the process, whatever it is doing."""
         process, self._process = self._process, None
-        self._jobs = Latest()
+        self._jobs = RequestQueue()
         if process is not None:
             process.blockSignals(True)
             process.kill()
@@ -47,10 +47,12 @@ class PictureMaker(QObject):
             process.deleteLater()
 
     def _start_next(self) -> None:
-        job = self._jobs.take()
+        if self.is_busy:
+            return
+        job = self._jobs.take(Priority.EDIT)
         if job is not None:
             self._process = self._process or self._start()
-            self._process.write(packed(pickle.dumps(job)))
+            self._process.write(packed(pickle.dumps(job.request)))
 
     def _start(self) -> QProcess:
         process = QProcess(self)
@@ -71,7 +73,7 @@ class PictureMaker(QObject):
         answer, self._answer = self._answer[LENGTH_BYTES:], b""
         job = self._jobs.finish()
         if answer[:1] == b"\1":
-            self.made.emit(job, answer[1:])
+            self.made.emit(None if job is None else job.request, answer[1:])
         else:
             self.failed.emit(answer[1:].decode("utf-8", "replace"))
         self._start_next()

@@ -8,7 +8,7 @@ from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QApplication
 
 from riglens.app.background.compiling import OtherKernels
-from riglens.app.background.counting import Counter
+from riglens.app.background.counting import make_counter
 from riglens.app.background.recompute import Recompute
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.launch.interrupt import Grace, quit_on_interrupt
@@ -49,7 +49,7 @@ def open_window(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
     recompute = Recompute(threads=score.threads, waits=True, others=OtherKernels())
     viewport.shown.connect(recompute.begin, Qt.ConnectionType.SingleShotConnection)
     QTimer.singleShot(LONGEST_WAIT_MS, recompute, recompute.begin)
-    window = MainWindow(document, viewport, recompute, Counter(), scene, settings, kept=kept)
+    window = MainWindow(document, viewport, recompute, make_counter(), scene, settings, kept=kept)
     window.session.set_body(score.body)
     grace = Grace()
     with quit_on_interrupt(app) as interrupt, failures_told(window.bench.report_error, state_folder()):

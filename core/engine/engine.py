@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from riglens.core.engine.caster import Caster, IsStale, Window, never_stale
 from riglens.core.engine.processors import Processors
+from riglens.core.errors import Cancelled
 from riglens.core.geometry import Pose
 from riglens.core.kernels.runtime import jit
 from riglens.core.kernels.runtime.codes import ANY
@@ -141,29 +142,14 @@ class Engine:
         with_seen: bool = True,
         mesh: BodyMesh | None = None,
         stance: Pose = Pose(),
+        cancel: IsStale = never_stale,
     ) -> Evaluation:
         """Score a rig; the evaluation holds the seen voxels if they are asked for.
 
         `mesh` is that of the vehicle's file, if it has one: without it such a body cannot block, which raises
         InputError. `stance`: how the car's body stands on the ground; the sensors are where the rig says.
-        """
-        evaluation = self.evaluate_unless(never_stale, rig, settings, with_seen, mesh, stance)
-        assert evaluation is not None
-        return evaluation
-
-    def evaluate_unless(
-        self,
-        is_stale: IsStale,
-        rig: Rig,
-        settings: MetricSettings = PAPER_SETTINGS,
-        with_seen: bool = True,
-        mesh: BodyMesh | None = None,
-        stance: Pose = Pose(),
-    ) -> Evaluation | None:
-        """As `evaluate`, but None as soon as `is_stale`, which is asked every few milliseconds, returns True.
-
-        Whatever was cast until then is undone, so the next evaluation is as good as any; the same holds when
-        `is_stale` raises.
+        Raise Cancelled as soon as `cancel`, which is called every few milliseconds, returns True: whatever was cast
+        until then is undone, so the next evaluation is as good as any. The same holds when `cancel` raises.
         """
         started = time.perf_counter()
         settings = replace(settings, body=settings.body or rig.body)
@@ -172,11 +158,11 @@ class Engine:
         jit.use_threads(self._caster.workers)
         self._solid = CarBody(rig.vehicle, mesh, stance).solid() if settings.body == "blocks" else None
         wanted = self._shapes_of(rig, settings.method)
-        if not self._hold(wanted, is_stale):
-            return None
-        hits = self._hit_sums(wanted, is_stale) if settings.reading == "hits" else None
+        if not self._hold(wanted, cancel):
+            raise Cancelled
+        hits = self._hit_sums(wanted, cancel) if settings.reading == "hits" else None
         if settings.reading == "hits" and hits is None:
-            return None
+            raise Cancelled
         scores = score(self._field, self._state.sums_q, settings, hits)
         seen = self._state.union.copy() if with_seen else np.empty((2, 0), np.uint64)
         self._last_ms = elapsed_ms = (time.perf_counter() - started) * 1e3

@@ -39,26 +39,13 @@ class Measures:
         self._settings, self._mesh, self._frames = settings, mesh, frames
         self._how = replace(targets, body=settings.body)
 
-    def __call__(self, rig: Rig, stance: Pose) -> dict[str, float]:
-        """The figures of a rig whose car stands so."""
-        found = self.unless(never_stale, rig, stance)
-        assert found is not None
-        return found
-
-    def unless(self, is_stale: IsStale, rig: Rig, stance: Pose) -> dict[str, float] | None:
-        """The same, or None as soon as `is_stale`, which is asked every few milliseconds, returns True."""
+    def __call__(self, rig: Rig, stance: Pose, cancel: IsStale = never_stale) -> dict[str, float]:
+        """The figures of a rig whose car stands so; Cancelled as soon as `cancel` returns True."""
         moved = standing(rig, stance)
-        evaluation = self._engine.evaluate_unless(is_stale, moved, self._settings, False, self._mesh, stance)
-        if evaluation is None:
-            return None
-        scores = evaluation.scores
+        scores = self._engine.evaluate(moved, self._settings, False, self._mesh, stance, cancel).scores
         found = {f"{SEEN} {name}": scores.classes[name].any_seen for name in CLASSES}
         if self._targets is not None:
-            counts = self._targets.evaluate_unless(
-                is_stale, moved, self._how, self._frames, self._mesh, stance
-            )
-            if counts is None:
-                return None
+            counts = self._targets.evaluate(moved, self._how, self._frames, self._mesh, stance, cancel)
             for name in CLASSES:
                 found[f"{ON_TARGET} {name}"] = counts.classes[name].total.on_target.value
         return found

@@ -130,10 +130,9 @@ class _Counting(NamedTuple):
         found = np.zeros(len(places) * self.plan.distances_m().size, np.int64)
         if self.lidars.sensors:
             engine = TargetEngine(_alone(case.cls, places), self.threads, self.is_serial)
-            scores = engine.evaluate_unless(
-                partial(_stays_wanted, tell), self.lidars, self.plan.settings, mesh=self.mesh
+            scores = engine.evaluate(
+                self.lidars, self.plan.settings, mesh=self.mesh, cancel=partial(_stays_wanted, tell)
             )
-            assert scores is not None
             found[engine.traffic.row[scores.objects.box]] = scores.objects.all_points
         return found.reshape(len(places), -1)
 

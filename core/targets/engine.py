@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from riglens.core.errors import Cancelled
 from riglens.core.geometry import Pose
 from riglens.core.kernels.runtime import jit
 from riglens.core.rig.model import Camera, Lidar, Rig, Sensor, rays_of
@@ -62,28 +63,14 @@ class TargetEngine:
         frames: int | None = None,
         mesh: BodyMesh | None = None,
         stance: Pose = Pose(),
+        cancel: IsStale = never_stale,
     ) -> TargetScores:
         """Count for a rig in the first `frames` frames of the sampling order, in all of them without.
 
         `mesh` is that of the vehicle's file, if it has one: without it such a body cannot block: an InputError.
         `stance`: how the car's body stands on the ground; the sensors are where the rig says.
-        """
-        found = self.evaluate_unless(never_stale, rig, settings, frames, mesh, stance)
-        assert found is not None
-        return found
-
-    def evaluate_unless(
-        self,
-        is_stale: IsStale,
-        rig: Rig,
-        settings: TargetSettings = USUAL,
-        frames: int | None = None,
-        mesh: BodyMesh | None = None,
-        stance: Pose = Pose(),
-    ) -> TargetScores | None:
-        """As `evaluate`, but None as soon as `is_stale`, which is asked every few milliseconds, returns True.
-
-        What was cast until then is kept where it is whole, so the next evaluation is as good as any.
+        Raise Cancelled as soon as `cancel`, which is called every few milliseconds, returns True; what was cast until
+        then is kept where it is whole, so the next evaluation is as good as any.
         """
         started = time.perf_counter()
         settings = replace(settings, body=settings.body or rig.body)
@@ -95,8 +82,8 @@ class TargetEngine:
         shown = self._shown | set(wanted.values())
         self._held = {shape: held for shape, held in self._held.items() if shape in shown}
         for shape in wanted.values():
-            if not self._extend(shape, solid, used, is_stale):
-                return None
+            if not self._extend(shape, solid, used, cancel):
+                raise Cancelled
         self._shown = set(wanted.values())
         self._held = {shape: self._held[shape] for shape in self._shown}
         by_sensor = {name: self._held[shape] for name, shape in wanted.items()}

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from riglens.core.errors import Cancelled
 from riglens.core.scene.boxes import BoxBatch, BoxSource
 
 REACH_M = 250.0
@@ -66,15 +67,15 @@ class FrameStore:
         """Whether the store holds as many boxes as it may, so that later frames cannot be shown."""
         return self._starts[-1] >= self._max_boxes
 
-    def boxes(self, frame: int, is_stale: Callable[[], bool] = lambda: False) -> FrameBoxes | None:
-        """Return the boxes of a frame; None when `is_stale` said so half-way.
+    def boxes(self, frame: int, cancel: Callable[[], bool] = lambda: False) -> FrameBoxes:
+        """Return the boxes of a frame; raise Cancelled as soon as `cancel` returns True.
 
         A frame that the data do not mention has no boxes, nor has one beyond a full store (see `is_full`). Raises
         InputError when the data are unsound.
         """
         while self.frames_read <= frame and self._batches is not None and not self.is_full:
-            if is_stale():
-                return None
+            if cancel():
+                raise Cancelled
             self._read_on(self._batches)
         return self._stored(frame) if frame < self.frames_read else FrameBoxes.none()
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication
 
-from riglens.app.background.counting import Counter
+from riglens.app.background.counting import make_counter
 from riglens.app.background.recompute import Recompute
 from riglens.app.session.document import Document
 from riglens.app.window.main_window import MainWindow
@@ -23,7 +23,9 @@ def main(folder: Path, rig: Path | None) -> None:
     file = load_rig(rig) if rig is not None else None
     document = Document(file.rig if file else RIG, file, rig)
     scene = scene_options(folder)
-    window = MainWindow(document, FakeViewport(), Recompute(threads=1), Counter(), scene, MetricSettings())
+    window = MainWindow(
+        document, FakeViewport(), Recompute(threads=1), make_counter(), scene, MetricSettings()
+    )
     autosave = window.features.autosave
     autosave.start(folder / "unsaved")
     document.replace_sensor("roof", document.rig.sensor("roof").replace(position=(0.0, 0.0, 3.0)))

@@ -17,10 +17,9 @@ from riglens.app.background.counting import (
     CountAnswer,
     Counter,
     CountRequest,
-    SideCount,
-    SideCounted,
+    OtherCount,
+    make_counter,
 )
-from riglens.app.background.inbox import AsideInbox
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.requests import LoadedScene
 from riglens.app.evaluation.scoring import load_scene
@@ -28,7 +27,7 @@ from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import BoxSource
 from riglens.core.scene.readers import open_boxes
 from riglens.core.targets.engine import TargetEngine
-from riglens.core.targets.quantities import figures_of
+from riglens.core.targets.quantities import Figures, figures_of
 from riglens.core.targets.settings import USUAL
 from riglens.core.targets.traffic import read_traffic
 from tests.app.window_bench import RIG, scene_options
@@ -52,14 +51,14 @@ def scene(tmp_path: Path) -> LoadedScene:
 
 @pytest.fixture
 def counter(qtbot: QtBot) -> Iterator[Counter]:
-    made = Counter(close_s=TIMEOUT_S)
+    made = make_counter(close_s=TIMEOUT_S)
     yield made
     made.close()
 
 
 def answers_to(counter: Counter, request: CountRequest) -> list[CountAnswer]:
     found = list[CountAnswer]()
-    counter.made.connect(found.append, Qt.ConnectionType.DirectConnection)
+    counter.answered.connect(lambda _, answer: found.append(answer), Qt.ConnectionType.DirectConnection)
     counter.ask(request)
     assert counter.wait_until_idle(TIMEOUT_S)
     return found
@@ -100,7 +99,7 @@ def test_the_baseline_is_counted_in_the_same_frames(counter: Counter, scene: Loa
 
 def test_slow_sensors_get_smaller_samples_and_quick_ones_larger(qtbot: QtBot, scene: LoadedScene) -> None:
     for budget_ms, larger in ((0.0, False), (1e9, True)):
-        counter = Counter(budget_ms=budget_ms, close_s=TIMEOUT_S)
+        counter = make_counter(budget_ms=budget_ms, close_s=TIMEOUT_S)
         try:
             answers_to(counter, ask_for(scene, is_preview=True))
             again = answers_to(counter, ask_for(scene, is_preview=True))[-1].scores.frames_used
@@ -128,52 +127,39 @@ def test_unsound_boxes_are_told_in_one_line(counter: Counter, scene: LoadedScene
     assert len(said) == 1 and "many.csv" in said[0] and "far" in said[0]
 
 
-def asides_of(counter: Counter, requests: list[SideCount]) -> list[SideCounted]:
-    found = list[SideCounted]()
-    counter.counted_aside.connect(found.append, Qt.ConnectionType.DirectConnection)
-    counter.ask_aside(requests)
+def others_of(counter: Counter, requests: list[OtherCount]) -> list[tuple[OtherCount, Figures | None]]:
+    found = list[tuple[OtherCount, Figures | None]]()
+    counter.answered_in_background.connect(
+        lambda request, figures: found.append((request, figures)), Qt.ConnectionType.DirectConnection
+    )
+    counter.ask_in_background(requests)
     assert counter.wait_until_idle(TIMEOUT_S)
     return found
 
 
-def test_rigs_aside_are_counted_in_all_frames_in_the_order_of_asking(
+def test_other_rigs_are_counted_in_all_frames_in_the_order_of_asking(
     counter: Counter, scene: LoadedScene
 ) -> None:
     rigs = [RIG.model_copy(update={"sensors": RIG.sensors[:count]}) for count in (0, 1, 2)]
-    requests = [SideCount("a", str(k), rig, USUAL, scene, None, k == 1) for k, rig in enumerate(rigs)]
-    found = asides_of(counter, requests)
-    assert [answer.request for answer in found] == requests
-    for answer, rig in zip(found, rigs, strict=True):
+    requests = [OtherCount("a", str(k), rig, USUAL, scene, None, k == 1) for k, rig in enumerate(rigs)]
+    found = others_of(counter, requests)
+    assert [request for request, _ in found] == requests
+    for (_, figures), rig in zip(found, rigs, strict=True):
         whole = TargetEngine(read_traffic(source(scene)), threads=1).evaluate(rig)
-        assert answer.figures is not None
-        assert answer.figures["car"] == figures_of(whole)["car"]
-        assert answer.figures["car"].on_target == whole.classes["car"].total.on_target.value
+        assert figures is not None
+        assert figures["car"] == figures_of(whole)["car"]
+        assert figures["car"].on_target == whole.classes["car"].total.on_target.value
 
 
 def test_a_class_without_road_users_has_no_figures(counter: Counter, scene: LoadedScene) -> None:
-    (found,) = asides_of(counter, [SideCount("a", "b", RIG, USUAL, scene)])
-    assert found.figures is not None
-    assert found.figures["bicycle"].objects == 0 and math.isnan(found.figures["bicycle"].on_target)
+    ((_, figures),) = others_of(counter, [OtherCount("a", "b", RIG, USUAL, scene)])
+    assert figures is not None
+    assert figures["bicycle"].objects == 0 and math.isnan(figures["bicycle"].on_target)
 
 
 def test_a_rig_that_cannot_be_counted_is_answered_without_figures(
     counter: Counter, scene: LoadedScene
 ) -> None:
     unread = RIG.replace(vehicle=RIG.vehicle.replace(body="car.ply"))
-    (found,) = asides_of(counter, [SideCount("a", "b", unread, replace(USUAL, body="blocks"), scene)])
-    assert found.figures is None
-
-
-def test_what_is_forgotten_is_not_answered_and_latest_wishes_go_first() -> None:
-    inbox = AsideInbox[str]()
-    inbox.put_aside(["aside 1", "aside 2", "other"])
-    inbox.put("latest")
-    assert inbox.next_work() == "latest"
-    assert inbox.next_work() == "aside 1"
-    assert not inbox.gives_way("aside 1")
-    inbox.put("newer")
-    assert inbox.gives_way("aside 1")
-    assert inbox.next_work() == "newer"
-    assert inbox.next_work() == "aside 1" and inbox.done_aside("aside 1")
-    inbox.drop_aside(lambda wish: wish.startswith("aside"))
-    assert inbox.next_work() == "other" and not inbox.done_aside("aside 2")
+    ((_, figures),) = others_of(counter, [OtherCount("a", "b", unread, replace(USUAL, body="blocks"), scene)])
+    assert figures is None

@@ -19,7 +19,7 @@ from riglens.app.background.recompute import CANCELLED, Recompute
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.requests import EvaluationRequest, LoadedScene
 from riglens.app.evaluation.scoring import load_scene
-from riglens.core.errors import InputError
+from riglens.core.errors import Cancelled, InputError
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import Progress
@@ -190,29 +190,30 @@ class SlowEngine:
     """Stands at a gate in each evaluation, then asks once whether it is stale."""
 
     gates: list[Gate]
-    given_up: list[bool]
 
     def __init__(self, field: Any, threads: int | None) -> None:
         self._engine = app_engine(field, threads)
 
-    def evaluate(self, rig: Any, settings: Any, with_seen: bool = True, mesh: Any = None) -> Any:
-        return self.evaluate_unless(lambda: False, rig, settings, with_seen)
-
-    def evaluate_unless(
-        self, is_stale: Callable[[], bool], rig: Any, settings: Any, with_seen: bool = True, mesh: Any = None
+    def evaluate(
+        self,
+        rig: Any,
+        settings: Any,
+        with_seen: bool = True,
+        mesh: Any = None,
+        cancel: Callable[[], bool] = lambda: False,
     ) -> Any:
         if self.gates:
             self.gates.pop(0).pass_through()
-        stale = is_stale()
-        self.given_up.append(stale)
-        return None if stale else self._engine.evaluate(rig, settings)
+        if cancel():
+            raise Cancelled
+        return self._engine.evaluate(rig, settings)
 
 
 app_engine = riglens.app.evaluation.scoring.Engine
 
 
 def start_slow(start: StartWorker, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, gates: int) -> Any:
-    SlowEngine.gates, SlowEngine.given_up = [], []
+    SlowEngine.gates = []
     monkeypatch.setattr(riglens.app.evaluation.scoring, "Engine", SlowEngine)
     worker = start()
     worker.recompute.load(scene_options(tmp_path))

@@ -17,8 +17,8 @@ from pytestqt.qtbot import QtBot
 
 import riglens.app.background.pictures
 import riglens.core.kernels
-from riglens.app.background.counting import Counter
-from riglens.app.background.pictures import PictureRequest, Pictures, SensorPicture
+from riglens.app.background.counting import make_counter
+from riglens.app.background.pictures import PictureRequest, SensorPicture, make_pictures
 from riglens.app.background.tasks import Tasks
 from riglens.app.evaluation.scoring import LoadedScene, load_scene
 from riglens.core.targets.card import CardPlan
@@ -74,7 +74,7 @@ def callers(monkeypatch: pytest.MonkeyPatch) -> dict[str, set[str]]:
 def test_everything_in_the_window_calls_parallel_kernels_on_one_thread(
     qtbot: QtBot, tmp_path: Path, callers: dict[str, set[str]]
 ) -> None:
-    with open_bench(qtbot, tmp_path, counter=Counter(close_s=TIMEOUT_S)) as bench:
+    with open_bench(qtbot, tmp_path, counter=make_counter(close_s=TIMEOUT_S)) as bench:
         bench.features.card._choose(CardPlan(bearings_deg=(0.0,), to_m=12.0))
         for dock in ("Map", "Sensor view", "Card"):
             bench.workbench.docks[dock].setFloating(True)  # all in sight at once
@@ -113,12 +113,12 @@ def test_closing_ends_a_picture_of_a_very_fine_car_early(
     qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     begun = threading.Event()
-    pictures = Pictures(close_s=TIMEOUT_S)
+    pictures = make_pictures(close_s=TIMEOUT_S)
 
     def slow_solid(body: CarBody) -> Solid:
         begun.set()
-        with pictures._thread.inbox.lock:
-            assert pictures._thread.inbox.lock.wait_for(lambda: pictures._thread.inbox._closing, TIMEOUT_S)
+        with pictures._queue.lock:
+            assert pictures._queue.lock.wait_for(lambda: pictures._queue.is_closing, TIMEOUT_S)
         return Solid.of(np.zeros((0, 3, 3)))
 
     monkeypatch.setattr(CarBody, "solid", slow_solid)
@@ -141,14 +141,15 @@ def test_closing_does_not_wait_for_a_picture_that_cannot_be_given_up(
         may_end.wait()
 
     monkeypatch.setattr(riglens.app.background.pictures, "camera_picture", endless)
-    pictures, made = Pictures(close_s=0.01), list[SensorPicture]()
-    pictures.made.connect(made.append)
+    pictures, made = make_pictures(close_s=0.01), list[SensorPicture]()
+    pictures.answered.connect(lambda _, picture: made.append(picture))
     pictures.ask(request_for(tmp_path))
     assert begun.wait(TIMEOUT_S)
     pictures.close()
     assert pictures._thread.is_alive
     may_end.set()
-    assert pictures._thread.wait_until_ended(TIMEOUT_S)
+    pictures._thread.close(TIMEOUT_S)
+    assert not pictures._thread.is_alive
     assert not made
 
 

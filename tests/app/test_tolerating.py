@@ -10,11 +10,12 @@ from PySide6.QtCore import Qt
 from pytestqt.qtbot import QtBot
 
 from riglens.app.background import tolerating
+from riglens.app.background.background_requests import ToleranceProgress, ToleranceRequest
 from riglens.app.background.recompute import Recompute
-from riglens.app.background.side_jobs import SideQueue, SideRequest, ToleranceAnswer, ToleranceRequest
 from riglens.app.background.tolerating import FRAMES, Tolerating
 from riglens.app.evaluation.requests import EvaluationRequest, LoadedScene
 from riglens.app.evaluation.traffic import load_traffic
+from riglens.core.errors import Cancelled
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.review.measures import Measures
 from riglens.core.review.tolerance import profile_called, tolerance
@@ -33,11 +34,12 @@ class Worker:
 
     def __init__(self, qtbot: QtBot, folder: Path) -> None:
         self.qtbot, self.options = qtbot, scene_options(folder)
-        self.answers: list[ToleranceAnswer] = []
+        self.answers: list[ToleranceProgress] = []
+        self.asked: list[ToleranceRequest] = []
         self.edits: list[int] = []
         scenes: list[LoadedScene] = []
         self.recompute = Recompute(threads=1, clock=HandClock(leaps=True))
-        self.recompute.tolerated.connect(self.answers.append, QUEUED)
+        self.recompute.answered_in_background.connect(self._note, QUEUED)
         self.recompute.evaluated.connect(lambda found: self.edits.append(found.request.revision), QUEUED)
         self.recompute.scene_loaded.connect(scenes.append, QUEUED)
         self.recompute.load(self.options)
@@ -45,8 +47,15 @@ class Worker:
         self.scene = scenes[0]
         self.traffic = load_traffic(self.options, WITHIN_M, lambda _: None)
 
+    def _note(self, request: ToleranceRequest, answer: ToleranceProgress) -> None:
+        self.asked.append(request)
+        self.answers.append(answer)
+
     def request(self, **changes) -> ToleranceRequest:
-        fields = {"rig": RIG, "profile": SERVICE, "draws": DRAWS, "settings": SETTINGS, "targets": USUAL}
+        fields = {
+            "group": "test", "name": "", "rig": RIG, "profile": SERVICE, "draws": DRAWS, "settings": SETTINGS,
+            "targets": USUAL,
+        }  # fmt: skip
         return ToleranceRequest(**(fields | {"scene": self.scene, "traffic": self.traffic} | changes))
 
 
@@ -59,12 +68,12 @@ def worker(qtbot: QtBot, tmp_path: Path) -> Iterator[Worker]:
 
 def test_the_spread_is_that_of_the_command_bit_for_bit_and_fills_in_on_the_way(worker: Worker) -> None:
     request = worker.request()
-    worker.recompute.ask_tolerance(request)
+    worker.recompute.ask_in_background([request])
     worker.qtbot.waitUntil(lambda: bool(worker.answers) and worker.answers[-1].is_whole, timeout=TIMEOUT_MS)
     measure = Measures(worker.scene.field, worker.traffic, SETTINGS, None, FRAMES, 1)
     assert worker.answers[-1].result == tolerance(RIG, SERVICE, measure, DRAWS, with_sensitivities=False)
     assert [answer.done for answer in worker.answers] == [4, 8, 11]
-    assert all(answer.request is request for answer in worker.answers)
+    assert all(asked is request for asked in worker.asked)
     assert all(answer.result is not None for answer in worker.answers)
 
 
@@ -72,46 +81,34 @@ def test_an_edit_goes_first_the_same_is_measured_again_and_another_rig_takes_its
     worker: Worker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     gave_up: list[bool] = []
-    real = Measures.unless
+    real = Measures.__call__
 
-    def edited_once(self, is_stale, rig, stance):
+    def edited_once(self, rig, stance, cancel):
         if not gave_up:
             worker.recompute.evaluate(EvaluationRequest(1, RIG, RIG, SETTINGS))
-        gave_up.append(is_stale())
-        return None if gave_up[-1] else real(self, is_stale, rig, stance)
+        gave_up.append(cancel())
+        if gave_up[-1]:
+            raise Cancelled
+        return real(self, rig, stance, cancel)
 
-    monkeypatch.setattr(tolerating.Measures, "unless", edited_once)
-    worker.recompute.ask_tolerance(worker.request())
+    monkeypatch.setattr(tolerating.Measures, "__call__", edited_once)
+    worker.recompute.ask_in_background([worker.request()])
     worker.qtbot.waitUntil(lambda: bool(worker.answers) and worker.answers[-1].is_whole, timeout=TIMEOUT_MS)
     assert gave_up == [True] + [False] * 11 and worker.edits == [1]
     worker.answers.clear()
-    with worker.recompute._wishes.lock:
-        worker.recompute.ask_tolerance(worker.request())
+    worker.asked.clear()
+    with worker.recompute._queue.lock:
+        worker.recompute.ask_in_background([worker.request()])
         later = worker.request(draws=4)
-        worker.recompute.ask_tolerance(later)
+        worker.recompute.ask_in_background([later])
     worker.qtbot.waitUntil(lambda: bool(worker.answers) and worker.answers[-1].is_whole, timeout=TIMEOUT_MS)
-    assert {answer.request.draws for answer in worker.answers} == {4}
-
-
-def test_what_is_under_way_lets_all_others_go_first_and_is_gone_when_forgotten() -> None:
-    clock = HandClock()
-    queue = SideQueue(clock.now_s)
-    first, second = (SideRequest("a", name, RIG, SETTINGS) for name in ("one", "two"))
-    queue.ask(first)
-    queue.ask(second)
-    clock.advance(1.0)
-    assert queue.first_due() is first
-    queue.put_off(first)
-    assert queue.first_due() is second
-    queue.forget("a")
-    queue.put_off(first)
-    assert queue.first_due() is None
+    assert {asked.draws for asked in worker.asked} == {4}
 
 
 def test_engines_are_given_back_at_the_end(worker: Worker) -> None:
     asked, work = worker.request(traffic=None, draws=1), Tolerating(1)
     answers = [work.step(asked, lambda: False) for _ in range(3)]
-    assert answers[-1] is not None and answers[-1].is_whole and work._measures is None
+    assert answers[-1].is_whole and work._measures is None
     assert answers[-1].result is not None and set(answers[-1].result.spreads) == {
         "seen car", "seen bicycle", "seen pedestrian",
     }  # fmt: skip

@@ -13,7 +13,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QComboBox, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
-from riglens.app.background.counting import Counter, CountRequest, SideCount
+from riglens.app.background.counting import Counter, CountRequest, OtherCount
 from riglens.app.background.recompute import Recompute
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.requests import FRAME_MS, LoadedScene
@@ -64,19 +64,19 @@ class FakeCounter(Counter):
     """Takes note of what it is asked, and answers nothing: a test sends its signals."""
 
     def __init__(self) -> None:
-        super().__init__()
+        super().__init__("counting", lambda request, context: None)
         self.requests: list[CountRequest] = []
-        self.aside: list[SideCount] = []
+        self.others: list[OtherCount] = []
 
-    def ask(self, request: CountRequest | SideCount) -> None:
+    def ask(self, request: CountRequest | OtherCount) -> None:
         assert isinstance(request, CountRequest)
         self.requests.append(request)
 
-    def ask_aside(self, requests: Sequence[SideCount]) -> None:
-        self.aside.extend(requests)
+    def ask_in_background(self, requests: Sequence[CountRequest | OtherCount]) -> None:
+        self.others.extend(request for request in requests if isinstance(request, OtherCount))
 
-    def forget_aside(self, group: str) -> None:
-        self.aside = [request for request in self.aside if request.group != group]
+    def drop_group(self, group: str) -> None:
+        self.others = [request for request in self.others if request.group != group]
 
 
 class FakeViewport(View):

@@ -112,9 +112,7 @@ def test_what_an_edit_waits_for_tolerances(bars: list[Bar], scenes: Scenes, roun
             asked.append(time.perf_counter())
             return False
 
-        figures = measures.unless(is_stale, *run.wanted())
-        assert figures is not None
-        run.take(figures)
+        run.take(measures(*run.wanted(), cancel=is_stale))
         asked.append(time.perf_counter())
         waits.append(max(b - a for a, b in pairwise(asked)) * 1e3)
     bars.append(

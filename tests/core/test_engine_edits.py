@@ -11,6 +11,7 @@ import pytest
 
 from riglens.core.engine.caster import Caster
 from riglens.core.engine.engine import Engine, Evaluation, evaluate_from_scratch
+from riglens.core.errors import Cancelled
 from riglens.core.kernels.voxels import update_coverage
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import MetricSettings
@@ -83,8 +84,11 @@ def test_an_abandoned_request_leaves_the_engine_sound(field: EntropyField) -> No
         editor.step()
         patience = int(rng.integers(0, 6))
         asked = iter(range(1000))
-        answer = engine.evaluate_unless(lambda p=patience, a=asked: next(a) >= p, editor.rig, editor.settings)
-        if answer is None:
+        try:
+            answer = engine.evaluate(
+                editor.rig, editor.settings, cancel=lambda p=patience, a=asked: next(a) >= p
+            )
+        except Cancelled:
             abandoned += 1
         else:
             assert_same(answer, evaluate(field, editor.rig, editor.settings))
@@ -106,7 +110,7 @@ def test_a_request_that_fails_half_way_leaves_the_engine_sound(field: EntropyFie
         return False
 
     with pytest.raises(KeyboardInterrupt):
-        engine.evaluate_unless(interrupted, rig_of(big))
+        engine.evaluate(rig_of(big), cancel=interrupted)
     for sensor in (spinning((0.0, 0.0, 2.0)), spinning((0.0, 0.0, 2.0), (3.0, 2.0, 1.0))):
         assert_same(engine.evaluate(rig_of(sensor)), evaluate(field, rig_of(sensor)))
 

@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from PySide6.QtCore import Qt
 
-from riglens.app.background.side_jobs import AuditAnswer, AuditRequest
+from riglens.app.background.background_requests import AuditRequest
+from riglens.app.background.queue import BackgroundRequest
 from riglens.app.window.feature import Feature
 from riglens.app.window.workbench import Workbench
 from riglens.core.rig.model import Rig
 from riglens.widgets.panels.inspector.audit_view import ASKED, NOT_COUNTED
+
+if TYPE_CHECKING:  # loads the compiler
+    from riglens.core.engine.audit import RigAudit
+
+GROUP = "audit"
 
 
 class Audit(Feature):
@@ -16,11 +24,11 @@ class Audit(Feature):
 
     def __init__(self, bench: Workbench) -> None:
         super().__init__(bench)
-        self.answer: AuditAnswer | None = None
+        self.answer: tuple[AuditRequest, RigAudit] | None = None
         self._asked: AuditRequest | None = None
         inspector = bench.panels.inspector
         inspector.audit_wanted.connect(self.follow_rays)
-        bench.recompute.audited.connect(self._take, Qt.ConnectionType.QueuedConnection)
+        bench.recompute.answered_in_background.connect(self._take, Qt.ConnectionType.QueuedConnection)
         self.document.selection_changed.connect(self._show)
         self.document.rig_settled.connect(self._show)
         self.document.failed_changed.connect(self._show)
@@ -33,14 +41,15 @@ class Audit(Feature):
         session = self.session
         if session.scene is None:
             return
-        self._asked = AuditRequest(self.document.working_rig, session.settings, session.scene, session.mesh)
-        self.bench.recompute.ask_audit(self._asked)
+        rig = self.document.working_rig
+        self._asked = AuditRequest(GROUP, "", rig, session.settings, session.scene, session.mesh)
+        self.bench.recompute.ask_in_background([self._asked])
         self._show()
 
-    def _take(self, answer: AuditAnswer) -> None:
-        if answer.request is self._asked:
+    def _take(self, request: BackgroundRequest, found: RigAudit | None) -> None:
+        if isinstance(request, AuditRequest) and request is self._asked:
             self._asked = None
-            self.answer = answer if answer.found is not None else None
+            self.answer = (request, found) if found is not None else None
             self._show()
 
     def _forget(self) -> None:
@@ -52,17 +61,17 @@ class Audit(Feature):
         name, inspector = self.document.selected, self.bench.panels.inspector
         if name is None:
             return
-        answer = self.answer
-        found = None if answer is None or answer.found is None else answer.found.of(name)
+        request, audit = self.answer or (None, None)
+        found = None if audit is None else audit.of(name)
         if not self.document.working_rig.sensor(name).enabled:
             inspector.show_no_audit(NOT_COUNTED)
-        elif found is None or answer is None:
+        elif found is None or request is None:
             inspector.show_no_audit(ASKED if self._asked is not None else "")
         else:
-            inspector.show_audit(found, "blocks", self._is_current(answer))
+            inspector.show_audit(found, "blocks", self._is_current(request))
 
-    def _is_current(self, answer: AuditAnswer) -> bool:
-        request, session = answer.request, self.session
+    def _is_current(self, request: AuditRequest) -> bool:
+        session = self.session
         same = request.settings == session.settings and request.mesh is session.mesh
         return same and _same_rays(request.rig, self.document.working_rig)
 

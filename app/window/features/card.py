@@ -8,7 +8,8 @@ from typing import Any
 
 from PySide6.QtCore import Qt
 
-from riglens.app.background.cards import CardAnswer, CardMaker, CardRequest
+from riglens.app.background.rig_questions import RigRequest, detection_card
+from riglens.app.background.worker import BackgroundWorker
 from riglens.app.studies.files import csv_text, write_text
 from riglens.app.window.docks import InSight
 from riglens.app.window.feature import Feature
@@ -37,14 +38,18 @@ WAITS, MOVES, MAKING = "after the first scores", "while a sensor moves", "the ca
 STOPPED = "stopped"
 
 
+CardRequest = RigRequest[CardPlan]
+
+
 class CardShown(Feature):
     """A dock that costs nothing while it is out of sight."""
 
-    def __init__(self, bench: Workbench, maker: CardMaker | None = None) -> None:
+    def __init__(self, bench: Workbench, maker: BackgroundWorker[CardRequest, Card] | None = None) -> None:
         super().__init__(bench)
-        self.maker, self.panel, self._plan = maker or CardMaker(self), CardPanel(USUAL_PLAN), USUAL_PLAN
+        self.maker = maker or BackgroundWorker("card", detection_card, self)
+        self.panel, self._plan = CardPanel(USUAL_PLAN), USUAL_PLAN
         self._asked: CardRequest | None = None
-        self._answer: CardAnswer | None = None
+        self._answer: tuple[CardRequest, Card] | None = None
         self._ended: tuple[CardRequest, str] | None = None
         """The request that was stopped or failed, and why it has no answer."""
         self._shown: tuple[Card, bool] | None = None
@@ -56,7 +61,7 @@ class CardShown(Feature):
             self._follow, self.session.asked_changed, self.document.rig_settled, bench.answers.answered
         )
         queued = Qt.ConnectionType.QueuedConnection
-        self.maker.made.connect(self._take, queued)
+        self.maker.answered.connect(self._take, queued)
         self.maker.progressed.connect(self._on_progress, queued)
         self.maker.failed.connect(self._on_problem, queued)
         self.panel.plan_wanted.connect(self._choose)
@@ -72,18 +77,18 @@ class CardShown(Feature):
         """The rig as it is now; how the car brakes decides nothing that has to be counted."""
         session = self.session
         plan = self._plan.braking_as(USUAL_PLAN).with_body(session.solid_body)
-        return CardRequest(self.document.working_rig, plan, session.mesh)
+        return RigRequest(self.document.working_rig, plan, session.mesh)
 
     @property
     def is_current(self) -> bool:
         """Whether the card that is shown is of the rig as it is now."""
-        return self._answer is not None and self._answer.request == self._wanted
+        return self._answer is not None and self._answer[0] == self._wanted
 
     def _follow(self, *_: object) -> None:
         """Ask for the card of the rig as it is now, once the mouse rests, unless it is there or on its way."""
         wanted = self._wanted
         if self._asked is not None and self._asked != wanted:
-            self.maker.give_up(self._asked)
+            self.maker.drop()
             self._asked = None
         rests = not self.document.is_dragging and self.bench.answers.result is not None
         is_over = self._ended is not None and self._ended[0] == wanted
@@ -101,7 +106,7 @@ class CardShown(Feature):
     def _end(self, reason: str) -> None:
         """Leave it at that."""
         if self._asked is not None:
-            self.maker.give_up(self._asked)
+            self.maker.drop()
             self._ended = self._asked, reason
             self._asked = None
             self._show()
@@ -114,9 +119,9 @@ class CardShown(Feature):
             self._follow()
 
     # ------------------------------------------------------------------ what comes back
-    def _take(self, answer: CardAnswer) -> None:
-        self._answer = answer
-        if answer.request is self._asked:
+    def _take(self, request: CardRequest, card: Card) -> None:
+        self._answer = request, card
+        if request is self._asked:
             self._asked = None
         self._show()
 
@@ -135,10 +140,8 @@ class CardShown(Feature):
     def _show(self) -> None:
         """Show the card, of which rig it is, and whether another one is on its way."""
         if self._answer is not None:
-            card, is_current = (
-                replace(self._answer.card, plan=self._answer.card.plan.braking_as(self._plan)),
-                self.is_current,
-            )
+            card, is_current = self._answer[1], self.is_current
+            card = replace(card, plan=card.plan.braking_as(self._plan))
             if self._shown != (card, is_current):
                 self._shown = card, is_current
                 self.panel.show_card(card)
@@ -150,14 +153,14 @@ class CardShown(Feature):
     def _words(self) -> str:
         if self._answer is not None and self.is_current:
             failed = ", without what has failed" if self.document.failed else ""
-            return NOW.format(name=self._answer.request.rig.name, failed=failed, body=self.session.solid_body)
+            return NOW.format(name=self._answer[0].rig.name, failed=failed, body=self.session.solid_body)
         if self._asked is not None:
             why = MAKING
         elif self.document.is_dragging:
             why = MOVES
         else:
             why = WAITS if self._ended is None else self._ended[1]
-        before = "No card yet" if self._answer is None else BEFORE.format(name=self._answer.request.rig.name)
+        before = "No card yet" if self._answer is None else BEFORE.format(name=self._answer[0].rig.name)
         return f"{before} ({why})"
 
     # ------------------------------------------------------------------ between sessions, export

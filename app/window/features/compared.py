@@ -7,13 +7,14 @@ from itertools import count
 
 from PySide6.QtCore import QObject, Qt, Signal
 
-from riglens.app.background.counting import CountAnswer, CountRequest, SideCount, SideCounted
-from riglens.app.background.side_jobs import SideAnswer, SideRequest
+from riglens.app.background.background_requests import ScoreRequest
+from riglens.app.background.counting import CountAnswer, CountRequest, OtherCount
+from riglens.app.background.queue import BackgroundRequest
 from riglens.app.evaluation.requests import LoadedScene, Result
 from riglens.app.window.workbench import Workbench
-from riglens.core.metric.scores import MetricSettings
+from riglens.core.metric.scores import MetricSettings, Scores
 from riglens.core.rig.model import Rig
-from riglens.core.targets.quantities import figures_of
+from riglens.core.targets.quantities import Figures, figures_of
 from riglens.core.targets.settings import TargetSettings
 from riglens.widgets.panels.compare.model import CompareRow, Origin
 
@@ -43,8 +44,8 @@ class ComparedRigs(QObject):
         self._asked: set[str] = set()
         self._asked_counts: set[str] = set()
         queued = Qt.ConnectionType.QueuedConnection
-        self._recompute.side_answered.connect(self._take, queued)
-        self._counter.counted_aside.connect(self._take_count, queued)
+        self._recompute.answered_in_background.connect(self._take, queued)
+        self._counter.answered_in_background.connect(self._take_count, queued)
 
     def __getitem__(self, key: str) -> CompareRow:
         return self._rows[key]
@@ -124,23 +125,25 @@ class ComparedRigs(QObject):
 
     def _drop_figures(self) -> None:
         self._rows = {key: replace(row, figures=None) for key, row in self._rows.items()}
-        self._counter.forget_aside(GROUP)
+        self._counter.drop_group(GROUP)
         self._asked_counts.clear()
 
     def _forget(self) -> None:
-        self._recompute.forget_aside(GROUP)
+        self._recompute.drop_group(GROUP)
         self._asked.clear()
-        self._counter.forget_aside(GROUP)
+        self._counter.drop_group(GROUP)
         self._asked_counts.clear()
 
     # ------------------------------------------------------------------ asking for the others
     def _ask(self) -> None:
         """Ask for what is missing, once the traffic and the settings are known."""
         if self._scored_on is not None and not self.is_given_up:
-            settings = self._scored_on[1]
+            scene, settings = self._scored_on
             new = [row for row in self.missing if row.key not in self._asked]
             self._asked.update(row.key for row in new)
-            self._recompute.ask_aside([SideRequest(GROUP, row.key, row.rig, settings) for row in new])
+            self._recompute.ask_in_background(
+                [ScoreRequest(GROUP, row.key, row.rig, settings, scene) for row in new]
+            )
         if self._counted is not None and not self.is_given_up:
             self._ask_counts(self._counted.request)
         self.changed.emit()
@@ -154,9 +157,9 @@ class ComparedRigs(QObject):
             if row.figures is None and row.key != CURRENT and row.key not in self._asked_counts
         ]
         self._asked_counts.update(row.key for row in new)
-        self._counter.ask_aside(
+        self._counter.ask_in_background(
             [
-                SideCount(
+                OtherCount(
                     GROUP, row.key, row.rig, counted.settings, counted.scene,
                     counted.mesh if row.rig.vehicle.body == body else None,
                 )
@@ -164,20 +167,21 @@ class ComparedRigs(QObject):
             ]
         )  # fmt: skip
 
-    def _take_count(self, found: SideCounted) -> None:
-        request, counted = found.request, self._counted
+    def _take_count(self, request: OtherCount, figures: Figures | None) -> None:
+        counted = self._counted
         row = self._rows.get(request.name) if request.group == GROUP else None
         if row is None or counted is None or row.rig is not request.rig:
             return
         if (request.scene, request.settings) == _way(counted):
-            self._rows[row.key] = replace(row, figures=found.figures or {})
+            self._rows[row.key] = replace(row, figures=figures or {})
             self.changed.emit()
 
-    def _take(self, answer: SideAnswer) -> None:
-        request = answer.request
-        row = self._rows.get(request.name) if request.group == GROUP else None
-        if row is not None and row.rig is request.rig and (answer.scene, request.settings) == self._scored_on:
-            self._rows[row.key] = replace(row, scores=answer.scores)
+    def _take(self, request: BackgroundRequest, scores: Scores | None) -> None:
+        if not isinstance(request, ScoreRequest) or request.group != GROUP:
+            return
+        row, scored_on = self._rows.get(request.name), (request.scene, request.settings)
+        if row is not None and row.rig is request.rig and scored_on == self._scored_on:
+            self._rows[row.key] = replace(row, scores=scores)
             self.changed.emit()
 
 

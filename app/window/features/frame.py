@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from PySide6.QtCore import Qt, Signal
 
 from riglens.app.background.counting import CountAnswer, CountRequest
-from riglens.app.background.frames import FrameAnswer, FrameCaster, FrameRequest
+from riglens.app.background.frames import FrameAnswer, FrameCasting, FrameRequest
+from riglens.app.background.worker import BackgroundWorker
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.targets import Targets
@@ -67,11 +68,12 @@ class FrameView(Feature):
         self,
         bench: Workbench,
         targets: Targets,
-        caster: FrameCaster | None = None,
+        caster: BackgroundWorker[FrameRequest, FrameAnswer] | None = None,
         timers: Timers = single_shot,
     ) -> None:
         super().__init__(bench)
-        self._targets, self.caster = targets, caster or FrameCaster(self)
+        self._targets = targets
+        self.caster = caster or BackgroundWorker("frame view", FrameCasting(), self)
         self._shown: _Shown | None = None
         self._last: FrameRequest | None = None
         self._asked: FrameRequest | None = None
@@ -89,7 +91,7 @@ class FrameView(Feature):
             play_frames=lambda: self.play(not self._is_playing),
         )
         queued = Qt.ConnectionType.QueuedConnection
-        self.caster.made.connect(self._take, queued)
+        self.caster.answered.connect(self._take, queued)
         self.caster.failed.connect(bench.report_error, queued)
         targets.counted.connect(self._on_counts)
         self.session.scene_changed.connect(lambda _: self._choose(None))
@@ -217,18 +219,18 @@ class FrameView(Feature):
             self._last = self._asked = request
             self.caster.ask(request)
 
-    def _take(self, answer: FrameAnswer) -> None:
+    def _take(self, request: FrameRequest, answer: FrameAnswer) -> None:
         """Show an answer; one to an earlier pose too, until the next is there."""
-        request, shown = answer.request, self._shown
+        (scene, missed), shown = answer, self._shown
         if shown is None or (request.place, request.explain) != shown or request.traffic is not self._traffic:
             return
         if request is self._asked:
             self._asked = None
-        frame = shown_frame(answer.scene, request.settings.min_points, request.explain)
+        frame = shown_frame(scene, request.settings.min_points, request.explain)
         self.viewport.show_state(replace(self.viewport.state, traffic=frame))
         self.drawn.emit()
-        if answer.missed is not None and request.explain is not None:
-            self._targets.panel.say(missed_text(answer.scene, request.explain, answer.missed), stays=True)
+        if missed is not None and request.explain is not None:
+            self._targets.panel.say(missed_text(scene, request.explain, missed), stays=True)
 
 
 def missed_objects(answer: CountAnswer) -> list[int]:

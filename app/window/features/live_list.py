@@ -6,27 +6,28 @@ from typing import Generic, TypeVar
 
 from PySide6.QtCore import Qt
 
-from riglens.app.background.worker import Answerer
+from riglens.app.background.worker import BackgroundWorker
 from riglens.app.window.feature import Feature
 from riglens.app.window.workbench import Workbench
 from riglens.widgets.panels.controls.list_dialog import ListDialog
 
 Shown = TypeVar("Shown", bound=ListDialog)
 Request = TypeVar("Request")
+Answer = TypeVar("Answer")
 
 
-class LiveList(Feature, Generic[Shown, Request]):
+class LiveList(Feature, Generic[Shown, Request, Answer]):
     """Asks a thread with every change while the dialog is in sight; the same is not asked twice."""
 
-    def __init__(self, bench: Workbench, answerer: Answerer[Request]) -> None:
+    def __init__(self, bench: Workbench, worker: BackgroundWorker[Request, Answer]) -> None:
         super().__init__(bench)
         self.dialog: Shown | None = None
-        self._answerer = answerer
+        self._worker = worker
         self._asked: Request | None = None
         queued = Qt.ConnectionType.QueuedConnection
-        answerer.made.connect(self._take, queued)
-        answerer.failed.connect(bench.report_error, queued)
-        bench.closing.connect(answerer.close)
+        worker.answered.connect(self._take, queued)
+        worker.failed.connect(bench.report_error, queued)
+        bench.closing.connect(worker.close)
 
     def open(self) -> None:
         """Show the list, and keep it up to date until it is put away."""
@@ -50,9 +51,9 @@ class LiveList(Feature, Generic[Shown, Request]):
         request = self._request()
         if request != self._asked:
             self._asked = request
-            self._answerer.ask(request)
+            self._worker.ask(request)
 
-    def _take(self, answer: object) -> None:
+    def _take(self, _: Request, answer: Answer) -> None:
         """Show an answer; one to an earlier pose too, until the next is there."""
         if self.dialog is not None and self._asked is not None:
             self._show(answer)
@@ -66,5 +67,5 @@ class LiveList(Feature, Generic[Shown, Request]):
         """What is asked of the rig of now."""
         raise NotImplementedError
 
-    def _show(self, answer: object) -> None:
+    def _show(self, answer: Answer) -> None:
         raise NotImplementedError

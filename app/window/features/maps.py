@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
 
-from riglens.app.background.pictures import PictureRequest, Pictures, SensorPicture
+from riglens.app.background.pictures import PictureRequest, SensorPicture, make_pictures
 from riglens.app.evaluation.requests import LoadedScene, Result
 from riglens.app.window.docks import InSight
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.frame import FrameView
 from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
-from riglens.core.rig.model import Rig
+from riglens.core.rig.model import Rig, Sensor
 from riglens.core.vehicle.solid import CarBody
 from riglens.core.view.camera_picture import CameraPicture
 from riglens.core.view.top_view import TopView
@@ -144,7 +144,7 @@ class SensorView(Feature):
 
     def __init__(self, bench: Workbench, frame: FrameView) -> None:
         super().__init__(bench)
-        self.panel, self.pictures = SensorViewPanel(), Pictures(self)
+        self.panel, self.pictures = SensorViewPanel(), make_pictures(self)
         self._no_scene = LOADING
         self._asked: PictureRequest | None = None
         self._is_answered = True
@@ -155,13 +155,13 @@ class SensorView(Feature):
         self.panel.frame_chosen.connect(lambda _: self._ask())
         frame.frame_chosen.connect(self._follow_frame)
         queued = Qt.ConnectionType.QueuedConnection
-        self.pictures.made.connect(self._show, queued)
+        self.pictures.answered.connect(self._show, queued)
         self.pictures.failed.connect(self._on_failed, queued)
         self.in_sight.follow(
             self._ask,
             self.document.rig_changed, self.document.selection_changed, self.document.vehicle_changed,
         )  # fmt: skip
-        self._picture: SensorPicture | None = None
+        self._shown: tuple[Sensor, str] | None = None
         self.document.failed_changed.connect(self._show_notes)
         self.session.scene_changed.connect(self._on_scene)
         bench.recompute.load_ended.connect(self._on_load_ended, queued)
@@ -210,15 +210,15 @@ class SensorView(Feature):
         state = self.viewport.state
         return CarBody(state.vehicle, state.body_mesh)
 
-    def _show(self, picture: SensorPicture) -> None:
+    def _show(self, request: PictureRequest, picture: SensorPicture) -> None:
         """Show a picture of the selected sensor; one of an earlier pose too, until the next is there."""
-        request, sensor = picture.request, self.document.selected_sensor()
+        sensor = self.document.selected_sensor()
         if request is self._asked:
             self._is_answered = True
         if sensor is None or sensor.name != request.sensor.name or request.scene is not self.session.scene:
             return
         self.panel.set_title(sensor.name)
-        self._picture = picture
+        self._shown = request.sensor, picture.note
         self._show_notes()
         if isinstance(picture.image, CameraPicture):
             self.panel.show_camera(picture.image)
@@ -228,11 +228,11 @@ class SensorView(Feature):
 
     def _show_notes(self) -> None:
         """Say below the picture what has to be said about it, and whether its sensor counts."""
-        if self._picture is not None:
-            shown = self._picture.request.sensor
+        if self._shown is not None:
+            shown, about = self._shown
             off = "" if shown.enabled else OFF
             failed = FAILED if shown.name in self.document.failed else ""
-            self.panel.set_note(" ".join(note for note in (self._picture.note, off, failed) if note))
+            self.panel.set_note(" ".join(note for note in (about, off, failed) if note))
 
     def _on_failed(self, problem: str) -> None:
         self._asked, self._is_answered = None, True

@@ -8,8 +8,9 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QActionGroup
 from PySide6.QtWidgets import QMenu
 
-from riglens.app.background.counting import CountAnswer, SideCount, SideCounted
-from riglens.app.background.side_jobs import SideAnswer, SideRequest
+from riglens.app.background.background_requests import ScoreRequest
+from riglens.app.background.counting import CountAnswer, OtherCount
+from riglens.app.background.queue import BackgroundRequest
 from riglens.app.evaluation.requests import Result
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.targets import Targets
@@ -47,8 +48,8 @@ class Marginals(Feature):
         self._now: Figures | None = None
         self.measure: Measure = "seen"
         queued = Qt.ConnectionType.QueuedConnection
-        bench.recompute.side_answered.connect(self._take, queued)
-        bench.counter.counted_aside.connect(self._take_count, queued)
+        bench.recompute.answered_in_background.connect(self._take, queued)
+        bench.counter.answered_in_background.connect(self._take_count, queued)
         self.answers.answered.connect(lambda _: self._start())
         targets.counted.connect(self._start_count)
         self.session.scene_changed.connect(lambda _: self._forget())
@@ -77,9 +78,11 @@ class Marginals(Feature):
         request = result.request
         self._forget_scores()
         self.result = result
-        self.bench.recompute.ask_aside(
+        self.bench.recompute.ask_in_background(
             [
-                SideRequest(GROUP, name, with_enabled(request.rig, (name,), False), request.settings)
+                ScoreRequest(
+                    GROUP, name, with_enabled(request.rig, (name,), False), request.settings, result.scene
+                )
                 for name in self._names(request.rig)
             ]
         )
@@ -94,9 +97,9 @@ class Marginals(Feature):
         self._forget_figures()
         self.answer, self._now = answer, figures_of(answer.scores)
         asked = answer.request
-        self.bench.counter.ask_aside(
+        self.bench.counter.ask_in_background(
             [
-                SideCount(
+                OtherCount(
                     GROUP, name, with_enabled(asked.rig, (name,), False), asked.settings, asked.scene, asked.mesh, True
                 )
                 for name in self._names(asked.rig)
@@ -137,12 +140,12 @@ class Marginals(Feature):
         self._forget_figures()
 
     def _forget_scores(self) -> None:
-        self.bench.recompute.forget_aside(GROUP)
+        self.bench.recompute.drop_group(GROUP)
         self.result, self.losses = None, {}
         self._grey()
 
     def _forget_figures(self) -> None:
-        self.bench.counter.forget_aside(GROUP)
+        self.bench.counter.drop_group(GROUP)
         self.answer, self._now, self.figures = None, None, {}
         self._grey()
 
@@ -151,25 +154,27 @@ class Marginals(Feature):
         self.bench.panels.inspector.set_loss_stale()
 
     # ------------------------------------------------------------------ answers
-    def _take(self, answer: SideAnswer) -> None:
-        request, result = answer.request, self.result
-        if request.group != GROUP or result is None or answer.scene is not result.scene:
+    def _take(self, request: BackgroundRequest, scores: Scores | None) -> None:
+        result = self.result
+        if not isinstance(request, ScoreRequest) or request.group != GROUP or scores is None:
+            return
+        if result is None or request.scene is not result.scene:
             return
         is_present = request.settings == result.request.settings
         if not is_present or request.rig != with_enabled(result.request.rig, (request.name,), False):
             return
-        self.losses[request.name] = answer.scores
+        self.losses[request.name] = scores
         self._show_all()
 
-    def _take_count(self, found: SideCounted) -> None:
-        request, answer = found.request, self.answer
-        if request.group != GROUP or answer is None or found.figures is None:
+    def _take_count(self, request: OtherCount, figures: Figures | None) -> None:
+        answer = self.answer
+        if request.group != GROUP or answer is None or figures is None:
             return
         asked = answer.request
         if request.scene is not asked.scene or request.settings != asked.settings:
             return
         if request.rig == with_enabled(asked.rig, (request.name,), False):
-            self.figures[request.name] = found.figures
+            self.figures[request.name] = figures
             self._show_all()
 
     # ------------------------------------------------------------------ showing

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Signal
 
-from riglens.app.background.mounting import MountAnswer, MountChecker, MountRequest
+from riglens.app.background.rig_questions import MountCheck, RigRequest
+from riglens.app.background.worker import BackgroundWorker
 from riglens.app.window.actions import Spec
 from riglens.app.window.features.live_list import LiveList
 from riglens.app.window.workbench import Workbench
@@ -15,10 +16,10 @@ from riglens.core.errors import InputError
 from riglens.widgets.panels.dialogs.mounts import USUAL, MountsDialog
 
 if TYPE_CHECKING:  # loads the compiler
-    from riglens.core.review.mounts import KeepOut, MountLimits
+    from riglens.core.review.mounts import KeepOut, MountLimits, Violation
 
 
-class Mounts(LiveList[MountsDialog, MountRequest]):
+class Mounts(LiveList[MountsDialog, "RigRequest[MountLimits | None]", "tuple[Violation, ...]"]):
     """What has failed is still mounted."""
 
     specs = (
@@ -32,10 +33,13 @@ class Mounts(LiveList[MountsDialog, MountRequest]):
     limits_changed = Signal()
     """Other limits are asked for."""
 
-    def __init__(self, bench: Workbench, checker: MountChecker | None = None) -> None:
-        self.checker = checker or MountChecker(bench)
+    def __init__(
+        self,
+        bench: Workbench,
+        worker: BackgroundWorker[RigRequest[MountLimits | None], tuple[Violation, ...]] | None = None,
+    ) -> None:
         self._limits: MountLimits | None = None
-        super().__init__(bench, self.checker)
+        super().__init__(bench, worker or BackgroundWorker("mounts", MountCheck(), bench))
         self.bind(mounts=self.open)
 
     def _make_dialog(self) -> MountsDialog:
@@ -67,12 +71,12 @@ class Mounts(LiveList[MountsDialog, MountRequest]):
         asked = None if self._limits is None else self._limits.keep_out
         return USUAL_KEEP_OUT if asked is None else asked
 
-    def _request(self) -> MountRequest:
-        return MountRequest(self.document.rig, self.session.mesh, self._limits)
+    def _request(self) -> RigRequest[MountLimits | None]:
+        return RigRequest(self.document.rig, self._limits, self.session.mesh)
 
-    def _show(self, answer: object) -> None:
-        assert isinstance(answer, MountAnswer) and self.dialog is not None
-        self.dialog.show_lines([(found.sensor, found.text) for found in answer.violations])
+    def _show(self, answer: tuple[Violation, ...]) -> None:
+        assert self.dialog is not None
+        self.dialog.show_lines([(found.sensor, found.text) for found in answer])
 
     def _select(self, name: str) -> None:
         if any(sensor.name == name for sensor in self.document.rig.sensors):

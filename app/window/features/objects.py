@@ -7,10 +7,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from riglens.app.background.onlooking import ObjectsJudge, OnlookAnswer, OnlookRequest
+from riglens.app.background.rig_questions import RigRequest, object_verdicts
+from riglens.app.background.worker import BackgroundWorker
 from riglens.app.window.actions import Spec
 from riglens.app.window.features.live_list import LiveList
 from riglens.app.window.workbench import Workbench
+from riglens.core.metric.scores import Body
 from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.panels.dialogs.objects import ObjectsDialog
 from riglens.widgets.viewport.scene_state import Post
@@ -22,7 +24,7 @@ FAR_M, LEAST_DEG, MOST_DEG = 9.0, 20.0, 60.0
 """From how far at most, and between which elevations, an object is looked at."""
 
 
-class Objects(LiveList[ObjectsDialog, OnlookRequest]):
+class Objects(LiveList[ObjectsDialog, RigRequest[Body], "tuple[ProfileVerdict, ...]"]):
     """What has failed sees nothing."""
 
     specs = (
@@ -33,11 +35,14 @@ class Objects(LiveList[ObjectsDialog, OnlookRequest]):
         ),
     )  # fmt: skip
 
-    def __init__(self, bench: Workbench, judge: ObjectsJudge | None = None) -> None:
-        self.judge = judge or ObjectsJudge(bench)
+    def __init__(
+        self,
+        bench: Workbench,
+        worker: BackgroundWorker[RigRequest[Body], tuple[ProfileVerdict, ...]] | None = None,
+    ) -> None:
         self._profiles: Sequence[ProfileVerdict] = ()
         self._chosen: tuple[int, int] | None = None
-        super().__init__(bench, self.judge)
+        super().__init__(bench, worker or BackgroundWorker("test objects", object_verdicts, bench))
         self.bind(test_objects=self.open)
 
     def _make_dialog(self) -> ObjectsDialog:
@@ -50,13 +55,13 @@ class Objects(LiveList[ObjectsDialog, OnlookRequest]):
         self._chosen = None
         self._point_out()
 
-    def _request(self) -> OnlookRequest:
-        return OnlookRequest(self.document.working_rig, self.session.solid_body, self.session.mesh)
+    def _request(self) -> RigRequest[Body]:
+        return RigRequest(self.document.working_rig, self.session.solid_body, self.session.mesh)
 
-    def _show(self, answer: object) -> None:
-        assert isinstance(answer, OnlookAnswer) and self.dialog is not None
-        self._profiles = answer.profiles
-        self.dialog.show_verdicts(answer.profiles)
+    def _show(self, answer: tuple[ProfileVerdict, ...]) -> None:
+        assert self.dialog is not None
+        self._profiles = answer
+        self.dialog.show_verdicts(answer)
         self._point_out()
 
     def _go_to(self, profile: int, place: int) -> None:

@@ -95,20 +95,14 @@ class Pick(Feature):
     def _meant(self, cell: PickedCell) -> Words | None:
         """The voxels that a click on a cell as it is drawn may mean; None when any may be meant."""
         drawn = self._drawn
-        if drawn is not None and drawn.redundant is not None:
-            return drawn.redundant
-        if drawn is None or drawn.request.heat not in ("seen", "unseen", "change"):
+        if drawn is None or drawn.marks is None or not drawn.marks.seen.size:
             return None
-        from riglens.app.evaluation.heatmap import seen_words
-
-        seen = seen_words(drawn.evaluation)
+        seen, before = drawn.marks.seen, drawn.marks.baseline
         if drawn.request.heat != "change":
-            return seen if drawn.request.heat == "seen" else ~seen
-        assert drawn.heatmap is not None and drawn.baseline_seen is not None
-        is_lost = (
-            drawn.heatmap.values[cell.row] < 0
-        )  # what outweighs in the cell, and has given it its colour
-        return ~seen & drawn.baseline_seen if is_lost else seen & ~drawn.baseline_seen
+            return ~seen if drawn.request.heat == "unseen" else seen
+        assert drawn.heatmap is not None
+        is_lost = drawn.heatmap.values[cell.row] < 0  # the larger part of the cell, which gives it its colour
+        return ~seen & before if is_lost else seen & ~before
 
     def _show_voxel(self) -> None:
         """Point the voxel out; what is known about it comes with the next answer."""

@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
+import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import Qt
 
-from riglens.app.background.standing import StandAnswer, StandFinder, StandRequest
+from riglens.app.background.standing import StandAnswer, StandRequest, Stands
+from riglens.app.background.worker import BackgroundWorker
 from riglens.app.window.feature import Feature
 from riglens.app.window.workbench import Workbench
 from riglens.core.rig.model import Sensor
@@ -19,19 +22,21 @@ from riglens.widgets.viewport.masts import Stubs, masts_of
 class Standing(Feature):
     """Asks after every move, once there are scores: both would compile at once. Of a body not read nothing is said."""
 
-    def __init__(self, bench: Workbench, finder: StandFinder | None = None) -> None:
+    def __init__(
+        self, bench: Workbench, worker: BackgroundWorker[StandRequest, StandAnswer] | None = None
+    ) -> None:
         super().__init__(bench)
-        self.finder = finder or StandFinder(self)
+        self.worker = worker or BackgroundWorker("places of sensors", Stands(), self)
         self._asked: StandRequest | None = None
         self._answered: CarBody | None = None
         queued = Qt.ConnectionType.QueuedConnection
-        self.finder.made.connect(self._take, queued)
-        self.finder.failed.connect(bench.report_error, queued)
+        self.worker.answered.connect(self._take, queued)
+        self.worker.failed.connect(bench.report_error, queued)
         self.session.asked_changed.connect(self._ask)
         bench.answers.answered.connect(lambda _: self._ask())
         self.document.selection_changed.connect(self._ask)
         self.document.rig_settled.connect(self._ask)
-        bench.closing.connect(self.finder.close)
+        bench.closing.connect(self.worker.close)
 
     def _ask(self) -> None:
         """Ask how the sensors of the rig stand now; nothing happens when that was asked already."""
@@ -49,7 +54,7 @@ class Standing(Feature):
             self._end_rays(self._answered)
         if request != self._asked:
             self._asked = request
-            self.finder.ask(request)
+            self.worker.ask(request)
 
     def _stopped_of(self) -> Sensor | None:
         """The sensor whose stopped rays are shown: the selected one, at rest, while the car is solid."""
@@ -59,12 +64,13 @@ class Standing(Feature):
         works = found is not None and found.enabled and found.name not in self.document.failed
         return found if works else None
 
-    def _take(self, answer: StandAnswer) -> None:
+    def _take(self, request: StandRequest, answer: StandAnswer) -> None:
         """Show an answer; one to an earlier pose too, until the next is there."""
-        if self._asked is not None and answer.request.body == self._asked.body:
-            self._show(answer.stands)
-            self._show_stopped(answer)
-            self._answered = answer.request.body
+        if self._asked is not None and request.body == self._asked.body:
+            stands, ends_m = answer
+            self._show(stands)
+            self._show_stopped(request.stopped_of, ends_m)
+            self._answered = request.body
             self._end_rays(self._answered)
 
     def _end_rays(self, body: CarBody | None) -> None:
@@ -86,11 +92,10 @@ class Standing(Feature):
         if masts != self.viewport.state.masts:
             self.viewport.show_state(replace(self.viewport.state, masts=masts))
 
-    def _show_stopped(self, answer: StandAnswer) -> None:
+    def _show_stopped(self, sensor: Sensor | None, ends_m: NDArray[np.float32]) -> None:
         """Show the stopped rays of the selected sensor, and none while it moves."""
-        sensor = answer.request.stopped_of
-        is_wanted = sensor is not None and sensor == self._stopped_of() and len(answer.ends_m)
-        self._show_stubs(Stubs(sensor.name, sensor.position, answer.ends_m) if sensor and is_wanted else None)
+        is_wanted = sensor is not None and sensor == self._stopped_of() and len(ends_m)
+        self._show_stubs(Stubs(sensor.name, sensor.position, ends_m) if sensor and is_wanted else None)
 
     def _show_stubs(self, stubs: Stubs | None) -> None:
         if stubs is not self.viewport.state.stubs:

@@ -35,7 +35,7 @@ class Targets(Feature):
             "Targets", self.panel, Qt.DockWidgetArea.BottomDockWidgetArea, beside="Scores"
         )
         queued = Qt.ConnectionType.QueuedConnection
-        self.counter.made.connect(self._take, queued)
+        self.counter.answered.connect(self._take, queued)
         self.counter.failed.connect(self._on_problem, queued)
         self.panel.settings_wanted.connect(self.session.set_targets)
         self.session.targets_changed.connect(self._on_settings)
@@ -87,7 +87,7 @@ class Targets(Feature):
         self._grey()
         self.counter.ask(request)
 
-    def _take(self, answer: CountAnswer) -> None:
+    def _take(self, _: CountRequest, answer: CountAnswer) -> None:
         """Show an answer, during a drag perhaps later; not one of other traffic or of a rig before the one shown."""
         shown = self.answer
         if answer.request.scene is not self.session.scene:

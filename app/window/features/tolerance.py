@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
 
-from riglens.app.background.side_jobs import ToleranceAnswer, ToleranceRequest
+from riglens.app.background.background_requests import ToleranceProgress, ToleranceRequest
+from riglens.app.background.queue import BackgroundRequest
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.targets import Targets
 from riglens.app.window.settings import Settings
@@ -45,7 +46,7 @@ class Tolerance(Feature):
         self._targets = targets
         self.strip = ToleranceStrip(tuple(CLASSES))
         self.profile: ToleranceProfile | None = None
-        self.answer: ToleranceAnswer | None = None
+        self.answer: ToleranceProgress | None = None
         self._asked: ToleranceRequest | None = None
         self._required: Requirements | None = None
         bench.panels.scores.add_strip(self.strip, [profile.name for profile in PROFILES])
@@ -53,7 +54,7 @@ class Tolerance(Feature):
         self.strip.figure_chosen.connect(lambda _: self._show())
         self.strip.ghost_wanted.connect(lambda _: self._show_ghost())
         self.strip.requirements_wanted.connect(bench.guarded(self._choose_requirements))
-        bench.recompute.tolerated.connect(self._take, Qt.ConnectionType.QueuedConnection)
+        bench.recompute.answered_in_background.connect(self._take, Qt.ConnectionType.QueuedConnection)
         self.session.heat_changed.connect(self._show_ghost)
         for changed in (bench.answers.answered, self.document.rig_settled, targets.counted):
             changed.connect(lambda *_: self._ask())
@@ -107,8 +108,8 @@ class Tolerance(Feature):
         count, settings = self._targets.answer, replace(session.settings, body=session.body)
         traffic = count.traffic if count is not None and count.request.scene is session.scene else None
         return ToleranceRequest(
-            self.document.working_rig, self.profile, DRAWS, settings, session.targets, session.scene,
-            traffic, session.mesh,
+            GROUP, "", self.document.working_rig, settings, session.scene, profile=self.profile,
+            draws=DRAWS, targets=session.targets, traffic=traffic, mesh=session.mesh,
         )  # fmt: skip
 
     def _ask(self) -> None:
@@ -120,7 +121,7 @@ class Tolerance(Feature):
             return
         self._asked = request
         self._grey()
-        self.bench.recompute.ask_tolerance(request)
+        self.bench.recompute.ask_in_background([request])
 
     def _drop_if_changed(self) -> None:
         """Give up what belongs to another rig or to other settings."""
@@ -130,7 +131,7 @@ class Tolerance(Feature):
                 self._forget()
 
     def _forget(self) -> None:
-        self.bench.recompute.forget_aside(GROUP)
+        self.bench.recompute.drop_group(GROUP)
         self._asked = self.answer = None
         self._grey()
         self._show_ghost()
@@ -140,8 +141,8 @@ class Tolerance(Feature):
             self.strip.grey(f"{self.profile.name}: {WAITING}")
 
     # ------------------------------------------------------------------ showing
-    def _take(self, answer: ToleranceAnswer) -> None:
-        if answer.request is self._asked and answer.result is not None:
+    def _take(self, request: BackgroundRequest, answer: ToleranceProgress | None) -> None:
+        if request is self._asked and answer is not None and answer.result is not None:
             self.answer = answer
             self._show()
 
@@ -178,12 +179,12 @@ class Tolerance(Feature):
             self.viewport.show_state(replace(self.viewport.state, ghosts=ghosts))
 
 
-def head_of(answer: ToleranceAnswer) -> str:
+def head_of(answer: ToleranceProgress) -> str:
     """Whose spread it is, and of how many draws by now."""
     assert answer.result is not None
     drawn = len(next(iter(answer.result.spreads.values())).values)
     share = "" if answer.is_whole else f", {100 * answer.done // answer.steps} %"
-    return f"{answer.request.profile.name}: {drawn} draws beside the rig as designed{share}"
+    return f"{answer.result.profile.name}: {drawn} draws beside the rig as designed{share}"
 
 
 def tip_of(found: ToleranceResult) -> str:

@@ -22,4 +22,5 @@ def answer(request: CountRequest, frames: int | None = None) -> CountAnswer:
 
 def count(desk: FullDesk, frames: int | None = None) -> None:
     """Answer what was asked last."""
-    desk.features.targets._take(answer(desk.counter.requests[-1], frames))
+    request = desk.counter.requests[-1]
+    desk.features.targets._take(request, answer(request, frames))

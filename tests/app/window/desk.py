@@ -14,8 +14,9 @@ from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QMainWindow, QToolBar
 from pytestqt.qtbot import QtBot
 
+from riglens.app.background.background_requests import AuditRequest, ScoreRequest, ToleranceRequest
+from riglens.app.background.queue import BackgroundRequest
 from riglens.app.background.recompute import Recompute
-from riglens.app.background.side_jobs import AuditRequest, SideRequest, ToleranceRequest
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.requests import Approximation, EvaluationRequest, Result
 from riglens.app.session.document import Document
@@ -48,7 +49,7 @@ class FakeRecompute(Recompute):
         QObject.__init__(self)
         self.requests: list[EvaluationRequest] = []
         self.loads: list[SceneOptions] = []
-        self.aside: list[SideRequest] = []
+        self.others: list[ScoreRequest] = []
         self.audits: list[AuditRequest] = []
         self.tolerances: list[ToleranceRequest] = []
 
@@ -59,17 +60,17 @@ class FakeRecompute(Recompute):
     def evaluate(self, request: EvaluationRequest) -> None:
         self.requests.append(request)
 
-    def ask_aside(self, requests: Sequence[SideRequest]) -> None:
-        self.aside.extend(requests)
+    def ask_in_background(self, requests: Sequence[BackgroundRequest]) -> None:
+        for request in requests:
+            if isinstance(request, AuditRequest):
+                self.audits.append(request)
+            elif isinstance(request, ToleranceRequest):
+                self.tolerances.append(request)
+            elif isinstance(request, ScoreRequest):
+                self.others.append(request)
 
-    def ask_audit(self, request: AuditRequest) -> None:
-        self.audits.append(request)
-
-    def ask_tolerance(self, request: ToleranceRequest) -> None:
-        self.tolerances.append(request)
-
-    def forget_aside(self, group: str) -> None:
-        self.aside = [request for request in self.aside if request.group != group]
+    def drop_group(self, group: str) -> None:
+        self.others = [request for request in self.others if request.group != group]
 
     def load(self, request: SceneOptions) -> None:
         self.loads.append(request)

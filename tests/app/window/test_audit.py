@@ -9,11 +9,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QPushButton
 from pytestqt.qtbot import QtBot
 
-from riglens.app.background.side_jobs import AuditAnswer
 from riglens.app.window.features.audit import Audit
 from riglens.app.window.features.follow import Follow
 from riglens.core.engine.audit import FATES, RigAudit, audit
@@ -70,7 +68,7 @@ def test_rays_are_followed_when_asked_for_and_greyed_after_an_edit(desk: Desk) -
     press(desk)
     (request,) = desk.recompute.audits
     assert request.rig == desk.document.rig and view(desk).note == ASKED
-    feature._take(AuditAnswer(request, audited(request.rig)))
+    feature._take(request, audited(request.rig))
     found = audited(request.rig).of("roof")
     assert found is not None and view(desk).note.startswith(f"{found.rays:,} rays")
     wanted = percents(found.shares)
@@ -86,7 +84,7 @@ def test_rays_are_followed_when_asked_for_and_greyed_after_an_edit(desk: Desk) -
 def test_a_sensor_that_does_not_count_and_other_traffic_have_no_audit(desk: Desk) -> None:
     feature = Audit(desk.workbench)
     press(desk)
-    feature._take(AuditAnswer(desk.recompute.audits[0], audited(desk.document.rig)))
+    feature._take(desk.recompute.audits[0], audited(desk.document.rig))
     desk.document.set_enabled(("roof",), False)
     assert view(desk).note == NOT_COUNTED
     desk.document.set_enabled(("roof",), True)
@@ -99,19 +97,17 @@ def test_an_answer_to_an_earlier_wish_is_not_shown(desk: Desk) -> None:
     press(desk)
     press(desk)
     first, second = desk.recompute.audits
-    feature._take(AuditAnswer(first, audited(first.rig)))
+    feature._take(first, audited(first.rig))
     assert feature.answer is None
-    feature._take(AuditAnswer(second, None))
+    feature._take(second, None)
     assert feature.answer is None and view(desk).note == ""
 
 
 def test_the_thread_follows_rays_as_the_command_does(qtbot: QtBot, tmp_path: Path) -> None:
     with open_bench(qtbot, tmp_path) as bench:
         bench.document.select("roof")
-        told: list[AuditAnswer] = []
-        bench.workbench.recompute.audited.connect(told.append, Qt.ConnectionType.QueuedConnection)
         bench.features.audit.follow_rays()
-        qtbot.waitUntil(lambda: bool(told), timeout=TIMEOUT_MS)
+        qtbot.waitUntil(lambda: bench.features.audit.answer is not None, timeout=TIMEOUT_MS)
         expected = audit(bench.scenes[-1].field, RIG, bench.session.body, None, 1)
-        assert told[0].found is not None
-        assert [s.counts for s in told[0].found.sensors] == [s.counts for s in expected.sensors]
+        found = bench.features.audit.answer[1]
+        assert [s.counts for s in found.sensors] == [s.counts for s in expected.sensors]

@@ -13,12 +13,12 @@ from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QApplication, QDoubleSpinBox, QPushButton, QSpinBox
 from pytestqt.qtbot import QtBot
 
-from riglens.app.background.cards import CardAnswer, CardMaker, CardRequest
-from riglens.app.window.features.card import CardShown
+from riglens.app.background.rig_questions import RigRequest, detection_card
+from riglens.app.background.worker import BackgroundWorker
+from riglens.app.window.features.card import CardRequest, CardShown
 from riglens.app.window.features.follow import Follow
 from riglens.app.window.settings import Settings
 from riglens.core.geometry import Pose
-from riglens.core.rig.model import Rig
 from riglens.core.targets.card import USUAL_PLAN, Card, CardPlan, CardRow, Reach, around
 from riglens.core.targets.card_making import card_of
 from riglens.widgets.panels.card.chart import CardChart, edge_m, ring_step_m
@@ -34,19 +34,19 @@ BLOCKS = USUAL_PLAN.with_body("blocks")
 """What the window asks for unless told otherwise: the car is solid."""
 
 
-class FakeMaker(CardMaker):
+class FakeMaker(BackgroundWorker[CardRequest, Card]):
     """Takes note of what it is asked, and answers nothing: a test sends its signals."""
 
     def __init__(self) -> None:
-        super().__init__()
+        super().__init__("card", detection_card)
         self.requests: list[CardRequest] = []
-        self.given_up: list[CardRequest] = []
+        self.dropped: list[CardRequest] = []
 
-    def ask(self, wish: CardRequest) -> None:
-        self.requests.append(wish)
+    def ask(self, request: CardRequest) -> None:
+        self.requests.append(request)
 
-    def give_up(self, request: CardRequest) -> None:
-        self.given_up.append(request)
+    def drop(self) -> None:
+        self.dropped.append(self.requests[-1])
 
 
 @pytest.fixture
@@ -75,7 +75,7 @@ def shown(desk: Desk, maker: FakeMaker, qtbot: QtBot) -> CardShown:
 
 
 def answer(request: CardRequest, feature: CardShown) -> None:
-    feature._take(CardAnswer(request, replace(CARD, rig=request.rig)))
+    feature._take(request, replace(CARD, rig=request.rig))
 
 
 def button(feature: CardShown) -> QPushButton:
@@ -98,7 +98,7 @@ def test_a_card_is_made_after_the_first_scores_and_only_while_somebody_looks(
     desk.workbench.window.show()
     desk.workbench.docks.bring_up("Card")
     qtbot.waitUntil(lambda: len(maker.requests) == 1, timeout=TIMEOUT_MS)
-    assert maker.requests[0] == CardRequest(desk.document.rig, BLOCKS) and not feature.is_current
+    assert maker.requests[0] == RigRequest(desk.document.rig, BLOCKS) and not feature.is_current
 
 
 def test_scores_come_first(desk: Desk, maker: FakeMaker, shown: CardShown) -> None:
@@ -133,7 +133,7 @@ def test_undo_brings_the_card_back_without_making_it(desk: Desk, maker: FakeMake
     answer(maker.requests[-1], shown)
     desk.drag("roof", (0.3, 0.0, 2.0))
     desk.document.undo()
-    assert maker.given_up == [maker.requests[-1]] and len(maker.requests) == 2
+    assert maker.dropped == [maker.requests[-1]] and len(maker.requests) == 2
     assert shown.is_current and not is_grey(shown) and shown.panel.note.startswith("small, as it is now")
 
 
@@ -163,7 +163,7 @@ def test_the_card_is_of_a_solid_car_whatever_the_scores_are_of(
     desk.answer()
     desk.session.set_body("ignored")
     answer(maker.requests[-1], shown)
-    assert maker.requests[-1].plan == USUAL_PLAN and USUAL_PLAN.settings.body == "blocks"
+    assert maker.requests[-1].options == USUAL_PLAN and USUAL_PLAN.settings.body == "blocks"
     assert shown.is_current and "body blocks" in shown.panel.note
 
 
@@ -176,7 +176,7 @@ def test_progress_is_shown_and_work_can_be_stopped_and_asked_for_again(
     bar = shown.panel._bar
     assert (bar.isHidden(), bar.value(), button(shown).text()) == (False, 40, "Stop")
     button(shown).click()
-    assert maker.given_up == maker.requests and bar.isHidden()
+    assert maker.dropped == maker.requests and bar.isHidden()
     assert (shown.panel.note, button(shown).text()) == ("No card yet (stopped)", "Update")
     desk.answer(0.7)
     assert len(maker.requests) == 1
@@ -209,7 +209,7 @@ def test_what_is_enough_makes_another_card_and_braking_does_not(
     assert int(after.split()[0]) > int(before.split()[0])
     assert f"stops in {CardPlan(deceleration_mps2=9.0).stopping_m(30.0):.0f}, " in shown.panel._ways.text()
     points.setValue(9)
-    assert maker.requests[-1].plan == replace(BLOCKS, min_points=9) and is_grey(shown)
+    assert maker.requests[-1].options == replace(BLOCKS, min_points=9) and is_grey(shown)
 
 
 def test_the_plan_is_kept_and_nonsense_is_not_taken_up(
@@ -307,25 +307,11 @@ def test_the_chart_has_the_distances_where_they_are(qtbot: QtBot) -> None:
 
 # ---------------------------------------------------------------------- the thread
 def test_the_thread_makes_the_card_of_the_command(qtbot: QtBot) -> None:
-    maker = CardMaker()
+    maker = BackgroundWorker("card", detection_card)
     told: list[float] = []
     maker.progressed.connect(lambda _, share: told.append(share))
-    with qtbot.waitSignal(maker.made, timeout=TIMEOUT_MS) as caught:
-        maker.ask(CardRequest(RIG, NEAR))
-    assert caught.args[0].card.rows == CARD.rows
+    with qtbot.waitSignal(maker.answered, timeout=TIMEOUT_MS) as caught:
+        maker.ask(RigRequest(RIG, NEAR))
+    assert caught.args[1].rows == CARD.rows
     qtbot.waitUntil(lambda: bool(told) and told[-1] == 1.0, timeout=TIMEOUT_MS)
-    maker.close()
-
-
-def test_a_card_that_is_given_up_is_never_told(qtbot: QtBot) -> None:
-    maker = CardMaker()
-    found: list[CardAnswer] = []
-    maker.made.connect(found.append)
-    unwanted = CardRequest(RIG, NEAR)
-    maker.give_up(unwanted)
-    maker.ask(unwanted)
-    assert maker.wait_until_idle()
-    with qtbot.waitSignal(maker.made, timeout=TIMEOUT_MS):
-        maker.ask(CardRequest(Rig(name="empty"), NEAR))
-    assert [one.request.rig.name for one in found] == ["empty"]
     maker.close()

@@ -6,20 +6,20 @@ import csv
 import io
 from dataclasses import replace
 
-from riglens.app.background.counting import SideCount, SideCounted
+from riglens.app.background.counting import OtherCount
 from riglens.core.targets.quantities import figures_of
 from riglens.widgets.panels.scores.text import ON_TARGET, change_text, share_text
 from tests.app.window.counts import ENGINE, count
 from tests.app.window.desk import FullDesk
 
 
-def asked(desk: FullDesk) -> list[SideCount]:
-    return [request for request in desk.counter.aside if request.group == "compare"]
+def asked(desk: FullDesk) -> list[OtherCount]:
+    return [request for request in desk.counter.others if request.group == "compare"]
 
 
-def answered(desk: FullDesk, request: SideCount) -> float:
+def answered(desk: FullDesk, request: OtherCount) -> float:
     figures = figures_of(ENGINE.evaluate(request.rig, request.settings))
-    desk.features.compare._rigs._take_count(SideCounted(request, figures))
+    desk.features.compare._rigs._take_count(request, figures)
     return figures["car"].on_target
 
 
@@ -70,7 +70,7 @@ def test_another_way_of_counting_makes_all_void(desk: FullDesk) -> None:
 def test_a_rig_that_cannot_be_counted_shows_a_dash(desk: FullDesk) -> None:
     desk.features.compare.add_presets(("W+C",))
     count(desk)
-    desk.features.compare._rigs._take_count(SideCounted(asked(desk)[0], None))
+    desk.features.compare._rigs._take_count(asked(desk)[0], None)
     assert shown(desk, "W+C") == "–"
 
 

@@ -11,9 +11,8 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from riglens.app.background.detection import CHART, PAIRS, DetectionJob, study
-from riglens.app.background.tasks import TaskCancelled
 from riglens.app.evaluation.options import SceneOptions
-from riglens.core.errors import InputError
+from riglens.core.errors import Cancelled, InputError
 from riglens.core.rig.yaml.file import load_rig
 from riglens.widgets.panels.dialogs.detection import DetectionDialog
 from riglens.widgets.viewport.still import png_of
@@ -71,9 +70,9 @@ def test_what_the_command_refuses_is_the_error(tmp_path: Path) -> None:
 def test_cancelled_it_ends_the_process(tmp_path: Path) -> None:
     def enough(share: float) -> None:
         if share > 0.5:
-            raise TaskCancelled
+            raise Cancelled
 
-    with pytest.raises(TaskCancelled):
+    with pytest.raises(Cancelled):
         study(job(tmp_path), enough, lambda line: None, ENDLESS)  # would never return otherwise
 
 

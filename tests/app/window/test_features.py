@@ -12,7 +12,6 @@ import pytest
 from PySide6.QtGui import QGuiApplication
 from pytestqt.qtbot import QtBot
 
-from riglens.app.background.side_jobs import SideAnswer
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.session.session import HeatChoice
 from riglens.app.window.features.appearance import Theme, Units
@@ -149,14 +148,14 @@ def test_an_edit_lengthens_the_trail_and_a_drag_only_at_its_end(desk: Desk) -> N
 def test_the_rig_without_each_sensor_is_asked_for_once_an_edit_is_over(desk: Desk) -> None:
     marginals = Marginals(asking(desk).workbench, Targets(desk.workbench))
     result = desk.answer(0.5)
-    assert [request.name for request in desk.recompute.aside] == ["roof", "front"]
-    roof = desk.recompute.aside[0]
+    assert [request.name for request in desk.recompute.others] == ["roof", "front"]
+    roof = desk.recompute.others[0]
     assert [sensor.enabled for sensor in roof.rig.sensors] == [False, True]
-    marginals._take(SideAnswer(roof, result.scene, result.baseline_scores, 1.0))
+    marginals._take(roof, result.baseline_scores)
     assert marginals.losses == {"roof": result.baseline_scores}
     desk.document.begin_drag(("roof",))
     desk.document.preview({"roof": POSE})
-    assert marginals.losses == {} and desk.recompute.aside == []
+    assert marginals.losses == {} and desk.recompute.others == []
 
 
 def test_snapshots_are_scored_when_nobody_edits_and_can_be_pinned(desk: Desk) -> None:
@@ -166,7 +165,7 @@ def test_snapshots_are_scored_when_nobody_edits_and_can_be_pinned(desk: Desk) ->
     desk.act("snapshot")
     compare.add_presets(("Center",))
     assert [row.name for row in compare.rows] == ["small", "small #1", "Center"]
-    assert [request.rig.name for request in desk.recompute.aside] == ["Center"]
+    assert [request.rig.name for request in desk.recompute.others] == ["Center"]
     compare.panel.pin_wanted.emit(compare.rows[-1].key)
     assert desk.session.pinned is compare.rows[-1].rig
     desk.load(VoxelGrid(1.0, (20.0, 20.0, 4.0)))

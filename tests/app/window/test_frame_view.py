@@ -10,7 +10,8 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from riglens.app.background.counting import CountAnswer
-from riglens.app.background.frames import FrameAnswer, FrameCaster, FrameRequest, boxes_of
+from riglens.app.background.frames import FrameCasting, FrameRequest, boxes_of
+from riglens.app.background.worker import BackgroundWorker
 from riglens.app.evaluation.requests import PickedVoxel
 from riglens.app.window.features.follow import Follow
 from riglens.app.window.features.frame import FRAME_MS, NOBODY, FrameView, missed_objects, missed_text
@@ -37,11 +38,11 @@ TRAFFIC = traffic([(frame, 0, (x, 4.0, 0.8), (4.0, 1.8, 1.6), 0.0) for frame, x 
 NO_BODY = Solid.of(np.zeros((0, 3, 3)))
 
 
-class FakeCaster(FrameCaster):
+class FakeCaster(BackgroundWorker):
     """Takes note of what it is asked, and answers when a test says so."""
 
     def __init__(self) -> None:
-        super().__init__()
+        super().__init__("frame view", FrameCasting())
         self.requests: list[FrameRequest] = []
 
     def ask(self, request: FrameRequest) -> None:
@@ -51,7 +52,7 @@ class FakeCaster(FrameCaster):
         request = self.requests[-1]
         frame = int(request.traffic.frame[request.place])
         scene = frame_scene(request.rig, frame, boxes_of(request.traffic, request.place), NO_BODY)
-        self.made.emit(FrameAnswer(request, scene, missed))
+        self.answered.emit(request, (scene, missed))
 
 
 class Stand:
@@ -72,7 +73,7 @@ class Stand:
         request = self.desk.counter.requests[-1]
         found = TargetEngine(TRAFFIC, threads=1).evaluate(request.rig, request.settings)
         answer = CountAnswer.of(request, TRAFFIC, found, found)
-        self.targets._take(answer)
+        self.targets._take(request, answer)
         return answer
 
     def settle(self) -> None:
@@ -127,7 +128,7 @@ def test_an_answer_for_another_frame_is_not_shown(stand: Stand) -> None:
     stand.view._choose(0)
     first = stand.caster.requests[-1]
     stand.view._choose(1)
-    stand.view._take(FrameAnswer(first, frame_scene(Rig(), 0, boxes_of(TRAFFIC, first.place), NO_BODY)))
+    stand.view._take(first, (frame_scene(Rig(), 0, boxes_of(TRAFFIC, first.place), NO_BODY), None))
     assert stand.shown is None
 
 
@@ -236,8 +237,8 @@ def test_reasons_are_whole_sentences(missed: Missed, end: str) -> None:
 
 
 def test_the_thread_answers_the_latest_frame_and_ends(qtbot: QtBot) -> None:
-    caster = FrameCaster(close_s=TIMEOUT_S)
-    with qtbot.waitSignal(caster.made, timeout=TIMEOUT_MS) as told:
+    caster = BackgroundWorker("frame view", FrameCasting(), close_s=TIMEOUT_S)
+    with qtbot.waitSignal(caster.answered, timeout=TIMEOUT_MS) as told:
         caster.ask(FrameRequest(RIG, TRAFFIC, 0, CarBody(), USUAL, explain=0))
     assert told.args[0].missed is not None and told.args[0].scene.frame == int(TRAFFIC.frame[0])
     caster.close()
@@ -248,9 +249,9 @@ def test_every_road_user_of_a_frame_has_the_points_that_the_panel_counts(qtbot: 
     many = random_traffic(np.random.default_rng(7), 5)
     settings, rig = TargetSettings(body=body), RIG
     counted = TargetEngine(many, threads=1).evaluate(rig, settings).objects
-    caster = FrameCaster(close_s=TIMEOUT_S)
+    caster = BackgroundWorker("frame view", FrameCasting(), close_s=TIMEOUT_S)
     for place in range(many.frames):
-        with qtbot.waitSignal(caster.made, timeout=TIMEOUT_MS) as told:
+        with qtbot.waitSignal(caster.answered, timeout=TIMEOUT_MS) as told:
             caster.ask(
                 FrameRequest(rig, many, place, CarBody(rig.vehicle), settings, is_preview=place % 2 == 0)
             )
@@ -265,13 +266,13 @@ def test_every_road_user_of_a_frame_has_the_points_that_the_panel_counts(qtbot: 
 def test_why_somebody_is_missed_is_told_in_the_points_of_the_panel(qtbot: QtBot) -> None:
     many = random_traffic(np.random.default_rng(7), 5)
     counted = TargetEngine(many, threads=1).evaluate(RIG).objects
-    caster = FrameCaster(close_s=TIMEOUT_S)
+    caster = BackgroundWorker("frame view", FrameCasting(), close_s=TIMEOUT_S)
     few = np.flatnonzero((counted.all_points < USUAL.min_points) & (counted.points_alone > 0))[:4]
     assert len(few)
     for k in few:
         place = int(many.frame_of_box[counted.box[k]])
         number = int(counted.box[k] - many.starts[place])
-        with qtbot.waitSignal(caster.made, timeout=TIMEOUT_MS) as told:
+        with qtbot.waitSignal(caster.answered, timeout=TIMEOUT_MS) as told:
             caster.ask(FrameRequest(RIG, many, place, CarBody(), USUAL, explain=number))
         missed = told.args[0].missed
         assert (missed.points, missed.alone) == (counted.all_points[k], counted.points_alone[k])

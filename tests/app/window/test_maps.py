@@ -161,10 +161,7 @@ def test_a_heatmap_of_redundancy_brings_the_voxels_that_it_shows(bench: Bench) -
     engine.evaluate(bench.document.rig, bench.session.settings)
     twice = covered_at_least(engine, bench.document.rig, "exact")[1]
     assert twice.any()
-    np.testing.assert_array_equal(result.redundant, twice)
-    bench.features.heat.set_mode("seen")
-    bench.settle()
-    assert bench.workbench.answers.result.redundant is None
+    np.testing.assert_array_equal(result.marks.seen, twice)
 
 
 def test_a_click_on_the_map_selects_a_sensor_or_turns_the_view_there(bench: Bench) -> None:

@@ -5,10 +5,9 @@ from __future__ import annotations
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 
-from riglens.app.background.counting import SideCount, SideCounted
-from riglens.app.background.side_jobs import SideAnswer
+from riglens.app.background.counting import OtherCount
 from riglens.app.window.features.marginals import Marginals
-from riglens.core.targets.quantities import figures_of
+from riglens.core.targets.quantities import Figures, figures_of
 from riglens.widgets.panels.controls.style import style_sheet, tones
 from riglens.widgets.panels.sensors.losses import MEASURES, Known, changed
 from riglens.widgets.panels.sensors.rows import LOSS
@@ -16,16 +15,16 @@ from tests.app.window.counts import ENGINE, count
 from tests.app.window.desk import FullDesk, scores
 
 
-def counted(request: SideCount) -> SideCounted:
-    return SideCounted(request, figures_of(ENGINE.evaluate(request.rig, request.settings)))
+def counted(request: OtherCount) -> Figures:
+    return figures_of(ENGINE.evaluate(request.rig, request.settings))
 
 
 def marginals(desk: FullDesk) -> Marginals:
     return desk.features.marginals
 
 
-def asked(desk: FullDesk) -> list[SideCount]:
-    return [request for request in desk.counter.aside if request.group == "marginal"]
+def asked(desk: FullDesk) -> list[OtherCount]:
+    return [request for request in desk.counter.others if request.group == "marginal"]
 
 
 def test_the_rig_without_each_sensor_is_counted_once_all_frames_are(desk: FullDesk) -> None:
@@ -45,18 +44,17 @@ def test_the_rig_without_each_sensor_is_counted_once_all_frames_are(desk: FullDe
 def test_the_list_shows_the_loss_in_the_measure_that_is_chosen(desk: FullDesk) -> None:
     count(desk)
     roof = asked(desk)[0]
-    marginals(desk)._take_count(counted(roof))
+    marginals(desk)._take_count(roof, counted(roof))
     row = desk.panels.tree.item_of("roof")
     assert row.text(LOSS) == ""  # seen is not known yet
     marginals(desk).choose("on_target")
     now = Known(None, figures_of(desk.features.targets.answer.scores))
-    lost = changed("on_target", now, Known(None, counted(roof).figures))
+    lost = changed("on_target", now, Known(None, counted(roof)))
     assert lost is not None and lost < 0 and row.text(LOSS) == f"{-100 * lost:.2f}"
     assert "On target" in desk.panels.tree.headerItem().toolTip(LOSS) and "car: On target" in row.toolTip(
         LOSS
     )
-    request, result = desk.recompute.aside[0], marginals(desk).result
-    marginals(desk)._take(SideAnswer(request, result.scene, scores(0.25), 1.0))
+    marginals(desk)._take(desk.recompute.others[0], scores(0.25))
     marginals(desk).choose("seen")
     assert row.text(LOSS) == "25.00" and desk.panels.tree.headerItem().text(LOSS) == "Loss, pp ▾"
     marginals(desk).choose("s_ms")
@@ -76,7 +74,7 @@ def test_the_heading_of_losses_is_not_cut(desk: FullDesk) -> None:
 def test_the_inspector_shows_road_users_before_scores_are_there(desk: FullDesk) -> None:
     desk.document.select("roof")
     count(desk)
-    marginals(desk)._take_count(counted(asked(desk)[0]))
+    marginals(desk)._take_count(asked(desk)[0], counted(asked(desk)[0]))
     view = desk.panels.inspector.form.marginal  # type: ignore[attr-defined]
     assert view.text_of("car", "on_target").startswith("−")
     assert "road users, now" in view._cells["car", "detected"].toolTip()
@@ -86,10 +84,10 @@ def test_the_inspector_shows_road_users_before_scores_are_there(desk: FullDesk) 
 
 def test_what_belongs_to_another_rig_is_not_shown(desk: FullDesk) -> None:
     count(desk)
-    old = counted(asked(desk)[0])
+    old = asked(desk)[0]
     desk.drag("roof", (0.3, 0.0, 2.0))
     count(desk)
-    marginals(desk)._take_count(old)
+    marginals(desk)._take_count(old, counted(old))
     assert marginals(desk).figures == {}
 
 

@@ -9,7 +9,8 @@ import pytest
 from PySide6.QtCore import QCoreApplication
 from pytestqt.qtbot import QtBot
 
-from riglens.app.background.mounting import MountChecker
+from riglens.app.background.rig_questions import MountCheck
+from riglens.app.background.worker import BackgroundWorker
 from riglens.app.window.features.mounts import Mounts
 from riglens.core.review.mounts import USUAL_LIMITS, violations
 from riglens.core.review.requirements import read_requirements
@@ -26,13 +27,13 @@ def desk(qtbot: QtBot) -> Desk:
 
 @pytest.fixture
 def mounts(desk: Desk) -> Iterator[Mounts]:
-    made = Mounts(desk.workbench, MountChecker(close_s=TIMEOUT_S))
+    made = Mounts(desk.workbench, BackgroundWorker("mounts", MountCheck(), close_s=TIMEOUT_S))
     yield made
-    made.checker.close()
+    made._worker.close()
 
 
 def lines(mounts: Mounts) -> list[str]:
-    assert mounts.checker.wait_until_idle(TIMEOUT_S)
+    assert mounts._worker.wait_until_idle(TIMEOUT_S)
     QCoreApplication.processEvents()
     assert mounts.dialog is not None
     return [mounts.dialog.lines.item(place).text() for place in range(mounts.dialog.lines.count())]

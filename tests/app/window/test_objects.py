@@ -12,7 +12,8 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QTreeWidget, QTreeWidgetItem
 from pytestqt.qtbot import QtBot
 
-from riglens.app.background.onlooking import ObjectsJudge
+from riglens.app.background.rig_questions import object_verdicts
+from riglens.app.background.worker import BackgroundWorker
 from riglens.app.window.features.objects import Objects
 from riglens.core.review.profiles import bundled_profiles
 from riglens.core.review.verdicts import ProfileVerdict, verdicts
@@ -28,13 +29,13 @@ def desk(qtbot: QtBot) -> Desk:
 
 @pytest.fixture
 def objects(desk: Desk) -> Iterator[Objects]:
-    made = Objects(desk.workbench, ObjectsJudge(close_s=TIMEOUT_S))
+    made = Objects(desk.workbench, BackgroundWorker("test objects", object_verdicts, close_s=TIMEOUT_S))
     yield made
-    made.judge.close()
+    made._worker.close()
 
 
 def settle(objects: Objects) -> None:
-    assert objects.judge.wait_until_idle(TIMEOUT_S)
+    assert objects._worker.wait_until_idle(TIMEOUT_S)
     QCoreApplication.processEvents()
 
 

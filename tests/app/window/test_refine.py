@@ -19,6 +19,7 @@ from pytestqt.qtbot import QtBot
 import riglens.app.evaluation.scoring
 from riglens.app.evaluation.requests import FRAME_MS, Approximation, Result
 from riglens.core.engine.engine import Engine
+from riglens.core.errors import Cancelled
 from riglens.core.geometry import Pose
 from riglens.core.rig.model import Lidar
 from riglens.core.rig.yaml.file import load_rig
@@ -118,20 +119,22 @@ class TimedEngine:
         self._engine, self._is_exact = Engine(field, threads), field.grid.voxel_m == FINE_M
         self._last: Any = None
 
-    def evaluate(self, rig: Any, settings: Any, with_seen: bool = True, mesh: Any = None) -> Any:
-        return self.evaluate_unless(lambda: False, rig, settings, with_seen)
-
-    def evaluate_unless(
-        self, is_stale: Any, rig: Any, settings: Any, with_seen: bool = True, mesh: Any = None
+    def evaluate(
+        self,
+        rig: Any,
+        settings: Any,
+        with_seen: bool = True,
+        mesh: Any = None,
+        cancel: Any = lambda: False,
     ) -> Any:
         if self._is_exact and self.gate is not None:
             self.reached.set()
             assert self.gate.wait(TIMEOUT_MS / 1000)
-            if is_stale():
-                return None
-        found = self._engine.evaluate_unless(is_stale, rig, settings, with_seen)
+            if cancel():
+                raise Cancelled
+        found = self._engine.evaluate(rig, settings, with_seen, cancel=cancel)
         before, self._last = self._last, rig
-        if found is None or before is None:
+        if before is None:
             return found
         changed = [s.name for s in rig.sensors if s not in before.sensors]
         times = self.exact_ms if self._is_exact else self.coarse_ms

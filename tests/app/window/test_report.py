@@ -12,9 +12,8 @@ from PySide6.QtGui import QImage
 from pytestqt.qtbot import QtBot
 
 from riglens.app.background.report import ReportJob, draw_report, make_report, print_report
-from riglens.app.background.tasks import TaskCancelled
 from riglens.app.evaluation.options import SceneOptions
-from riglens.core.errors import InputError
+from riglens.core.errors import Cancelled, InputError
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.yaml.file import load_rig
 from riglens.widgets.panels.dialogs.report import ReportDialog
@@ -57,9 +56,9 @@ def test_what_the_command_refuses_is_the_error_and_cancelling_ends_it(tmp_path: 
         make_report(job(tmp_path / "r.html"), lambda share: None, REFUSES)
 
     def cancel(share: float) -> None:
-        raise TaskCancelled
+        raise Cancelled
 
-    with pytest.raises(TaskCancelled):
+    with pytest.raises(Cancelled):
         make_report(job(tmp_path / "r.html"), cancel, "import time; time.sleep(60)")
     assert not (tmp_path / "r.html").exists()
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from pytestqt.qtbot import QtBot
 
-from riglens.app.background.counting import Counter
+from riglens.app.background.counting import make_counter
 from riglens.app.commands import main
 from riglens.app.window.features.compared import CURRENT
 from riglens.core.rig.yaml.file import dumps
@@ -32,7 +32,7 @@ def test_scores_compare_targets_and_test_objects_are_those_of_the_commands(
     other = RIG.replace(name="other", sensors=(CAMERA,))
     for path, rig in ((one, RIG), (two, other)):
         path.write_text(dumps(rig))
-    with open_bench(qtbot, tmp_path, counter=Counter()) as bench:
+    with open_bench(qtbot, tmp_path, counter=make_counter()) as bench:
         compare = bench.features.compare
         compare.add_file(two)
         qtbot.waitUntil(
@@ -44,7 +44,7 @@ def test_scores_compare_targets_and_test_objects_are_those_of_the_commands(
         rows = {row.key == CURRENT: row for row in compare.rows}
         bench.act("test_objects")
         objects = bench.features.objects
-        assert objects.judge.wait_until_idle(TIMEOUT_MS / 1000)
+        assert objects._worker.wait_until_idle(TIMEOUT_MS / 1000)
         qtbot.waitUntil(lambda: objects.dialog.tree.topLevelItemCount() > 0, timeout=TIMEOUT_MS)
         tree = objects.dialog.tree
         seen = [tree.topLevelItem(place).text(1) for place in range(tree.topLevelItemCount())]

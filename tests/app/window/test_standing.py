@@ -9,7 +9,8 @@ import pytest
 from PySide6.QtCore import QCoreApplication
 from pytestqt.qtbot import QtBot
 
-from riglens.app.background.standing import StandFinder, StandRequest, stopped_rays
+from riglens.app.background.standing import StandRequest, Stands, stopped_rays
+from riglens.app.background.worker import BackgroundWorker
 from riglens.app.window.features.follow import Follow
 from riglens.app.window.features.standing import Standing
 from riglens.core.geometry import Pose
@@ -40,13 +41,13 @@ def desk(qtbot: QtBot) -> Desk:
 @pytest.fixture
 def standing(desk: Desk) -> Iterator[Standing]:
     Follow(desk.workbench).show_all()
-    made = Standing(desk.workbench, StandFinder(close_s=TIMEOUT_S))
+    made = Standing(desk.workbench, BackgroundWorker("places of sensors", Stands(), close_s=TIMEOUT_S))
     yield made
-    made.finder.close()
+    made.worker.close()
 
 
 def settle(standing: Standing) -> None:
-    assert standing.finder.wait_until_idle(TIMEOUT_S)
+    assert standing.worker.wait_until_idle(TIMEOUT_S)
     QCoreApplication.processEvents()
 
 
@@ -132,7 +133,7 @@ def test_only_what_moved_is_found_anew(standing: Standing, monkeypatch: pytest.M
     monkeypatch.setattr("riglens.app.background.standing.stand", counted)
     body, still = CarBody(Rig().vehicle), ("a", (0.0, 0.0, 2.0))
     for x in (0.1, 0.2):
-        standing.finder.ask(StandRequest(body, (still, ("b", (x, 0.0, 2.0)))))
+        standing.worker.ask(StandRequest(body, (still, ("b", (x, 0.0, 2.0)))))
         settle(standing)
     assert found == [(0.0, 0.0, 2.0), (0.1, 0.0, 2.0), (0.2, 0.0, 2.0)]
 

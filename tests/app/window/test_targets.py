@@ -6,7 +6,7 @@ import pytest
 from PySide6.QtWidgets import QToolButton
 from pytestqt.qtbot import QtBot
 
-from riglens.app.background.counting import CountRequest
+from riglens.app.background.counting import CountAnswer, CountRequest
 from riglens.app.window.features.follow import Follow
 from riglens.app.window.features.scores import ScoresShown
 from riglens.app.window.features.targets import PAUSE_MS, Targets
@@ -30,6 +30,10 @@ def desk(qtbot: QtBot) -> Desk:
 def targets(desk: Desk) -> Targets:
     Follow(desk.workbench)  # takes moves of the mouse to the document
     return Targets(desk.workbench)
+
+
+def take(targets: Targets, found: CountAnswer) -> None:
+    targets._take(found.request, found)
 
 
 def start(desk: Desk) -> CountRequest:
@@ -62,9 +66,9 @@ def test_an_answer_to_the_last_request_is_current_when_it_is_of_all_frames(
     desk: Desk, targets: Targets
 ) -> None:
     request = start(desk)
-    targets._take(answer(request, 3))
+    take(targets, answer(request, 3))
     assert targets.answer is not None and not targets.is_current
-    targets._take(answer(request))
+    take(targets, answer(request))
     assert targets.is_current
 
 
@@ -73,8 +77,8 @@ def test_an_answer_to_an_earlier_rig_is_not_shown_after_a_later_one(desk: Desk, 
     desk.drag("roof", (0.3, 0.0, 2.0))
     later = desk.counter.requests[-1]
     assert later is not first
-    targets._take(answer(later))
-    targets._take(answer(first))
+    take(targets, answer(later))
+    take(targets, answer(first))
     assert targets.answer is not None and targets.answer.request is later
 
 
@@ -83,13 +87,13 @@ def test_during_a_drag_counts_are_shown_now_and_then_and_the_last_ones_in_the_en
     timers = HandTimers()
     targets = Targets(desk.workbench, timers)
     told: list[int] = []
-    targets._take(answer(start(desk)))
+    take(targets, answer(start(desk)))
     targets.counted.connect(lambda: told.append(1))
     timers.advance(PAUSE_MS)
     desk.document.begin_drag(("roof",))
     for step in range(4):
         desk.document.preview({"roof": Pose((0.1 * step, 0.0, 2.0))})
-        targets._take(answer(desk.counter.requests[-1]))
+        take(targets, answer(desk.counter.requests[-1]))
     assert len(told) == 1 and targets.answer is not None
     assert targets.answer.request is desk.counter.requests[-1]
     timers.advance(PAUSE_MS)
@@ -97,14 +101,14 @@ def test_during_a_drag_counts_are_shown_now_and_then_and_the_last_ones_in_the_en
     timers.advance(PAUSE_MS)
     assert len(told) == 2
     desk.document.finish_drag()
-    targets._take(answer(desk.counter.requests[-1]))
+    take(targets, answer(desk.counter.requests[-1]))
     assert len(told) == 3
 
 
 def test_an_answer_from_other_traffic_is_dropped(desk: Desk, targets: Targets) -> None:
     request = start(desk)
     desk.load()
-    targets._take(answer(request))
+    take(targets, answer(request))
     assert targets.answer is None
 
 
@@ -144,7 +148,7 @@ def test_the_score_table_shows_what_is_on_target_and_greys_it_with_the_next_move
 ) -> None:
     request, scores = start(desk), desk.panels.scores
     assert scores.text_of("car", "on_target") == "–"
-    targets._take(answer(request))
+    take(targets, answer(request))
     shown = scores.text_of("car", "on_target")
     assert shown == sampled_text(float(targets.answer.on_target.value[1]), 0.0)  # type: ignore[union-attr]
     cell = scores._table.cell("car", "on_target")

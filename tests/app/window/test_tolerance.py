@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from pytestqt.qtbot import QtBot
 
-from riglens.app.background.side_jobs import ToleranceAnswer
+from riglens.app.background.background_requests import ToleranceProgress
 from riglens.app.window.features.tolerance import DRAWS, Tolerance, magnified, range_of
 from riglens.core.review.tolerance import PROFILES, Spread, ToleranceRun, profile_called
 from riglens.core.scene.boxes import CLASSES
@@ -33,7 +33,7 @@ def choose(desk: FullDesk, profile: str) -> None:
     desk.panels.scores.profile_chosen.emit(profile)
 
 
-def tell(desk: FullDesk, steps: int) -> ToleranceAnswer:
+def tell(desk: FullDesk, steps: int) -> ToleranceProgress:
     """Answer the last request after so many steps, with figures that tell the draws apart."""
     request = desk.recompute.tolerances[-1]
     run = ToleranceRun(request.rig, request.profile, request.draws)
@@ -41,8 +41,8 @@ def tell(desk: FullDesk, steps: int) -> ToleranceAnswer:
         run.take(
             {f"seen {name}": 0.5 - 0.01 * (step % 7) * (place + 1) for place, name in enumerate(CLASSES)}
         )
-    answer = ToleranceAnswer(request, run.done, run.steps, run.result())
-    feature(desk)._take(answer)
+    answer = ToleranceProgress(run.done, run.steps, run.result())
+    feature(desk)._take(request, answer)
     return answer
 
 
@@ -75,8 +75,7 @@ def test_an_edit_voids_what_is_shown_and_at_rest_it_is_asked_anew(desk: FullDesk
     desk.viewport.release("roof")
     desk.answer()
     assert desk.recompute.tolerances[-1].rig == desk.document.rig
-    late = ToleranceAnswer(desk.recompute.tolerances[0], 81, 81, None)
-    feature(desk)._take(late)
+    feature(desk)._take(desk.recompute.tolerances[0], ToleranceProgress(81, 81, None))
     assert feature(desk).answer is None
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication, QInputDialog
 from pytestqt.qtbot import QtBot
 
+from riglens.app.evaluation.heatmap import NO_WORDS, VoxelMarks
 from riglens.app.window.dialogs import Dialogs
 from riglens.app.window.features.views import LONGEST_NAME, MOST_SAVED, SAVED_KEY
 from riglens.app.window.settings import Settings
@@ -125,18 +125,13 @@ def test_frame_all_has_nothing_to_say_when_all_are_near(bench: FullDesk) -> None
 def click_means(
     bench: FullDesk, monkeypatch: pytest.MonkeyPatch, mode: str, **fields: Any
 ) -> list[int] | None:
-    """Words of the voxels that a click on the first cell may mean, None for any; voxels 0 and 65 are seen."""
+    """Words of the voxels that a click on the first cell may mean, None for any; `fields` are those of the answer."""
     asked: list[Any] = []
     monkeypatch.setattr("riglens.core.metric.voxel.voxel_in_cell", lambda *given: asked.append(given[-1]))
     bench.load()
     bench.features.heat.set_mode(mode)
-    seen = {"seen_camera": np.array([1, 0], np.uint64), "seen_lidar": np.array([0, 2], np.uint64)}
     result = bench.result()
-    known = {
-        name: getattr(result.evaluation, name) for name in ("scores", "settings", "threads", "elapsed_ms")
-    }
-    evaluation: Any = SimpleNamespace(**known, **seen)
-    bench.workbench.answers.take(replace(result, evaluation=evaluation, **fields))
+    bench.workbench.answers.take(replace(result, **fields))
     centre = np.array([0.25, 0.25, 0.75])
     down = ViewRay(centre + np.array([0.0, 0.0, 9.0]), np.array([0.0, 0.0, -1.0]))
     bench.viewport.cell_picked.emit(PickedCell(0, centre, 0.5, down))
@@ -149,13 +144,15 @@ def test_a_click_means_a_voxel_of_the_kind_that_is_drawn(
     bench: FullDesk, monkeypatch: pytest.MonkeyPatch, mode: str, meant: list[int] | None
 ) -> None:
     wanted = meant if meant is None else [word % 2**64 for word in meant]
-    assert click_means(bench, monkeypatch, mode) == wanted
+    marks = VoxelMarks(NO_WORDS if meant is None else np.array([1, 2], np.uint64), NO_WORDS, NO_WORDS)
+    assert click_means(bench, monkeypatch, mode, marks=marks) == wanted
 
 
 def test_a_click_on_redundancy_means_a_voxel_that_so_many_sensors_see(
     bench: FullDesk, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert click_means(bench, monkeypatch, "twice", redundant=np.array([2, 0], np.uint64)) == [2, 0]
+    marks = VoxelMarks(np.array([2, 0], np.uint64), NO_WORDS, NO_WORDS)
+    assert click_means(bench, monkeypatch, "twice", marks=marks) == [2, 0]
 
 
 @pytest.mark.parametrize(("net", "meant"), [(3.0, [1, 0]), (-3.0, [0, 4])])
@@ -167,7 +164,8 @@ def test_a_click_on_a_change_means_a_voxel_that_is_gained_or_lost_as_its_cell_is
         0.0, 5.0, scale="change",
     )  # fmt: skip
     before = np.array([0, 6], np.uint64)  # voxel 65 was seen before, too, and 66 no longer is
-    found = click_means(bench, monkeypatch, "change", heatmap=cells, baseline_seen=before)
+    marks = VoxelMarks(np.array([1, 2], np.uint64), NO_WORDS, before)
+    found = click_means(bench, monkeypatch, "change", heatmap=cells, marks=marks)
     assert found == meant
 
 

@@ -13,6 +13,7 @@ import pytest
 from riglens.core.engine.caster import Caster
 from riglens.core.engine.engine import Engine, Evaluation
 from riglens.core.engine.frustums import make_frustum
+from riglens.core.errors import Cancelled
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.model import Camera, Lidar, Rig
@@ -167,8 +168,8 @@ def test_an_abandoned_answer_leaves_no_trace() -> None:
     engine = Engine(FIELD, 1)
     evaluated(engine, rig_of(AHEAD))
     asked = iter([False, True])
-    stopped = engine.evaluate_unless(lambda: next(asked, True), rig_of(spinning((0.1, 0.2, 1.3)), ALONG_Y))
-    assert stopped is None
+    with pytest.raises(Cancelled):
+        engine.evaluate(rig_of(spinning((0.1, 0.2, 1.3)), ALONG_Y), cancel=lambda: next(asked, True))
     assert lidar_voxels(evaluated(engine, rig_of(AHEAD))) == row(range(4), 0, 1)
     assert evaluated(engine, rig_of(AHEAD, ALONG_Y)).scores.covered_voxels["lidar"] == 7
 

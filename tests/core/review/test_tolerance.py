@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from riglens.core.engine.engine import Engine
-from riglens.core.errors import InputError
+from riglens.core.errors import Cancelled, InputError
 from riglens.core.geometry import Pose
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.review.measures import Measures
@@ -207,8 +207,9 @@ def test_a_measurement_that_is_given_up_gives_nothing_and_the_next_is_whole() ->
     rng = np.random.default_rng(5)
     field, traffic, rig = random_field(SMALL, rng), some_traffic(rng), random_rig(rng, 3)
     measures, never = Measures(field, traffic), Measures(field, traffic)
-    assert measures.unless(lambda: True, rig, Pose()) is None
-    assert measures.unless(lambda: False, rig, Pose()) == never(rig, Pose())
+    with pytest.raises(Cancelled):
+        measures(rig, Pose(), cancel=lambda: True)
+    assert measures(rig, Pose(), cancel=lambda: False) == never(rig, Pose())
 
 
 def test_the_worst_rig_is_magnified_to_be_seen() -> None:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import riglens.core.view.frames as frames
-from riglens.core.errors import InputError
+from riglens.core.errors import Cancelled, InputError
 from riglens.core.scene.boxes import BoxBatch
 from riglens.core.view.frames import FrameStore
 from tests.core.builders import Boxes, boxes_of
@@ -54,8 +54,9 @@ def test_the_data_are_read_only_as_far_as_needed(store: FrameStore) -> None:
     assert store.frames_read == 38 + 1  # the last frame with a box
 
 
-def test_reading_stops_when_nobody_wants_the_frame_any_more(store: FrameStore) -> None:
-    assert store.boxes(39, is_stale=lambda: True) is None
+def test_reading_stops_when_it_is_cancelled(store: FrameStore) -> None:
+    with pytest.raises(Cancelled):
+        store.boxes(39, cancel=lambda: True)
     assert store.frames_read == 0
 
 

@@ -11,12 +11,13 @@ import pytest
 from PySide6.QtCore import Qt
 from pytestqt.qtbot import QtBot
 
-from riglens.app.background.recompute import Recompute
-from riglens.app.background.side_jobs import SIDE_REST_S, SideAnswer, SideRequest
+from riglens.app.background.background_requests import ScoreRequest
+from riglens.app.background.recompute import BACKGROUND_REST_S, Recompute
 from riglens.app.evaluation.requests import EvaluationRequest, LoadedScene
-from riglens.app.evaluation.scoring import IsStale, Scoring
-from riglens.core.engine.engine import Engine, Evaluation
-from riglens.core.metric.scores import MetricSettings
+from riglens.app.evaluation.scoring import Cancel, Scoring
+from riglens.core.engine.engine import Engine
+from riglens.core.errors import Cancelled
+from riglens.core.metric.scores import MetricSettings, Scores
 from riglens.core.rig.model import Rig
 from tests.app.window_bench import CAMERA, LIDAR, RIG, scene_options
 from tests.hand_clock import HandClock
@@ -36,23 +37,27 @@ class Desk:
 
     def __init__(self, qtbot: QtBot, folder: Path) -> None:
         self._qtbot = qtbot
-        self.answers: list[SideAnswer] = []
+        self.answers: list[tuple[ScoreRequest, Scores]] = []
         self.order: list[str] = []
         self.scenes: list[LoadedScene] = []
         self.clock = HandClock(leaps=True)
         self.recompute = Recompute(threads=1, clock=self.clock)
-        self.recompute.side_answered.connect(self._note, QUEUED)
+        self.recompute.answered_in_background.connect(self._note, QUEUED)
         self.recompute.evaluated.connect(lambda _: self.order.append("edit"), QUEUED)
         self.recompute.scene_loaded.connect(self.scenes.append, QUEUED)
         self.recompute.load(scene_options(folder))
         self.wait(lambda: bool(self.scenes))
 
-    def _note(self, answer: SideAnswer) -> None:
-        self.answers.append(answer)
-        self.order.append(answer.request.name)
+    def _note(self, request: ScoreRequest, scores: Scores | None) -> None:
+        if scores is not None:
+            self.answers.append((request, scores))
+            self.order.append(request.name)
 
     def ask(self, *names: str, group: str = "test") -> None:
-        self.recompute.ask_aside([SideRequest(group, name, WITHOUT[name], SETTINGS) for name in names])
+        scene = self.scenes[0]
+        self.recompute.ask_in_background(
+            [ScoreRequest(group, name, WITHOUT[name], SETTINGS, scene) for name in names]
+        )
 
     def edit(self, revision: int) -> None:
         self.recompute.evaluate(EvaluationRequest(revision, RIG, RIG, SETTINGS))
@@ -72,15 +77,12 @@ def test_other_rigs_are_scored_as_a_fresh_engine_scores_them_bit_for_bit(desk: D
     desk.ask("roof", "front", "all")
     desk.wait(lambda: len(desk.answers) == 3)
     assert desk.order == ["roof", "front", "all"]
-    for answer in desk.answers:
-        fresh = Engine(desk.scenes[0].field, 1).evaluate(answer.request.rig, SETTINGS)
-        assert fresh is not None
-        assert answer.scores == fresh.scores
-        assert answer.scene is desk.scenes[0]
+    for request, scores in desk.answers:
+        assert scores == Engine(desk.scenes[0].field, 1).evaluate(request.rig, SETTINGS).scores
 
 
 def test_what_is_asked_for_again_is_answered_once(desk: Desk) -> None:
-    with desk.recompute._wishes.lock:  # the thread starts when everything is in the queue
+    with desk.recompute._queue.lock:  # the thread starts when everything is in the queue
         desk.ask("roof", "front")
         desk.ask("roof")
     desk.wait(lambda: len(desk.answers) == 2)
@@ -90,10 +92,10 @@ def test_what_is_asked_for_again_is_answered_once(desk: Desk) -> None:
 
 
 def test_what_is_forgotten_is_not_answered(desk: Desk) -> None:
-    with desk.recompute._wishes.lock:
+    with desk.recompute._queue.lock:
         desk.ask("roof", "front", group="old")
         desk.ask("all", group="new")
-        desk.recompute.forget_aside("old")
+        desk.recompute.drop_group("old")
     desk.wait(lambda: bool(desk.answers))
     desk.edit(1)
     desk.wait(lambda: "edit" in desk.order)
@@ -106,19 +108,17 @@ class HeldScoring:
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.reached, self.go_on = threading.Event(), threading.Event()
         self.gave_way = 0
-        real = Scoring.aside
+        real = Scoring.other
 
-        def aside(
-            scoring: Scoring, rig: Rig, settings: MetricSettings, is_stale: IsStale
-        ) -> Evaluation | None:
+        def other(scoring: Scoring, rig: Rig, settings: MetricSettings, cancel: Cancel) -> Scores:
             self.reached.set()
             assert self.go_on.wait(TIMEOUT_S)
-            if is_stale():
+            if cancel():
                 self.gave_way += 1
-                return None
-            return real(scoring, rig, settings, is_stale)
+                raise Cancelled
+            return real(scoring, rig, settings, cancel)
 
-        monkeypatch.setattr(Scoring, "aside", aside)
+        monkeypatch.setattr(Scoring, "other", other)
 
 
 def test_an_edit_drives_a_side_job_out_and_the_job_is_done_afterwards(
@@ -140,7 +140,7 @@ def test_closing_in_the_middle_of_a_side_job_ends_the_thread(
     held = HeldScoring(monkeypatch)
     desk.ask("roof")
     assert held.reached.wait(TIMEOUT_S)
-    desk.recompute._wishes.close()
+    desk.recompute._queue.close()
     held.go_on.set()
     desk.recompute.close()
     assert held.gave_way == 1
@@ -157,7 +157,7 @@ def test_a_failure_in_a_side_job_is_reported_and_its_group_given_up(
         raise ZeroDivisionError("no way")
 
     with monkeypatch.context() as broken:
-        broken.setattr(Scoring, "aside", fail)
+        broken.setattr(Scoring, "other", fail)
         desk.ask("roof", "front")
         desk.wait(lambda: bool(problems))
     assert "ZeroDivisionError: no way" in problems[0]
@@ -169,24 +169,24 @@ def test_a_failure_in_a_side_job_is_reported_and_its_group_given_up(
 
 def test_side_jobs_wait_until_the_edits_have_rested(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
     begun_s: list[float] = []
-    real = Scoring.aside
+    real = Scoring.other
 
-    def timed(*arguments: Any) -> Evaluation | None:
+    def timed(*arguments: Any) -> Scores:
         begun_s.append(desk.clock.now_s())
         return real(*arguments)
 
-    monkeypatch.setattr(Scoring, "aside", timed)
+    monkeypatch.setattr(Scoring, "other", timed)
     desk.clock.stand_still()
     desk.edit(1)
     edited_s = desk.clock.now_s()
     desk.ask("roof")
     desk.wait(lambda: desk.order == ["edit"])
-    desk.clock.advance(0.9 * SIDE_REST_S)
+    desk.clock.advance(0.9 * BACKGROUND_REST_S)
     desk.edit(2)
     desk.wait(lambda: desk.order == ["edit", "edit"])
-    desk.clock.advance(0.9 * SIDE_REST_S)
+    desk.clock.advance(0.9 * BACKGROUND_REST_S)
     assert desk.order == ["edit", "edit"]
-    desk.clock.advance(0.2 * SIDE_REST_S)
+    desk.clock.advance(0.2 * BACKGROUND_REST_S)
     desk.wait(lambda: len(desk.order) == 3)
     assert desk.order[2] == "roof"
-    assert begun_s == [pytest.approx(edited_s + 2.0 * SIDE_REST_S)]
+    assert begun_s == [pytest.approx(edited_s + 2.0 * BACKGROUND_REST_S)]

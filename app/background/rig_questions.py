@@ -1,0 +1,64 @@
+"""Questions about one rig that a background thread answers with serial kernels: card, mounts, test objects."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Generic, TypeVar
+
+from riglens.app.background.worker import Context
+from riglens.core.metric.scores import Body
+from riglens.core.rig.model import Rig
+from riglens.core.targets.card import Card, CardPlan
+from riglens.core.vehicle.mesh import BodyMesh
+
+if TYPE_CHECKING:  # loads the compiler, which a window that opens does not need
+    from riglens.core.review.mounts import Footings, MountLimits, Violation
+    from riglens.core.review.verdicts import ProfileVerdict
+
+Options = TypeVar("Options")
+
+
+@dataclass(frozen=True)
+class RigRequest(Generic[Options]):
+    """A rig, options of the question, and the mesh of the vehicle's file, if it has one."""
+
+    rig: Rig
+    options: Options
+    mesh: BodyMesh | None = None
+
+
+def detection_card(request: RigRequest[CardPlan], context: Context[Card]) -> Card:
+    """Return the card of a rig."""
+    from riglens.core.targets.card_making import card_of
+
+    return card_of(request.rig, request.options, is_serial=True, progress=context.report, mesh=request.mesh)
+
+
+def object_verdicts(
+    request: RigRequest[Body], context: Context[tuple[ProfileVerdict, ...]]
+) -> tuple[ProfileVerdict, ...]:
+    """Return which objects of every bundled profile a rig sees, its body in the way or not."""
+    from riglens.core.review.profiles import bundled_profiles
+    from riglens.core.review.verdicts import Onlooker
+
+    onlooker, found = Onlooker(request.rig, request.options, request.mesh), []
+    for profile in bundled_profiles():
+        context.stop_if_closing()
+        found.append(onlooker.verdict(profile))
+    return tuple(found)
+
+
+class MountCheck:
+    """Lists violated limits of mounts; of a rig in which one sensor moves, only that one is checked again."""
+
+    def __init__(self) -> None:
+        self._footings: Footings | None = None
+
+    def __call__(
+        self, request: RigRequest[MountLimits | None], context: Context[tuple[Violation, ...]]
+    ) -> tuple[Violation, ...]:
+        """Return the violations of the limits, of the usual ones if there are none in the request."""
+        from riglens.core.review.mounts import USUAL_LIMITS, Footings, violations
+
+        self._footings = self._footings or Footings()
+        return violations(request.rig, request.options or USUAL_LIMITS, request.mesh, self._footings)
