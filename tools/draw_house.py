@@ -53,7 +53,7 @@ HOUSE = (
                 Room("studies", "prose and charts"),
                 Room("rendering", "pictures for files"),
             ),
-            (Room("background", "the latest wish wins", 3), Room("terminal", "tables, progress, notes")),
+            (Room("background", "latest request wins", 3), Room("terminal", "tables, progress, notes")),
             (Room("evaluation", "scenes, scores, heatmaps"), Room("launch", "displays, libraries, folders")),
         ),
     ),

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QMainWindow
 from riglens.app.background.counting import Counter
 from riglens.app.background.recompute import Recompute
 from riglens.app.background.tasks import Tasks
-from riglens.app.session.answers import Answers
+from riglens.app.session.result_store import ResultStore
 from riglens.app.session.session import Session
 from riglens.app.window.actions import Actions
 from riglens.app.window.dialogs import Dialogs
@@ -79,7 +79,7 @@ class Workbench(QObject):
         self.session = session
         self.recompute = recompute
         self.counter = counter
-        self.answers = Answers(session, recompute)
+        self.answers = ResultStore(session, recompute)
         self.viewport = viewport
         self.places = places
         self.panels = panels

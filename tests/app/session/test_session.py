@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 
-from riglens.app.session.answers import Answers
 from riglens.app.session.document import Document
+from riglens.app.session.result_store import ResultStore
 from riglens.app.session.session import HeatChoice, Session
 from riglens.core.geometry import Pose
 from riglens.core.metric.scores import MetricSettings
@@ -137,7 +137,7 @@ def test_a_voxel_is_forgotten_with_its_grid_only(session: Session) -> None:
 # ---------------------------------------------------------------------- what was answered
 def test_the_same_is_not_asked_twice_and_nothing_before_the_first_time(session: Session) -> None:
     recompute = FakeRecompute()
-    answers = Answers(session, recompute)
+    answers = ResultStore(session, recompute)
     session.pick((1, 1, 1))
     assert recompute.requests == []
     answers.ask()

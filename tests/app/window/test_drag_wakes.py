@@ -12,7 +12,7 @@ from tests.app.window_bench import LIDAR, open_bench
 
 ALWAYS = {
     "OpenRig.preview": "the rig moves",
-    "Answers._ask_again": "scores are asked for",
+    "ResultStore._ask_again": "scores are asked for",
     "ScoresShown._show_waiting": "those shown are greyed",
     "Follow._follow": "view, list and inspector show the pose",
     "Marginals._on_rig": "losses of the rig before are void",

@@ -1,4 +1,4 @@
-"""What was answered: asks for everything that a session wants to know, and keeps the answer that is shown."""
+"""The result that is shown: requests scores after every change of the session and drops stale answers."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from riglens.app.evaluation.requests import Approximation, EvaluationRequest, Re
 from riglens.app.session.session import Session
 
 
-class Answers(QObject):
-    """Asks the background thread after every change of the session; answers come in the order of the edits.
+class ResultStore(QObject):
+    """Requests scores after every change of the session and keeps the last result, in the order of the edits.
 
-    Nothing is asked before `ask` was called once.
+    Nothing is requested before `ask` was called once.
     """
 
     asked = Signal()
-    """Something new was asked: the answer that is shown is out of date."""
+    """Something new was requested: the result that is shown is out of date."""
     answered = Signal(object)
     """An exact Result; it may belong to an earlier rig while the mouse moves on."""
     approximated = Signal(object)
@@ -29,7 +29,7 @@ class Answers(QObject):
         self._request: EvaluationRequest | None = None
         self._shown_revision = -1
         self.result: Result | None = None
-        """The last exact answer that was told."""
+        """The last exact result that was emitted."""
         queued = Qt.ConnectionType.QueuedConnection
         recompute.evaluated.connect(self.take, queued)
         recompute.approximated.connect(self.take_approximation, queued)
@@ -46,7 +46,7 @@ class Answers(QObject):
         return result.request is self._request
 
     def ask(self) -> None:
-        """Ask for what the session wants to know; nothing happens when that was asked already."""
+        """Request what the session asks for now, unless that was requested already."""
         request = self._session.request()
         if self._request is not None and self._request.asks_same(request):
             return
@@ -59,12 +59,13 @@ class Answers(QObject):
             self.ask()
 
     def take(self, result: Result) -> None:
-        """Tell an answer unless a newer one was told."""
+        """Emit a result unless it is stale."""
         if result.request.revision >= self._shown_revision:
             self.result, self._shown_revision = result, result.request.revision
             self.answered.emit(result)
 
     def take_approximation(self, first: Approximation) -> None:
+        """Emit a coarse answer unless it is stale."""
         if first.request.revision >= self._shown_revision:
             self._shown_revision = first.request.revision
             self.approximated.emit(first)
