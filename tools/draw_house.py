@@ -93,7 +93,11 @@ HOUSE = (
             ),
             (Room("metric", "entropy, S-MIG, S-MS, seen"), Room("sensing", "rays and lenses")),
             (Room("scene", "grid, boxes, POG"), Room("vehicle", "meshes of bodies")),
-            (Room("kernels", "compiled loops"), Room("rig", "sensors, YAML, history, library")),
+            (
+                Room("kernels", "compiled loops"),
+                Room("rig", "sensors, YAML, history, library"),
+                Room("pieces", "resumable work, Dask"),
+            ),
         ),
     ),
     Floor(

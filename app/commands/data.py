@@ -31,12 +31,14 @@ def pog(
     workers
         Processes that build parts at the same time (as many as cores, parts and memory allow).
     dask
-        Build the parts on the Dask cluster whose scheduler listens there, such as tcp://10.0.0.1:8786.
+        Build the parts on the Dask cluster whose scheduler listens there, such as tls://10.0.0.1:8786. It is trusted:
+        whoever takes part in it can run code here (docs/security.md).
     """
     options = reading.options(boxes[0])
     from riglens.app.commands import data_job
+    from riglens.core.pieces.where import Where
 
-    data_job.build_pog_file(options, boxes, out, workers, dask)
+    data_job.build_pog_file(options, boxes, out, Where(workers, dask))
 
 
 def data(

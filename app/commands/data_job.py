@@ -23,17 +23,17 @@ from rich.text import Text
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.scenario import boxes_of, grid_of, remarks_on
 from riglens.app.terminal.console import is_standard_output, note, progress_bar, results
+from riglens.app.terminal.resumable import resumable
 from riglens.app.terminal.scores import data_line
-from riglens.core.errors import InputError
 from riglens.core.files import atomic_write, is_stream, require_writable
 from riglens.core.geometry import Vec3
+from riglens.core.pieces.where import Where
+from riglens.core.pieces.work import Workers
 from riglens.core.rig.model import FORMAT_VERSION
-from riglens.core.scene.boxes import CLASSES, Progress
+from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import BYTES_PER_VOXEL, Pog, build_pog
-from riglens.core.scene.pog_cluster import cluster_workers
-from riglens.core.scene.pog_parts import OwnProcess, PartsPlan, Workers, build_in_parts
-from riglens.core.scene.pog_processes import worker_processes
+from riglens.core.scene.pog_parts import build_in_parts, groups_of, part_folder
 from riglens.core.scene.pog_store import save_pog
 from riglens.core.scene.readers import together
 from riglens.core.scene.readers.opening import has_known_origin
@@ -51,29 +51,28 @@ LONGEST_NAME_BYTES = 240
 # ---------------------------------------------------------------- riglens pog
 
 
-def build_pog_file(
-    options: SceneOptions, paths: Sequence[Path], out: Path, workers: int | None, dask: str | None
-) -> None:
+def build_pog_file(options: SceneOptions, paths: Sequence[Path], out: Path, where: Where) -> None:
     """Build a POG and store it; when interrupted, the old file stays and finished parts wait for the next run."""
-    if workers is not None and workers < 1:
-        raise InputError(f"--workers: found {workers}, accepted is a whole number from 1 up")
-    if workers is not None and dask is not None:
-        raise InputError("--workers and --dask: the cluster has its own workers; give only one of the two")
     require_writable(out, paths)
     grid = grid_of(options)
     # workers elsewhere have another working folder
-    source = boxes_of(options, [path.resolve() for path in paths] if dask else paths)
-    with _parts_folder(out) as folder:
-        plan = PartsPlan.of(source, grid, folder)
-        with progress_bar("Building the POG") as progress:
-            if len(plan.groups) == 1 and dask is None:
-                pog = build_pog(source, grid, progress)
-            else:
-                pog = _in_parts(plan, grid, workers, dask, progress)
-        pog = replace(pog, data=replace(pog.data, source=together(paths)))
-        save_pog(pog, out)
-        plan.store.clear()
+    source = boxes_of(options, [path.resolve() for path in paths] if where.dask else paths)
+    groups = groups_of(source)
+    with progress_bar("Building the POG") as progress:
+        if len(groups) == 1 and where.dask is None:
+            pog = _stored(build_pog(source, grid, progress), paths, out)
+        else:
+            with _parts_folder(out) as folder, _workers(folder, len(groups), grid, where) as workers:
+                parts = part_folder(folder)
+                pog = _stored(build_in_parts(source, groups, grid, parts, workers, progress), paths, out)
+                parts.clear()
     _print_pog(pog, out)
+
+
+def _stored(pog: Pog, paths: Sequence[Path], out: Path) -> Pog:
+    pog = replace(pog, data=replace(pog.data, source=together(paths)))
+    save_pog(pog, out)
+    return pog
 
 
 @contextmanager
@@ -89,33 +88,15 @@ def _parts_folder(out: Path) -> Iterator[Path]:
     yield out.with_name(os.fsdecode(name) + ".parts")
 
 
-def _in_parts(
-    plan: PartsPlan, grid: VoxelGrid, workers: int | None, dask: str | None, progress: Progress
-) -> Pog:
-    try:
-        with _workers(plan, grid, workers, dask) as where:
-            return build_in_parts(plan, grid, where, progress)
-    except KeyboardInterrupt:
-        kept = plan.store.count()
-        if kept:
-            note(f"{kept} of {len(plan.groups)} parts are kept in {plan.store.folder}; run it again to go on")
-        raise
-
-
 @contextmanager
-def _workers(plan: PartsPlan, grid: VoxelGrid, workers: int | None, dask: str | None) -> Iterator[Workers]:
-    """Where the parts are built: on a cluster, in processes, or here."""
-    if dask is not None:
-        with cluster_workers(dask) as elsewhere:
-            yield elsewhere
-        return
-    count = min(workers or _fitting(grid), len(plan.groups))
-    if count == 1:
-        yield OwnProcess()
-        return
-    grid.require_memory(BYTES_PER_VOXEL * (count + 1), f"{count} workers")
-    with worker_processes(count) as processes:
-        yield processes
+def _workers(folder: Path, groups: int, grid: VoxelGrid, where: Where) -> Iterator[Workers]:
+    if where.dask is None:
+        count = min(where.workers or _fitting(grid), groups)
+        where = replace(where, workers=count)
+        if count > 1:
+            grid.require_memory(BYTES_PER_VOXEL * (count + 1), f"{count} workers")
+    with resumable(folder, where, groups) as workers:
+        yield workers
 
 
 def _fitting(grid: VoxelGrid) -> int:

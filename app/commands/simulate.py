@@ -101,7 +101,8 @@ def simulate(
     workers
         Processes that simulate at the same time (as many as cores).
     dask
-        Simulate on the Dask cluster whose scheduler listens there, such as tcp://10.0.0.1:8786.
+        Simulate on the Dask cluster whose scheduler listens there, such as tls://10.0.0.1:8786. It is trusted: whoever
+        takes part in it can run code here (docs/security.md).
     carla
         Collect from the CARLA simulator that listens there instead: --frames N (200), one in --every N ticks of 0.05 s.
     """
@@ -114,6 +115,7 @@ def simulate(
         carla_job.collect(rigs, out, at)
         return
     from riglens.app.commands import simulate_job
+    from riglens.core.pieces.where import Where
     from riglens.core.simulate.settings import SimulationSettings
     from riglens.core.simulate.units import Extras
 
@@ -122,7 +124,7 @@ def simulate(
     frames = simulate_job.Frames(1 if every is None else every, sequences)
     scene = _scene(boxes, how, surroundings, occluders)
     asked = simulate_job.Asked(scene, frames, settings, extras, ScoreOptions(body=body))
-    simulate_job.simulate(rigs, out, asked, simulate_job.Where(workers, dask))
+    simulate_job.simulate(rigs, out, asked, Where(workers, dask))
 
 
 def _refuse_with_carla(said: Mapping[str, object]) -> None:

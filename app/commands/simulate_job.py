@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -12,24 +10,22 @@ from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.evaluation.scenario import left_out
 from riglens.app.evaluation.traffic import car_poses, load_traffic
 from riglens.app.terminal.console import note, progress_bar, results
+from riglens.app.terminal.resumable import resumable
 from riglens.app.terminal.scores import meshes_called, rig_called
 from riglens.core.errors import InputError
+from riglens.core.pieces import work as pieces
+from riglens.core.pieces.where import Where
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.scene.pog_cluster import cluster_workers
-from riglens.core.scene.pog_parts import OwnProcess
-from riglens.core.scene.pog_processes import worker_processes
 from riglens.core.simulate.dataset import (
     VERSION,
     Dataset,
     DatasetFolder,
-    Workers,
     bytes_needed,
     require_channels,
     require_own,
     require_room,
     scenes_of,
-    simulate_pieces,
 )
 from riglens.core.simulate.settings import SimulationSettings
 from riglens.core.simulate.tables import EgoPose, Scene
@@ -65,22 +61,6 @@ class Asked:
     score: ScoreOptions
 
 
-@dataclass(frozen=True)
-class Where:
-    """Processes here, or a cluster."""
-
-    workers: int | None = None
-    dask: str | None = None
-
-    def __post_init__(self) -> None:
-        if self.workers is not None and self.workers < 1:
-            raise InputError(f"--workers: found {self.workers}, accepted is a whole number from 1 up")
-        if self.workers is not None and self.dask is not None:
-            raise InputError(
-                "--workers and --dask: the cluster has its own workers; give only one of the two"
-            )
-
-
 def simulate(names: Sequence[str], out: Path, asked: Asked, where: Where) -> None:
     """Make the data set of each rig, all after it is known that they fit on the disk."""
     rigs = [rig_called(name) for name in names]
@@ -101,16 +81,11 @@ def simulate(names: Sequence[str], out: Path, asked: Asked, where: Where) -> Non
     for one in sets:
         _remark_on(one)
     folders = [DatasetFolder(path, one) for path, one in zip(paths, sets, strict=True)]
-    todo = [list(range(len(one.pieces))) for one in sets]
-    for number, folder in enumerate(folders):
-        todo[number] = [] if folder.is_complete else folder.missing()
-    needed = sum(
-        bytes_needed(one, [one.pieces[place] for place in places])
-        for one, places in zip(sets, todo, strict=True)
-    )
-    require_room(needed, out)
-    for one, folder, places in zip(sets, folders, todo, strict=True):
-        _make(one, folder, places, where)
+    with progress_bar("Checking what is there") as progress:
+        todo = [[] if folder.is_complete else folder.missing(progress) for folder in folders]
+    require_room(sum(bytes_needed(one, keys) for one, keys in zip(sets, todo, strict=True)), out)
+    for one, folder, keys in zip(sets, folders, todo, strict=True):
+        _make(one, folder, keys, where)
 
 
 def _load(asked: Asked) -> tuple[Traffic, list[Scene]]:
@@ -160,35 +135,43 @@ def _remark_on(one: Dataset) -> None:
 
 
 def _paths(out: Path, rigs: Sequence[Rig]) -> list[Path]:
-    """A folder for each rig; InputError for two of the same name."""
+    """Return a folder for each rig; InputError for two rigs that would share one."""
     if len(rigs) == 1:
         return [out]
-    names = [
-        "".join(sign if sign.isalnum() or sign in "+-_. " else "-" for sign in rig.name)[:80] for rig in rigs
-    ]
-    twice = [name for name in names if names.count(name) > 1]
-    if twice:
-        raise InputError(
-            f"--out {out}: found two rigs named {twice[0]}, accepted are rigs of different names"
-        )
-    return [out / (name.strip(". ") or "rig") for name in names]
+    owners = dict[str, str]()
+    for rig in rigs:
+        name = _folder_name(rig)
+        # some file systems do not tell A from a
+        other = next((owner for taken, owner in owners.items() if taken.casefold() == name.casefold()), None)
+        if other is not None:
+            raise InputError(
+                f"--out {out}: the rigs '{other}' and '{rig.name}' would share the folder '{name}'; rename one of them"
+            )
+        owners[name] = rig.name
+    return [out / name for name in owners]
 
 
-def _make(one: Dataset, folder: DatasetFolder, places: Sequence[int], where: Where) -> None:
+def _folder_name(rig: Rig) -> str:
+    name = "".join(sign if sign.isalnum() or sign in "+-_. " else "-" for sign in rig.name)[:80]
+    return name.strip(". ") or "rig"
+
+
+def _make(one: Dataset, folder: DatasetFolder, keys: Sequence[str], where: Where) -> None:
     console = results()
     if folder.is_complete:
         console.print(f"{folder.path}: complete already, nothing to do", soft_wrap=True, markup=False)
         return
-    folder.begin()
-    if len(places) < len(one.pieces):
-        note(f"{folder.path}: goes on; {len(one.pieces) - len(places)} of {len(one.pieces)} parts are there")
-    try:
-        with progress_bar(f"Simulating {one.rig.name}") as progress, _workers(where, len(places)) as workers:
-            simulate_pieces(folder, one, places, workers, progress)
-    except KeyboardInterrupt:
-        note(f"{folder.path}: what is finished is kept; run the same command again to go on")
-        raise
-    points = folder.finish()
+    if len(keys) < len(one.spans):
+        note(f"{folder.path}: goes on; {len(one.spans) - len(keys)} of {len(one.spans)} parts are there")
+    with (
+        progress_bar(f"Simulating {one.rig.name}") as progress,
+        resumable(folder.work, where, len(keys)) as workers,
+    ):
+        folder.begin()
+        made = pieces.results([one.piece(key) for key in keys], folder, workers)
+        for done, _ in enumerate(made, 1):
+            progress(done / len(keys))
+        points = folder.finish()
     splits = one.plan["splits"]
     console.print(
         f"{folder.path}: {one.frames:,} frames, {points / one.frames:,.0f} points in each, channels "
@@ -197,18 +180,3 @@ def _make(one: Dataset, folder: DatasetFolder, places: Sequence[int], where: Whe
         soft_wrap=True,
         markup=False,
     )
-
-
-@contextmanager
-def _workers(where: Where, pieces: int) -> Iterator[Workers]:
-    """Where pieces are simulated: on a cluster, in processes, or here."""
-    if where.dask is not None:
-        with cluster_workers(where.dask) as elsewhere:
-            yield elsewhere
-        return
-    count = min(where.workers or os.cpu_count() or 1, pieces)
-    if count <= 1:
-        yield OwnProcess()
-        return
-    with worker_processes(count) as processes:
-        yield processes

@@ -177,7 +177,8 @@ def detection(
     workers
         Processes, of one thread each (1).
     dask
-        Make the pieces on the Dask cluster whose scheduler listens there, such as tcp://10.0.0.1:8786.
+        Make the pieces on the Dask cluster whose scheduler listens there, such as tls://10.0.0.1:8786. It is trusted:
+        whoever takes part in it can run code here (docs/security.md).
     device
         Where nets are trained: CUDA where there is one, unless cpu is said.
     out
@@ -186,8 +187,10 @@ def detection(
     libraries.use()
     scene = SceneOptions(boxes, how.origin, how.frames, how.classes, find_ground=how.ground == "auto")
     from riglens.app.studies import detection as study_detection
+    from riglens.core.pieces.where import Where
 
-    plan = study_detection.Plan(quick, per_rig, published, seeds, workers, device, body, cameras, dask)
+    where = Where(1 if workers is None and dask is None else workers, dask)
+    plan = study_detection.Plan(quick, per_rig, published, seeds, where, device, body, cameras)
     study_detection.study(rigs, scene, plan, out)
 
 

@@ -20,8 +20,8 @@ from typing import Annotated, Any, Literal
 import psutil
 from pydantic import BaseModel, ConfigDict, Field
 
-from riglens.app.session.file_lock import FileLock, is_locked
 from riglens.core.errors import InputError
+from riglens.core.file_lock import FileLock, is_locked
 from riglens.core.files import atomic_write
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.file import dumps, loads

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +20,7 @@ from riglens.app.studies.detection_chart import chart, correlation, painted_word
 from riglens.app.studies.detection_files import as_json, pair_lines, rank_lines, rig_lines, seed_lines
 from riglens.app.studies.files import csv_text, require_folder, write_text
 from riglens.app.terminal.console import note, progress_bar, results
+from riglens.app.terminal.resumable import resumable
 from riglens.app.terminal.scores import meshes_called
 from riglens.core.detect.net import Device, machine
 from riglens.core.engine.engine import Engine
@@ -28,13 +28,13 @@ from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
 from riglens.core.formats.opening import open_rig
 from riglens.core.metric.scores import Body
+from riglens.core.pieces.where import Where
+from riglens.core.pieces.work import Workers
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.scene.pog_cluster import cluster_workers
 from riglens.core.shown_text import visible
 from riglens.core.simulate.painting import Quality
-from riglens.core.study.detection.elsewhere import run_elsewhere
-from riglens.core.study.detection.pieces import Pieces, Study
+from riglens.core.study.detection.pieces import Pieces, Study, jobs
 from riglens.core.study.detection.protocol import WORDING, Protocol, entrants
 from riglens.core.study.detection.published import CAMERA_PROTOCOL, PROTOCOL, camera_rigs, published_rigs
 from riglens.core.study.detection.result import Result, assemble, finished_seeds
@@ -51,7 +51,6 @@ NAMES = (
     "detection.png", "detection-pairs.png",
 )  # fmt: skip
 PIECES, MAP = "pieces", "mAP"
-MOST_WORKERS = 256
 
 
 @dataclass(frozen=True)
@@ -63,21 +62,10 @@ class Plan:
     per_rig: bool = False
     published: bool = False
     seeds: int | None = None
-    workers: int | None = None
+    where: Where = field(default_factory=lambda: Where(1))
     device: Device | None = None
     body: Body | None = None
     cameras: Quality | None = None
-    dask: str | None = None
-
-    def __post_init__(self) -> None:
-        if self.workers is not None and not 1 <= self.workers <= MOST_WORKERS:
-            raise InputError(
-                f"--workers: found {self.workers}, accepted is a whole number from 1 to {MOST_WORKERS}"
-            )
-        if self.workers is not None and self.dask is not None:
-            raise InputError(
-                "--workers and --dask: the cluster has its own workers; give only one of the two"
-            )
 
     def rigs(self, names: Sequence[str]) -> tuple[Rig, ...]:
         """The rigs that are compared: those named, or those of the published study."""
@@ -114,30 +102,14 @@ def study(rigs: Sequence[str], scene: SceneOptions, plan: Plan, out: Path) -> No
         note(line)
     asked = Study(compared, protocol, traffic, on)
     _ = asked.split  # says in one line what the data lack, before anything takes time
-    try:
-        with _maker(plan) as make:  # a cluster that is not there is told before anything takes time
-            result = _result(asked, _surrogates(asked, scene), make, out)
-    except KeyboardInterrupt:
-        note(f"what is done is kept in {out / PIECES}: the same command goes on from there")
-        raise
+    # a cluster that is not there is reported before anything takes time
+    with resumable(out / PIECES, plan.where, len(jobs(asked))) as workers:
+        result = _result(asked, _surrogates(asked, scene), workers, out)
     _say(result, results())
     results().print(f"{out}: {', '.join(NAMES)}", soft_wrap=True)
 
 
-Make = Callable[[Study, Path, Callable[[Told], None]], Pieces]
-
-
-@contextmanager
-def _maker(plan: Plan) -> Iterator[Make]:
-    """What makes the pieces of a study in a folder: processes here, or a cluster."""
-    if plan.dask is None:
-        yield lambda study, folder, tell: run(study, folder, plan.workers or 1, tell)
-        return
-    with cluster_workers(plan.dask) as workers:
-        yield lambda study, folder, tell: run_elsewhere(study, folder, workers, tell)
-
-
-def _result(asked: Study, scores: Surrogates, make: Make, out: Path) -> Result:
+def _result(asked: Study, scores: Surrogates, workers: Workers, out: Path) -> Result:
     """Make what is not there; tables and charts are written whenever one more seed is complete."""
     pieces, shown = Pieces(asked, out / PIECES), 0
 
@@ -147,13 +119,13 @@ def _result(asked: Study, scores: Surrogates, make: Make, out: Path) -> Result:
         if told.finished is None:
             return
         note(f"done: {told.finished.title} ({told.done} of {told.pieces})")
-        seeds = finished_seeds(pieces) if told.finished.kind == "found" else shown
+        seeds = finished_seeds(pieces) if told.finished.is_found else shown
         if shown < seeds < asked.protocol.seeds:
             shown = seeds
             write(Result(asked, *assemble(pieces, seeds), scores), out)
 
     with progress_bar("Detection") as progress:
-        make(asked, pieces.folder, tell)
+        run(asked, pieces.folder, workers, tell)
     result = Result(asked, *assemble(pieces, asked.protocol.seeds), scores)
     write(result, out)
     return result

@@ -8,7 +8,7 @@ but from the seed.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -91,20 +91,17 @@ def train(
     training: Training,
     on: Machine,
     state: State | None = None,
-    after_epoch: Callable[[State], None] | None = None,
-    progress: Callable[[float], None] | None = None,
+    until: int | None = None,
 ) -> State:
-    """Train one net on all samples of all sets and return it; `state`: where an interrupted training goes on.
+    """Train one net on all samples of all sets and return it.
 
-    after_epoch is given the state after each pass; progress the share done, and may raise to cancel.
+    state: where an interrupted training goes on. until: after which pass it stops, None for the last one.
     """
     run = _Run(sets, region, training, on)
     if state is not None:
         run.restore(state)
-    while run.epoch < training.epochs:
-        run.pass_over(progress)
-        if after_epoch is not None:
-            after_epoch(run.state())
+    while run.epoch < (training.epochs if until is None else until):
+        run.pass_over()
     return run.state()
 
 
@@ -139,7 +136,7 @@ class _Run:
         self.items = np.array([(s, i) for s, one in enumerate(sets) for i in range(len(one))]).reshape(-1, 2)
         self.epoch = 0
 
-    def pass_over(self, progress: Callable[[float], None] | None) -> None:
+    def pass_over(self) -> None:
         """One epoch: every sample once, in an order and mirrored as its own draws say."""
         rng = np.random.default_rng((self.training.seed, self.epoch))
         order = self.items[rng.permutation(len(self.items))]
@@ -150,8 +147,6 @@ class _Run:
             chosen = slice(start, start + self.training.batch)
             done = (self.epoch + number / len(steps)) / self.training.epochs
             self._step([self.sets[s][i] for s, i in order[chosen].tolist()], mirrors[chosen].tolist(), done)
-            if progress is not None:
-                progress((self.epoch + (number + 1) / len(steps)) / self.training.epochs)
         self.epoch += 1
 
     def _step(self, samples: list[Sample], mirrors: list[int], done: float) -> None:

@@ -107,17 +107,17 @@ def read_pog(file: IO[bytes], is_part: bool = False) -> Pog:
     return content.pog()
 
 
-def pog_file_name(source: BoxSource, grid: VoxelGrid) -> str:
-    """The file name for the POG of these boxes on this grid; other boxes or another grid give another name."""
+def pog_key(content_hash: str, grid: VoxelGrid) -> str:
+    """Return a name for the POG of boxes with this hash on this grid, which no others share."""
     key = json.dumps(
-        [FORMAT, source.content_hash, grid.voxel_m.hex(), [side.hex() for side in map(float, grid.roi_m)]]
+        [FORMAT, content_hash, grid.voxel_m.hex(), [side.hex() for side in map(float, grid.roi_m)]]
     )
-    return f"pog-{hashlib.sha256(key.encode()).hexdigest()[:32]}.npz"
+    return f"pog-{hashlib.sha256(key.encode()).hexdigest()[:32]}"
 
 
 def cached_pog(source: BoxSource, grid: VoxelGrid, progress: Progress | None = None) -> Pog:
     """The POG of a data set, from the cache when its content was seen before; rebuilt when damaged."""
-    path = cache_folder() / pog_file_name(source, grid)
+    path = cache_folder() / f"{pog_key(source.content_hash, grid)}.npz"
     with contextlib.suppress(InputError):  # missing, unreadable or damaged: build it in any case
         pog = load_pog(path)
         if pog.grid != grid:

@@ -1,7 +1,7 @@
 """A simulated data set on the disk: planned, simulated unit by unit, resumed when interrupted, finished with tables.
 
-While it is being made, the folder holds what is planned (riglens.json) and, in .riglens, notes of the pieces whose
-files are complete. When the tables are written, .riglens goes.
+While it is being made, the folder holds what is planned (riglens.json) and, in .riglens, notes of the units whose
+files are complete, with a checksum of each file. When the tables are written, .riglens goes.
 """
 
 from __future__ import annotations
@@ -9,19 +9,20 @@ from __future__ import annotations
 import hashlib
 import json
 import shutil
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from concurrent.futures import Future
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import islice
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
-from riglens.core.files import atomic_write, write_files
+from riglens.core.files import atomic_write, open_regular, write_files
+from riglens.core.pieces.folder import PieceFolder
+from riglens.core.pieces.work import Piece
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.file import rig_sha256
 from riglens.core.scene.boxes import CLASSES, Progress
@@ -30,14 +31,14 @@ from riglens.core.simulate.channels import Channel, channels_of
 from riglens.core.simulate.pictures import LABELS
 from riglens.core.simulate.settings import SimulationSettings
 from riglens.core.simulate.tables import MAP_FILE, EgoPose, Record, Scene, Tables
-from riglens.core.simulate.units import Extras, Notes, Unit, part_of, simulate_unit, unpacked
+from riglens.core.simulate.units import Extras, Notes, Unit, file_names, part_of, simulate_unit, unpacked
 from riglens.core.simulate.world import Worlds
 from riglens.core.targets.traffic import Traffic
 from riglens.core.vehicle.mesh import BodyMesh
 
 VERSION = "v1.0-trainval"
 """Folder of the tables: programs that read nuScenes know this name."""
-PLAN, WORK = "riglens.json", ".riglens"
+PLAN, WORK, _LAST = "riglens.json", ".riglens", "splits.json"
 UNIT_FRAMES = 20
 TABLE_BYTES, TABLE_BYTES_2D = 1400, 700
 """What tables hold of a road user, and of one in a picture, about."""
@@ -45,20 +46,8 @@ SPARE = 1.1
 """So many times the estimate has to be free."""
 
 
-class Workers(Protocol):
-    """Where units are simulated; `ahead` is how many to hand in before waiting for the first result."""
-
-    ahead: int
-
-    def call(self, work: Any, *arguments: object) -> Future[bytes]:
-        """Begin to call a function."""
-
-    def wait(self, waiting: Collection[Future[bytes]]) -> Collection[Future[bytes]]:
-        """Wait for one of the futures at least, and return those that are done."""
-
-
-class Piece(NamedTuple):
-    """Frames of one scene, and what their files are called."""
+class Span(NamedTuple):
+    """Frames of one scene that are simulated together, and what their files are called."""
 
     frames: tuple[int, ...]
     stems: tuple[str, ...]
@@ -87,25 +76,34 @@ class Dataset:
         return sum(len(scene.frames) for scene in self.scenes)
 
     @cached_property
-    def pieces(self) -> list[Piece]:
-        """The pieces in which it is made."""
-        return [
-            Piece(
+    def spans(self) -> dict[str, Span]:
+        """The units in which it is made, by the names of their notes."""
+        spans = (
+            Span(
                 scene.frames[first : first + UNIT_FRAMES],
                 tuple(scene.stem(place) for place in scene.places[first : first + UNIT_FRAMES]),
             )
             for scene in self.scenes
             for first in range(0, len(scene.frames), UNIT_FRAMES)
-        ]
+        )
+        return {f"unit-{number:06d}": span for number, span in enumerate(spans)}
 
     @cached_property
     def _place_of(self) -> NDArray[np.int64]:
         return np.argsort(self.traffic.frame, kind="stable")
 
-    def unit(self, piece: Piece) -> Unit:
-        """A piece with all that is needed to simulate it."""
-        traffic = part_of(self.traffic, piece.frames, self._place_of[list(piece.frames)])
-        return Unit(self.rig, self.mesh, self.settings, self.extras, traffic, *piece)
+    def unit(self, span: Span) -> Unit:
+        """Return a span with all that is needed to simulate it."""
+        traffic = part_of(self.traffic, span.frames, self._place_of[list(span.frames)])
+        return Unit(self.rig, self.mesh, self.settings, self.extras, traffic, *span)
+
+    def file_names(self, span: Span) -> set[str]:
+        """Return the files of a span, by their paths in the data set."""
+        return file_names(span.stems, self.channels, self.extras)
+
+    def piece(self, key: str) -> Piece:
+        """Return a span as work for anyone."""
+        return Piece(key, simulate_unit, lambda: (self.unit(self.spans[key]),))
 
     @cached_property
     def plan(self) -> dict[str, Any]:
@@ -180,13 +178,13 @@ def scenes_of(traffic: Traffic, every: int = 1, most: int | None = None) -> list
 # ---------------------------------------------------------------- room on the disk
 
 
-def bytes_needed(dataset: Dataset, pieces: Sequence[Piece]) -> int:
-    """Estimate what pieces and the tables take: three frames are simulated, and stand for the others."""
-    frames = [frame for piece in pieces for frame in piece.frames]
+def bytes_needed(dataset: Dataset, keys: Sequence[str]) -> int:
+    """Estimate what spans and the tables take: three frames are simulated, and stand for the others."""
+    frames = [frame for key in keys for frame in dataset.spans[key].frames]
     if not frames:
         return 0
     tried = sorted({frames[0], frames[len(frames) // 2], frames[-1]})
-    one = [len(simulate_unit(dataset.unit(Piece((frame,), ("s__{}__0",))))) for frame in tried]
+    one = [len(simulate_unit(dataset.unit(Span((frame,), ("s__{}__0",))))) for frame in tried]
     users = int(np.count_nonzero(dataset.traffic.cls < len(CLASSES))) / max(1, dataset.traffic.frames)
     tables = users * (TABLE_BYTES + TABLE_BYTES_2D * bool(dataset.rig.cameras() and dataset.extras.pictures))
     return int(sum(one) / len(one) * len(frames) + tables * dataset.frames)
@@ -224,10 +222,14 @@ def require_own(path: Path) -> bool:
 
 
 class DatasetFolder:
-    """The folder of a data set; InputError when it holds something else, or another data set."""
+    """The folder of a data set, which is a store of its spans; InputError when it holds another data set or else.
+
+    work: the folder of the notes while the data set is being made.
+    """
 
     def __init__(self, path: Path, dataset: Dataset) -> None:
-        self.path, self._dataset = path, dataset
+        self.path, self.work, self._dataset = path, path / WORK, dataset
+        self._kept = PieceFolder(self.work, self._read)
         self._text = json.dumps(dataset.plan, indent=1) + "\n"
         self._check()
 
@@ -259,50 +261,76 @@ class DatasetFolder:
     @property
     def is_complete(self) -> bool:
         """Whether all is there."""
-        return (
-            (self.path / PLAN).exists() and not (self.path / WORK).exists() and (self.path / VERSION).exists()
-        )
+        ends = (self.path / PLAN, self.path / VERSION / _LAST)
+        if self.work.exists() or not all(path.exists() for path in ends):
+            return False
+        spans = self._dataset.spans.values()
+        return all((self.path / name).exists() for span in spans for name in self._dataset.file_names(span))
 
     def begin(self) -> None:
-        """Make the folder, where it is not there yet."""
-        try:
-            self.path.mkdir(parents=True, exist_ok=True)
-            with atomic_write(self.path / PLAN, "w") as stream:
-                stream.write(self._text)
-            (self.path / WORK).mkdir(exist_ok=True)
-        except OSError as error:
-            raise InputError(f"--out {self.path}: cannot be made a folder ({error.strerror})") from error
+        """Write down what is planned."""
+        with atomic_write(self.path / PLAN, "w") as stream:
+            stream.write(self._text)
 
-    def missing(self) -> list[int]:
-        """Places of the pieces that are not complete."""
-        return [place for place in range(len(self._dataset.pieces)) if self._notes(place) is None]
+    def missing(self, progress: Progress = lambda _: None) -> list[str]:
+        """Return the spans that are not complete; the files of the others are compared with their checksums."""
+        keys, found = list(self._dataset.spans), list[str]()
+        for done, key in enumerate(keys, 1):
+            if self.load(key) is None:
+                found.append(key)
+            progress(done / len(keys))
+        return found
 
-    def _file(self, place: int) -> Path:
-        return self.path / WORK / f"unit-{place:06d}.json"
-
-    def _notes(self, place: int) -> list[Notes] | None:
-        piece = self._dataset.pieces[place]
-        try:
-            notes = json.loads(self._file(place).read_text(encoding="utf-8"))
-            return notes if tuple(note["frame"] for note in notes) == piece.frames else None
-        except (OSError, ValueError, KeyError, TypeError):
+    def load(self, key: str) -> Sequence[Notes] | None:
+        """Return the notes of a span whose files are complete and as they were written."""
+        kept = self._kept.load(key)
+        if kept is None or not all(_is_as_written(self.path / name, kept.files[name]) for name in kept.files):
             return None
+        return kept.notes
 
-    def keep(self, place: int, content: bytes) -> None:
-        """Write the files of a piece, then that it is complete."""
-        files, notes = unpacked(content, self._dataset.unit(self._dataset.pieces[place]))
+    def keep(self, key: str, content: bytes) -> Sequence[Notes]:
+        """Write the files of a span, then that it is complete."""
+        files, notes = unpacked(content, self._dataset.unit(self._dataset.spans[key]))
         write_files(self.path, files)
-        with atomic_write(self._file(place), "w") as stream:
-            json.dump(notes, stream, separators=(",", ":"))
+        digests = {name: hashlib.sha256(file).hexdigest() for name, file in files.items()}
+        self._kept.keep(key, json.dumps([notes, digests], separators=(",", ":")).encode())
+        return notes
 
     def finish(self) -> int:
         """Write the tables, and forget how far the work had come; how many points there are."""
         notes = dict[int, Notes]()
-        for place in range(len(self._dataset.pieces)):
-            notes |= {note["frame"]: note for note in self._notes(place) or ()}
+        for key in self._dataset.spans:
+            kept = self._kept.load(key)
+            if kept is None:
+                raise InputError(f"{self.work}: a finished part has gone; run the same command again")
+            notes |= {note["frame"]: note for note in kept.notes}
         write_tables(self.path, self._dataset._tables(notes))
-        shutil.rmtree(self.path / WORK)
+        shutil.rmtree(self.work, ignore_errors=True)
         return sum(note["points"] for note in notes.values())
+
+    def _read(self, key: str, content: bytes) -> _Kept:
+        """Return the notes of a span; ValueError when they are those of other frames or files."""
+        kept, span = _Kept(*json.loads(content)), self._dataset.spans[key]
+        if tuple(note["frame"] for note in kept.notes) != span.frames:
+            raise ValueError("notes of other frames")
+        if kept.files.keys() != self._dataset.file_names(span):
+            raise ValueError("notes of other files")
+        return kept
+
+
+class _Kept(NamedTuple):
+    """What is known of a complete span: notes of its frames, and the SHA-256 of each of its files."""
+
+    notes: Sequence[Notes]
+    files: dict[str, str]
+
+
+def _is_as_written(path: Path, digest: str) -> bool:
+    try:
+        with open_regular(path, "a file of the data set") as file:
+            return hashlib.sha256(file.read()).hexdigest() == digest
+    except (OSError, InputError):
+        return False
 
 
 def write_tables(path: Path, tables: Tables) -> None:
@@ -314,7 +342,7 @@ def write_tables(path: Path, tables: Tables) -> None:
         with atomic_write(folder / f"{name}.json", "w") as stream:
             for text in _json_array(records):
                 stream.write(text)
-    with atomic_write(folder / "splits.json", "w") as stream:
+    with atomic_write(folder / _LAST, "w") as stream:
         json.dump(tables.splits(), stream, indent=1)
 
 
@@ -336,20 +364,3 @@ def _plain_map() -> bytes:
     stream = BytesIO()
     Image.new("L", (2000, 2000), 255).save(stream, format="PNG")
     return stream.getvalue()
-
-
-def simulate_pieces(
-    folder: DatasetFolder, dataset: Dataset, places: Sequence[int], workers: Workers, progress: Progress
-) -> None:
-    """Simulate pieces and keep them as they come, with never more than `ahead` handed in, so that memory stays flat."""
-    waiting, rest, done = dict[Future[bytes], int](), iter(places), 0
-    while True:
-        for place in islice(rest, workers.ahead - len(waiting)):
-            waiting[workers.call(simulate_unit, dataset.unit(dataset.pieces[place]))] = place
-        if not waiting:
-            return
-        over = sorted(workers.wait(waiting), key=lambda one: (one.exception() is not None, waiting[one]))
-        for future in over:
-            folder.keep(waiting.pop(future), future.result())
-            done += 1
-            progress(done / len(places))

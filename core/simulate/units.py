@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from io import BytesIO
@@ -57,8 +57,7 @@ class Unit:
 
     def file_names(self) -> set[str]:
         """Every file that the unit writes, by its path in the data set."""
-        channels = channels_of(self.rig, self.extras.pictures)
-        return {name for stem in self.stems for name in _names(stem, channels, self.extras)}
+        return file_names(self.stems, channels_of(self.rig, self.extras.pictures), self.extras)
 
 
 def part_of(traffic: Traffic, frames: tuple[int, ...], places: NDArray[np.int64]) -> Traffic:
@@ -131,6 +130,11 @@ def file_name(stem: str, channel: str, ending: str, folder: str = "samples") -> 
 
 def _points_name(stem: str) -> str:
     return f"points/{stem.format('POINTS')}.parquet"
+
+
+def file_names(stems: Sequence[str], channels: list[Channel], extras: Extras) -> set[str]:
+    """Return every file of frames, by its path in the data set."""
+    return {name for stem in stems for name in _names(stem, channels, extras)}
 
 
 def _names(stem: str, channels: list[Channel], extras: Extras) -> list[str]:

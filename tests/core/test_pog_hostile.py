@@ -16,7 +16,7 @@ from riglens.core.scene import pog_store
 from riglens.core.scene.columns import VoxelIndex, empty_words, unpack
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import Pog, PogSum, build_pog
-from riglens.core.scene.pog_store import cached_pog, load_pog, pog_file_name, save_pog
+from riglens.core.scene.pog_store import cached_pog, load_pog, pog_key, save_pog
 from tests.core.builders import boxes_of
 
 GRID = VoxelGrid(0.5, (4.0, 3.0, 2.0))
@@ -264,7 +264,7 @@ def test_only_a_part_may_hold_no_frame(tmp_path: Path) -> None:
 def test_a_cached_file_of_another_grid_is_not_taken(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("RIGLENS_CACHE_DIR", str(tmp_path))
     other = VoxelGrid(0.5, (3.0, 4.0, 2.0))
-    save_pog(build_pog(BOXES, other), tmp_path / pog_file_name(BOXES, GRID))
+    save_pog(build_pog(BOXES, other), tmp_path / f"{pog_key(BOXES.content_hash, GRID)}.npz")
     assert cached_pog(BOXES, GRID).grid == GRID
 
 

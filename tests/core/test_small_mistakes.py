@@ -29,8 +29,7 @@ from riglens.core.scene import pog_checks
 from riglens.core.scene.boxes import BoxBatch, FrameLabels, rotations_from_quaternions, rotations_from_yaw
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import PogSum, build_pog
-from riglens.core.scene.pog_parts import PartStore
-from riglens.core.scene.pog_store import pog_file_name, read_pog, save_pog, write_pog
+from riglens.core.scene.pog_store import read_pog, write_pog
 from riglens.core.scene.readers import frames
 from riglens.core.scene.readers.classes import ClassTable
 from riglens.core.scene.readers.common import end_of_frame, first_bad_box
@@ -125,14 +124,6 @@ def test_parts_add_up_and_belong_to_one_grid() -> None:
         PogSum(VoxelGrid(0.5, (4.0, 4.0, 2.0))).add(pog)
     with pytest.raises(ValueError, match="counts: found"):
         replace(pog, counts=pog.counts[1:])
-
-
-def test_a_finished_part_on_another_grid_is_not_taken(tmp_path: Path) -> None:
-    path, store = tmp_path / pog_file_name(BOXES, GRID), PartStore(tmp_path, GRID)
-    save_pog(build_pog(BOXES, GRID), path)
-    assert store.load(BOXES) is not None  # type: ignore[arg-type]
-    save_pog(build_pog(BOXES, VoxelGrid(0.5, (4.0, 4.0, 2.0))), path)
-    assert store.load(BOXES) is None  # type: ignore[arg-type]
 
 
 def test_a_box_is_bad_on_either_side_of_the_car() -> None:

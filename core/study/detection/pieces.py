@@ -1,44 +1,30 @@
-"""The pieces of a study and the folder that keeps them: sweeps of a rig, a net of a seed, what it found for a rig.
+"""The pieces of a study and the folder that keeps them: sweeps of a rig, passes of a net's training, what it found.
 
-A piece's name holds a hash of all that decides it, and files appear whole or not at all. So a study that was stopped at
-any moment goes on where it was, and ends with the same figures; a folder may hold pieces of several studies.
+A piece's key holds a hash of all that decides it. So a study that was stopped at any moment goes on where it was, and
+ends with the same figures; a folder may hold pieces of several studies.
 """
 
 from __future__ import annotations
 
-import zipfile
-import zlib
-from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, fields
 from functools import cached_property
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.detect.net import Machine, State, detect, train
-from riglens.core.detect.pillars import Sample, Samples, pillars
+from riglens.core.detect.net import Machine
+from riglens.core.detect.pillars import Samples
 from riglens.core.detect.precision import Detections, Matched, Truth
 from riglens.core.errors import InputError
-from riglens.core.files import atomic_write
+from riglens.core.pieces.folder import PieceFolder
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.simulate.painting import QUALITIES, Painter, Quality
-from riglens.core.simulate.sweeps import Simulator, Sweep
-from riglens.core.simulate.world import TrueBoxes, Worlds
-from riglens.core.study.detection.protocol import (
-    Entrant,
-    Protocol,
-    Split,
-    key_of,
-    references,
-    split,
-    train_frames,
-)
+from riglens.core.study.detection.protocol import Entrant, Protocol, Split, key_of, references, split
 from riglens.core.targets.traffic import Traffic
 
-Tell = Callable[[float], None]
-"""Told the share done of a piece; it may raise to cancel."""
+Columns = dict[str, NDArray[Any]]
 
 
 @dataclass(frozen=True)
@@ -77,7 +63,7 @@ class Study:
         return tuple(Net(seed, (one,), (one,)) for seed in seeds for one in self.compared)
 
     def sweeps_key(self, entrant: Entrant) -> str:
-        """Name of the piece with the sweeps of a rig."""
+        """Return the hash of what decides the sweeps of a rig."""
         if entrant.key not in self._sweeps_keys:
             self._sweeps_keys[entrant.key] = self._new_sweeps_key(entrant)
         return self._sweeps_keys[entrant.key]
@@ -92,13 +78,13 @@ class Study:
         return key_of(rig=entrant.key, data=data, **decides)
 
     def net_key(self, net: Net) -> str:
-        """Name of the piece with a trained net."""
+        """Return the hash of what decides a trained net."""
         on = [self.sweeps_key(one) for one in net.trains]
         training = asdict(self.protocol.training(net.seed))
         return key_of(sweeps=on, training=training, machine=asdict(self.machine))
 
     def found_key(self, net: Net, entrant: Entrant) -> str:
-        """Name of the piece with what a net found in the test sweeps of a rig."""
+        """Return the hash of what decides what a net finds in the test sweeps of a rig."""
         return key_of(net=self.net_key(net), sweeps=self.sweeps_key(entrant))
 
 
@@ -115,144 +101,123 @@ class Net:
 
 
 @dataclass(frozen=True)
-class _Looks:
-    """What a rig measures in a frame: road users, a sweep, and what cameras say of its points where they take part."""
+class Job:
+    """One piece to make: sweeps of a rig, a pass of a net's training, or what a net finds for a rig."""
 
-    simulator: Simulator
-    painter: Painter | None
+    net: Net | None
+    rig: Entrant | None
+    epoch: int = 0
 
-    @classmethod
-    def of(cls, entrant: Entrant, worlds: Worlds, cameras: Quality | None) -> _Looks:
-        how = None if cameras is None else QUALITIES[cameras]
-        painter = None if how is None else Painter(entrant.rig, worlds, how, entrant.mesh)
-        return cls(Simulator(entrant.rig, worlds, mesh=entrant.mesh), painter)
+    @property
+    def is_pass(self) -> bool:
+        """Whether it is a pass of a training; `epoch` counts them from 1."""
+        return self.rig is None
 
-    def at(self, frame: int) -> tuple[TrueBoxes, Sweep, NDArray[np.float64] | None]:
-        sweep = self.simulator.sweep(frame)
-        painted = None if self.painter is None else self.painter.scores(frame, sweep.points_m)
-        return self.simulator.truth(frame), sweep, painted
+    @property
+    def is_found(self) -> bool:
+        """Whether it is what a net finds for a rig."""
+        return self.net is not None and self.rig is not None
+
+    @property
+    def title(self) -> str:
+        """The piece in words."""
+        if self.net is None:
+            assert self.rig is not None
+            return f"sweeps of {self.rig.name}"
+        of = f"seed {self.net.seed + 1}"
+        if self.rig is not None:
+            return f"{self.rig.name}, {of}"
+        of = f"net of {of}" if len(self.net.judges) > 1 else f"net of {self.net.judges[0].name}, {of}"
+        return f"{of}, pass {self.epoch}"
+
+    def key(self, study: Study) -> str:
+        """Return the key of the piece."""
+        if self.net is None:
+            assert self.rig is not None
+            return f"sweeps-{study.sweeps_key(self.rig)}"
+        if self.rig is None:
+            return f"net-{self.net.seed}-{study.net_key(self.net)}-{self.epoch}"
+        return f"found-{self.net.seed}-{study.found_key(self.net, self.rig)}"
+
+    def after(self, study: Study) -> list[Job]:
+        """Return the pieces that it is made from."""
+        if self.net is None:
+            return []
+        sweeps = [Job(None, one) for one in (self.net.trains if self.rig is None else (self.rig,))]
+        before = self.epoch - 1 if self.rig is None else study.protocol.epochs
+        return [*sweeps, Job(self.net, None, before)] if before else sweeps
+
+
+def jobs(study: Study) -> list[Job]:
+    """Return all pieces of a study, in an order in which they can be made."""
+    sweeps = [Job(None, one) for one in study.trained_on]
+    passes = [Job(net, None, epoch) for net in study.nets for epoch in range(1, study.protocol.epochs + 1)]
+    return [*sweeps, *passes, *(Job(net, one) for net in study.nets for one in net.judges)]
 
 
 @dataclass(frozen=True)
 class Pieces:
-    """The pieces in a folder. What is asked for again is not made again."""
+    """The finished pieces of a study in a folder."""
 
     study: Study
     folder: Path
 
-    # ------------------------------------------------------------------ what is there
-    def has_sweeps(self, entrant: Entrant) -> bool:
-        """Whether the sweeps of a rig are there."""
-        return self.sweeps_file(entrant).exists()
+    @cached_property
+    def store(self) -> PieceFolder[Columns]:
+        """The files."""
+        return piece_folder(self.folder)
 
-    def has_net(self, net: Net) -> bool:
-        """Whether a net is trained to the end."""
-        path = self.net_file(net)
-        return path.exists() and int(_read(path, "epoch")["epoch"]) >= self.study.protocol.epochs
+    def of(self, job: Job) -> Columns:
+        """Return a finished piece; InputError when it is missing or damaged."""
+        found = self.store.load(job.key(self.study))
+        if found is None:
+            raise InputError(f"{self.folder}: {job.title}: missing or damaged; run the same command again")
+        return found
 
     def has_found(self, net: Net, entrant: Entrant) -> bool:
         """Whether a rig is judged by a net."""
-        return self.found_file(net, entrant).exists()
-
-    # ------------------------------------------------------------------ making them
-    def make_sweeps(self, entrant: Entrant, worlds: Worlds, tell: Tell) -> None:
-        """Simulate a rig in its frames for training and in those of the test."""
-        frames = train_frames(entrant, self.study.split, self.study.protocol)
-        parts = {"train": frames, "test": self.study.split.test}
-        looks = _Looks.of(entrant, worlds, self.study.protocol.cameras)
-        total = sum(map(len, parts.values()))
-        held: dict[str, NDArray[Any]] = {}
-        before = 0
-        for name, part in parts.items():
-            samples = Samples.of(part.tolist(), self._samples(looks, part, before, total, tell))
-            held |= {f"{name}.{field.name}": getattr(samples, field.name) for field in fields(Samples)}
-            before += len(part)
-        _write(self.sweeps_file(entrant), held)
-
-    def _samples(
-        self, looks: _Looks, frames: NDArray[np.int64], before: int, total: int, tell: Tell
-    ) -> Iterator[Sample]:
-        region = self.study.protocol.region
-        for done, frame in enumerate(frames.tolist(), 1):
-            truth, sweep, painted = looks.at(frame)
-            inside = region.holds(truth.centre_m[:, :2])
-            yield Sample(
-                *pillars(sweep.points_m, sweep.intensity, region, painted),
-                truth.cls[inside].astype(np.uint8),
-                truth.centre_m[inside, :2],
-                sweep.hits(len(truth.cls))[inside],
-            )
-            tell((before + done) / total)
-
-    def make_net(self, net: Net, tell: Tell) -> None:
-        """Train a net, from where it was stopped; each pass over the samples is kept."""
-        path, study = self.net_file(net), self.study
-        state: State | None = _read(path) if path.exists() else None
-        sets = [self.samples(one, "train") for one in net.trains]
-        train(
-            sets, study.protocol.region, study.protocol.training(net.seed), study.machine, state,
-            after_epoch=lambda done: _write(path, done), progress=tell,
-        )  # fmt: skip
-
-    def make_found(self, net: Net, entrant: Entrant, tell: Tell) -> None:
-        """Have a trained net look at the test sweeps of a rig."""
-        found = detect(
-            _read(self.net_file(net)),
-            self.samples(entrant, "test"),
-            self.study.protocol.region,
-            self.study.machine,
-        )
-        _write(self.found_file(net, entrant), found._asdict())
-        tell(1.0)
-
-    # ------------------------------------------------------------------ what they say
-    def samples(self, entrant: Entrant, part: str) -> Samples:
-        """The samples of a rig, "train" or "test"."""
-        columns = _read(self.sweeps_file(entrant), part)
-        return Samples(**{field.name: columns[f"{part}.{field.name}"] for field in fields(Samples)})
+        return self.store.load(Job(net, entrant).key(self.study)) is not None
 
     def matched(self, net: Net, entrant: Entrant, hit_only: bool) -> tuple[Matched, ...]:
         """Which detections of a net on a rig are right, by class; hit_only: objects without a point do not count."""
-        columns = _read(self.sweeps_file(entrant), "test")
-        starts, points = columns["test.object_starts"], columns["test.points"]
-        frame = np.repeat(np.arange(len(starts) - 1), np.diff(starts))
-        truth = Truth(frame, columns["test.cls"], columns["test.centre_m"], points)
-        truth = truth.where(points > 0) if hit_only else truth
-        found = Detections(**_read(self.found_file(net, entrant)))
+        truth = self._truth(entrant)
+        truth = truth.where(truth.points > 0) if hit_only else truth
+        found = Detections(**self.of(Job(net, entrant)))
         sequence = self.study.split.sequence
         return tuple(Matched.of(truth, found, number, sequence) for number in range(len(CLASSES)))
 
-    # ------------------------------------------------------------------ files
-    def sweeps_file(self, entrant: Entrant) -> Path:
-        """Where the sweeps of a rig are kept."""
-        return self.folder / f"sweeps-{self.study.sweeps_key(entrant)}.npz"
+    def _truth(self, entrant: Entrant) -> Truth:
+        if entrant.key not in self._truths:
+            samples = samples_of(self.of(Job(None, entrant)), "test")
+            frame = np.repeat(np.arange(len(samples.object_starts) - 1), np.diff(samples.object_starts))
+            self._truths[entrant.key] = Truth(frame, samples.cls, samples.centre_m, samples.points)
+        return self._truths[entrant.key]
 
-    def net_file(self, net: Net) -> Path:
-        """Where a net is kept, trained to the end or not."""
-        return self.folder / f"net-{net.seed}-{self.study.net_key(net)}.npz"
-
-    def found_file(self, net: Net, entrant: Entrant) -> Path:
-        """Where it is kept what a net found for a rig."""
-        return self.folder / f"found-{net.seed}-{self.study.found_key(net, entrant)}.npz"
+    @cached_property
+    def _truths(self) -> dict[str, Truth]:
+        return {}
 
 
-def _write(path: Path, columns: dict[str, Any]) -> None:
-    with atomic_write(path) as stream:
-        np.savez(stream, **columns)
+# ---------------------------------------------------------------- content
 
 
-def _read(path: Path, begins: str = "") -> dict[str, NDArray[Any]]:
-    """The arrays of a piece whose names begin so; nothing is unpickled. Raise InputError for a damaged file."""
-    try:
-        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as held:
-            return {name: held[name] for name in held.files if name.startswith(begins)}
-    except (
-        OSError,
-        ValueError,
-        EOFError,
-        TypeError,
-        AttributeError,
-        zipfile.BadZipFile,
-        zlib.error,
-    ) as error:
-        raise InputError(f"{path}: damaged; delete it, and it is made again") from error
+def piece_folder(folder: Path) -> PieceFolder[Columns]:
+    """Return the store of pieces in a folder, as arrays by name."""
+    return PieceFolder(folder, lambda _, content: _unpacked(content))
+
+
+def packed(columns: dict[str, Any]) -> bytes:
+    """Return the content of a piece, which is the same each time for the same arrays."""
+    stream = BytesIO()
+    np.savez(stream, **columns)
+    return stream.getvalue()
+
+
+def _unpacked(content: bytes) -> Columns:
+    with np.load(BytesIO(content), allow_pickle=False) as held:
+        return {name: held[name] for name in held.files}
+
+
+def samples_of(sweeps: Columns, part: str) -> Samples:
+    """Return the samples of a rig, "train" or "test"."""
+    return Samples(**{field.name: sweeps[f"{part}.{field.name}"] for field in fields(Samples)})

@@ -13,6 +13,7 @@ import numpy as np
 import psutil
 import pytest
 
+from riglens.core.pieces.folder import sole_run
 from riglens.core.scene.pog_store import load_pog
 from tests.app.conftest import REPOSITORY, SMALL_GRID
 from tests.waiting import TIMEOUT_S, poll
@@ -140,7 +141,7 @@ def wait_for_part(process: "subprocess.Popen[str]", parts: Path, count: int = 1)
 
     def is_there() -> bool:
         assert process.poll() is None, process.communicate()
-        return parts.is_dir() and len(list(parts.glob("pog-*.npz"))) >= count
+        return parts.is_dir() and len(list(parts.glob("*.piece"))) >= count
 
     poll(is_there)
 
@@ -154,12 +155,12 @@ def test_a_killed_build_leaves_no_process_and_goes_on(riglens_process, folder, e
     os.kill(process.pid, signal.SIGKILL)
     process.communicate()
     assert not out.exists()
-    kept = {path.name: path.stat().st_mtime_ns for path in parts.glob("pog-*.npz")}
+    kept = {path.name: path.stat().st_mtime_ns for path in parts.glob("*.piece")}
     _, alive = psutil.wait_procs(children, timeout=TIMEOUT_S)
     assert not alive
     process = riglens_process(*words)
     wait_for_part(process, parts, min(len(kept) + 1, TABLES))
-    again = {path.name: path.stat().st_mtime_ns for path in parts.glob("pog-*.npz")}
+    again = {path.name: path.stat().st_mtime_ns for path in parts.glob("*.piece")}
     assert kept.items() <= again.items()
     assert process.wait(TIMEOUT_S) == 0
     assert content(out) == expected
@@ -177,14 +178,29 @@ def test_ctrl_c_says_how_many_parts_are_kept(riglens_process, folder, tmp_path):
     assert process.returncode == 130
     assert output == ""
     kept, interrupted = errors.splitlines()
-    assert f"of {TABLES} parts are kept in {parts}" in kept
+    assert f"finished parts are kept in {parts}" in kept
     assert interrupted == "riglens: interrupted; no file was changed"
-    assert len(list(parts.glob("pog-*.npz"))) == int(kept.split()[1])
+    assert len(list(parts.glob("*.piece"))) == int(kept.split()[1])
+
+
+def test_two_builds_of_one_file_at_the_same_time_are_refused(riglens, folder, tmp_path):
+    out = tmp_path / "o.npz"
+    with sole_run(tmp_path / "o.npz.parts"):
+        line = riglens("pog", folder, "--out", out, *GRID).refused()
+    assert "another run is at work" in line and not out.exists()
+
+
+def test_a_cluster_on_another_host_without_tls_is_remarked_on_once(riglens, boxes, tmp_path):
+    address = "tcp://no-such.invalid:8786"
+    outcome = riglens("pog", boxes, "--out", tmp_path / "o.npz", "--dask", address)
+    remark, refusal = outcome.err.splitlines()
+    assert remark.startswith(f"note: {address} is not encrypted") and "docs/security.md" in remark
+    assert "no scheduler answers" in refusal
 
 
 def test_options_of_the_build_are_checked(riglens, boxes, tmp_path, monkeypatch):
     out = ("--out", tmp_path / "o.npz")
-    assert "--workers: found 0" in riglens("pog", boxes, *out, "--workers", "0").refused()
+    assert "--workers must be between 1" in riglens("pog", boxes, *out, "--workers", "0").refused()
     assert "tcp://HOST:PORT" in riglens("pog", boxes, *out, "--dask", "localhost").refused()
     both = ("--workers", "2", "--dask", "tcp://127.0.0.1:9")
     assert "give only one" in riglens("pog", boxes, *out, *both).refused()

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from riglens.core.pieces.folder import sole_run
 from tests.core.simulate import carla_stand_in
 
 
@@ -54,7 +55,23 @@ def test_several_rigs_get_folders_of_their_names(riglens, boxes, tmp_path, small
     assert not any("CAM" in name for name in files(tmp_path / "sets"))
     assert len(table(tmp_path / "sets" / "Center", "sensor")) == 5
     twice = riglens("simulate", small_rig, small_rig, *words, "--out", tmp_path / "twice")
-    assert twice.code == 2 and "two rigs named small" in twice.err
+    assert twice.code == 2 and "would share the folder 'small'" in twice.err
+
+
+@pytest.mark.parametrize(("one", "other"), [("x", "x."), ("x", "X"), ("a/b", "a:b"), ("...", "rig")])
+def test_rigs_whose_names_give_the_same_folder_are_refused(riglens, boxes, tmp_path, small_rig, one, other):
+    paths = [tmp_path / "one.yaml", tmp_path / "other.yaml"]
+    for path, name in zip(paths, (one, other), strict=True):
+        path.write_text(small_rig.read_text().replace("name: small", f"name: '{name}'"))
+    result = riglens("simulate", *paths, "--boxes", boxes, "--out", tmp_path / "sets")
+    one_line(result, f"the rigs '{one}' and '{other}' would share the folder")
+    assert not (tmp_path / "sets").exists()
+
+
+def test_two_runs_in_one_folder_are_refused(riglens, boxes, tmp_path, small_rig):
+    out = tmp_path / "set"
+    with sole_run(out / ".riglens"):
+        one_line(riglens("simulate", small_rig, "--boxes", boxes, "--out", out), "another run is at work")
 
 
 def test_a_class_without_objects_and_frames_without_boxes(riglens, tmp_path, small_rig):
@@ -94,7 +111,7 @@ def one_line(result, *parts):
         (("--noise", "nan"), "--noise: found nan"),
         (("--dropout", "1"), "--dropout: found 1"),
         (("--seed", "-3"), "--seed: found -3"),
-        (("--workers", "0"), "--workers: found 0"),
+        (("--workers", "0"), "--workers must be between 1"),
         (("--workers", "2", "--dask", "tcp://h:1"), "--workers and --dask"),
         (("--surroundings", "block"), "--surroundings block"),
     ],

@@ -174,7 +174,7 @@ def some_machine(monkeypatch: pytest.MonkeyPatch) -> None:
         ((), "accepted are rigs to compare, or --published"),
         (("Trapezoid", "--published"), "accepted are rigs to compare, or --published"),
         (("Wide",), "rig 'Wide': found no LiDAR that is on"),
-        (("Trapezoid", "--workers", "0"), "--workers: found 0"),
+        (("Trapezoid", "--workers", "0"), "--workers must be between 1"),
         (("Trapezoid", "--seeds", "0"), "--seeds: found 0"),
         (("Trapezoid", "--workers", "2", "--dask", "tcp://h:1"), "--workers and --dask"),
         (("no-such-rig",), "no-such-rig"),

@@ -61,8 +61,9 @@ def test_the_same_seed_gives_the_same_bits_and_another_does_not() -> None:
 
 @pytest.mark.usefixtures("one_thread")
 def test_stopped_after_any_epoch_it_ends_with_the_same_bits() -> None:
-    sets, on, states = [samples(24, 1)], machine("cpu"), list[State]()
-    whole = train(sets, REGION, TRAINING, on, after_epoch=states.append)
+    sets, on = [samples(24, 1)], machine("cpu")
+    whole = train(sets, REGION, TRAINING, on)
+    states = [train(sets, REGION, TRAINING, on, until=epoch) for epoch in (1, 2, 3)]
     assert [int(state["epoch"]) for state in states] == [1, 2, 3]
     for state in states:
         resumed = train(sets, REGION, TRAINING, on, state)
@@ -78,20 +79,6 @@ def _bits(_: int) -> bytes:
 def test_a_process_of_its_own_gives_the_same_bits() -> None:
     with ProcessPoolExecutor(1, get_context("spawn")) as pool:
         assert pool.submit(_bits, 0).result(timeout=120) == _bits(0)
-
-
-@pytest.mark.usefixtures("one_thread")
-def test_it_can_be_cancelled_and_tells_how_far_it_is() -> None:
-    told: list[float] = []
-
-    def enough(done: float) -> None:
-        told.append(done)
-        if len(told) == 5:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        train([samples(16, 1)], REGION, TRAINING, machine("cpu"), progress=enough)
-    assert told == pytest.approx([(number + 1) / 12 for number in range(5)])
 
 
 @pytest.mark.usefixtures("one_thread")

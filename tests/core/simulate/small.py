@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from riglens.core.pieces.folder import sole_run
+from riglens.core.pieces.work import OwnProcess, Workers, results
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Sensor
 from riglens.core.scene.boxes import FrameLabels
-from riglens.core.scene.pog_parts import OwnProcess
-from riglens.core.simulate.dataset import Dataset, DatasetFolder, scenes_of, simulate_pieces
+from riglens.core.simulate.dataset import Dataset, DatasetFolder, scenes_of
 from riglens.core.simulate.settings import SimulationSettings
 from riglens.core.simulate.tables import EgoPose
 from riglens.core.simulate.units import Extras
@@ -69,10 +70,19 @@ def points_m(path: Path) -> NDArray[np.float64]:
     return np.fromfile(path, np.float32).reshape(-1, 5)[:, :3].astype(np.float64)
 
 
-def make(path: Path, what: Dataset, progress: Callable[[float], None] = lambda _: None) -> DatasetFolder:
-    """The whole data set, in this process."""
+def make(
+    path: Path,
+    what: Dataset,
+    progress: Callable[[float], None] = lambda _: None,
+    workers: Workers | None = None,
+) -> list[str]:
+    """The whole data set, in this process unless there are workers; which parts were made."""
     folder = DatasetFolder(path, what)
-    folder.begin()
-    simulate_pieces(folder, what, folder.missing(), OwnProcess(), progress)
-    folder.finish()
-    return folder
+    missing = folder.missing()
+    with sole_run(folder.work):
+        folder.begin()
+        made = results([what.piece(key) for key in missing], folder, workers or OwnProcess())
+        for done, _ in enumerate(made, 1):
+            progress(done / len(missing))
+        folder.finish()
+    return missing

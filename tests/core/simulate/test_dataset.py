@@ -16,8 +16,9 @@ from PIL import Image
 from pyarrow import parquet
 
 from riglens.core.errors import InputError
+from riglens.core.pieces.folder import PieceFolder
+from riglens.core.pieces.processes import worker_processes
 from riglens.core.rig.model import Rig
-from riglens.core.scene.pog_processes import worker_processes
 from riglens.core.simulate import dataset as module
 from riglens.core.simulate.channels import channels_of
 from riglens.core.simulate.dataset import (
@@ -25,7 +26,6 @@ from riglens.core.simulate.dataset import (
     bytes_needed,
     require_room,
     scenes_of,
-    simulate_pieces,
 )
 from riglens.core.simulate.pictures import LABELS
 from riglens.core.simulate.sweeps import GROUND, STATIC, Simulator
@@ -60,12 +60,8 @@ def test_the_folder_holds_what_was_planned(whole: dict[str, bytes]) -> None:
 
 
 def test_processes_give_the_same_files(tmp_path: Path, whole: dict[str, bytes]) -> None:
-    what = dataset()
-    folder = DatasetFolder(tmp_path / "set", what)
-    folder.begin()
     with worker_processes(2) as workers:
-        simulate_pieces(folder, what, folder.missing(), workers, lambda _: None)
-    folder.finish()
+        make(tmp_path / "set", dataset(), workers=workers)
     assert content(tmp_path / "set") == whole
 
 
@@ -82,7 +78,7 @@ def test_what_was_interrupted_goes_on_to_the_same_files(
         make(tmp_path / "set", what, stop)
     (tmp_path / "set" / "samples" / "LIDAR_TOP" / "half").write_bytes(b"?")  # no harm
     folder = DatasetFolder(tmp_path / "set", what)
-    assert not folder.is_complete and 0 < len(folder.missing()) < len(what.pieces)
+    assert not folder.is_complete and 0 < len(folder.missing()) < len(what.spans)
     make(tmp_path / "set", what)
     (tmp_path / "set" / "samples" / "LIDAR_TOP" / "half").unlink()
     assert content(tmp_path / "set") == whole
@@ -111,12 +107,54 @@ def test_a_killed_run_goes_on_to_the_same_files(tmp_path: Path, whole: dict[str,
     assert content(path) == whole
 
 
-@pytest.mark.parametrize("notes", ["", "{", "[]", '[{"frame": 7}, {"frame": 8}]', '[{"points": 1}]', "7"])
-def test_notes_that_are_not_those_of_a_piece_count_for_nothing(tmp_path: Path, notes: str) -> None:
+def interrupted(path: Path, what: module.Dataset) -> None:
+    """Leave a data set without its last part and the tables."""
+
+    def stop(fraction: float) -> None:
+        if fraction >= 0.75:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        make(path, what, stop)
+
+
+HARM: dict[str, Callable[[Path], object]] = {
+    "deleted": Path.unlink,
+    "emptied": lambda path: path.write_bytes(b""),
+    "altered": lambda path: path.write_bytes(path.read_bytes()[:-1] + b"?"),
+}
+
+
+@pytest.mark.parametrize("harm", HARM.values(), ids=HARM)
+@pytest.mark.parametrize("folder", ["samples/LIDAR_TOP", "depth/CAM_FRONT", "points", ".riglens"])
+def test_a_part_whose_files_were_touched_is_made_again(
+    tmp_path: Path, whole: dict[str, bytes], folder: str, harm: Callable[[Path], object]
+) -> None:
+    path = tmp_path / "set"
+    interrupted(path, dataset())
+    harm(sorted((path / folder).iterdir())[0])
+    assert len(make(path, dataset())) == 2  # the one that was touched, and the last one
+    assert content(path) == whole
+
+
+def test_notes_of_another_shape_count_for_nothing(tmp_path: Path) -> None:
     folder = DatasetFolder(tmp_path / "set", dataset())
-    folder.begin()
-    (tmp_path / "set" / ".riglens" / "unit-000000.json").write_text(notes)
-    assert folder.missing() == list(range(len(dataset().pieces)))
+    key, *_ = keys = list(dataset().spans)
+    for notes in (b"", b"{", b"[]", b"[7, {}]", b'[[{"points": 1}], {}]', b"7"):
+        kept = PieceFolder(folder.work, lambda _, content: content)
+        kept.keep(key, notes)
+        assert folder.missing() == keys
+
+
+def test_a_complete_data_set_that_lost_a_file_is_not_complete(
+    tmp_path: Path, whole: dict[str, bytes]
+) -> None:
+    path = tmp_path / "set"
+    make(path, dataset())
+    sorted((path / "labels" / "CAM_FRONT").iterdir())[2].unlink()
+    assert not DatasetFolder(path, dataset()).is_complete
+    make(path, dataset())
+    assert content(path) == whole and DatasetFolder(path, dataset()).is_complete
 
 
 def test_a_run_killed_before_anything_was_done_goes_on(tmp_path: Path, whole: dict[str, bytes]) -> None:
@@ -159,7 +197,7 @@ def test_the_estimate_of_room_is_near_the_truth_and_too_little_is_refused(
     tmp_path: Path, whole: dict[str, bytes], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     what = dataset()
-    needed = bytes_needed(what, what.pieces)
+    needed = bytes_needed(what, list(what.spans))
     assert needed == pytest.approx(sum(map(len, whole.values())), rel=0.15)
     monkeypatch.setattr(module.shutil, "disk_usage", lambda _: _Usage(needed * 2))
     require_room(needed, tmp_path / "new" / "set")
@@ -176,21 +214,25 @@ class _Usage:
 @pytest.mark.parametrize("damage", [lambda it: it[:-40], lambda it: b"", lambda it: b"PK" + it[2:90]])
 def test_a_damaged_part_is_not_taken(damage: Callable[[bytes], bytes]) -> None:
     what = dataset()
-    unit = what.unit(what.pieces[0])
+    unit = what.unit(span(what, 0))
     with pytest.raises(ChildProcessError, match="damaged part"):
         unpacked(damage(simulate_unit(unit)), unit)
+
+
+def span(what: module.Dataset, number: int) -> module.Span:
+    return list(what.spans.values())[number]
 
 
 def test_the_part_of_other_frames_is_not_taken() -> None:
     what = dataset()
     with pytest.raises(ChildProcessError, match="another part"):
-        unpacked(simulate_unit(what.unit(what.pieces[0])), what.unit(what.pieces[1]))
+        unpacked(simulate_unit(what.unit(span(what, 0))), what.unit(span(what, 1)))
 
 
 @pytest.mark.parametrize("name", ["../evil", "/tmp/evil", "samples/LIDAR_TOP/more.pcd.bin"])
 def test_a_file_that_nobody_asked_for_is_not_taken(name: str) -> None:
     what = dataset()
-    unit = what.unit(what.pieces[0])
+    unit = what.unit(span(what, 0))
     stream = BytesIO(simulate_unit(unit))
     with zipfile.ZipFile(stream, "a") as archive:
         archive.writestr(name, b"x")

@@ -10,8 +10,8 @@ import pytest
 
 from riglens.core.errors import InputError
 from riglens.core.rig.presets import preset
-from riglens.core.simulate.world import Worlds
-from riglens.core.study.detection.pieces import Pieces, Study
+from riglens.core.study.detection.making import sweeps_of
+from riglens.core.study.detection.pieces import Job, Pieces, Study, samples_of
 from riglens.core.study.detection.protocol import Protocol, entrants, references, split, train_frames
 from riglens.core.study.detection.published import CAMERA_PROTOCOL, camera_rigs, equal_rays, published_rigs
 from riglens.core.study.detection.published import PROTOCOL as PUBLISHED
@@ -133,7 +133,7 @@ def test_with_cameras_rigs_of_the_same_lidars_have_the_same_frames_and_other_swe
     assert "painting" not in PROTOCOL.as_dict()  # pieces of studies without cameras keep their names
 
 
-def test_a_body_of_a_file_stops_rays_and_decides_the_sweeps(tmp_path: Path) -> None:
+def test_a_body_of_a_file_stops_rays_and_decides_the_sweeps() -> None:
     low = rig("low", height_m=1.6).replace(vehicle=BOX_FILE)
     protocol = replace(PROTOCOL, mode="per-rig", simulation=replace(PROTOCOL.simulation, body="blocks"))
     unread, boxed, taller = (
@@ -141,16 +141,12 @@ def test_a_body_of_a_file_stops_rays_and_decides_the_sweeps(tmp_path: Path) -> N
         for mesh in (None, box_mesh(), box_mesh(height_m=1.55))
     )
     assert len({one.compared[0].key for one in (unread, boxed, taller)}) == 3
-    worlds = Worlds(boxed.traffic, protocol.simulation)
     with pytest.raises(InputError, match=r"the mesh 'box\.stl' has not been read"):
-        Pieces(unread, tmp_path).make_sweeps(unread.compared[0], worlds, lambda share: None)
+        sweeps_of(unread, unread.compared[0])
     through = replace(unread, protocol=PROTOCOL)
-    figures = []
-    for asked in (boxed, through):
-        pieces, one = Pieces(asked, tmp_path), asked.compared[0]
-        worlds = Worlds(asked.traffic, asked.protocol.simulation)
-        pieces.make_sweeps(one, worlds, lambda share: None)
-        figures.append(len(pieces.samples(one, "test").cell))
+    figures = [
+        len(samples_of(sweeps_of(asked, asked.compared[0]), "test").cell) for asked in (boxed, through)
+    ]
     assert 0 < figures[0] < figures[1]
 
 
@@ -165,12 +161,15 @@ def test_the_rigs_with_cameras_are_those_that_were_registered() -> None:
 
 
 @pytest.mark.parametrize("content", [b"", b"no archive", b"PK\x03\x04 cut off", b"\x93NUMPY\x01\x00v\x00{}"])
-def test_a_damaged_piece_is_one_line_with_its_file(tmp_path: Path, content: bytes) -> None:
+def test_a_damaged_piece_counts_for_nothing_and_is_one_line_where_it_is_needed(
+    tmp_path: Path, content: bytes
+) -> None:
     asked = study(rig("a"), rig("b", 4))
-    pieces = Pieces(asked, tmp_path)
-    path = tmp_path / f"net-0-{asked.net_key(asked.nets[0])}.npz"
-    assert not pieces.has_net(asked.nets[0])
-    path.write_bytes(content)
-    with pytest.raises(InputError) as told:
-        pieces.has_net(asked.nets[0])
-    assert str(told.value) == f"{path}: damaged; delete it, and it is made again"
+    pieces, (net, *_) = Pieces(asked, tmp_path), asked.nets
+    key = Job(net, asked.compared[0]).key(asked)
+    (tmp_path / f"{key}.piece").write_bytes(content)
+    assert not pieces.has_found(net, asked.compared[0])
+    with pytest.raises(ChildProcessError, match="something else than was requested"):
+        pieces.store.keep(key, content)
+    with pytest.raises(InputError, match="a, seed 1: missing or damaged; run the same command again"):
+        pieces.of(Job(net, asked.compared[0]))

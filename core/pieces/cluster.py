@@ -1,7 +1,8 @@
-"""Workers of a Dask cluster that build groups of a data set, on as many machines as it has.
+"""Workers of a Dask cluster, on as many machines as it has.
 
-The workers read the data themselves, under the same paths, and send back finished POG files as plain bytes. A task
-whose worker dies is given to another one by Dask itself. Nothing here waits for ever: each wait has its limit.
+The cluster that a user names is trusted, as Dask is made for: whoever takes part can run code on all the others
+(docs/security.md). A piece whose worker dies is given to another one by Dask itself. Nothing here waits for ever: each
+wait has its limit.
 """
 
 from __future__ import annotations
@@ -21,9 +22,6 @@ from typing import Any, NamedTuple, TypeVar
 from urllib.parse import urlsplit
 
 from riglens.core.errors import InputError
-from riglens.core.scene.grid import VoxelGrid
-from riglens.core.scene.pog_parts import group_file
-from riglens.core.scene.readers.collection import BoxCollection
 
 Result = TypeVar("Result")
 
@@ -38,13 +36,12 @@ class Limits(NamedTuple):
 
 LIMITS = Limits()
 _POLL_S, _LOOK_S = 0.05, 2.0
-"""How often to look for finished groups, and how often to ask the scheduler whether it still has workers."""
+"""How often to look for finished pieces, and how often to ask the scheduler whether it still has workers."""
 _ADDRESS = re.compile(r"(tcp|tls)://[^\s/]+:\d{1,5}")
-_BUILT, _REFUSED = b"+", b"-"
-"""First byte of what a worker returns: a POG file follows, or a message."""
-_PLAIN = {"serializers": ["msgpack"], "deserializers": ["msgpack", "error"]}
-"""Results travel as plain bytes: by default, Dask would unpickle whatever a worker sends."""
-_NO_RESULT = "sent a result that is none (do its workers run this version of RigLens?)"
+_NUDGE = b"?\r\n\r\n"
+"""Makes servers of other protocols answer at once. Shorter than the 8 bytes with which a message to Dask begins, so
+that a scheduler goes on waiting for the rest."""
+_GREETING_BYTES, _GREETING_HOLDS = 1 << 16, b"pickle-protocol"
 _KEPT = "what is finished is kept: run the same command again"
 
 
@@ -53,22 +50,16 @@ class ClusterWorkers:
 
     def __init__(self, client: Any, count: int, address: str, limits: Limits = LIMITS) -> None:
         self.ahead = 2 * count
+        self.threads: int | None = None
         self._client, self._address, self._limits = client, address, limits
         self._tasks = dict[Future[bytes], Any]()
         self._bare_since_s: float | None = None
 
-    def submit(self, group: BoxCollection, grid: VoxelGrid) -> Future[bytes]:
-        """Begin to build one group on some worker; `wait` says when the result is there."""
-        return self._begin(_build, group, grid)
-
     def call(self, work: Callable[..., bytes], *arguments: object) -> Future[bytes]:
-        """Begin to call a function on some worker; its errors of input come back as InputError."""
-        return self._begin(_called, work, *arguments)
-
-    def _begin(self, work: Callable[..., bytes], *arguments: object) -> Future[bytes]:
+        """Begin to call a function on some worker; `wait` says when the result is there."""
         future = Future[bytes]()
         try:
-            self._tasks[future] = self._client.submit(work, *arguments, pure=False)
+            self._tasks[future] = self._client.submit(_called, work, *arguments, pure=False)
         except Exception as error:  # the client has closed itself, which is told in a dozen ways
             raise self._lost(f"takes no more work ({type(error).__name__})") from error
         return future
@@ -95,9 +86,11 @@ class ClusterWorkers:
         return self._tasks[future].status in ("finished", "error", "cancelled")
 
     def _content(self, task: Any) -> bytes:
-        """Return a finished group; InputError when the worker could not read the data."""
+        """Return a finished piece; InputError when the worker could not read its input."""
         try:
             answer = _within(self._limits.silent_s, task.result)
+        except InputError as error:
+            raise InputError(f"--dask: on worker {_line(error.args[0])}") from error
         except (CancelledError, asyncio.CancelledError) as error:  # what tasks of a lost scheduler raise
             raise self._lost("went away") from error
         except TimeoutError as error:
@@ -105,18 +98,14 @@ class ClusterWorkers:
                 f"sent no result within {self._limits.silent_s:g} s (have its workers gone?)"
             ) from error
         except Exception as error:
-            if task.status != "error" and isinstance(error, TypeError):  # it is not plain bytes
-                raise self._lost(_NO_RESULT) from error
-            if task.status != "error":  # it was built, but did not arrive
+            if task.status != "error":  # it was made, but did not arrive
                 raise self._lost(f"went away ({type(error).__name__})") from error
             if type(error).__name__ == "KilledWorker":
-                raise self._lost("lost several workers over the same group (out of memory?)") from error
-            raise self._lost(f"could not build a group ({_line(error)})") from error
-        if not isinstance(answer, bytes) or answer[:1] not in (_BUILT, _REFUSED):
-            raise self._lost(_NO_RESULT)
-        if answer[:1] == _REFUSED:
-            raise InputError(f"--dask: on worker {_line(answer[1:].decode('utf-8', 'replace'))}")
-        return answer[1:]
+                raise self._lost("lost several workers over the same piece (out of memory?)") from error
+            raise self._lost(f"could not do its work ({_line(error)})") from error
+        if not isinstance(answer, bytes):
+            raise self._lost("returned no bytes (do its workers run this version of RigLens?)")
+        return answer
 
     def _require_alive(self) -> None:
         try:
@@ -142,7 +131,7 @@ def cluster_workers(address: str, limits: Limits = LIMITS) -> Iterator[ClusterWo
     """The workers of the cluster whose scheduler listens at `address`, tcp:// or tls://HOST:PORT, while the block runs.
 
     Raises InputError when Dask is not installed, certificates are missing or nothing answers in time,
-    ChildProcessError when the cluster goes away or several workers died of the same group.
+    ChildProcessError when the cluster goes away or several workers died of the same piece.
     """
     if not _ADDRESS.fullmatch(address):
         raise InputError(f"--dask: found '{address}', accepted is tcp://HOST:PORT or tls://HOST:PORT")
@@ -156,24 +145,49 @@ def cluster_workers(address: str, limits: Limits = LIMITS) -> Iterator[ClusterWo
                 _within(limits.connect_s, client.close)
 
 
+def is_unencrypted(address: str) -> bool:
+    """Return whether messages to a scheduler cross a network as they are."""
+    where = urlsplit(address)
+    host = where.hostname or ""
+    return where.scheme == "tcp" and not (host in ("localhost", "::1") or host.startswith("127."))
+
+
 def _client(distributed: Any, address: str, limits: Limits) -> Any:
     where = urlsplit(address)
     certificates = _certificates(distributed) if where.scheme == "tls" else None
     try:
-        # a client that finds nobody, or nobody who speaks, would leave its thread behind
+        # Dask's own client believes any length that it is sent, and leaves its thread behind when nobody answers
         plain = socket.create_connection((where.hostname or "", where.port or 0), limits.connect_s)
         with certificates.wrap_socket(plain) if certificates else plain as connection:
-            if not connection.recv(1):
-                raise ConnectionResetError(None, "the connection was closed")
+            _require_greeting(connection)
         return _within(
             limits.connect_s,
-            lambda: distributed.Client(address, timeout=limits.connect_s, set_as_default=False, **_PLAIN),
+            lambda: distributed.Client(address, timeout=limits.connect_s, set_as_default=False),
         )
     except Exception as error:  # whatever listens there may send anything
         in_time = f"not within {limits.connect_s:g} s"
         other = in_time if isinstance(error, TimeoutError | ValueError) else _line(error)
         reason = getattr(error, "strerror", None) or other
         raise InputError(f"--dask: no scheduler answers at {address} ({reason})") from error
+
+
+def _require_greeting(connection: socket.socket) -> None:
+    """Raise OSError unless the first message is of a size and content with which Dask greets."""
+    connection.sendall(_NUDGE)
+    size = int.from_bytes(_received(connection, 8), "little")
+    if not 8 <= size <= _GREETING_BYTES or _GREETING_HOLDS not in _received(connection, size):
+        raise ConnectionError(None, "something else than Dask listens there")
+
+
+def _received(connection: socket.socket, size: int) -> bytes:
+    """Return the next bytes, fewer where the connection ends; TimeoutError when they do not come in time."""
+    end_s = time.monotonic() + (connection.gettimeout() or 0.0)
+    found = b""
+    while len(found) < size and (more := connection.recv(size - len(found))):
+        found += more
+        if time.monotonic() > end_s:
+            raise TimeoutError
+    return found
 
 
 def _certificates(distributed: Any) -> ssl.SSLContext:
@@ -204,23 +218,14 @@ def _count_workers(client: Any, address: str, limits: Limits) -> int:
         time.sleep(_POLL_S)
 
 
-def _build(group: BoxCollection, grid: VoxelGrid) -> bytes:
-    """What a worker runs for a group.
-
-    The content hash of the data is taken anew, so that a worker with other files under the same paths is noticed.
-    """
-    group.forget_hashes()
-    return _called(group_file, group, grid, advice="use larger voxels or a smaller ROI")
-
-
-def _called(work: Callable[..., bytes], *arguments: object, advice: str = "give its workers more") -> bytes:
-    """What a worker runs. Errors that the user can mend come back as text: Dask would pickle an exception."""
+def _called(work: Callable[..., bytes], *arguments: object) -> bytes:
+    """Call a function on a worker; errors that the user can mend say on which machine they happened."""
     try:
-        return _BUILT + work(*arguments)
+        return work(*arguments)
     except (InputError, OSError) as error:
-        return _REFUSED + f"{socket.gethostname()}: {error}".encode()
-    except MemoryError:
-        return _REFUSED + f"{socket.gethostname()}: out of memory; {advice}".encode()
+        raise InputError(f"{socket.gethostname()}: {error}") from error
+    except MemoryError as error:
+        raise InputError(f"{socket.gethostname()}: out of memory; give its workers more") from error
 
 
 def _within(limit_s: float, call: Callable[[], Result]) -> Result:

@@ -1,4 +1,4 @@
-"""Worker processes on this machine that build groups of a data set."""
+"""Worker processes on this machine."""
 
 from __future__ import annotations
 
@@ -14,22 +14,14 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from multiprocessing import resource_tracker
 
-from riglens.core.scene.grid import VoxelGrid
-from riglens.core.scene.pog_parts import group_file
-from riglens.core.scene.readers.collection import BoxCollection
-
 
 class WorkerProcesses:
-    """Processes that build groups, each on its share of the cores."""
+    """Processes, each with its share of the cores."""
 
     def __init__(self, pool: ProcessPoolExecutor, count: int) -> None:
         self._pool = pool
-        self._threads = max(1, (os.cpu_count() or 1) // count)
+        self.threads: int | None = max(1, (os.cpu_count() or 1) // count)
         self.ahead = count + 1
-
-    def submit(self, group: BoxCollection, grid: VoxelGrid) -> Future[bytes]:
-        """Begin to build one group as soon as a process is free."""
-        return self.call(group_file, group, grid, self._threads)
 
     def call(self, work: Callable[..., bytes], *arguments: object) -> Future[bytes]:
         """Begin to call a function as soon as a process is free."""

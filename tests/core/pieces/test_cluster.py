@@ -1,4 +1,4 @@
-"""A cluster that is not there, fails or goes away ends the build in one line, and what is done is kept."""
+"""A cluster that is not there, fails or goes away ends the work in one line, and what is finished is kept."""
 
 import json
 import os
@@ -7,23 +7,25 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Self
 
 import pytest
 
 from riglens.core.errors import InputError
-from riglens.core.scene import pog_cluster
+from riglens.core.pieces.cluster import Limits, cluster_workers, is_unencrypted
+from riglens.core.pieces.folder import PieceFolder, count_kept
+from riglens.core.pieces.work import Piece, Workers, results
 from riglens.core.scene.pog import build_pog
-from riglens.core.scene.pog_cluster import Limits, cluster_workers
-from riglens.core.scene.pog_parts import PartsPlan, build_in_parts
 from riglens.core.scene.readers import open_boxes
-from tests.core.test_pog_parts import GRID, HEADER, assert_same, sequence, tables
+from tests.core.test_pog_parts import GRID, HEADER, Build, assert_same, sequence, tables
 from tests.waiting import TIMEOUT_S, poll
 
 SOON = Limits(silent_s=2.0, without_workers_s=0.2)
-REPOSITORY = Path(__file__).parents[2]
+REPOSITORY = Path(__file__).parents[3]
 
 
 @pytest.mark.parametrize("address", ["", "localhost", "tcp://", "tcp://host", "http://host:1", "tcp://a b:1"])
@@ -60,6 +62,63 @@ def test_a_server_that_says_nothing_is_given_up() -> None:
         with pytest.raises(InputError) as caught, cluster_workers(address, Limits(connect_s=0.5)):
             pass
     assert str(caught.value) == f"--dask: no scheduler answers at {address} (not within 0.5 s)"
+
+
+@contextmanager
+def listener(says: bytes, waits_for: bytes = b"") -> Iterator[str]:
+    """A server that answers the first connection once it has read something with these bytes."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+
+        def serve() -> None:
+            connection, _ = server.accept()
+            with connection:
+                heard = b""
+                while waits_for not in heard:
+                    heard += connection.recv(1 << 10)
+                connection.sendall(says)
+
+        thread = threading.Thread(target=serve)
+        thread.start()
+        yield f"tcp://127.0.0.1:{server.getsockname()[1]}"
+        thread.join(TIMEOUT_S)
+
+
+@pytest.mark.parametrize(
+    ("says", "waits_for"),
+    [
+        (b"HTTP/1.1 400 Bad Request\r\nContent-Length: 0\r\n\r\n", b"\r\n\r\n"),
+        (b"SSH-2.0-OpenSSH_9.6\r\n", b""),
+        (b"\xff" * 64, b""),
+        (b"\x20" + bytes(7) + b"x" * 32, b""),
+        (b"\x01", b""),
+        (b"", b""),
+    ],
+    ids=["HTTP", "SSH", "a length of exabytes", "another content", "one byte", "nothing"],
+)
+def test_a_server_of_another_kind_is_one_line_at_once(says: bytes, waits_for: bytes) -> None:
+    before = threading.active_count()
+    with (
+        listener(says, waits_for) as address,
+        pytest.raises(InputError, match=f"at {address} .(something else than Dask|Connection reset)"),
+        cluster_workers(address),
+    ):
+        pass
+    assert threading.active_count() == before  # Dask's client was never begun, so that none is left behind
+
+
+@pytest.mark.parametrize(
+    ("address", "expected"),
+    [
+        ("tcp://10.0.0.1:8786", True),
+        ("tcp://node7:8786", True),
+        ("tls://10.0.0.1:8786", False),
+        ("tcp://127.0.0.1:8786", False),
+        ("tcp://localhost:8786", False),
+        ("tcp://[::1]:8786", False),
+    ],
+)
+def test_messages_to_another_host_without_tls_are_unencrypted(address: str, expected: bool) -> None:
+    assert is_unencrypted(address) is expected
 
 
 def test_an_encrypted_connection_needs_certificates() -> None:
@@ -116,17 +175,17 @@ def threads_of_dask() -> None:
 
 
 @pytest.fixture
-def plan(tmp_path: Path) -> PartsPlan:
+def build(tmp_path: Path) -> Build:
     """Eight tables of one sequence each, whose content hashes are known already."""
     paths = tables(tmp_path / "data", [[number] for number in range(8)])
-    plan = PartsPlan.of(open_boxes(paths), GRID, tmp_path / "parts")
-    assert all(group.content_hash for group in plan.groups)
-    return plan
+    build = Build.of(open_boxes(paths), tmp_path / "parts")
+    assert all(group.content_hash for group in build.groups)
+    return build
 
 
-def test_a_cluster_gives_the_same_bits(cluster: Cluster, plan: PartsPlan) -> None:
+def test_a_cluster_gives_the_same_bits(cluster: Cluster, build: Build) -> None:
     with cluster_workers(cluster.address) as workers:
-        assert_same(build_in_parts(plan, GRID, workers), build_pog(plan.source, GRID))
+        assert_same(build.on(workers), build_pog(build.source, GRID))
 
 
 @pytest.mark.parametrize(
@@ -138,84 +197,88 @@ def test_a_cluster_gives_the_same_bits(cluster: Cluster, plan: PartsPlan) -> Non
     ids=["bad data", "no file"],
 )
 def test_data_that_a_worker_cannot_read_are_told_in_one_line_and_the_others_kept(
-    cluster: Cluster, plan: PartsPlan, tmp_path: Path, spoil: Callable[[Path], object], complaint: str
+    cluster: Cluster, build: Build, tmp_path: Path, spoil: Callable[[Path], object], complaint: str
 ) -> None:
     spoil(tmp_path / "data" / "004.csv")
     with (
         pytest.raises(InputError, match=rf"--dask: on worker .*004\.csv({complaint})") as caught,
         cluster_workers(cluster.address) as workers,
     ):
-        build_in_parts(plan, GRID, workers)
+        build.on(workers)
     assert "\n" not in str(caught.value)
-    assert 4 <= plan.store.count() < 8
+    assert 4 <= build.kept < 8
 
 
 def test_a_worker_with_other_data_under_the_same_name_is_noticed(
-    cluster: Cluster, plan: PartsPlan, tmp_path: Path
+    cluster: Cluster, build: Build, tmp_path: Path
 ) -> None:
     (tmp_path / "data" / "004.csv").write_text(HEADER + sequence(99))
     with (
-        pytest.raises(ChildProcessError, match="its files differ"),
+        pytest.raises(ChildProcessError, match="do the files there differ"),
         cluster_workers(cluster.address) as workers,
     ):
-        build_in_parts(plan, GRID, workers)
-    assert 4 <= plan.store.count() < 8
+        build.on(workers)
+    assert 4 <= build.kept < 8
 
 
-def test_what_a_worker_returns_is_never_unpickled(
-    cluster: Cluster, plan: PartsPlan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    victim = tmp_path / "victim"
+def answer_of(workers: Workers, tmp_path: Path, answer: object) -> None:
+    """Have a worker return something for a piece that has to be b"good"."""
 
-    class Attack:
-        def __reduce__(self) -> tuple[object, tuple[str]]:
-            return os.mkdir, (str(victim),)
+    def read(key: str, content: bytes) -> bytes:
+        if content != b"good":
+            raise ValueError("not good")
+        return content
 
-    monkeypatch.setattr(pog_cluster, "_build", lambda group, grid: Attack())
-    with (
-        pytest.raises(ChildProcessError, match="sent a result that is none"),
-        cluster_workers(cluster.address) as workers,
-    ):
-        build_in_parts(plan, GRID, workers)
-    assert not victim.exists()
+    def work() -> bytes:
+        return answer  # type: ignore[return-value]
+
+    list(results([Piece("a", work, tuple)], PieceFolder(tmp_path / "kept", read), workers))
 
 
 @pytest.mark.parametrize(
     ("answer", "complaint"),
     [
-        (b"", "sent a result that is none"),
-        (b"+PK\x03\x04", "sent a damaged part"),
-        ("+", "sent a result that is none"),
+        (b"", r"something else than was requested \(not good\)"),
+        ("good", "returned no bytes"),
+        (7, "returned no bytes"),
     ],
 )
-def test_an_answer_that_is_no_pog_is_refused_and_not_kept(
-    cluster: Cluster, plan: PartsPlan, monkeypatch: pytest.MonkeyPatch, answer: object, complaint: str
+def test_an_answer_that_is_not_the_piece_is_refused_and_not_kept(
+    cluster: Cluster, tmp_path: Path, answer: object, complaint: str
 ) -> None:
-    monkeypatch.setattr(pog_cluster, "_build", lambda group, grid: answer)
     with (
         pytest.raises(ChildProcessError, match=complaint),
         cluster_workers(cluster.address) as workers,
     ):
-        build_in_parts(plan, GRID, workers)
-    assert plan.store.count() == 0
+        answer_of(workers, tmp_path, answer)
+    assert count_kept(tmp_path / "kept") == 0
 
 
-def test_an_error_of_the_program_on_a_worker_is_one_line(
-    cluster: Cluster, plan: PartsPlan, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def fail(*_: object) -> bytes:
+def test_an_error_of_the_program_on_a_worker_is_one_line(cluster: Cluster, tmp_path: Path) -> None:
+    def fail() -> bytes:
         raise ModuleNotFoundError("No module named 'riglens'\n\x1b[31m")
 
-    monkeypatch.setattr(pog_cluster, "_build", fail)
     with (
         pytest.raises(ChildProcessError) as caught,
         cluster_workers(cluster.address) as workers,
     ):
-        build_in_parts(plan, GRID, workers)
+        list(results([Piece("a", fail, tuple)], PieceFolder(tmp_path, lambda _, it: it), workers))
     assert str(caught.value) == (
-        f"--dask: the cluster at {cluster.address} could not build a group (ModuleNotFoundError: No module "
+        f"--dask: the cluster at {cluster.address} could not do its work (ModuleNotFoundError: No module "
         "named 'riglens'  [31m); what is finished is kept: run the same command again"
     )
+
+
+def test_what_a_worker_cannot_do_names_the_worker_in_one_line(cluster: Cluster) -> None:
+    def refuse() -> bytes:
+        raise InputError("nothing to do")
+
+    with (
+        pytest.raises(InputError, match=rf"--dask: on worker {socket.gethostname()}: nothing to do"),
+        cluster_workers(cluster.address) as workers,
+    ):
+        (done,) = workers.wait([workers.call(refuse)])
+        done.result()
 
 
 @pytest.mark.parametrize(
@@ -228,19 +291,19 @@ def test_an_error_of_the_program_on_a_worker_is_one_line(
     ids=["no workers", "dead scheduler", "silent scheduler"],
 )
 def test_a_cluster_that_goes_away_ends_the_build_and_what_is_done_is_kept(
-    plan: PartsPlan, tmp_path: Path, victim: str, harm: signal.Signals, complaint: str
+    build: Build, tmp_path: Path, victim: str, harm: signal.Signals, complaint: str
 ) -> None:
     with (
         Cluster(tmp_path) as cluster,
         pytest.raises(ChildProcessError, match=f"({complaint}).*; what is finished is kept: run the same"),
         cluster_workers(cluster.address, SOON) as workers,
     ):
-        build_in_parts(plan, GRID, workers, lambda _: getattr(cluster, victim).send_signal(harm))
-    assert 1 <= plan.store.count() < 8
+        build.on(workers, lambda _: getattr(cluster, victim).send_signal(harm))
+    assert 1 <= build.kept < 8
 
 
 @pytest.mark.skipif(not shutil.which("openssl"), reason="no openssl to make certificates")
-def test_a_cluster_with_certificates(plan: PartsPlan, tmp_path: Path) -> None:
+def test_a_cluster_with_certificates(build: Build, tmp_path: Path) -> None:
     import dask
 
     key, certificate = tmp_path / "key.pem", tmp_path / "certificate.pem"
@@ -272,4 +335,4 @@ def test_a_cluster_with_certificates(plan: PartsPlan, tmp_path: Path) -> None:
         cluster_workers(cluster.address) as workers,
     ):
         assert cluster.address.startswith("tls://")
-        assert_same(build_in_parts(plan, GRID, workers), build_pog(plan.source, GRID))
+        assert_same(build.on(workers), build_pog(build.source, GRID))

@@ -1,0 +1,35 @@
+"""Long work in pieces on the terminal: other runs are refused, interruptions and open clusters are reported."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from riglens.app.terminal.console import note
+from riglens.core.pieces.cluster import is_unencrypted
+from riglens.core.pieces.folder import count_kept, sole_run
+from riglens.core.pieces.where import Where, workers_at
+from riglens.core.pieces.work import Workers
+
+
+@contextmanager
+def resumable(folder: Path, where: Where, pieces: int) -> Iterator[Workers]:
+    """Start workers for so many pieces, which are kept in a folder, while the block runs.
+
+    Raise InputError when another run is at work in the folder or the workers cannot be reached.
+    """
+    if where.dask is not None and is_unencrypted(where.dask):
+        note(
+            f"{where.dask} is not encrypted: whoever reaches the cluster's network can run code on all of its machines "
+            "and on this one; use tls:// (docs/security.md)"
+        )
+    with sole_run(folder):
+        try:
+            with workers_at(where, pieces) as workers:
+                yield workers
+        except KeyboardInterrupt:
+            kept = count_kept(folder)
+            if kept:
+                note(f"{kept} finished parts are kept in {folder}: run the same command again to continue")
+            raise

@@ -1,0 +1,1 @@
+"""Resumable pieces of work, on local processes or on a Dask cluster."""

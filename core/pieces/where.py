@@ -1,0 +1,48 @@
+"""Where pieces are computed, as a user chooses it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+from riglens.core.errors import InputError
+from riglens.core.pieces.cluster import cluster_workers
+from riglens.core.pieces.processes import worker_processes
+from riglens.core.pieces.work import OwnProcess, Workers
+
+MOST_WORKERS = 1024
+
+
+@dataclass(frozen=True)
+class Where:
+    """Processes on this machine, None for one per core; or the Dask cluster whose scheduler listens at an address."""
+
+    workers: int | None = None
+    dask: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.workers is not None and not 1 <= self.workers <= MOST_WORKERS:
+            raise InputError(f"--workers must be between 1 and {MOST_WORKERS} (got {self.workers})")
+        if self.workers is not None and self.dask is not None:
+            raise InputError(
+                "--workers and --dask: the cluster has its own workers; give only one of the two"
+            )
+
+
+@contextmanager
+def workers_at(where: Where, pieces: int) -> Iterator[Workers]:
+    """Start workers for so many pieces while the block runs; a single process is the calling one.
+
+    Raise InputError when the cluster cannot be reached, ChildProcessError when workers are lost.
+    """
+    count = min(where.workers or os.cpu_count() or 1, pieces)
+    if where.dask is not None:
+        with cluster_workers(where.dask) as cluster:
+            yield cluster
+    elif count <= 1:
+        yield OwnProcess()
+    else:
+        with worker_processes(count) as processes:
+            yield processes
