@@ -8,7 +8,8 @@ from typing import Any
 
 from riglens.core.engine.engine import Evaluation
 from riglens.core.metric.entropy import EntropyField
-from riglens.core.metric.scores import Body, ClassScores, KindScore, MetricSettings, common_body
+from riglens.core.metric.scores import Body, ClassScores, MetricSettings, common_body
+from riglens.core.plain import to_plain
 from riglens.core.rig.model import FORMAT_VERSION
 from riglens.core.rig.yaml.file import rig_sha256
 from riglens.core.scene.boxes import CLASSES
@@ -26,9 +27,7 @@ def evaluation_document(
     return {
         "riglens": FORMAT_VERSION,
         "grid": {
-            "voxel_m": grid.voxel_m,
-            "shape": list(grid.shape),
-            "origin_m": list(grid.origin_m),
+            **to_plain(grid, "voxel_m", "shape", "origin_m"),
             "informative_voxels": int(field.index.count),
         },
         "data": {
@@ -66,12 +65,8 @@ def _rig(evaluation: Evaluation, body: Body | None) -> dict[str, Any]:
 def _class(scores: ClassScores) -> dict[str, Any]:
     return {
         "h_total": scores.h_total,
-        "camera": _kind(scores.camera),
-        "lidar": _kind(scores.lidar),
+        "camera": to_plain(scores.camera),
+        "lidar": to_plain(scores.lidar),
         "any": {"seen": scores.any_seen},
         "s_ms": scores.s_ms,
     }
-
-
-def _kind(score: KindScore) -> dict[str, float]:
-    return {"s_mig": score.s_mig, "seen": score.seen}

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from riglens.core.plain import to_plain
 from riglens.core.review.blind import BY, HEIGHTS_M, BlindMap, By, Hole
 from riglens.core.review.outline import SECTORS
 from riglens.core.review.profiles import ONLY_GEOMETRY
@@ -34,10 +36,7 @@ def blind_document(found: BlindMap, profiles: Sequence[ProfileVerdict]) -> dict[
         "body": settings.body,
         "rig": {"name": found.rig.name, "sha256": rig_sha256(found.rig)},
         "settings": {
-            "voxel_m": settings.voxel_m,
-            "width_m": settings.width_m,
-            "within_m": settings.within_m,
-            "bands_m": list(settings.bands_m),
+            **to_plain(settings, "voxel_m", "width_m", "within_m", "bands_m"),
             "sectors": list(SECTORS),
             "heights_m": list(HEIGHTS_M),
         },
@@ -71,22 +70,13 @@ def _rounded(table: np.ndarray[Any, Any]) -> list[list[float]]:
     return rows
 
 
-def _hole(hole: Hole | None) -> dict[str, float] | None:
-    if hole is None:
-        return None
-    area = round(hole.area_m2, 9)
-    return {"area_m2": area, "x_m": hole.x_m, "y_m": hole.y_m, "nearest_m": hole.nearest_m}
+def _hole(hole: Hole | None) -> Any:
+    return None if hole is None else to_plain(replace(hole, area_m2=round(hole.area_m2, 9)))
 
 
 def _profile(verdict: ProfileVerdict) -> dict[str, Any]:
-    profile = verdict.profile
     return {
-        "name": profile.name,
-        "title": profile.title,
-        "source": profile.source,
-        "by": profile.by,
-        "rays": profile.rays,
-        "share": profile.share,
+        **to_plain(verdict.profile, "name", "title", "source", "by", "rays", "share"),
         "passes": verdict.passes,
         "seen": len(verdict.objects) - len(verdict.failed),
         "objects": [_object(one) for one in verdict.objects],
@@ -94,16 +84,10 @@ def _profile(verdict: ProfileVerdict) -> dict[str, Any]:
 
 
 def _object(one: ObjectVerdict) -> dict[str, Any]:
-    target = one.target
     return {
-        "name": target.name,
-        "x_m": target.x_m,
-        "y_m": target.y_m,
-        "diameter_m": 2.0 * target.radius_m,
-        "height_m": target.height_m,
+        **to_plain(one.target, "name", "x_m", "y_m"),
+        "diameter_m": 2.0 * one.target.radius_m,
+        "height_m": one.target.height_m,
         "seen": one.is_seen,
-        "rays": one.rays,
-        "share": one.share,
-        "rays_by_sensor": one.rays_by_sensor,
-        "share_by_sensor": one.share_by_sensor,
+        **to_plain(one, "rays", "share", "rays_by_sensor", "share_by_sensor"),
     }

@@ -7,6 +7,7 @@ from typing import Literal
 
 from riglens.core.errors import InputError
 from riglens.core.metric.scores import Body
+from riglens.core.plain import to_plain
 from riglens.core.targets.shapes import Shape
 
 Phase = Literal["random", "0"]
@@ -40,14 +41,8 @@ class TargetSettings:
 
     def as_dict(self) -> dict[str, object]:
         """The settings as plain data, by the names of the JSON."""
-        return {
-            "body": self.body,
-            "shape": self.shape,
-            "range_law": self.range_law,
-            "phase": self.phase,
-            "seed": self.seed,
-            "min_points": self.min_points,
-        }
+        found: dict[str, object] = to_plain(self, "body", "shape", "range_law", "phase", "seed", "min_points")
+        return found
 
 
 USUAL = TargetSettings()
