@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import traceback
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from riglens.app.evaluation.options import DEFAULT_RIG, SceneOptions, ScoreOptions
 from riglens.app.launch.interrupt import INTERRUPTED, insistent_interrupt
@@ -18,14 +18,19 @@ DONE, BAD_INPUT, FAILED = 0, 2, 3
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit code. Bad input gives one line on standard error, a bug a traceback."""
+    tokens = sys.argv[1:] if arguments is None else list(arguments)
+    return guarded(lambda: _run(tokens))
+
+
+def guarded(work: Callable[[], object]) -> int:
+    """Do some work as the command line does it; returns the exit code."""
     _open_missing_streams()
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
     try:
-        tokens = sys.argv[1:] if arguments is None else list(arguments)
         with insistent_interrupt():
-            code = _run(tokens)
+            code = work()
         sys.stdout.flush()
     except (InputError, MissingLibraries) as error:
         return _say(str(error), BAD_INPUT)

@@ -45,6 +45,14 @@ class LoadedScene:
     gap: Gap | None = None
 
 
+def fixed_options(scene: LoadedScene) -> SceneOptions:
+    """Return a scene's options with the grid that is shown: an automatic voxel edge was picked once, and stays."""
+    if scene.options.pog is not None:
+        return scene.options
+    grid = scene.field.grid
+    return replace(scene.options, auto=None, voxel_m=grid.voxel_m, roi_m=grid.roi_m)
+
+
 @dataclass(frozen=True)
 class EvaluationRequest:
     """Everything one evaluation depends on; `baseline_rig` is what the changes are counted from, `voxel` is picked,

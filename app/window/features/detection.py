@@ -10,6 +10,7 @@ from PySide6.QtGui import QDesktopServices
 
 from riglens.app.background.detection import CHART, PAIRS, DetectionJob, study
 from riglens.app.background.tasks import Task
+from riglens.app.evaluation.requests import fixed_options
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.compare import Compare
@@ -94,7 +95,7 @@ class Detection(Feature):
         self._say_rigs()
         job = DetectionJob(
             rigs,
-            scene.options,
+            fixed_options(scene),
             self.session.settings.body,
             self.folder,
             dialog.quick.isChecked(),

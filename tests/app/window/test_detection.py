@@ -2,28 +2,31 @@
 
 from __future__ import annotations
 
+import pickle
 import threading
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 
 from riglens.app.background.detection import CHART, PAIRS, DetectionJob, study
-from riglens.app.evaluation.options import SceneOptions
+from riglens.app.evaluation.options import AutoVoxel, SceneOptions
+from riglens.app.studies import detection as study_detection
 from riglens.core.errors import Cancelled, InputError
-from riglens.core.rig.yaml.file import load_rig
+from riglens.core.scene.grid import VoxelGrid
 from riglens.widgets.panels.dialogs.detection import DetectionDialog
 from riglens.widgets.viewport.still import png_of
 from tests.app.window_bench import RIG, Bench, open_bench
 from tests.waiting import TIMEOUT_MS
 
 SPEAKS = """
-import sys
+import json, sys
 print("note: reading", file=sys.stderr)
-print("note: done: sweeps of small (1 of 4)", file=sys.stderr, flush=True)
-print("note: done: net of seed 1 (3 of 4)", file=sys.stderr, flush=True)
+for share, line in ((0.25, "done: sweeps of small"), (0.75, "done: net of seed 1")):
+    print(json.dumps([share, line]), flush=True)
 """
 REFUSES = "import sys; print('riglens: training a detector needs PyTorch', file=sys.stderr); sys.exit(2)"
 ENDLESS = SPEAKS + "import time\nwhile True: time.sleep(0.05)\n"
@@ -76,16 +79,27 @@ def test_cancelled_it_ends_the_process(tmp_path: Path) -> None:
         study(job(tmp_path), enough, lambda line: None, ENDLESS)  # would never return otherwise
 
 
-def test_the_words_name_rigs_and_data_as_the_command_knows_them(tmp_path: Path) -> None:
-    words = job(
-        tmp_path, boxes=Path("b.csv"), origin_m=(1.0, 0.0, 0.5), classes=("van=car",), find_ground=True
-    ).words()
-    assert words[:2] == ["study", "detection"] and load_rig(Path(words[2])).rig == RIG
-    said = " ".join(words[3:])
-    assert "--boxes b.csv" in said and "--origin 1.0 0.0 0.5" in said and "--classes van=car" in said
-    assert "--ground auto" in said and "--quick" in said and "--body ignored" in said
+GRID = VoxelGrid(0.2, (20.0, 10.0, 4.0))
+
+
+def test_a_study_is_of_the_request_that_the_window_hands_over(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = job(tmp_path, boxes=tmp_path / "b.csv", voxel_m=0.2, roi_m=GRID.roi_m, find_ground=True)
+    compared: list[Any] = []
+    monkeypatch.setattr(study_detection, "compare", lambda *given: compared.append(given))
+    heard = pickle.loads(pickle.dumps(asked))
+    study_detection.study_job(heard, print)
+    ((rigs, _, scene, plan, out, tell),) = compared
+    assert (rigs, scene, out, tell) == (asked.rigs, asked.scene, tmp_path, print)
+    assert (plan.quick, plan.workers, plan.body) == (True, 1, "ignored")
     with pytest.raises(InputError, match="stored POG"):
-        job(tmp_path, pog=Path("p.npz")).words()
+        study(job(tmp_path, pog=Path("p.npz")), lambda share: None, print)
+
+
+def test_what_the_process_refuses_is_the_error_in_one_line(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"missing\.csv"):
+        study(job(tmp_path, boxes=tmp_path / "missing.csv"), lambda share: None, print)
 
 
 # ---------------------------------------------------------------- the dialog
@@ -108,6 +122,23 @@ def test_a_mesh_is_found_from_the_folder_of_the_work(bench: Bench, tmp_path: Pat
     bench.document.apply(rig.replace(vehicle=rig.vehicle.replace(body="cars/mine.stl")))
     (found,) = bench.features.detection.rigs()
     assert found.vehicle.body == str(tmp_path / "here" / "cars" / "mine.stl")
+
+
+def test_the_voxel_edge_that_was_picked_and_the_region_are_those_of_the_study(bench: Bench) -> None:
+    feature, dialog, jobs = bench.features.detection, opened(bench), list[DetectionJob]()
+
+    def work(asked: DetectionJob, progress, hear) -> Path:
+        jobs.append(asked)
+        return asked.folder
+
+    feature.work = work
+    scene = bench.features.detection.session.scene
+    assert scene is not None
+    object.__setattr__(scene, "options", SceneOptions(roi_m=scene.field.grid.roi_m, auto=AutoVoxel()))
+    dialog.start.click()
+    bench.qtbot.waitUntil(lambda: bool(jobs), timeout=TIMEOUT_MS)
+    grid = scene.field.grid
+    assert jobs[0].scene == SceneOptions(voxel_m=grid.voxel_m, roi_m=grid.roi_m)
 
 
 def test_charts_fill_while_it_runs_and_it_can_be_stopped_and_started_again(bench: Bench) -> None:
