@@ -220,11 +220,15 @@ tolerance: [{profile: own, class: car, limit: 0.49, draws: 64}]
 tolerance_profiles: [{name: own, source: a test, position_mm: 2, angle_deg: 0.05}]
 mounts: {height_m: [0.3, 2.2], beyond_m: {top: 0.4}, keep_out: [{name: hood, boxes: [{x: [0.75, 1.0]}]}]}
 """
-PAGE = '<html><script type="application/json" id="figures">{"riglens_report":1,"inputs":{"rigs":[]}}</script></html>'
+PAGE = (
+    '<html><script type="application/json" id="figures">{"riglens_report":1,"inputs":{"rigs":["riglens: 1"],'
+    '"voxel_m":0.1,"roi_m":[60.0,40.0,4.0],"method":"exact","reading":"covered","lambda":0.1,"body":"blocks","draws":2,"seed":0,'
+    '"boxes":null,"requirements":null}}</script></html>'
+)
 
 
 def _reviews(folder: Path) -> Iterator[Target]:
-    from riglens.app.studies.report_page import attached_figures
+    from riglens.app.studies.report_reading import attached_figures, inputs_of
     from riglens.core.review.outline import Outline
     from riglens.core.review.profiles import read_profiles, targets_of
     from riglens.core.review.requirements import read_requirements
@@ -240,7 +244,7 @@ def _reviews(folder: Path) -> Iterator[Target]:
             targets_of(profile, Outline(-2.3, 2.3, -0.9, 0.9))
 
     def look_into() -> None:
-        attached_figures(page.read_text("utf-8", errors="replace"), page.name)
+        inputs_of(attached_figures(page.read_bytes(), page.name), page.name)
 
     yield _of_files("blind zone profiles", place_all, profiles, is_text=True)
     yield _of_files("requirements", lambda: read_requirements(required), required, is_text=True)

@@ -8,6 +8,7 @@ from typing import Annotated
 from cyclopts import Group, Parameter
 
 from riglens.app.commands.options import LibraryArguments, SceneArguments, ScoreArguments, whole_number
+from riglens.app.evaluation.options import USUAL_DRAWS
 from riglens.core.errors import InputError
 
 REPORT = Group("Report", sort_key=5)
@@ -19,8 +20,9 @@ def report(
     *,
     out: Annotated[Path | None, Parameter(group=REPORT, metavar="FILE.html|.pdf")] = None,
     verify: Annotated[Path | None, Parameter(group=REPORT, metavar="FILE.html|.pdf")] = None,
+    meshes: Annotated[Path | None, Parameter(group=REPORT, metavar="DIR")] = None,
     requirements: Annotated[Path | None, Parameter(group=REPORT, metavar="FILE")] = None,
-    draws: Annotated[int, Parameter(converter=whole_number, group=REPORT, metavar="N")] = 32,
+    draws: Annotated[int, Parameter(converter=whole_number, group=REPORT, metavar="N")] = USUAL_DRAWS,
     seed: Annotated[int, Parameter(converter=whole_number, group=REPORT, metavar="N")] = 0,
     scene: SceneArguments = SceneArguments(),
     score: ScoreArguments = ScoreArguments(),
@@ -35,7 +37,9 @@ def report(
     out
         The page, or the same as a PDF.
     verify
-        Make the figures of an earlier page or PDF again, and say what differs (exit code 1).
+        Make an earlier page or PDF again, and say where it differs (exit code 1).
+    meshes
+        With --verify: folder of the car bodies in mesh files that it names (its own folder).
     requirements
         A file of requirements, as for `riglens check`.
     draws
@@ -51,8 +55,10 @@ def report(
     if verify is not None:
         if rigs:
             raise InputError(f"report: found rigs with --verify {verify}; it brings its own")
-        return report_job.verify(verify, scene.options(), score.options())
+        return report_job.verify(verify, scene.options(), score.options(), meshes)
     assert out is not None
+    if meshes is not None:
+        raise InputError("--meshes belongs to --verify; leave it out, rigs say where their meshes are")
     if not rigs:
         raise InputError("report: found no rig; name one or more")
     asked = report_job.Asked(out, requirements, draws, seed)

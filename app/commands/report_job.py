@@ -3,29 +3,41 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Any, NamedTuple
 
+from riglens.app.background.own_process import Tell
+from riglens.app.background.report import PAGE, PDF, ReportJob, page_picture
 from riglens.app.commands.scores_job import missing_rays
-from riglens.app.evaluation.options import SceneOptions, ScoreOptions
+from riglens.app.evaluation.options import USUAL_DRAWS, SceneOptions, ScoreOptions
 from riglens.app.launch.system_libraries import require_system_libraries
-from riglens.app.studies.files import write_text
+from riglens.app.studies.report_document import ReportDocument, document_of
 from riglens.app.studies.report_figures import ReportPlan, differences, report_of
-from riglens.app.studies.report_page import attached_figures, report_page
-from riglens.app.studies.report_pdf import FIGURES_NAME, figures_in_pdf, is_pdf
+from riglens.app.studies.report_page import printed_page, report_page
+from riglens.app.studies.report_reading import (
+    FIGURES_NAME,
+    attached_figures,
+    first_difference,
+    form_of,
+    inputs_of,
+    read_report,
+)
 from riglens.app.terminal.console import note, progress_bar, results
 from riglens.app.terminal.scores import mesh_called, rig_called
 from riglens.core.engine.evaluation_json import to_text
 from riglens.core.errors import InputError
-from riglens.core.files import atomic_write, open_regular, require_writable
+from riglens.core.files import atomic_write, require_writable
 from riglens.core.review.requirements import Requirements, requirements_in
 from riglens.core.review.tolerance import MAX_DRAWS
+from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.file import loads
 from riglens.core.rig.yaml.nodes import read_text
 from riglens.core.shown_text import visible
+from riglens.core.vehicle.mesh import BodyMesh
+from riglens.core.vehicle.mesh_file import mesh_of
 
-MAX_PAGE_BYTES = 200_000_000
 SHOWN = 20
 
 
@@ -57,41 +69,45 @@ def report(names: Sequence[str], scene: SceneOptions, score: ScoreOptions, asked
         score = score.as_required(required.body, asked.requirements)
     plan = ReportPlan(rigs, meshes, scene, score, asked.draws, asked.seed, required, text)
     with progress_bar("Making the report") as progress:
-        found = report_of(plan, progress)
-        page = report_page(plan, found)
-    if asked.out.suffix.lower() == ".pdf":
-        _write_pdf(asked.out, found.figures, page)
-    else:
-        write_text(asked.out, page)
+        document = document_of(plan, report_of(plan, progress))
+    _write(asked.out, rendered(document, asked.out.suffix.lower()))
     results().print(f"wrote {visible(str(asked.out))}", soft_wrap=True)
 
 
-def print_page(page: Path, out: Path) -> None:
-    """Write the PDF of a page that was made before: the very bytes that --out with its name would have written."""
-    text = _page_text(page)
-    _write_pdf(out, attached_figures(text, str(page)), text)
-
-
-def draw_pages(page: Path, folder: Path) -> None:
-    """Draw the pages of the PDF of a page that was made before, as 001.png and so on."""
-    require_system_libraries("offscreen")
+def prepare(job: ReportJob, tell: Tell) -> None:
+    """Write page, PDF and pictures of its pages into the folder of a job of the window."""
+    meshes = tuple(mesh_of(rig.vehicle, job.folder, note) for rig in job.rigs)
+    plan = ReportPlan(job.rigs, meshes, job.scene, job.score, USUAL_DRAWS, 0)
+    document = document_of(plan, report_of(plan, lambda share: tell(share, "")))
+    for name in (PAGE, PDF):
+        _write(job.folder / name, rendered(document, PurePath(name).suffix))
     from riglens.app.rendering.pdf import page_images  # Qt
 
-    for number, image in enumerate(page_images(_page_text(page)), 1):
-        image.save(str(folder / f"{number:03}.png"))
+    for number, image in enumerate(page_images(*printed_page(document)), 1):
+        image.save(str(page_picture(job.folder, number)))
 
 
-def _write_pdf(path: Path, figures: dict[str, Any], page: str) -> None:
-    """Print the page, with the figures and the rigs attached."""
+def _write(path: Path, content: bytes) -> None:
+    with atomic_write(path) as stream:
+        stream.write(content)
+
+
+def rendered(document: ReportDocument, form: str) -> bytes:
+    """Return the file of a report: .html, .pdf with figures and rigs attached, or .json for the figures alone.
+
+    Equal documents give equal bytes on the same system.
+    """
+    figures = to_text(document.figures).encode("utf-8")
+    if form == ".json":
+        return figures
+    if form == ".html":
+        return report_page(document).encode("utf-8")
     require_system_libraries("offscreen")
     from riglens.app.rendering.pdf import pdf_of  # Qt
 
-    attached = {FIGURES_NAME: to_text(figures).encode("utf-8")}
-    for number, rig in enumerate(figures["inputs"]["rigs"], 1):
-        attached[f"rig{number}.yaml"] = rig.encode("utf-8")
-    title = ", ".join(visible(rig["name"]) for rig in figures["evaluation"]["rigs"])
-    with atomic_write(path) as stream:
-        stream.write(pdf_of(page, title, attached))
+    rigs = enumerate(document.figures["inputs"]["rigs"], 1)
+    attached = {FIGURES_NAME: figures} | {f"rig{number}.yaml": text.encode("utf-8") for number, text in rigs}
+    return pdf_of(*printed_page(document), visible(document.title), attached)
 
 
 def _check_draws(draws: int, seed: int) -> None:
@@ -105,60 +121,70 @@ def _requirements(text: str | None, where: str) -> Requirements | None:
     return None if text is None else requirements_in(text, where)
 
 
-def verify(path: Path, scene: SceneOptions, score: ScoreOptions) -> int:
-    """Make the figures of a page again from what is attached to it; 0 when all are the same, else 1."""
-    attached = attached_figures(_page_text(path), str(path))
-    plan = _plan_of(attached, path, scene, score)
+def verify(path: Path, scene: SceneOptions, score: ScoreOptions, meshes: Path | None) -> int:
+    """Make a report again from what is attached to it; 0 when it is the same byte for byte, else 1."""
+    content = read_report(path)
+    attached = attached_figures(content, str(path))
+    plan = _plan_of(attached, path, scene, score, meshes or path.parent)
     with progress_bar("Making the figures again") as progress:
-        again = report_of(plan, progress).figures
-    again["inputs"]["boxes"] = attached["inputs"].get("boxes")
-    lines = [line for line in differences(attached, again) if not line.startswith(_NAMES)]
+        document = document_of(plan, report_of(plan, progress))
+    _take_names(document.figures, attached)
+    lines = differences(attached, document.figures)
     console = results()
     for line in lines[:SHOWN]:
         console.print(visible(line), soft_wrap=True, markup=False)
     if len(lines) > SHOWN:
         console.print(f"and {len(lines) - SHOWN} more", soft_wrap=True)
-    console.print("differs" if lines else "every figure is the same", soft_wrap=True)
-    return int(bool(lines))
+    place = first_difference(content, rendered(document, form_of(content)))
+    if place is None:
+        console.print("every figure is the same, and the file is, byte for byte", soft_wrap=True)
+        return 0
+    figures = "" if lines else "every attached figure is the same, but what is shown of them "
+    console.print(visible(f"{figures}differs, first at {place}"), soft_wrap=True, markup=False)
+    return 1
 
 
-_NAMES = ("evaluation.data.source:", "targets.data.source:")
-"""Where data lie may differ; what they are is in their SHA-256."""
+def _take_names(figures: dict[str, Any], attached: dict[str, Any]) -> None:
+    """Call data as the report does: where they lie may differ; what they are is in their SHA-256."""
+    figures["inputs"]["boxes"] = attached["inputs"]["boxes"]
+    for part in ("evaluation", "targets"):
+        with suppress(KeyError, TypeError):
+            source = attached[part]["data"]["source"]
+            if isinstance(source, str):
+                figures[part]["data"]["source"] = source
 
 
-def _plan_of(attached: dict[str, Any], path: Path, scene: SceneOptions, score: ScoreOptions) -> ReportPlan:
-    try:
-        inputs = attached["inputs"]
-        rigs = tuple(loads(str(text), f"{path}: rig {n}").rig for n, text in enumerate(inputs["rigs"], 1))
-        text = inputs["requirements"]
-        text = None if text is None else str(text)
-        length, width, height = (float(side) for side in inputs["roi_m"])
-        scene = replace(scene, voxel_m=float(inputs["voxel_m"]), roi_m=(length, width, height))
-        how = ScoreOptions(
-            inputs["method"], inputs["reading"], float(inputs["lambda"]), score.threads, inputs["body"]
-        )
-        draws, seed = int(inputs["draws"]), int(inputs["seed"])
-    except (KeyError, TypeError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"{path}: the attached inputs are damaged") from error
-    if inputs.get("boxes") is not None and scene.boxes is None and scene.pog is None:
-        name = visible(str(inputs["boxes"]))
+def _plan_of(
+    attached: dict[str, Any], path: Path, scene: SceneOptions, score: ScoreOptions, folder: Path
+) -> ReportPlan:
+    inputs = inputs_of(attached, str(path))
+    rigs = tuple(loads(text, f"{path}: rig {n}").rig for n, text in enumerate(inputs.rigs, 1))
+    if not rigs:
+        raise InputError(f"{path}: inputs.rigs: must name at least one rig")
+    if inputs.boxes is not None and scene.boxes is None and scene.pog is None:
+        name = visible(inputs.boxes)
         raise InputError(f"{path}: was made of {name}; name these data with --boxes, as the report did")
-    _check_draws(draws, seed)
-    meshes = tuple(mesh_called(str(path), rig) for rig in rigs)
-    return ReportPlan(rigs, meshes, scene, how, draws, seed, _requirements(text, str(path)), text)
-
-
-def _page_text(path: Path) -> str:
-    accepted = "a page or PDF made by riglens report"
-    try:
-        with open_regular(path, accepted) as stream:
-            content = stream.read(MAX_PAGE_BYTES + 1)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}; accepted is {accepted}") from error
-    if len(content) > MAX_PAGE_BYTES:
-        raise InputError(f"{path}: larger than {MAX_PAGE_BYTES / 1e6:g} MB; accepted is {accepted}")
-    return (
-        figures_in_pdf(content, str(path)) if is_pdf(content) else content.decode("utf-8", errors="replace")
+    length, width, height = inputs.roi_m
+    return ReportPlan(
+        rigs,
+        tuple(_mesh(rig, folder) for rig in rigs),
+        replace(scene, voxel_m=inputs.voxel_m, roi_m=(length, width, height), auto=None),
+        ScoreOptions(inputs.method, inputs.reading, inputs.camera_weight, score.threads, inputs.body),
+        inputs.draws,
+        inputs.seed,
+        _requirements(inputs.requirements, str(path)),
+        inputs.requirements,
     )
+
+
+def _mesh(rig: Rig, folder: Path) -> BodyMesh | None:
+    """The mesh of a report's rig, from below a folder alone: a report may name any file of this machine."""
+    body = rig.vehicle.body
+    named = PurePath(body)
+    if named.is_absolute() or ".." in named.parts or body.startswith("~"):
+        body = named.name
+    if rig.vehicle.has_mesh_file and not (folder / body).is_file():
+        raise InputError(
+            f"{folder / body}: no such file; name the folder of the report's car bodies with --meshes"
+        )
+    return mesh_of(rig.vehicle.model_copy(update={"body": body}), folder, note)

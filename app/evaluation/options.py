@@ -17,6 +17,8 @@ Triple = tuple[float, float, float]
 
 DEFAULT_RIG = "W+T"
 DEFAULT_TOLERANCE_PP = 1.0
+USUAL_DRAWS = 32
+"""Draws of the tolerance in a report."""
 MAX_THREADS = 1024
 MIN_SIDE_PX, MAX_SIDE_PX, MAX_SCALE = 64, 8192, 4
 """Sides of a picture before it is enlarged, and how many times it may be."""

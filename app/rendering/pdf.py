@@ -1,13 +1,16 @@
-"""A page of a report as a PDF with its figures attached: the same texts, tables and pictures, printed by Qt on A4."""
+"""A report printed by Qt on A4: as a PDF with its figures attached, or as pictures of its pages."""
 
 from __future__ import annotations
 
-import base64
+import os
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from functools import partial
+from itertools import chain, repeat
 
-from PySide6.QtCore import QBuffer, QByteArray, QIODevice, QMarginsF, QRectF, QSizeF, QUrl
+from PySide6.QtCore import QBuffer, QByteArray, QHashSeed, QIODevice, QMarginsF, QRectF, QSizeF, QUrl
 from PySide6.QtGui import (
     QAbstractTextDocumentLayout,
     QImage,
@@ -29,59 +32,25 @@ SCREEN_DPI, A4_MM = 110.0, (210.0, 297.0)
 MOST_BREAKS, SMALL, ROWS_PX = 60, 0.6, 40.0
 """So many parts are moved to a next page at most; tables up to this share of a page are not cut; a heading stays with
 so much of a table."""
-WIDE_PX = 660
-"""Width of the text in the units of the layout, of which an inch has 96."""
-STYLE = """
-body { font-family: "DejaVu Sans", sans-serif; font-size: 8pt; color: #000; }
-h1 { font-size: 17pt; } h2 { font-size: 13pt; } h3 { font-size: 10pt; }
-td, th { padding: 1px 6px 1px 0; font-size: 7pt; } th { white-space: nowrap; }
-.quiet, caption, figcaption { color: #444; font-size: 7pt; }
-.short { white-space: nowrap; }
-.met { color: #14532b; } .not { color: #8c1d18; } code { font-family: "DejaVu Sans Mono", monospace; font-size: 6pt; }
-"""
-SVG_STYLE = (
-    "<style>.car{fill:#eee;stroke:#444}.grid{stroke:#bbb}.lidar{fill:#174a85}.camera{fill:#a8681a}"
-    ".view{fill:#c07a1e;fill-opacity:0.14}text{font:11px DejaVu Sans;fill:#000}</style>"
-)
+MADE = "20000101000000"
+"""The date in every PDF: that of its making would make two of the same report differ."""
+Pictures = Mapping[str, bytes]
 
 
-@dataclass
-class _Pictures:
-    """Pictures of a page by the names that take their places."""
+def pdf_of(text: str, pictures: Pictures, title: str, attached: Mapping[str, bytes]) -> bytes:
+    """Return the PDF of a text; pictures (PNG or SVG) and attached files are by name.
 
-    images: dict[str, QImage] = field(default_factory=dict)
-
-    def svg(self, found: re.Match[str]) -> str:
-        text = found[0].replace(">", ">" + SVG_STYLE, 1)
-        renderer = QSvgRenderer(QByteArray(text.encode("utf-8")))
-        size = renderer.defaultSize()
-        image = QImage(size * 2, QImage.Format.Format_RGB32)
-        image.fill(0xFFFFFFFF)
-        painter = QPainter(image)
-        renderer.render(painter, QRectF(image.rect()))
-        painter.end()
-        return self._named(image, min(1.0, WIDE_PX / size.width()) * size.width())
-
-    def data(self, found: re.Match[str]) -> str:
-        image = QImage.fromData(QByteArray(base64.b64decode(found[1])))
-        return self._named(image, 0.8 * WIDE_PX)
-
-    def _named(self, image: QImage, width: float) -> str:
-        name = f"picture{len(self.images)}"
-        self.images[name] = image
-        return f'<img src="{name}" width="{round(width)}">'
-
-
-def pdf_of(page: str, title: str, attached: Mapping[str, bytes]) -> bytes:
-    """The PDF of a report's page; files are attached by name. Equal input gives equal bytes on the same system."""
+    Equal input gives equal bytes on the same system.
+    """
     _ensure_application()
-    return _without_time(_printed(printable(page), title, attached))
+    with _in_utc():
+        return _without_time(_printed(printable(text, pictures), title, attached))
 
 
-def page_images(page: str) -> list[QImage]:
-    """The pages of a report's PDF as pictures, to be seen before it is written."""
+def page_images(text: str, pictures: Pictures) -> list[QImage]:
+    """Return the pages of such a PDF as pictures, to be seen before it is saved."""
     _ensure_application()
-    document = printable(page)
+    document = printable(text, pictures)
     document.documentLayout().setPaintDevice(QImage(1, 1, QImage.Format.Format_RGB32))
     margin, scale = MARGIN_MM / 25.4 * 96.0, SCREEN_DPI / 96.0
     wide, high = (side_mm / 25.4 * 96.0 for side_mm in A4_MM)
@@ -107,37 +76,32 @@ def _drawn(
 
 
 def _ensure_application() -> None:
-    app = QApplication.instance() or QApplication(["riglens", "-platform", "offscreen"])
-    assert app is not None
+    if QApplication.instance() is None:
+        QHashSeed.setDeterministicGlobalSeed()  # the order of fonts in a PDF is that of a hash
+        QApplication(["riglens", "-platform", "offscreen"])
 
 
-def printable(page: str) -> QTextDocument:
-    """A page as it is printed: its texts, tables and pictures, without what needs a browser. Needs a QApplication."""
-    pictures = _Pictures()
-    text = re.sub(
-        r"<script.*?</script>|<style>.*?</style>|<figure data-view.*?</figure>", "", page, flags=re.S
-    )
-    text = re.sub(r"<svg.*?</svg>", pictures.svg, text, flags=re.S)
-    text = re.sub(r'<img [^>]*src="data:image/png;base64,([^"]*)">', pictures.data, text)
-    text = re.sub(r"<caption>(.*?)</caption><thead><tr>(.*?)</tr></thead>", _table_head, text)
-    text = text.replace("<td data-from=", '<td align="right" class="short" data-from=')
-    text = re.sub(r"<figcaption>(.*?)</figcaption>", r"<br>\1", text, flags=re.S)
-    text = re.sub(r"<(/?)figure>", r"<\1p>", text).replace(" %</td>", "\u00a0%</td>")
+def printable(text: str, pictures: Pictures) -> QTextDocument:
+    """Return a text with its pictures as it is laid out. Needs a QApplication."""
     document = QTextDocument()
-    for name, image in pictures.images.items():
+    for name, content in pictures.items():
+        image = (
+            QImage.fromData(QByteArray(content)) if content.startswith(b"\x89PNG") else _drawn_svg(content)
+        )
         document.addResource(QTextDocument.ResourceType.ImageResource, QUrl(name), image)
-    document.setDefaultStyleSheet(STYLE)
     document.setHtml(text)
     return document
 
 
-def _table_head(found: re.Match[str]) -> str:
-    """Caption and names of columns, which are repeated on each page: over words and the rows' titles to the left, over
-    numbers to the right."""
-    names = found[2].replace("<th>", '<th align="left">', 1).replace("<th>", '<th align="right">')
-    names = names.replace("<th class", '<th align="left" class')
-    words = f'<tr><td colspan="{names.count("<th")}"><i>{found[1]}</i></td></tr>' if found[1] else ""
-    return f"<thead>{words}<tr>{names}</tr></thead>"
+def _drawn_svg(content: bytes) -> QImage:
+    """Draw an SVG at twice its size, on white."""
+    renderer = QSvgRenderer(QByteArray(content))
+    image = QImage(renderer.defaultSize() * 2, QImage.Format.Format_RGB32)
+    image.fill(0xFFFFFFFF)
+    painter = QPainter(image)
+    renderer.render(painter, QRectF(image.rect()))
+    painter.end()
+    return image
 
 
 def keep_together(document: QTextDocument) -> None:
@@ -256,17 +220,39 @@ def _mime(name: str) -> str:
     return "application/json" if name.endswith(".json") else "text/yaml"
 
 
+@contextmanager
+def _in_utc() -> Iterator[None]:
+    """Have Qt write its dates in UTC meanwhile: their length would differ from zone to zone."""
+    before = os.environ.get("TZ")
+    os.environ["TZ"] = "UTC"
+    try:
+        _use_zone()
+        yield
+    finally:
+        if before is None:
+            del os.environ["TZ"]
+        else:
+            os.environ["TZ"] = before
+        _use_zone()
+
+
+def _use_zone() -> None:
+    if hasattr(time, "tzset"):  # not on Windows
+        time.tzset()
+
+
 def _without_time(content: bytes) -> bytes:
-    """The same file with the time of its making, and what is drawn by chance, set to zeros of the same length."""
+    """The same file with a date of its making, and identifiers, that do not change; every length stays."""
 
-    def zeros(found: re.Match[bytes]) -> bytes:
-        return found[1] + re.sub(rb"[0-9a-fA-F]", b"0", found[2]) + found[3]
+    def digits(found: re.Match[bytes], given: str = "") -> bytes:
+        source = chain(given, repeat("0"))
+        return found[1] + re.sub(rb"[0-9a-fA-F]", lambda _: next(source).encode(), found[2]) + found[3]
 
+    for pattern in (rb"(/ID \[ ?)(<[0-9a-fA-F]+> ?<[0-9a-fA-F]+>)( ?\])", rb"(uuid:)([0-9a-fA-F-]{36})()"):
+        content = re.sub(pattern, digits, content)
     for pattern in (
         rb"(/(?:CreationDate|ModDate) \(D:)([^)]*)(\))",
-        rb"(/ID \[ ?)(<[0-9a-fA-F]+> ?<[0-9a-fA-F]+>)( ?\])",
-        rb"(uuid:)([0-9a-fA-F-]{36})()",
         rb"(xmp:(?:CreateDate|ModifyDate|MetadataDate)=.)([^\"]*)(.)",
     ):
-        content = re.sub(pattern, zeros, content)
+        content = re.sub(pattern, partial(digits, given=MADE), content)
     return content

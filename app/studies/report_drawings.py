@@ -1,10 +1,11 @@
-"""Drawings of a rig for a report: plans as SVG, which need no script, and what the view that turns draws."""
+"""Drawings of a rig for a report: plans, which need no script, and what the view that turns draws."""
 
 from __future__ import annotations
 
 import base64
 import math
-from html import escape
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,7 +16,6 @@ from riglens.core.rig.model import Camera, Rig
 from riglens.core.sensing.body_ends import body_ends
 from riglens.core.sensing.camera import field_of_view_deg
 from riglens.core.sensing.rays import sensor_rays
-from riglens.core.shown_text import visible
 from riglens.core.vehicle.body import body_parts
 from riglens.core.vehicle.mesh import BodyMesh
 from riglens.core.vehicle.solid import CarBody
@@ -34,48 +34,6 @@ _SAME, _DIGIT_WIDE, _LABEL_HIGH = 5.0, 7.0, 11.0
 """In a plan: so near to each other sensors are at one place; width of a digit and height of a line."""
 
 
-def plans(rig: Rig, mesh: BodyMesh | None) -> str:
-    """The car and its sensors from above and from the left, one picture beside the other."""
-    corners = np.concatenate(
-        [points[triangles].reshape(-1, 3) for _, points, triangles in _surfaces(rig, mesh)]
-    )
-    spots = np.array([sensor.position for sensor in rig.sensors]).reshape(-1, 3)
-    every = np.concatenate([corners, spots])
-    low, high = every.min(axis=0) - 0.9, every.max(axis=0) + 0.9
-    low[2] = -0.2
-    wide = float(high[1] - low[1]) * _SCALE, float(high[0] - low[0]) * _SCALE
-    tall = max(float(high[0] - low[0]), float(high[2] - low[2])) * _SCALE
-
-    def above(place: Points) -> Points:
-        return np.stack([high[1] - place[:, 1], high[0] - place[:, 0]], axis=1) * _SCALE
-
-    def beside(place: Points) -> Points:
-        across = np.stack([high[0] - place[:, 0], high[2] - place[:, 2]], axis=1) * _SCALE
-        return np.asarray(across + np.array([wide[0] + 40.0, 0.0]))
-
-    parts = [
-        f'<svg viewBox="0 0 {wide[0] + wide[1] + 40:.0f} {tall:.0f}" role="img" aria-label="Plans of the rig">'
-    ]
-    parts += [_wedge(sensor, above) for sensor in rig.cameras()]
-    ground = beside(np.array([[high[0], 0.0, 0.0], [low[0], 0.0, 0.0]]))
-    parts.append(
-        '<line class="grid" x1="{:.1f}" y1="{:.1f}" x2="{:.1f}" y2="{:.1f}"/>'.format(*ground.ravel())
-    )
-    for look in (above, beside):
-        flat = look(corners)
-        hull = flat[ConvexHull(flat).vertices]
-        parts.append(f'<polygon class="car" points="{_path(hull)}"/>')
-    for look in (above, beside):
-        places = look(spots)
-        for sensor, (x, y) in zip(rig.sensors, places.tolist(), strict=True):
-            title = f"<title>{escape(visible(sensor.name))}</title>"
-            parts.append(f'<circle class="{sensor.kind}" cx="{x:.1f}" cy="{y:.1f}" r="3.5">{title}</circle>')
-        parts += [
-            f'<text x="{label.left:.1f}" y="{label.base:.1f}">{label.text}</text>' for label in labels(places)
-        ]
-    return "".join([*parts, "</svg>"])
-
-
 class Label(NamedTuple):
     """Numbers of sensors at one place of a plan: where the text begins, and its base line."""
 
@@ -92,6 +50,56 @@ class Label(NamedTuple):
     def right(self) -> float:
         """Where the text ends, nearly."""
         return self.left + _DIGIT_WIDE * len(self.text)
+
+
+@dataclass(frozen=True)
+class Plans:
+    """The car and its sensors from above and from the left, side by side: what plans.svg draws, in its units.
+
+    Lines and areas are texts of points, as SVG has them; dots are (x, y, kind, name).
+    """
+
+    width: float
+    height: float
+    wedges: tuple[str, ...]
+    ground: str
+    outlines: tuple[str, ...]
+    dots: tuple[tuple[float, float, str, str], ...]
+    labels: tuple[Label, ...]
+
+
+def plans(rig: Rig, mesh: BodyMesh | None) -> Plans:
+    """Lay out both plans of a rig."""
+    corners = np.concatenate(
+        [points[triangles].reshape(-1, 3) for _, points, triangles in _surfaces(rig, mesh)]
+    )
+    spots = np.array([sensor.position for sensor in rig.sensors]).reshape(-1, 3)
+    every = np.concatenate([corners, spots])
+    low, high = every.min(axis=0) - 0.9, every.max(axis=0) + 0.9
+    low[2] = -0.2
+    wide = float(high[1] - low[1]) * _SCALE, float(high[0] - low[0]) * _SCALE
+
+    def above(place: Points) -> Points:
+        return np.stack([high[1] - place[:, 1], high[0] - place[:, 0]], axis=1) * _SCALE
+
+    def beside(place: Points) -> Points:
+        across = np.stack([high[0] - place[:, 0], high[2] - place[:, 2]], axis=1) * _SCALE
+        return np.asarray(across + np.array([wide[0] + 40.0, 0.0]))
+
+    looks = (above, beside)
+    return Plans(
+        width=wide[0] + wide[1] + 40.0,
+        height=max(float(high[0] - low[0]), float(high[2] - low[2])) * _SCALE,
+        wedges=tuple(_wedge(sensor, above) for sensor in rig.cameras()),
+        ground=_path(beside(np.array([[high[0], 0.0, 0.0], [low[0], 0.0, 0.0]]))),
+        outlines=tuple(_hull(look(corners)) for look in looks),
+        dots=tuple(
+            (x, y, sensor.kind, sensor.name)
+            for look in looks
+            for sensor, (x, y) in zip(rig.sensors, look(spots).tolist(), strict=True)
+        ),
+        labels=tuple(label for look in looks for label in labels(look(spots))),
+    )
 
 
 def labels(places: Points) -> list[Label]:
@@ -119,15 +127,18 @@ def labels(places: Points) -> list[Label]:
     return found
 
 
-def _wedge(camera: Camera, above: Any) -> str:
+def _hull(flat: Points) -> str:
+    return _path(flat[ConvexHull(flat).vertices])
+
+
+def _wedge(camera: Camera, above: Callable[[Points], Points]) -> str:
     """The horizontal field of view of a camera, to 1.5 m."""
     wide = field_of_view_deg(camera)[0]
     half = math.radians(min(wide if math.isfinite(wide) else 180.0, 358.0) / 2)
     turns = np.linspace(-half, half, 24)
     local = np.stack([np.cos(turns), np.sin(turns), np.zeros_like(turns)], axis=1)
     arc = np.array(camera.position) + 1.5 * local @ camera.pose.rotation().T
-    points = above(np.concatenate([[camera.position], arc]))
-    return f'<polygon class="view" points="{_path(points)}"/>'
+    return _path(above(np.concatenate([[camera.position], arc])))
 
 
 def _path(points: Points) -> str:

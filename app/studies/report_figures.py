@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
+
+from pydantic import Field
 
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.evaluation.scenario import load_scenario, settings_of
@@ -13,6 +16,7 @@ from riglens.core.engine.engine import Engine, Evaluation
 from riglens.core.engine.evaluation_json import evaluation_document
 from riglens.core.kernels.runtime import jit
 from riglens.core.metric.entropy import EntropyField
+from riglens.core.metric.scores import Body, Method, Reading
 from riglens.core.review.blind import BlindEngine, BlindMap, BlindSettings
 from riglens.core.review.blind_json import blind_document
 from riglens.core.review.check_json import check_document
@@ -22,11 +26,12 @@ from riglens.core.review.profiles import bundled_profiles
 from riglens.core.review.redundancy import NO_EVIDENCE, target_coverage, voxel_coverage
 from riglens.core.review.redundancy_json import coverage_document
 from riglens.core.review.requirements import Requirements
-from riglens.core.review.tolerance import profile_called, tolerance
+from riglens.core.review.tolerance import MAX_DRAWS, profile_called, tolerance
 from riglens.core.review.tolerance_json import tolerance_document
 from riglens.core.review.verdicts import verdicts
-from riglens.core.rig.model import FORMAT_VERSION, Rig
+from riglens.core.rig.model import FORMAT_VERSION, Frozen, Rig
 from riglens.core.rig.yaml.file import dumps
+from riglens.core.rig.yaml.nodes import shortened
 from riglens.core.scene.boxes import Progress
 from riglens.core.targets.card import USUAL_PLAN, Card
 from riglens.core.targets.card_making import card_of
@@ -56,6 +61,23 @@ class ReportPlan:
     seed: int
     requirements: Requirements | None = None
     requirements_text: str | None = None
+
+
+class Inputs(Frozen):
+    """What the figures of a report are made of, as they carry it: enough to make them again, but for box data."""
+
+    rigs: list[str]
+    voxel_m: float
+    roi_m: list[float] = Field(min_length=3, max_length=3)
+    method: Method
+    reading: Reading
+    camera_weight: float = Field(alias="lambda")
+    body: Body | None
+    """None: as each rig says."""
+    draws: int = Field(ge=0, le=MAX_DRAWS)
+    seed: int = Field(ge=0, lt=1 << 63)
+    boxes: str | None
+    requirements: str | None
 
 
 @dataclass(frozen=True)
@@ -155,19 +177,19 @@ def _figures(
     return {
         "riglens_report": FORMAT_VERSION,
         "version": installed_version(),
-        "inputs": {
-            "rigs": [dumps(rig) for rig in plan.rigs],
-            "voxel_m": grid.voxel_m,
-            "roi_m": list(grid.roi_m),
-            "method": score.method,
-            "reading": score.reading,
-            "lambda": score.camera_weight,
-            "body": score.body,
-            "draws": plan.draws,
-            "seed": plan.seed,
-            "boxes": None if plan.scene.boxes is None else plan.scene.boxes.name,
-            "requirements": plan.requirements_text,
-        },
+        "inputs": Inputs(
+            rigs=[dumps(rig) for rig in plan.rigs],
+            voxel_m=grid.voxel_m,
+            roi_m=list(grid.roi_m),
+            method=score.method,
+            reading=score.reading,
+            camera_weight=score.camera_weight,
+            body=score.body,
+            draws=plan.draws,
+            seed=plan.seed,
+            boxes=None if plan.scene.boxes is None else plan.scene.boxes.name,
+            requirements=plan.requirements_text,
+        ).model_dump(by_alias=True),
         "evaluation": evaluation_document(field, settings_of(score), evaluations),
         "targets": targets,
         "rigs": list(parts),
@@ -190,5 +212,4 @@ def differences(attached: Any, again: Any, where: str = "") -> list[str]:
 
 
 def _short(value: Any) -> str:
-    text = " ".join(repr(value).split())
-    return text if len(text) <= 80 else text[:77] + "..."
+    return shortened(" ".join(reprlib.repr(value).split()), 80)

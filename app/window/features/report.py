@@ -12,7 +12,9 @@ from pathlib import Path
 from PySide6.QtCore import QUrl
 from PySide6.QtGui import QDesktopServices
 
-from riglens.app.background.report import ReportJob, draw_report, make_report, print_report
+from riglens.app.background.report import PAGE, PDF, ReportJob, make_report
+from riglens.app.evaluation.options import ScoreOptions
+from riglens.app.evaluation.requests import fixed_options
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.compare import Compare
@@ -39,9 +41,9 @@ class Report(Feature):
     def __init__(self, bench: Workbench, compare: Compare) -> None:
         super().__init__(bench)
         self._compare = compare
-        self.work, self.draw, self.print, self.show_file = make_report, draw_report, print_report, show
+        self.work, self.show_file = make_report, show
         self.dialogs: dict[Path, ReportDialog] = {}
-        """The previews that are open, by their pages."""
+        """The previews that are open, by the folders of their files."""
         self.bind(report=bench.guarded(self.start))
         bench.closing.connect(self._clear)
 
@@ -60,34 +62,34 @@ class Report(Feature):
         scene = self.session.scene
         if scene is None:
             raise InputError("no box data are loaded: choose some in the Scene panel")
-        page = Path(tempfile.mkdtemp(prefix="riglens-report-")) / "report.html"
-        job = ReportJob(self.rigs(), scene.options, self.session.settings, page)
+        settings = self.session.settings
+        score = ScoreOptions(settings.method, settings.reading, settings.camera_weight, body=settings.body)
+        made = Path(tempfile.mkdtemp(prefix="riglens-report-"))
+        job = ReportJob(self.rigs(), fixed_options(scene), score, made)
         self.bench.tasks.run(
             "Report",
-            lambda progress: self.draw(self.work(job, progress), progress),
-            done=partial(self._preview, page),
-            ended=lambda: self._forget_unseen(page),
+            partial(self.work, job),
+            done=partial(self._preview, made),
+            ended=lambda: self._forget_unseen(made),
         )
 
-    def _preview(self, page: Path, pictures: Sequence[Path]) -> None:
+    def _preview(self, made: Path, pictures: Sequence[Path]) -> None:
         """Show what was made."""
         dialog = ReportDialog(pictures, self.bench.window)
-        self.dialogs[page] = dialog
-        dialog.browser_wanted.connect(lambda: self.show_file(page))
-        dialog.save_wanted.connect(self.bench.guarded(partial(self._save, page)))
-        dialog.finished.connect(lambda _: self._forget(page))
+        self.dialogs[made] = dialog
+        dialog.browser_wanted.connect(lambda: self.show_file(made / PAGE))
+        dialog.save_wanted.connect(self.bench.guarded(partial(self._save, made)))
+        dialog.finished.connect(lambda _: self._forget(made))
         dialog.show()
 
-    def _save(self, page: Path, suffix: str) -> None:
+    def _save(self, made: Path, suffix: str) -> None:
         folder = Path() if self.document.path is None else self.document.path.parent
         chosen = self.bench.dialogs.save_report(self.bench.window, folder / f"report{suffix}")
         if chosen is None:
             return
-        if chosen.suffix.lower() == ".pdf":
-            self.bench.tasks.run("PDF", lambda progress: self.print(page, chosen, progress), done=self._say)
-            return
-        with open(page, "rb") as made, atomic_write(chosen) as stream:
-            shutil.copyfileobj(made, stream)
+        name = PDF if chosen.suffix.lower() == ".pdf" else PAGE
+        with open(made / name, "rb") as source, atomic_write(chosen) as stream:
+            shutil.copyfileobj(source, stream)
         self._say(chosen)
 
     def _say(self, path: Path) -> None:
@@ -95,19 +97,19 @@ class Report(Feature):
             f"Report written: {path}", choices={"Show": partial(self.show_file, path)}
         )
 
-    def _forget_unseen(self, page: Path) -> None:
-        if page not in self.dialogs:
-            self._forget(page)
+    def _forget_unseen(self, made: Path) -> None:
+        if made not in self.dialogs:
+            self._forget(made)
 
-    def _forget(self, page: Path) -> None:
-        """Remove the folder of a page that was put away; a browser has read it by then."""
-        self.dialogs.pop(page, None)
-        shutil.rmtree(page.parent, ignore_errors=True)
+    def _forget(self, made: Path) -> None:
+        """Remove the folder of a report that was put away; a browser has read it by then."""
+        self.dialogs.pop(made, None)
+        shutil.rmtree(made, ignore_errors=True)
 
     def _clear(self) -> None:
-        for page, dialog in list(self.dialogs.items()):
+        for made, dialog in list(self.dialogs.items()):
             dialog.close()
-            self._forget(page)
+            self._forget(made)
 
 
 def show(path: Path) -> None:

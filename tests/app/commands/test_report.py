@@ -1,37 +1,47 @@
 """`riglens report`: one page without network, every number from the attached figures, which can be made again."""
 
+import copy
 import json
 import re
+import subprocess
+import sys
 import zlib
 from html import unescape
+from pathlib import Path
 
 import numpy as np
 import pytest
 from PySide6.QtCore import QSizeF
 
-from riglens.app.commands import main
-from riglens.app.rendering.pdf import keep_together, pdf_of, printable
-from riglens.app.studies import report_pdf
-from riglens.app.studies.report_card import first_text
-from riglens.app.studies.report_drawings import Label, labels
+from riglens.app.commands import main, report_job
+from riglens.app.commands.report_job import rendered
+from riglens.app.rendering.pdf import keep_together, printable
+from riglens.app.studies import report_reading
+from riglens.app.studies.report_document import Drawings, ReportDocument
+from riglens.app.studies.report_drawings import Label, labels, plans
 from riglens.app.studies.report_figures import differences
 from riglens.app.studies.report_page import (
-    _origin,
     at,
-    attached_figures,
+    first_text,
     number_text,
+    origin,
     percent,
     plain,
+    printed_page,
+    report_page,
     square_metres,
     thousand_nat,
 )
-from riglens.app.studies.report_pdf import figures_in_pdf
+from riglens.app.studies.report_reading import attached_figures, figures_in_pdf
+from riglens.app.terminal.scores import rig_called
 from riglens.core.engine.evaluation_json import to_text
 from riglens.core.errors import InputError
 from riglens.core.rig.presets import preset
+from riglens.widgets.viewport.still import png_of
 from tests.app.conftest import BOXES, SMALL_GRID
 
 NAME = '<script>alert("1")</script>'
+DOT = png_of(np.full((2, 2, 3), 255, np.uint8))
 REQUIRED = "riglens_requirements: 1\nbody: blocks\nblind_areas: [{height_m: 0.3, at_most_m2: 0}]\n"
 
 
@@ -86,7 +96,7 @@ def test_every_number_of_a_table_is_that_of_the_attached_figures_and_these_are_t
 ):
     out, words, boxes = made
     page = out.read_text("utf-8")
-    figures = attached_figures(page, "report.html")
+    figures = attached_figures(out.read_bytes(), "report.html")
     cells = re.findall(r'<td data-from="([^"]+)">([^<]*)</td>', page)
     assert len(cells) > 150
     for path, text in cells:
@@ -111,42 +121,219 @@ def test_every_number_of_a_table_is_that_of_the_attached_figures_and_these_are_t
     assert not figures["rigs"][0]["check"]["passes"] and "NOT MET" in page
 
 
-def test_verify_makes_the_figures_of_a_page_or_a_pdf_again_and_names_what_differs(
-    made, riglens, tmp_path, qapp
-):
+@pytest.fixture(scope="module")
+def document(made):
+    """The document of the report, with drawings that take no time."""
+    rigs = tuple(rig_called(str(name)) for name in made[1][1:3])
+    figures = attached_figures(made[0].read_bytes(), "report.html")
+    return ReportDocument(figures, rigs, [Drawings(DOT, DOT, plans(rig, None), {"rays": []}) for rig in rigs])
+
+
+def test_verify_makes_a_report_again_byte_for_byte(made, riglens):
     out, _, boxes = made
     same = riglens("report", "--verify", out, "--boxes", boxes)
     assert same.code == 0 and "every figure is the same" in same.out, same.err
-    figures = attached_figures(out.read_text("utf-8"), "a")
-    figures["rigs"][0]["blind"]["zones"][0]["share_seen_10m"] = 0.123
-    changed = tmp_path / "changed.pdf"  # a PDF brings its figures along, too
-    changed.write_bytes(pdf_of("<p>a page</p>", "a title", {"figures.json": to_text(figures).encode()}))
-    other = riglens("report", "--verify", changed, "--boxes", boxes)
-    assert other.code == 1 and "rigs[0].blind.zones[0].share_seen_10m: attached 0.123" in other.out
     said = riglens("report", "--verify", out)
     assert said.code == 2 and "name these data with --boxes" in said.err
 
 
-def test_the_same_as_a_pdf_holds_figures_and_rigs_and_is_the_same_twice(made, qapp):
-    out, _, _ = made
-    page, files = out.read_text("utf-8"), {"figures.json": b"{}", "rig1.yaml": b"riglens: 1"}
-    first = pdf_of(page, NAME, files)
-    assert first[:5] == b"%PDF-" and first == pdf_of(page, NAME, files)
-    assert first.count(b"/Type/Filespec") == 2 and "rig1.yaml".encode("utf-16-be") in first
-    assert len(re.findall(rb"/Type /Page\b", first)) >= 4
-    large = {"riglens_report": 1, "many": list(range(20_000))}
-    assert (
-        json.loads(figures_in_pdf(pdf_of("<p>", "", {"figures.json": to_text(large).encode()}), "a")) == large
+@pytest.fixture
+def made_again(monkeypatch, made, document):
+    """What `verify` makes again comes at once: the figures of the report, and the drawings of the document."""
+    monkeypatch.setattr(report_job, "report_of", lambda plan, progress: None)
+    monkeypatch.setattr(report_job, "document_of", lambda plan, report: copy.deepcopy(document))
+    return made[2]
+
+
+EDITS = {
+    "a digit of a cell": (rb">(\d+\.\d+ %)</td>", b">0.01 %</td>", "found .*0.01 %"),
+    "a verdict": (rb"NOT MET", b"met", "found .*>met<"),
+    "a sentence": (rb"Rays are straight", b"Rays are curved", "found <li>Rays are curved"),
+    "a script": (rb"const canvas", b"const kanvas", "found .*kanvas"),
+    "the end": (rb"</html>\n$", b"</html>", "found .*, made again "),
+}
+
+
+@pytest.mark.parametrize("edit", EDITS)
+def test_a_page_that_was_edited_by_hand_differs_and_the_place_is_named(
+    made_again, document, riglens, tmp_path, edit
+):
+    pattern, new, said = EDITS[edit]
+    page, changed = tmp_path / "report.html", rendered(document, ".html")
+    page.write_bytes(changed)
+    assert riglens("report", "--verify", page, "--boxes", made_again).code == 0
+    page.write_bytes(re.sub(pattern, new, changed, count=1))
+    found = riglens("report", "--verify", page, "--boxes", made_again)
+    assert found.code == 1 and re.search(rf"first at line \d+: {said}", found.out), found.out
+
+
+def test_a_figure_that_was_edited_is_named_by_its_path_whatever_the_file(
+    made_again, document, riglens, tmp_path, qapp
+):
+    figures = copy.deepcopy(document.figures)
+    figures["rigs"][0]["blind"]["zones"][0]["share_seen_10m"] = 0.123
+    edited = ReportDocument(figures, document.rigs, document.drawings)
+    for form in (".html", ".pdf", ".json"):
+        path = tmp_path / f"changed{form}"
+        path.write_bytes(rendered(document, form))
+        assert riglens("report", "--verify", path, "--boxes", made_again).code == 0
+        path.write_bytes(rendered(edited, form))
+        other = riglens("report", "--verify", path, "--boxes", made_again)
+        assert other.code == 1 and "rigs[0].blind.zones[0].share_seen_10m: attached 0.123" in other.out
+
+
+def test_a_page_of_a_pdf_that_was_edited_is_named(made_again, document, riglens, tmp_path, qapp):
+    path, content = tmp_path / "a.pdf", rendered(document, ".pdf")
+    (drawn,) = re.findall(rb"/Contents (\d+) 0 R", content)[:1]
+    start = content.index(b"\n" + drawn + b" 0 obj")
+    place = content.index(b"stream", start) + 20
+    path.write_bytes(content[:place] + bytes([content[place] ^ 1]) + content[place + 1 :])
+    found = riglens("report", "--verify", path, "--boxes", made_again)
+    assert found.code == 1 and "every attached figure is the same" in found.out and "page 1" in found.out
+
+
+WRONG = {
+    "inputs": [None, 7, []],
+    "rigs": [None, [], [3], {"a": 1}, "x", ["name: \ud800"]],
+    "voxel_m": ["0.5", None, -1.0, True],
+    "roi_m": [[1.0], "abc", [1.0, 2.0, None], [[], [], []], {}],
+    "method": ["magic", 1],
+    "reading": [[], None],
+    "lambda": ["x", -1.0],
+    "body": [3, "glass"],
+    "draws": [1.5, -1, 10**30, True, "2"],
+    "seed": [None, -1, 1 << 63],
+    "boxes": [[], {"a": 1}],
+    "requirements": [1, [], "riglens_requirements: 1\nnames: \ud800"],
+}
+
+
+@pytest.mark.parametrize("key", WRONG)
+def test_odd_values_among_the_inputs_of_a_report_are_refused_in_one_line(
+    made, document, riglens, tmp_path, key
+):
+    for value in WRONG[key]:
+        figures = copy.deepcopy(document.figures)
+        (figures if key == "inputs" else figures["inputs"])[key] = value
+        path = tmp_path / "odd.json"
+        path.write_text(json.dumps(figures))
+        said = riglens("report", "--verify", path, "--boxes", made[2]).refused()
+        assert "odd.json:" in said or key in ("voxel_m", "roi_m", "lambda"), (value, said)
+
+
+def test_odd_figures_beside_the_inputs_are_differences(made_again, document, riglens, tmp_path):
+    path = tmp_path / "odd.json"
+    for part, value in (
+        ("evaluation", 3),
+        ("targets", [[]]),
+        ("rigs", {"a": None}),
+        ("version", [[[[[[]]]]]]),
+    ):
+        path.write_text(json.dumps({**document.figures, part: value}))
+        found = riglens("report", "--verify", path, "--boxes", made_again)
+        assert found.code == 1 and f"{part}" in found.out and "differs" in found.out
+
+
+@pytest.mark.parametrize("named", ["{there}/car.stl", "../there/car.stl", "~/car.stl"])
+def test_verify_reads_no_mesh_outside_the_folder_of_a_page(
+    made, document, riglens, tmp_path, named, monkeypatch
+):
+    there, here = tmp_path / "there", tmp_path / "here"
+    there.mkdir(), here.mkdir()
+    (there / "car.stl").write_text("not a mesh")
+    monkeypatch.setenv("HOME", str(there))
+    figures = copy.deepcopy(document.figures)
+    rig = figures["inputs"]["rigs"][1]
+    figures["inputs"]["rigs"][1] = re.sub(r"body: sedan", f"body: {named.format(there=there)}", rig)
+    assert figures["inputs"]["rigs"][1] != rig
+    (here / "a.json").write_text(json.dumps(figures))
+    said = riglens("report", "--verify", here / "a.json", "--boxes", made[2]).refused()
+    assert f"{here / 'car.stl'}: no such file; name the folder" in said
+    asked = riglens("report", "--verify", here / "a.json", "--boxes", made[2], "--meshes", there).refused()
+    assert "no such file" not in asked and str(there / "car.stl") in asked
+
+
+HOSTILE = "<script>alert(1)</script>\"'>&{{ 7*7 }}{% x %}\ud800\u202e\x1b[31m\n<b>"
+
+
+def test_hostile_names_are_text_wherever_they_stand(document):
+    def renamed(value):
+        if isinstance(value, dict):
+            return {key: HOSTILE if key in NAMED else renamed(one) for key, one in value.items()}
+        return [renamed(one) for one in value] if isinstance(value, list) else value
+
+    figures = renamed(document.figures)
+    figures["evaluation"]["data"]["notes"] = [HOSTILE]
+    figures["inputs"] |= {"boxes": HOSTILE, "requirements": "riglens_requirements: 1"}
+    rigs = tuple(
+        rig.model_copy(
+            update={
+                "name": HOSTILE,
+                "sensors": tuple(
+                    sensor.model_copy(update={"name": HOSTILE, "model": HOSTILE, "fails_with": (HOSTILE,)})
+                    for sensor in rig.sensors
+                ),
+            }
+        )
+        for rig in document.rigs
     )
-    dates = re.findall(rb"/CreationDate \(D:(\d+)", first)
-    assert dates and set(dates[0]) == {ord("0")}
+    drawings = [Drawings(DOT, DOT, plans(rig, None), {"name": HOSTILE}) for rig in rigs]
+    hostile = ReportDocument(figures, rigs, drawings)
+    text, pictures = printed_page(hostile)
+    for shown in (report_page(hostile), text, *(pictures[f"plans{n}"].decode() for n in range(2))):
+        shown.encode("utf-8")
+        assert (
+            "<script>alert" not in shown
+            and "<b>" not in shown
+            and "\u202e" not in shown
+            and "\x1b" not in shown
+        )
+        assert "&lt;script&gt;alert(1)&lt;/script&gt;&#34;&#39;&gt;&amp;{{ 7*7 }}" in shown
+        assert "\\ud800" in shown and "\"'>" not in shown
+    scripts = re.findall(
+        r'<script type="application/json" id="figures">(.*?)</script>', report_page(hostile), re.S
+    )
+    assert json.loads(scripts[0]) == figures
 
 
-TABLE = (
-    '<div class="wide"><table><caption>Lost</caption><thead><tr><th></th><th class="left">pair</th><th>rear-right</th>'
-    "</tr></thead>{rows}</table></div>"
+NAMED = ("name", "title", "text", "source", "note", "unit", "relation", "sha256", "version")
+
+
+def test_the_same_as_a_pdf_holds_figures_and_rigs_and_is_the_same_twice(document, qapp, monkeypatch):
+    first = rendered(document, ".pdf")
+    monkeypatch.setenv("TZ", "Asia/Kolkata")
+    assert first[:5] == b"%PDF-" and first == rendered(document, ".pdf")
+    assert first.count(b"/Type/Filespec") == 3 and "rig1.yaml".encode("utf-16-be") in first
+    assert len(re.findall(rb"/Type /Page\b", first)) >= 4
+    assert attached_figures(first, "a.pdf") == document.figures
+    assert set(re.findall(rb"/(?:Creation|Mod)Date \(D:([^)]+)\)", first)) == {b"20000101000000Z"}
+    assert set(re.findall(rb'xmp:\w+Date="([^"]+)"', first)) == {b"2000-01-01T00:00:00+00:00"}
+
+
+def test_a_pdf_is_the_same_from_process_to_process(tmp_path):
+    program = (
+        "import hashlib; from riglens.app.rendering.pdf import pdf_of; "
+        "text = '<p>a <b>b</b> <i>c</i> <code>d</code></p><table><tr><td>e</td></tr></table>' * 3; "
+        "print(hashlib.sha256(pdf_of(text, {}, 'title', {'a.json': b'{}'})).hexdigest())"
+    )
+    found = {
+        subprocess.run([sys.executable, "-c", program], check=True, capture_output=True).stdout
+        for _ in range(3)
+    }
+    assert len(found) == 1
+
+
+STYLE = (
+    f"<style>{(Path(report_page.__code__.co_filename).parent / 'report' / 'print.css').read_text()}</style>"
 )
-ROW = '<tr><td>pedestrian</td><td class="left short">one + other</td><td data-from="a/b">12.34 %</td></tr>'
+TABLE = (
+    '<div><table><thead><tr><td colspan="3"><i>Lost</i></td></tr><tr><th align="left"></th><th align="left">pair</th>'
+    '<th align="right">rear-right</th></tr></thead>{rows}</table></div>'
+)
+ROW = (
+    '<tr><td>pedestrian</td><td class="left short">one + other</td>'
+    '<td align="right" class="short">12.34\u00a0%</td></tr>'
+)
 
 
 def pages(document, high):
@@ -162,7 +349,7 @@ def pages(document, high):
 def test_a_heading_is_never_left_alone_and_a_small_table_never_cut_where_a_pdf_is_printed(qapp, lines):
     high = 600.0
     page = "<p>line</p>" * lines + "<h3>Redundancy</h3><p>A remark.</p>" + TABLE.format(rows=ROW * 9)
-    document = printable(page)
+    document = printable(STYLE + page, {})
     document.setPageSize(QSizeF(500.0, high))
     keep_together(document)
     found = pages(document, high)
@@ -172,7 +359,7 @@ def test_a_heading_is_never_left_alone_and_a_small_table_never_cut_where_a_pdf_i
 
 
 def test_names_of_columns_are_repeated_on_each_page_of_a_long_table_and_no_word_is_broken(qapp):
-    document = printable(TABLE.format(rows=ROW * 90))
+    document = printable(STYLE + TABLE.format(rows=ROW * 90), {})
     document.setPageSize(QSizeF(500.0, 600.0))
     keep_together(document)
     (table,) = document.rootFrame().childFrames()
@@ -184,7 +371,7 @@ def test_names_of_columns_are_repeated_on_each_page_of_a_long_table_and_no_word_
 
 
 def test_origins_of_models_are_told_in_one_line():
-    assert "unverified" in _origin("waymo-top") and "\n" not in _origin("waymo-top")
+    assert "unverified" in origin("waymo-top") and "\n" not in origin("waymo-top")
 
 
 @pytest.mark.parametrize(
@@ -195,6 +382,7 @@ def test_origins_of_models_are_told_in_one_line():
         (("Center", "--out", "a.docx"), "accepted are .html and .pdf"),
         (("Center", "--out", "a.html", "--draws", "-1"), "--draws: found -1"),
         (("--verify", "missing.html"), "cannot be read"),
+        (("Center", "--out", "a.html", "--meshes", "there"), "--meshes belongs to --verify"),
         (("Center", "--verify", "a.html"), "it brings its own"),
     ],
 )
@@ -209,29 +397,30 @@ def test_what_is_no_report_is_refused(riglens, tmp_path, text):
     assert "a.html: " in riglens("report", "--verify", path).refused()
 
 
-def pdf_with(stream: bytes, entries: bytes = b"/Filter /FlateDecode", name: str = "figures.json") -> bytes:
+def pdf_with(stream: bytes) -> bytes:
     """As much of a PDF with an attachment as is read."""
-    spec = b"/F (" + ("\ufeff" + name).encode("utf-16-be") + b")\n/EF <</F 7 0 R>>"
-    held = b"\n7 0 obj\n<<\n/Length 8 0 R\n" + entries + b"\n>>\nstream\n" + stream + b"\nendstream"
-    return b"%PDF-1.4" + held + b"\n8 0 obj\n%d\nendobj\n" % len(stream) + spec
+    return (
+        b"%PDF-1.4\n6 0 obj\n<<>>\nstream\nno stream of zlib\n7 0 obj\n<<>>\nstream\r\n"
+        + stream
+        + b"\nendstream"
+    )
 
 
 def test_figures_in_a_pdf_that_is_wrong_are_told_and_no_bomb_is_unpacked(monkeypatch):
-    good = zlib.compress(b"{}")
-    assert figures_in_pdf(pdf_with(good), "a.pdf") == "{}"
-    assert figures_in_pdf(pdf_with(b"{}", b""), "a.pdf") == "{}"
+    figures = to_text({"riglens_report": 1, "many": list(range(1000))})
+    good = zlib.compress(figures.encode())
+    assert figures_in_pdf(pdf_with(good), "a.pdf") == figures
     wrong = {
-        "found no attached figures.json": pdf_with(good, name="other.json"),
-        "is damaged": pdf_with(b"no stream of zlib"),
-        "cannot be read; save the attachment": pdf_with(good).replace(b"8 0 obj", b"9 0 obj"),
-        "cannot be read": pdf_with(good).replace(b"\n%d\nendobj" % len(good), b"\n99999\nendobj"),
+        "found no attached figures.json": (b"", b"no zlib", zlib.compress(b"{}")),
+        "are damaged": (good[: len(good) // 2], good[:100] + b"\0" * 9 + good[109:]),
     }
-    for said, content in wrong.items():
-        with pytest.raises(InputError, match=f"^a.pdf: .*{said}"):
-            figures_in_pdf(content, "a.pdf")
-    monkeypatch.setattr(report_pdf, "MAX_FIGURES_BYTES", 1000)
+    for said, streams in wrong.items():
+        for stream in streams:
+            with pytest.raises(InputError, match=f"^a.pdf: .*({said}|found no attached)"):
+                attached_figures(pdf_with(stream), "a.pdf")
+    monkeypatch.setattr(report_reading, "MAX_FIGURES_BYTES", 1000)
     with pytest.raises(InputError, match=r"larger than 0\.001 MB"):
-        figures_in_pdf(pdf_with(zlib.compress(b"0" * 1001)), "a.pdf")
+        figures_in_pdf(pdf_with(good), "a.pdf")
 
 
 def test_labels_of_plans_do_not_meet_and_pairs_that_are_one_in_a_plan_share_one():

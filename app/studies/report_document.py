@@ -1,0 +1,52 @@
+"""A report as one frozen document: its figures and the drawings made from them, which page and PDF render alike."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from riglens.app.studies.blind_chart import blind_figure
+from riglens.app.studies.card_chart import card_figure
+from riglens.app.studies.pictures import picture
+from riglens.app.studies.report_drawings import Plans, plans, view_data
+from riglens.app.studies.report_figures import Report, ReportPlan
+from riglens.core.rig.model import Rig
+
+
+@dataclass(frozen=True)
+class Drawings:
+    """What is drawn of one rig: charts as PNG, plans, and the data of the view that turns."""
+
+    card_png: bytes
+    blind_png: bytes
+    plans: Plans
+    view: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class ReportDocument:
+    """The figures as plain data, and rigs and drawings in their order."""
+
+    figures: dict[str, Any]
+    rigs: tuple[Rig, ...]
+    drawings: Sequence[Drawings]
+
+    @property
+    def title(self) -> str:
+        """The names of the rigs."""
+        return ", ".join(rig.name for rig in self.rigs)
+
+
+def document_of(plan: ReportPlan, report: Report) -> ReportDocument:
+    """Draw what belongs to the figures of a report."""
+    drawings = tuple(
+        Drawings(
+            card_png=picture(card_figure(card)),
+            blind_png=picture(blind_figure(found, "any", 1)),
+            plans=plans(rig, mesh),
+            view=view_data(rig, mesh),
+        )
+        for rig, mesh, found, card in zip(plan.rigs, plan.meshes, report.maps, report.cards, strict=True)
+    )
+    return ReportDocument(report.figures, plan.rigs, drawings)

@@ -1,0 +1,132 @@
+"""Reading a report back: the figures that a page or a PDF carries, and where two of them differ.
+
+Foreign files may be anything: nothing is executed, sizes have limits, and what is not found is told.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import zlib
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from riglens.app.studies.report_figures import Inputs
+from riglens.core.errors import InputError
+from riglens.core.files import open_regular
+from riglens.core.rig.model import FORMAT_VERSION
+from riglens.core.rig.yaml.nodes import shortened
+
+FIGURES_NAME = "figures.json"
+MAX_BYTES = MAX_FIGURES_BYTES = 200_000_000
+_ACCEPTED = "a page or PDF made by riglens report"
+FIGURES_START = b'{\n "riglens_report": '
+_AROUND, _HEAD = 60, 1000
+
+
+def read_report(path: Path) -> bytes:
+    """Return what a page, a PDF or its attachment holds; InputError where it cannot be read or is too large."""
+    try:
+        with open_regular(path, _ACCEPTED) as stream:
+            content = stream.read(MAX_BYTES + 1)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}; accepted is {_ACCEPTED}") from error
+    if len(content) > MAX_BYTES:
+        raise InputError(f"{path}: larger than {MAX_BYTES / 1e6:g} MB; accepted is {_ACCEPTED}")
+    return content
+
+
+def form_of(content: bytes) -> str:
+    """Tell by its first bytes what a report is: .pdf, .html, or .json for the attachment of a PDF on its own."""
+    if content.startswith(b"%PDF-"):
+        return ".pdf"
+    return ".json" if content.lstrip()[:1] == b"{" else ".html"
+
+
+def attached_figures(content: bytes, where: str) -> dict[str, Any]:
+    """Return the figures of a report; InputError when there are none."""
+    form = form_of(content)
+    text = figures_in_pdf(content, where) if form == ".pdf" else content.decode("utf-8", errors="replace")
+    if form == ".html":
+        begin = text.find('<script type="application/json" id="figures">')
+        end = text.find("</script>", begin)
+        if begin < 0 or end < 0:
+            raise InputError(f"{where}: found no attached figures; accepted is a page made by riglens report")
+        text = text[text.index(">", begin) + 1 : end]
+    try:
+        found = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{where}: the attached figures are damaged") from error
+    if not isinstance(found, dict) or found.get("riglens_report") != FORMAT_VERSION:
+        raise InputError(
+            f"{where}: found no report of version {FORMAT_VERSION}, which is what this program reads"
+        )
+    return found
+
+
+def inputs_of(figures: dict[str, Any], where: str) -> Inputs:
+    """Return what a report was made of; InputError that names the first field that is wrong."""
+    try:
+        return Inputs.model_validate(figures.get("inputs"))
+    except ValidationError as error:
+        first = error.errors()[0]
+        field = ".".join(map(str, ("inputs", *first["loc"])))
+        raise InputError(f"{where}: {shortened(field)}: {shortened(first['msg'], 200)}") from error
+
+
+def first_difference(content: bytes, again: bytes) -> str | None:
+    """Return where the bytes of a report differ from those made again, and what is there; None where they do not."""
+    if content == again:
+        return None
+    pairs = enumerate(zip(content, again, strict=False))
+    here = next((n for n, (one, other) in pairs if one != other), min(len(content), len(again)))
+    if form_of(content) == ".pdf":
+        return f"byte {here}, {_part_of_pdf(content, here)}"
+    line = content.count(b"\n", 0, here) + 1
+    return f"line {line}: found {_around(content, here)}, made again {_around(again, here)}"
+
+
+def _around(content: bytes, here: int) -> str:
+    """The end of the line before a place, and some of what follows."""
+    begin = max(content.rfind(b"\n", 0, here) + 1, here - _AROUND)
+    return shortened(
+        content[begin : here + _AROUND].split(b"\n")[0].decode("utf-8", errors="replace"), 2 * _AROUND
+    )
+
+
+def _part_of_pdf(content: bytes, here: int) -> str:
+    """The page, or another object of a PDF, in which a place lies."""
+    heads = re.findall(rb"[\r\n](\d{1,9}) 0 obj", content[:here])
+    if not heads:
+        return "its head"
+    pages = re.findall(rb"/Type /Page\b[^>]{0,500}?/Contents (\d{1,9}) 0 R", content)
+    return f"page {pages.index(heads[-1]) + 1}" if heads[-1] in pages else f"object {heads[-1].decode()}"
+
+
+def figures_in_pdf(content: bytes, where: str) -> str:
+    """Return the text of the attached figures; InputError when there are none that this program wrote.
+
+    Qt packs what it attaches: the figures are the stream that begins as they do.
+    """
+    for found in re.finditer(rb"stream\r?\n", content):
+        with suppress(zlib.error):
+            head = content[found.end() : found.end() + _HEAD]
+            if zlib.decompressobj().decompress(head, len(FIGURES_START)) == FIGURES_START:
+                return _unpacked(content[found.end() :], where).decode("utf-8", errors="replace")
+    raise InputError(
+        f"{where}: found no attached {FIGURES_NAME}; accepted is a PDF made by riglens report. If a PDF viewer shows "
+        f"that attachment, save it and verify that"
+    )
+
+
+def _unpacked(packed: bytes, where: str) -> bytes:
+    unpacker = zlib.decompressobj()
+    text = unpacker.decompress(packed, MAX_FIGURES_BYTES)
+    if unpacker.unconsumed_tail and not unpacker.eof:
+        raise InputError(
+            f"{where}: the attached {FIGURES_NAME} is larger than {MAX_FIGURES_BYTES / 1e6:g} MB"
+        )
+    return text
