@@ -55,7 +55,9 @@ def in_the_sources() -> dict[tuple[str, str], float]:
 def modules() -> dict[str, Path]:
     """Return the files of the three rooms by the names of their modules."""
     files = (path for room in ROOMS for path in sorted((REPOSITORY / "core" / room).rglob("*.py")))
-    return {".".join(("riglens", *path.relative_to(REPOSITORY).with_suffix("").parts)): path for path in files}
+    return {
+        ".".join(("riglens", *path.relative_to(REPOSITORY).with_suffix("").parts)): path for path in files
+    }
 
 
 def _assigned(tree: ast.Module) -> list[str]:
