@@ -10,7 +10,7 @@ from riglens.core.engine.audit import RigAudit, SensorAudit, audit_document
 from riglens.core.engine.engine import Evaluation
 from riglens.core.engine.evaluation_json import evaluation_document
 from riglens.core.metric.entropy import EntropyField
-from riglens.core.metric.scores import ClassScores
+from riglens.core.metric.scores import ClassScores, KindScore
 from riglens.core.rig.model import Rig
 from riglens.core.targets.object_table import object_table
 from riglens.core.targets.scores import ClassTargets, TargetScores
@@ -23,7 +23,8 @@ class ClassResult:
     """Score of a rig for one class: entropies in nats, shares from 0 to 1.
 
     `seen` is the share of the entropy `h_total` that any sensor sees, `seen_camera` and `seen_lidar` those of the
-    cameras and of the LiDARs. S-MS (`s_ms`) falls as a rig sees more.
+    cameras and of the LiDARs, `by_kind` the scores of each kind of sensor by name. S-MS (`s_ms`)
+    falls as a rig sees more.
     """
 
     h_total: float
@@ -33,13 +34,14 @@ class ClassResult:
     s_ms: float
     s_mig_camera: float
     s_mig_lidar: float
+    by_kind: Mapping[str, KindScore]
 
     @classmethod
     def _of(cls, scores: ClassScores) -> Self:
         camera, lidar = scores.camera, scores.lidar
         return cls(
             *(scores.h_total, scores.any_seen, camera.seen, lidar.seen, scores.s_ms),
-            *(camera.s_mig, lidar.s_mig),
+            *(camera.s_mig, lidar.s_mig, scores.kinds),
         )
 
 

@@ -93,11 +93,9 @@ HOUSE = (
             ),
             (Room("metric", "entropy, S-MIG, S-MS, seen"), Room("sensing", "rays and lenses")),
             (Room("scene", "grid, boxes, POG"), Room("vehicle", "meshes of bodies")),
-            (
-                Room("kernels", "compiled loops"),
-                Room("rig", "sensors, YAML, history, library"),
-                Room("pieces", "resumable work, Dask"),
-            ),
+            (Room("rig", "rigs, YAML, history, library"),),
+            (Room("sensors", "each kind in one file: fields, rays, hits"),),
+            (Room("kernels", "compiled loops"), Room("pieces", "resumable work, Dask")),
         ),
     ),
     Floor(

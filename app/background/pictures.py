@@ -12,7 +12,7 @@ from PySide6.QtCore import QObject
 from riglens.app.background.worker import CLOSE_S, BackgroundWorker, Context
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.requests import LoadedScene
-from riglens.core.rig.model import Camera, Lidar
+from riglens.core.rig.model import Camera, Lidar, Sensor
 from riglens.core.vehicle.solid import CarBody
 from riglens.core.view.camera_picture import CameraPicture, camera_picture
 from riglens.core.view.frames import FrameBoxes, FrameStore
@@ -26,7 +26,7 @@ TOO_MANY = "Of this data set only the first {count:,} frames can be shown here: 
 class PictureRequest:
     """What to draw."""
 
-    sensor: Lidar | Camera
+    sensor: Sensor
     frame: int
     scene: LoadedScene
     body: CarBody
@@ -68,6 +68,7 @@ class FramePictures:
         if isinstance(sensor, Camera):
             grid = request.scene.field.grid
             return SensorPicture(camera_picture(sensor, grid, boxes, solid), note)
+        assert isinstance(sensor, Lidar)
         return SensorPicture(range_image(sensor, boxes, solid), note)
 
     def _boxes(self, request: PictureRequest, context: Context[SensorPicture]) -> tuple[FrameBoxes, str]:

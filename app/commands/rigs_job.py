@@ -7,8 +7,9 @@ import math
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import singledispatch
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from rich import box
 from rich.console import Console
@@ -24,14 +25,12 @@ from riglens.core.formats.opening import open_rig
 from riglens.core.formats.report import Report
 from riglens.core.geometry import Pose, Vec3
 from riglens.core.rig.library import Cuboid, Entry, Library, default_library
-from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
+from riglens.core.rig.model import Camera, Lidar, Rig, Sensor
 from riglens.core.rig.presets import PRESETS, find_preset, preset
 from riglens.core.rig.yaml.file import dumps
-from riglens.core.sensing.camera import field_of_view_deg
+from riglens.core.sensors.registry import AnyKind, kind_of, kinds
 
 WIDTH = 100
-Kind = Literal["lidar", "camera"]
-_TITLES = {"lidar": "LiDARs", "camera": "Cameras"}
 _ANGLES_A_LINE = 8
 
 
@@ -125,7 +124,7 @@ def _read_rig(job: Conversion) -> tuple[Rig, Report | None]:
 # ---------------------------------------------------------------- riglens library
 
 
-def library(name: str | None, kind: Kind | None, as_json: bool) -> None:
+def library(name: str | None, kind: str | None, as_json: bool) -> None:
     """Print one model, or those of a kind, or all; InputError for an unknown name."""
     models = default_library()
     entries = models.entries(kind) if name is None else (models.entry(name),)
@@ -138,24 +137,25 @@ def library(name: str | None, kind: Kind | None, as_json: bool) -> None:
         _print(_lines(entries[0], models))
 
 
-def _list(library: Library, kind: Kind | None) -> None:
+def _list(library: Library, kind: str | None) -> None:
     console = _console()
-    for number, shown in enumerate(("lidar", "camera") if kind is None else (kind,)):
+    for number, shown in enumerate(found for found in kinds() if kind in (None, found.name)):
         if number:
             console.print()
         console.print(_table(library, shown))
     console.print("\n`riglens library NAME` shows every figure of a model and where it comes from.")
 
 
-def _table(library: Library, kind: Kind) -> Table:
+def _table(library: Library, kind: AnyKind) -> Table:
     """The models of a kind, maker by maker."""
-    rays = "beams" if kind == "lidar" else "pixels"
-    table = Table(title=_TITLES[kind], title_justify="left", title_style="bold", box=None, pad_edge=False)
+    table = Table(
+        title=_title(kind.plural), title_justify="left", title_style="bold", box=None, pad_edge=False
+    )
     table.add_column("model", no_wrap=True)
     table.add_column("what it is")
-    for heading in (rays, "field of view", "range"):
+    for heading in (kind.size[0], "field of view", "range"):
         table.add_column(heading, justify="right", no_wrap=True)
-    for maker, entries in library.by_maker(kind).items():
+    for maker, entries in library.by_maker(kind.name).items():
         table.add_row(Text(maker, "bold"))
         for entry in entries:
             what = entry.title.removeprefix(f"{maker} ")
@@ -167,21 +167,12 @@ def _table(library: Library, kind: Kind) -> Table:
 def _figures(entry: Entry) -> tuple[str, str, str]:
     """Beams or pixels, field of view, range."""
     sensor = entry.sensor(entry.name, Pose())
-    wide, high = view_deg(sensor)
-    rays = f"{sensor.beam_count}" if isinstance(sensor, Lidar) else f"{sensor.image[0]} × {sensor.image[1]}"
-    return rays, f"{wide:.4g}° × {high:.3g}°", _range(sensor)
+    kind = kind_of(sensor)
+    wide, high = kind.view_deg(sensor)
+    return kind.size[1](sensor), f"{wide:.4g}° × {high:.3g}°", _range(sensor)
 
 
-def view_deg(sensor: Lidar | Camera) -> tuple[float, float]:
-    """Horizontal and vertical field of view in degrees."""
-    if isinstance(sensor, Camera):
-        return field_of_view_deg(sensor)
-    turn, beams = sensor.azimuths_deg, sensor.elevations()
-    wide = turn.to - turn.from_ if isinstance(turn, EvenAngles) else max(turn) - min(turn)
-    return wide, float(beams.max() - beams.min())
-
-
-def _range(sensor: Lidar | Camera) -> str:
+def _range(sensor: Sensor) -> str:
     low, high = sensor.range_m
     return f"{low:g}–{high:g} m" if math.isfinite(high) else "–"
 
@@ -189,7 +180,7 @@ def _range(sensor: Lidar | Camera) -> str:
 def _lines(entry: Entry, library: Library) -> Iterator[tuple[str, str]]:
     """Captions and values of everything that an entry says."""
     sensor = entry.sensor(entry.name, Pose())
-    yield "model", f"{entry.name} ({_TITLES[entry.kind][:-1]})"
+    yield "model", f"{entry.name} ({_title(kind_of(sensor).title)})"
     yield "title", entry.title
     yield "maker", entry.maker
     yield "source", entry.source
@@ -200,7 +191,7 @@ def _lines(entry: Entry, library: Library) -> Iterator[tuple[str, str]]:
     yield "file", library.origins[entry.name]
     if entry.body_m is not None:
         yield "body", _body(entry)
-    yield from _lidar_lines(entry, sensor) if isinstance(sensor, Lidar) else _camera_lines(entry, sensor)
+    yield from _own_lines(sensor, entry)
     yield "range", _range(sensor)
     for share, metres in entry.range_anchors():
         yield "", f"{metres:g} m at {100 * share:g} % reflectivity"
@@ -214,9 +205,20 @@ def _body(entry: Entry) -> str:
     return f"{body.diameter * 1e3:g} mm across, {body.height * 1e3:g} mm high"
 
 
-def _lidar_lines(entry: Entry, lidar: Lidar) -> Iterator[tuple[str, str]]:
+@singledispatch
+def _own_lines(sensor: Sensor, _: Entry) -> Iterator[tuple[str, str]]:
+    """Captions and values of what only sensors of this kind have."""
+    return iter(kind_of(sensor).summary(sensor))
+
+
+def _title(words: str) -> str:
+    return words[:1].upper() + words[1:]
+
+
+@_own_lines.register
+def _lidar_lines(lidar: Lidar, entry: Entry) -> Iterator[tuple[str, str]]:
     azimuths = lidar.azimuths()
-    wide, high = view_deg(lidar)
+    wide, high = kind_of(lidar).view_deg(lidar)
     yield "field of view", f"{wide:.4g}° × {high:.4g}°"
     yield "azimuths", f"{azimuths.size} from {azimuths[0]:g}° in steps of {wide / azimuths.size:.4g}°"
     for rate, step in (entry.azimuth_step_deg or {}).items():
@@ -233,8 +235,9 @@ def _columns(words: Sequence[str]) -> Iterator[str]:
         yield "".join(f"{word:>9}" for word in words[start : start + _ANGLES_A_LINE])
 
 
-def _camera_lines(entry: Entry, camera: Camera) -> Iterator[tuple[str, str]]:
-    wide, high = view_deg(camera)
+@_own_lines.register
+def _camera_lines(camera: Camera, entry: Entry) -> Iterator[tuple[str, str]]:
+    wide, high = kind_of(camera).view_deg(camera)
     fx, fy, cx, cy = camera.intrinsics_px()
     yield "image", f"{camera.image[0]} × {camera.image[1]} pixels"
     yield "field of view", f"{wide:.4g}° × {high:.4g}°"

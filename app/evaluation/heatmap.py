@@ -50,15 +50,13 @@ def needs_seen(mode: HeatMode) -> bool:
 
 def seen_by(by: SeenBy, engine: Engine, evaluation: Evaluation) -> Words:
     """Return the voxels seen in the evaluation that the engine has just made; call it on the engine's thread."""
-    camera, lidar = evaluation.seen_camera, evaluation.seen_lidar
     if by in ("twice", "thrice"):
         levels = covered_at_least(engine, evaluation.rig, evaluation.settings.method)
         many: Words = levels[1 if by == "twice" else 2]
         return many
     if by == "kinds":
-        both: Words = camera & lidar
-        return both
-    return seen_words(evaluation) if by == "any" else camera if by == "camera" else lidar
+        return evaluation.seen_by_two_kinds()
+    return seen_words(evaluation) if by == "any" else evaluation.seen[by]
 
 
 def marks_of(evaluation: Evaluation) -> VoxelMarks:
@@ -68,8 +66,7 @@ def marks_of(evaluation: Evaluation) -> VoxelMarks:
 
 def seen_words(evaluation: Evaluation) -> Words:
     """The voxels that any sensor sees."""
-    words: Words = evaluation.seen_camera | evaluation.seen_lidar
-    return words
+    return evaluation.seen_by_any()
 
 
 def marks_for(mode: HeatMode, engine: Engine, evaluation: Evaluation) -> VoxelMarks:

@@ -24,7 +24,7 @@ from riglens.core.rig.edits import (
 )
 from riglens.core.rig.groups import Alignment, aligned, spaced
 from riglens.core.rig.history import Edit, Marks, describe
-from riglens.core.rig.model import MAX_SENSORS, Camera, Lidar, Rig
+from riglens.core.rig.model import MAX_SENSORS, Rig, Sensor
 from riglens.core.rig.yaml.file import RigFile
 
 DUPLICATE_OFFSET_M = 0.2
@@ -96,7 +96,7 @@ class Document(OpenRig):
             self.choose(self._selection)
             self._rig_moved_on()
 
-    def replace_sensor(self, name: str, sensor: Lidar | Camera) -> None:
+    def replace_sensor(self, name: str, sensor: Sensor) -> None:
         """Exchange one sensor; a new name takes selection and visibility along, InputError when taken."""
         self.cancel_drag()
         self._refuse_locked((name,))
@@ -117,7 +117,7 @@ class Document(OpenRig):
         hidden = self.hidden - {name} | {new_name} if name in self.hidden else self.hidden
         return Marks(hidden, self.locked)
 
-    def replace_sensors(self, changes: Mapping[str, Lidar | Camera]) -> None:
+    def replace_sensors(self, changes: Mapping[str, Sensor]) -> None:
         """Exchange sensors as one step, InputError when one of them is locked; a single one may get a new name."""
         if len(changes) == 1:
             self.replace_sensor(*next(iter(changes.items())))
@@ -154,7 +154,7 @@ class Document(OpenRig):
         word = "enable" if enabled else "disable"
         self.apply(with_enabled(self.rig, names, enabled), f"{word} {list_text(names)}")
 
-    def add(self, sensor: Lidar | Camera) -> str:
+    def add(self, sensor: Sensor) -> str:
         """Append a sensor under a free name and select it; returns the name."""
         self.cancel_drag()
         if len(self.rig.sensors) >= MAX_SENSORS:
@@ -173,7 +173,7 @@ class Document(OpenRig):
         self.choose(copies)
         return copies
 
-    def paste(self, sensors: Sequence[Lidar | Camera]) -> None:
+    def paste(self, sensors: Sequence[Sensor]) -> None:
         """Add sensors of elsewhere under free names and select them; beside those that stand there already."""
         self.cancel_drag()
         rig, names = pasted(self.rig, sensors, DUPLICATE_OFFSET_M)

@@ -16,7 +16,7 @@ from riglens.core.geometry import Pose
 from riglens.core.rig.edits import list_text, partner_of, with_enabled
 from riglens.core.rig.groups import posed
 from riglens.core.rig.history import Edit, History, Marks
-from riglens.core.rig.model import Camera, Lidar, Rig, Vehicle
+from riglens.core.rig.model import Rig, Sensor, Vehicle
 from riglens.core.rig.yaml.file import RigFile, load_rig, new_rig_file
 
 Names = tuple[str, ...]
@@ -156,7 +156,7 @@ class OpenRig(QObject):
         """Name of the current sensor, which gizmo and inspector edit; None when nothing is selected."""
         return self._selection[-1] if self._selection else None
 
-    def selected_sensor(self) -> Lidar | Camera | None:
+    def selected_sensor(self) -> Sensor | None:
         """The current sensor, None when nothing is selected."""
         return self.rig.sensor(self.selected) if self.selected is not None else None
 

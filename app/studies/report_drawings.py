@@ -14,8 +14,8 @@ from scipy.spatial import ConvexHull
 
 from riglens.core.rig.model import Camera, Rig
 from riglens.core.sensing.body_ends import body_ends
-from riglens.core.sensing.camera import field_of_view_deg
 from riglens.core.sensing.rays import sensor_rays
+from riglens.core.sensors.camera import field_of_view_deg
 from riglens.core.vehicle.body import body_parts
 from riglens.core.vehicle.mesh import BodyMesh
 from riglens.core.vehicle.solid import CarBody

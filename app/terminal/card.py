@@ -50,7 +50,7 @@ def _table(card: Card) -> Table:
     rows = list(dict.fromkeys((row.cls, row.heading_deg) for row in card.rows))
     for cls, heading in rows:
         mine = [row for row in card.rows if (row.cls, row.heading_deg) == (cls, heading)]
-        for kind in ("lidar", "camera"):
+        for kind in mine[0].reaches:
             table.add_row(f"{cls} {HEADINGS[heading]}, {kind}", *_cells(card, mine, kind))
     return table
 
@@ -58,7 +58,7 @@ def _table(card: Card) -> Table:
 def _cells(card: Card, rows: list[CardRow], kind: str) -> Iterator[str]:
     ahead = ""
     for row in rows:
-        reach = row.lidar if kind == "lidar" else row.camera
+        reach = row.reaches[kind]
         yield reach_text(reach, card.plan.to_m)
         ahead = ahead or stop_text(card.stops_from_kmh(row, reach))
     yield ahead

@@ -192,4 +192,4 @@ def _lost(
 def _seen_nat(scores: Scores, cls: str, sensor: Sensor) -> float:
     """The entropy that a sensor on its own sees: minus its S-MIG in the reading `covered`."""
     found = scores.classes[cls]
-    return -(found.camera if sensor.kind == "camera" else found.lidar).s_mig
+    return -found.kinds[sensor.kind].s_mig

@@ -12,7 +12,7 @@ from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Method
 from riglens.core.rig.model import Sensor
 from riglens.core.sensing.body_ends import NO_VOID, Shadow, barrier_shadow
-from riglens.core.sensing.rays import Lattice
+from riglens.core.sensors.lattice import Lattice
 from riglens.core.vehicle.solid import Barrier
 
 INSET_M = 1e-6

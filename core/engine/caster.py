@@ -9,6 +9,7 @@ those that meet something informative before they end are walked one by one (see
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import singledispatch, singledispatchmethod
 from typing import NamedTuple
 
 import numpy as np
@@ -45,7 +46,8 @@ from riglens.core.metric.scores import Method
 from riglens.core.rig.model import Camera, Lidar, Sensor
 from riglens.core.scene.columns import Words, words_per_column
 from riglens.core.sensing.rational_walk import walk_rational
-from riglens.core.sensing.rays import Lattice, lattice, sensor_rays
+from riglens.core.sensing.rays import lattice, sensor_rays
+from riglens.core.sensors.lattice import Lattice
 from riglens.core.vehicle.solid import Barrier
 
 RAYS_PER_CHUNK = 1 << 15
@@ -74,6 +76,21 @@ class Window(NamedTuple):
             min(self.first_word, other.first_word),
             max(self.end_word, other.end_word),
         )
+
+
+@singledispatch
+def _outermost(_: Sensor) -> NDArray[np.float64] | None:
+    """Directions (n, 3) in the vehicle frame between which all rays of a sensor lie; None where that is unknown."""
+    return None
+
+
+@_outermost.register
+def _outermost_of_image(camera: Camera) -> NDArray[np.float64] | None:
+    if camera.distortion is not None:
+        return outermost_directions(camera)
+    columns, rows = camera.cast
+    corners = [row * columns + column for row in (0, rows - 1) for column in (0, columns - 1)]
+    return sensor_rays(camera, np.array(corners)).directions
 
 
 def never_stale() -> bool:
@@ -114,21 +131,38 @@ class Caster:
         """Rays without ends of their own, in the quickest way that serves them."""
         if method == "exact" and is_upright(rays.rotation) and is_plain(rays):
             return self._mark_fan(rays, window, marks, is_stale)
-        if method == "exact" and isinstance(sensor, Lidar):
-            parts = by_offset(sensor, rays) if is_upright(rays.rotation) else []
-            if parts:
-                return all(self._mark_fan(part, window, marks, is_stale) for part in parts)
-            sheets = make_sheets(sensor, rays)
-            if sheets is not None:
-                return self._mark_sheets(sheets, marks, is_stale)
-        if method == "exact" and isinstance(sensor, Camera):
-            frustum = make_frustum(sensor, rays)
-            if frustum is not None:
-                return self._mark_frustum(frustum, rays, window, marks, is_stale)
-            mesh = make_mesh(sensor, rays)
-            if mesh is not None:
-                return self._mark_mesh(mesh, rays, window, marks, is_stale)
+        if method == "exact":
+            done = self._mark_quickly(sensor, rays, window, marks, is_stale)
+            if done is not None:
+                return done
         return self._mark_rays(rays, marks, is_stale)
+
+    @singledispatchmethod
+    def _mark_quickly(
+        self, _sensor: Sensor, _rays: Cast, _window: Window, _marks: Words, _is_stale: IsStale
+    ) -> bool | None:
+        """In a way that only serves some sensors; None where there is no such way."""
+        return None
+
+    @_mark_quickly.register
+    def _mark_beams(
+        self, lidar: Lidar, rays: Cast, window: Window, marks: Words, is_stale: IsStale
+    ) -> bool | None:
+        parts = by_offset(lidar, rays) if is_upright(rays.rotation) else []
+        if parts:
+            return all(self._mark_fan(part, window, marks, is_stale) for part in parts)
+        sheets = make_sheets(lidar, rays)
+        return None if sheets is None else self._mark_sheets(sheets, marks, is_stale)
+
+    @_mark_quickly.register
+    def _mark_image(
+        self, camera: Camera, rays: Cast, window: Window, marks: Words, is_stale: IsStale
+    ) -> bool | None:
+        frustum = make_frustum(camera, rays)
+        if frustum is not None:
+            return self._mark_frustum(frustum, rays, window, marks, is_stale)
+        mesh = make_mesh(camera, rays)
+        return None if mesh is None else self._mark_mesh(mesh, rays, window, marks, is_stale)
 
     @property
     def field(self) -> EntropyField:
@@ -140,14 +174,8 @@ class Caster:
         (all its rays, where the lens has distortion) point the same way."""
         nx, ny, _ = self._field.grid.shape
         sides = [0, nx, 0, ny]
-        if isinstance(sensor, Camera):
-            last_row, last_column = sensor.cast[1] - 1, sensor.cast[0] - 1
-            corners = [row * sensor.cast[0] + column for row in (0, last_row) for column in (0, last_column)]
-            directions = (
-                sensor_rays(sensor, np.array(corners)).directions
-                if sensor.distortion is None
-                else outermost_directions(sensor)
-            )
+        directions = _outermost(sensor)
+        if directions is not None:
             for axis, place in enumerate(self._field.grid.to_grid(sensor.position)[:2]):
                 cell = int(np.clip(np.floor(place), 0, (nx, ny)[axis] - 1))
                 if (directions[:, axis] > 0.0).all():
@@ -313,7 +341,7 @@ class Caster:
             self._shape,
             method == "bresenham",
             np.zeros(0),
-            in_row=sensor.cast[0] if isinstance(sensor, Camera) else len(sensor.azimuths()),
+            in_row=sensor.resolution[0],
         )
 
     def walk_irregular(self, rays: Cast, numbers: NDArray[np.int64]) -> Iterator[tuple[int, np.uint64]]:

@@ -8,7 +8,7 @@ the scores after any sequence of edits are the bits of an evaluation from scratc
 from __future__ import annotations
 
 import time
-from collections.abc import Hashable, Iterable, Iterator, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import reduce
 from itertools import repeat
@@ -22,14 +22,14 @@ from riglens.core.engine.processors import Processors
 from riglens.core.errors import Cancelled
 from riglens.core.geometry import Pose
 from riglens.core.kernels.runtime import jit
-from riglens.core.kernels.runtime.codes import ANY
 from riglens.core.kernels.voxels import update_coverage
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import PAPER_SETTINGS, Method, MetricSettings, Scores
-from riglens.core.metric.scoring import KINDS, score
+from riglens.core.metric.scoring import score
 from riglens.core.rig.model import Rig, Sensor, rays_of
 from riglens.core.scene.columns import Words
 from riglens.core.sensing.body_ends import housing_radius_m
+from riglens.core.sensors.registry import kind_names
 from riglens.core.vehicle.mesh import BodyMesh
 from riglens.core.vehicle.solid import Barrier, CarBody, Solid
 
@@ -40,16 +40,32 @@ FEWEST_DIGITS = 4
 
 @dataclass(frozen=True)
 class Evaluation:
-    """Answer to one request; `seen_camera` and `seen_lidar` are the covered informative voxels as words, empty
+    """Answer to one request; `seen` are the informative voxels that the sensors of each kind cover, as words, empty
     arrays where they were not asked for."""
 
     rig: Rig
     settings: MetricSettings
     scores: Scores
-    seen_camera: Words
-    seen_lidar: Words
+    seen: Mapping[str, Words]
     elapsed_ms: float
     threads: int
+
+    def seen_by_any(self) -> Words:
+        """Return the voxels that any sensor covers."""
+        words: Words = np.bitwise_or.reduce(list(self.seen.values()))
+        return words
+
+    def seen_by_two_kinds(self) -> Words:
+        """Return the voxels that sensors of at least two kinds cover."""
+        once, twice = np.zeros((2, self._words), np.uint64)
+        for words in self.seen.values():
+            twice |= once & words
+            once |= words
+        return twice
+
+    @property
+    def _words(self) -> int:
+        return next(iter(self.seen.values())).size
 
 
 _Wanted = tuple[int, Method, str | None]
@@ -75,7 +91,7 @@ class _Held:
 
     @property
     def kind(self) -> int:
-        return KINDS.index(self.shape.sensor.kind)
+        return kind_names().index(self.shape.sensor.kind)
 
 
 @dataclass
@@ -105,10 +121,8 @@ class _State:
 
     stack: NDArray[np.uint64]
     union: NDArray[np.uint64]
+    sums_q: NDArray[np.int64]
     others: dict[int, _Others] = field(default_factory=dict)
-    sums_q: NDArray[np.int64] = field(
-        default_factory=lambda: np.zeros((ANY + 1, update_coverage.COLUMNS), np.int64)
-    )
     held: list[_Held] = field(default_factory=list)
 
 
@@ -130,7 +144,12 @@ class Engine:
         self._threads, self._processors, self._last_ms = jit.use_threads(threads), Processors(), 0.0
         self._caster = Caster(field, self._threads)
         words = field.index.words.size
-        self._state = _State(np.zeros((0, words), np.uint64), np.zeros((2, words), np.uint64))
+        kinds = len(kind_names())
+        self._state = _State(
+            np.zeros((0, words), np.uint64),
+            np.zeros((kinds, words), np.uint64),
+            np.zeros((kinds + 1, update_coverage.COLUMNS), np.int64),
+        )
         self._shapes: dict[_Wanted, tuple[Sensor, _Shape]] = {}
         self._solid: Solid | None = None
         self._hits: dict[_Shape, tuple[int, ...]] = {}
@@ -164,9 +183,10 @@ class Engine:
         if settings.reading == "hits" and hits is None:
             raise Cancelled
         scores = score(self._field, self._state.sums_q, settings, hits)
-        seen = self._state.union.copy() if with_seen else np.empty((2, 0), np.uint64)
+        seen = self._state.union.copy() if with_seen else np.empty((len(kind_names()), 0), np.uint64)
         self._last_ms = elapsed_ms = (time.perf_counter() - started) * 1e3
-        return Evaluation(rig, settings, scores, seen[0], seen[1], elapsed_ms, self._threads)
+        by_kind = dict(zip(kind_names(), seen, strict=True))
+        return Evaluation(rig, settings, scores, by_kind, elapsed_ms, self._threads)
 
     @property
     def field(self) -> EntropyField:
@@ -239,7 +259,7 @@ class Engine:
         if arrived is None:
             return False
         self._state.held = [h for h in self._state.held if h not in leaving] + arrived
-        for kind in range(len(KINDS)):
+        for kind in range(len(self._state.union)):
             self._settle(kind, arrived, leaving)
         return True
 
@@ -257,7 +277,7 @@ class Engine:
         free = self._free_slots()
         try:
             for shape in arriving:
-                slot = next(free) if self._for_edits else KINDS.index(shape.sensor.kind)
+                slot = next(free) if self._for_edits else kind_names().index(shape.sensor.kind)
                 held = _Held(shape, slot, self._caster.window(shape.sensor))
                 arrived.append(held)
                 marks = stack[held.slot]
@@ -298,7 +318,7 @@ class Engine:
             workers,
         )
         state.sums_q[kind] += change[0]
-        state.sums_q[ANY] += change[1]
+        state.sums_q[-1] += change[1]
 
     def _free(self, kind: int, staying: dict[int, Window]) -> Words:
         """The informative voxels that no sensor of a kind sees that stays, given by slot and window.
@@ -335,7 +355,7 @@ class Engine:
 
     def _reserve(self, sensors: int) -> None:
         """Room for that many sensors beside those held; untouched pages cost no memory."""
-        slots = sensors + len(self._state.held) if self._for_edits else len(KINDS)
+        slots = sensors + len(self._state.held) if self._for_edits else len(self._state.union)
         if slots > len(self._state.stack):
             more = np.zeros((slots + SPARE_SLOTS * self._for_edits, self._field.index.words.size), np.uint64)
             for held in self._state.held:
@@ -347,16 +367,16 @@ class Engine:
         return (slot for slot in range(len(self._state.stack)) if slot not in used)
 
     def _hit_sums(self, wanted: list[_Shape], is_stale: IsStale) -> NDArray[np.object_] | None:
-        """Sums with multiplicity per kind and class as Python integers, (2, 3); None when abandoned."""
+        """Sums with multiplicity per kind and class as Python integers, (kinds, 3); None when abandoned."""
         self._hits = {shape: sums for shape, sums in self._hits.items() if shape in wanted}
-        totals = np.zeros((2, 3), dtype=object)
+        totals = np.zeros((len(kind_names()), 3), dtype=object)
         for shape in wanted:
             if shape not in self._hits:
                 sums = self._caster.hits(shape.sensor, shape.method, is_stale, self._barrier(shape))
                 if sums is None:
                     return None
                 self._hits[shape] = sums
-            totals[KINDS.index(shape.sensor.kind)] += np.array(self._hits[shape], dtype=object)
+            totals[kind_names().index(shape.sensor.kind)] += np.array(self._hits[shape], dtype=object)
         return totals
 
 

@@ -13,6 +13,7 @@ from riglens.core.plain import to_plain
 from riglens.core.rig.model import FORMAT_VERSION
 from riglens.core.rig.yaml.file import rig_sha256
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.sensors.registry import kind_names
 
 
 def evaluation_document(
@@ -57,7 +58,7 @@ def _rig(evaluation: Evaluation, body: Body | None) -> dict[str, Any]:
         "sha256": rig_sha256(evaluation.rig),
         **({} if body else {"body": evaluation.settings.body}),
         "elapsed_ms": evaluation.elapsed_ms,
-        "covered_voxels": {kind: int(scores.covered_voxels[kind]) for kind in ("camera", "lidar", "any")},
+        "covered_voxels": {kind: int(scores.covered_voxels[kind]) for kind in (*sorted(kind_names()), "any")},
         "classes": {name: _class(scores.classes[name]) for name in CLASSES},
     }
 
@@ -65,8 +66,7 @@ def _rig(evaluation: Evaluation, body: Body | None) -> dict[str, Any]:
 def _class(scores: ClassScores) -> dict[str, Any]:
     return {
         "h_total": scores.h_total,
-        "camera": to_plain(scores.camera),
-        "lidar": to_plain(scores.lidar),
+        **{kind: to_plain(scores.kinds[kind]) for kind in sorted(kind_names())},
         "any": {"seen": scores.any_seen},
         "s_ms": scores.s_ms,
     }

@@ -17,7 +17,8 @@ from riglens.core.kernels.rays.cast import Cast
 from riglens.core.kernels.runtime.codes import LIDAR, LISTED
 from riglens.core.rig.model import Lidar
 from riglens.core.scene.columns import Words
-from riglens.core.sensing.rays import Lattice, lattices_by_offset
+from riglens.core.sensing.rays import lattices_by_offset
+from riglens.core.sensors.lattice import Lattice
 
 TAMEST, WILDEST = 2.0**-110, 2.0**110
 """Table entries in this range, three of them multiplied and subtracted, keep the exact predicates valid."""

@@ -19,7 +19,8 @@ from riglens.core.kernels.rays.cast import Cast
 from riglens.core.kernels.runtime.codes import LISTED
 from riglens.core.rig.model import Camera, rays_of
 from riglens.core.sensing.image_bins import bins_of
-from riglens.core.sensing.rays import NOWHERE, lattice, rotate
+from riglens.core.sensing.rays import lattice, rotate
+from riglens.core.sensors.base import NOWHERE
 
 ROWS_AT_ONCE = 64
 OVERHEAD = 1e-6

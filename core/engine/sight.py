@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import singledispatch
 from typing import Literal
 
 import numpy as np
@@ -172,15 +173,16 @@ def _distance(directions: Points, along: Points, low: Points, high: Points) -> P
     return result
 
 
-def _outside(sensor: Sensor, centre: Points, by_angle: int) -> Side:
-    """On which side of the field of view a direction lies, "" within it."""
-    if isinstance(sensor, Lidar):
-        return _outside_lidar(sensor, sensor.pose.rotation().T @ centre)
-    return _outside_camera(sensor, centre, by_angle)
+@singledispatch
+def _outside(_sensor: Sensor, _centre: Points, _by_angle: int) -> Side:
+    """On which side of the field of view a direction lies, "" within it, and of kinds whose field has no sides."""
+    return ""
 
 
-def _outside_lidar(lidar: Lidar, direction: Points) -> Side:
+@_outside.register
+def _outside_lidar(lidar: Lidar, centre: Points, _by_angle: int) -> Side:
     """A LiDAR looks between its lowest and highest beam, all round or within its sector."""
+    direction = lidar.pose.rotation().T @ centre
     elevation = math.degrees(math.atan2(direction[2], math.hypot(direction[0], direction[1])))
     if elevation > lidar.elevations().max():
         return "above"
@@ -196,6 +198,7 @@ def _outside_lidar(lidar: Lidar, direction: Points) -> Side:
     return "beside" if 0.0 < past < gaps[widest] else ""
 
 
+@_outside.register
 def _outside_camera(camera: Camera, centre: Points, by_angle: int) -> Side:
     """A camera looks as far as its outermost rays, and half their spacing more: to the edge of the image."""
     columns, rows = camera.cast

@@ -8,6 +8,7 @@ it does the rest (`compile_sums`).
 from __future__ import annotations
 
 import sys
+from functools import singledispatch
 
 import numpy as np
 import psutil
@@ -30,6 +31,7 @@ from riglens.core.scene.columns import VoxelIndex, pack, words_per_column
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import Pog
 from riglens.core.sensing.rays import is_listed, lattice
+from riglens.core.sensors.registry import kind_names
 
 WARM_UP = Rig(
     sensors=(
@@ -107,10 +109,15 @@ def needs_fans(rig: Rig) -> bool:
     )
 
 
+@singledispatch
 def _has_planes(sensor: Sensor) -> bool:
     """Whether an upright sensor is cast by vertical planes, those of each azimuth offset on their own if it has few."""
-    offsets = sensor.azimuth_offsets_deg if isinstance(sensor, Lidar) else None
-    return not is_listed(sensor) or (offsets is not None and has_few(offsets))
+    return not is_listed(sensor)
+
+
+@_has_planes.register
+def _have_planes(lidar: Lidar) -> bool:
+    return lidar.azimuth_offsets_deg is None or has_few(lidar.azimuth_offsets_deg)
 
 
 def compile_fans(field: EntropyField) -> None:
@@ -134,7 +141,7 @@ def compile_sums(field: EntropyField) -> None:
     assert profile is not None
     work_by_row(fan, Space(rays.origin, rays.rotation, rays.box, rays.shape), profile)
     words, rows = field.index.words.size, field.grid.shape[0]
-    stack, union = np.zeros((1, words), np.uint64), np.zeros((2, words), np.uint64)
+    stack, union = np.zeros((1, words), np.uint64), np.zeros((len(kind_names()), words), np.uint64)
     slots = update_coverage.Slots(np.zeros(1, np.int64), np.zeros(0, np.int64))
     region = update_coverage.Region(0, rows, 0, words // rows, words // rows)
     update_coverage.settle(stack, union, field.index.words, slots, 0, region, field.entropies, 1)

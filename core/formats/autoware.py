@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from riglens.core.errors import InputError
 from riglens.core.formats.autoware_kit import (
@@ -172,7 +172,7 @@ def _add(frame: str, root_SE3_frame: Matrix, macro: str | None, mounting: Mounti
 def write(rig: Rig) -> Exported:
     """Return both files in a folder: the kit on the middle of the roof, every sensor on the kit."""
     notes = Notes()
-    sensors = sensors_to_write(rig, notes)
+    sensors = sensors_to_write(rig, notes, _FRAMES)
     rear_m, roof_m = rear_axle_on_ground(rig.vehicle), (0.0, 0.0, rig.vehicle.height)
     kit = {KIT: _pose_text(roof_m[0] - rear_m[0], roof_m[1], roof_m[2], (0.0, 0.0, 0.0))}
     children: dict[str, str] = {}
@@ -191,10 +191,18 @@ def write(rig: Rig) -> Exported:
 
 def _frame(sensor: Sensor) -> str:
     """Return the frame of a sensor as Autoware's kits call it; one whose name says nothing gets the word lidar."""
-    if isinstance(sensor, Camera):
-        return f"{sensor.name}/camera_link"
-    foot = f"{sensor.name}{FOOT}"
-    return foot if kind_of(foot) == "lidar" else f"{sensor.name}/lidar_link"
+    return _FRAMES[sensor.kind](sensor.name)
+
+
+def _lidar_frame(name: str) -> str:
+    foot = f"{name}{FOOT}"
+    return foot if kind_of(foot) == "lidar" else f"{name}/lidar_link"
+
+
+_FRAMES: dict[str, Callable[[str], str]] = {
+    "camera": lambda name: f"{name}/camera_link",
+    "lidar": _lidar_frame,
+}
 
 
 def _pose_text(x: float, y: float, z: float, rpy_deg: Vec3) -> str:

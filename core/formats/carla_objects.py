@@ -9,6 +9,7 @@ Source: carla_spawn_objects.py and carla_common/transforms.py of the ROS bridge;
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from typing import Any
 
 from riglens.core.errors import InputError
@@ -20,7 +21,7 @@ from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions, root_
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source, Value
 from riglens.core.geometry import Vec3
-from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Sensor, Vehicle
+from riglens.core.rig.model import Camera, EvenAngles, Rig, Sensor, Vehicle
 from riglens.core.rig.yaml.nodes import shortened
 
 TITLE = "CARLA ROS bridge objects.json"
@@ -150,7 +151,7 @@ def _whole(value: Value, key: str, default: int) -> int:
 def write(rig: Rig) -> Exported:
     """Return one vehicle with all sensors."""
     notes = Notes()
-    sensors = [_sensor(sensor, notes) for sensor in sensors_to_write(rig, notes)]
+    sensors = [_sensor(sensor, notes) for sensor in sensors_to_write(rig, notes, _WRITERS)]
     ego = {"type": "vehicle.tesla.model3", "id": "ego_vehicle", "sensors": sensors}
     notes.approximated("the vehicle is written as CARLA's vehicle.tesla.model3")
     notes.converted("poses stay in ROS axes and degrees, relative to the actor")
@@ -161,14 +162,16 @@ def write(rig: Rig) -> Exported:
 def _sensor(sensor: Sensor, notes: Notes) -> dict[str, object]:
     pose = pose_from_se3(root_SE3_body(sensor, ORIGIN))
     spawn = dict(zip((*_POSITION, *_ANGLES), (*pose.position_m, *pose.rpy_deg), strict=True))
-    if isinstance(sensor, Lidar):
-        rays = rays_to_write(sensor, notes)
-        return {"type": "sensor.lidar.ray_cast", "id": sensor.name, "spawn_point": spawn, **rays}
-    width, height = sensor.image
-    fields = {"image_size_x": width, "image_size_y": height, "fov": _fov_deg(sensor, notes)}
-    notes.written("pose, image size and field of view", sensor.name)
-    notes.ignored("ray lattice and range: the file has no place for them", sensor.name)
-    return {"type": "sensor.camera.rgb", "id": sensor.name, "spawn_point": spawn, **fields}
+    type_, write_fields = _WRITERS[sensor.kind]
+    return {"type": type_, "id": sensor.name, "spawn_point": spawn, **write_fields(sensor, notes)}
+
+
+def _image_fields(camera: Camera, notes: Notes) -> dict[str, float]:
+    width, height = camera.image
+    fields = {"image_size_x": width, "image_size_y": height, "fov": _fov_deg(camera, notes)}
+    notes.written("pose, image size and field of view", camera.name)
+    notes.ignored("ray lattice and range: the file has no place for them", camera.name)
+    return fields
 
 
 def _fov_deg(camera: Camera, notes: Notes) -> float:
@@ -181,4 +184,9 @@ def _fov_deg(camera: Camera, notes: Notes) -> float:
     return written.hfov_deg
 
 
+_WRITERS: dict[str, tuple[str, Callable[[Any, Notes], dict[str, Any]]]] = {
+    "lidar": ("sensor.lidar.ray_cast", rays_to_write),
+    "camera": ("sensor.camera.rgb", _image_fields),
+}
+"""CARLA's type of each kind, and how its fields are written."""
 CARLA = Format("carla", TITLE, recognises, read, write)

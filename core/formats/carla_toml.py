@@ -174,7 +174,7 @@ def _add_cameras(table: Value, mounting: Mounting) -> None:
 def write(rig: Rig) -> Exported:
     """Return [lidar] as one set with an entry per LiDAR, and [camera] with lines for poses and fields of view."""
     notes = Notes()
-    sensors = sensors_to_write(rig, notes)
+    sensors = sensors_to_write(rig, notes, ("lidar", "camera"))
     lidars = [_lidar_fields(sensor, notes) for sensor in sensors if isinstance(sensor, Lidar)]
     height_m = lidars[0]["z"] if lidars else rig.vehicle.height
     notes.approximated(

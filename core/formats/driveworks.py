@@ -11,7 +11,7 @@ dwFThetaCameraConfig.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from riglens.core.formats.base import Exported, Format, Imported
@@ -29,7 +29,7 @@ from riglens.core.formats.mounts import (
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import MAX_ANGLE, Source, Value
 from riglens.core.geometry import rotation_from_rpy_deg
-from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt, Rig, Sensor, Vehicle
+from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt, Lidar, Rig, Sensor, Vehicle
 from riglens.core.rig.yaml.nodes import shortened
 
 TITLE = "NVIDIA DriveWorks rig JSON"
@@ -244,7 +244,7 @@ def _coefficients(properties: Value, key: str) -> list[float]:
 def write(rig: Rig) -> Exported:
     """Return the rig with nominal poses and no corrections; cameras as pinholes or f-theta lenses."""
     notes = Notes()
-    sensors = [_sensor(sensor, rig, notes) for sensor in sensors_to_write(rig, notes)]
+    sensors = [_sensor(sensor, rig, notes) for sensor in sensors_to_write(rig, notes, _PROPERTIES)]
     notes.converted("origin from the body centre to the rear axle on the ground")
     notes.approximated("only the size of the vehicle is known: it is written, marked as not valid")
     document = {"rig": {"sensors": sensors, "vehicle": _vehicle_block(rig.vehicle)}, "version": VERSION}
@@ -259,22 +259,33 @@ def _vehicle_block(vehicle: Vehicle) -> dict[str, object]:
 
 def _sensor(sensor: Sensor, rig: Rig, notes: Notes) -> dict[str, object]:
     pose = pose_from_se3(root_SE3_body(sensor, rear_axle_on_ground(rig.vehicle)))
-    properties: dict[str, str] = {}
-    if isinstance(sensor, Camera):
-        properties = _lens_properties(sensor, notes)
-        notes.written("pose, image and lens", sensor.name)
-        notes.ignored("ray lattice and range: the file has no place for them", sensor.name)
-    else:
-        properties = {"model": sensor.model} if sensor.model else {}
-        notes.written("pose and model" if sensor.model else "pose", sensor.name)
-        notes.ignored("beam angles and range: the file has no place for them", sensor.name)
     return {
         "name": sensor.name,
         NOMINAL: {RPY: list(pose.rpy_deg), "t": list(pose.position_m)},
         "parameter": "",
-        "properties": properties,
+        "properties": _PROPERTIES[sensor.kind](sensor, notes),
         "protocol": f"{sensor.kind}.virtual",
     }
+
+
+def _camera_properties(camera: Camera, notes: Notes) -> dict[str, str]:
+    properties = _lens_properties(camera, notes)
+    notes.written("pose, image and lens", camera.name)
+    notes.ignored("ray lattice and range: the file has no place for them", camera.name)
+    return properties
+
+
+def _lidar_properties(lidar: Lidar, notes: Notes) -> dict[str, str]:
+    notes.written("pose and model" if lidar.model else "pose", lidar.name)
+    notes.ignored("beam angles and range: the file has no place for them", lidar.name)
+    return {"model": lidar.model} if lidar.model else {}
+
+
+_PROPERTIES: dict[str, Callable[[Any, Notes], dict[str, str]]] = {
+    "camera": _camera_properties,
+    "lidar": _lidar_properties,
+}
+"""How the properties of a sensor of each kind are written."""
 
 
 def _lens_properties(camera: Camera, notes: Notes) -> dict[str, str]:

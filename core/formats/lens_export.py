@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from riglens.core.formats.report import Notes
 from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt
-from riglens.core.sensing.camera import pixel_directions
-from riglens.core.sensing.lens import Radial, radial_of
+from riglens.core.sensors.camera import pixel_directions
+from riglens.core.sensors.lens import Radial, radial_of
 
 Doubles = NDArray[np.float64]
 WIDEST_PINHOLE_DEG = 179.0

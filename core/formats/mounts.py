@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -16,8 +17,9 @@ from riglens.core.formats.report import Notes
 from riglens.core.geometry import Pose, Vec3
 from riglens.core.rig.library import Entry, default_library
 from riglens.core.rig.model import MAX_SENSORS, Camera, Lidar, Rig, Sensor, Vehicle
-from riglens.core.rig.yaml.check import ACCEPTED
+from riglens.core.rig.yaml.check import accepted
 from riglens.core.rig.yaml.nodes import shortened
+from riglens.core.sensors.registry import kind_of
 
 DEFAULT_LIDAR = "generic-16"
 DEFAULT_CAST = (352, 128)
@@ -181,24 +183,26 @@ def _complaint(error: ValidationError) -> str:
     if details["type"] == "value_error":
         return str(details["ctx"]["error"])
     field = str(details["loc"][0])
-    accepted = ACCEPTED.get(f"sensors[].{field}", details["msg"])
-    return f"{field}: found {shortened(str(details['input']), 60)}; accepted is {accepted}"
+    words = accepted(f"sensors[].{field}") or details["msg"]
+    return f"{field}: found {shortened(str(details['input']), 60)}; accepted is {words}"
 
 
-def sensors_to_write(rig: Rig, notes: Notes) -> list[Sensor]:
-    """Return the sensors that are switched on; those that are not are reported. Raise InputError when none is left."""
+def sensors_to_write(rig: Rig, notes: Notes, kinds: Collection[str]) -> list[Sensor]:
+    """Return the enabled sensors of these kinds; others are reported. Raise InputError when none is left."""
     for sensor in rig.sensors:
         if not sensor.enabled:
             notes.ignored("switched off in the rig, not written", sensor.name)
+        elif sensor.kind not in kinds:
+            notes.ignored(f"{kind_of(sensor).title}: the format cannot express it", sensor.name)
         elif sensor.mirror_of is not None:
             notes.ignored("mirror pair: the format cannot express it", sensor.name)
-        if sensor.enabled and sensor.fails_with is not None:
+        if sensor.enabled and sensor.kind in kinds and sensor.fails_with is not None:
             notes.ignored("what it fails with: the format cannot express it", sensor.name)
     if not rig.self_occlusion:
         notes.ignored("rays through the car's own body: the format cannot express it", rig.name)
     if rig.keep_out:
         notes.ignored("painted keep-out zones: the format cannot express them", rig.name)
-    chosen = [sensor for sensor in rig.sensors if sensor.enabled]
+    chosen = [sensor for sensor in rig.sensors if sensor.enabled and sensor.kind in kinds]
     if not chosen:
         raise InputError(f"rig '{shortened(rig.name)}': it has no enabled sensor to write")
     return chosen

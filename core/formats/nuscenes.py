@@ -238,23 +238,29 @@ def write(rig: Rig) -> Exported:
     """Return both tables, in a folder; tokens follow from the rig's name and the sensors' names."""
     notes = Notes()
     origin_m = rear_axle_on_ground(rig.vehicle)
-    sensors = sensors_to_write(rig, notes)
+    sensors = sensors_to_write(rig, notes, _LEFT_OUT)
     tables = {
         "sensor.json": [_sensor_row(rig, sensor) for sensor in sensors],
         "calibrated_sensor.json": [_calibrated_row(rig, sensor, origin_m) for sensor in sensors],
     }
     for sensor in sensors:
-        is_camera = isinstance(sensor, Camera)
         if isinstance(sensor, Camera):
             report_lens(sensor, without_distortion(sensor), "a pinhole", notes)
-        notes.written("pose and lens" if is_camera else "pose", sensor.name)
-        left_out = "image size, ray lattice" if is_camera else "beam angles, model"
+        written, left_out = _LEFT_OUT[sensor.kind]
+        notes.written(written, sensor.name)
         notes.ignored(f"{left_out} and range: the tables have no place for them", sensor.name)
     notes.converted("origin from the body centre to the rear axle on the ground; cameras to optical axes")
     notes.ignored("vehicle: the tables have no place for it")
     return Exported(
         {name: json.dumps(rows, indent=1) + "\n" for name, rows in tables.items()}, notes.report(TITLE)
     )
+
+
+_LEFT_OUT = {
+    "camera": ("pose and lens", "image size, ray lattice"),
+    "lidar": ("pose", "beam angles, model"),
+}
+"""What is written of each kind, and what is not."""
 
 
 def _sensor_row(rig: Rig, sensor: Sensor) -> dict[str, object]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Callable
 from typing import Any
 
 from riglens.core.formats.base import Exported, Format
@@ -36,7 +37,7 @@ def recognises(_: Source) -> bool:
 def write(rig: Rig) -> Exported:
     """Return a list of SensorViewConfiguration messages, one for each sensor, and an index of their names."""
     notes = Notes()
-    sensors = sensors_to_write(rig, notes)
+    sensors = sensors_to_write(rig, notes, _VIEWS)
     messages = [_message(sensor, number, rig, notes) for number, sensor in enumerate(sensors, 1)]
     notes.converted("origin from the body centre to the rear axle; angles to radians")
     notes.approximated(f"height of the rear axle is not in the rig: {WHEEL_RADIUS_M:g} m above the ground")
@@ -53,7 +54,7 @@ def _message(sensor: Sensor, number: int, rig: Rig, notes: Notes) -> dict[str, A
         "orientation": dict(zip(("roll", "pitch", "yaw"), map(math.radians, pose.rpy_deg), strict=True)),
     }
     common = {"sensor_id": {"value": number}, "mounting_position": mounting}
-    wide_rad, high_rad, rays = _camera(sensor, notes) if isinstance(sensor, Camera) else _lidar(sensor, notes)
+    wide_rad, high_rad, rays = _VIEWS[sensor.kind](sensor, notes)
     view = {"field_of_view_horizontal": wide_rad, "field_of_view_vertical": high_rad}
     message: dict[str, Any] = {"version": VERSION, **common, **view}
     if not math.isinf(sensor.range_m[1]):
@@ -102,4 +103,9 @@ def _lidar(lidar: Lidar, notes: Notes) -> tuple[float, float, dict[str, int]]:
     return math.radians(wide_deg), math.radians(tall_deg), rays
 
 
+_VIEWS: dict[str, Callable[[Any, Notes], tuple[float, float, dict[str, int]]]] = {
+    "camera": _camera,
+    "lidar": _lidar,
+}
+"""How a sensor of each kind is written."""
 OSI = Format("osi", TITLE, recognises, write=write)

@@ -11,9 +11,10 @@ Source: ROS wiki "urdf/XML"; SDFormat specification, <sensor>.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import PurePosixPath
+from typing import Any
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
@@ -64,12 +65,10 @@ def write(rig: Rig) -> Exported:
     """Return the URDF; base_link is the point on the ground under the rear axle."""
     notes = Notes()
     lines = ['<?xml version="1.0"?>', f"<robot name={_quoted(rig.name)}>", '  <link name="base_link"/>']
-    for sensor in sensors_to_write(rig, notes):
+    for sensor in sensors_to_write(rig, notes, _GAZEBO):
         pose = pose_from_se3(root_SE3_body(sensor, rear_axle_on_ground(rig.vehicle)))
         link = "base_sensor_link" if sensor.name == "base" else f"{sensor.name}_link"
         lines += _link("base_link", link, pose.position_m, pose.rpy_deg)
-        if isinstance(sensor, Camera):
-            lines += _link(link, f"{sensor.name}_optical_frame", (0.0, 0.0, 0.0), _OPTICAL_RPY)
         lines += _gazebo(sensor, link, notes)
         if _quoted(sensor.name) != quoteattr(sensor.name):
             notes.approximated("characters that XML cannot hold are written as numbers", sensor.name)
@@ -98,10 +97,9 @@ def _link(parent: str, child: str, position_m: Vec3, rpy_deg: Vec3) -> list[str]
 
 
 def _gazebo(sensor: Sensor, link: str, notes: Notes) -> list[str]:
-    kind, inner = (
-        _camera(sensor, notes) if isinstance(sensor, Camera) else ("gpu_lidar", _lidar(sensor, notes))
-    )
+    kind, inner, frame = _GAZEBO[sensor.kind](sensor, notes)
     return [
+        *(_link(link, f"{sensor.name}{frame}", (0.0, 0.0, 0.0), _OPTICAL_RPY) if frame else ()),
         f"  <gazebo reference={_quoted(link)}>",
         f'    <sensor name={_quoted(sensor.name)} type="{kind}">',
         *(f"      {line}" for line in inner),
@@ -110,8 +108,8 @@ def _gazebo(sensor: Sensor, link: str, notes: Notes) -> list[str]:
     ]
 
 
-def _camera(camera: Camera, notes: Notes) -> tuple[str, list[str]]:
-    """Return Gazebo's type of the camera and its elements; the field of view is that of the lens."""
+def _camera(camera: Camera, notes: Notes) -> tuple[str, list[str], str]:
+    """Return Gazebo's type of the camera, its elements and the ending of its optical frame's name."""
     notes.written("link, optical frame and Gazebo sensor", camera.name)
     notes.ignored("ray lattice: the file has no place for it", camera.name)
     kind, lens = _lens(camera, notes)
@@ -119,13 +117,17 @@ def _camera(camera: Camera, notes: Notes) -> tuple[str, list[str]]:
     clip = f"<clip><near>{low!r}</near><far>{high!r}</far></clip>"
     width, height = camera.image
     hfov_rad = math.radians(extent(camera).wide_deg if camera.hfov_deg is None else camera.hfov_deg)
-    return kind, [
-        "<camera>",
-        f"  <horizontal_fov>{hfov_rad!r}</horizontal_fov>",
-        f"  <image><width>{width}</width><height>{height}</height></image>",
-        *(f"  {part}" for part in (lens, clip if camera.range_m != (0.0, math.inf) else "") if part),
-        "</camera>",
-    ]
+    return (
+        kind,
+        [
+            "<camera>",
+            f"  <horizontal_fov>{hfov_rad!r}</horizontal_fov>",
+            f"  <image><width>{width}</width><height>{height}</height></image>",
+            *(f"  {part}" for part in (lens, clip if camera.range_m != (0.0, math.inf) else "") if part),
+            "</camera>",
+        ],
+        "_optical_frame",
+    )
 
 
 def _lens(camera: Camera, notes: Notes) -> tuple[str, str]:
@@ -143,22 +145,30 @@ def _lens(camera: Camera, notes: Notes) -> tuple[str, str]:
     return "camera", f"<lens><intrinsics>{inner}<s>0</s></intrinsics></lens>"
 
 
-def _lidar(lidar: Lidar, notes: Notes) -> list[str]:
+def _lidar(lidar: Lidar, notes: Notes) -> tuple[str, list[str], str]:
     notes.written("link and Gazebo sensor", lidar.name)
     if lidar.model is not None:
         notes.ignored("model name: the file has no place for it", lidar.name)
     beams, turn = lidar.elevations(), lidar.azimuths()
     report_uneven(lidar, "Gazebo", notes)
     low, high = lidar.range_m
-    return [
-        "<lidar>",
-        "  <scan>",
-        *(f"    {line}" for line in _scan("horizontal", turn.min(), turn.max(), len(turn))),
-        *(f"    {line}" for line in _scan("vertical", beams.min(), beams.max(), len(beams))),
-        "  </scan>",
-        f"  <range><min>{low!r}</min><max>{high!r}</max></range>",
-        "</lidar>",
-    ]
+    return (
+        "gpu_lidar",
+        [
+            "<lidar>",
+            "  <scan>",
+            *(f"    {line}" for line in _scan("horizontal", turn.min(), turn.max(), len(turn))),
+            *(f"    {line}" for line in _scan("vertical", beams.min(), beams.max(), len(beams))),
+            "  </scan>",
+            f"  <range><min>{low!r}</min><max>{high!r}</max></range>",
+            "</lidar>",
+        ],
+        "",
+    )
+
+
+_GAZEBO: dict[str, Callable[[Any, Notes], tuple[str, list[str], str]]] = {"camera": _camera, "lidar": _lidar}
+"""How a sensor of each kind is written."""
 
 
 def _scan(axis: str, low_deg: float, high_deg: float, count: int) -> list[str]:

@@ -7,10 +7,10 @@ that lie close together fall into the same voxels: half of the change came neare
 
 from __future__ import annotations
 
-from riglens.core.metric.scores import ClassScores, KindScore, MetricSettings, Scores, s_mig, s_ms
+from collections.abc import Mapping
 
-LIDAR_POWER = 0.5
-"""Of the ratio between two rigs on voxels twice as large, in the measurements of docs/voxel-choice.md."""
+from riglens.core.metric.scores import ClassScores, KindScore, MetricSettings, Scores, s_mig, s_ms
+from riglens.core.sensors.registry import kinds
 
 
 def estimated(
@@ -26,12 +26,20 @@ def estimated(
     classes = {}
     for name, known in exact_known.classes.items():
         now, then = coarse.classes[name], coarse_known.classes[name]
-        camera = _scaled(known.camera.seen, now.camera.seen, then.camera.seen)
-        lidar = _scaled(known.lidar.seen, now.lidar.seen, then.lidar.seen, LIDAR_POWER)
+        shares = {
+            kind.name: _scaled(
+                known.kinds[kind.name].seen,
+                now.kinds[kind.name].seen,
+                then.kinds[kind.name].seen,
+                kind.coarse_power,
+            )
+            for kind in kinds()
+        }
+        given = {kind: share for kind, share in shares.items() if share is not None}
         seen = _scaled(known.any_seen, now.any_seen, then.any_seen)
-        if camera is None or lidar is None or seen is None:
+        if len(given) < len(shares) or seen is None:
             return None
-        classes[name] = _class_scores(known.h_total, camera, lidar, max(seen, camera, lidar), settings)
+        classes[name] = _class_scores(known.h_total, given, max(seen, *given.values()), settings)
     return Scores(classes, {})
 
 
@@ -42,11 +50,11 @@ def _scaled(known: float, now: float, then: float, power: float = 1.0) -> float 
 
 
 def _class_scores(
-    h_total: float, camera: float, lidar: float, seen: float, settings: MetricSettings
+    h_total: float, shares: Mapping[str, float], seen: float, settings: MetricSettings
 ) -> ClassScores:
-    kinds = [
-        KindScore(s_mig(settings.reading, h_total * share, h_total * (1.0 - share)), share)
-        for share in (camera, lidar)
-    ]
-    total = s_ms(kinds[0].s_mig, kinds[1].s_mig, settings.camera_weight)
-    return ClassScores(h_total, kinds[0], kinds[1], seen, total)
+    found = {
+        kind: KindScore(s_mig(settings.reading, h_total * share, h_total * (1.0 - share)), share)
+        for kind, share in shares.items()
+    }
+    total = s_ms({kind: score.s_mig for kind, score in found.items()}, settings.camera_weight)
+    return ClassScores(h_total, found, seen, total)

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import operator
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import reduce
 from typing import Literal
+
+from riglens.core.sensors.registry import kinds
 
 Reading = Literal["covered", "residual", "hits"]
 Method = Literal["exact", "bresenham"]
@@ -49,14 +53,20 @@ def s_mig(reading: Reading, seen_nat: float, unseen_nat: float, hits_nat: float 
     return -magnitude if magnitude else 0.0
 
 
-def s_ms(camera_s_mig: float, lidar_s_mig: float, camera_weight: float) -> float:
-    """Return S-MS in nat from the S-MIG of all cameras and of all LiDARs (paper, eq. 17); camera_weight is lambda."""
-    return camera_weight * camera_s_mig + lidar_s_mig
+def s_ms(s_mig_by_kind: Mapping[str, float], camera_weight: float) -> float:
+    """Return S-MS in nat from the S-MIG of all sensors of each kind (paper, eq. 17); camera_weight is lambda."""
+    weights = {kind.name: kind.score_weight for kind in kinds()}
+    parts = (
+        (camera_weight if weights[kind] == "lambda" else float(weights[kind])) * value
+        for kind, value in s_mig_by_kind.items()
+        if weights[kind] != 0.0
+    )
+    return reduce(operator.add, parts, -0.0)
 
 
 @dataclass(frozen=True)
 class KindScore:
-    """Score of all cameras or all LiDARs: S-MIG in nats, `seen` as a fraction of H(Omega)."""
+    """Score of all sensors of a kind: S-MIG in nats, `seen` as a fraction of H(Omega)."""
 
     s_mig: float
     seen: float
@@ -64,18 +74,27 @@ class KindScore:
 
 @dataclass(frozen=True)
 class ClassScores:
-    """Scores of one class; entropies in nats, `any_seen` is the share seen by any sensor."""
+    """Scores of one class by kind of sensor; entropies in nats, `any_seen` is the share seen by any sensor."""
 
     h_total: float
-    camera: KindScore
-    lidar: KindScore
+    kinds: Mapping[str, KindScore]
     any_seen: float
     s_ms: float
+
+    @property
+    def camera(self) -> KindScore:
+        """Score of all cameras."""
+        return self.kinds["camera"]
+
+    @property
+    def lidar(self) -> KindScore:
+        """Score of all LiDARs."""
+        return self.kinds["lidar"]
 
 
 @dataclass(frozen=True)
 class Scores:
-    """Scores per class name, and the number of informative voxels covered by "camera", "lidar", "any"."""
+    """Scores per class name, and the number of informative voxels covered by each kind of sensor and by "any"."""
 
     classes: dict[str, ClassScores]
     covered_voxels: dict[str, int]

@@ -10,10 +10,11 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import AfterValidator
 from scipy import ndimage
 
 from riglens.core.engine.caster import Caster
@@ -24,24 +25,28 @@ from riglens.core.kernels.runtime import jit
 from riglens.core.kernels.voxels.entropy_codes import Runs
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Body
-from riglens.core.metric.scoring import KINDS
 from riglens.core.review.outline import BANDS_M, SECTORS, Outline, sector_of
 from riglens.core.rig.model import Rig, Sensor, Vehicle
 from riglens.core.scene.boxes import DataReport
 from riglens.core.scene.columns import VoxelIndex, empty_words, words_per_column
 from riglens.core.scene.grid import DEFAULT_VOXEL_M, VoxelGrid
 from riglens.core.sensing.body_ends import housing_radius_m
+from riglens.core.sensors.registry import kind_named, kind_names, one_of
 from riglens.core.vehicle.mesh import BodyMesh
 from riglens.core.vehicle.solid import CarBody, Solid
 
-By = Literal["any", "camera", "lidar"]
-BY: tuple[By, ...] = ("any", "camera", "lidar")
-WHO: dict[By, tuple[str, str]] = {
-    "any": ("sensor", "sensors"),
-    "camera": ("camera", "cameras"),
-    "lidar": ("LiDAR", "LiDARs"),
-}
-"""What those that count are called, one of them and several."""
+
+def by_names() -> tuple[str, ...]:
+    """Return who may count: any sensor, or those of one kind."""
+    return ("any", *sorted(kind_names()))
+
+
+def _known_by(name: str) -> str:
+    return one_of(by_names(), name)
+
+
+By = Annotated[str, AfterValidator(_known_by)]
+"""Who counts: one of `by_names`."""
 HEIGHTS_M = (0.15, 0.30, 0.80, 1.15, 1.80)
 """Heights of objects that areas are told for: a kerb or a child's toy, a crawling child, the test cylinder of UN R158
 and FMVSS 111, a child of six years, an adult. Which heights: our choice."""
@@ -136,7 +141,8 @@ class Hole:
 
 @dataclass(frozen=True)
 class BlindMap:
-    """How low each column is looked into: levels uint16 (3, 3, nx, ny) for BY and k = 1, 2, 3; NONE: nobody looks."""
+    """How low each column is looked into: levels uint16 (kinds + 1, 3, nx, ny) for `by_names` and k = 1, 2, 3; NONE:
+    nobody looks."""
 
     rig: Rig
     settings: BlindSettings
@@ -149,7 +155,7 @@ class BlindMap:
 
         It is the top of the lowest voxel, so never less than what rays truly need, and up to an edge more.
         """
-        levels = self.levels[BY.index(by), k - 1]
+        levels = self.levels[by_names().index(by), k - 1]
         return np.where(levels == NONE, np.inf, (levels + 1.0) * self.grid.voxel_m)
 
     def unseen(self, height_m: float, by: By = "any", k: int = 1) -> Flags:
@@ -161,7 +167,7 @@ class BlindMap:
         tops = (np.arange(self.grid.shape[2]) + 1.0) * self.grid.voxel_m
         step_of = np.searchsorted(np.array(HEIGHTS_M), tops - _EPSILON_M).astype(np.uint8)
         step_of = np.append(step_of, np.uint8(len(HEIGHTS_M)))
-        levels = np.minimum(self.levels[BY.index(by), k - 1], self.grid.shape[2])
+        levels = np.minimum(self.levels[by_names().index(by), k - 1], self.grid.shape[2])
         return np.asarray(step_of[levels], np.uint8)
 
     @property
@@ -201,12 +207,19 @@ class BlindMap:
 
 def seen_by(by: By, k: int) -> str:
     """Say who sees: "1 sensor", "2 LiDARs"."""
-    return f"{k} {WHO[by][k != 1]}"
+    return f"{k} {called(by, k != 1)}"
+
+
+def called(by: By, are_several: bool = False) -> str:
+    """What those that count are called."""
+    kind = kind_named(by)
+    one, several = ("sensor", "sensors") if kind is None else (kind.title, kind.plural)
+    return several if are_several else one
 
 
 def unseen_by(by: By, k: int) -> str:
     """Say what is lacking where k of them do not see: "unseen by any sensor", "seen by fewer than 2 LiDARs"."""
-    return f"unseen by any {WHO[by][0]}" if k == 1 else f"seen by fewer than {seen_by(by, k)}"
+    return f"unseen by any {called(by)}" if k == 1 else f"seen by fewer than {seen_by(by, k)}"
 
 
 class _Looked(NamedTuple):
@@ -255,8 +268,8 @@ class BlindEngine:
         solid = body.solid() if self.settings.body == "blocks" else None
         counted = [sensor.name not in failed for sensor in sensors]
         rows = self._rows_of(sensors, solid)[counted]
-        kinds = np.array([KINDS.index(sensor.kind) for sensor in sensors], np.int64)[counted]
-        levels = np.empty((len(BY), kernel.MOST_COUNTED, *self.grid.shape[:2]), np.uint16)
+        kinds = np.array([by_names().index(sensor.kind) - 1 for sensor in sensors], np.int64)[counted]
+        levels = np.empty((len(by_names()), kernel.MOST_COUNTED, *self.grid.shape[:2]), np.uint16)
         kernel.three_lowest(self._around, rows, kinds, NONE, self._workers, levels)
         return BlindMap(rig, self.settings, self.grid, self.ground, levels)
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from riglens.core.plain import to_plain
-from riglens.core.review.blind import BY, HEIGHTS_M, BlindMap, By, Hole
+from riglens.core.review.blind import HEIGHTS_M, BlindMap, By, Hole, by_names
 from riglens.core.review.outline import SECTORS
 from riglens.core.review.profiles import ONLY_GEOMETRY
 from riglens.core.review.verdicts import ObjectVerdict, ProfileVerdict
@@ -41,7 +41,7 @@ def blind_document(found: BlindMap, profiles: Sequence[ProfileVerdict]) -> dict[
             "heights_m": list(HEIGHTS_M),
         },
         "ground_m2": _rounded(found.ground_m2()),
-        "zones": [_zone(found, by, k) for by in BY for k in (1, 2)],
+        "zones": [_zone(found, by, k) for by in by_names() for k in (1, 2)],
         "note": ONLY_GEOMETRY,
         "profiles": [_profile(verdict) for verdict in profiles],
     }

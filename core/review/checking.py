@@ -13,7 +13,7 @@ from riglens.core.geometry import Pose
 from riglens.core.kernels.runtime import jit
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Body, MetricSettings, Scores
-from riglens.core.review.blind import BY, WHO, BlindEngine, BlindMap
+from riglens.core.review.blind import BlindEngine, BlindMap, by_names, called
 from riglens.core.review.draws import Draws, chance_bounds
 from riglens.core.review.findings import Finding, Verdict, amounts, missing
 from riglens.core.review.measures import Measures
@@ -48,6 +48,7 @@ from riglens.core.review.tolerance import Figures, standing
 from riglens.core.review.verdicts import Onlooker, ProfileVerdict
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES, Progress
+from riglens.core.sensors.lidar import LIDAR
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.scores import Row, TargetScores
 from riglens.core.targets.settings import TargetSettings
@@ -111,10 +112,10 @@ class Check:
     def _lacking(self, kinds: Sequence[str]) -> str | None:
         """Why the rig has no figure that some kinds of sensors make; none: any of them."""
         enabled = {sensor.kind for sensor in self._subject.rig.sensors if sensor.enabled}
-        absent = [kind for kind in BY if kind in kinds and kind not in enabled]
+        absent = [kind for kind in by_names() if kind in kinds and kind not in enabled]
         if enabled and not absent:
             return None
-        return f"the rig has no enabled {WHO[absent[0]][0] if enabled else 'sensor'}"
+        return f"the rig has no enabled {called(absent[0]) if enabled else 'sensor'}"
 
     # ------------------------------------------------------------ what figures are made from
     @property
@@ -193,7 +194,7 @@ class Check:
         scores = self._scores.classes[one.cls]
         if not scores.h_total:
             return missing(f"the scene has no entropy of {one.cls}")
-        kinds = {"any": scores.any_seen, "camera": scores.camera.seen, "lidar": scores.lidar.seen}
+        kinds = {"any": scores.any_seen} | {kind: found.seen for kind, found in scores.kinds.items()}
         return Finding(kinds[one.by])
 
     def _on_target(self, one: OnTarget) -> Finding:
@@ -317,7 +318,7 @@ class Check:
         if one.figure == "seen" and not self._scores.classes[one.cls].h_total:
             return missing(f"the scene has no entropy of {one.cls}")
         if one.figure == "on_target":
-            lack = self._lacking(("lidar",)) or self._no_road_users(one)
+            lack = self._lacking((LIDAR.name,)) or self._no_road_users(one)
             if lack is not None:
                 return missing(lack)
         last = max(one.draws, one.max_draws)

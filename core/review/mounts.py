@@ -14,7 +14,7 @@ from riglens.core.geometry import Vec3
 from riglens.core.review.outline import Outline
 from riglens.core.rig.library import Cylinder, default_library
 from riglens.core.rig.model import Frozen, Rig, Sensor
-from riglens.core.sensing.body_ends import USUAL_RADIUS_M
+from riglens.core.sensors.registry import kind_of
 from riglens.core.vehicle.mesh import BodyMesh
 from riglens.core.vehicle.solid import MATERIALS, CarBody, Solid
 from riglens.core.vehicle.standing import Stand, materials_at, stand
@@ -217,7 +217,7 @@ def _half_size_m(sensor: Sensor) -> Doubles:
         except InputError:
             body = None
     if body is None:
-        return np.full(3, USUAL_RADIUS_M[sensor.kind] / np.sqrt(3.0))
+        return np.full(3, kind_of(sensor).occlusion.housing_radius_m / np.sqrt(3.0))
     if isinstance(body, Cylinder):
         return np.array([body.diameter, body.diameter, body.height]) / 2
     return np.array([body.length, body.width, body.height]) / 2

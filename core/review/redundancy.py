@@ -21,15 +21,14 @@ from riglens.core.kernels.runtime import jit
 from riglens.core.kernels.voxels.entropy_codes import Entropies
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Method
-from riglens.core.metric.scoring import KINDS
 from riglens.core.review.outline import SECTORS, sector_of
 from riglens.core.rig.groups import groups_of
 from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.columns import Words, words_per_column
 from riglens.core.scene.grid import VoxelGrid
+from riglens.core.sensors.registry import kind_names
 from riglens.core.targets.scores import ObjectCounts
-from riglens.core.targets.settings import HEIGHT_PX
 from riglens.core.targets.traffic import Traffic
 
 NO_EVIDENCE = "a count of views, no evidence of a safety integrity level (ASIL)"
@@ -37,7 +36,7 @@ What = Literal["sensor", "pair", "group"]
 Sums = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 COVERED = ("1", "2", "3", "two kinds")
-EVERYBODY, KIND_0, KIND_1, FIRST_GROUP = range(4)
+EVERYBODY = 0
 """Rows of crowds: all sensors, those of either kind, and groups from there on."""
 MOST_MOVED = 2
 """The sets of so many sensors that moved are kept, for they move again: of one, or of a mirrored pair."""
@@ -167,7 +166,7 @@ class VoxelRedundancy:
         crowds = _crowds(sensors, list(groups.values()))
         self._counted = self._count(engine, sensors, crowds, method)
         shares, names = self._counted.shares, [sensor.name for sensor in sensors]
-        covered = self._covered(shares, crowds[KIND_0])
+        covered = self._covered(shares, crowds[_by_kind()])
         lost = shares.alone[..., : len(CLASSES)]
         failures = [Failure("sensor", name, (name,), lost[:, i]) for i, name in enumerate(names)]
         if len(names) <= MOST_PAIRED:
@@ -175,16 +174,16 @@ class VoxelRedundancy:
                 both = shares.both[:, i, j, : len(CLASSES)]
                 failures.append(_pair(names[i], names[j], lost[:, i] + lost[:, j] + both))
         together = shares.within(crowds) + shares.many
-        for g, (name, members) in enumerate(groups.items(), start=FIRST_GROUP):
+        for g, (name, members) in enumerate(groups.items(), start=_by_kind().stop):
             alone = lost[:, crowds[g]].sum(axis=1)
             failures.append(Failure("group", name, members, alone + together[:, g, : len(CLASSES)]))
         return Coverage(self._total[:, : len(CLASSES)], covered, tuple(failures))
 
-    def _covered(self, shares: _Shares, of_kind_0: Flags) -> Sums:
-        """What 1, 2, 3 sensors or two kinds cover, (s, 4, classes)."""
-        thrice, only_0, only_1 = (shares.many[:, crowd] for crowd in (EVERYBODY, KIND_0, KIND_1))
-        mixed = of_kind_0[:, None] != of_kind_0[None, :]
-        kinds = thrice - only_0 - only_1 + shares.both[:, mixed].sum(axis=1)
+    def _covered(self, shares: _Shares, of_kind: Flags) -> Sums:
+        """What 1, 2, 3 sensors or two kinds cover, (s, 4, classes); of_kind (kinds, sensors)."""
+        thrice, of_one_kind = shares.many[:, EVERYBODY], shares.many[:, _by_kind()].sum(axis=1)
+        mixed = (of_kind[:, :, None] != of_kind[:, None, :]).any(axis=0)
+        kinds = thrice - of_one_kind + shares.both[:, mixed].sum(axis=1)
         twice = thrice + shares.both.sum(axis=(1, 2))
         levels = [twice + shares.alone.sum(axis=1), twice, thrice, kinds]
         return np.stack(levels, axis=1)[..., : len(CLASSES)]
@@ -236,10 +235,15 @@ def _pair(one: str, other: str, lost: Sums) -> Failure:
     return Failure("pair", f"{one} + {other}", (one, other), lost)
 
 
+def _by_kind() -> slice:
+    """The places of the kinds among the crowds."""
+    return slice(1, 1 + len(kind_names()))
+
+
 def _crowds(sensors: Sequence[Sensor], groups: Sequence[tuple[str, ...]]) -> Flags:
-    """Who belongs to which crowd, (3 + groups, sensors): to all, to the first and the second kind, to each group."""
+    """Who belongs to which crowd, (1 + kinds + groups, sensors): to all, to each kind, to each group."""
     rows = [[True] * len(sensors)]
-    rows += [[sensor.kind == kind for sensor in sensors] for kind in KINDS]
+    rows += [[sensor.kind == kind for sensor in sensors] for kind in kind_names()]
     rows += [[sensor.name in group for sensor in sensors] for group in groups]
     return np.array(rows, np.bool_).reshape(len(rows), len(sensors))
 
@@ -248,7 +252,8 @@ def _crowds(sensors: Sequence[Sensor], groups: Sequence[tuple[str, ...]]) -> Fla
 
 
 def target_coverage(traffic: Traffic, rig: Rig, objects: ObjectCounts, min_points: int) -> Coverage:
-    """How many road users the rig detects, by `min_points` points of its LiDARs or 25 px of height in a camera."""
+    """How many road users the rig detects, by `min_points` points of its LiDARs 25 px of height in a camera, or what
+    is enough for another kind."""
     place = traffic.centre_m[objects.box]
     where = sector_of(place[:, 0], place[:, 1]).astype(np.int64) * len(CLASSES) + traffic.cls[objects.box]
 
@@ -257,11 +262,9 @@ def target_coverage(traffic: Traffic, rig: Rig, objects: ObjectCounts, min_point
         return found.reshape(len(SECTORS), len(CLASSES)).astype(np.int64)
 
     sensors = [sensor for sensor in rig.sensors if sensor.enabled]
-    alone = np.concatenate([objects.points >= min_points, objects.heights_px >= HEIGHT_PX], axis=1).sum(
-        axis=1
-    )
+    alone = objects.sensors_detecting(min_points)
     detected = _detected(objects, (), min_points)
-    kinds = (objects.all_points >= min_points) & (objects.height_px >= HEIGHT_PX)
+    kinds = np.sum(list(objects.detected(min_points).values()), axis=0) >= 2
     covered = np.stack([tally(detected), tally(alone >= 2), tally(alone >= 3), tally(kinds)], axis=1)
     failures = tuple(
         Failure(what, name, members, tally(detected & ~_detected(objects, members, min_points)))
@@ -272,8 +275,4 @@ def target_coverage(traffic: Traffic, rig: Rig, objects: ObjectCounts, min_point
 
 def _detected(objects: ObjectCounts, failed: tuple[str, ...], min_points: int) -> Flags:
     """Which road users are detected without some sensors, (k,)."""
-    lidars = np.array([name not in failed for name in objects.lidars], np.bool_)
-    cameras = np.array([name not in failed for name in objects.cameras], np.bool_)
-    points = objects.points[:, lidars].sum(axis=1)
-    tallest = objects.heights_px[:, cameras].max(axis=1, initial=0.0)
-    return np.asarray((points >= min_points) | (tallest >= HEIGHT_PX))
+    return np.asarray(np.any(list(objects.detected(min_points, failed).values()), axis=0))

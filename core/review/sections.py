@@ -13,6 +13,8 @@ from riglens.core.review.outline import BANDS_M, SECTORS
 from riglens.core.review.redundancy import What
 from riglens.core.review.tolerance import MAX_DRAWS
 from riglens.core.rig.model import Frozen
+from riglens.core.sensors.camera import CAMERA
+from riglens.core.sensors.lidar import LIDAR
 from riglens.core.targets.traffic import WITHIN_M
 
 Class = Literal["car", "bicycle", "pedestrian"]
@@ -141,7 +143,7 @@ class OnTarget(Requirement):
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        return {"visible": ("camera",), "both": ("lidar", "camera")}.get(self.figure, ("lidar",))
+        return {"visible": (CAMERA.name,), "both": (LIDAR.name, CAMERA.name)}.get(self.figure, (LIDAR.name,))
 
 
 class WorstCase(Requirement):

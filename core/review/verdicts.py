@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from functools import singledispatch
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +21,8 @@ from riglens.core.review.outline import Outline
 from riglens.core.review.profiles import Profile, Target, targets_of
 from riglens.core.rig.model import Camera, Lidar, Rig, Sensor
 from riglens.core.sensing.body_ends import barrier_ends, barrier_of, rays_in_metres
-from riglens.core.sensing.camera import project_px
+from riglens.core.sensors.camera import project_px
+from riglens.core.sensors.registry import kind_of
 from riglens.core.vehicle.mesh import BodyMesh
 from riglens.core.vehicle.solid import Barrier, CarBody
 
@@ -171,20 +173,32 @@ def surface_share(sensor: Sensor, target: Target, barrier: Barrier | None) -> fl
 
 
 def in_view(sensor: Sensor, local_m: Doubles, distance_m: Doubles) -> NDArray[np.bool_]:
-    """Whether points (n, 3) in the sensor frame lie in its image, or between its outermost beams, and in its range."""
+    """Whether points (n, 3) in the sensor frame lie in its field of view and in its range."""
     near, far = sensor.range_m
     ranged = (distance_m > near) & (distance_m <= far)
-    if isinstance(sensor, Camera):
-        pixels = project_px(sensor, local_m)
-        width, height = sensor.image
-        with np.errstate(invalid="ignore"):
-            inside = (
-                (pixels[:, 0] >= 0) & (pixels[:, 0] <= width) & (pixels[:, 1] >= 0) & (pixels[:, 1] <= height)
-            )
-        return np.asarray(ranged & inside)
-    return np.asarray(ranged & _between_beams(sensor, local_m, distance_m))
+    return np.asarray(ranged & _in_field(sensor, local_m, distance_m))
 
 
+@singledispatch
+def _in_field(sensor: Sensor, local_m: Doubles, _: Doubles) -> NDArray[np.bool_]:
+    """Whether points lie between outermost rays: of any kind, within the angles that its field of view spans."""
+    wide, high = kind_of(sensor).view_deg(sensor)
+    across = np.degrees(np.abs(np.arctan2(local_m[:, 1], local_m[:, 0])))
+    up = np.degrees(np.abs(np.arctan2(local_m[:, 2], np.hypot(local_m[:, 0], local_m[:, 1]))))
+    return np.asarray((across <= wide / 2.0) & (up <= high / 2.0))
+
+
+@_in_field.register
+def _in_image(camera: Camera, local_m: Doubles, _: Doubles) -> NDArray[np.bool_]:
+    pixels = project_px(camera, local_m)
+    width, height = camera.image
+    with np.errstate(invalid="ignore"):
+        return np.asarray(
+            (pixels[:, 0] >= 0) & (pixels[:, 0] <= width) & (pixels[:, 1] >= 0) & (pixels[:, 1] <= height)
+        )
+
+
+@_in_field.register
 def _between_beams(lidar: Lidar, local_m: Doubles, distance_m: Doubles) -> NDArray[np.bool_]:
     elevations, azimuths = lidar.elevations(), np.sort(lidar.azimuths())
     up = np.degrees(np.arcsin(np.clip(local_m[:, 2] / np.maximum(distance_m, 1e-12), -1.0, 1.0)))

@@ -14,9 +14,9 @@ import json
 import os
 from collections.abc import Iterable
 from functools import lru_cache
-from itertools import pairwise
+from itertools import chain, pairwise
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import numpy as np
 from platformdirs import user_config_path
@@ -27,7 +27,7 @@ from riglens.core.cache_folder import cache_folder, keep
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
 from riglens.core.geometry import Pose
-from riglens.core.rig.model import Camera, Frozen, Length, Lidar, Positive, Sensor
+from riglens.core.rig.model import EvenAngles, Frozen, Length, Positive, Sensor
 from riglens.core.rig.yaml.nodes import (
     Mapping,
     Node,
@@ -38,6 +38,7 @@ from riglens.core.rig.yaml.nodes import (
     shortened,
     shown_path,
 )
+from riglens.core.sensors.registry import KindName, kind_named, kind_of, kinds
 
 MAX_ENTRIES = 500
 OTHER_MAKER = "Other"
@@ -72,7 +73,7 @@ class Entry(Frozen):
     """
 
     name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9.+-]*$", max_length=60)]
-    kind: Literal["lidar", "camera"]
+    kind: KindName
     title: Text
     source: LongText
     maker: Text = OTHER_MAKER
@@ -88,8 +89,10 @@ class Entry(Frozen):
     def sensor(self, name: str, pose: Pose) -> Sensor:
         """Return a sensor of this model; raise pydantic's ValidationError when the entry's fields are wrong."""
         placed: dict[str, Any] = {"position": pose.position_m, "rpy_deg": pose.rpy_deg, "model": self.name}
-        maker = Lidar if self.kind == "lidar" else Camera
-        return maker(name=name, **placed, **self.fields)
+        kind = kind_named(self.kind)
+        assert kind is not None
+        sensor: Sensor = kind.model(name=name, **placed, **self.fields)
+        return sensor
 
     def range_anchors(self) -> tuple[tuple[float, float], ...]:
         """Return `range_at` as pairs of reflectivity (0 to 1) and metres, both rising; empty when none is stated."""
@@ -184,9 +187,9 @@ def _complaint(error: ValidationError, name: str, line: int, node: Mapping, wher
 
 
 def _check_about(entry: Entry, place: str) -> None:
-    strangers = ("pixel_um", "lens") if entry.kind == "lidar" else ("azimuth_step_deg", "range_at")
-    for key in strangers:
-        if getattr(entry, key) is not None:
+    figures = {kind.name: kind.library_figures for kind in kinds()}
+    for key in dict.fromkeys(chain.from_iterable(figures.values())):
+        if key not in figures[entry.kind] and getattr(entry, key) is not None:
             raise InputError(f"{place}: {key}: not a figure of a {entry.kind}")
     anchors = entry.range_anchors()
     if len(anchors) > MAX_ANCHORS or any(
@@ -204,12 +207,12 @@ def _check_about(entry: Entry, place: str) -> None:
 
 def _complete(fields: dict[str, Any], sensor: Sensor) -> dict[str, Any]:
     """Return the fields with every coefficient of a lens filled in, so that they compare equal to a sensor's."""
-    lens = sensor.distortion if isinstance(sensor, Camera) else None
-    return fields if lens is None else fields | {"distortion": _dumped(lens)}
-
-
-def _dumped(part: BaseModel) -> dict[str, Any]:
-    return part.model_dump()
+    parts = {name: getattr(sensor, name) for name in fields}
+    return fields | {
+        name: part.model_dump()
+        for name, part in parts.items()
+        if isinstance(part, BaseModel) and not isinstance(part, EvenAngles)
+    }
 
 
 def library_path(folder: Path) -> Path:
@@ -254,10 +257,12 @@ def _frozen(value: Any) -> Any:
 
 
 def _maker(path: Path) -> str:
-    """Return a checksum of all that determines the entries: the text, and the modules of this package that read it."""
+    """Return a checksum of all that determines the entries: the text, and the modules that read it."""
     digest = hashlib.sha256(path.read_bytes())
     folder = Path(__file__).parent
-    for module in sorted((*folder.glob("*.py"), *(folder / "yaml").glob("*.py"))):
+    for module in sorted(
+        (*folder.glob("*.py"), *(folder / "yaml").glob("*.py"), *(folder.parent / "sensors").glob("*.py"))
+    ):
         digest.update(module.read_bytes())
     return digest.hexdigest()
 
@@ -278,11 +283,11 @@ class Library:
         self._entries = {entry.name: entry for entry in entries}
         self.origins = origins or dict.fromkeys(self._entries, BUNDLED)
 
-    def entries(self, kind: Literal["lidar", "camera"] | None = None) -> tuple[Entry, ...]:
+    def entries(self, kind: str | None = None) -> tuple[Entry, ...]:
         """Return all entries, or those of one kind."""
         return tuple(entry for entry in self._entries.values() if kind in (None, entry.kind))
 
-    def by_maker(self, kind: Literal["lidar", "camera"]) -> dict[str, tuple[Entry, ...]]:
+    def by_maker(self, kind: str) -> dict[str, tuple[Entry, ...]]:
         """Return the entries of a kind, maker by maker, both in the order of the files."""
         makers = dict.fromkeys(entry.maker for entry in self.entries(kind))
         return {maker: tuple(e for e in self.entries(kind) if e.maker == maker) for maker in makers}
@@ -376,10 +381,8 @@ def _same_field(name: str, one: Sensor, other: Sensor) -> bool:
     """Whether a field says the same of two sensors of a kind; angles may be listed or evenly spaced."""
     if getattr(one, name) == getattr(other, name):
         return True
-    if not (isinstance(one, Lidar) and isinstance(other, Lidar)):
-        return False
-    angles = {"elevations_deg": Lidar.elevations, "azimuths_deg": Lidar.azimuths}.get(name)
-    return angles is not None and np.array_equal(angles(one), angles(other))
+    spelled_out = kind_of(one).spelled_out.get(name)
+    return spelled_out is not None and np.array_equal(spelled_out(one), spelled_out(other))
 
 
 @lru_cache(maxsize=256)

@@ -13,14 +13,14 @@ from riglens.core.kernels.body.screen import Screen
 from riglens.core.kernels.rays.bins import Bins
 from riglens.core.kernels.rays.cast import Cast
 from riglens.core.rig.library import Cylinder, default_library
-from riglens.core.rig.model import Camera, Sensor
+from riglens.core.rig.model import Sensor
 from riglens.core.sensing.image_bins import bins_of
-from riglens.core.sensing.rays import Lattice, lattice, rotate
+from riglens.core.sensing.rays import lattice, rotate
 from riglens.core.sensing.screens import screen_of
+from riglens.core.sensors.lattice import Lattice
+from riglens.core.sensors.registry import kind_of
 from riglens.core.vehicle.solid import Barrier, Solid
 
-USUAL_RADIUS_M = {"lidar": 0.105, "camera": 0.05}
-"""Radius of the housing of a sensor whose model is not known, or has no size in the library: our choice."""
 NO_VOID = np.array([1.0, 1.0, 1.0, -1.0, -1.0, -1.0])
 """No place in which it makes no difference where a ray ends."""
 
@@ -31,7 +31,7 @@ def housing_radius_m(sensor: Sensor) -> float:
     Half the diagonal of the housing in the sensor library.
     """
     known = _known_radius_m(sensor.model) if sensor.model else None
-    return USUAL_RADIUS_M[sensor.kind] if known is None else known
+    return kind_of(sensor).occlusion.housing_radius_m if known is None else known
 
 
 @lru_cache(maxsize=256)
@@ -129,7 +129,7 @@ def barrier_shadow(
     screen = screen_of(sensor)
     if screen is not None:
         return _by_triangle(rays, screen, barrier, void, workers)
-    bins = bins_of(sensor) if isinstance(sensor, Camera) else None
+    bins = bins_of(sensor)
     if bins is not None:
         return _by_bins(rays, bins, barrier, void, workers)
     return _by_tree(rays, barrier, void, workers)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import lru_cache, singledispatch
 
 import numpy as np
 
 from riglens.core.kernels.rays.bins import Bins
-from riglens.core.rig.model import Camera, rays_of
-from riglens.core.sensing.rays import NOWHERE, lattice
+from riglens.core.rig.model import Camera, Sensor, rays_of
+from riglens.core.sensing.rays import lattice
+from riglens.core.sensors.base import NOWHERE
 
 RAYS_PER_BIN = 4
 """Along each axis of the image, in the mean."""
@@ -16,8 +17,14 @@ WIDEST_TANGENT = 20.0
 """Rays and image borders beyond atan(20) = 87 degrees: too wide for places in the image plane."""
 
 
-def bins_of(camera: Camera) -> Bins | None:
+@singledispatch
+def bins_of(_: Sensor) -> Bins | None:
     """The rays of a camera in bins; None where one does not go ahead, or too far to the side, or there is none."""
+    return None
+
+
+@bins_of.register
+def _bins_of(camera: Camera) -> Bins | None:
     return _bins(rays_of(camera).model_copy(update=NOWHERE))
 
 

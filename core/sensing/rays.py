@@ -11,11 +11,13 @@ from numpy.typing import NDArray
 
 from riglens.core.geometry import Vec3
 from riglens.core.kernels.runtime import codes
-from riglens.core.rig.model import Camera, Lidar, Sensor, rays_of
+from riglens.core.rig.model import Lidar, Sensor, rays_of
 from riglens.core.scene.grid import VoxelGrid
-from riglens.core.sensing.camera import cast_px, pixel_directions
+from riglens.core.sensors.base import NOWHERE
+from riglens.core.sensors.lattice import Ids, Lattice
+from riglens.core.sensors.lidar import beam_lattice
+from riglens.core.sensors.registry import kind_of
 
-Ids = NDArray[np.int64]
 _AT_ONCE = 1 << 16
 
 
@@ -28,77 +30,15 @@ class Rays:
     range_m: tuple[float, float]
 
 
-@dataclass(frozen=True)
-class Lattice:
-    """Tables from which the directions of a sensor's rays follow, ray = row * planes + plane.
-
-    rows (r, 2): a LiDAR's beams, a camera's image rows; planes (p, 2): azimuths or image columns. Lens distortion
-    and azimuth offsets do not fit such tables: rows (n, 3) are then the directions themselves, of the rays that
-    exist (see `kernels.rays.lattice`): those at which `exists` (rays of the whole lattice,) is set.
-    """
-
-    kind: int
-    rows: NDArray[np.float64]
-    planes: NDArray[np.float64]
-    exists: NDArray[np.bool_] | None = None
-
-    def directions(self, rays: Ids | None = None) -> NDArray[np.float64]:
-        """Directions in the sensor frame of all rays, or of some by number, (n, 3)."""
-        every = np.arange(len(self.rows) * len(self.planes)) if rays is None else rays
-        return lattice_directions(self.kind, self.rows, self.planes, every)
-
-
-def lattice_directions(
-    kind: int, rows: NDArray[np.float64], planes: NDArray[np.float64], rays: Ids
-) -> NDArray[np.float64]:
-    """Directions (n, 3) in the sensor frame of the rays `rays` (n,), ray = row * planes + plane.
-
-    The same doubles as the compiled `kernels.rays.lattice.direction` gives, which says what the tables mean;
-    in plain numpy, because the window draws some rays before the compiler is loaded.
-    """
-    row, plane = rows[rays // len(planes)], planes[rays % len(planes)]
-    if kind == codes.LISTED:
-        return np.asarray(row)
-    with np.errstate(over="ignore", invalid="ignore"):  # as in compiled code, which never warns
-        if kind == codes.LIDAR:
-            return np.stack([row[:, 0] * plane[:, 0], row[:, 0] * plane[:, 1], row[:, 1]], axis=1)
-        y, z = plane[:, 0], row[:, 0]
-        norm = np.sqrt(1.0 + y * y + z * z)
-        return np.stack([1.0 / norm, y / norm, z / norm], axis=1)
-
-
-def lidar_lattice(lidar: Lidar) -> Lattice:
-    """Directions (cos e cos a, cos e sin a, sin e), beam by beam (paper, eq. 2, as its text means it)."""
-    elevation, azimuth = np.radians(lidar.elevations()), np.radians(lidar.azimuths())
-    rows = np.stack([np.cos(elevation), np.sin(elevation)], axis=1)
-    return Lattice(codes.LIDAR, rows, np.stack([np.cos(azimuth), np.sin(azimuth)], axis=1))
-
-
-def camera_lattice(camera: Camera) -> Lattice:
-    """Rays through pixel centres of the resized image, row by row (paper, eq. 3-5).
-
-    w = (u + 1/2) w0 / u0, h = (v + 1/2) h0 / v0; (1, -(w - cx) / fx, -(h - cy) / fy), normalised.
-    """
-    fx_px, fy_px, cx_px, cy_px = camera.intrinsics_px()
-    w = (np.arange(camera.cast[0]) + 0.5) * camera.image[0] / camera.cast[0]
-    h = (np.arange(camera.cast[1]) + 0.5) * camera.image[1] / camera.cast[1]
-    y, z = -(w - cx_px) / fx_px, -(h - cy_px) / fy_px
-    rows = np.stack([z, np.zeros_like(z)], axis=1)
-    return Lattice(codes.CAMERA, rows, np.stack([y, np.zeros_like(y)], axis=1))
-
-
 def lattice(sensor: Sensor) -> Lattice:
     """The ray lattice of a sensor in its own frame."""
-    if is_listed(sensor):
-        return _listed(rays_of(sensor).model_copy(update=NOWHERE))
-    return lidar_lattice(sensor) if isinstance(sensor, Lidar) else camera_lattice(sensor)
+    tables = kind_of(sensor).lattice(sensor)
+    return _listed(rays_of(sensor).model_copy(update=NOWHERE)) if tables is None else tables
 
 
 def is_listed(sensor: Sensor) -> bool:
-    """Whether rays have to be listed one by one: a lens with distortion, beams with azimuth offsets."""
-    if isinstance(sensor, Camera):
-        return sensor.distortion is not None
-    return sensor.azimuth_offsets_deg is not None
+    """Whether rays have to be listed one by one, as those of a lens with distortion or beams with azimuth offsets."""
+    return kind_of(sensor).lattice(sensor) is None
 
 
 def lattices_by_offset(lidar: Lidar) -> tuple[tuple[Ids, Lattice], ...]:
@@ -114,7 +54,7 @@ def _by_offset(lidar: Lidar) -> tuple[tuple[Ids, Lattice], ...]:
     """As `lattices_by_offset`, of a LiDAR without its place."""
     listed = _listed(lidar).rows.reshape(lidar.beam_count, -1, 3)
     offsets_deg = np.array(lidar.azimuth_offsets_deg)
-    rows = lidar_lattice(lidar).rows
+    rows = beam_lattice(lidar).rows
     parts = []
     for offset_deg in np.unique(offsets_deg):
         beams = np.flatnonzero(offsets_deg == offset_deg)
@@ -124,10 +64,6 @@ def _by_offset(lidar: Lidar) -> tuple[tuple[Ids, Lattice], ...]:
             return ()
         parts.append((beams, part))
     return tuple(parts)
-
-
-NOWHERE = {"position": (0.0, 0.0, 0.0), "rpy_deg": (0.0, 0.0, 0.0), "range_m": (0.0, math.inf)}
-"""What decides where the rays are, but none of their directions in the sensor frame."""
 
 
 @lru_cache(maxsize=4)
@@ -142,26 +78,14 @@ def _listed(sensor: Sensor) -> Lattice:
 
 
 def local_directions(sensor: Sensor, rays: Ids) -> NDArray[np.float64]:
-    """Directions in the sensor frame of rays by number (row * planes + plane), (n, 3); NaN: the lens has none."""
-    if not is_listed(sensor):
-        return lattice(sensor).directions(rays)
-    if isinstance(sensor, Camera):
-        return pixel_directions(sensor, cast_px(sensor, rays))
-    azimuths = sensor.azimuths()
-    beam, turn = rays // azimuths.size, rays % azimuths.size
-    elevation = np.radians(sensor.elevations()[beam])
-    azimuth = np.radians(azimuths[turn] + np.array(sensor.azimuth_offsets_deg)[beam])
-    flat = np.cos(elevation)
-    return np.stack([flat * np.cos(azimuth), flat * np.sin(azimuth), np.sin(elevation)], axis=-1)
+    """Directions in the sensor frame of rays by number (row * planes + plane), (n, 3); NaN where there is none."""
+    found: NDArray[np.float64] = kind_of(sensor).directions(sensor, rays)
+    return found
 
 
 def missing_ray_count(sensor: Sensor) -> int:
-    """Rays of a camera's lattice that are not cast, because its lens model gives their pixels no direction."""
-    return (
-        sensor.ray_count - len(lattice(sensor).rows)
-        if isinstance(sensor, Camera) and is_listed(sensor)
-        else 0
-    )
+    """Rays of a sensor's lattice that are not cast, because they have no direction, as where a lens has none."""
+    return sensor.ray_count - len(lattice(sensor).rows) if is_listed(sensor) else 0
 
 
 def rotate(rotation: NDArray[np.float64], directions: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import lru_cache, singledispatch
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from riglens.core.kernels.beams.cones import A_TURN
 from riglens.core.kernels.body.screen import Screen
 from riglens.core.rig.model import Camera, Lidar, Sensor, rays_of
-from riglens.core.sensing.rays import NOWHERE, camera_lattice, is_listed
+from riglens.core.sensors.base import NOWHERE
+from riglens.core.sensors.camera import image_lattice
 
 Doubles = NDArray[np.float64]
 _PLACES = 8192
@@ -18,18 +19,22 @@ _PLACES = 8192
 
 
 def screen_of(sensor: Sensor) -> Screen | None:
-    """The rows and columns of a sensor's lattice; None for a lens with distortion, which has none."""
-    if isinstance(sensor, Camera) and is_listed(sensor):
-        return None
+    """The rows and columns of a sensor's lattice; None for one that has none, as a lens with distortion."""
     return _screen(rays_of(sensor).model_copy(update=NOWHERE))
 
 
 @lru_cache(maxsize=64)
-def _screen(sensor: Sensor) -> Screen:
+def _screen(sensor: Sensor) -> Screen | None:
     """The screen of a sensor without its place: the same one through a whole drag."""
-    return _of_lidar(sensor) if isinstance(sensor, Lidar) else _of_camera(sensor)
+    return _made(sensor)
 
 
+@singledispatch
+def _made(_: Sensor) -> Screen | None:
+    return None
+
+
+@_made.register
 def _of_lidar(lidar: Lidar) -> Screen:
     elevation, azimuth = np.radians(lidar.elevations()), np.radians(lidar.azimuths()) % A_TURN
     row_of, column_of = np.argsort(np.sin(elevation), kind="stable"), np.argsort(azimuth, kind="stable")
@@ -42,8 +47,11 @@ def _of_lidar(lidar: Lidar) -> Screen:
     )  # fmt: skip
 
 
-def _of_camera(camera: Camera) -> Screen:
-    table = camera_lattice(camera)
+@_made.register
+def _of_camera(camera: Camera) -> Screen | None:
+    if camera.distortion is not None:
+        return None
+    table = image_lattice(camera)
     z, y = table.rows[:, 0], table.planes[:, 0]
     rows, row_scale = _finder(-z, float(-z[0]), float(-z[-1]))
     columns, column_scale = _finder(-y, float(-y[0]), float(-y[-1]))

@@ -11,6 +11,7 @@ import re
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from functools import singledispatch
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,8 @@ from riglens.core.formats.carla_lidar import rays_to_write
 from riglens.core.formats.lens_export import centred_pinhole, report_lens
 from riglens.core.formats.report import Notes
 from riglens.core.geometry import Pose
-from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
+from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Sensor
+from riglens.core.sensors.registry import kind_of
 
 Doubles = NDArray[np.float64]
 STEP_S = 0.05
@@ -85,28 +87,33 @@ def mirrored(points: Doubles) -> Doubles:
 
 def castable(rig: Rig, notes: Notes) -> Rig:
     """The rig as CARLA can have it: beams and azimuths evenly spaced, cameras as centred pinholes; `notes` says so."""
-    made: list[Lidar | Camera] = []
-    for sensor in rig.sensors:
-        if not sensor.enabled:
-            continue
-        if isinstance(sensor, Camera):
-            pinhole = centred_pinhole(sensor)
-            report_lens(sensor, pinhole, "a pinhole of one focal length in the middle of its image", notes)
-            made.append(pinhole)
-            continue
-        rays = rays_to_write(sensor, notes)
-        half_deg = rays.get("horizontal_fov", 360.0) / 2.0
-        beams = EvenAngles(from_=rays["lower_fov"], to=rays["upper_fov"], count=sensor.beam_count)
-        turn = EvenAngles(from_=-half_deg, to=half_deg, count=len(sensor.azimuths()))
-        made.append(
-            sensor.replace(
-                elevations_deg=beams,
-                azimuths_deg=turn,
-                azimuth_offsets_deg=None,
-                range_m=(0.0, rays["range"]),
-            )
-        )
-    return rig.replace(sensors=tuple(made))
+    made = (_castable(sensor, notes) for sensor in rig.sensors if sensor.enabled)
+    return rig.replace(sensors=tuple(sensor for sensor in made if sensor is not None))
+
+
+@singledispatch
+def _castable(sensor: Sensor, notes: Notes) -> Sensor | None:
+    notes.ignored(f"{kind_of(sensor).title}: there is none in CARLA", sensor.name)
+    return None
+
+
+@_castable.register
+def _(camera: Camera, notes: Notes) -> Sensor | None:
+    pinhole = centred_pinhole(camera)
+    report_lens(camera, pinhole, "a pinhole of one focal length in the middle of its image", notes)
+    return pinhole
+
+
+@_castable.register
+def _(lidar: Lidar, notes: Notes) -> Sensor | None:
+    rays = rays_to_write(lidar, notes)
+    half_deg = rays.get("horizontal_fov", 360.0) / 2.0
+    return lidar.replace(
+        elevations_deg=EvenAngles(from_=rays["lower_fov"], to=rays["upper_fov"], count=lidar.beam_count),
+        azimuths_deg=EvenAngles(from_=-half_deg, to=half_deg, count=len(lidar.azimuths())),
+        azimuth_offsets_deg=None,
+        range_m=(0.0, rays["range"]),
+    )
 
 
 class Session:

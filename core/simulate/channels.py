@@ -64,9 +64,11 @@ def channels_of(rig: Rig, with_cameras: bool = True) -> list[Channel]:
     if len(lidars) > 1:
         for number, lidar in enumerate(lidars):
             place_m = np.array(lidar.position) - origin_m
-            found.append(Channel(_name(lidar, taken), "lidar", place_m, lidar.pose.rotation(), number))
+            found.append(
+                Channel(_name("LIDAR", lidar, taken), "lidar", place_m, lidar.pose.rotation(), number)
+            )
     for number, camera in enumerate(rig.cameras() if with_cameras else ()):
-        found.append(_camera(camera, number, _name(camera, taken), origin_m))
+        found.append(_camera(camera, number, _name("CAM", camera, taken), origin_m))
     return found
 
 
@@ -83,11 +85,10 @@ def _camera(camera: Camera, number: int, name: str, origin_m: Doubles) -> Channe
     )
 
 
-def _name(sensor: Sensor, taken: set[str]) -> str:
+def _name(family: str, sensor: Sensor, taken: set[str]) -> str:
     """A name of its own of capital letters, figures and _, that begins with LIDAR_ or CAM_."""
-    kind = "CAM" if isinstance(sensor, Camera) else "LIDAR"
     words = re.sub(r"[^A-Z0-9]+", "_", sensor.name.upper()).strip("_")[:60] or "ONE"
-    name = words if words.startswith(f"{kind}_") else f"{kind}_{words}"
+    name = words if words.startswith(f"{family}_") else f"{family}_{words}"
     number, free = 2, name
     while free in taken:
         number, free = number + 1, f"{name}_{number}"

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from riglens.core.kernels.objects.sweeps import STATIC
 from riglens.core.rig.model import Camera, Rig
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.sensing.camera import project_px
+from riglens.core.sensors.camera import project_px
 from riglens.core.simulate.pictures import NO_RAY, OWN_CAR, CameraPicture, Cameras
 from riglens.core.simulate.world import Worlds
 from riglens.core.targets.draws import sensor_key

@@ -19,15 +19,15 @@ from riglens.core.engine.caster import RAYS_PER_CHUNK, Caster
 from riglens.core.engine.engine import Engine, Evaluation
 from riglens.core.kernels.rays.cast import add_marks, mark_rays
 from riglens.core.kernels.runtime import jit
-from riglens.core.kernels.runtime.codes import ANY
 from riglens.core.kernels.voxels import bits, update_coverage
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import MetricSettings, s_ms
-from riglens.core.metric.scoring import KINDS, score
+from riglens.core.metric.scoring import score
 from riglens.core.rig.model import Camera, Lidar, Rig, Sensor
 from riglens.core.scene.boxes import CLASSES, Progress
 from riglens.core.scene.columns import Words
-from riglens.core.study.simple_methods import FLAGS, PlainDda, VoxelTests, grid_rays
+from riglens.core.sensors.registry import kind_names
+from riglens.core.study.simple_methods import FLAGS, KINDS, PlainDda, VoxelTests, grid_rays
 
 MOVED_M = 0.1
 SLOW_MS = 3000.0
@@ -92,7 +92,7 @@ class EngineCase:
         assert self._evaluation is not None
         found = self._evaluation
         seen = np.zeros(self._field.index.count, np.uint8)
-        for kind, words in (("camera", found.seen_camera), ("lidar", found.seen_lidar)):
+        for kind, words in found.seen.items():
             seen[_ids(self._field, words)] |= np.uint8(FLAGS[kind])
         return Answer(tuple(found.scores.classes[cls].s_ms for cls in CLASSES), seen)
 
@@ -147,7 +147,10 @@ class WalkCase:
     def prepare(self) -> None:
         """Memory for the sets of voxels."""
         words = self._field.index.words.size
-        self._stack, self._union = np.zeros((1, words), np.uint64), np.zeros((2, words), np.uint64)
+        self._stack, self._union = (
+            np.zeros((1, words), np.uint64),
+            np.zeros((len(kind_names()), words), np.uint64),
+        )
         self._spare = np.zeros((self._caster.workers - 1, words), np.uint64)
 
     def run(self) -> None:
@@ -165,26 +168,27 @@ class WalkCase:
         self._sums_q = self._settled()
 
     def _settled(self) -> NDArray[np.int64]:
-        """Sums int64 (3, 4) of what is marked."""
+        """Sums int64 (kinds + 1, 4) of what is marked."""
         nx, words = self._field.grid.shape[0], self._field.index.words.size
         region = update_coverage.Region(0, nx, 0, words // nx, words // nx)
         slots, keep = (
             update_coverage.Slots(np.zeros(1, np.int64), np.zeros(0, np.int64)),
             self._field.index.words,
         )
-        kind, sums_q = KINDS.index(self._sensor.kind), np.zeros((ANY + 1, update_coverage.COLUMNS), np.int64)
+        kind, rows = kind_names().index(self._sensor.kind), len(kind_names()) + 1
+        sums_q = np.zeros((rows, update_coverage.COLUMNS), np.int64)
         change = update_coverage.settle(
             self._stack, self._union, keep, slots, kind, region, self._field.entropies, self._caster.workers
         )
-        sums_q[kind], sums_q[ANY] = change
+        sums_q[kind], sums_q[-1] = change
         return sums_q
 
     def answer(self) -> Answer:
         """Return what the last run found."""
         scores = score(self._field, self._sums_q, self._settings)
         seen = np.zeros(self._field.index.count, np.uint8)
-        kind = KINDS.index(self._sensor.kind)
-        seen[_ids(self._field, self._union[kind])] = FLAGS[KINDS[kind]]
+        kind = self._sensor.kind
+        seen[_ids(self._field, self._union[kind_names().index(kind)])] = FLAGS[kind]
         return Answer(tuple(scores.classes[cls].s_ms for cls in CLASSES), seen)
 
 
@@ -235,7 +239,10 @@ def timed(
 
 
 def _s_ms(sums: NDArray[np.float64], camera_weight: float) -> tuple[float, ...]:
-    return tuple(s_ms(-float(sums[0, c]), -float(sums[1, c]), camera_weight) for c in range(len(CLASSES)))
+    return tuple(
+        s_ms({kind: -float(sums[row, c]) for row, kind in enumerate(KINDS)}, camera_weight)
+        for c in range(len(CLASSES))
+    )
 
 
 def _ids(field: EntropyField, words: Words) -> NDArray[np.int64]:
@@ -269,7 +276,8 @@ def with_lattice(rig: Rig, name: LatticeName) -> Rig:
 
 
 def _changed(rig: Rig, lidar: Callable[[Lidar], Lidar], camera: Callable[[Camera], Camera]) -> Rig:
-    sensors = tuple(camera(s) if isinstance(s, Camera) else lidar(s) for s in rig.sensors)
+    changes: dict[type[Sensor], Callable[[Any], Sensor]] = {Lidar: lidar, Camera: camera}
+    sensors = tuple(changes[type(s)](s) if type(s) in changes else s for s in rig.sensors)
     return rig.model_copy(update={"sensors": sensors})
 
 

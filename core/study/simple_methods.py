@@ -18,12 +18,13 @@ from riglens.core.kernels.rays import approximate, plain
 from riglens.core.kernels.rays.approximate import Place, Tested
 from riglens.core.kernels.runtime import jit
 from riglens.core.metric.entropy import QUANTA_PER_NAT, EntropyField
-from riglens.core.metric.scoring import KINDS
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Sensor
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.sensing.rays import is_listed, sensor_rays
 
+KINDS = ("camera", "lidar")
+"""The two kinds of the paper, on which methods are compared: rows of their sums."""
 FLAGS = {kind: 1 << number for number, kind in enumerate(KINDS)}
 """The bit of a kind of sensor in a byte per informative voxel."""
 BYTES_PER_VOXEL = 14.0

@@ -165,8 +165,8 @@ def digest(threads: int) -> str:
             if found.threads != threads:
                 raise RuntimeError(f"{found.threads} threads used, {threads} asked for")
             everything.update(repr(found.scores).encode())
-            everything.update(found.seen_camera.tobytes())
-            everything.update(found.seen_lidar.tobytes())
+            everything.update(found.seen["camera"].tobytes())
+            everything.update(found.seen["lidar"].tobytes())
     return everything.hexdigest()
 
 

@@ -131,8 +131,8 @@ class RunningSum:
 
 
 def _same(one: Evaluation, other: Evaluation) -> bool:
-    seen = np.array_equal(one.seen_camera, other.seen_camera) and np.array_equal(
-        one.seen_lidar, other.seen_lidar
+    seen = np.array_equal(one.seen["camera"], other.seen["camera"]) and np.array_equal(
+        one.seen["lidar"], other.seen["lidar"]
     )
     return seen and one.scores == other.scores
 
@@ -152,7 +152,7 @@ def random_edits(edits: int, progress: Progress | None = None) -> MethodRow:
         found = engine.evaluate(editor.rig, editor.settings)
         fresh = Engine(field, 1).evaluate(editor.rig, editor.settings)
         different += not _same(found, fresh)
-        running.follow(unpack(GRID, fresh.seen_camera | fresh.seen_lidar))
+        running.follow(unpack(GRID, fresh.seen_by_any()))
         drifted += running.sum_nat != running.from_scratch_nat()
         if progress is not None:
             progress((edit + 1) / edits)

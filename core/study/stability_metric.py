@@ -63,7 +63,9 @@ class Ranking:
 
     def _rig(self, name: str) -> dict[str, float]:
         cameras, lidars = (self.s_mig[letter] for letter in name.split("+"))
-        return {cls: s_ms(cameras[cls], lidars[cls], self.camera_weight) for cls in CLASSES}
+        return {
+            cls: s_ms({"camera": cameras[cls], "lidar": lidars[cls]}, self.camera_weight) for cls in CLASSES
+        }
 
     def with_weight(self, camera_weight: float) -> Ranking:
         """The same groups with another lambda."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from functools import lru_cache
+from functools import lru_cache, singledispatch
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,8 +70,14 @@ def stops_of(sensor: Sensor, barrier: Barrier, workers: int = 1) -> Doubles:
     return every
 
 
-def azimuth_step_rad(lidar: Lidar) -> float:
-    """The step between azimuths: the median one of listed azimuths, 0 where there is a single one."""
+@singledispatch
+def azimuth_step_rad(_: Sensor) -> float:
+    """The step between azimuths: the median one of listed azimuths, 0 where there is a single one or none."""
+    return 0.0
+
+
+@azimuth_step_rad.register
+def _azimuth_step_rad(lidar: Lidar) -> float:
     if isinstance(lidar.azimuths_deg, EvenAngles):
         turn = lidar.azimuths_deg
         return math.radians((turn.to - turn.from_) / turn.count)
@@ -82,12 +88,21 @@ def azimuth_step_rad(lidar: Lidar) -> float:
 @lru_cache(maxsize=16)
 def _tables(sensor: Sensor) -> Beams:
     """The beams of a sensor that stands nowhere: the same through a whole drag."""
-    if isinstance(sensor, Lidar):
-        return _lidar(sensor)
-    sees_all = sensor.range_m == (0.0, math.inf)
-    return _pinhole(sensor) if sees_all and not is_listed(sensor) else _listed_camera(sensor)
+    return _made(sensor)
 
 
+@singledispatch
+def _made(sensor: Sensor) -> Beams:
+    return _listed(sensor)
+
+
+@_made.register
+def _camera(camera: Camera) -> Beams:
+    sees_all = camera.range_m == (0.0, math.inf)
+    return _pinhole(camera) if sees_all and not is_listed(camera) else _listed(camera)
+
+
+@_made.register
 def _lidar(lidar: Lidar) -> Beams:
     azimuth_at, elevation = np.radians(lidar.azimuths()) % TURN, np.radians(lidar.elevations())
     row_of, column_of = np.argsort(elevation, kind="stable"), np.argsort(azimuth_at, kind="stable")
@@ -120,10 +135,11 @@ def _pinhole(camera: Camera) -> Beams:
     )
 
 
-def _listed_camera(camera: Camera) -> Beams:
-    columns, rows = camera.cast
-    beams = _beams(camera, np.zeros(0), np.arange(rows), np.zeros(0), np.arange(columns))
-    directions = local_directions(camera, np.arange(camera.ray_count))
+def _listed(sensor: Sensor) -> Beams:
+    """Any rays, looked for in short runs along their rows."""
+    columns, rows = sensor.resolution
+    beams = _beams(sensor, np.zeros(0), np.arange(rows), np.zeros(0), np.arange(columns))
+    directions = local_directions(sensor, np.arange(sensor.ray_count))
     known = directions[~np.isnan(directions[:, 0])]
     cos = float(known[:, 0].min()) - 1e-12 if len(known) else 1.0
     field = np.array([cos, math.sqrt(max(0.0, 1.0 - cos * cos))])

@@ -9,6 +9,7 @@ hand or as a person is tall. So each distance is tried at several places within 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -19,6 +20,9 @@ from riglens.core.errors import InputError
 from riglens.core.metric.scores import Body
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.sensors.camera import CAMERA
+from riglens.core.sensors.lidar import LIDAR
+from riglens.core.sensors.registry import AnyKind
 from riglens.core.targets.settings import EXACT, TargetSettings
 
 Doubles = NDArray[np.float64]
@@ -102,6 +106,12 @@ class CardPlan:
         """This plan with a car that brakes as in another one: nothing has to be counted anew for it."""
         return replace(self, reaction_s=other.reaction_s, deceleration_mps2=other.deceleration_mps2)
 
+    def enough(self, kind: AnyKind) -> float:
+        """From how many points or pixels on, or returns of another kind, there is enough."""
+        return {"points": self.min_points, "pixels": self.min_height_px}.get(
+            kind.hits.measure, kind.hits.threshold
+        )
+
     def with_body(self, body: Body) -> CardPlan:
         """This plan with rays that end at the car's own body, or do not."""
         return replace(self, settings=replace(self.settings, body=body))
@@ -133,7 +143,8 @@ class Reach(NamedTuple):
 
 @dataclass(frozen=True)
 class CardRow:
-    """One class, turned one way, in one direction from the car: reach by LiDARs (points) and by cameras (pixels).
+    """One class, turned one way, in one direction from the car: reach by kind of sensor, for LiDARs by points, for
+    cameras by pixels.
 
     gap_m: from bumper to road user when its centre is 0 m away, below 0; the way to brake in is distance + gap_m.
     """
@@ -141,9 +152,18 @@ class CardRow:
     cls: str
     heading_deg: float
     bearing_deg: float
-    lidar: Reach
-    camera: Reach
+    reaches: Mapping[str, Reach]
     gap_m: float
+
+    @property
+    def lidar(self) -> Reach:
+        """Reach of all LiDARs."""
+        return self.reaches[LIDAR.name]
+
+    @property
+    def camera(self) -> Reach:
+        """Reach of all cameras."""
+        return self.reaches[CAMERA.name]
 
 
 @dataclass(frozen=True)

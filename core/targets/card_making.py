@@ -14,7 +14,9 @@ from riglens.core.kernels.body.solid import meet_listed
 from riglens.core.rig.model import Camera, Lidar, Rig
 from riglens.core.scene.boxes import CLASSES, DataReport, Progress, rotations_from_yaw
 from riglens.core.sensing.body_ends import barrier_of
-from riglens.core.sensing.camera import project_px
+from riglens.core.sensors.camera import CAMERA, project_px
+from riglens.core.sensors.lidar import LIDAR
+from riglens.core.sensors.registry import AnyKind, kind_of, kinds
 from riglens.core.targets.beams import azimuth_step_rad
 from riglens.core.targets.card import SIZES_M, USUAL_PLAN, Card, CardPlan, CardRow, Case, Doubles, Reach
 from riglens.core.targets.engine import TargetEngine
@@ -53,16 +55,36 @@ def card_of(
     )
     solid = CarBody(rig.vehicle, mesh).solid() if plan.settings.body == "blocks" else None
     counting = _Counting(lidars, plan, steps_deg, threads, is_serial, mesh)
+    others = {
+        kind: counting._replace(sensors=only, steps_deg=(0.0, 0.0)) for kind, only in _counting_returns(rig)
+    }
     rows, cases = [], plan.cases()
     for number, case in enumerate(cases):
-        points = counting.points(case, partial(progress, number / len(cases)))
-        lidar = reach_of(plan.distances_m(), points >= plan.min_points)
+        tell = partial(progress, number / len(cases))
         heights = heights_px(rig.cameras(), _poses(plan, case), SIZES_M[case.cls], solid)
-        camera = reach_of(plan.distances_m(), heights[None] >= plan.min_height_px)
+        found = {
+            LIDAR: counting.points(case, tell),
+            CAMERA: heights[None],
+            **{kind: one.points(case, tell) for kind, one in others.items()},
+        }
+        reaches = {
+            kind.name: reach_of(plan.distances_m(), count >= plan.enough(kind))
+            for kind, count in found.items()
+        }
         half_m = SIZES_M[case.cls][0 if case.heading_deg == 0.0 else 1] / 2
-        rows.append(CardRow(*case, lidar, camera, -rig.vehicle.length / 2 - half_m))
+        rows.append(CardRow(*case, reaches, -rig.vehicle.length / 2 - half_m))
     progress(1.0)
     return Card(rig, plan, tuple(rows), steps_deg[0])
+
+
+def _counting_returns(rig: Rig) -> list[tuple[AnyKind, Rig]]:
+    """The kinds beside LiDARs and cameras of which a rig has sensors, with a rig of those alone."""
+    found = []
+    for kind in kinds():
+        sensors = tuple(sensor for sensor in rig.sensors if sensor.enabled and kind_of(sensor) is kind)
+        if sensors and kind.hits.measure == "returns":
+            found.append((kind, rig.model_copy(update={"sensors": sensors})))
+    return found
 
 
 def reach_of(distances_m: Doubles, enough: NDArray[np.bool_]) -> Reach:
@@ -108,9 +130,10 @@ def _poses(plan: CardPlan, case: Case, turn_deg: float = 0.0, rise_deg: float = 
 
 
 class _Counting(NamedTuple):
-    """How LiDAR points are counted: of which LiDARs, for which plan, on which lattice, by how many threads."""
+    """How points of LiDARs, or returns of sensors of another kind, are counted: of which sensors, for
+    which plan, on which lattice, by how many threads."""
 
-    lidars: Rig
+    sensors: Rig
     plan: CardPlan
     steps_deg: tuple[float, float]
     threads: int | None
@@ -118,7 +141,7 @@ class _Counting(NamedTuple):
     mesh: BodyMesh | None
 
     def points(self, case: Case, tell: Callable[[], None]) -> NDArray[np.int64]:
-        """LiDAR points (places within the lattice, distances) on a road user; calls `tell` every few milliseconds."""
+        """Points or returns (places within the lattice, distances) on a road user; calls `tell` often."""
         tell()
         gap_deg, step_deg = self.steps_deg
         turns, rises = ((np.arange(count) + 0.5) / count for count in (TURNS, RISES))
@@ -128,12 +151,14 @@ class _Counting(NamedTuple):
             for rise in rises
         ]
         found = np.zeros(len(places) * self.plan.distances_m().size, np.int64)
-        if self.lidars.sensors:
+        if self.sensors.sensors:
             engine = TargetEngine(_alone(case.cls, places), self.threads, self.is_serial)
             scores = engine.evaluate(
-                self.lidars, self.plan.settings, mesh=self.mesh, cancel=partial(_stays_wanted, tell)
+                self.sensors, self.plan.settings, mesh=self.mesh, cancel=partial(_stays_wanted, tell)
             )
-            found[engine.traffic.row[scores.objects.box]] = scores.objects.all_points
+            found[engine.traffic.row[scores.objects.box]] = (
+                scores.objects.all_points + scores.objects.all_returns
+            )
         return found.reshape(len(places), -1)
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from riglens.core.rig.model import FORMAT_VERSION
 from riglens.core.rig.yaml.file import rig_sha256
+from riglens.core.sensors.registry import kinds
 from riglens.core.targets.card import SIZES_M, Card, CardRow, Reach
 
 
@@ -38,7 +39,7 @@ def card_document(card: Card) -> dict[str, Any]:
 
 def _row(card: Card, row: CardRow) -> dict[str, Any]:
     found: dict[str, Any] = {"class": row.cls, "heading_deg": row.heading_deg, "bearing_deg": row.bearing_deg}
-    for name, reach in (("lidar", row.lidar), ("camera", row.camera)):
+    for name, reach in row.reaches.items():
         found[name] = _reach(reach)
         speed = card.stops_from_kmh(row, reach)
         if speed is not None:
@@ -62,7 +63,8 @@ def card_lines(card: Card) -> list[dict[str, object]]:
     """One line per class, heading, bearing and kind of sensor; empty: still enough at the farthest distance."""
     lines: list[dict[str, object]] = []
     for row in card.rows:
-        for kind, reach in (("lidar", row.lidar), ("camera", row.camera)):
+        for kind in (kind for kind in kinds() if kind.name in row.reaches):
+            reach = row.reaches[kind.name]
             speed = card.stops_from_kmh(row, reach)
             lines.append(
                 {
@@ -70,8 +72,8 @@ def card_lines(card: Card) -> list[dict[str, object]]:
                     "class": row.cls,
                     "heading_deg": row.heading_deg,
                     "bearing_deg": row.bearing_deg,
-                    "kind": kind,
-                    "threshold": card.plan.min_points if kind == "lidar" else card.plan.min_height_px,
+                    "kind": kind.name,
+                    "threshold": card.plan.enough(kind),
                     "enough_from_m": reach.from_m if reach.most_m > 0.0 else "",
                     "first_below_min_m": _cell(reach.least_m),
                     "first_below_median_m": _cell(reach.median_m),

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from riglens.core.kernels.objects import counts as kernel
 from riglens.core.kernels.objects.box_frames import Traffic as Boxes
 from riglens.core.kernels.objects.unique_cells import table_mask
-from riglens.core.rig.model import Lidar, Sensor
+from riglens.core.rig.model import Sensor
+from riglens.core.sensors.registry import kind_of
 from riglens.core.targets.beams import NOT_STOPPED, azimuth_step_rad, beams_of, stops_of
 from riglens.core.targets.draws import mixed, sensor_key, units
 from riglens.core.targets.range_law import law_of
@@ -23,8 +24,8 @@ from riglens.core.vehicle.solid import Barrier
 
 Ids = NDArray[np.int64]
 IsStale = Callable[[], bool]
-RAYS_AT_ONCE = {"lidar": 1 << 21, "camera": 1 << 22}
-"""Rays of all frames of a chunk, after which `is_stale` is asked; the cells of LiDARs take 8 bytes a ray."""
+RAYS_AT_ONCE, TURNING_RAYS_AT_ONCE = 1 << 22, 1 << 21
+"""Rays of all frames of a chunk, after which `is_stale` is asked; the cells of turning beams take 8 bytes a ray."""
 
 CELLS_AT_ONCE = 1 << 24
 """Room for cells, 128 MiB of which only what is filled takes memory."""
@@ -68,7 +69,7 @@ NOTHING = Contribution(
 
 def phases_rad(sensor: Sensor, settings: TargetSettings, frame: Ids) -> NDArray[np.float64]:
     """By how much the azimuths of a sensor are shifted in frames (n,) of the data, radians; 0 for cameras."""
-    if settings.phase == "0" or not isinstance(sensor, Lidar):
+    if settings.phase == "0" or not kind_of(sensor).spins:
         return np.zeros(len(frame))
     return azimuth_step_rad(sensor) * units(mixed(sensor_key(settings.seed, sensor.name), frame))
 
@@ -117,7 +118,7 @@ class TargetCaster:
         at, ranks = np.zeros(found.shape[1], np.int64), self._ranks - objects.start
         scratch, at_once = (
             _scratch(workers, rays),
-            max(1, min(end - first, RAYS_AT_ONCE[sensor.kind] // rays)),
+            max(1, min(end - first, (TURNING_RAYS_AT_ONCE if beams.turns else RAYS_AT_ONCE) // rays)),
         )
         chunk = -(-at_once // workers) * rays if beams.turns else 0
         cells = _Cells(workers, chunk, -(-(end - first) // at_once))

@@ -18,6 +18,7 @@ from riglens.core.kernels.runtime import jit
 from riglens.core.rig.model import Camera, Lidar, Rig, Sensor, rays_of
 from riglens.core.scene.boxes import CLASSES, DataReport
 from riglens.core.sensing.body_ends import housing_radius_m
+from riglens.core.sensors.registry import kind_of
 from riglens.core.targets.contribution import NOTHING, Contribution, IsStale, TargetCaster
 from riglens.core.targets.joining import Gatherer
 from riglens.core.targets.scores import Groups, TargetScores, scores_of
@@ -113,8 +114,8 @@ class TargetEngine:
 def _shape_of(sensor: Sensor, settings: TargetSettings, solid: Solid | None) -> _Shape:
     """What decides a contribution: the rays, and the name of a LiDAR whose draws depend on it; thresholds do not."""
     stop = None if solid is None else (solid.fingerprint, housing_radius_m(sensor))
-    rays = rays_of(sensor)
-    if isinstance(sensor, Lidar) and (settings.phase == "random" or settings.range_law):
+    rays, kind = rays_of(sensor), kind_of(sensor)
+    if (kind.spins and settings.phase == "random") or (kind.has_range_law and settings.range_law):
         rays = rays.model_copy(update={"name": sensor.name, "model": sensor.model})
     return rays, replace(settings, min_points=1), stop
 

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from riglens.core.kernels.objects import unique_cells
 from riglens.core.kernels.objects.counts import ALONE, CELLS, FIRST_ROW, LAST_ROW, RAYS
 from riglens.core.rig.model import Camera, Rig
+from riglens.core.sensors.registry import kinds
 from riglens.core.targets.contribution import Contribution
-from riglens.core.targets.scores import ObjectCounts
+from riglens.core.targets.scores import ObjectCounts, Returns
 
 Counts = NDArray[np.int64]
 Doubles = NDArray[np.float64]
@@ -54,7 +55,18 @@ class Gatherer:
             pixels_alone,
             cells,
             heights_px,
+            _returns(rig, by_sensor, count),
         )
+
+
+def _returns(rig: Rig, by_sensor: Mapping[str, Contribution], objects: int) -> dict[str, Returns]:
+    """What sensors of the kinds that count returns get, by kind."""
+    found = {}
+    for kind in (kind for kind in kinds() if kind.hits.measure == "returns"):
+        names = tuple(s.name for s in rig.sensors if s.enabled and s.kind == kind.name)
+        if names:
+            found[kind.name] = Returns(names, _column(tuple(by_sensor[n] for n in names), RAYS, objects))
+    return found
 
 
 def _native(camera: Camera) -> tuple[float, float]:

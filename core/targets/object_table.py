@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.sensors.registry import kind_named
 from riglens.core.targets.scores import TargetScores
 from riglens.core.targets.traffic import Traffic
 
@@ -29,11 +30,20 @@ def object_table(traffic: Traffic, scores: TargetScores) -> Columns:
     columns = _places(traffic, box)
     by_lidar = dict(zip(objects.lidars, objects.points[order].T, strict=True))
     by_camera = dict(zip(objects.cameras, objects.pixels[order].T, strict=True))
+    by_returns = {
+        name: (kind.hits.label, counts)
+        for kind, found in ((kind_named(name), found) for name, found in objects.returns.items())
+        if kind is not None
+        for name, counts in zip(found.names, found.counts[order].T, strict=True)
+    }
     for sensor in scores.rig.sensors:
         if sensor.name in by_lidar:
             _add(columns, f"points_{sensor.name}", by_lidar[sensor.name])
         elif sensor.name in by_camera:
             _add(columns, f"pixels_{sensor.name}", by_camera[sensor.name])
+        elif sensor.name in by_returns:
+            label, counts = by_returns[sensor.name]
+            _add(columns, f"{label}_{sensor.name}", counts)
     _add(columns, "points", objects.all_points[order])
     _add(columns, "cells", objects.cells[order])
     return columns

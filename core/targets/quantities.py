@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.sensors.camera import CAMERA
+from riglens.core.sensors.lidar import LIDAR
 from riglens.core.targets.settings import HEIGHT_PX, TargetSettings
 
 if TYPE_CHECKING:  # loads the compiler, which a window that opens does not need
@@ -42,12 +44,14 @@ class Quantity:
     sign: int = 1
 
 
-def _by_lidar(objects: ObjectCounts, settings: TargetSettings) -> NDArray[np.bool_]:
-    return np.asarray(objects.all_points >= settings.min_points)
+def _by(kind: str) -> Callable[[ObjectCounts, TargetSettings], Doubles]:
+    """Return 1 where sensors of a kind detect a road user."""
+    return lambda objects, settings: objects.detected(settings.min_points)[kind].astype(np.float64)
 
 
-def _by_camera(objects: ObjectCounts) -> NDArray[np.bool_]:
-    return np.asarray(objects.height_px >= HEIGHT_PX)
+def _kinds(objects: ObjectCounts, settings: TargetSettings) -> Counts:
+    """Return how many kinds of sensor detect each road user."""
+    return np.asarray(np.sum(list(objects.detected(settings.min_points).values()), axis=0))
 
 
 ON_TARGET = Quantity(
@@ -58,8 +62,8 @@ ON_TARGET = Quantity(
 QUANTITIES = (
     ON_TARGET,
     Quantity(
-        "lidar", "By LiDARs", "Share of road users with at least so many points of LiDARs. More is better.",
-        "share", lambda objects, settings: _by_lidar(objects, settings).astype(np.float64),
+        LIDAR.name, "By LiDARs", "Share of road users with at least so many points of LiDARs. More is better.",
+        "share", _by(LIDAR.name),
     ),
     Quantity(
         "points", "Median points", "Median number of LiDAR points on a road user. More is better.",
@@ -71,9 +75,9 @@ QUANTITIES = (
         "share", lambda objects, _: objects.visible,
     ),
     Quantity(
-        "camera", "By cameras",
+        CAMERA.name, "By cameras",
         f"Share of road users that are at least {HEIGHT_PX} px tall in a camera's picture. More is better.",
-        "share", lambda objects, _: _by_camera(objects).astype(np.float64),
+        "share", _by(CAMERA.name),
     ),
     Quantity(
         "height", "Median height",
@@ -83,12 +87,12 @@ QUANTITIES = (
     Quantity(
         "both", "By both", "Share of road users that LiDARs and cameras detect. More is better.",
         "share",
-        lambda objects, settings: (_by_lidar(objects, settings) & _by_camera(objects)).astype(np.float64),
+        lambda objects, settings: (_kinds(objects, settings) >= 2).astype(np.float64),
     ),
     Quantity(
         "neither", "Missed", "Share of road users that neither LiDARs nor cameras detect. Less is better.",
         "share",
-        lambda objects, settings: (~_by_lidar(objects, settings) & ~_by_camera(objects)).astype(np.float64),
+        lambda objects, settings: (_kinds(objects, settings) == 0).astype(np.float64),
         sign=-1,
     ),
 )  # fmt: skip

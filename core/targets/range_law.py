@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
 from riglens.core.rig.library import default_library
-from riglens.core.rig.model import Lidar, Sensor
+from riglens.core.rig.model import Sensor
+from riglens.core.sensors.registry import kind_of
 from riglens.core.targets.settings import TargetSettings
 
 NOMINAL_REFLECTIVITY = 0.8
@@ -29,7 +30,7 @@ _NONE = np.zeros(0)
 def law_of(sensor: Sensor, settings: TargetSettings) -> NDArray[np.float64]:
     """R for the three classes in metres and the relative width, (4,), for the kernels; (0,) where all rays return:
     without the law, for cameras, and for a LiDAR that states no range."""
-    if not settings.range_law or not isinstance(sensor, Lidar):
+    if not settings.range_law or not kind_of(sensor).has_range_law:
         return _NONE
     anchors = anchors_of(sensor)
     if not anchors:
@@ -37,16 +38,16 @@ def law_of(sensor: Sensor, settings: TargetSettings) -> NDArray[np.float64]:
     return np.array([*(range_for(rho, anchors) for rho in REFLECTIVITY), WIDTH])
 
 
-def anchors_of(lidar: Lidar) -> tuple[tuple[float, float], ...]:
+def anchors_of(sensor: Sensor) -> tuple[tuple[float, float], ...]:
     """Pairs of reflectivity and range in metres: those of its model, else its maximum range at 80 %; none where that is
     infinite."""
     try:
-        stated = default_library().entry(lidar.model).range_anchors() if lidar.model is not None else ()
+        stated = default_library().entry(sensor.model).range_anchors() if sensor.model is not None else ()
     except InputError:
         stated = ()
-    if stated or math.isinf(lidar.range_m[1]):
+    if stated or math.isinf(sensor.range_m[1]):
         return stated
-    return ((NOMINAL_REFLECTIVITY, lidar.range_m[1]),)
+    return ((NOMINAL_REFLECTIVITY, sensor.range_m[1]),)
 
 
 def range_for(reflectivity: float, anchors: tuple[tuple[float, float], ...]) -> float:

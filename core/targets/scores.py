@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
 from typing import Any, Self
@@ -13,11 +13,27 @@ from numpy.typing import ArrayLike, NDArray
 
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.sensors.camera import CAMERA
+from riglens.core.sensors.lidar import LIDAR
+from riglens.core.sensors.registry import kind_named
 from riglens.core.targets.settings import CELLS_SCALE, HEIGHT_PX, RING_M, RINGS_TO_M, TargetSettings
 from riglens.core.targets.traffic import Traffic
 
 Doubles = NDArray[np.float64]
 Counts = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Returns:
+    """Rays of the sensors of one kind, by name, that reach k road users first: counts (k, sensors)."""
+
+    names: tuple[str, ...]
+    counts: Counts
+
+    def without(self, failed: Collection[str]) -> Counts:
+        """Of all sensors together but those that failed, (k,)."""
+        left = np.array([name not in failed for name in self.names], np.bool_)
+        return np.asarray(self.counts[:, left].sum(axis=1))
 
 
 @dataclass(frozen=True)
@@ -27,7 +43,7 @@ class ObjectCounts:
     box (k,): their places in the traffic; points (k, lidars) rays that reach them first, pixels (k, cameras) native
     pixels that show them, of the enabled sensors by name; points_alone and pixels_alone (k,): of all of them together
     if nothing stood before; cells (k,): distinct cells of 0.2 m that LiDARs hit; heights_px (k, cameras): rows of
-    native pixels from the first to the last that shows it.
+    native pixels from the first to the last that shows it; returns: of the kinds of sensor beside these two, by name.
     """
 
     box: Counts
@@ -39,6 +55,25 @@ class ObjectCounts:
     pixels_alone: Doubles
     cells: Counts
     heights_px: Doubles
+    returns: Mapping[str, Returns] = field(default_factory=dict)
+
+    def detected(self, min_points: int, failed: Collection[str] = ()) -> dict[str, NDArray[np.bool_]]:
+        """By kind of sensor, which are detected (k,) without some sensors: LiDARs by `min_points` points of all,
+        cameras by 25 px of height in one, others by as many returns of all as their kind says."""
+        points = Returns(self.lidars, self.points).without(failed)
+        cameras = np.array([name not in failed for name in self.cameras], np.bool_)
+        tallest = self.heights_px[:, cameras].max(axis=1, initial=0.0)
+        return {
+            LIDAR.name: points >= min_points,
+            CAMERA.name: tallest >= HEIGHT_PX,
+            **{kind: found.without(failed) >= _enough(kind) for kind, found in self.returns.items()},
+        }
+
+    def sensors_detecting(self, min_points: int) -> Counts:
+        """How many sensors detect each on their own, (k,)."""
+        flags = [self.points >= min_points, self.heights_px >= HEIGHT_PX]
+        flags += [found.counts >= _enough(kind) for kind, found in self.returns.items()]
+        return np.asarray(np.concatenate(flags, axis=1).sum(axis=1))
 
     @cached_property
     def height_px(self) -> Doubles:
@@ -51,6 +86,12 @@ class ObjectCounts:
         return np.asarray(self.points.sum(axis=1))
 
     @cached_property
+    def all_returns(self) -> Counts:
+        """Returns of all sensors of further kinds, (k,)."""
+        parts = [found.without(()) for found in self.returns.values()]
+        return np.asarray(np.sum([np.zeros(len(self.box), np.int64), *parts], axis=0))
+
+    @cached_property
     def visible(self) -> Doubles:
         """Pixels seen over pixels without anything before it, of all cameras, (k,); 0 where no camera could see it."""
         alone = np.where(self.pixels_alone > 0.0, self.pixels_alone, 1.0)
@@ -60,6 +101,12 @@ class ObjectCounts:
     def on_target(self) -> Doubles:
         """1 - exp(-cells / 5), (k,)."""
         return np.asarray(1.0 - np.exp(-self.cells / CELLS_SCALE))
+
+
+def _enough(kind_name: str) -> float:
+    kind = kind_named(kind_name)
+    assert kind is not None
+    return kind.hits.threshold
 
 
 @dataclass(frozen=True)
@@ -75,7 +122,8 @@ class Row:
     """Road users of one class, in one ring or in all: how many, and what the rig gets onto them.
 
     LiDARs: on_target, shares with at least 1, 5 and `min_points` points, median points. Cameras: mean visible share,
-    share at least 25 pixels tall, median height. By both: `min_points` points and 25 pixels; by neither: none of them.
+    share at least 25 pixels tall, median height. by_kind: of further kinds, the share with enough returns. By both: by
+    sensors of two kinds; by neither: by none.
     """
 
     from_m: float
@@ -91,6 +139,7 @@ class Row:
     median_height_px: float
     both: Estimate
     neither: Estimate
+    by_kind: Mapping[str, Estimate] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -196,6 +245,7 @@ class _Sorted:
     share_25px: Doubles
     both: Doubles
     neither: Doubles
+    by_kind: Mapping[str, Doubles] = field(kw_only=True)
 
     @classmethod
     def of(cls, groups: Groups, objects: ObjectCounts, settings: TargetSettings) -> Self:
@@ -203,12 +253,15 @@ class _Sorted:
             groups.sorted(column)
             for column in (objects.all_points, objects.height_px, objects.on_target, objects.visible)
         )
-        by_lidar, by_camera = points >= settings.min_points, height_px >= HEIGHT_PX
+        found = {kind: groups.sorted(flags) for kind, flags in objects.detected(settings.min_points).items()}
+        by_lidar, by_camera = found[LIDAR.name], found[CAMERA.name]
+        kinds = np.sum(list(found.values()), axis=0)
         columns = (
             points, height_px, on_target, points >= 1, points >= 5, by_lidar, visible, by_camera,
-            by_lidar & by_camera, ~by_lidar & ~by_camera,
+            kinds >= 2, kinds == 0,
         )  # fmt: skip
-        return cls(*(column.astype(np.float64) for column in columns))
+        others = {kind: found[kind].astype(np.float64) for kind in objects.returns}
+        return cls(*(column.astype(np.float64) for column in columns), by_kind=others)
 
 
 def _class_targets(groups: Groups, tables: _Sorted, number: int) -> ClassTargets:
@@ -237,6 +290,7 @@ def _row(groups: Groups, tables: _Sorted, part: slice, ring_m: tuple[float, floa
         _median(tables.height_px[part]),
         mean(tables.both),
         mean(tables.neither),
+        {kind: mean(values) for kind, values in tables.by_kind.items()},
     )
 
 

@@ -74,6 +74,7 @@ def _class(found: ClassTargets) -> dict[str, Any]:
             "share_25px_se": total.share_25px.se,
             "median_height_px": total.median_height_px,
         },
+        **{kind: {"share": share.value, "share_se": share.se} for kind, share in total.by_kind.items()},
         "both": total.both.value,
         "both_se": total.both.se,
         "neither": total.neither.value,

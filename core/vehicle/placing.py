@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.geometry import Pose, rpy_deg_from_rotation
+from riglens.core.geometry import Pose
+from riglens.core.sensors.registry import kind_named
 
 Vector = NDArray[np.float64]
-Body = tuple[Literal["lidar", "camera"], Vector]
+Body = tuple[str, Vector]
 """Kind of a sensor, and the lowest and highest corner (2, 3) of its body in its own frame, metres."""
-_STEEP = math.sin(math.radians(50.0))
-_FLAT = 0.2
 
 
 @dataclass(frozen=True)
@@ -24,7 +21,7 @@ class PlacingRules:
     """How a place on the car is taken from where somebody points.
 
     With a `grid_m` the coordinates along the surface end on its multiples, and nearer than `centre_m` to the middle
-    plane on y = 0. `upright` keeps LiDARs level and ahead, cameras level. `below_rails` looks through narrow things on
+    plane on y = 0. `upright` keeps sensors level. `below_rails` looks through narrow things on
     the roof, such as rails and bars.
     """
 
@@ -121,42 +118,20 @@ _OFF_ROOF: Hit = (np.full(3, np.nan), np.array([0.0, 0.0, -1.0]))
 """Stands for the side of a rail at the edge of the roof: lower, but no roof."""
 
 
-def placed_on(
-    point_m: Vector, normal: Vector, kind: Literal["lidar", "camera"], box_m: Vector, upright: bool = False
-) -> Pose:
+def placed_on(point_m: Vector, normal: Vector, kind: str, box_m: Vector, upright: bool = False) -> Pose:
     """The pose of a sensor whose body touches a surface at a point with unit normal (3,), from outside.
 
-    A LiDAR's up axis is the normal, and it looks ahead as far as the surface lets it. A camera looks along the
-    normal with a level horizon; on a roof, a bonnet or a windscreen, where the normal rises by more than
-    50 degrees, it stands level instead and looks the way the surface falls, ahead on a flat one.
-    `box_m` (2, 3) are the lowest and highest corner of the body in the sensor's frame. An `upright` sensor is level: a
-    LiDAR looks ahead, a camera away from the surface.
+    How it is turned is a matter of its kind; an `upright` sensor is level and looks ahead, or away from the surface.
+    `box_m` (2, 3) are the lowest and highest corner of the body in the sensor's frame.
     """
-    angles = _lidar_rpy_deg(normal) if kind == "lidar" else _camera_rpy_deg(normal)
+    found = kind_named(kind)
+    assert found is not None
+    angles = found.placement.rpy_deg(normal)
     if upright:
-        angles = (0.0, 0.0, 0.0 if kind == "lidar" else angles[2])
+        angles = (0.0, 0.0, angles[2] if found.placement.away_when_level else 0.0)
     roll, pitch, yaw = (round(angle, 2) + 0.0 for angle in angles)
     turned = Pose((0.0, 0.0, 0.0), (roll, pitch, yaw))
     corners = np.stack(np.meshgrid(*np.asarray(box_m).T), axis=-1).reshape(-1, 3) @ turned.rotation().T
     position = np.asarray(point_m) - float((corners @ normal).min()) * np.asarray(normal)
     x, y, z = (round(float(value), 4) + 0.0 for value in position)
     return Pose((x, y, z), turned.rpy_deg)
-
-
-def _lidar_rpy_deg(normal: Vector) -> tuple[float, float, float]:
-    """Upright on the surface: z along the normal, x as near to the car's x axis as can be."""
-    up = np.asarray(normal, dtype=np.float64)
-    ahead = np.array([1.0, 0.0, 0.0])
-    if abs(float(up @ ahead)) > 0.99:  # on the very front or rear: its x axis looks down or up
-        ahead = np.array([0.0, 0.0, -math.copysign(1.0, float(up[0]))])
-    left = np.cross(up, ahead)
-    left /= np.linalg.norm(left)
-    return rpy_deg_from_rotation(np.stack([np.cross(left, up), left, up], axis=1))
-
-
-def _camera_rpy_deg(normal: Vector) -> tuple[float, float, float]:
-    x, y, z = (float(value) for value in normal)
-    flat = math.hypot(x, y)
-    if abs(z) > _STEEP:
-        return (0.0, 0.0, math.degrees(math.atan2(y, x)) if flat > _FLAT else 0.0)
-    return (0.0, math.degrees(math.atan2(-z, flat)), math.degrees(math.atan2(y, x)))

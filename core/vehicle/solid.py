@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
 from riglens.core.rig.model import Vehicle
+from riglens.core.sensors.registry import kinds
 from riglens.core.vehicle.body import body_parts
 from riglens.core.vehicle.mesh import BodyMesh
 
@@ -22,10 +23,13 @@ if TYPE_CHECKING:
 MATERIALS = ("paint", "panel", "glass", "trim", "gap", "lamp", "tail", "plate", "tyre", "rim", "dark")
 """What triangles are made of; the number of a material is its place here."""
 GLASS = MATERIALS.index("glass")
-SEES_THROUGH_GLASS = ("camera",)
-"""Kinds of sensor that look through glass unless said otherwise: our choice. Near infrared light passes coated
-windscreens badly, and at a slant hardly at all, so glass stops LiDARs."""
-Kind = Literal["lidar", "camera"]
+
+
+def _clear_for(through_glass: tuple[str, ...] | None) -> tuple[str, ...]:
+    """Return the kinds of sensor that look through glass: those that do so by themselves unless said otherwise."""
+    if through_glass is not None:
+        return through_glass
+    return tuple(kind.name for kind in kinds() if kind.occlusion.sees_through_glass)
 
 
 @dataclass(frozen=True)
@@ -37,11 +41,11 @@ class CarBody:
     mesh: BodyMesh | None = None
     stance: Pose = Pose()
 
-    def solid(self, through_glass: tuple[str, ...] = SEES_THROUGH_GLASS) -> Solid:
+    def solid(self, through_glass: tuple[str, ...] | None = None) -> Solid:
         """The solid of the body; InputError where the mesh of a file is needed and not there, or the body unknown."""
         if self.mesh is None and self.vehicle.has_mesh_file:
             raise InputError(f"vehicle.body: the mesh '{self.vehicle.body}' has not been read")
-        solid = _solid(self.vehicle, self.mesh, through_glass)
+        solid = _solid(self.vehicle, self.mesh, _clear_for(through_glass))
         return solid if self.stance == Pose() else _standing(solid, self.stance)
 
 
@@ -64,7 +68,7 @@ class Solid:
         cls,
         triangles_m: NDArray[np.floating],
         materials: NDArray[np.integer] | None = None,
-        through_glass: tuple[str, ...] = SEES_THROUGH_GLASS,
+        through_glass: tuple[str, ...] | None = None,
     ) -> Solid:
         """The solid of triangles (t, 3, 3), of paint unless `materials` says more; those without an area are left out.
 
@@ -74,6 +78,7 @@ class Solid:
         kinds = np.zeros(len(corners), np.uint8) if materials is None else np.asarray(materials, np.uint8)
         area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
         corners, kinds = np.ascontiguousarray(corners[area > 0.0]), kinds[area > 0.0]
+        through_glass = _clear_for(through_glass)
         digest = hashlib.sha256(repr(sorted(through_glass)).encode())
         digest.update(corners.tobytes())
         digest.update(kinds.tobytes())
@@ -84,7 +89,7 @@ class Solid:
         """Number of triangles."""
         return len(self.triangles_m)
 
-    def barrier(self, kind: Kind, start_m: float) -> Barrier:
+    def barrier(self, kind: str, start_m: float) -> Barrier:
         """What of it stops the rays of a kind of sensor beyond `start_m` from where they begin."""
         is_clear = kind in self.through_glass
         stops = np.asarray(self.materials != GLASS) if is_clear else np.ones(self.count, np.bool_)

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.rig.model import Camera, KannalaBrandt, rays_of
-from riglens.core.sensing import lens
-from riglens.core.sensing.camera import pixel_directions, project_px
 from riglens.core.sensing.rays import rotate
+from riglens.core.sensors import lens
+from riglens.core.sensors.camera import pixel_directions, project_px
 
 Points = NDArray[np.float64]
 NEAR_M = 0.05

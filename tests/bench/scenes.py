@@ -17,7 +17,7 @@ from riglens.core.engine.engine import Engine
 from riglens.core.geometry import Pose
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.rig.library import Library, load_library
-from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
+from riglens.core.rig.model import Camera, EvenAngles, Rig, Sensor
 from riglens.core.rig.presets import preset
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.grid import VoxelGrid
@@ -35,7 +35,7 @@ POSES_DEG = {"upright": (0.0, 0.0, 8.0), "tilted": (2.0, -3.0, 8.0)}
 """How sensors of the library are turned: roll, pitch, yaw."""
 _STEP_M = np.array([0.618034, 0.414214, 0.732051])
 _REACH_M = 0.2
-Sensor = Lidar | Camera
+Sensor = Sensor
 GridRays = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
@@ -222,5 +222,5 @@ def require_same_answer(scene: Scene, sensor: Sensor) -> None:
     assert np.allclose(sums, scene.plain.sums_at_once(), rtol=1e-9)
     for name, plain_nat in zip(CLASSES, sums, strict=True):
         score = evaluation.scores.classes[name]
-        ours_nat = -(score.camera if sensor.kind == "camera" else score.lidar).s_mig
+        ours_nat = -score.kinds[sensor.kind].s_mig
         assert abs(ours_nat - plain_nat) <= 1e-4 * max(1.0, plain_nat), (name, ours_nat, plain_nat)

@@ -12,7 +12,8 @@ from riglens.core.kernels.rays.walk import IRREGULAR, Ray, walk_exact
 from riglens.core.rig.model import Sensor
 from riglens.core.scene.columns import Words, words_per_column
 from riglens.core.sensing.body_ends import barrier_ends
-from riglens.core.sensing.rays import Lattice, rotate
+from riglens.core.sensing.rays import rotate
+from riglens.core.sensors.lattice import Lattice
 from riglens.core.vehicle.solid import Barrier
 
 FULL = np.uint64(0xFFFFFFFFFFFFFFFF)

@@ -12,7 +12,7 @@ from riglens.core.engine.engine import Engine, Evaluation
 from riglens.core.kernels.rays.cast import mark_rays
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Method, MetricSettings
-from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
+from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Sensor
 from riglens.core.scene.boxes import CLASSES, BoxBatch, DataReport, Progress
 from riglens.core.scene.columns import VoxelIndex, pack, unpack
 from riglens.core.scene.grid import VoxelGrid
@@ -68,18 +68,18 @@ def evaluate(
     return Engine(field, threads).evaluate(rig, settings or MetricSettings())
 
 
-def rig_of(*sensors: Lidar | Camera) -> Rig:
+def rig_of(*sensors: Sensor) -> Rig:
     """A rig of these sensors; names are made unique."""
     return Rig(sensors=tuple(sensor.replace(name=f"S{i}") for i, sensor in enumerate(sensors)))
 
 
-def seen_by(field: EntropyField, *sensors: Lidar | Camera, method: Method = "exact") -> Mask:
+def seen_by(field: EntropyField, *sensors: Sensor, method: Method = "exact") -> Mask:
     """Informative voxels that the sensors traverse together, (nx, ny, nz)."""
     result = evaluate(field, rig_of(*sensors), MetricSettings(method=method))
-    return unpack(field.grid, result.seen_camera | result.seen_lidar)
+    return unpack(field.grid, result.seen_by_any())
 
 
-def seen_ray_by_ray(field: EntropyField, sensor: Lidar | Camera) -> Mask:
+def seen_ray_by_ray(field: EntropyField, sensor: Sensor) -> Mask:
     """Informative voxels that a sensor traverses, found by the exact walk alone."""
     caster, marks = Caster(field), np.zeros_like(field.index.words)
     rays, spare = caster.rays(sensor, "exact"), np.zeros((0, marks.size), np.uint64)
@@ -143,7 +143,7 @@ def camera(
     )
 
 
-def random_sensor(grid: VoxelGrid, rng: np.random.Generator, rays: int = 30) -> Lidar | Camera:
+def random_sensor(grid: VoxelGrid, rng: np.random.Generator, rays: int = 30) -> Sensor:
     """A LiDAR or camera with generic numbers, in or around the ROI, looking anywhere."""
     roi = np.array(grid.roi_m)
     position = rng.uniform(-0.8, 0.8, 3) * roi + [0.0, 0.0, roi[2] / 2]

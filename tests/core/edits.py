@@ -130,8 +130,8 @@ class LibraryEditor(Editor):
 def differs(found: Evaluation, expected: Evaluation) -> bool:
     """Whether two evaluations differ in any bit."""
     return found.scores != expected.scores or not (
-        np.array_equal(found.seen_camera, expected.seen_camera)
-        and np.array_equal(found.seen_lidar, expected.seen_lidar)
+        np.array_equal(found.seen["camera"], expected.seen["camera"])
+        and np.array_equal(found.seen["lidar"], expected.seen["lidar"])
     )
 
 

@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.rig.model import Camera, Lidar
+from riglens.core.rig.model import Camera, Lidar, Sensor
 from riglens.core.scene.boxes import BoxBatch
 from riglens.core.scene.grid import VoxelGrid
 
@@ -67,7 +67,7 @@ def camera_directions(camera: Camera) -> NDArray[np.float64]:
     return np.array(rays)
 
 
-def vehicle_directions(sensor: Lidar | Camera) -> NDArray[np.float64]:
+def vehicle_directions(sensor: Sensor) -> NDArray[np.float64]:
     """Directions of all rays in the vehicle frame, (n, 3): R d, summed from left to right."""
     local = lidar_directions(sensor) if isinstance(sensor, Lidar) else camera_directions(sensor)
     r = rotation(sensor.rpy_deg)
@@ -86,7 +86,7 @@ class GridRay:
     far: float = math.inf
 
 
-def grid_rays(grid: VoxelGrid, sensor: Lidar | Camera) -> list[GridRay]:
+def grid_rays(grid: VoxelGrid, sensor: Sensor) -> list[GridRay]:
     """All rays of a sensor in grid coordinates (x - x_min) / delta, computed in doubles."""
     low = (-grid.roi_m[0] / 2, -grid.roi_m[1] / 2, 0.0)
     x, y, z = ((sensor.position[axis] - low[axis]) / grid.voxel_m for axis in range(3))
@@ -152,7 +152,7 @@ def exact_walk(shape: Sequence[int], ray: GridRay) -> list[Cell]:
     return [(i, j, k) for i, j, k in ordered]
 
 
-def exact_cover(grid: VoxelGrid, sensors: Iterable[Lidar | Camera]) -> Mask:
+def exact_cover(grid: VoxelGrid, sensors: Iterable[Sensor]) -> Mask:
     """Voxels that at least one ray of the sensors traverses."""
     cover = np.zeros(grid.shape, np.bool_)
     for sensor in sensors:
@@ -161,7 +161,7 @@ def exact_cover(grid: VoxelGrid, sensors: Iterable[Lidar | Camera]) -> Mask:
     return cover
 
 
-def exact_visits(grid: VoxelGrid, sensors: Iterable[Lidar | Camera]) -> NDArray[np.int64]:
+def exact_visits(grid: VoxelGrid, sensors: Iterable[Sensor]) -> NDArray[np.int64]:
     """How many rays traverse each voxel."""
     visits = np.zeros(grid.shape, np.int64)
     for sensor in sensors:
@@ -185,7 +185,7 @@ def slab_lengths(shape: Sequence[int], ray: GridRay) -> NDArray[np.float64]:
     return inside
 
 
-def slab_cover(grid: VoxelGrid, sensor: Lidar | Camera, margin: float = 1e-9) -> tuple[Mask, Mask]:
+def slab_cover(grid: VoxelGrid, sensor: Sensor, margin: float = 1e-9) -> tuple[Mask, Mask]:
     """Voxels surely traversed, and voxels possibly traversed, by generic rays (no zero components)."""
     sure, possible = np.zeros(grid.shape, np.bool_), np.zeros(grid.shape, np.bool_)
     for ray in grid_rays(grid, sensor):

@@ -67,7 +67,7 @@ def evaluated(field: EntropyField, mesh: BodyMesh, *sensors: Sensor, method: str
 
 def seen_cut(field: EntropyField, mesh: BodyMesh, *sensors: Sensor, method: str = "exact") -> Mask:
     found = evaluated(field, mesh, *sensors, method=method)
-    return unpack(field.grid, found.seen_camera | found.seen_lidar)
+    return unpack(field.grid, found.seen_by_any())
 
 
 def oracle_cut(field: EntropyField, mesh: BodyMesh, sensor: Sensor) -> Mask:
@@ -258,8 +258,8 @@ def test_an_empty_body_blocks_nothing_to_the_last_bit(method: str, reading: str)
     expected = Engine(field).evaluate(rig, free)
     found = Engine(field).evaluate(rig, replace(free, body="blocks"), mesh=mesh_of(np.zeros((0, 3, 3))))
     assert found.scores == expected.scores
-    np.testing.assert_array_equal(found.seen_camera, expected.seen_camera)
-    np.testing.assert_array_equal(found.seen_lidar, expected.seen_lidar)
+    np.testing.assert_array_equal(found.seen["camera"], expected.seen["camera"])
+    np.testing.assert_array_equal(found.seen["lidar"], expected.seen["lidar"])
 
 
 def test_a_body_in_the_way_takes_from_every_method_and_reading() -> None:
@@ -331,8 +331,8 @@ def edit_at_random(seed: int, steps: int) -> None:
             continue
         expected = next(evaluate_from_scratch(field, [editor.rig], editor.settings, 1, with_seen=True))
         assert found.scores == expected.scores
-        np.testing.assert_array_equal(found.seen_camera, expected.seen_camera)
-        np.testing.assert_array_equal(found.seen_lidar, expected.seen_lidar)
+        np.testing.assert_array_equal(found.seen["camera"], expected.seen["camera"])
+        np.testing.assert_array_equal(found.seen["lidar"], expected.seen["lidar"])
         if editor.settings.body == "blocks":
             free = fresh.evaluate(editor.rig, replace(editor.settings, body="ignored"))
             blocked += free.scores != found.scores

@@ -8,8 +8,9 @@ import pytest
 from riglens.core.kernels.runtime.jit import use_threads
 from riglens.core.rig.library import default_library
 from riglens.core.rig.model import BrownConrady, Camera, EvenAngles, Lidar, Sensor, Vehicle
-from riglens.core.sensing.body_ends import USUAL_RADIUS_M, body_ends, housing_radius_m
+from riglens.core.sensing.body_ends import body_ends, housing_radius_m
 from riglens.core.sensing.rays import sensor_rays
+from riglens.core.sensors.registry import kind_of
 from riglens.core.vehicle.profiles import reference_vehicle
 from riglens.core.vehicle.solid import CarBody, Solid
 from tests.core.vehicle.solids import brute_force, plate, soup
@@ -80,7 +81,7 @@ def test_the_housing_has_the_size_of_the_library_or_the_usual_one() -> None:
     for model in (None, "no-such-model"):
         for sensor in (SENSORS[0], SENSORS[4]):
             other = sensor.model_copy(update={"model": model})
-            assert housing_radius_m(other) == USUAL_RADIUS_M[sensor.kind]
+            assert housing_radius_m(other) == kind_of(sensor).occlusion.housing_radius_m
 
 
 @pytest.mark.parametrize(("body", "least"), [("suv", 1.0), ("van", 0.998)])

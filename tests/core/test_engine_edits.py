@@ -118,10 +118,10 @@ def test_a_request_that_fails_half_way_leaves_the_engine_sound(field: EntropyFie
 def test_an_answer_does_not_change_when_the_engine_goes_on(field: EntropyField) -> None:
     engine = Engine(field)
     first = engine.evaluate(rig_of(spinning((0.0, 0.0, 2.0))))
-    camera_words, lidar_words = first.seen_camera.copy(), first.seen_lidar.copy()
+    camera_words, lidar_words = first.seen["camera"].copy(), first.seen["lidar"].copy()
     engine.evaluate(rig_of(camera((1.0, 0.0, 2.0)), spinning((1.0, 1.0, 1.0))))
-    assert np.array_equal(first.seen_camera, camera_words)
-    assert np.array_equal(first.seen_lidar, lidar_words)
+    assert np.array_equal(first.seen["camera"], camera_words)
+    assert np.array_equal(first.seen["lidar"], lidar_words)
 
 
 def test_an_edit_looks_at_the_sets_of_two_sensors_however_many_there_are(
@@ -180,7 +180,7 @@ for threads in map(int, sys.argv[1:]):
         for settings in (MetricSettings(), MetricSettings(reading="hits"), MetricSettings("bresenham")):
             answer = engine.evaluate(rig, settings)
             used = answer.threads
-            lines.append([repr(answer.scores), answer.seen_camera.tolist(), answer.seen_lidar.tolist()])
+            lines.append([repr(answer.scores), answer.seen["camera"].tolist(), answer.seen["lidar"].tolist()])
     print(json.dumps([used, hashlib.sha256(json.dumps(lines).encode()).hexdigest()]))
 """
 

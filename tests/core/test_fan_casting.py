@@ -14,7 +14,7 @@ from riglens.core.kernels.fans.fan import work_by_row
 from riglens.core.kernels.fans.planes import Space
 from riglens.core.rig.model import Lidar
 from riglens.core.scene.grid import VoxelGrid
-from riglens.core.sensing.rays import Lattice
+from riglens.core.sensors.lattice import Lattice
 from tests.core.builders import field_of, lidar, seen_by, seen_ray_by_ray, spinning
 
 GRID = VoxelGrid(roi_m=(24.0, 16.0, 4.0), voxel_m=0.2)

@@ -5,7 +5,8 @@ import pytest
 
 from riglens.core.kernels.rays.lattice import direction
 from riglens.core.kernels.runtime.codes import CAMERA, LIDAR
-from riglens.core.sensing.rays import lattice, lattice_directions
+from riglens.core.sensing.rays import lattice
+from riglens.core.sensors.lattice import lattice_directions
 from tests.core.builders import grid_of, random_sensor
 
 

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt
-from riglens.core.sensing.camera import cast_px, pixel_directions, project_px
 from riglens.core.sensing.rays import local_directions, missing_ray_count, sensor_rays
+from riglens.core.sensors.camera import cast_px, pixel_directions, project_px
 from tests.core.builders import camera
 
 WAYMO = BrownConrady(k1=0.04239, k2=-0.34165, p1=0.0019, p2=-0.0004)

@@ -17,7 +17,8 @@ from riglens.core.rig.library import load_library
 from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt, rays_of
 from riglens.core.scene.columns import unpack
 from riglens.core.scene.grid import VoxelGrid
-from riglens.core.sensing.rays import NOWHERE, lattice, missing_ray_count, sensor_rays
+from riglens.core.sensing.rays import lattice, missing_ray_count, sensor_rays
+from riglens.core.sensors.base import NOWHERE
 from riglens.core.study.reference import exact_cover
 from tests.core.builders import field_of, grid_of, seen_by, seen_ray_by_ray
 from tests.core.rooms import ROOMS, SMALL, SMALL_FIELD, field_at, seeds

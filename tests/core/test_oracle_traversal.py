@@ -10,7 +10,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from riglens.core.kernels.rays.walk import IRREGULAR, Ray, walk_exact
-from riglens.core.rig.model import Camera, Lidar
+from riglens.core.rig.model import Lidar, Sensor
 from riglens.core.rig.presets import preset
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.sensing.rational_walk import walk_rational
@@ -47,7 +47,7 @@ FIELDS = {name: field_of(grid) for name, grid in GRIDS.items()}
 seeds = st.integers(0, 2**32 - 1)
 
 
-def assert_agrees(name: str, *sensors: Lidar | Camera) -> None:
+def assert_agrees(name: str, *sensors: Sensor) -> None:
     """The product's covered set is the oracle's."""
     grid = GRIDS[name]
     assert np.array_equal(seen_by(FIELDS[name], *sensors), exact_cover(grid, sensors))
@@ -149,7 +149,7 @@ _ANGLES = st.one_of(
 
 
 @st.composite
-def _awkward_sensors(draw: st.DrawFn, grid: VoxelGrid) -> Lidar | Camera:
+def _awkward_sensors(draw: st.DrawFn, grid: VoxelGrid) -> Sensor:
     position = [draw(_values(length, grid.voxel_m)) for length in grid.roi_m]
     rpy_deg = [draw(_ANGLES) for _ in range(3)]
     near = draw(st.sampled_from([0.0, grid.voxel_m, 2.5 * grid.voxel_m, 1e-310, 3.0]))
@@ -188,7 +188,7 @@ def test_upright_sensors_on_grid_faces_whose_rays_change_level_right_at_faces(
     position, rpy_deg = [x, y, grid.roi_m[2] / 2 + z], [0.0, 0.0, yaw_deg]
     if is_camera:
         fov_deg = math.degrees(2.0 * math.atan(2.0 / focal))  # slopes like 1/8, 3/8, 5/8
-        sensor: Lidar | Camera = camera(position, rpy_deg, (4, 4), fov_deg, (0.0, math.inf))
+        sensor: Sensor = camera(position, rpy_deg, (4, 4), fov_deg, (0.0, math.inf))
     else:
         beams = [math.degrees(math.atan(rise / 4.0)) for rise in (-4, -2, -1, 0, 1, 3)]
         azimuths = [math.degrees(math.atan2(b, a)) for a, b in ((3, 4), (-8, 15), (7, -24))]

@@ -86,4 +86,4 @@ def test_the_number_of_threads_changes_from_edit_to_edit_and_no_score_does(
         rig = rig_of(spinning(place, (3.0, 2.0, 1.0), beams=9, count=100), spinning((0.0, 0.0, 2.0)))
         one, other = varying.evaluate(rig), alone.evaluate(rig)
         assert one.scores == other.scores
-        assert np.array_equal(one.seen_lidar, other.seen_lidar)
+        assert np.array_equal(one.seen["lidar"], other.seen["lidar"])

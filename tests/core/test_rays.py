@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from riglens.core.rig.model import Camera, Lidar
+from riglens.core.rig.model import Camera, Lidar, Sensor
 from riglens.core.sensing.rays import clip_to_roi, sensor_rays
 from tests.core.builders import camera, grid_of, lidar, random_sensor, spinning
 from tests.core.oracle import camera_directions, grid_rays, lidar_directions, slab_lengths, vehicle_directions
@@ -17,7 +17,7 @@ GRID = grid_of(12, 10, 7, 0.5)
 seeds = st.integers(0, 2**32 - 1)
 
 
-def in_sensor_frame(sensor: Lidar | Camera) -> np.ndarray:
+def in_sensor_frame(sensor: Sensor) -> np.ndarray:
     """Directions of a sensor that is not turned, (n, 3)."""
     return sensor_rays(sensor.replace(rpy_deg=(0.0, 0.0, 0.0))).directions
 

@@ -35,8 +35,8 @@ from riglens.core.scene.readers.classes import ClassTable
 from riglens.core.scene.readers.common import end_of_frame, first_bad_box
 from riglens.core.scene.readers.frames import FrameCounter, WholeFrames
 from riglens.core.scene.readers.parquet_pages import _Compact
-from riglens.core.sensing.lens import distorted
 from riglens.core.sensing.rays import lattice, missing_ray_count
+from riglens.core.sensors.lens import distorted
 from tests.core.builders import camera, rig_of
 from tests.core.test_pog_store import BOXES, GRID
 

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from riglens.core.metric.scores import MetricSettings
-from riglens.core.rig.model import Camera, Lidar
+from riglens.core.rig.model import Lidar, Sensor
 from riglens.core.sensing.rays import clip_to_roi, sensor_rays
 from tests.core.builders import (
     camera,
@@ -114,7 +114,7 @@ def test_adding_a_sensor_never_lowers_what_is_seen(seed: int) -> None:
     assert all(0.0 <= c.any_seen <= 1.0 for scores in steps for c in scores.classes.values())
 
 
-def mirrored(sensor: Lidar | Camera) -> Lidar | Camera:
+def mirrored(sensor: Sensor) -> Sensor:
     """The sensor on the other side of the car: y, roll and yaw change their signs."""
     (x, y, z), (roll, pitch, yaw) = sensor.position, sensor.rpy_deg
     changes = {"position": (x, -y, z), "rpy_deg": (-roll, pitch, -yaw)}
@@ -143,7 +143,7 @@ def test_identical_sensors_change_nothing() -> None:
     eye = camera((0.3, 0.1, 1.5))
     alone, doubled = evaluate(field, rig_of(one, eye)), evaluate(field, rig_of(one, eye, one, eye, one))
     assert alone.scores == doubled.scores
-    assert np.array_equal(alone.seen_lidar, doubled.seen_lidar)
+    assert np.array_equal(alone.seen["lidar"], doubled.seen["lidar"])
 
 
 def test_the_order_of_the_sensors_does_not_matter() -> None:
@@ -171,7 +171,7 @@ def test_an_empty_rig_scores_zero_and_sees_nothing(reading: str) -> None:
         assert (scores.s_ms, scores.any_seen, scores.camera.seen, scores.lidar.seen) == (0.0, 0.0, 0.0, 0.0)
         assert math.copysign(1.0, scores.s_ms) == 1.0, "no minus zero in front of a user"
         assert scores.h_total > 0.0
-    assert not result.seen_camera.any() and not result.seen_lidar.any()
+    assert not result.seen["camera"].any() and not result.seen["lidar"].any()
     assert set(result.scores.covered_voxels.values()) == {0}
 
 

@@ -19,7 +19,7 @@ from vtkmodules.vtkRenderingCore import vtkRenderer
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
 from riglens.core.rig.library import Cuboid, Cylinder, default_library
-from riglens.core.rig.model import Camera, Lidar
+from riglens.core.rig.model import Camera, Lidar, Sensor
 from riglens.core.vehicle.surface import lathe, rounded_box
 from riglens.widgets.drawing.actors import rgba_actor
 from riglens.widgets.drawing.surface import drawn
@@ -52,7 +52,7 @@ class SensorBody:
         return np.array(_BOXES[self.shape]) * self.scale
 
 
-def sensor_body(sensor: Lidar | Camera) -> SensorBody:
+def sensor_body(sensor: Sensor) -> SensorBody:
     """The body of a sensor, in its true size when the library knows it."""
     known = _known_body(sensor.model)
     if known is None:
@@ -76,10 +76,12 @@ def _known_body(model: str | None) -> Cylinder | Cuboid | None:
         return None
 
 
-def sensor_shape(sensor: Lidar | Camera) -> Shape:
+def sensor_shape(sensor: Sensor) -> Shape:
     """A LiDAR that sees nearly all round spins; one that does not is solid-state."""
     if isinstance(sensor, Camera):
         return "camera"
+    if not isinstance(sensor, Lidar):
+        return "box"
     azimuths = sensor.azimuths()
     span_deg = float(azimuths.max() - azimuths.min()) * (1.0 + 1.0 / max(1, len(azimuths) - 1))
     return "puck" if span_deg >= _SPINNING_DEG or len(azimuths) == 1 else "box"
@@ -188,7 +190,7 @@ class SensorLayer:
 
     def set_sensors(
         self,
-        sensors: list[Lidar | Camera],
+        sensors: list[Sensor],
         marks: dict[str, Mark],
         palette: Palette,
         faint: Mapping[str, float] = NOT_FAINT,
@@ -208,7 +210,7 @@ class SensorLayer:
             self._poses[name] = pose
             self._actors[name].user_matrix = pose.vehicle_SE3_sensor()
 
-    def set_ghost(self, sensor: Lidar | Camera | None, palette: Palette) -> None:
+    def set_ghost(self, sensor: Sensor | None, palette: Palette) -> None:
         """Show where a sensor would be placed, or None."""
         if self._ghost is not None:
             self._renderer.RemoveActor(self._ghost)
@@ -218,7 +220,7 @@ class SensorLayer:
             self._ghost.prop.opacity = _GHOST_OPACITY
             self._ghost.user_matrix = sensor.pose.vehicle_SE3_sensor()
 
-    def _set_look(self, sensor: Lidar | Camera, mark: Mark, palette: Palette, opacity: float) -> None:
+    def _set_look(self, sensor: Sensor, mark: Mark, palette: Palette, opacity: float) -> None:
         body = sensor_body(sensor)
         look = (body, mark, sensor.enabled, opacity, palette.kinds[sensor.kind], palette.selected)
         if self._looks.get(sensor.name) == look:

@@ -12,7 +12,7 @@ import pyvista as pv
 from numpy.typing import NDArray
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
-from riglens.core.rig.model import Camera, Lidar
+from riglens.core.rig.model import Lidar, Sensor
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.sensing.rays import Rays, clip_to_roi, sensor_rays
 from riglens.widgets.drawing.actors import rgba_actor
@@ -29,9 +29,7 @@ _OPACITY = {"ground": (0.06, 0.18), "frusta": (0.05, 0.12)}
 """Of all other sensors, and of the selected one."""
 
 
-def fill_mesh(
-    sensor: Lidar | Camera, grid: VoxelGrid, fill: Fill, colour: str, opacity: float
-) -> pv.PolyData:
+def fill_mesh(sensor: Sensor, grid: VoxelGrid, fill: Fill, colour: str, opacity: float) -> pv.PolyData:
     """The footprint ("ground") or the outside of the field of view ("frusta") with an `rgba` array; or nothing."""
     nodes, is_closed = _nodes(sensor)
     rays = sensor_rays(sensor, nodes.ravel())
@@ -48,10 +46,10 @@ def fill_mesh(
     return mesh
 
 
-def _nodes(sensor: Lidar | Camera) -> tuple[Quads, bool]:
+def _nodes(sensor: Sensor) -> tuple[Quads, bool]:
     """Ray numbers of a coarse lattice, (beams upwards, azimuths) or (rows, columns); if it goes round."""
-    if isinstance(sensor, Camera):
-        columns, rows = sensor.cast
+    if not isinstance(sensor, Lidar):
+        columns, rows = sensor.resolution
         down, across = _spread(rows, _ROWS), _spread(columns, _COLUMNS)
         return down[:, None] * columns + across, False
     upward, turns_deg = np.argsort(sensor.elevations(), kind="stable"), sensor.azimuths()
@@ -126,9 +124,7 @@ class FillsLayer:
             actor.visibility = False
             renderer.AddActor(actor)
 
-    def set_selected(
-        self, sensor: Lidar | Camera | None, grid: VoxelGrid, palette: Palette, fill: Fill
-    ) -> None:
+    def set_selected(self, sensor: Sensor | None, grid: VoxelGrid, palette: Palette, fill: Fill) -> None:
         """Fill what the selected sensor looks at, or nothing."""
         shown = [] if sensor is None or fill == "none" else [sensor]
         self._show(
@@ -136,9 +132,7 @@ class FillsLayer:
             [fill_mesh(one, grid, fill, palette.selected_rays(one.kind), _OPACITY[fill][1]) for one in shown],
         )
 
-    def set_others(
-        self, sensors: list[Lidar | Camera], grid: VoxelGrid, palette: Palette, fill: Fill
-    ) -> None:
+    def set_others(self, sensors: list[Sensor], grid: VoxelGrid, palette: Palette, fill: Fill) -> None:
         """Fill what the other sensors look at."""
         shown = [] if fill == "none" else sensors
         self._show(

@@ -8,7 +8,7 @@ import numpy as np
 import pyvista as pv
 from vtkmodules.vtkRenderingCore import vtkActor2D, vtkRenderer, vtkTextActor
 
-from riglens.core.rig.model import Camera, Lidar
+from riglens.core.rig.model import Sensor
 from riglens.widgets.drawing.camera import Size
 from riglens.widgets.drawing.label import (
     Plate,
@@ -35,9 +35,7 @@ class KeyEntry(NamedTuple):
     is_bold: bool = False
 
 
-def entries_of(
-    casting: list[Lidar | Camera], selected: Lidar | Camera | None, palette: Palette
-) -> list[KeyEntry]:
+def entries_of(casting: list[Sensor], selected: Sensor | None, palette: Palette) -> list[KeyEntry]:
     """The colours in which the rays of some sensors are drawn, of which one may be selected."""
     kinds = {sensor.kind for sensor in casting if sensor is not selected}
     found = [KeyEntry(words, palette.rays[kind]) for kind, words in KIND_WORDS.items() if kind in kinds]

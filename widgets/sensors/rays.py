@@ -13,7 +13,7 @@ import pyvista as pv
 from numpy.typing import NDArray
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
-from riglens.core.rig.model import Camera, Lidar
+from riglens.core.rig.model import Camera, Lidar, Sensor
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.sensing.body_ends import listed_ends
 from riglens.core.sensing.rays import clip_to_roi, sensor_rays
@@ -36,7 +36,7 @@ _Index = NDArray[np.int64]
 Points = NDArray[np.float64]
 
 
-def fan_rows(sensor: Lidar | Camera, most: int) -> _Index:
+def fan_rows(sensor: Sensor, most: int) -> _Index:
     """Row numbers of at most about `most` rays, evenly spread over beams and azimuths or over the image."""
     if isinstance(sensor, Lidar):
         return _spread(
@@ -46,7 +46,7 @@ def fan_rows(sensor: Lidar | Camera, most: int) -> _Index:
             most,
             False,
         )
-    columns, rows = sensor.cast
+    columns, rows = sensor.resolution
     tall = max(2, round((most / 5 * rows / columns) ** 0.5))
     return _spread(rows, columns, tall, max(4, most // 5), True)
 
@@ -74,7 +74,7 @@ class Fan(NamedTuple):
 
 
 def fan_of(
-    sensor: Lidar | Camera,
+    sensor: Sensor,
     grid: VoxelGrid,
     strokes: Strokes,
     colour: str,
@@ -92,7 +92,9 @@ def fan_of(
     fan = _tinted(starts, ends, colour, _NEAR_SHARE * alpha, alpha)
     if isinstance(sensor, Camera):
         return Fan(fan, _frustum(sensor, grid, colour, min(1.0, _EDGES * alpha), framed, solid))
-    return Fan(fan, _beam_rings(sensor, ends, row, colour, min(1.0, _RINGS * alpha)))
+    if isinstance(sensor, Lidar):
+        return Fan(fan, _beam_rings(sensor, ends, row, colour, min(1.0, _RINGS * alpha)))
+    return Fan(fan, pv.PolyData())
 
 
 def _beam_rings(lidar: Lidar, ends: Points, row: _Index, colour: str, alpha: float) -> pv.PolyData:
@@ -112,7 +114,7 @@ def _beam_rings(lidar: Lidar, ends: Points, row: _Index, colour: str, alpha: flo
 
 
 def _segments(
-    sensor: Lidar | Camera, grid: VoxelGrid, rows: _Index, solid: Solid | None
+    sensor: Sensor, grid: VoxelGrid, rows: _Index, solid: Solid | None
 ) -> tuple[Points, Points, _Index]:
     """Where the picked rays enter and leave the ROI or end, (k, 3) each, and the row numbers of those k that do."""
     rays = sensor_rays(sensor, rows)
@@ -190,7 +192,7 @@ class RaysLayer:
 
     def set_selected(
         self,
-        sensor: Lidar | Camera | None,
+        sensor: Sensor | None,
         grid: VoxelGrid,
         palette: Palette,
         strokes: Strokes,
@@ -204,7 +206,7 @@ class RaysLayer:
 
     def set_others(
         self,
-        sensors: list[Lidar | Camera],
+        sensors: list[Sensor],
         grid: VoxelGrid,
         palette: Palette,
         strokes: Strokes,

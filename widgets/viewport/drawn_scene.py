@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from riglens.core.geometry import Pose, Vec3
 from riglens.core.rig.groups import Poses
-from riglens.core.rig.model import Camera, Lidar
+from riglens.core.rig.model import Sensor
 from riglens.core.vehicle.placing import FREE, PlacingRules, placed
 from riglens.widgets.car.keep_out_layer import KeepOutLayer
 from riglens.widgets.car.layer import BodyLayer
@@ -274,7 +274,7 @@ class DrawnScene:
         """Show a few numbers beside a pixel, or hide them."""
         self._words.set_echo(text, pixel)
 
-    def set_ghost(self, sensor: Lidar | Camera | None) -> None:
+    def set_ghost(self, sensor: Sensor | None) -> None:
         """Show where a sensor that is not in the rig would be placed, or None."""
         self._rig.set_ghost(sensor, self._state.palette)
 
@@ -314,7 +314,7 @@ class DrawnScene:
         """What is said beside the line of the measuring tool."""
         return self._measure.texts
 
-    def pose_on_body(self, pixel: Pixel, sensor: Lidar | Camera, snap: bool = False) -> Pose | None:
+    def pose_on_body(self, pixel: Pixel, sensor: Sensor, snap: bool = False) -> Pose | None:
         """The pose of a sensor that sits on the car under a pixel, on round places with `snap`; None beside the car."""
         self._bring_car()
         rules, ray = self._placing, self._state.camera.ray(pixel, self.size)

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QWidget
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
 from riglens.core.rig.library import sensor_from_model
-from riglens.core.rig.model import Camera, Lidar
+from riglens.core.rig.model import Sensor
 from riglens.widgets.drawing.camera import Pixel
 from riglens.widgets.viewport.drawn_scene import DrawnScene
 from riglens.widgets.viewport.view import View
@@ -27,7 +27,7 @@ class DropTarget(View):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._dropped: Lidar | Camera | None = None
+        self._dropped: Sensor | None = None
         self.setAcceptDrops(True)
 
     def request_render(self) -> None:
@@ -84,7 +84,7 @@ class DropTarget(View):
         return position.x() * ratio, position.y() * ratio
 
 
-def dragged_sensor(data: QMimeData) -> Lidar | Camera | None:
+def dragged_sensor(data: QMimeData) -> Sensor | None:
     """The sensor of the library that is being dragged, at the origin; None for anything else."""
     if not data.hasFormat(MODEL_MIME):
         return None

@@ -9,7 +9,7 @@ import pyvista as pv
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from riglens.core.geometry import Pose
-from riglens.core.rig.model import Camera, Lidar
+from riglens.core.rig.model import Sensor
 from riglens.widgets.drawing.actors import mapper_of
 from riglens.widgets.drawing.camera import OrbitCamera, Size
 from riglens.widgets.gizmo.drag import Handle
@@ -88,6 +88,6 @@ class RigLayer:
         faint, marks = dict.fromkeys(names, WORST_OPACITY), dict[str, Mark](dict.fromkeys(names, "worst"))
         self._ghosts.set_sensors(list(state.ghosts), marks, state.palette, faint)
 
-    def set_ghost(self, sensor: Lidar | Camera | None, palette: Palette) -> None:
+    def set_ghost(self, sensor: Sensor | None, palette: Palette) -> None:
         """Show where a sensor that is not in the rig would be placed, or None."""
         self._sensors.set_ghost(sensor, palette)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, fields
 
 from riglens.core.geometry import Pose, Vec3
 from riglens.core.rig.groups import Poses, centre_m
-from riglens.core.rig.model import Camera, Lidar, Rig, Vehicle
+from riglens.core.rig.model import Rig, Sensor, Vehicle
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.vehicle.mesh import BodyMesh
 from riglens.core.vehicle.solid import CarBody
@@ -92,7 +92,7 @@ class SceneState:
     keep_out: KeepOut | None = None
     masts: tuple[Mast, ...] = ()
     stubs: Stubs | None = None
-    ghosts: tuple[Lidar | Camera, ...] = ()
+    ghosts: tuple[Sensor, ...] = ()
     traffic: ShownFrame | None = None
     ground_map: GroundMap | None = None
     camera: OrbitCamera = field(default_factory=OrbitCamera)
@@ -109,7 +109,7 @@ class SceneState:
         return frozenset(name for name in ALL_FIELDS if getattr(self, name) != getattr(after, name))
 
     @property
-    def shown(self) -> list[Lidar | Camera]:
+    def shown(self) -> list[Sensor]:
         """The sensors that are not hidden."""
         return [sensor for sensor in self.rig.sensors if sensor.name not in self.hidden]
 
@@ -118,7 +118,7 @@ class SceneState:
         return self.show_selection and (name == self.selected or name in self.also_selected)
 
     @property
-    def selected_sensor(self) -> Lidar | Camera | None:
+    def selected_sensor(self) -> Sensor | None:
         """The selected sensor, None when there is none or when it is hidden."""
         return next((sensor for sensor in self.shown if sensor.name == self.selected), None)
 
@@ -163,7 +163,7 @@ class SceneState:
         return tuple(sensor.name for sensor in self.shown if math.hypot(*sensor.position) > reach_m)
 
     @property
-    def enabled(self) -> list[Lidar | Camera]:
+    def enabled(self) -> list[Sensor]:
         """The sensors that are switched on and work, of those that are not hidden."""
         return [sensor for sensor in self.shown if sensor.enabled and sensor.name not in self.failed]
 

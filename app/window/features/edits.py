@@ -22,7 +22,7 @@ from riglens.core.rig.edits import (
     unlinked,
     with_mirror_image,
 )
-from riglens.core.rig.model import Camera, Lidar
+from riglens.core.rig.model import Sensor
 from riglens.core.rig.yaml.file import dumps, loads
 from riglens.core.rig.yaml.nodes import MAX_BYTES
 
@@ -116,7 +116,7 @@ class Clipboard(Feature):
             self.actions[key].setEnabled(self.document.selected is not None)
 
 
-def sensors_in(text: str) -> tuple[Lidar | Camera, ...]:
+def sensors_in(text: str) -> tuple[Sensor, ...]:
     """The sensors that a text says: a rig file, its part from "sensors:" on, or a list of sensors."""
     if not text.strip():
         raise InputError(f"clipboard: there is no text on it; {ACCEPTED}")

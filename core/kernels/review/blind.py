@@ -83,10 +83,10 @@ def _sink(row: np.ndarray, first: np.ndarray, second: np.ndarray, third: np.ndar
 def three_lowest(
     around: np.ndarray, rows: np.ndarray, kinds: np.ndarray, none: int, workers: int, levels: np.ndarray
 ) -> None:
-    """Write the three lowest of the sensors' levels in each column, uint16 (3, 3, nx, ny): of all sensors, of kind 0
-    and of kind 1; `none` where there is no such sensor.
+    """Write the three lowest of the sensors' levels in each column, uint16 (kinds + 1, 3, nx, ny): of all sensors,
+    then of each kind; `none` where there is no such sensor.
 
-    around uint16 (r, nx, ny): as `lowest_around` writes, of which rows (n,) count; kinds (n,) 0 or 1.
+    around uint16 (r, nx, ny): as `lowest_around` writes, of which rows (n,) count; kinds (n,) their kinds, from 0.
     """
     nx = around.shape[1]
     for worker in numba.prange(workers):

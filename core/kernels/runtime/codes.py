@@ -6,8 +6,7 @@ LIDAR, CAMERA, LISTED = 0, 1, 2
 """Kinds of ray lattice; `lattice.py` says what their tables mean."""
 NOTHING, GROUND, BODY = -1, -2, -3
 """What a ray hits, besides the number of a box."""
-CAMERAS, LIDARS, ANY = 0, 1, 2
-"""Rows of the sums of covered entropy: by all cameras, by all LiDARs, by any sensor."""
 CLASS_COUNT = 3
 VOXELS = 3
-"""Columns of these sums: one for each of three classes, in units of 2^-32 nat, then the number of voxels."""
+"""Columns of the sums of covered entropy: one for each of three classes, in units of 2^-32 nat, then the number of
+voxels."""

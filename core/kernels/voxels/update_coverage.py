@@ -44,6 +44,21 @@ def _seen(stack: np.ndarray, slots: np.ndarray, start: int, room: np.ndarray) ->
 
 
 @inlined
+def _others(union: np.ndarray, kind: int, start: int, room: np.ndarray) -> np.ndarray:
+    """The voxels that any other kind sees, for as many words as there is room: its own words, where it is one."""
+    words = room.size
+    if union.shape[0] == 2:
+        return union[1 - kind, start : start + words]
+    room[:] = 0
+    for other in range(union.shape[0]):
+        if other != kind:
+            part = union[other, start : start + words]
+            for i in range(words):
+                room[i] |= part[i]
+    return room
+
+
+@inlined
 def _changing(come: np.ndarray, gone: np.ndarray, free: np.ndarray, where: np.ndarray) -> int:
     """List the words in which the union changes. Without a branch: it cannot be foreseen."""
     count = 0
@@ -54,8 +69,8 @@ def _changing(come: np.ndarray, gone: np.ndarray, free: np.ndarray, where: np.nd
 
 
 class _Row(NamedTuple):
-    """A row of the grid: what only those who come or go may see, the unions of this kind and of the other, and the
-    runs of equal entropies."""
+    """A row of the grid: what only those who come or go may see, the unions of this kind and of the others, and
+    the runs of equal entropies."""
 
     free: np.ndarray
     own: np.ndarray
@@ -215,14 +230,14 @@ def settle(
     are cleared. Returns the change of the sums.
 
     stack uint64 (slots, words): what the sensor of each slot traverses, of which only informative voxels count; union
-    uint64 (2, words): informative voxels covered by all cameras and by all LiDARs; free uint64 (words,): see
-    `count_others`, of the other slots of this kind; kind: CAMERAS or LIDARS of `kernels.runtime.codes`.
+    uint64 (kinds, words): informative voxels covered by all sensors of each kind; free uint64 (words,): see
+    `count_others`, of the other slots of this kind; kind: a row of the union.
     Result int64 (2, 4): change of the sums of this kind, and of any sensor; columns as in COLUMNS. Integers, so neither
     the order of the edits nor the number of threads can matter.
     """
     words, partial, turns = region.words, _room(workers), new_turns()
     for worker in numba.prange(workers):
-        rooms, where = np.empty((2, words), np.uint64), np.empty(words + 1, np.int32)
+        rooms, where = np.empty((3, words), np.uint64), np.empty(words + 1, np.int32)
         tallies = np.zeros(entropies.palette_q.shape[0], np.int64)
         first, end = _take_rows(region, turns)
         while first < end:
@@ -232,7 +247,7 @@ def settle(
                 row = _Row(
                     free[a:b],
                     union[kind, a:b],
-                    union[1 - kind, a:b],
+                    _others(union, kind, a, rooms[2]),
                     entropies.starts[a:b],
                     entropies.first[a:b],
                 )

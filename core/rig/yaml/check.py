@@ -12,15 +12,12 @@ from pydantic import BaseModel, ValidationError
 from riglens.core.errors import InputError
 from riglens.core.rig.library import default_library, supplied_fields
 from riglens.core.rig.model import (
-    COEFFICIENTS,
     FORMAT_VERSION,
     MAX_SENSORS,
     MAX_SPOTS,
     BrownConrady,
-    Camera,
     EvenAngles,
     KannalaBrandt,
-    Lidar,
     MeshPlacement,
     Rig,
     Vehicle,
@@ -37,11 +34,9 @@ from riglens.core.rig.yaml.nodes import (
     shortened,
 )
 from riglens.core.rig.yaml.text import plain_fields, value_text
+from riglens.core.sensors.registry import kind_named, kind_names, kinds
 
 Path = tuple[str | int, ...]
-_ANGLES = "{{from: {0}, to: {0}, count: 1 to 100000}} with from <= to, or a list of angles of {0} degrees"
-_ANGLE = "a number of degrees, for elevations -90 to 90, for azimuths -360 to 360"
-_PIXELS = "[width, height] in whole pixels, each 1 to 20000"
 ACCEPTED = {
     "": "a mapping with riglens, name, vehicle and sensors",
     "riglens": f"the format version {FORMAT_VERSION}",
@@ -63,7 +58,6 @@ ACCEPTED = {
     "sensors": f"a list of at most {MAX_SENSORS} sensors",
     "sensors[]": "a mapping with name, kind, position and the other fields of a sensor",
     "sensors[].name": "a text of 1 to 200 characters, unique in the file",
-    "sensors[].kind": "lidar or camera",
     "sensors[].model": "the name of an entry of the sensor library",
     "sensors[].position": "[x, y, z] in metres, each -1e7 to 1e7",
     "sensors[].rpy_deg": "[roll, pitch, yaw] in degrees, each -1e6 to 1e6",
@@ -71,28 +65,18 @@ ACCEPTED = {
     "sensors[].enabled": "true or false",
     "sensors[].mirror_of": "the name of another sensor of the same kind",
     "sensors[].fails_with": "a list of 1 to 16 names of what the sensor fails with",
-    "sensors[].elevations_deg": _ANGLES.format("-90 to 90"),
-    "sensors[].elevations_deg.from": _ANGLE,
-    "sensors[].elevations_deg.to": _ANGLE,
-    "sensors[].elevations_deg.count": "a whole number, 1 to 100000",
-    "sensors[].azimuths_deg": _ANGLES.format("-360 to 360"),
-    "sensors[].azimuths_deg.from": _ANGLE,
-    "sensors[].azimuths_deg.to": _ANGLE,
-    "sensors[].azimuths_deg.count": "a whole number, 1 to 100000",
-    "sensors[].azimuth_offsets_deg": "a list of degrees, one per beam, each -360 to 360",
-    "sensors[].image": _PIXELS,
-    "sensors[].hfov_deg": "degrees, 0.001 to 179.9",
-    "sensors[].fx": "pixels, 1e-4 to 1e10",
-    "sensors[].fy": "pixels, 1e-4 to 1e10",
-    "sensors[].cx": "pixels, -1e6 to 1e6",
-    "sensors[].cy": "pixels, -1e6 to 1e6",
-    "sensors[].distortion": "{model: brown_conrady, k1, k2, p1, p2, k3 to k6} or "
-    "{model: kannala_brandt, k1 to k4}, with fx, fy, cx, cy",
-    "sensors[].distortion.model": "brown_conrady or kannala_brandt",
-    **{f"sensors[].distortion.{name}": "a number, -1e9 to 1e9" for name in COEFFICIENTS},
-    "sensors[].cast": _PIXELS + ", at most the image",
 }
-"""What each field of a rig file accepts, in words; the keys are field paths without list indices."""
+"""What each field of a rig file accepts, in words; the keys are field paths without list indices. See `accepted`."""
+
+
+def accepted(key: str) -> str | None:
+    """Return what a field accepts, those of each kind of sensor included; None when there is no such field."""
+    if key == "sensors[].kind":
+        return " or ".join(kind_names())
+    if key in ACCEPTED:
+        return ACCEPTED[key]
+    own = key.removeprefix("sensors[].")
+    return next((kind.accepted[own] for kind in kinds() if own != key and own in kind.accepted), None)
 
 
 def path_text(path: Path) -> str:
@@ -102,7 +86,7 @@ def path_text(path: Path) -> str:
 
 
 def key_of(path: Path) -> str:
-    """Return the key of a field path in ACCEPTED."""
+    """Return the key of a field path for `accepted`."""
     text = "".join("[]" if isinstance(part, int) else f".{part}" for part in path)
     return text.removeprefix(".")
 
@@ -111,12 +95,11 @@ def field_path(loc: tuple[str | int, ...]) -> Path:
     """Return the path of the field that a pydantic location lies in, without union members and items."""
     path: Path = ()
     for part in loc:
-        if key_of((*path, part)) in ACCEPTED:
+        if accepted(key_of((*path, part))) is not None:
             path = (*path, part)
     return path
 
 
-_KINDS: dict[object, type[BaseModel]] = {"lidar": Lidar, "camera": Camera}
 _LENSES: dict[object, type[BaseModel]] = {"brown_conrady": BrownConrady, "kannala_brandt": KannalaBrandt}
 
 
@@ -145,8 +128,9 @@ def key_problems(root: Mapping) -> Iterable[Problem]:
     for index, sensor in _sensor_nodes(root):
         path: Path = ("sensors", index)
         kind = _scalar(sensor.get("kind"))
-        if kind in _KINDS:
-            yield from _unknown_keys(sensor, path, _KINDS[kind])
+        known = kind_named(kind)
+        if known is not None:
+            yield from _unknown_keys(sensor, path, known.model)
         for key in ("elevations_deg", "azimuths_deg"):
             yield from _unknown_keys(sensor.get(key), (*path, key), EvenAngles)
         lens = sensor.get("distortion")
@@ -205,11 +189,11 @@ def _name_problems(sensor: Mapping, path: str, lines: dict[str, int]) -> Iterabl
 
 
 def _kind_problems(sensor: Mapping, path: str) -> Iterable[Problem]:
-    kind, accepted = sensor.get("kind"), ACCEPTED["sensors[].kind"]
+    kind, names = sensor.get("kind"), accepted("sensors[].kind")
     if kind is None:
-        yield Problem(sensor.line, f"{path}.kind: missing; accepted is {accepted}")
-    elif _scalar(kind) not in _KINDS:
-        yield Problem(kind.line, f"{path}.kind: found {found_text(kind)}; accepted is {accepted}")
+        yield Problem(sensor.line, f"{path}.kind: missing; accepted is {names}")
+    elif kind_named(_scalar(kind)) is None:
+        yield Problem(kind.line, f"{path}.kind: found {found_text(kind)}; accepted is {names}")
 
 
 def _model_problems(sensor: Mapping, path: str) -> Iterable[Problem]:
@@ -230,7 +214,7 @@ def model_complaint(model: str | None, kind: object) -> str:
         entry = library.entry(model)
     except InputError as error:
         return str(error)
-    if kind not in _KINDS or entry.kind == kind:
+    if kind_named(kind) is None or entry.kind == kind:
         return ""
     hint = f"`riglens library --kind {kind}` lists the models of a {kind}"
     return f"model: found '{model}', a {entry.kind}, but this sensor is a {kind}; {hint}"
@@ -289,7 +273,7 @@ def check_rig(rig: Rig) -> Rig:
             message = str(details["ctx"]["error"])
         else:
             message = (
-                f"found {shortened(value_text(_value_at(rig, path)))}; accepted is {ACCEPTED[key_of(path)]}"
+                f"found {shortened(value_text(_value_at(rig, path)))}; accepted is {accepted(key_of(path))}"
             )
         raise InputError(f"{path_text(path) or 'rig'}: {message}") from error
     for index, sensor in enumerate(checked.sensors):
@@ -340,10 +324,10 @@ def _validation_problems(root: Mapping, error: ValidationError) -> Iterable[Prob
         elif is_there:
             place, inner = _exact_place(path, node, details["loc"])
             yield Problem(
-                inner.line, f"{place}: found {found_text(inner)}; accepted is {ACCEPTED[key_of(path)]}"
+                inner.line, f"{place}: found {found_text(inner)}; accepted is {accepted(key_of(path))}"
             )
         else:
-            yield Problem(node.line, f"{path_text(path)}: missing; accepted is {ACCEPTED[key_of(path)]}")
+            yield Problem(node.line, f"{path_text(path)}: missing; accepted is {accepted(key_of(path))}")
 
 
 def _rule_problem(path: Path, node: Node, message: str) -> Problem:

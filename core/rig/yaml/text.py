@@ -25,7 +25,7 @@ FIELD_ORDER = (
     "azimuth_offsets_deg",
     *(*_LENS, "range_m", "enabled", "mirror_of", "fails_with"),
 )
-"""The order in which the fields of a sensor are written."""
+"""The order in which the fields of a sensor are written; those of other kinds follow."""
 
 
 def plain_fields(item: BaseModel) -> dict[str, Plain]:
@@ -58,7 +58,8 @@ def written_fields(sensor: Sensor) -> dict[str, Plain]:
         and same_value(fields[key], implied[key])
         and (key in supplied or same_value(fields[key], defaults[key]))
     ]
-    return {key: fields[key] for key in FIELD_ORDER if key in fields and key not in silent}
+    ordered = dict.fromkeys((*FIELD_ORDER, *fields))
+    return {key: fields[key] for key in ordered if key in fields and key not in silent}
 
 
 def _is_bundled(model: str | None) -> TypeGuard[str]:

@@ -102,7 +102,9 @@ def test_nuscenes_boxes_order_the_groups_as_the_paper_does(riglens, shared_data)
 
 def test_the_csv_of_table1_holds_every_figure_in_full_precision():
     def scores_of(lidar: float) -> Scores:
-        one = ClassScores(900.0, KindScore(-670.7, 0.5), KindScore(lidar, 0.2), 0.6, -67.07 + lidar)
+        one = ClassScores(
+            900.0, {"camera": KindScore(-670.7, 0.5), "lidar": KindScore(lidar, 0.2)}, 0.6, -67.07 + lidar
+        )
         return Scores(dict.fromkeys(CLASSES, one), {"camera": 1, "lidar": 1, "any": 1})
 
     table = compare({rig: scores_of(-1 / 3) for rig in PAPER_RIGS}, MetricSettings())

@@ -134,7 +134,7 @@ def loaded(grid: VoxelGrid = GRID) -> Any:
 def scores(seen: float) -> Scores:
     """Scores of all classes that see one share."""
     kind = KindScore(-100.0 * seen, seen)
-    of_class = ClassScores(100.0, kind, kind, seen, -110.0 * seen)
+    of_class = ClassScores(100.0, {"camera": kind, "lidar": kind}, seen, -110.0 * seen)
     return Scores(dict.fromkeys(CLASSES, of_class), {"camera": 1, "lidar": 1, "any": 1})
 
 

@@ -300,7 +300,8 @@ def test_the_chart_has_the_distances_where_they_are(qtbot: QtBot) -> None:
         50.0,
         200.0,
     ]
-    row = CardRow("car", 0.0, 0.0, Reach(10.0, 20.0, 50.0, 5.0), Reach(0.0, 0.0, 0.0, 0.0), -4.6)
+    reaches = {"lidar": Reach(10.0, 20.0, 50.0, 5.0), "camera": Reach(0.0, 0.0, 0.0, 0.0)}
+    row = CardRow("car", 0.0, 0.0, reaches, -4.6)
     assert edge_m(CARD) == 12.0 and edge_m(Card(RIG, USUAL_PLAN, (row,), 1.0)) == pytest.approx(54.0)
     assert not chart.grab().isNull()
 

@@ -65,7 +65,7 @@ def test_changes_are_counted_from_the_baseline_of_the_scores(bench: Bench) -> No
         Engine(bench.scenes[-1].field).evaluate(rig) for rig in (bench.document.rig, bench.session.baseline)
     )
     assert now is not None and before is not None
-    seen_now, seen_before = (found.seen_camera | found.seen_lidar for found in (now, before))
+    seen_now, seen_before = (found.seen_by_any() for found in (now, before))
     field = bench.scenes[-1].field
     places = np.floor((shown.centres_m - np.array(field.grid.origin_m)) / field.grid.voxel_m).astype(int)
     gained = unpack(field.grid, seen_now & ~seen_before)[tuple(places.T)]

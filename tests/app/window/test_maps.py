@@ -57,7 +57,7 @@ def expected_map(bench: Bench, cls: int, seen_by: SeenBy) -> TopView:
     field = bench.scenes[-1].field
     engine, rig = Engine(field, 1), bench.document.rig
     evaluation = engine.evaluate(rig)
-    camera, lidar = evaluation.seen_camera, evaluation.seen_lidar
+    camera, lidar = evaluation.seen["camera"], evaluation.seen["lidar"]
     counts = sum(
         unpack(field.grid, np.array(engine.marks_of(sensor, "exact")) & field.index.words).astype(int)
         for sensor in rig.sensors

@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 from riglens.core.formats.base import Imported
 from riglens.core.formats.exchange import read_rig
 from riglens.core.formats.mounts import ReadOptions
-from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Vehicle
+from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Sensor, Vehicle
 
 Matrix = NDArray[np.float64]
 Files = Mapping[str, str]
@@ -49,7 +49,7 @@ def pose_matrix(pose: Pose) -> Matrix:
     return transform(rotation(pose[1]), pose[0])
 
 
-def sensor_matrix(sensor: Lidar | Camera) -> Matrix:
+def sensor_matrix(sensor: Sensor) -> Matrix:
     """Where a sensor of a rig stands in the vehicle frame, by SciPy and not by the product."""
     return transform(rotation(sensor.rpy_deg), sensor.position)
 
@@ -388,6 +388,6 @@ def camera(name: str, pose: Pose, **fields: Any) -> Camera:
     return Camera(name=name, position=pose[0], rpy_deg=pose[1], image=(800, 600), **(lens | fields))
 
 
-def rig_of(*sensors: Lidar | Camera) -> Rig:
+def rig_of(*sensors: Sensor) -> Rig:
     """A rig on a vehicle whose rear axle is not at the default place."""
     return Rig(name="test rig", vehicle=VEHICLE, sensors=sensors)

@@ -14,7 +14,7 @@ from riglens.core.formats.exchange import FORMATS
 from riglens.core.formats.lens_export import extent, most_off_deg
 from riglens.core.formats.report import Report
 from riglens.core.rig.model import BrownConrady, Camera, EvenAngles, KannalaBrandt, Rig
-from riglens.core.sensing.camera import pixel_directions
+from riglens.core.sensors.camera import pixel_directions
 from tests.core.formats.cases import camera, lidar, read_files, rig_of
 from tests.core.formats.test_poses_written import written
 from tests.core.formats.test_reports import has

@@ -13,7 +13,7 @@ from riglens.core.errors import InputError
 from riglens.core.formats.base import Imported
 from riglens.core.formats.exchange import FORMATS, read_rig
 from riglens.core.formats.mounts import ReadOptions
-from riglens.core.rig.model import Camera, Lidar, Rig
+from riglens.core.rig.model import Camera, Lidar, Rig, Sensor
 from tests.core.formats.cases import (
     Matrix,
     assert_same_pose,
@@ -38,7 +38,7 @@ def real(folder: Path, *parts: str) -> Path:
     return path
 
 
-def assert_looks_there(camera: Lidar | Camera, bearing_deg: float, within_deg: float = 12.0) -> None:
+def assert_looks_there(camera: Sensor, bearing_deg: float, within_deg: float = 12.0) -> None:
     """Whether the camera's axis, level within 12 degrees, points there."""
     x, y, z = sensor_matrix(camera)[:3, 0]
     off_deg = (math.degrees(math.atan2(y, x)) - bearing_deg + 180.0) % 360.0 - 180.0

@@ -16,7 +16,7 @@ from riglens.core.engine.frustums import make_frustum
 from riglens.core.errors import Cancelled
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import MetricSettings
-from riglens.core.rig.model import Camera, Lidar, Rig
+from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.columns import unpack
 from tests.core.builders import (
     camera,
@@ -53,7 +53,7 @@ def evaluated(engine: Engine, rig: Rig, settings: MetricSettings | None = None) 
 
 def lidar_voxels(answer: Evaluation) -> set[Voxel]:
     """What the LiDARs of a rig see."""
-    return {(int(x), int(y), int(z)) for x, y, z in np.argwhere(unpack(GRID, answer.seen_lidar))}
+    return {(int(x), int(y), int(z)) for x, y, z in np.argwhere(unpack(GRID, answer.seen["lidar"]))}
 
 
 def test_a_ray_ahead_sees_its_row() -> None:
@@ -123,8 +123,8 @@ def test_after_any_edits_scores_are_those_from_scratch() -> None:
     for rig in RIGS:
         answer, fresh = evaluated(engine, rig), evaluated(Engine(field, 1), rig)
         assert answer.scores == fresh.scores
-        assert np.array_equal(answer.seen_lidar, fresh.seen_lidar)
-        assert np.array_equal(answer.seen_camera, fresh.seen_camera)
+        assert np.array_equal(answer.seen["lidar"], fresh.seen["lidar"])
+        assert np.array_equal(answer.seen["camera"], fresh.seen["camera"])
 
 
 def test_an_engine_for_single_rigs_gives_the_same_scores() -> None:
@@ -135,12 +135,12 @@ def test_an_engine_for_single_rigs_gives_the_same_scores() -> None:
 
 
 @pytest.fixture
-def casts(monkeypatch: pytest.MonkeyPatch) -> list[Lidar | Camera]:
+def casts(monkeypatch: pytest.MonkeyPatch) -> list[Sensor]:
     """The sensors cast so far."""
-    seen: list[Lidar | Camera] = []
+    seen: list[Sensor] = []
     mark = Caster.mark
 
-    def counted(caster: Caster, sensor: Lidar | Camera, *rest: object) -> bool:
+    def counted(caster: Caster, sensor: Sensor, *rest: object) -> bool:
         seen.append(sensor)
         return mark(caster, sensor, *rest)  # type: ignore[arg-type]
 
@@ -148,7 +148,7 @@ def casts(monkeypatch: pytest.MonkeyPatch) -> list[Lidar | Camera]:
     return seen
 
 
-def test_only_the_sensor_that_moved_is_cast(casts: list[Lidar | Camera]) -> None:
+def test_only_the_sensor_that_moved_is_cast(casts: list[Sensor]) -> None:
     engine, moved = Engine(FIELD, 1), ALONG_Y.replace(position=(0.5, 0.5, 0.5))
     evaluated(engine, rig_of(AHEAD, ALONG_Y))
     assert len(casts) == 2
@@ -156,7 +156,7 @@ def test_only_the_sensor_that_moved_is_cast(casts: list[Lidar | Camera]) -> None
     assert [sensor.position for sensor in casts[2:]] == [(0.5, 0.5, 0.5)]
 
 
-def test_a_sensor_that_is_renamed_or_leaves_is_not_cast(casts: list[Lidar | Camera]) -> None:
+def test_a_sensor_that_is_renamed_or_leaves_is_not_cast(casts: list[Sensor]) -> None:
     engine = Engine(FIELD, 1)
     evaluated(engine, rig_of(AHEAD, ALONG_Y))
     evaluated(engine, Rig(sensors=(AHEAD.replace(name="new"), ALONG_Y.replace(name="other"))))

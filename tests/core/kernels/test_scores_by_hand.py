@@ -65,8 +65,8 @@ def test_the_most_frequent_counts_have_the_first_code() -> None:
 def sums(camera: float, lidar: float, both: float) -> np.ndarray:
     """Sums for cars in quanta, and 1, 2 and 3 voxels."""
     table = np.zeros((3, 4), np.int64)
-    table[:, 0] = np.array([camera, lidar, both]) * field().totals_q[0]
-    table[:, 3] = [1, 2, 3]
+    table[:, 0] = np.array([lidar, camera, both]) * field().totals_q[0]
+    table[:, 3] = [2, 1, 3]
     return table
 
 
@@ -84,7 +84,7 @@ def test_s_mig_is_minus_the_entropy_seen_or_left(reading: Reading, camera: float
 
 def test_hits_count_what_is_met_more_than_once() -> None:
     hits = np.zeros((2, 3), object)
-    hits[:, 0] = [3 << 32, 5 << 32]
+    hits[:, 0] = [5 << 32, 3 << 32]
     car = score(field(), sums(0.25, 0.5, 0.5), MetricSettings("exact", "hits", 0.5), hits).classes["car"]
     assert (car.camera.s_mig, car.lidar.s_mig, car.s_ms) == (-3.0, -5.0, -6.5)
     assert car.lidar.seen == pytest.approx(0.5)
@@ -100,7 +100,9 @@ def known(camera: float, lidar: float, both: float, settings: MetricSettings) ->
     """Scores of a rig that sees these shares of 100 nat of each class."""
     by_cameras, by_lidars = KindScore(-100.0 * camera, camera), KindScore(-100.0 * lidar, lidar)
     s_ms = settings.camera_weight * by_cameras.s_mig + by_lidars.s_mig
-    return Scores(dict.fromkeys(CLASSES, ClassScores(100.0, by_cameras, by_lidars, both, s_ms)), {})
+    return Scores(
+        dict.fromkeys(CLASSES, ClassScores(100.0, {"camera": by_cameras, "lidar": by_lidars}, both, s_ms)), {}
+    )
 
 
 def test_an_estimate_follows_the_cameras_in_full_and_the_lidars_by_half() -> None:

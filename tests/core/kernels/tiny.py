@@ -17,7 +17,7 @@ from riglens.core.kernels.fans.planes import ALL, Alone, Fan, Space, leave_alone
 from riglens.core.kernels.fans.profile import Profile
 from riglens.core.kernels.rays.cast import Cast
 from riglens.core.kernels.runtime.codes import LIDAR
-from riglens.core.sensing.rays import Lattice
+from riglens.core.sensors.lattice import Lattice
 
 Words = NDArray[np.uint64]
 Voxel = tuple[int, int, int]

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Vehicle
+from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Sensor, Vehicle
 from riglens.core.vehicle.mesh import BodyMesh
 
 BOX_FILE = Vehicle(body="box.stl", length=4.0, width=2.0, height=1.5)
@@ -43,7 +43,7 @@ def camera(position: tuple[float, float, float], yaw_deg: float = 0.0, pitch_deg
 
 def random_rig(rng: np.random.Generator, sensors: int = 4) -> Rig:
     """LiDARs and cameras in any pose about a car."""
-    made: list[Lidar | Camera] = []
+    made: list[Sensor] = []
     for number in range(sensors):
         x, y, z = rng.uniform([-2.0, -1.0, 0.5], [2.0, 1.0, 2.5]).tolist()
         roll, pitch, yaw = rng.uniform([-20.0, -20.0, -180.0], [20.0, 40.0, 180.0]).tolist()

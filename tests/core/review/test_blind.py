@@ -7,11 +7,11 @@ from riglens.core.engine.engine import Engine
 from riglens.core.errors import InputError
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.review.blind import (
-    BY,
     BlindEngine,
     BlindMap,
     BlindSettings,
     Ground,
+    by_names,
     grid_around,
     seen_by,
     unseen_by,
@@ -107,7 +107,7 @@ def test_l_k_is_what_a_search_through_all_voxels_finds(voxel_m: float, width_m: 
     assert nz == round(2.0 / voxel_m) and (nz > 64) == (voxel_m == 0.02)
     inside = Engine(whole_field(found.grid))
     inside.evaluate(rig, MetricSettings(), False)
-    for by in BY:
+    for by in by_names():
         lows = []
         for sensor in rig.sensors:
             if by in ("any", sensor.kind):

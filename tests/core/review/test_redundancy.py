@@ -50,7 +50,7 @@ def without(rig: Rig, members: tuple[str, ...]) -> Rig:
 def seen_q(field: EntropyField, rig: Rig, body: Body) -> np.ndarray:
     """Entropy that a rig sees (nx, ny, nz, classes) in units of 2^-32 nat, from scratch."""
     found = Engine(field).evaluate(rig, MetricSettings(body=body))
-    return dense_h(field) * unpack(field.grid, found.seen_camera | found.seen_lidar)[..., None]
+    return dense_h(field) * unpack(field.grid, found.seen_by_any())[..., None]
 
 
 def coverage(field: EntropyField, rig: Rig, body: Body, threads: int | None = None) -> Coverage:

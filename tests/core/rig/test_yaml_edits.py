@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from riglens.core.geometry import Pose
 from riglens.core.rig.library import sensor_from_model
-from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
+from riglens.core.rig.model import EvenAngles, Lidar, Rig, Sensor
 from riglens.core.rig.yaml.edit import edited_text
 from riglens.core.rig.yaml.file import loads, same_rig
 from riglens.core.rig.yaml.text import plain_fields, rig_text, value_text, written_fields
@@ -71,7 +71,7 @@ def with_sensor(which: str, **fields: object) -> Rig:
     return RIG.with_sensor(which, RIG.sensor(which).replace(**fields))
 
 
-def with_sensors(*sensors: Lidar | Camera) -> Rig:
+def with_sensors(*sensors: Sensor) -> Rig:
     return RIG.replace(sensors=sensors)
 
 

@@ -72,7 +72,7 @@ def exact_flags(field, rig):
     result = evaluate(field, rig, threads=1)
     i, j, k = field.index.ijk().T
     cameras_see, lidars_see = (
-        unpack(field.grid, w)[i, j, k] for w in (result.seen_camera, result.seen_lidar)
+        unpack(field.grid, w)[i, j, k] for w in (result.seen["camera"], result.seen["lidar"])
     )
     return CAMERA_BIT * cameras_see.astype(np.uint8) + LIDAR_BIT * lidars_see.astype(np.uint8)
 

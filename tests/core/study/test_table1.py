@@ -22,7 +22,9 @@ class Answer:
 
 
 def scores_of(camera: float, lidar: float) -> Scores:
-    one = ClassScores(900.0, KindScore(camera, 0.5), KindScore(lidar, 0.2), 0.6, 0.1 * camera + lidar)
+    one = ClassScores(
+        900.0, {"camera": KindScore(camera, 0.5), "lidar": KindScore(lidar, 0.2)}, 0.6, 0.1 * camera + lidar
+    )
     return Scores(dict.fromkeys(CLASSES, one), {"camera": 1, "lidar": 1, "any": 1})
 
 
@@ -109,7 +111,10 @@ def test_the_published_figures_agree_with_themselves() -> None:
         name: Scores(
             {
                 cls: ClassScores(
-                    1.0, KindScore(f.camera_s_mig, 0.1), KindScore(f.lidar_s_mig, 0.1), 0.2, f.s_ms
+                    1.0,
+                    {"camera": KindScore(f.camera_s_mig, 0.1), "lidar": KindScore(f.lidar_s_mig, 0.1)},
+                    0.2,
+                    f.s_ms,
                 )
                 for cls, f in row.items()
             },

@@ -15,7 +15,9 @@ SHARES = st.floats(0.0, 1.0)
 
 
 def scores(camera: float = 0.5, lidar: float = 0.2, seen: float = 0.6, s_ms: float = -1.0) -> Scores:
-    one = ClassScores(100.0, KindScore(-camera, camera), KindScore(-lidar, lidar), seen, s_ms)
+    one = ClassScores(
+        100.0, {"camera": KindScore(-camera, camera), "lidar": KindScore(-lidar, lidar)}, seen, s_ms
+    )
     return Scores(dict.fromkeys(CLASSES, one), {})
 
 

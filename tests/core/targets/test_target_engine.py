@@ -135,7 +135,7 @@ def test_only_the_moved_sensor_is_cast_and_a_sample_goes_on_where_it_ended(world
 
 
 def test_a_stale_request_is_cancelled_and_the_next_one_is_as_good_as_any(world, monkeypatch):
-    monkeypatch.setattr(contribution, "RAYS_AT_ONCE", {"lidar": 1})
+    monkeypatch.setattr(contribution, "TURNING_RAYS_AT_ONCE", 1)
     rig = rig_of(spinning((0.0, 0.0, 2.0)), spinning((0.0, 0.0, 3.0)))
     asked = []
 
@@ -153,7 +153,7 @@ def test_a_stale_request_is_cancelled_and_the_next_one_is_as_good_as_any(world, 
 def test_cells_are_the_same_however_often_they_are_taken_aside(world, threads, monkeypatch):
     rig = rig_of(spinning((0.0, 0.0, 2.0)), spinning((0.5, 0.0, 3.0)))
     whole = TargetEngine(world, threads).evaluate(rig)
-    monkeypatch.setattr(contribution, "RAYS_AT_ONCE", {"lidar": 5 * rig.sensors[0].ray_count})
+    monkeypatch.setattr(contribution, "TURNING_RAYS_AT_ONCE", 5 * rig.sensors[0].ray_count)
     monkeypatch.setattr(contribution, "CELLS_AT_ONCE", 1)  # after every chunk
     engine = TargetEngine(world, threads)
     assert whole.objects.cells.sum() > 100

@@ -11,7 +11,7 @@ from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
 from riglens.core.kernels.objects.counts import COLUMNS
 from riglens.core.rig.library import sensor_from_model
-from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
+from riglens.core.rig.model import EvenAngles, Rig, Sensor
 from riglens.core.targets.beams import azimuth_step_rad
 from riglens.core.targets.contribution import Contribution, phases_rad
 from riglens.core.targets.draws import sensor_key
@@ -28,7 +28,7 @@ CAR, BICYCLE, PEDESTRIAN = 0, 1, 2
 CUBE_M = (2.0, 2.0, 2.0)
 
 
-def count(boxes: list[Box], *sensors: Lidar | Camera, settings: TargetSettings = EXACT) -> TargetScores:
+def count(boxes: list[Box], *sensors: Sensor, settings: TargetSettings = EXACT) -> TargetScores:
     frames = max((box[0] for box in boxes), default=0) + 1
     return TargetEngine(traffic(boxes, frames)).evaluate(rig_of(*sensors), settings)
 
@@ -37,7 +37,7 @@ def box(x: float, y: float = 0.0, size=CUBE_M, yaw: float = 0.0, frame: int = 0,
     return (frame, CAR, (x, y, z), size, yaw)
 
 
-def points(boxes: list[Box], *sensors: Lidar | Camera) -> list[int]:
+def points(boxes: list[Box], *sensors: Sensor) -> list[int]:
     return count(boxes, *sensors).objects.all_points.tolist()
 
 

@@ -11,8 +11,8 @@ from riglens.core.kernels.rays.clip import clip_polygons
 from riglens.core.rig.model import BrownConrady, KannalaBrandt
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.sensing.body_ends import barrier_of
-from riglens.core.sensing.camera import project_px
 from riglens.core.sensing.rays import sensor_rays
+from riglens.core.sensors.camera import project_px
 from riglens.core.vehicle.solid import Solid
 from riglens.core.view.camera_picture import CameraPicture, camera_picture
 from riglens.core.view.frames import FrameBoxes

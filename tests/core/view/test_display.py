@@ -120,7 +120,7 @@ def test_the_seen_set_of_an_evaluation_fits() -> None:
     pog, field = scene(6)
     display = DisplayGrid.build(pog, field, 300)
     result = evaluate(field, rig_of(spinning((0.1, 0.2, 5.0), beams=9, count=90)))
-    share, entropy = display.seen_share(0, result.seen_lidar), display.entropy(0)
+    share, entropy = display.seen_share(0, result.seen["lidar"]), display.entropy(0)
     seen = float((share.astype(float) * entropy).sum()) / field.h_total_nat(0)
     assert seen == pytest.approx(result.scores.classes["car"].lidar.seen, rel=1e-5)
     assert seen > 0.0

@@ -5,7 +5,7 @@ import pytest
 from PySide6.QtGui import QColor
 from pytestqt.qtbot import QtBot
 
-from riglens.core.review.blind import BY, HEIGHTS_M, NONE, BlindMap, BlindSettings, Ground, grid_around
+from riglens.core.review.blind import HEIGHTS_M, NONE, BlindMap, BlindSettings, Ground, by_names, grid_around
 from riglens.core.review.outline import Outline
 from riglens.core.rig.model import Rig, Vehicle
 from riglens.core.scene.grid import VoxelGrid
@@ -25,7 +25,7 @@ def lowest() -> Lowest:
     outline = Outline.of(VEHICLE)
     grid = grid_around(outline, SETTINGS)
     ground = Ground.of(grid, outline, SETTINGS.bands_m)
-    levels = np.full((len(BY), 3, *grid.shape[:2]), NONE, np.uint16)
+    levels = np.full((len(by_names()), 3, *grid.shape[:2]), NONE, np.uint16)
     ahead = np.where(ground.x_m > 3.0, 0, np.where(ground.x_m < -3.0, int(NONE), 3))
     levels[0, 0] = ahead[:, None]
     return Lowest(BlindMap(Rig(vehicle=VEHICLE), SETTINGS, grid, ground, levels), "any", 1)
@@ -33,7 +33,7 @@ def lowest() -> Lowest:
 
 def test_steps_are_the_number_of_heights_below_the_lowest_visible_one(lowest: Lowest) -> None:
     found = lowest.found
-    for by in BY:
+    for by in by_names():
         for k in (1, 2):
             above = found.lowest_m(by, k)[..., None] > np.array(HEIGHTS_M) + 1e-9
             np.testing.assert_array_equal(found.steps(by, k), above.sum(axis=2))

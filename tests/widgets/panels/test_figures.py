@@ -7,7 +7,7 @@ import math
 import pytest
 from PySide6.QtCore import QRectF
 
-from riglens.core.rig.model import Camera, EvenAngles, Lidar
+from riglens.core.rig.model import Camera, EvenAngles, Lidar, Sensor
 from riglens.core.rig.presets import preset
 from riglens.widgets.panels.compare.model import CompareRow, columns_for, table_text
 from riglens.widgets.panels.scores.table import trail_points, trail_tip
@@ -44,7 +44,7 @@ def test_a_camera_is_summed_up_by_its_lens() -> None:
 
 
 @pytest.mark.parametrize(("sensor", "text"), [(LIDAR, "16 ch"), (CAMERA, "90°")])
-def test_a_sensor_has_a_type_of_a_few_characters(sensor: Lidar | Camera, text: str) -> None:
+def test_a_sensor_has_a_type_of_a_few_characters(sensor: Sensor, text: str) -> None:
     assert short_type(sensor) == text
 
 

@@ -75,7 +75,7 @@ def test_no_column_of_changes_cuts_its_longest_number(qtbot: QtBot) -> None:
 def test_the_direction_of_s_ms_is_an_arrow_and_only_seen_has_a_colour(qtbot: QtBot) -> None:
     def scores(nat: float, seen: float) -> Scores:
         kind = KindScore(nat, seen)
-        found = ClassScores(1000.0, kind, kind, seen, 1.1 * nat)
+        found = ClassScores(1000.0, {"camera": kind, "lidar": kind}, seen, 1.1 * nat)
         return Scores(dict.fromkeys(CLASSES, found), {"camera": 1, "lidar": 1, "any": 1})
 
     table = ScoreTable()

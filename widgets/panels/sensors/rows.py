@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QRect, Qt
 from PySide6.QtGui import QBrush, QColor, QIcon, QPainter
 from PySide6.QtWidgets import (
@@ -19,8 +16,8 @@ from PySide6.QtWidgets import (
 )
 
 from riglens.core.rig.library import changed_fields, default_library
-from riglens.core.rig.model import Camera, EvenAngles, Lidar, Sensor
-from riglens.core.sensing.camera import field_of_view_deg
+from riglens.core.rig.model import Sensor
+from riglens.core.sensors.registry import kind_of
 from riglens.widgets.panels.controls.icons import icon
 from riglens.widgets.panels.controls.item_views import BAR_COLOUR, BAR_SHARE, BarDelegate
 from riglens.widgets.panels.controls.style import numbers_font, plain_tip, tones
@@ -30,66 +27,7 @@ from riglens.widgets.theme import LINKED_COLOUR
 
 def derived_rows(sensor: Sensor) -> list[tuple[str, str]]:
     """Return the captions and values, always the same captions for a kind of sensor."""
-    return _lidar_rows(sensor) if isinstance(sensor, Lidar) else _camera_rows(sensor)
-
-
-def _lidar_rows(lidar: Lidar) -> list[tuple[str, str]]:
-    beams, turn = lidar.elevations(), lidar.azimuths()
-    return [
-        ("Rays", f"{lidar.ray_count:,}  =  {len(beams)} beams × {len(turn):,}"),
-        ("Field of view", f"{_turn_deg(lidar):.4g}° × {np.ptp(beams):.4g}°"),
-        ("Resolution", f"{_gaps(turn)} × {_gaps(beams)}"),
-        ("Azimuth offsets", _offsets(lidar)),
-    ]
-
-
-def _offsets(lidar: Lidar) -> str:
-    """Describe how far the beams' azimuths are offset."""
-    offsets = lidar.azimuth_offsets_deg
-    return "none" if offsets is None else f"{min(offsets):.3g}° to {max(offsets):.3g}°, by beam"
-
-
-def _turn_deg(lidar: Lidar) -> float:
-    angles = lidar.azimuths_deg
-    return angles.to - angles.from_ if isinstance(angles, EvenAngles) else max(angles) - min(angles)
-
-
-def _gaps(angles_deg: NDArray[np.float64]) -> str:
-    """Describe the distance between neighbouring angles, or its smallest and largest value."""
-    if len(angles_deg) < 2:
-        return "–"
-    gaps = np.diff(np.sort(angles_deg))
-    low, high = f"{gaps.min():.3g}", f"{gaps.max():.3g}"
-    return f"{low}°" if low == high else f"{low}–{high}°"
-
-
-def _camera_rows(camera: Camera) -> list[tuple[str, str]]:
-    fx, fy, _, _ = camera.intrinsics_px()
-    width_px, _ = camera.image
-    columns, rows = camera.cast
-    wide, high = field_of_view_deg(camera)
-    focal = f"{fx:.1f} px" if f"{fx:.1f}" == f"{fy:.1f}" else f"{fx:.1f} × {fy:.1f} px"
-    return [
-        ("Rays", f"{camera.ray_count:,}  =  {columns} × {rows}"),
-        ("Field of view", f"{wide:.1f}° × {high:.1f}°"),
-        ("Focal length", focal),
-        ("Resolution", f"{_pixel_deg(fx):.3g}°/px, {_pixel_deg(fx * columns / width_px):.3g}°/ray"),
-        ("Distortion", _distortion(camera)),
-    ]
-
-
-def _distortion(camera: Camera) -> str:
-    """Return the lens model and its first coefficient."""
-    lens = camera.distortion
-    if lens is None:
-        return "none"
-    name = "Brown-Conrady" if lens.model == "brown_conrady" else "Kannala-Brandt"
-    return f"{name}, k1 {lens.k1:.4g}"
-
-
-def _pixel_deg(focal_px: float) -> float:
-    """Return the angle of one pixel in the middle of the image."""
-    return math.degrees(math.atan(1 / focal_px))
+    return kind_of(sensor).summary(sensor)
 
 
 MODIFIED = "*"
@@ -176,9 +114,7 @@ def set_up_columns(tree: QTreeWidget) -> None:
 
 def short_type(sensor: Sensor) -> str:
     """Return a type of a few characters: channels (beams) of a LiDAR, horizontal field of view of a camera."""
-    if isinstance(sensor, Lidar):
-        return f"{len(sensor.elevations())} ch"
-    return dict(derived_rows(sensor))["Field of view"].split(" × ")[0].replace(".0°", "°")
+    return kind_of(sensor).brief(sensor)
 
 
 def model_note(sensor: Sensor) -> str:

@@ -11,7 +11,7 @@ from riglens.core.kernels.fans import fan
 from riglens.core.kernels.fans.fan import Course
 from riglens.core.kernels.fans.planes import ALL, Alone, leave_alone
 from riglens.core.kernels.fans.profile import TOLERANCE
-from riglens.core.sensing.rays import Lattice
+from riglens.core.sensors.lattice import Lattice
 from tests.core.kernels.tiny import (
     AHEAD,
     BACK,

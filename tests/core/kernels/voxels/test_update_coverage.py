@@ -12,11 +12,13 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from riglens.core.kernels.runtime.codes import CAMERAS, LIDARS
 from riglens.core.kernels.voxels import update_coverage as kernel
 from riglens.core.kernels.voxels.entropy_codes import Entropies
 from riglens.core.kernels.voxels.update_coverage import Region
 from tests.core.kernels.tiny import Words, words
+
+CAMERAS, LIDARS = 0, 1
+
 
 PALETTE = np.array([[10, 1, 0, 0], [100, 2, 5, 0]], np.uint32)
 NONE = [0, 0, 0, 0]
@@ -202,30 +204,35 @@ def test_nothing_outside_of_the_region_is_looked_at() -> None:
     assert change[0].tolist() == [220, 6, 10, 4]
 
 
-@pytest.mark.parametrize("seed", range(5))
-def test_after_many_edits_the_sums_are_those_of_the_union(seed: int) -> None:
-    """Two LiDARs and a camera move about at random; each edit casts into a free slot."""
+KIND_OF = {"lidar": LIDARS, "other lidar": LIDARS, "camera": CAMERAS, "probe": 2}
+
+
+@pytest.mark.parametrize("kinds", [2, 3])
+@pytest.mark.parametrize("seed", range(3))
+def test_after_many_edits_the_sums_are_those_of_the_union(seed: int, kinds: int) -> None:
+    """Two LiDARs, a camera and perhaps a sensor of a third kind move about; each edit casts into a free slot."""
     rng = np.random.default_rng(seed)
-    cover = Cover(np.zeros((4, COUNT), np.uint64), np.zeros((2, COUNT), np.uint64))
-    everything, sums = Region(0, 2, 0, 12, 12), np.zeros((3, 4), np.int64)
+    cover = Cover(np.zeros((5, COUNT), np.uint64), np.zeros((kinds, COUNT), np.uint64))
+    everything, sums = Region(0, 2, 0, 12, 12), np.zeros((kinds + 1, 4), np.int64)
+    names = [name for name, kind in KIND_OF.items() if kind < kinds]
     held: dict[str, int] = {}
     for _ in range(30):
-        name = str(rng.choice(["lidar", "other lidar", "camera"]))
-        kind = CAMERAS if name == "camera" else LIDARS
-        free = next(slot for slot in range(4) if slot not in held.values())
+        name = str(rng.choice(names))
+        kind = KIND_OF[name]
+        free = next(slot for slot in range(5) if slot not in held.values())
         leaving = [held.pop(name)] if name in held else []
         moved = rng.random(COUNT) < rng.choice([0.05, 0.9])
         before = cover.stack[leaving[0]] if leaving else np.zeros(COUNT, np.uint64)
         cover.stack[free] = np.where(moved, rng.integers(0, 64, COUNT, np.uint64), before)
-        staying = [slot for other, slot in held.items() if (other == "camera") == (kind == CAMERAS)]
+        staying = [slot for other, slot in held.items() if KIND_OF[other] == kind]
         slots = Slots(np.array([free]), np.array(staying, np.int64), np.array(leaving, np.int64))
         change = settle(cover, slots, kind, everything, many_words(), 2)
         sums[kind] += change[0]
-        sums[2] += change[1]
+        sums[-1] += change[1]
         held[name] = free
-    for found, union in zip(sums.tolist(), (*cover.union, cover.union[0] | cover.union[1]), strict=True):
+    for found, union in zip(sums.tolist(), (*cover.union, np.bitwise_or.reduce(cover.union)), strict=True):
         assert found == worth(union)
-    lidars = [cover.stack[slot] for name, slot in held.items() if name != "camera"]
+    lidars = [cover.stack[slot] for name, slot in held.items() if KIND_OF[name] == LIDARS]
     assert np.array_equal(cover.union[LIDARS], np.bitwise_or.reduce(lidars) & np.uint64(0b1111))
 
 

@@ -1,0 +1,92 @@
+"""What sensors of all kinds have in common: frozen, validated fields, a name, a pose and a range."""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from typing import Annotated, Self, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from riglens.core.geometry import Pose
+
+
+class Frozen(BaseModel):
+    """Immutable, strict, no unknown keys; fields are addressed by the names of the YAML file."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, populate_by_name=True)
+
+    def replace(self, **changes: object) -> Self:
+        """Return a validated copy with some fields changed; raise pydantic's ValidationError where one does not fit."""
+        fields = {name: getattr(self, name) for name in type(self).model_fields}
+        return type(self)(**(fields | changes))
+
+
+MAX_GROUPS = 16
+"""Of a sensor: brackets, control units, cables, windows with which it fails."""
+MAX_RAYS_PER_SENSOR = 1 << 26
+MAX_LISTED_RAYS = 1 << 23
+"""Rays that do not form a table of rows and columns (lens distortion, azimuth offsets) are stored one by one."""
+
+Metres = Annotated[float, Field(allow_inf_nan=False, ge=-1e7, le=1e7)]
+Positive = Annotated[float, Field(allow_inf_nan=False, gt=0.0)]
+Length = Annotated[float, Field(allow_inf_nan=False, ge=1e-3, le=100.0)]
+Degrees = Annotated[float, Field(allow_inf_nan=False, ge=-1e6, le=1e6)]
+"""Thousands of turns, and still exact to 1e-10 degrees."""
+Name = Annotated[str, Field(min_length=1, max_length=200)]
+Position = tuple[Metres, Metres, Metres]
+Angles3 = tuple[Degrees, Degrees, Degrees]
+
+
+class Sensor(Frozen):
+    """A sensor of any kind, told apart by `kind`, which the classes derived from this one fix."""
+
+    name: Name
+    model: str | None = None
+    position: Position
+    rpy_deg: Angles3 = (0.0, 0.0, 0.0)
+    range_m: tuple[Annotated[float, Field(ge=0.0)], Annotated[float, Field(gt=0.0)]] = (0.0, math.inf)
+    enabled: bool = True
+    mirror_of: Name | None = None
+    fails_with: Annotated[tuple[Name, ...], Field(min_length=1, max_length=MAX_GROUPS)] | None = None
+    kind: str
+
+    @model_validator(mode="after")
+    def _range_rises(self) -> Self:
+        low, high = self.range_m
+        if math.isnan(low) or math.isnan(high) or math.isinf(low) or not low < high:
+            raise ValueError(f"range_m must be [min, max] with 0 <= min < max, found [{low}, {high}]")
+        return self
+
+    @property
+    @abstractmethod
+    def resolution(self) -> tuple[int, int]:
+        """Rays in a row of the lattice, and rows."""
+
+    @property
+    def ray_count(self) -> int:
+        """Number of rays of the lattice; some may have no direction, as where a lens has none."""
+        rays_in_row, rows = self.resolution
+        return rays_in_row * rows
+
+    @property
+    def pose(self) -> Pose:
+        """Pose of the sensor in the vehicle frame."""
+        return Pose(self.position, self.rpy_deg)
+
+    def with_pose(self, pose: Pose) -> Self:
+        """Return the same sensor elsewhere; not validated again, because this happens on every mouse move."""
+        return self.model_copy(update={"position": pose.position_m, "rpy_deg": pose.rpy_deg})
+
+
+_S = TypeVar("_S", bound=Sensor)
+
+
+def rays_of(sensor: _S) -> _S:
+    """Return the sensor without what decides none of its rays: name, model, pair, groups, and whether it is on."""
+    none = {"name": "", "model": None, "enabled": True, "mirror_of": None, "fails_with": None}
+    return sensor.model_copy(update=none)
+
+
+NOWHERE = {"position": (0.0, 0.0, 0.0), "rpy_deg": (0.0, 0.0, 0.0), "range_m": (0.0, math.inf)}
+"""What decides where the rays are, but none of their directions in the sensor frame."""

@@ -1,0 +1,90 @@
+"""What the program has to know about a kind of sensor: everything else follows from these entries."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Generic, Literal, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from riglens.core.geometry import Vec3
+from riglens.core.sensors.base import Sensor
+from riglens.core.sensors.lattice import Ids, Lattice
+
+S = TypeVar("S", bound=Sensor)
+Doubles = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Occlusion:
+    """How the car's own body stops the rays: not within `housing_radius_m` of the sensor, the radius of a housing whose
+    model is not known, and not where it is of glass, if the sensor sees through that."""
+
+    housing_radius_m: float
+    sees_through_glass: bool = False
+
+
+@dataclass(frozen=True)
+class Placement:
+    """How a new sensor is mounted: so far above the roof, and turned as the outward normal (3,) of a surface says, in
+    degrees; one that is kept level looks ahead, or `away_when_level` from the surface."""
+
+    above_roof_m: float
+    rpy_deg: Callable[[Doubles], Vec3]
+    away_when_level: bool = False
+
+
+@dataclass(frozen=True)
+class HitMeasure:
+    """What a sensor gets from an object that its rays reach.
+
+    `measure`: "points" counts the rays of LiDARs, "pixels" rows of a camera's image, "returns" the rays of any other
+    kind. From `threshold` of them on, `label` in sentences and `unit` behind a number, an object is detected.
+    """
+
+    measure: Literal["points", "pixels", "returns"]
+    threshold: float
+    label: str
+    unit: str
+
+
+@dataclass(frozen=True, eq=False)
+class SensorKind(Generic[S]):
+    """A kind of sensor.
+
+    name: its key in rig files, JSON and on the command line; title, plural: in sentences; model: its fields and limits.
+    directions: unit directions (n, 3) in the sensor frame of rays by number, row * columns + column; NaN where there is
+    none. lattice: tables that give the same doubles, None for a sensor whose rays have to be listed one by one.
+    view_deg: horizontal and vertical field of view. brief: its type in a few characters; size: the heading and the text
+    of a column of its resolution; summary: captions and values that follow from its fields.
+    accepted: what each of its own fields accepts, in words, by its path in a rig file.
+    spelled_out: of fields that can be written in several ways, what they say as an array.
+    library_figures: data-sheet entries of the sensor library that this kind has.
+    score_weight: in S-MS; "lambda" is the camera weight of the settings, 0 for kinds that the paper does not know.
+    has_range_law: whether the range law decides which of its rays return.
+    spins: whether a turn may start at any azimuth, so that each frame has a phase of its own.
+    coarse_power: of the ratio between what two rigs see on voxels twice as large, in an estimate on those.
+    """
+
+    name: str
+    title: str
+    plural: str
+    model: type[S]
+    directions: Callable[[S, Ids], Doubles]
+    view_deg: Callable[[S], tuple[float, float]]
+    brief: Callable[[S], str]
+    size: tuple[str, Callable[[S], str]]
+    summary: Callable[[S], list[tuple[str, str]]]
+    occlusion: Occlusion
+    placement: Placement
+    hits: HitMeasure
+    lattice: Callable[[S], Lattice | None] = lambda _: None
+    accepted: Mapping[str, str] = field(default_factory=dict)
+    spelled_out: Mapping[str, Callable[[S], Doubles]] = field(default_factory=dict)
+    library_figures: tuple[str, ...] = ()
+    score_weight: float | Literal["lambda"] = 0.0
+    has_range_law: bool = False
+    coarse_power: float = 1.0
+    spins: bool = False

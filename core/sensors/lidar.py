@@ -1,0 +1,205 @@
+"""LiDARs: turning beams, each at an elevation of its own, fired at azimuths."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from riglens.core.kernels.runtime import codes
+from riglens.core.sensors.base import MAX_LISTED_RAYS, MAX_RAYS_PER_SENSOR, Frozen, Sensor
+from riglens.core.sensors.kind import HitMeasure, Occlusion, Placement, SensorKind
+from riglens.core.sensors.lattice import Ids, Lattice
+from riglens.core.sensors.mounting import upright_rpy_deg
+
+Elevation = Annotated[float, Field(allow_inf_nan=False, ge=-90.0, le=90.0)]
+Azimuth = Annotated[float, Field(allow_inf_nan=False, ge=-360.0, le=360.0)]
+
+
+class EvenAngles(Frozen):
+    """`count` evenly spaced angles in degrees; whether `to` is included depends on where they are used."""
+
+    from_: Azimuth = Field(alias="from")
+    to: Azimuth
+    count: Annotated[int, Field(ge=1, le=100_000)]
+
+    @model_validator(mode="after")
+    def _rising(self) -> Self:
+        if self.to < self.from_:
+            raise ValueError(f"'to' ({self.to}) must not be below 'from' ({self.from_})")
+        return self
+
+    def both_ends_deg(self) -> NDArray[np.float64]:
+        """Return the angles with both ends included, (count,); one angle is `from`."""
+        if self.count == 1:
+            return np.array([self.from_])
+        return self.from_ + np.arange(self.count) * (self.to - self.from_) / (self.count - 1)
+
+    def open_end_deg(self) -> NDArray[np.float64]:
+        """Return the angles from + i (to - from) / count, (count,): a full turn has no duplicate end."""
+        return self.from_ + np.arange(self.count) * (self.to - self.from_) / self.count
+
+
+class Lidar(Sensor):
+    """Spinning LiDAR; `elevations_deg` with both ends, `azimuths_deg` with an open end (paper, eq. 2).
+
+    `azimuth_offsets_deg`, one per beam, are added to the azimuths of that beam (positive turns left).
+    """
+
+    kind: Literal["lidar"] = "lidar"
+    elevations_deg: EvenAngles | Annotated[tuple[Elevation, ...], Field(min_length=1)]
+    azimuths_deg: EvenAngles | Annotated[tuple[Azimuth, ...], Field(min_length=1)] = EvenAngles(
+        from_=-180.0, to=180.0, count=360
+    )
+    azimuth_offsets_deg: tuple[Azimuth, ...] | None = None
+
+    @model_validator(mode="after")
+    def _angles_sensible(self) -> Self:
+        if not 0 < self.ray_count <= MAX_RAYS_PER_SENSOR:
+            raise ValueError(f"a LiDAR casts 1 to {MAX_RAYS_PER_SENSOR} rays, found {self.ray_count}")
+        beams, turn = self.elevations_deg, self.azimuths_deg
+        if isinstance(beams, EvenAngles) and (beams.from_ < -90.0 or beams.to > 90.0):
+            raise ValueError(f"elevations_deg must lie in [-90, 90], found {beams.from_} to {beams.to}")
+        span_deg = turn.to - turn.from_ if isinstance(turn, EvenAngles) else max(turn) - min(turn)
+        if span_deg > 360.0:
+            raise ValueError(f"azimuths_deg must not span more than 360 degrees, found {span_deg}")
+        return self
+
+    @model_validator(mode="after")
+    def _offsets_fit(self) -> Self:
+        offsets, beams = self.azimuth_offsets_deg, self.beam_count
+        if offsets is not None and len(offsets) != beams:
+            raise ValueError(
+                f"azimuth_offsets_deg must hold one offset per beam, {beams}, found {len(offsets)}"
+            )
+        if offsets is not None and self.ray_count > MAX_LISTED_RAYS:
+            raise ValueError(
+                f"azimuth_offsets_deg go with at most {MAX_LISTED_RAYS} rays, found {self.ray_count}"
+            )
+        return self
+
+    def elevations(self) -> NDArray[np.float64]:
+        """Return the beam elevations in degrees, (beams,)."""
+        angles = self.elevations_deg
+        return (
+            angles.both_ends_deg() if isinstance(angles, EvenAngles) else np.array(angles, dtype=np.float64)
+        )
+
+    def azimuths(self) -> NDArray[np.float64]:
+        """Return the azimuths in degrees, (azimuths,)."""
+        angles = self.azimuths_deg
+        return angles.open_end_deg() if isinstance(angles, EvenAngles) else np.array(angles, dtype=np.float64)
+
+    @property
+    def beam_count(self) -> int:
+        """Number of beams."""
+        beams = self.elevations_deg
+        return beams.count if isinstance(beams, EvenAngles) else len(beams)
+
+    @property
+    def resolution(self) -> tuple[int, int]:
+        """Azimuths and beams."""
+        turn = self.azimuths_deg
+        return turn.count if isinstance(turn, EvenAngles) else len(turn), self.beam_count
+
+
+def beam_lattice(lidar: Lidar) -> Lattice:
+    """Directions (cos e cos a, cos e sin a, sin e), beam by beam (paper, eq. 2, as its text means it)."""
+    elevation, azimuth = np.radians(lidar.elevations()), np.radians(lidar.azimuths())
+    rows = np.stack([np.cos(elevation), np.sin(elevation)], axis=1)
+    return Lattice(codes.LIDAR, rows, np.stack([np.cos(azimuth), np.sin(azimuth)], axis=1))
+
+
+def lattice(lidar: Lidar) -> Lattice | None:
+    """Its rays in rows and columns; None for beams with azimuth offsets."""
+    return beam_lattice(lidar) if lidar.azimuth_offsets_deg is None else None
+
+
+def directions(lidar: Lidar, rays: Ids) -> NDArray[np.float64]:
+    """Directions in the sensor frame of rays by number, beam * azimuths + azimuth, (n, 3)."""
+    if lidar.azimuth_offsets_deg is None:
+        return beam_lattice(lidar).directions(rays)
+    azimuths = lidar.azimuths()
+    beam, turn = rays // azimuths.size, rays % azimuths.size
+    elevation = np.radians(lidar.elevations()[beam])
+    azimuth = np.radians(azimuths[turn] + np.array(lidar.azimuth_offsets_deg)[beam])
+    flat = np.cos(elevation)
+    return np.stack([flat * np.cos(azimuth), flat * np.sin(azimuth), np.sin(elevation)], axis=-1)
+
+
+def _turn_deg(lidar: Lidar) -> float:
+    turn = lidar.azimuths_deg
+    return turn.to - turn.from_ if isinstance(turn, EvenAngles) else max(turn) - min(turn)
+
+
+def _view_deg(lidar: Lidar) -> tuple[float, float]:
+    beams = lidar.elevations()
+    return _turn_deg(lidar), float(beams.max() - beams.min())
+
+
+def _summary(lidar: Lidar) -> list[tuple[str, str]]:
+    beams, turn = lidar.elevations(), lidar.azimuths()
+    offsets = lidar.azimuth_offsets_deg
+    return [
+        ("Rays", f"{lidar.ray_count:,}  =  {len(beams)} beams × {len(turn):,}"),
+        ("Field of view", f"{_turn_deg(lidar):.4g}° × {np.ptp(beams):.4g}°"),
+        ("Resolution", f"{_gaps(turn)} × {_gaps(beams)}"),
+        (
+            "Azimuth offsets",
+            "none" if offsets is None else f"{min(offsets):.3g}° to {max(offsets):.3g}°, by beam",
+        ),
+    ]
+
+
+def _gaps(angles_deg: NDArray[np.float64]) -> str:
+    """Describe the distance between neighbouring angles, or its smallest and largest value."""
+    if len(angles_deg) < 2:
+        return "–"
+    gaps = np.diff(np.sort(angles_deg))
+    low, high = f"{gaps.min():.3g}", f"{gaps.max():.3g}"
+    return f"{low}°" if low == high else f"{low}–{high}°"
+
+
+_ANGLES = "{{from: {0}, to: {0}, count: 1 to 100000}} with from <= to, or a list of angles of {0} degrees"
+_ENDS = {
+    "from": "a number of degrees, for elevations -90 to 90, for azimuths -360 to 360",
+    "to": "a number of degrees, for elevations -90 to 90, for azimuths -360 to 360",
+    "count": "a whole number, 1 to 100000",
+}
+_ACCEPTED = {
+    "elevations_deg": _ANGLES.format("-90 to 90"),
+    "azimuths_deg": _ANGLES.format("-360 to 360"),
+    "azimuth_offsets_deg": "a list of degrees, one per beam, each -360 to 360",
+    **{
+        f"{field}.{end}": words
+        for field in ("elevations_deg", "azimuths_deg")
+        for end, words in _ENDS.items()
+    },
+}
+
+# The radius of the housing is our choice, and so is that glass stops LiDARs: near infrared light passes coated
+# windscreens badly, and at a slant hardly at all.
+LIDAR = SensorKind(
+    name="lidar",
+    title="LiDAR",
+    plural="LiDARs",
+    model=Lidar,
+    lattice=lattice,
+    directions=directions,
+    view_deg=_view_deg,
+    brief=lambda lidar: f"{lidar.beam_count} ch",
+    size=("beams", lambda lidar: f"{lidar.beam_count}"),
+    summary=_summary,
+    occlusion=Occlusion(housing_radius_m=0.105),
+    placement=Placement(above_roof_m=0.35, rpy_deg=upright_rpy_deg),
+    hits=HitMeasure("points", threshold=5, label="points", unit="points"),
+    accepted=_ACCEPTED,
+    spelled_out={"elevations_deg": Lidar.elevations, "azimuths_deg": Lidar.azimuths},
+    library_figures=("azimuth_step_deg", "range_at"),
+    score_weight=1.0,
+    has_range_law=True,
+    spins=True,
+    coarse_power=0.5,  # in the measurements of docs/voxel-choice.md
+)

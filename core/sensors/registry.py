@@ -1,0 +1,73 @@
+"""The kinds of sensor that the program knows, in the order in which they are shown."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import Annotated, Any
+
+from pydantic import AfterValidator
+from pydantic_core import PydanticCustomError
+
+from riglens.core.sensors.base import Sensor
+from riglens.core.sensors.camera import CAMERA
+from riglens.core.sensors.kind import SensorKind
+from riglens.core.sensors.lidar import LIDAR
+
+AnyKind = SensorKind[Any]
+_KINDS: dict[str, AnyKind] = {kind.name: kind for kind in (LIDAR, CAMERA)}
+
+
+def kinds() -> tuple[AnyKind, ...]:
+    """Return every kind; LiDARs first, as in lists of sensors."""
+    return tuple(_KINDS.values())
+
+
+def kind_names() -> tuple[str, ...]:
+    """Return the name of every kind; its place is its row in sums and sets of voxels."""
+    return tuple(_KINDS)
+
+
+def kind_named(name: object) -> AnyKind | None:
+    """Return the kind of that name, None when there is none."""
+    return _KINDS.get(name) if isinstance(name, str) else None
+
+
+def kind_of(sensor: Sensor) -> AnyKind:
+    """Return the kind of a sensor."""
+    return _KINDS[sensor.kind]
+
+
+@contextmanager
+def registered(kind: AnyKind) -> Iterator[None]:
+    """Know one more kind for a while: for tests, and for trying one out."""
+    if kind.name in _KINDS:
+        raise ValueError(f"there is a kind '{kind.name}' already")
+    _KINDS[kind.name] = kind
+    try:
+        yield
+    finally:
+        del _KINDS[kind.name]
+
+
+def one_of(names: Iterable[str], name: str) -> str:
+    """Return a name if it is one of some, in the words of a pydantic Literal if not."""
+    if name in (known := tuple(names)):
+        return name
+    *first, last = (f"'{each}'" for each in known)
+    raise PydanticCustomError("literal_error", f"Input should be {', '.join(first)} or {last}")
+
+
+KindName = Annotated[str, AfterValidator(lambda name: one_of(kind_names(), name))]
+"""The name of a kind, in a pydantic model."""
+
+
+def validated_sensor(value: object) -> Sensor:
+    """Return a sensor from its fields, by the model of its `kind`, or one that is a sensor already; for pydantic."""
+    if isinstance(value, Sensor):
+        return value
+    kind = kind_named(value.get("kind")) if isinstance(value, Mapping) else None
+    if kind is None:
+        raise PydanticCustomError("sensor", "a mapping with kind: {names}", {"names": " or ".join(_KINDS)})
+    sensor: Sensor = kind.model.model_validate(value)
+    return sensor

@@ -1,0 +1,324 @@
+"""A new kind of sensor is one declaration: a probe, made up here, goes through the whole product.
+
+What the program does not know of probes it reports; nothing takes one for a camera or a LiDAR.
+"""
+
+import io
+import re
+import tokenize
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from pydantic import Field, ValidationError
+
+import riglens as rl
+from riglens.core.engine.audit import audit
+from riglens.core.engine.engine import Engine
+from riglens.core.engine.evaluation_json import evaluation_document
+from riglens.core.errors import InputError
+from riglens.core.formats.exchange import FORMATS, WRITABLE
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.metric.scores import PAPER_SETTINGS, MetricSettings
+from riglens.core.review.blind import BlindEngine, BlindSettings, unseen_by
+from riglens.core.review.blind_json import blind_document
+from riglens.core.review.profiles import Profile
+from riglens.core.review.redundancy import target_coverage, voxel_coverage
+from riglens.core.rig.history import History, describe
+from riglens.core.rig.model import Rig, Vehicle
+from riglens.core.rig.yaml.file import dumps, loads
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.scene.columns import unpack
+from riglens.core.sensing.body_ends import body_ends
+from riglens.core.sensing.rays import sensor_rays
+from riglens.core.sensors.base import Sensor
+from riglens.core.sensors.kind import HitMeasure, Occlusion, Placement, SensorKind
+from riglens.core.sensors.lattice import Ids
+from riglens.core.sensors.mounting import outwards_rpy_deg
+from riglens.core.sensors.registry import kind_of, kinds, registered
+from riglens.core.targets.card import CardPlan
+from riglens.core.targets.card_making import card_of
+from riglens.core.targets.card_table import card_document, card_lines
+from riglens.core.targets.engine import TargetEngine
+from riglens.core.targets.object_table import object_table
+from riglens.core.targets.settings import EXACT, USUAL
+from riglens.core.targets.targets_json import targets_document
+from riglens.core.vehicle.placing import placed_on
+from riglens.core.vehicle.solid import CarBody
+from tests.core.builders import camera, field_of, grid_of, random_field, seen_ray_by_ray, spinning
+from tests.core.targets.cases import traffic
+
+REPOSITORY = Path(__file__).resolve().parents[1]
+GRID = grid_of(40, 40, 8, 0.5)
+LOW = Vehicle(length=3.0, width=1.5, height=1.2)
+
+
+# ---------------------------------------------------------------- the declaration
+
+
+class Probe(Sensor):
+    """Rays in rings around its axis, which fill a cone."""
+
+    kind: Literal["probe"] = "probe"
+    opening_deg: Annotated[float, Field(gt=0.0, le=90.0)] = 40.0
+    rings: Annotated[int, Field(ge=1, le=100)] = 12
+
+    @property
+    def resolution(self) -> tuple[int, int]:
+        return 24, self.rings
+
+
+def directions(probe: Probe, rays: Ids) -> NDArray[np.float64]:
+    around, rings = probe.resolution
+    off_axis = np.radians(probe.opening_deg / 2.0) * (rays // around + 1) / rings
+    turn = 2.0 * np.pi * (rays % around) / around
+    return np.stack(
+        [np.cos(off_axis), np.sin(off_axis) * np.cos(turn), np.sin(off_axis) * np.sin(turn)], axis=-1
+    )
+
+
+PROBE = SensorKind(
+    name="probe",
+    title="probe",
+    plural="probes",
+    model=Probe,
+    directions=directions,
+    view_deg=lambda probe: (probe.opening_deg, probe.opening_deg),
+    brief=lambda probe: f"{probe.opening_deg:g}°",
+    size=("rings", lambda probe: f"{probe.rings}"),
+    summary=lambda probe: [("Rays", f"{probe.ray_count}"), ("Opening", f"{probe.opening_deg:g}°")],
+    occlusion=Occlusion(housing_radius_m=0.02),
+    placement=Placement(above_roof_m=0.0, rpy_deg=outwards_rpy_deg, away_when_level=True),
+    hits=HitMeasure("returns", threshold=3, label="echoes", unit="echoes"),
+    accepted={"opening_deg": "degrees above 0, at most 90", "rings": "a whole number, 1 to 100"},
+)
+
+
+# ---------------------------------------------------------------- what follows from it
+
+
+@pytest.fixture(autouse=True)
+def _known() -> Iterator[None]:
+    with registered(PROBE):
+        yield
+
+
+def probe(name: str = "probe", **fields: object) -> Probe:
+    return Probe(**({"name": name, "position": (0.0, 0.0, 1.5)} | fields))  # type: ignore[arg-type]
+
+
+def rig_with(*sensors: Sensor) -> Rig:
+    return Rig(name="three kinds", vehicle=LOW, sensors=sensors)
+
+
+EYE, TOP = camera((0.0, 0.0, 1.6)).replace(name="eye"), spinning((0.0, 0.0, 1.6)).replace(name="top")
+
+
+def test_a_kind_is_known_while_it_is_registered() -> None:
+    assert [kind.name for kind in kinds()] == ["lidar", "camera", "probe"]
+    assert kind_of(probe()) is PROBE
+    with pytest.raises(ValueError, match="there is a kind 'probe' already"), registered(PROBE):
+        pass
+
+
+def test_a_rig_file_holds_it_and_says_what_its_fields_accept() -> None:
+    rig = rig_with(TOP, probe(opening_deg=60.0, rpy_deg=(0.0, 10.0, 90.0)))
+    text = dumps(rig)
+    assert "kind: probe" in text and "opening_deg: 60" in text
+    assert loads(text).rig == rig
+    with pytest.raises(InputError, match=r"sensors\[1\]\.opening_deg: .*200.*degrees above 0, at most 90"):
+        loads(text.replace("opening_deg: 60", "opening_deg: 200"))
+    with pytest.raises(InputError, match=r"sensors\[1\]\.kind: .*'?sonar'?.*lidar or camera or probe"):
+        loads(text.replace("kind: probe", "kind: sonar"))
+    with pytest.raises(ValidationError):
+        rig.replace(sensors=({"name": "a", "kind": "sonar", "position": (0.0, 0.0, 0.0)},))
+
+
+def test_an_edit_of_it_is_one_step_that_can_be_undone() -> None:
+    before = rig_with(TOP, probe())
+    after = before.with_sensor("probe", probe(opening_deg=20.0))
+    history = History(before)
+    edit = describe(before, after)
+    assert edit.numbers == {("sensors", 1, "opening_deg")} and history.apply(edit.label, after)
+    assert history.undo() and history.rig == before
+    assert history.redo() and history.rig == after
+
+
+def test_it_is_cast_exactly_and_scored_beside_the_others() -> None:
+    field = random_field(GRID, np.random.default_rng(1))
+    known, more = rig_with(TOP, EYE), rig_with(TOP, EYE, probe(rpy_deg=(0.0, 12.0, 30.0)))
+    without, found = (Engine(field, 1).evaluate(rig) for rig in (known, more))
+    mine = unpack(GRID, found.seen["probe"])
+    assert np.array_equal(mine, seen_ray_by_ray(field, more.sensors[2])) and mine.any()
+    for name in CLASSES:
+        old, new = without.scores.classes[name], found.scores.classes[name]
+        assert new.kinds["probe"].seen > 0.0 and old.kinds["probe"].seen == 0.0
+        assert (new.s_ms, new.lidar, new.camera) == (old.s_ms, old.lidar, old.camera)
+        assert new.any_seen > old.any_seen
+    seen = np.bitwise_or.reduce([found.seen[kind.name] for kind in kinds()])
+    assert np.array_equal(seen, found.seen_by_any())
+    written = evaluation_document(field, PAPER_SETTINGS, [found])["rigs"][0]
+    assert list(written["classes"]["car"]) == ["h_total", "camera", "lidar", "probe", "any", "s_ms"]
+    assert written["covered_voxels"]["probe"] == mine.sum()
+
+
+def test_edits_among_three_kinds_give_the_scores_of_evaluations_from_scratch() -> None:
+    field, rng = random_field(GRID, np.random.default_rng(2)), np.random.default_rng(3)
+    engine = Engine(field, 1)
+    for _ in range(12):
+        turn = (0.0, float(rng.uniform(0.0, 40.0)), float(rng.uniform(-180.0, 180.0)))
+        chosen = [s for s in (TOP, EYE, probe(rpy_deg=turn), probe("other")) if rng.random() < 0.7]
+        rig = rig_with(*chosen)
+        assert engine.evaluate(rig).scores == Engine(field, 1).evaluate(rig).scores
+
+
+def test_the_cars_body_stops_its_rays_and_the_audit_says_which() -> None:
+    field, inside = field_of(GRID), rig_with(probe(position=(0.0, 0.0, 0.8)))
+    (found,) = audit(field, inside).sensors
+    assert found.kind == "probe" and found.counts["hits_car"] > 0 and found.lost_nat["car"] > 0.0
+    ends = body_ends(inside.sensors[0], CarBody(LOW).solid())
+    assert np.isfinite(ends).sum() == found.counts["hits_car"]
+    free, blocked = (
+        Engine(field, 1).evaluate(inside, MetricSettings(body=body)).scores.classes["car"].kinds["probe"]
+        for body in ("ignored", "blocks")
+    )
+    assert found.lost_nat["car"] == blocked.s_mig - free.s_mig
+
+
+def test_it_sits_on_a_surface_as_its_kind_says() -> None:
+    corners = np.array([[-0.01, -0.01, -0.01], [0.0, 0.01, 0.01]])
+    side = placed_on(np.array([0.0, 0.8, 0.6]), np.array([0.0, 1.0, 0.0]), "probe", corners)
+    assert side.rpy_deg == (0.0, 0.0, 90.0) and side.position_m == (0.0, 0.81, 0.6)
+
+
+def test_what_it_gets_from_objects_counts_towards_what_is_detected() -> None:
+    held = traffic([(0, 0, (6.0, 0.0, 0.8), (4.5, 1.9, 1.6), 0.3)])
+    engine = TargetEngine(held, 1)
+    found = engine.evaluate(rig_with(TOP.replace(enabled=False), probe()), EXACT)
+    echoes = found.objects.returns["probe"]
+    origin, hit = np.array([0.0, 0.0, 1.5]), 0
+    for way in sensor_rays(probe()).directions:  # independently: every ray against the box
+        hit += _meets(origin, way, (6.0, 0.0, 0.8), (4.5, 1.9, 1.6), 0.3)
+    assert echoes.names == ("probe",) and echoes.counts.tolist() == [[hit]] and hit > 3
+    total = found.classes["car"].total
+    assert (total.by_kind["probe"].value, total.neither.value, total.both.value) == (1.0, 0.0, 0.0)
+    assert object_table(held, found)["echoes_probe"] == [hit]
+    written = targets_document(held, [found])["rigs"][0]["classes"]["car"]
+    assert written["probe"] == {"share": 1.0, "share_se": 0.0}
+    dense = spinning((0.0, 0.0, 1.6), beams=32, count=720).replace(name="dense")
+    both = engine.evaluate(rig_with(dense, probe()), EXACT)
+    covered = target_coverage(held, both.rig, both.objects, USUAL.min_points)
+    assert covered.covered.sum(axis=(0, 2)).tolist() == [1, 1, 0, 1]  # by 1, 2, 3 sensors, by two kinds
+
+
+def _meets(origin: NDArray[np.float64], way: NDArray[np.float64], *box: object) -> bool:
+    """Whether a ray meets an upright box: centre, size, yaw."""
+    centre, size, yaw = np.array(box[0]), np.array(box[1]), float(box[2])  # type: ignore[arg-type]
+    turn = np.array([[np.cos(yaw), np.sin(yaw), 0.0], [-np.sin(yaw), np.cos(yaw), 0.0], [0.0, 0.0, 1.0]])
+    start, along = turn @ (origin - centre), turn @ way
+    with np.errstate(divide="ignore"):
+        enter, leave = np.sort(np.stack([(-size / 2 - start) / along, (size / 2 - start) / along]), axis=0)
+    return bool(max(enter.max(), 0.0) < leave.min())
+
+
+def test_the_card_says_up_to_which_distance_it_detects() -> None:
+    ahead = CardPlan(bearings_deg=(0.0,), to_m=40.0)
+    card = card_of(rig_with(TOP, probe(range_m=(0.0, 20.0))), ahead, 1)
+    far = {row.cls: row.reaches["probe"].most_m for row in card.rows}
+    assert 0.0 < far["pedestrian"] < 22.0 and 20.0 < far["car"] < 24.0
+    assert card_document(card)["rigs"][0]["rows"][0]["probe"]["first_below_m"]
+    assert {line["kind"]: line["threshold"] for line in card_lines(card)} == {
+        "lidar": 5,
+        "camera": 25.0,
+        "probe": 3,
+    }
+
+
+def test_blind_zones_and_profiles_ask_for_it_by_name() -> None:
+    rig = rig_with(TOP, probe(rpy_deg=(0.0, 45.0, 0.0)))
+    found = BlindEngine(rig.vehicle, BlindSettings(voxel_m=0.25, within_m=5.0), threads=1).evaluate(rig)
+    mine, any_sensor = (found.area_m2(0.8, by).sum() for by in ("probe", "any"))
+    assert any_sensor <= mine and unseen_by("probe", 1) == "unseen by any probe"
+    nothing = found.area_m2(0.8, "camera").sum()
+    assert mine < nothing
+    assert {zone["by"] for zone in blind_document(found, ())["zones"]} == {"any", "camera", "lidar", "probe"}
+    made = {"name": "x", "title": "a title", "source": "a source of it", "object": {}, "at": ()}
+    with pytest.raises(ValidationError, match="'any', 'camera', 'lidar' or 'probe'"):
+        Profile.model_validate(made | {"by": "sonar"})
+
+
+def test_redundancy_counts_two_kinds_among_three() -> None:
+    field = random_field(GRID, np.random.default_rng(4))
+    rig = rig_with(TOP, EYE, probe(), probe("other", rpy_deg=(0.0, 0.0, 20.0)))
+    engine = Engine(field, 1)
+    seen = [unpack(GRID, words) for words in engine.evaluate(rig).seen.values()]
+    covered = voxel_coverage(engine, rig, "exact", 1).covered[:, 3].sum(axis=0)
+    two_kinds = np.sum(seen, axis=0) >= 2
+    assert covered.tolist() == _entropy_q(field, two_kinds)
+    assert np.array_equal(unpack(GRID, engine.evaluate(rig).seen_by_two_kinds()), two_kinds)
+
+
+def _entropy_q(field: EntropyField, mask: NDArray[np.bool_]) -> list[int]:
+    i, j, k = field.index.ijk().T
+    chosen = mask[i, j, k]
+    return [int(field.palette_q[field.codes()[chosen], cls].sum()) for cls in range(len(CLASSES))]
+
+
+@pytest.mark.parametrize("name", [name for name in WRITABLE if name != "riglens"])
+def test_no_other_format_drops_it_in_silence(name: str) -> None:
+    write = FORMATS[name].write
+    assert write is not None
+    written = write(rig_with(TOP, EYE, probe()))
+    assert any("probe: " in line and "(probe)" in line for line in written.report.lines())
+    assert not any("probe" in text for text in written.files.values() if isinstance(text, str))
+
+
+def test_the_python_interface_scores_it(tmp_path: Path) -> None:
+    path = tmp_path / "boxes.csv"
+    rows = (
+        "seq,frame,cls,x,y,z,length,width,height,yaw",
+        "s,0,car,6,0,0.8,4,2,1.6,0",
+        "s,1,bicycle,3,-4,0.9,2,0.6,1.7,0",
+        "s,2,pedestrian,2,5,0.9,0.6,0.6,1.8,0",
+    )
+    path.write_text("\n".join(rows) + "\n")
+    scene = rl.load_scene(path, 0.5, roi_m=(20.0, 20.0, 4.0))
+    result = rl.score(rig_with(TOP, probe()), scene)
+    assert result["car"].by_kind["probe"].seen > 0.0 and result["car"].seen >= result["car"].seen_lidar
+
+
+# ---------------------------------------------------------------- nothing else compares kinds
+
+ROOMS = ("core",)
+MAY_NAME_KINDS = {
+    "core/sensors": "declares them",
+    "core/formats": "each format has its own words for each kind",
+    "core/simulate": "data sets have the LiDAR and camera channels of nuScenes",
+    "core/study": "studies of the paper's methods, on its LiDARs and cameras",
+    "core/metric/scores.py": "the two kinds of the paper have accessors of their own",
+    "core/targets/targets_json.py": "the keys of its JSON",
+}
+"""Files and folders that may name a kind of sensor, and why."""
+_ASKS = re.compile(r"isinstance\([^)]*\b(Lidar|Camera)\b")
+
+
+def names_a_kind(path: Path) -> bool:
+    source = path.read_text(encoding="utf-8")
+    if _ASKS.search(source):
+        return True
+    tokens = list(tokenize.generate_tokens(io.StringIO(source).readline))
+    for before, token in zip([None, None, *tokens], tokens, strict=False):
+        is_name = before is not None and before.string == "name"  # a sensor called so
+        if token.string in ('"lidar"', '"camera"') and not is_name:
+            return True
+    return False
+
+
+def test_no_other_file_compares_kinds_of_sensors() -> None:
+    files = [path for room in ROOMS for path in sorted((REPOSITORY / room).rglob("*.py"))]
+    found = [str(path.relative_to(REPOSITORY)) for path in files if names_a_kind(path)]
+    assert [name for name in found if not name.startswith(tuple(MAY_NAME_KINDS))] == []
+    assert [place for place in MAY_NAME_KINDS if not any(name.startswith(place) for name in found)] == []
