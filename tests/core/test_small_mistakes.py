@@ -1,4 +1,4 @@
-"""Cases that no other test held when small mistakes were made on purpose (see `mutations.py`), room by room."""
+"""Cases that no other test held when small mistakes were made on purpose (`python -m tests.mutation`), by room."""
 
 from __future__ import annotations
 

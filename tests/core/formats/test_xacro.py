@@ -268,6 +268,11 @@ def test_an_unknown_macro_is_told_and_the_rest_is_read() -> None:
     assert has(read.report, "ignored", "macro that no file in the rig's folder defines", "nosuch")
 
 
+def test_a_block_that_no_macro_was_given_is_empty() -> None:
+    read = read_files({"rig.xacro": f'{HEAD}<xacro:insert_block name="nosuch"/>{LIDAR}</robot>'})
+    assert [sensor.name for sensor in read.rig.sensors] == ["lidar"]
+
+
 def test_no_function_takes_a_text_or_looks_outside() -> None:
     assert not FUNCTIONS.keys() & {
         "eval",

@@ -8,6 +8,7 @@ import pytest
 from riglens.core.kernels.rays import walk
 from riglens.core.kernels.rays.walk import FARTHEST, IRREGULAR, Ray
 from tests.core.kernels.tiny import BOX, SIDE, Voxel, row
+from tests.core.oracle import bresenham
 
 Place = tuple[float, float, float]
 HEIGHT = 1.25
@@ -117,3 +118,11 @@ def test_bresenham_takes_one_voxel_for_each_step_of_the_longest_axis() -> None:
     ray = Ray((0.5, 0.5, HEIGHT), (1.0, 0.4, 0.0), 0.0, FARTHEST)
     count = walk.walk_bresenham(ray, BOX, SIDE, runs)
     assert [divmod(int(column), SIDE) for column in runs[:count, 0]] == [(0, 0), (1, 0), (2, 1), (3, 1)]
+
+
+@pytest.mark.parametrize("d", [(-1.0, -0.4, 0.3), (0.3, -1.0, 0.6), (-0.2, 0.5, 1.0)])
+def test_bresenham_draws_the_line_of_the_textbooks_from_any_voxel(d: Place) -> None:
+    g, runs = (2.1, 1.9, 2.2), np.empty((11, 3), np.int32)
+    count = walk.walk_bresenham(Ray(g, d, 0.0, FARTHEST), BOX, SIDE, runs)
+    line = bresenham((2, 1, 2), walked(g, d)[-1])
+    assert [(*divmod(int(column), SIDE), int(low)) for column, low, _ in runs[:count]] == line
