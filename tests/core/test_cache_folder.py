@@ -43,10 +43,7 @@ def test_a_full_disk_is_told_once_with_folder_and_remedy_and_everything_is_compu
         )
         assert material == "paint" and len(mesh.triangles)
     (line,) = [record.getMessage() for record in caplog.records if record.levelno >= logging.WARNING]
-    assert line == (
-        f"note: the cache folder {full_disk} cannot be written (No space left on device); going on without it, and "
-        "slower: make room or permit writing there, or name another folder in RIGLENS_CACHE_DIR"
-    )
+    assert f"{full_disk} cannot be written (No space left on device)" in line and "RIGLENS_CACHE_DIR" in line
     assert not list(full_disk.iterdir())
 
 

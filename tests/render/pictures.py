@@ -9,7 +9,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +25,6 @@ from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import Pog
 from riglens.core.view.display import DisplayGrid
-from riglens.widgets.gizmo.drag import GizmoMode
 from riglens.widgets.heatmap.scale import HeatLook
 from riglens.widgets.sensors.ray_look import RayLook
 from riglens.widgets.theme import palette
@@ -88,10 +86,10 @@ def _change() -> NDArray[np.uint8]:
     return render_still(marked, SIZE_PX, view="iso")
 
 
-def handles(mode: GizmoMode = "both") -> NDArray[np.uint8]:
+def _handles() -> NDArray[np.uint8]:
     """The gizmo of the selected sensor, with nothing but car and ground around it."""
     shown = state("seen", True, PictureWords())
-    bare = replace(shown, heatmap=None, ray_look=RayLook(shown=False), show_gizmo=True, gizmo_mode=mode)
+    bare = replace(shown, heatmap=None, ray_look=RayLook(shown=False), show_gizmo=True)
     return render_still(bare, SIZE_PX, view="iso")
 
 
@@ -113,35 +111,9 @@ PICTURES: dict[str, Callable[[], NDArray[np.uint8]]] = {
     "seen": _seen,
     "sensors": _sensors,
     "change": _change,
-    "gizmo": handles,
+    "gizmo": _handles,
     "blind": lambda: _ground("blind", False),
     "overlap": lambda: _ground("overlap", True),
-}
-
-
-class Crop(NamedTuple):
-    """A part of a picture in which every letter or line matters: the first and last columns and rows, in pixels."""
-
-    picture: str
-    left: int
-    right: int
-    top: int
-    bottom: int
-
-    def of(self, image: NDArray[Any]) -> NDArray[np.float64]:
-        """Return the part of an image (rows, columns, at least 3), as colours from 0 to 255."""
-        return np.asarray(image[self.top : self.bottom, self.left : self.right, :3], np.float64)
-
-
-CROPS = {
-    "title": Crop("seen", 6, 206, 6, 44),
-    "score table": Crop("seen", 6, 272, 228, 292),
-    "legend": Crop("seen", 302, 478, 243, 290),
-    "legend of counts": Crop("sensors", 243, 472, 225, 290),
-    "legend of changes": Crop("change", 243, 472, 212, 290),
-    "metre label": Crop("sensors", 404, 450, 130, 154),
-    "metre label in perspective": Crop("seen", 125, 175, 178, 214),
-    "handles": Crop("gizmo", 155, 330, 0, 170),
 }
 
 

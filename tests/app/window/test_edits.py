@@ -273,8 +273,3 @@ def test_the_help_lists_every_shortcut_there_is(bench: FullDesk) -> None:
     for action in bench.workbench.window.actions():
         if not action.shortcut().isEmpty():
             assert action.shortcut().toString() in text
-
-
-def test_the_about_text_explains_the_sign_of_s_ms(bench: FullDesk) -> None:
-    bench.act("about")
-    assert "falls" in bench.dialogs.shown[0]

@@ -1,6 +1,5 @@
-"""The page on the formats names all of them, and its drawing is the one that the script draws."""
+"""The page on the formats names all of them."""
 
-import runpy
 from pathlib import Path
 
 from riglens.core.formats.exchange import FORMATS, READABLE, WRITABLE
@@ -20,9 +19,3 @@ def test_every_format_has_its_row_in_both_tables() -> None:
         first, second = (row for row in formats if row[0] == f"`{name}`")
         assert (bool(first[2]), bool(first[3])) == (name in READABLE, name in WRITABLE)
         assert all(second[:5])
-
-
-def test_the_drawing_is_up_to_date() -> None:
-    drawn = runpy.run_path(str(ROOT / "tools" / "draw_exchange_axes.py"))["drawing"]()
-    assert (ROOT / "docs" / "images" / "exchange-axes.svg").read_text(encoding="utf-8") == drawn
-    assert "images/exchange-axes.svg" in PAGE

@@ -77,18 +77,6 @@ def test_edges_are_smooth_with_and_without_anything_in_front(plotter, selected):
     assert len(np.unique(smooth.reshape(-1, 3), axis=0)) > 1.2 * len(np.unique(rough.reshape(-1, 3), axis=0))
 
 
-def test_smooth_edges_leave_places_colours_and_words_alone(plotter):
-    scene = DrawnScene(plotter)
-    scene.show(STATE)
-    rough = picture(plotter, scene, False)
-    scene.set_smooth(True)
-    smooth = picture(plotter, scene, False)
-    assert scene.is_smooth and 0.0 < mean_off(rough, smooth) < 2.0
-    width = scene.size[0]
-    legend = np.s_[-40:, width // 2 :]
-    assert np.abs(rough[legend] - smooth[legend]).max() < 25 < np.abs(rough - smooth).max()
-
-
 def test_the_coarse_haze_follows_the_size_of_the_window(plotter):
     scene = DrawnScene(plotter)
     scene.show(STATE)
