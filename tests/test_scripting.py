@@ -1,11 +1,8 @@
-"""The examples of docs/scripting.md run as they stand on the page, each in a process and a folder of its own."""
+"""The examples of docs/scripting.md run as they are on the page, each in a folder of its own."""
 
 from __future__ import annotations
 
-import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import matplotlib.image
@@ -13,25 +10,23 @@ import pyarrow.parquet as pq
 import pytest
 
 import riglens as rl
-from tests.waiting import TIMEOUT_S
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 PAGE = (REPOSITORY / "docs" / "scripting.md").read_text(encoding="utf-8")
 EXAMPLES = dict(re.findall(r"^## ([^\n]+)\n\n```python\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL))
 
 
-@pytest.fixture(scope="module")
-def output(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> tuple[Path, str]:
+@pytest.fixture
+def output(
+    tmp_path: Path,
+    request: pytest.FixtureRequest,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> tuple[Path, str]:
     """The folder in which an example ran, and what it printed."""
-    folder = tmp_path_factory.mktemp("example")
-    environment = {**os.environ, "PYTHONPATH": str(REPOSITORY), "PYTHONWARNINGS": "error"}
-    environment["NUMBA_NUM_THREADS"] = "1"  # so small a scene is quicker so, on a busy machine above all
-    done = subprocess.run(
-        [sys.executable, "-c", EXAMPLES[request.param]],
-        cwd=folder, env=environment, capture_output=True, text=True, timeout=TIMEOUT_S,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    return folder, done.stdout
+    monkeypatch.chdir(tmp_path)
+    exec(compile(EXAMPLES[request.param], request.param, "exec"), {"__name__": "__main__"})
+    return tmp_path, capsys.readouterr().out
 
 
 def example(title: str) -> pytest.MarkDecorator:

@@ -77,7 +77,7 @@ def exact_flags(field, rig):
     return CAMERA_BIT * cameras_see.astype(np.uint8) + LIDAR_BIT * lidars_see.astype(np.uint8)
 
 
-@settings(max_examples=100)
+@settings(max_examples=25)
 @given(cameras | lidars)
 def test_bounding_rectangles_never_miss_a_voxel(sensor):
     rig = rig_of(sensor)
