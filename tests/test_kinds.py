@@ -93,7 +93,6 @@ PROBE = SensorKind(
     occlusion=Occlusion(housing_radius_m=0.02),
     placement=Placement(above_roof_m=0.0, rpy_deg=outwards_rpy_deg, away_when_level=True),
     hits=HitMeasure("returns", threshold=3, label="echoes", unit="echoes"),
-    accepted={"opening_deg": "degrees above 0, at most 90", "rings": "a whole number, 1 to 100"},
 )
 
 

@@ -44,8 +44,7 @@ from riglens.core.formats.report import Notes
 from riglens.core.formats.source import MAX_ANGLE, Source, Value
 from riglens.core.geometry import Vec3
 from riglens.core.rig.model import Camera, Rig, Sensor, Vehicle
-from riglens.core.rig.yaml.nodes import shortened
-from riglens.core.rig.yaml.text import value_text
+from riglens.core.rig.yaml.nodes import shortened, value_text
 
 TITLE = "Autoware sensor kit calibration"
 BASE, KIT = "base_link", "sensor_kit_base_link"

@@ -26,8 +26,7 @@ from riglens.core.formats.report import Notes
 from riglens.core.formats.source import MAX_ANGLE, Source, Value
 from riglens.core.geometry import Vec3
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Sensor, Vehicle
-from riglens.core.rig.yaml.nodes import shortened
-from riglens.core.rig.yaml.text import value_text
+from riglens.core.rig.yaml.nodes import shortened, value_text
 
 TITLE = "CARLA TOML of the published placement code"
 ORIGIN: Vec3 = (0.0, 0.0, 0.0)

@@ -17,8 +17,8 @@ from riglens.core.formats.report import Notes
 from riglens.core.geometry import Pose, Vec3
 from riglens.core.rig.library import Entry, default_library
 from riglens.core.rig.model import MAX_SENSORS, Camera, Lidar, Rig, Sensor, Vehicle
-from riglens.core.rig.yaml.check import accepted
 from riglens.core.rig.yaml.nodes import shortened
+from riglens.core.rig.yaml.problems import problem_text, problems
 from riglens.core.sensors.registry import kind_of
 
 DEFAULT_LIDAR = "generic-16"
@@ -118,11 +118,12 @@ class Mounting:
             raise InputError(f"{self.where}: more than {MAX_SENSORS} sensors; accepted are at most that many")
         pose = self.pose(root_SE3_sensor)
         unique = self._unique(name)
+        data = {"name": unique, "position": pose.position_m, "rpy_deg": pose.rpy_deg, **fields}
         try:
-            sensor = kind(name=unique, position=pose.position_m, rpy_deg=pose.rpy_deg, **fields)
+            self.sensors.append(kind(**data))
         except ValidationError as error:
-            raise InputError(f"{self.where}: sensor '{shortened(unique)}': {_complaint(error)}") from error
-        self.sensors.append(sensor)
+            complaint = problem_text(problems(error, data)[0], data)
+            raise InputError(f"{self.where}: sensor '{shortened(unique)}': {complaint}") from error
 
     def _unique(self, name: str) -> str:
         """Return the name as a rig accepts it: not empty, not too long, not taken."""
@@ -175,16 +176,6 @@ def _numbered(base: str, number: int) -> str:
 
 def _count(number: int, noun: str) -> str:
     return f"{number} {noun}{'' if number == 1 else 's'}"
-
-
-def _complaint(error: ValidationError) -> str:
-    """Describe the first thing that is wrong with a sensor."""
-    details = error.errors()[0]
-    if details["type"] == "value_error":
-        return str(details["ctx"]["error"])
-    field = str(details["loc"][0])
-    words = accepted(f"sensors[].{field}") or details["msg"]
-    return f"{field}: found {shortened(str(details['input']), 60)}; accepted is {words}"
 
 
 def sensors_to_write(rig: Rig, notes: Notes, kinds: Collection[str]) -> list[Sensor]:

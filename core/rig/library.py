@@ -21,6 +21,7 @@ from typing import Annotated, Any
 import numpy as np
 from platformdirs import user_config_path
 from pydantic import BaseModel, Field, ValidationError
+from ruamel.yaml.nodes import Node
 
 from riglens.assets import asset_path
 from riglens.core.cache_folder import cache_folder, keep
@@ -29,15 +30,15 @@ from riglens.core.files import atomic_write
 from riglens.core.geometry import Pose
 from riglens.core.rig.model import EvenAngles, Frozen, Length, Positive, Sensor
 from riglens.core.rig.yaml.nodes import (
-    Mapping,
-    Node,
     Plain,
+    line_of,
     parse_yaml,
-    plain_mapping,
+    plain_value,
     read_text,
     shortened,
     shown_path,
 )
+from riglens.core.rig.yaml.problems import problem_text, problems
 from riglens.core.sensors.registry import KindName, kind_named, kind_of, kinds
 
 MAX_ENTRIES = 500
@@ -136,18 +137,18 @@ def read_entries(path: str | os.PathLike[str], where: str) -> tuple[Entry, ...]:
     Raise InputError `where:line: model: field: ...` for the first thing that is wrong.
     """
     root = parse_yaml(read_text(path, "a sensor library in YAML"), where)
-    if not isinstance(root, Mapping):
-        raise InputError(f"{where}:1: accepted is a mapping of model names to sensor fields")
-    if len(root.entries) > MAX_ENTRIES:
-        raise InputError(f"{where}: found {len(root.entries)} models; accepted are at most {MAX_ENTRIES}")
-    return tuple(_entry(key.text, key.line, value, where) for key, value in root.entries)
+    data = plain_value(root)
+    if not isinstance(data, dict):
+        raise InputError(f"{where}:1: a sensor library must be a mapping of model names to sensor fields")
+    if len(data) > MAX_ENTRIES:
+        raise InputError(f"{where}: must have at most {MAX_ENTRIES} models (got {len(data)})")
+    return tuple(_entry(name, data[name], root, where) for name in data)
 
 
-def _entry(name: str, line: int, node: Node, where: str) -> Entry:
-    place = f"{where}:{line}: {shortened(name)}"
-    if not isinstance(node, Mapping):
-        raise InputError(f"{place}: accepted are the fields of a sensor model")
-    values: dict[str, Any] = plain_mapping(node)
+def _entry(name: str, values: Any, root: Node, where: str) -> Entry:
+    place = f"{where}:{line_of(root, (name,))}: {shortened(name)}"
+    if not isinstance(values, dict):
+        raise InputError(f"{place}: must be a mapping of the fields of a sensor model")
     for key in _OWN:
         if key in values:
             raise InputError(f"{place}: {key}: not a field of a model; it belongs in the rig")
@@ -160,7 +161,10 @@ def _entry(name: str, line: int, node: Node, where: str) -> Entry:
         entry = Entry(name=name, fields=fields, **about)
         sensor = entry.sensor(name, Pose())
     except ValidationError as error:
-        raise InputError(_complaint(error, name, line, node, where)) from error
+        data = {"name": name, **values}
+        problem = problems(error, data)[0]
+        line = line_of(root, (name, *problem.path))
+        raise InputError(f"{where}:{line}: {shortened(name)}: {problem_text(problem, data)}") from error
     _check_about(entry, place)
     return entry.model_copy(update={"fields": _complete(fields, sensor)})
 
@@ -174,16 +178,6 @@ def _numbers(text: str, place: str) -> tuple[float, ...]:
         except ValueError:
             raise InputError(f"{place}: found '{shortened(word)}'; accepted are numbers of degrees") from None
     return tuple(numbers)
-
-
-def _complaint(error: ValidationError, name: str, line: int, node: Mapping, where: str) -> str:
-    """Return the first complaint, at the line of the field that it is about."""
-    first = error.errors()[0]
-    field = ".".join(str(part) for part in first["loc"])
-    message = str(first["ctx"]["error"]) if first["type"] == "value_error" else first["msg"]
-    value = node.get(field.partition(".")[0] or message.split()[0])
-    where_in_file = f"{where}:{value.line if value is not None else line}: {shortened(name)}"
-    return f"{where_in_file}: {shortened(field)}: {message}" if field else f"{where_in_file}: {message}"
 
 
 def _check_about(entry: Entry, place: str) -> None:

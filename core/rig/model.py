@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Annotated, ClassVar, Literal, Self, TypeVar
+from typing import Annotated, Literal, Self, TypeVar
 
 from pydantic import Field, PlainValidator, SerializeAsAny, model_validator
 
@@ -100,9 +100,6 @@ class Rig(Frozen):
     No sensor is to be mounted on the car's skin within the spots of `keep_out`; no score depends on them.
     """
 
-    OTHER_SPELLINGS: ClassVar = ("body",)
-    """Keys that are read besides the fields: `body: ignored|blocks` is another spelling of `self_occlusion`."""
-
     riglens: Literal[1] = 1
     name: Name = "untitled"
     self_occlusion: bool = True
@@ -126,9 +123,9 @@ class Rig(Frozen):
     @model_validator(mode="after")
     def _names_unique(self) -> Self:
         seen: set[str] = set()
-        for sensor in self.sensors:
+        for index, sensor in enumerate(self.sensors):
             if sensor.name in seen:
-                raise ValueError(f"sensor name '{sensor.name}' is used twice; names must be unique")
+                raise ValueError(f"sensors[{index}].name '{sensor.name}' is used twice; names must be unique")
             seen.add(sensor.name)
         return self
 

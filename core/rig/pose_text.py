@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose, Vec3, rpy_deg_from_rotation
-from riglens.core.rig.yaml.nodes import Mapping, Plain, parse_yaml, plain_value, shortened
+from riglens.core.rig.yaml.nodes import Plain, parse_yaml, plain_value, shortened
 
 PoseFormat = Literal["yaml", "numbers", "quaternion", "matrix"]
 POSE_FORMATS: dict[PoseFormat, str] = {
@@ -34,7 +34,6 @@ _RIGID_TOLERANCE = 1e-3
 """Matrices and quaternions are often printed with four digits; anything farther from a rotation is refused."""
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 _KEY_LINE = re.compile(r"^\W*(?:position|rpy_deg|quaternion)", re.M)
-_KEYS = ("position", "rpy_deg", "quaternion_xyzw")
 
 
 def pose_text(pose: Pose, form: PoseFormat = "yaml") -> str:
@@ -92,10 +91,9 @@ def _from_mapping(text: str) -> Pose:
     indent = min(
         (len(line) - len(line.lstrip()) for line in dedented.splitlines() if line.strip()), default=0
     )
-    node = parse_yaml("\n".join(line[indent:] for line in dedented.splitlines()), "pose")
-    if not isinstance(node, Mapping):
+    found = plain_value(parse_yaml("\n".join(line[indent:] for line in dedented.splitlines()), "pose"))
+    if not isinstance(found, dict):
         raise InputError(f"pose: {ACCEPTED}")
-    found = {key: plain_value(value) for key in _KEYS if (value := node.get(key)) is not None}
     position = _floats(found.get("position"), "position", 3)
     if "quaternion_xyzw" in found:
         turned = rotation_from_quaternion(_floats(found["quaternion_xyzw"], "quaternion_xyzw", 4))

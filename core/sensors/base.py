@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import difflib
 import math
 from abc import abstractmethod
-from typing import Annotated, Self, TypeVar
+from typing import Annotated, Any, Self, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic_core import PydanticCustomError
 
 from riglens.core.geometry import Pose
 
@@ -16,10 +18,30 @@ class Frozen(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, populate_by_name=True)
 
+    @model_validator(mode="before")
+    @classmethod
+    def _known_fields(cls, data: Any) -> Any:
+        """Refuse a field that does not exist with the name of the nearest one, which pydantic's own check lacks."""
+        fields = cls.model_fields
+        for key in data if isinstance(data, dict) else ():
+            if key not in fields:
+                known = [str(info.alias or name) for name, info in fields.items()]
+                if key not in known:
+                    raise _unknown_field(str(key), known)
+        return data
+
     def replace(self, **changes: object) -> Self:
         """Return a validated copy with some fields changed; raise pydantic's ValidationError where one does not fit."""
         fields = {name: getattr(self, name) for name in type(self).model_fields}
         return type(self)(**(fields | changes))
+
+
+def _unknown_field(field: str, known: list[str]) -> PydanticCustomError:
+    close = difflib.get_close_matches(field, known, n=1)
+    hint = f" (did you mean '{close[0]}'?)" if close else f"; known are {', '.join(known)}"
+    return PydanticCustomError(
+        "unknown_field", "'{field}' is not a known field{hint}", {"field": field, "hint": hint}
+    )
 
 
 MAX_GROUPS = 16

@@ -181,21 +181,6 @@ def _brief(camera: Camera) -> str:
     return f"{field_of_view_deg(camera)[0]:.1f}°".replace(".0°", "°")
 
 
-_PIXELS = "[width, height] in whole pixels, each 1 to 20000"
-_ACCEPTED = {
-    "image": _PIXELS,
-    "hfov_deg": "degrees, 0.001 to 179.9",
-    "fx": "pixels, 1e-4 to 1e10",
-    "fy": "pixels, 1e-4 to 1e10",
-    "cx": "pixels, -1e6 to 1e6",
-    "cy": "pixels, -1e6 to 1e6",
-    "distortion": "{model: brown_conrady, k1, k2, p1, p2, k3 to k6} or "
-    "{model: kannala_brandt, k1 to k4}, with fx, fy, cx, cy",
-    "distortion.model": "brown_conrady or kannala_brandt",
-    **{f"distortion.{name}": "a number, -1e9 to 1e9" for name in lens.COEFFICIENTS},
-    "cast": _PIXELS + ", at most the image",
-}
-
 CAMERA = SensorKind(
     name="camera",
     title="camera",
@@ -210,7 +195,6 @@ CAMERA = SensorKind(
     occlusion=Occlusion(housing_radius_m=0.05, sees_through_glass=True),  # our choice
     placement=Placement(above_roof_m=0.15, rpy_deg=outwards_rpy_deg, away_when_level=True),
     hits=HitMeasure("pixels", threshold=25, label="pixels of height", unit="px"),
-    accepted=_ACCEPTED,
     library_figures=("pixel_um", "lens"),
     score_weight="lambda",
 )

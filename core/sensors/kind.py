@@ -59,7 +59,6 @@ class SensorKind(Generic[S]):
     none. lattice: tables that give the same doubles, None for a sensor whose rays have to be listed one by one.
     view_deg: horizontal and vertical field of view. brief: its type in a few characters; size: the heading and the text
     of a column of its resolution; summary: captions and values that follow from its fields.
-    accepted: what each of its own fields accepts, in words, by its path in a rig file.
     spelled_out: of fields that can be written in several ways, what they say as an array.
     library_figures: data-sheet entries of the sensor library that this kind has.
     score_weight: in S-MS; "lambda" is the camera weight of the settings, 0 for kinds that the paper does not know.
@@ -81,7 +80,6 @@ class SensorKind(Generic[S]):
     placement: Placement
     hits: HitMeasure
     lattice: Callable[[S], Lattice | None] = lambda _: None
-    accepted: Mapping[str, str] = field(default_factory=dict)
     spelled_out: Mapping[str, Callable[[S], Doubles]] = field(default_factory=dict)
     library_figures: tuple[str, ...] = ()
     score_weight: float | Literal["lambda"] = 0.0

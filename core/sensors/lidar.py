@@ -168,16 +168,6 @@ _ENDS = {
     "to": "a number of degrees, for elevations -90 to 90, for azimuths -360 to 360",
     "count": "a whole number, 1 to 100000",
 }
-_ACCEPTED = {
-    "elevations_deg": _ANGLES.format("-90 to 90"),
-    "azimuths_deg": _ANGLES.format("-360 to 360"),
-    "azimuth_offsets_deg": "a list of degrees, one per beam, each -360 to 360",
-    **{
-        f"{field}.{end}": words
-        for field in ("elevations_deg", "azimuths_deg")
-        for end, words in _ENDS.items()
-    },
-}
 
 # The radius of the housing is our choice, and so is that glass stops LiDARs: near infrared light passes coated
 # windscreens badly, and at a slant hardly at all.
@@ -195,7 +185,6 @@ LIDAR = SensorKind(
     occlusion=Occlusion(housing_radius_m=0.105),
     placement=Placement(above_roof_m=0.35, rpy_deg=upright_rpy_deg),
     hits=HitMeasure("points", threshold=5, label="points", unit="points"),
-    accepted=_ACCEPTED,
     spelled_out={"elevations_deg": Lidar.elevations, "azimuths_deg": Lidar.azimuths},
     library_figures=("azimuth_step_deg", "range_at"),
     score_weight=1.0,

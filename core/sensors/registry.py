@@ -66,8 +66,12 @@ def validated_sensor(value: object) -> Sensor:
     """Return a sensor from its fields, by the model of its `kind`, or one that is a sensor already; for pydantic."""
     if isinstance(value, Sensor):
         return value
-    kind = kind_named(value.get("kind")) if isinstance(value, Mapping) else None
+    if not isinstance(value, Mapping):
+        raise PydanticCustomError("dict_type", "Input should be a mapping")
+    if "kind" not in value:
+        raise PydanticCustomError("kind_missing", "kind is missing")
+    kind = kind_named(value["kind"])
     if kind is None:
-        raise PydanticCustomError("sensor", "a mapping with kind: {names}", {"names": " or ".join(_KINDS)})
-    sensor: Sensor = kind.model.model_validate(value)
+        raise PydanticCustomError("kind_unknown", "kind must be {names}", {"names": " or ".join(_KINDS)})
+    sensor: Sensor = kind.model.model_validate(value, by_alias=True, by_name=False)
     return sensor

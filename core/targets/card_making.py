@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,7 +62,7 @@ def card_of(
     for number, case in enumerate(cases):
         tell = partial(progress, number / len(cases))
         heights = heights_px(rig.cameras(), _poses(plan, case), SIZES_M[case.cls], solid)
-        found = {
+        found: dict[AnyKind, NDArray[Any]] = {
             LIDAR: counting.points(case, tell),
             CAMERA: heights[None],
             **{kind: one.points(case, tell) for kind, one in others.items()},

@@ -183,7 +183,7 @@ def test_a_name_that_older_yaml_takes_for_a_choice_is_quoted(name: str) -> None:
 
 
 def test_no_two_sensors_have_one_name() -> None:
-    with pytest.raises(ValueError, match=r"sensor name '.*' is used twice"):
+    with pytest.raises(ValueError, match=r"name '.*' is used twice"):
         Rig(sensors=(camera((0.0, 0.0, 1.0)), camera((0.0, 0.0, 2.0))))
 
 

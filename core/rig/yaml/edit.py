@@ -1,32 +1,56 @@
-"""Editing the text of a rig file: only what changed is rewritten, comments and layout around it stay.
+"""Changing a rig file as little as possible: what changed is rewritten, every other character of the text stays.
 
-The text is never dumped again. The nodes of the parsed text say where each value stands, and edits replace
-just those characters. Comment lines directly above a sensor belong to it, as do comments indented deeper than
-its dash; they move and go with it. What is set apart by a blank line ("# ---- cameras ----") stays where it is.
+ruamel's own writer is no way to do this: it aligns anew and drops the comments that follow a sensor in braces.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence as AbstractSequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
 
-from riglens.core.rig.model import COEFFICIENTS, Rig, Sensor, Vehicle
-from riglens.core.rig.yaml.nodes import Mapping, Node, Plain, Scalar, Sequence, parse_yaml, plain_value
+from pydantic import BaseModel
+from ruamel.yaml.nodes import CollectionNode, MappingNode, Node, ScalarNode, SequenceNode
+
+from riglens.core.rig.model import Rig, Sensor, Vehicle
+from riglens.core.rig.yaml.nodes import Plain, entries_of, parse_yaml, plain_value, value_text
 from riglens.core.rig.yaml.text import (
-    FIELD_ORDER,
+    default_fields,
     implied_fields,
-    line_end,
+    ordered_fields,
     plain,
     plain_fields,
     same_value,
     sensor_lines,
-    value_text,
     vehicle_fields,
     written_fields,
 )
 
 Item = int | Sensor
 """A sensor of a new list: the index it had in the text, or a sensor that is not in the text yet."""
+
+
+def edited_text(text: str, old: Rig, new: Rig) -> str:
+    """Return the text of a file that describes `old`, changed as little as possible to describe `new`.
+
+    Sensors are recognised by name, or as renamed when everything else agrees. Fields that the file leaves to a
+    library model or to the defaults stay out of the file while they are right.
+    """
+    text = _without_body(text, old)
+    matches = match_sensors(old, new)
+    order: list[Item] = [s if i is None else i for i, s in zip(matches, new.sensors, strict=True)]
+    text = _with_values(text, new, matches)
+    return text if order == list(range(len(old.sensors))) else _with_order(text, order)
+
+
+def _without_body(text: str, old: Rig) -> str:
+    """Return the text with `self_occlusion` in place of `body`, its other spelling."""
+    entries = entries_of(parse_yaml(text, "rig"))
+    if "body" not in entries:
+        return text
+    key, value = entries["body"]
+    between = text[_end(text, key) : value.start_mark.index]
+    said = f"self_occlusion{between}{value_text(old.self_occlusion)}"
+    return text[: key.start_mark.index] + said + text[_end(text, value) :]
 
 
 def match_sensors(old: Rig, new: Rig) -> list[int | None]:
@@ -47,130 +71,193 @@ def _is_renamed(old: Sensor, new: Sensor) -> bool:
     return plain_fields(old) | {"name": ""} == plain_fields(new) | {"name": ""}
 
 
-def rearranged(text: str, order: AbstractSequence[Item]) -> str:
+# ---------------------------------------------------------------- values
+
+
+def _with_values(text: str, new: Rig, matches: Sequence[int | None]) -> str:
+    edits, root = _Edits(text), parse_yaml(text, "rig")
+    edits.mapping(root, {k: v for k, v in new if k != "sensors"}, default_fields(Rig))
+    listed = _sensors(root)
+    sensors = listed.value if listed is not None else []
+    for index, sensor in zip(matches, new.sensors, strict=True):
+        if index is not None:
+            fields = {key: getattr(sensor, key) for key in ordered_fields(sensor)}
+            edits.mapping(sensors[index], fields, implied_fields(sensor))
+    return edits.applied()
+
+
+class _Edits:
+    """Replacements of pieces of a text, collected first and applied together."""
+
+    def __init__(self, text: str) -> None:
+        self._text = text
+        self._edits: list[tuple[int, int, str]] = []
+
+    def mapping(self, node: Node, wanted: Mapping[str, object], implied: Mapping[str, Plain]) -> None:
+        """Give a mapping the wanted values; those that are neither present nor implied are added in their order."""
+        entries = entries_of(node)
+        kept = {
+            key: value
+            for key, (_, value) in entries.items()
+            if wanted.get(key, value) is not None
+            or implied.get(key) is not None
+            or plain_value(value) is None
+        }
+        for index, (key, value) in enumerate(node.value):
+            if key.value not in kept:
+                self._remove(node, index, any(later.value in kept for later, _ in node.value[index + 1 :]))
+            elif key.value in wanted:
+                self._value(key, value, wanted[key.value])
+        earlier: list[str] = []
+        for name, value in wanted.items():
+            if name not in entries and not same_value(plain(value), implied.get(name)):
+                anchors = [found for key, found in kept.items() if key in earlier] or [*kept.values()]
+                self._add(node, f"{name}: {_new_text(value)}", anchors[-1])
+            earlier.append(name)
+
+    def _value(self, key: ScalarNode, node: Node, wanted: object) -> None:
+        """Give a value of a mapping its wanted content, number by number where the shape stays the same."""
+        if same_value(plain_value(node), plain(wanted)):
+            return
+        start, end, present = node.start_mark.index, _end(self._text, node), entries_of(node).keys()
+        if isinstance(wanted, BaseModel) and present and present <= plain_fields(wanted).keys():
+            parts = {str(i.alias or n): getattr(wanted, n) for n, i in type(wanted).model_fields.items()}
+            self.mapping(node, parts, default_fields(type(wanted)))
+        elif isinstance(wanted, tuple) and isinstance(node, SequenceNode) and len(node.value) == len(wanted):
+            for item, number in zip(node.value, wanted, strict=True):
+                self._value(key, item, number)
+        elif isinstance(node, CollectionNode) and not node.flow_style:
+            colon = self._text.index(":", _end(self._text, key))
+            self._edits.append((colon + 1, end, f" {_new_text(wanted)}"))
+        else:
+            self._edits.append((start, end, " " * (start == end) + _new_text(wanted)))
+
+    def _add(self, node: Node, entry: str, behind: Node) -> None:
+        end = _end(self._text, behind)
+        if _is_flow(node):
+            self._edits.append((end, end, f", {entry}"))
+        else:
+            end = _line_end(self._text, end)
+            self._edits.append((end, end, f"{_newline(self._text)}{' ' * node.start_mark.column}{entry}"))
+
+    def _remove(self, node: Node, index: int, is_followed: bool) -> None:
+        """Take an entry out; `is_followed` by one that stays."""
+        key, value = node.value[index]
+        start, end = key.start_mark.index, _end(self._text, value)
+        line_start = self._text.rfind("\n", 0, start) + 1
+        if _is_flow(node) and not is_followed:
+            start = _end(self._text, node.value[index - 1][1])
+        elif _is_flow(node) or self._text[line_start:start].strip():
+            # the line of a dash holds the first key, too
+            end = node.value[index + 1][0].start_mark.index
+        else:
+            start, end = line_start, self._text.find("\n", end) + 1 or len(self._text)
+        self._edits.append((start, end, ""))
+
+    def applied(self) -> str:
+        """Return the text with all edits made."""
+        pieces, position = [], 0
+        for start, end, new in sorted(self._edits, key=lambda edit: edit[:2]):
+            pieces += [self._text[position:start], new]
+            position = end
+        return "".join([*pieces, self._text[position:]])
+
+
+def _new_text(value: object) -> str:
+    return value_text(vehicle_fields(value) if isinstance(value, Vehicle) else plain(value))
+
+
+# ---------------------------------------------------------------- the list of sensors
+
+
+def _with_order(text: str, order: Sequence[Item]) -> str:
     """Return the text with its sensors in that order."""
     root = parse_yaml(text, "rig")
-    assert isinstance(root, Mapping)
-    sensors = root.get("sensors")
-    if isinstance(sensors, Sequence) and sensors.items and not sensors.flow:
-        return _rearranged_block(text, root, sensors, order)
-    if isinstance(sensors, Sequence) and (sensors.items or root.flow):
-        return _rearranged_flow(text, sensors, order)
-    return _first_sensors(text, root, sensors, order)
+    sensors = _sensors(root)
+    if sensors is None or not sensors.value:
+        return _with_first_sensors(text, root, sensors, [item for item in order if not isinstance(item, int)])
+    if _is_flow(sensors):
+        return _in_brackets(text, sensors, order)
+    return _in_block(text, root, sensors, order)
 
 
-def _first_sensors(text: str, root: Mapping, sensors: object, order: AbstractSequence[Item]) -> str:
+def _with_first_sensors(text: str, root: Node, sensors: Node | None, added: Sequence[Sensor]) -> str:
     """Add sensors to a file that has none: `sensors: []`, or no such key at all."""
-    added = [item for item in order if not isinstance(item, int)]
-    if root.flow:
-        entry = f", sensors: [{', '.join(value_text(written_fields(sensor)) for sensor in added)}]"
-        end = root.entries[-1][1].end
-        return text[:end] + entry + text[end:]
-    newline = _newline(text)
-    lines = "".join(newline + line for sensor in added for line in sensor_lines(sensor, root.column + 2))
-    if isinstance(sensors, Sequence):
-        colon = text.index(":", root.key("sensors").end)
-        text = text[: colon + 1] + text[sensors.end :]
-        end = line_end(text, colon + 1)
-        return text[:end] + lines + text[end:]
-    end = line_end(text, root.end)
-    return f"{text[:end]}{newline}{' ' * root.column}sensors:{lines}{text[end:]}"
+    newline, column = _newline(text), root.start_mark.column
+    if _is_flow(root):
+        listed = f"[{', '.join(value_text(written_fields(sensor)) for sensor in added)}]"
+        start = sensors.start_mark.index if sensors else _end(text, root.value[-1][1])
+        end, new = (_end(text, sensors), listed) if sensors else (start, f", sensors: {listed}")
+        return text[:start] + new + text[end:]
+    lines = "".join(newline + line for sensor in added for line in sensor_lines(sensor, column + 2))
+    if sensors is not None:
+        colon = text.index(":", _end(text, entries_of(root)["sensors"][0])) + 1
+        text = text[:colon] + text[_end(text, sensors) :]
+        end = _line_end(text, colon)
+    else:
+        end = _line_end(text, _end(text, root))
+        lines = f"{newline}{' ' * column}sensors:{lines}"
+    return text[:end] + lines + text[end:]
 
 
-def _rearranged_flow(text: str, sensors: Sequence, order: AbstractSequence[Item]) -> str:
+def _in_brackets(text: str, sensors: SequenceNode, order: Sequence[Item]) -> str:
     """Rearrange items in brackets: each place gets the text of the sensor that belongs there."""
-    items = sensors.items
+    spans = [(item.start_mark.index, _end(text, item)) for item in sensors.value]
     new = [
-        text[items[item].start : items[item].end]
-        if isinstance(item, int)
-        else value_text(written_fields(item))
+        text[slice(*spans[item])] if isinstance(item, int) else value_text(written_fields(item))
         for item in order
     ]
-    if not new or not items:
-        return text[: sensors.start] + f"[{', '.join(new)}]" + text[sensors.end :]
-    pieces, position = [], 0
-    for place, (old, replacement) in enumerate(zip(items, new, strict=False)):
-        pieces += [text[position : old.start], replacement]
-        position = items[-1].end if place == len(new) - 1 else old.end
-    rest = "".join(f", {extra}" for extra in new[len(items) :])
-    return "".join(pieces) + rest + text[position:]
+    if not new:
+        return text[: sensors.start_mark.index] + "[]" + text[_end(text, sensors) :]
+    filled = min(len(new), len(spans))
+    between = [text[end:start] for (_, end), (start, _) in pairwise(spans[:filled])]
+    between += [", "] * (len(new) - filled)
+    middle = "".join(piece + gap for piece, gap in zip(new, [*between, ""], strict=True))
+    return text[: spans[0][0]] + middle + text[spans[-1][1] :]
 
 
-@dataclass
-class _Blocks:
-    """The lines of a block list: what comes before, each sensor, what lies between, what follows."""
-
-    before: str
-    bodies: list[str]
-    gaps: list[str]
-    after: str
-
-    def joined(self) -> str:
-        between = [*self.gaps, ""]
-        middle = "".join(body + gap for body, gap in zip(self.bodies, between, strict=True))
-        return self.before + middle + self.after
-
-
-def _rearranged_block(text: str, root: Mapping, sensors: Sequence, order: AbstractSequence[Item]) -> str:
-    if not order:
-        return _without_sensors(text, root, sensors)
-    newline = _newline(text)
-    is_closed = text.endswith("\n")
-    blocks = _split(text if is_closed else text + newline, sensors)
-    blank = newline if blocks.gaps.count(newline) * 2 > len(blocks.gaps) else ""
-    kept = [item for item in order if isinstance(item, int)]
-    for index in reversed(range(len(sensors.items))):
-        if index not in kept:
-            _remove(blocks, index)
-    blocks.bodies = [blocks.bodies[sorted(kept).index(index)] for index in kept]
+def _in_block(text: str, root: Node, sensors: SequenceNode, order: Sequence[Item]) -> str:
+    """Rearrange a list of lines: each sensor takes its own comments along, what lies between stays in its place."""
+    newline, is_closed = _newline(text), text.endswith("\n")
+    text = text if is_closed else text + newline
+    spans = _spans(text, sensors)
+    bodies = [text[start:end] for start, end in spans]
+    gaps = ["", *(text[end:start] for (_, end), (start, _) in pairwise(spans)), ""]
+    blank = newline if gaps.count(newline) * 2 > len(spans) - 1 else ""
+    for index in reversed(range(len(spans))):
+        if index not in order:
+            gaps[index : index + 2] = [_one_gap(*gaps[index : index + 2])]
+    bodies = [bodies[item] for item in order if isinstance(item, int)]
     for place, item in enumerate(order):
         if not isinstance(item, int):
-            lines = sensor_lines(item, sensors.column)
-            _insert(blocks, place, "".join(line + newline for line in lines), blank)
-    result = blocks.joined()
+            gaps.insert(max(place, 1), blank if bodies else "")
+            lines = sensor_lines(item, sensors.start_mark.column)
+            bodies.insert(place, "".join(line + newline for line in lines))
+    before, after = text[: spans[0][0]], text[spans[-1][1] :]
+    if not bodies:
+        colon = text.index(":", _end(text, entries_of(root)["sensors"][0])) + 1
+        before = f"{before[:colon]} []{before[colon:]}"
+    middle = gaps[0] + "".join(body + gap for body, gap in zip(bodies, gaps[1:], strict=True))
+    result = before + middle + after
     return result if is_closed else result.removesuffix(newline)
 
 
-def _remove(blocks: _Blocks, index: int) -> None:
-    """Take a sensor out; comments of their own beside it stay, one of two blank gaps goes."""
-    del blocks.bodies[index]
-    before = blocks.gaps.pop(index - 1) if index > 0 else ""
-    after = blocks.gaps.pop(max(index - 1, 0)) if blocks.gaps and index < len(blocks.bodies) else ""
-    both = before + after if before.strip() and after.strip() else before if before.strip() else after
-    if index == 0:
-        blocks.before += both if both.strip() else ""
-    elif index == len(blocks.bodies):
-        blocks.after = (both if both.strip() else "") + blocks.after
-    else:
-        blocks.gaps.insert(index - 1, both)
+def _one_gap(before: str, after: str) -> str:
+    """Return what stays between two sensors when the one between them goes: comments, or the shorter blank."""
+    return "".join(gap for gap in (before, after) if gap.strip()) or min(before, after, key=len)
 
 
-def _insert(blocks: _Blocks, place: int, body: str, gap: str) -> None:
-    if blocks.bodies:
-        blocks.gaps.insert(max(place - 1, 0), gap)
-    blocks.bodies.insert(place, body)
-
-
-def _split(text: str, sensors: Sequence) -> _Blocks:
-    """Cut the text into the sensors' lines and what lies between; every piece ends with a line break."""
-    starts = [_item_start(text, sensors, index) for index in range(len(sensors.items))]
-    heads = [_above_comments(text, start, sensors.column) for start in starts]
-    tails = [_below_comments(text, item.end, sensors.column) for item in sensors.items]
-    heads = [heads[0], *(max(head, tail) for head, tail in zip(heads[1:], tails, strict=False))]
-    return _Blocks(
-        before=text[: heads[0]],
-        bodies=[text[head:tail] for head, tail in zip(heads, tails, strict=True)],
-        gaps=[text[tail:head] for tail, head in zip(tails, heads[1:], strict=False)],
-        after=text[tails[-1] :],
-    )
-
-
-def _item_start(text: str, sensors: Sequence, index: int) -> int:
-    """Return the start of the line with the item's dash."""
-    dash = text.rfind("-", 0, sensors.items[index].start)
-    while dash - (text.rfind("\n", 0, dash) + 1) != sensors.column:
-        dash = text.rfind("-", 0, dash)
-    return text.rfind("\n", 0, dash) + 1
+def _spans(text: str, sensors: SequenceNode) -> list[tuple[int, int]]:
+    """Return start and end of the lines of each sensor with its own comments; every line ends with a line break."""
+    column, spans = sensors.start_mark.column, list[tuple[int, int]]()
+    for item in sensors.value:
+        dash = text.rfind("-", 0, item.start_mark.index)
+        while dash - (text.rfind("\n", 0, dash) + 1) != column:
+            dash = text.rfind("-", 0, dash)
+        start = _above_comments(text, dash - column, column)
+        end = _below_comments(text, _end(text, item), column)
+        spans.append((max(start, spans[-1][1]) if spans else start, end))
+    return spans
 
 
 def _above_comments(text: str, start: int, column: int) -> int:
@@ -195,167 +282,33 @@ def _below_comments(text: str, end: int, column: int) -> int:
     return end
 
 
-def _without_sensors(text: str, root: Mapping, sensors: Sequence) -> str:
-    colon = text.index(":", root.key("sensors").end)
-    blocks = _split(text if text.endswith("\n") else text + _newline(text), sensors)
-    kept = "".join(gap for gap in blocks.gaps if gap.strip())
-    return blocks.before[: colon + 1] + " []" + blocks.before[colon + 1 :] + kept + blocks.after
+# ---------------------------------------------------------------- places in the text
+
+
+def _sensors(root: Node) -> SequenceNode | None:
+    node = entries_of(root)["sensors"][1] if "sensors" in entries_of(root) else None
+    return node if isinstance(node, SequenceNode) else None
+
+
+def _is_flow(node: Node) -> bool:
+    return isinstance(node, CollectionNode) and bool(node.flow_style)
+
+
+def _end(text: str, node: Node) -> int:
+    """Return where a node ends: behind its last character that is no blank."""
+    if isinstance(node, CollectionNode) and not node.flow_style:
+        return _end(text, node.value[-1][1] if isinstance(node, MappingNode) else node.value[-1])
+    start = int(node.start_mark.index)
+    return start + len(text[start : node.end_mark.index].rstrip())
+
+
+def _line_end(text: str, position: int) -> int:
+    """Return where the line around a position ends, before its line break."""
+    end = text.find("\n", position)
+    if end < 0:
+        return len(text)
+    return end - 1 if end > position and text[end - 1] == "\r" else end
 
 
 def _newline(text: str) -> str:
     return "\r\n" if "\r\n" in text else "\n"
-
-
-_RIG_ORDER = ("riglens", "name", "self_occlusion", "vehicle", "keep_out", "sensors")
-_ABSENT: dict[str, Plain] = {"distortion": dict.fromkeys(COEFFICIENTS, 0.0)}
-"""Values of the numbers of a nested mapping when the file omits them."""
-
-
-def edited_text(text: str, old: Rig, new: Rig) -> str:
-    """Return the text of a file that describes `old`, changed as little as possible to describe `new`.
-
-    Sensors are recognised by name, or as renamed when everything else agrees. Fields that the file leaves to a
-    library model or to the defaults stay out of the file while they are right.
-    """
-    text = _without_body(text, old)
-    matches = match_sensors(old, new)
-    pairs = [(index, sensor) for index, sensor in zip(matches, new.sensors, strict=True) if index is not None]
-    while (shorter := _without_one_obsolete_field(text, pairs)) is not None:
-        text = shorter
-    text = _with_values(text, new, pairs)
-    if matches != list(range(len(old.sensors))):
-        order = [
-            sensor if index is None else index for index, sensor in zip(matches, new.sensors, strict=True)
-        ]
-        text = rearranged(text, order)
-    return text
-
-
-def _without_body(text: str, old: Rig) -> str:
-    """Return the text with `self_occlusion` in place of `body`, its other spelling."""
-    root = _root(text)
-    value = root.get("body")
-    if value is None:
-        return text
-    key = root.key("body")
-    said = value_text(old.self_occlusion)
-    return f"{text[: key.start]}self_occlusion{text[key.end : value.start]}{said}{text[value.end :]}"
-
-
-def _with_values(text: str, new: Rig, pairs: AbstractSequence[tuple[int, Sensor]]) -> str:
-    edits, root = _Edits(text), _root(text)
-    vehicle, vehicle_node = plain_fields(new.vehicle), root.get("vehicle")
-    own = ("name", "self_occlusion", "keep_out")
-    wanted: dict[str, Plain] = {key: plain(getattr(new, key)) for key in own}
-    implied: dict[str, Plain] = {key: plain(Rig.model_fields[key].default) for key in own}
-    if isinstance(vehicle_node, Mapping) and vehicle_node.entries:
-        edits.mapping(vehicle_node, vehicle, plain_fields(Vehicle()), tuple(vehicle))
-    else:
-        wanted["vehicle"], implied["vehicle"] = vehicle_fields(new.vehicle), vehicle_fields(Vehicle())
-    edits.mapping(root, wanted, implied, _RIG_ORDER)
-    for index, sensor in pairs:
-        edits.mapping(_item(root, index), plain_fields(sensor), implied_fields(sensor), FIELD_ORDER)
-    return edits.applied()
-
-
-def _without_one_obsolete_field(text: str, pairs: AbstractSequence[tuple[int, Sensor]]) -> str | None:
-    """Return the text without the first field that no longer has a value (of a lens given otherwise), or None."""
-    root = _root(text)
-    for index, sensor in pairs:
-        item, wanted, implied = _item(root, index), plain_fields(sensor), implied_fields(sensor)
-        for place, (key, value) in enumerate(item.entries):
-            is_gone = wanted[key.text] is None and implied.get(key.text) is None
-            if is_gone and plain_value(value) is not None:
-                return _without_entry(text, item, place)
-    return None
-
-
-def _without_entry(text: str, mapping: Mapping, place: int) -> str:
-    key, value = mapping.entries[place]
-    following = mapping.entries[place + 1 : place + 2]
-    line_start = text.rfind("\n", 0, key.start) + 1
-    if (mapping.flow and following) or text[line_start : key.start].strip():
-        start, end = key.start, following[0][0].start if following else value.end
-    elif mapping.flow:
-        start, end = mapping.entries[place - 1][1].end, value.end
-    else:
-        start, end = line_start, min(line_end(text, value.end) + 1, len(text))
-    return text[:start] + text[end:]
-
-
-class _Edits:
-    """Replacements of pieces of a text, collected first and applied together."""
-
-    def __init__(self, text: str) -> None:
-        self._text = text
-        self._newline = "\r\n" if "\r\n" in text else "\n"
-        self._edits: list[tuple[int, int, str]] = []
-
-    def mapping(
-        self, node: Mapping, wanted: dict[str, Plain], implied: dict[str, Plain], order: tuple[str, ...]
-    ) -> None:
-        """Give a mapping the wanted values; those that are neither present nor implied are added."""
-        present = [key.text for key, _ in node.entries]
-        for key, value in node.entries:
-            if key.text in wanted:
-                self.value(key, value, wanted[key.text], implied.get(key.text))
-        for name in order:
-            if name in wanted and name not in present and not same_value(wanted[name], implied.get(name)):
-                self._add(node, f"{name}: {value_text(wanted[name])}", self._anchor(node, name, order))
-
-    def value(self, key: Scalar, node: Node, wanted: Plain, implied: Plain = None) -> None:
-        """Give a value of a mapping its wanted content, number by number where the shape stays the same."""
-        if same_value(plain_value(node), wanted):
-            return
-        if isinstance(node, Mapping) and isinstance(wanted, dict) and _is_part(node, wanted):
-            absent = _ABSENT.get(key.text, implied)
-            self.mapping(node, wanted, absent if isinstance(absent, dict) else {}, tuple(wanted))
-        elif isinstance(node, Sequence) and isinstance(wanted, tuple) and len(node.items) == len(wanted):
-            for item, number in zip(node.items, wanted, strict=True):
-                self.value(key, item, number)
-        elif isinstance(node, (Mapping, Sequence)) and not node.flow:
-            colon = self._text.index(":", key.end)
-            self._edits.append((colon + 1, node.end, f" {value_text(wanted)}"))
-        else:
-            space = " " if node.start == node.end else ""
-            self._edits.append((node.start, node.end, space + value_text(wanted)))
-
-    def _anchor(self, node: Mapping, name: str, order: tuple[str, ...]) -> Node:
-        """Return the value after which a new field goes: that of the last field before it, or else the last one."""
-        earlier = order[: order.index(name)]
-        known = [value for key, value in node.entries if key.text in earlier]
-        return known[-1] if known else node.entries[-1][1]
-
-    def _add(self, node: Mapping, entry: str, behind: Node) -> None:
-        if node.flow:
-            self._edits.append((behind.end, behind.end, f", {entry}"))
-        else:
-            end = line_end(self._text, behind.end)
-            self._edits.append((end, end, f"{self._newline}{' ' * node.column}{entry}"))
-
-    def applied(self) -> str:
-        """Return the text with all edits made."""
-        pieces, position = [], 0
-        for start, end, new in sorted(self._edits, key=lambda edit: edit[:2]):
-            pieces += [self._text[position:start], new]
-            position = end
-        return "".join([*pieces, self._text[position:]])
-
-
-def _is_part(node: Mapping, wanted: dict[str, Plain]) -> bool:
-    """Return whether a mapping has fields, all of which are still wanted."""
-    return bool(node.entries) and {key.text for key, _ in node.entries} <= wanted.keys()
-
-
-def _root(text: str) -> Mapping:
-    root = parse_yaml(text, "rig")
-    assert isinstance(root, Mapping)
-    return root
-
-
-def _item(root: Mapping, index: int) -> Mapping:
-    sensors = root.get("sensors")
-    assert isinstance(sensors, Sequence)
-    item = sensors.items[index]
-    assert isinstance(item, Mapping)
-    return item

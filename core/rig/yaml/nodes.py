@@ -1,29 +1,23 @@
-"""YAML text as nodes that know their position, read within the limits that untrusted files need.
+"""YAML text as ruamel's nodes, which know their places in it, and plain values as YAML text.
 
 Only plain data is accepted: scalars, lists and mappings. Tags, anchors and aliases are refused (they build
 objects or blow up a small file), and so are duplicate keys, deep nesting and very large or very full files.
+Numbers are those of the YAML 1.2 core schema; they read back to the same bits, and strings to themselves.
 """
 
 from __future__ import annotations
 
+import math
 import os
 import re
-from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import NoReturn, TypeAlias
+from collections.abc import Mapping
+from typing import Any, NoReturn, TypeAlias
 
 from ruamel.yaml import YAML
+from ruamel.yaml.composer import Composer
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
-from ruamel.yaml.events import (
-    AliasEvent,
-    DocumentStartEvent,
-    Event,
-    MappingEndEvent,
-    MappingStartEvent,
-    ScalarEvent,
-    SequenceEndEvent,
-    SequenceStartEvent,
-)
+from ruamel.yaml.events import AliasEvent
+from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 from riglens.core.errors import InputError
 from riglens.core.files import open_regular
@@ -39,6 +33,8 @@ _INT = re.compile(r"[-+]?[0-9]+")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 Plain: TypeAlias = "bool | int | float | str | tuple[Plain, ...] | dict[str, Plain] | None"
 """Plain data, as documents hold them."""
+Path: TypeAlias = "tuple[str | int, ...]"
+"""Keys and list indices that lead to a value of a document."""
 
 _WORDS: dict[str, Plain] = {
     **dict.fromkeys(("", "~", "null", "Null", "NULL"), None),
@@ -50,89 +46,89 @@ _WORDS: dict[str, Plain] = {
 }
 
 
-@dataclass(frozen=True)
-class Node:
-    """A piece of the text: characters [start, end), no trailing blanks; `line` from 1, `column` from 0."""
-
-    start: int
-    end: int
-    line: int
-    column: int
-
-
-@dataclass(frozen=True)
-class Scalar(Node):
-    """A word, number or string; `plain` when it is written without quotes."""
-
-    text: str
-    plain: bool
-
-
-@dataclass(frozen=True)
-class Sequence(Node):
-    """A list; `flow` when it is written in brackets."""
-
-    items: tuple[Node, ...]
-    flow: bool
-
-
-@dataclass(frozen=True)
-class Mapping(Node):
-    """Keys and values in the order of the text; `flow` when it is written in braces."""
-
-    entries: tuple[tuple[Scalar, Node], ...]
-    flow: bool
-
-    def get(self, key: str) -> Node | None:
-        """Return the value of that key, None when the mapping has no such key."""
-        return next((value for name, value in self.entries if name.text == key), None)
-
-    def key(self, key: str) -> Scalar:
-        """Return the node of that key; raise KeyError when the mapping has no such key."""
-        for name, _ in self.entries:
-            if name.text == key:
-                return name
-        raise KeyError(key)
-
-
 def parse_yaml(text: str, where: str) -> Node:
     """Return the one document of a YAML text; `where` is the name of the file in messages.
 
     Raise InputError `file:line: ...` for text that is not YAML or uses features that this format excludes.
     """
     if len(text) > MAX_BYTES:
-        raise InputError(f"{where}: {len(text)} characters, accepted are at most {MAX_BYTES}")
+        raise InputError(f"{where}: must have at most {MAX_BYTES} characters (got {len(text)})")
     if tag := _LONG_TAG.search(text):
         line = text.count("\n", 0, tag.start()) + 1
-        raise InputError(f"{where}:{line}: tags are not accepted, found {shortened(tag[0])}")
+        raise InputError(f"{where}:{line}: tags are not accepted (got {shortened(tag[0])})")
+    yaml = YAML(typ="base", pure=True)
+    yaml.Composer = _PlainComposer
     try:
-        return _NodeBuilder(text, where).document()
+        root: Node | None = yaml.compose(text)
+    except _NotPlain as error:
+        raise InputError(f"{where}:{error.problem_mark.line + 1}: {error.problem}") from error
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
-        line = mark.line + 1 if mark else 1
+        problem = ", ".join(filter(None, (error.context, error.problem)))
         raise InputError(
-            f"{where}:{line}: not valid YAML: {_one_line(error.problem or error.context)}"
+            f"{where}:{mark.line + 1 if mark else 1}: not valid YAML: {_one_line(problem)}"
         ) from error
     except YAMLError as error:
         line = text.count("\n", 0, getattr(error, "position", 0)) + 1
         raise InputError(
             f"{where}:{line}: not valid YAML: {_one_line(getattr(error, 'reason', error))}"
         ) from error
+    if root is None:
+        raise InputError(f"{where}:1: the file is empty")
+    return root
+
+
+class _NotPlain(MarkedYAMLError):
+    """More than plain data, or more of it than the limits."""
+
+
+class _PlainComposer(Composer):
+    """Stops at the first thing that is not plain data, before the parser has read on."""
+
+    count = 0
+
+    def compose_document(self) -> Any:
+        event = self.parser.peek_event()
+        if event.version not in (None, (1, 2), [1, 2]) or event.tags:
+            _refuse(event, "YAML directives (%) are not accepted, except '%YAML 1.2'")
+        return super().compose_document()
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        event = self.parser.peek_event()
+        if isinstance(event, AliasEvent) or event.anchor is not None:
+            _refuse(event, "anchors and aliases (& and *) are not accepted; write the values out")
+        if event.tag is not None:
+            _refuse(event, f"tags are not accepted (got {shortened(str(event.tag))})")
+        self.count += 1
+        if self.count > MAX_VALUES:
+            _refuse(event, f"more than {MAX_VALUES} values")
+        if self.depth > MAX_DEPTH:
+            _refuse(event, f"nested more than {MAX_DEPTH} levels deep")
+        return super().compose_node(parent, index)
+
+    def compose_mapping_node(self, anchor: Any) -> Any:
+        node = super().compose_mapping_node(anchor)
+        lines: dict[str, int] = {}
+        for key, _ in node.value:
+            if not isinstance(key, ScalarNode):
+                _refuse(key, "a key must be a word, not a list or a mapping")
+            if key.value in lines:
+                _refuse(key, f"key {shortened(key.value)} is given twice, first in line {lines[key.value]}")
+            lines[key.value] = key.start_mark.line + 1
+        return node
+
+
+def _refuse(piece: Any, complaint: str) -> NoReturn:
+    raise _NotPlain(problem=complaint, problem_mark=piece.start_mark)
 
 
 def plain_value(node: Node) -> Plain:
     """Return the value of a node: None, bool, int, float, str, tuple or dict (YAML 1.2 core schema)."""
-    if isinstance(node, Scalar):
-        return scalar_value(node.text) if node.plain else node.text
-    if isinstance(node, Sequence):
-        return tuple(plain_value(item) for item in node.items)
-    assert isinstance(node, Mapping)
-    return plain_mapping(node)
-
-
-def plain_mapping(node: Mapping) -> dict[str, Plain]:
-    """Return the values of a mapping by their keys, as `plain_value` gives them."""
-    return {key.text: plain_value(value) for key, value in node.entries}
+    if isinstance(node, ScalarNode):
+        return str(node.value) if node.style else scalar_value(node.value)
+    if isinstance(node, SequenceNode):
+        return tuple(map(plain_value, node.value))
+    return {key.value: plain_value(value) for key, value in node.value}
 
 
 def scalar_value(text: str) -> Plain:
@@ -146,88 +142,66 @@ def scalar_value(text: str) -> Plain:
     return text
 
 
-class _NodeBuilder:
-    """Turns the parser's events into nodes; stops at the first thing that is not plain data."""
+def entries_of(node: Node | None) -> dict[str, tuple[Node, Node]]:
+    """Return the nodes of keys and values of a mapping by the keys' words; nothing for any other node."""
+    return {key.value: (key, value) for key, value in node.value} if isinstance(node, MappingNode) else {}
 
-    def __init__(self, text: str, where: str) -> None:
-        self._text, self._where, self._count = text, where, 0
-        self._events: Iterator[Event] = iter(YAML(typ="safe", pure=True).parse(text))
 
-    def document(self) -> Node:
-        root: Node | None = None
-        for event in self._events:
-            if isinstance(event, DocumentStartEvent):
-                self._check_document(event, is_first=root is None)
-                root = self._node(next(self._events), depth=0)
-        if root is None:
-            raise InputError(
-                f"{self._where}:1: the file is empty; accepted is a mapping that starts with 'riglens: 1'"
-            )
-        return root
+def line_of(root: Node, path: Path) -> int:
+    """Return the line of a value, from 1: that of its key or its list item; of what is missing, that around it."""
+    place = node = root
+    for part in path:
+        if isinstance(part, str) and part in (entries := entries_of(node)):
+            place, node = entries[part]
+        elif isinstance(part, int) and isinstance(node, SequenceNode) and part < len(node.value):
+            place = node = node.value[part]
+        else:
+            break
+    return int(place.start_mark.line) + 1
 
-    def _check_document(self, event: DocumentStartEvent, is_first: bool) -> None:
-        if not is_first:
-            self._refuse(event, "a second YAML document ('---') is not accepted; one file holds one document")
-        if event.version not in (None, (1, 2), [1, 2]) or event.tags:
-            self._refuse(event, "YAML directives (%) are not accepted, except '%YAML 1.2'")
 
-    def _node(self, event: Event, depth: int) -> Node:
-        if isinstance(event, AliasEvent) or getattr(event, "anchor", None) is not None:
-            self._refuse(event, "anchors and aliases (& and *) are not accepted; write the values out")
-        if (tag := getattr(event, "tag", None)) is not None:
-            self._refuse(event, f"tags are not accepted, found {shortened(str(tag))}")
-        self._count += 1
-        if self._count > MAX_VALUES:
-            self._refuse(event, f"more than {MAX_VALUES} values")
-        if depth > MAX_DEPTH:
-            self._refuse(event, f"nested more than {MAX_DEPTH} levels deep")
-        if isinstance(event, ScalarEvent):
-            return self._scalar(event)
-        if isinstance(event, SequenceStartEvent):
-            return self._sequence(event, depth)
-        assert isinstance(event, MappingStartEvent)
-        return self._mapping(event, depth)
+_WORD = re.compile(r"[A-Za-z_]([A-Za-z0-9_+./ -]*[A-Za-z0-9_+./-])?")
+_OLD_YAML_BOOLS = frozenset(("y", "n", "yes", "no", "on", "off"))
 
-    def _scalar(self, event: ScalarEvent) -> Scalar:
-        mark = event.start_mark
-        end = mark.index + len(self._text[mark.index : event.end_mark.index].rstrip())
-        plain = not event.style
-        return Scalar(mark.index, end, mark.line + 1, mark.column, str(event.value), plain)
 
-    def _sequence(self, event: SequenceStartEvent, depth: int) -> Sequence:
-        items: list[Node] = []
-        while not isinstance(following := next(self._events), SequenceEndEvent):
-            items.append(self._node(following, depth + 1))
-        mark, flow = event.start_mark, bool(event.flow_style)
-        end = following.end_mark.index if flow or not items else items[-1].end
-        return Sequence(mark.index, end, mark.line + 1, mark.column, tuple(items), flow)
+def value_text(value: object) -> str:
+    """Return a value in one line of YAML (flow style)."""
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{key}: {value_text(item)}" for key, item in value.items()) + "}"
+    if isinstance(value, tuple):
+        return "[" + ", ".join(value_text(item) for item in value) + "]"
+    if value is None:
+        return "null"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, int):
+        return str(value)
+    return _number(value) if isinstance(value, float) else _string(str(value))
 
-    def _mapping(self, event: MappingStartEvent, depth: int) -> Mapping:
-        entries: list[tuple[Scalar, Node]] = []
-        lines: dict[str, int] = {}
-        while not isinstance(following := next(self._events), MappingEndEvent):
-            key = self._node(following, depth + 1)
-            if not isinstance(key, Scalar):
-                self._refuse(following, "a key must be a word, found a list or a mapping")
-            if key.text in lines:
-                self._refuse(
-                    following, f"key {shortened(key.text)} is given twice, first in line {lines[key.text]}"
-                )
-            lines[key.text] = key.line
-            entries.append((key, self._behind(key, self._node(next(self._events), depth + 1))))
-        mark, flow = event.start_mark, bool(event.flow_style)
-        end = following.end_mark.index if flow or not entries else entries[-1][1].end
-        return Mapping(mark.index, end, mark.line + 1, mark.column, tuple(entries), flow)
 
-    def _behind(self, key: Scalar, value: Node) -> Node:
-        """Return a value at its right place: an empty one belongs behind its key's colon, not at the next word."""
-        colon = self._text.find(":", key.end)
-        if value.start == value.end and colon >= 0:
-            return Scalar(colon + 1, colon + 1, key.line, key.column, "", plain=True)
+def _number(value: float) -> str:
+    if math.isnan(value):
+        return ".nan"
+    if math.isinf(value):
+        return ".inf" if value > 0 else "-.inf"
+    text = float.__repr__(value)
+    return text.replace("e", ".0e") if "e" in text and "." not in text else text
+
+
+def _string(value: str) -> str:
+    is_word = _WORD.fullmatch(value) and "  " not in value and value.lower() not in _OLD_YAML_BOOLS
+    if is_word and isinstance(scalar_value(value), str):
         return value
+    return '"' + "".join(_escaped(character) for character in value) + '"'
 
-    def _refuse(self, event: Event, complaint: str) -> NoReturn:
-        raise InputError(f"{self._where}:{event.start_mark.line + 1}: {complaint}")
+
+def _escaped(character: str) -> str:
+    if character in '"\\':
+        return "\\" + character
+    if character.isprintable():
+        return character
+    code = ord(character)
+    return f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}"
 
 
 def shortened(text: str, limit: int = 60) -> str:

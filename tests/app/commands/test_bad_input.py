@@ -21,7 +21,7 @@ def rig_text(*sensors: str) -> str:
 
 BAD_RIGS = {
     "not yaml": ("riglens: 1\nname: [unclosed\n", "bad.yaml:3: not valid YAML"),
-    "not a mapping": ("- just\n- a list\n", "found"),
+    "not a mapping": ("- just\n- a list\n", "must be a mapping"),
     "unknown key": (rig_text(LIDAR) + "colour: red\n", "colour"),
     "unknown key of a sensor": (rig_text(LIDAR[:-1] + ", colour: red}"), "colour"),
     "duplicate sensor name": (rig_text(LIDAR, LIDAR), "'A'"),
@@ -48,7 +48,7 @@ def test_a_bad_rig_file_is_refused_in_one_line_with_its_name(riglens, tmp_path, 
 
 def test_the_line_of_a_wrong_field_is_named(riglens, tmp_path):
     (tmp_path / "bad.yaml").write_text(rig_text(LIDAR, LIDAR.replace("A", "B").replace("2]", "high]")))
-    assert "bad.yaml:5: sensors[1].position" in riglens("evaluate", tmp_path / "bad.yaml").refused()
+    assert 'bad.yaml:5: lidar "B": position' in riglens("evaluate", tmp_path / "bad.yaml").refused()
 
 
 def test_a_rig_that_is_neither_file_nor_preset_is_refused_with_the_presets(riglens):

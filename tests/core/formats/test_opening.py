@@ -54,5 +54,5 @@ def test_what_is_no_rig_is_refused_in_one_line(tmp_path: Path) -> None:
         with pytest.raises(InputError, match="not a rig in a known format; accepted are riglens, nuscenes"):
             open_rig(tmp_path / name)
     (tmp_path / "b.yaml").write_text("name: my rig\nsensors: []\n")
-    with pytest.raises(InputError, match=r"b\.yaml:1: riglens: missing"):
+    with pytest.raises(InputError, match=r"b\.yaml:1: riglens is missing"):
         open_rig(tmp_path / "b.yaml")

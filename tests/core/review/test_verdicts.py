@@ -176,8 +176,8 @@ def test_every_profile_names_its_source_and_judges_by_its_own_numbers() -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("profiles: []", "1: riglens_profiles: "),
-        ("riglens_profiles: 2\nprofiles: []", "1: riglens_profiles: found 2"),
+        ("profiles: []", "1: riglens_profiles is missing"),
+        ("riglens_profiles: 2\nprofiles: []", "1: riglens_profiles must be 1 (got 2)"),
         (
             "riglens_profiles: 1\nprofiles:\n  - {name: a, title: b, source: c, object: {height: 0.8}}",
             "diameter",

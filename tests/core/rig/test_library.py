@@ -89,7 +89,7 @@ SOURCE = "title: Some sensor, source: measured by hand in the yard"
         (f"x: {{kind: lidar, {SOURCE}}}", "x: elevations_deg"),
         (f"x: {{kind: lidar, {SOURCE}, elevations_deg: [1], beams: 3}}", "x: beams"),
         (f"x: {{kind: sonar, {SOURCE}}}", "x: kind"),
-        ("x: {kind: lidar, title: Some sensor, elevations_deg: [1]}", "x: source: Field required"),
+        ("x: {kind: lidar, title: Some sensor, elevations_deg: [1]}", "x: source is missing"),
         (f"x: {{kind: lidar, {SOURCE}, elevations_deg: [1], range_at: {{2: 9}}}}", "x: range_at"),
         (f"x: {{kind: lidar, {SOURCE}, elevations_deg: [1], range_at: {{0.1: 9, 0.8: 3}}}}", "x: range_at"),
         (f"x: {{kind: lidar, {SOURCE}, elevations_deg: [1], range_at: {{1: 9, 1.0: 9}}}}", "x: range_at"),
@@ -101,7 +101,7 @@ SOURCE = "title: Some sensor, source: measured by hand in the yard"
         ),
         (f"X y: {{kind: lidar, {SOURCE}, elevations_deg: [1]}}", "X y: name"),
         (f"x: {{kind: lidar, {SOURCE}, elevations_deg: [1], r\ufeffange_m: [1, 2]}}", "x: 'r\\ufeffange_m'"),
-        ("x: 3", "x: accepted are the fields of a sensor model"),
+        ("x: 3", "x: must be a mapping of the fields of a sensor model"),
     ],
 )
 def test_a_wrong_library_is_refused_with_line_and_model(tmp_path: Path, entry: str, complaint: str) -> None:
@@ -324,8 +324,8 @@ def test_the_configuration_folder_is_looked_into(tmp_path: Path, monkeypatch: py
         (OWN + "  pixel_um: 3\n", ":1: my-lidar: pixel_um: not a figure of a lidar"),
         (OWN + "  azimuths_deg: {from: 0, to: 360, count: 100001}\n", ":10: my-lidar: azimuths_deg"),
         ("", ":1: the file is empty"),
-        ("- 1\n", ":1: accepted is a mapping of model names"),
-        ("".join(f"m{i}: 3\n" for i in range(501)), ": found 501 models; accepted are at most 500"),
+        ("- 1\n", ":1: a sensor library must be a mapping of model names"),
+        ("".join(f"m{i}: 3\n" for i in range(501)), ": must have at most 500 models (got 501)"),
         ("a: &x 1\nb: *x\n", ":1: anchors and aliases"),
     ],
 )

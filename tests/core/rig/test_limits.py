@@ -25,18 +25,18 @@ def lens(**changes: str) -> str:
 
 
 REFUSED = [
-    (CAMERA.format("hfov_deg: 5.0e-324"), "hfov_deg: found 5.0e-324; accepted is degrees, 0.001 to 179.9"),
-    (CAMERA.format("hfov_deg: 179.99999999999997"), "accepted is degrees, 0.001 to 179.9"),
-    (lens(fx="1.0e308"), "fx: found 1.0e308; accepted is pixels, 1e-4 to 1e10"),
-    (lens(fy="1.0e-320"), "fy: found 1.0e-320; accepted is pixels, 1e-4 to 1e10"),
-    (lens(cx="1.0e308"), "cx: found 1.0e308; accepted is pixels, -1e6 to 1e6"),
-    (lens(cy="-1.0e308"), "cy: found -1.0e308; accepted is pixels, -1e6 to 1e6"),
-    (CAMERA.format("hfov_deg: 70, rpy_deg: [0, 0, 1.0e308]"), "rpy_deg: found [0, 0, 1.0e+308]; accepted is"),
-    (VEHICLE.format("length: 1.0e-4"), "vehicle.length: found 1.0e-4; accepted is metres, 0.1 to 100"),
-    (VEHICLE.format("width: 5.0e-324"), "vehicle.width: found 5.0e-324; accepted is metres, 0.1 to 100"),
-    (VEHICLE.format("height: 0.09"), "vehicle.height: found 0.09; accepted is metres, 0.1 to 100"),
-    (VEHICLE.format("mesh: {rpy_deg: [1.0e300, 0, 0]}"), "vehicle.mesh.rpy_deg: found [1.0e+300, 0, 0]"),
-    ('riglens: 1\nname: "half \\ud800"\nsensors: []\n', "name: found"),
+    (CAMERA.format("hfov_deg: 5.0e-324"), "hfov_deg must be at least 0.001 (got 5.0e-324)"),
+    (CAMERA.format("hfov_deg: 179.99999999999997"), "hfov_deg must be at most 179.9"),
+    (lens(fx="1.0e308"), "fx must be at most 10000000000 (got 1.0e+308)"),
+    (lens(fy="1.0e-320"), "fy must be at least 0.0001 (got 1.0e-320)"),
+    (lens(cx="1.0e308"), "cx must be at most 1000000 (got"),
+    (lens(cy="-1.0e308"), "cy must be at least -1000000 (got"),
+    (CAMERA.format("hfov_deg: 70, rpy_deg: [0, 0, 1.0e308]"), "rpy_deg[2] must be at most 1000000 (got"),
+    (VEHICLE.format("length: 1.0e-4"), "vehicle.length must be at least 0.1 (got 0.0001)"),
+    (VEHICLE.format("width: 5.0e-324"), "vehicle.width must be at least 0.1"),
+    (VEHICLE.format("height: 0.09"), "vehicle.height must be at least 0.1 (got 0.09)"),
+    (VEHICLE.format("mesh: {rpy_deg: [1.0e300, 0, 0]}"), "vehicle.mesh.rpy_deg[0] must be at most 1000000"),
+    ('riglens: 1\nname: "half \\ud800"\nsensors: []\n', "name must be a text"),
 ]
 
 

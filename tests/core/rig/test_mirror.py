@@ -135,7 +135,7 @@ def test_a_pair_survives_a_file_and_an_unlinked_one_loses_the_key():
 def test_a_wrong_partner_is_refused_with_its_line(other, reason):
     text = dumps(PAIR).replace("mirror_of: left", f"mirror_of: {other}")
     line = 1 + text[: text.index("mirror_of")].count("\n")
-    with pytest.raises(InputError, match=rf"^rig.yaml:{line}: sensors\[1\]\.mirror_of: {reason}$"):
+    with pytest.raises(InputError, match=rf'^rig.yaml:{line}: lidar "right": mirror_of: {reason}$'):
         loads(text)
 
 

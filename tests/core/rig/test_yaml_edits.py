@@ -12,7 +12,8 @@ from riglens.core.rig.library import sensor_from_model
 from riglens.core.rig.model import EvenAngles, Lidar, Rig, Sensor
 from riglens.core.rig.yaml.edit import edited_text
 from riglens.core.rig.yaml.file import loads, same_rig
-from riglens.core.rig.yaml.text import plain_fields, rig_text, value_text, written_fields
+from riglens.core.rig.yaml.nodes import value_text
+from riglens.core.rig.yaml.text import plain_fields, rig_text, written_fields
 from tests.core.rig.cases import rigs
 
 FILE = """\
