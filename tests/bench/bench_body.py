@@ -11,11 +11,11 @@ import pytest
 from riglens.core.engine.audit import audit
 from riglens.core.geometry import Pose
 from riglens.core.metric.scores import MetricSettings
-from riglens.core.rig.model import Camera, Rig, Vehicle
+from riglens.core.rig.model import Camera, Rig, Sensor, Vehicle
 from riglens.core.rig.presets import preset
 from riglens.core.vehicle.profiles import reference_vehicle
 from tests.bench.race import Goal, Race
-from tests.bench.scenes import Scenes, Sensor, competent_edit, dense_rays, models, moved, moves
+from tests.bench.scenes import Scenes, competent_edit, dense_rays, models, moved, moves
 
 ROUNDS = 7
 BLOCKS, IGNORED = MetricSettings(body="blocks"), MetricSettings(body="ignored")

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from riglens.core.rig.model import Rig
+from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.sensing.rays import clip_to_roi, sensor_rays
 from tests.bench.race import Goal, Race
-from tests.bench.scenes import Scenes, Sensor, moved, names_of, wide_trapezoid
+from tests.bench.scenes import Scenes, moved, names_of, wide_trapezoid
 from tests.bench.yardsticks import Voxel, published_entropy, published_points
 
 GOAL = 10_000.0

@@ -35,7 +35,6 @@ POSES_DEG = {"upright": (0.0, 0.0, 8.0), "tilted": (2.0, -3.0, 8.0)}
 """How sensors of the library are turned: roll, pitch, yaw."""
 _STEP_M = np.array([0.618034, 0.414214, 0.732051])
 _REACH_M = 0.2
-Sensor = Sensor
 GridRays = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 

@@ -69,6 +69,7 @@ def camera_directions(camera: Camera) -> NDArray[np.float64]:
 
 def vehicle_directions(sensor: Sensor) -> NDArray[np.float64]:
     """Directions of all rays in the vehicle frame, (n, 3): R d, summed from left to right."""
+    assert isinstance(sensor, (Lidar, Camera))
     local = lidar_directions(sensor) if isinstance(sensor, Lidar) else camera_directions(sensor)
     r = rotation(sensor.rpy_deg)
     return np.column_stack(

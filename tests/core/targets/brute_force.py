@@ -64,7 +64,7 @@ def count(
                     inside = start[box] + (entry[ray, one] + INSIDE_M) * along[ray, box]
                     i, j, k = np.floor(inside / CELL_M).astype(int).tolist()
                     cells[first + box].add((i, j, k))
-            columns = sensor.azimuths().size if isinstance(sensor, Lidar) else sensor.cast[0]
+            columns = sensor.resolution[0]
             for box in np.unique(owner):
                 row = hit[owner == box] // columns
                 rows[first + box, column] = row.max() - row.min() + 1
