@@ -19,12 +19,12 @@ from riglens.core.sensors.base import (
     rays_of,
 )
 from riglens.core.sensors.camera import Camera
-from riglens.core.sensors.lens import COEFFICIENTS, BrownConrady, KannalaBrandt
+from riglens.core.sensors.lens import BrownConrady, KannalaBrandt
 from riglens.core.sensors.lidar import EvenAngles, Lidar
 from riglens.core.sensors.registry import validated_sensor
 
 __all__ = [
-    "COEFFICIENTS", "FORMAT_VERSION", "MAX_SENSORS", "MAX_SPOTS", "PARAMETRIC_BODIES", "BrownConrady", "Camera",
+    "FORMAT_VERSION", "MAX_SENSORS", "MAX_SPOTS", "PARAMETRIC_BODIES", "BrownConrady", "Camera",
     "EvenAngles", "Frozen", "KannalaBrandt", "Length", "Lidar", "MeshPlacement", "Positive", "Rig", "Sensor", "Spot",
     "Vehicle", "mirror_problem", "rays_of",
 ]  # fmt: skip

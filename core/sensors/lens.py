@@ -49,8 +49,6 @@ class KannalaBrandt(Frozen):
 
 
 Distortion = Annotated[BrownConrady | KannalaBrandt, Field(discriminator="model")]
-COEFFICIENTS = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
-"""Every coefficient of any model; each is 0 when it is not given."""
 
 Doubles = NDArray[np.float64]
 _STEPS = 100

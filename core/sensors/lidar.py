@@ -162,13 +162,6 @@ def _gaps(angles_deg: NDArray[np.float64]) -> str:
     return f"{low}°" if low == high else f"{low}–{high}°"
 
 
-_ANGLES = "{{from: {0}, to: {0}, count: 1 to 100000}} with from <= to, or a list of angles of {0} degrees"
-_ENDS = {
-    "from": "a number of degrees, for elevations -90 to 90, for azimuths -360 to 360",
-    "to": "a number of degrees, for elevations -90 to 90, for azimuths -360 to 360",
-    "count": "a whole number, 1 to 100000",
-}
-
 # The radius of the housing is our choice, and so is that glass stops LiDARs: near infrared light passes coated
 # windscreens badly, and at a slant hardly at all.
 LIDAR = SensorKind(

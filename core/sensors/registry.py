@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from typing import Annotated, Any
 
 from pydantic import AfterValidator
-from pydantic_core import PydanticCustomError
+from pydantic_core import PydanticCustomError, PydanticKnownError
 
 from riglens.core.sensors.base import Sensor
 from riglens.core.sensors.camera import CAMERA
@@ -67,11 +67,9 @@ def validated_sensor(value: object) -> Sensor:
     if isinstance(value, Sensor):
         return value
     if not isinstance(value, Mapping):
-        raise PydanticCustomError("dict_type", "Input should be a mapping")
-    if "kind" not in value:
-        raise PydanticCustomError("kind_missing", "kind is missing")
-    kind = kind_named(value["kind"])
+        raise PydanticKnownError("dict_type")
+    kind = kind_named(value.get("kind"))
     if kind is None:
-        raise PydanticCustomError("kind_unknown", "kind must be {names}", {"names": " or ".join(_KINDS)})
+        raise ValueError(f"kind must be {' or '.join(_KINDS)}")
     sensor: Sensor = kind.model.model_validate(value, by_alias=True, by_name=False)
     return sensor

@@ -20,6 +20,7 @@ from riglens.core.rig.yaml.problems import (
     shown,
 )
 from riglens.core.rig.yaml.text import plain_fields
+from riglens.core.sensors.registry import kind_named
 
 
 def rig_from_nodes(root: Node, where: str) -> Rig:
@@ -88,12 +89,11 @@ def _model_complaint(sensor: dict[str, Plain]) -> str:
     model, kind = sensor.get("model"), sensor.get("kind")
     if not isinstance(model, str):
         return ""
-    library = default_library()
     try:
-        entry = library.entry(model)
+        entry = default_library().entry(model)
     except InputError as error:
         return str(error)
-    if kind == entry.kind or all(kind != other.kind for other in library.entries()):
+    if kind_named(kind) is None or entry.kind == kind:
         return ""
     hint = f"`riglens library --kind {kind}` lists the models of a {kind}"
     return f"model '{model}' is a {entry.kind}, but this sensor is a {kind}; {hint}"

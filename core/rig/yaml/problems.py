@@ -114,13 +114,11 @@ def _problem(details: Any, data: object) -> Problem:
         return Problem(path, _UNKNOWN)
     if kind == "missing":
         return Problem(path, _MISSING)
-    if kind in ("union_tag_not_found", "kind_missing"):
-        return Problem((*path, context.get("discriminator", "kind").strip("'")), _MISSING)
+    if kind == "union_tag_not_found":
+        return Problem((*path, context["discriminator"].strip("'")), _MISSING)
     if kind == "union_tag_invalid":
         accepted = context["expected_tags"].replace("'", "").replace(", ", " or ")
         return Problem((*path, context["discriminator"].strip("'")), f" must be {accepted}")
-    if kind == "kind_unknown":
-        return Problem((*path, "kind"), f" must be {context['names']}")
     if kind in _PLAIN_WORDS:
         return Problem(path, f" must be {_PLAIN_WORDS[kind]}")
     rule = re.sub(r"^\w+ should ", "must ", re.sub(" after validation.*", "", details["msg"]))
