@@ -161,7 +161,7 @@ def test_the_files_these_tests_break_are_fine() -> None:
         (
             "    kind: lidar\n    position: [1",
             "    position: [1",
-            '9: sensor "rear": kind is missing',
+            '9: sensor "rear": kind must be lidar or camera',
         ),
         (
             "    position: [1",
