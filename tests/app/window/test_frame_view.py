@@ -240,7 +240,8 @@ def test_the_thread_answers_the_latest_frame_and_ends(qtbot: QtBot) -> None:
     caster = BackgroundWorker("frame view", FrameCasting(), close_s=TIMEOUT_S)
     with qtbot.waitSignal(caster.answered, timeout=TIMEOUT_MS) as told:
         caster.ask(FrameRequest(RIG, TRAFFIC, 0, CarBody(), USUAL, explain=0))
-    assert told.args[0].missed is not None and told.args[0].scene.frame == int(TRAFFIC.frame[0])
+    scene, missed = told.args[1]
+    assert missed is not None and scene.frame == int(TRAFFIC.frame[0])
     caster.close()
 
 
@@ -257,7 +258,7 @@ def test_every_road_user_of_a_frame_has_the_points_that_the_panel_counts(qtbot: 
             )
         first, end = int(many.starts[place]), int(many.starts[place + 1])
         here = (counted.box >= first) & (counted.box < end)
-        points = told.args[0].scene.points
+        points = told.args[1][0].points
         assert here.any()
         assert np.array_equal(points[counted.box[here] - first], counted.all_points[here])
     caster.close()
@@ -274,7 +275,7 @@ def test_why_somebody_is_missed_is_told_in_the_points_of_the_panel(qtbot: QtBot)
         number = int(counted.box[k] - many.starts[place])
         with qtbot.waitSignal(caster.answered, timeout=TIMEOUT_MS) as told:
             caster.ask(FrameRequest(RIG, many, place, CarBody(), USUAL, explain=number))
-        missed = told.args[0].missed
+        missed = told.args[1][1]
         assert (missed.points, missed.alone) == (counted.all_points[k], counted.points_alone[k])
         assert missed.verdict == ("hidden" if missed.alone >= USUAL.min_points else "between beams")
     caster.close()
