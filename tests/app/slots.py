@@ -7,8 +7,9 @@ from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
-from types import CodeType, FrameType
+from types import FrameType
 from typing import Any
 
 REPOSITORY = Path(__file__).resolve().parents[2]
@@ -40,7 +41,7 @@ class _Watch:
             self._enter(frame)
 
     def _enter(self, frame: FrameType) -> None:
-        place = _place(frame.f_code)
+        place = _place(frame.f_code.co_filename)
         if place is None:
             return
         self.woken.files.add("/".join(place))
@@ -49,9 +50,10 @@ class _Watch:
             self.woken.slots[frame.f_code.co_qualname] += 1
 
 
-def _place(code: CodeType) -> tuple[str, ...] | None:
-    """The parts of a file's path in the house, None for files that are not the product's."""
-    path = Path(code.co_filename)
+@cache
+def _place(name: str) -> tuple[str, ...] | None:
+    """The parts of a file's path in the house, links resolved; None for files that are not the product's."""
+    path = Path(name).resolve()
     if not path.is_relative_to(REPOSITORY):
         return None
     parts = path.relative_to(REPOSITORY).parts

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -158,8 +157,8 @@ def test_a_class_without_road_users_has_no_figures(counter: Counter, scene: Load
 
 
 def test_a_rig_that_cannot_be_counted_is_answered_without_figures(
-    counter: Counter, scene: LoadedScene
+    counter: Counter, scene: LoadedScene, tmp_path: Path
 ) -> None:
-    unread = RIG.replace(vehicle=RIG.vehicle.replace(body="car.ply"))
-    ((_, figures),) = others_of(counter, [OtherCount("a", "b", unread, replace(USUAL, body="blocks"), scene)])
+    stored = LoadedScene(SceneOptions(pog=tmp_path / "x.npz"), scene.field, scene.heatmaps)
+    ((_, figures),) = others_of(counter, [OtherCount("a", "b", RIG, USUAL, stored)])
     assert figures is None

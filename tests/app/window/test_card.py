@@ -273,7 +273,7 @@ def test_no_distance_is_cut_off_however_narrow_the_table(qtbot: QtBot) -> None:
     qtbot.addWidget(table)
     table.resize(500, 200)
     far = Reach(102.0, 104.0, 106.0, 5.0)
-    rows = tuple(replace(row, lidar=far) for row in CARD.rows)
+    rows = tuple(replace(row, reaches={**row.reaches, "lidar": far}) for row in CARD.rows)
     table.show_card(replace(CARD, rows=rows, plan=replace(NEAR, to_m=150.0)))
     table.show()
     assert table.text_of("Car end on, LiDARs", "left") == "102-104-106"

@@ -92,7 +92,7 @@ def test_a_study_is_of_the_request_that_the_window_hands_over(
     study_detection.study_job(heard, print)
     ((rigs, _, scene, plan, out, tell),) = compared
     assert (rigs, scene, out, tell) == (asked.rigs, asked.scene, tmp_path, print)
-    assert (plan.quick, plan.workers, plan.body) == (True, 1, "ignored")
+    assert (plan.quick, plan.where.workers, plan.body) == (True, 1, "ignored")
     with pytest.raises(InputError, match="stored POG"):
         study(job(tmp_path, pog=Path("p.npz")), lambda share: None, print)
 
