@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from riglens.app.background.worker import Context
 from riglens.core.geometry import Vec3
 from riglens.core.rig.model import Sensor
-from riglens.core.sensing.body_ends import listed_ends
 from riglens.core.sensing.rays import sensor_rays
 from riglens.core.vehicle.solid import CarBody
 from riglens.core.vehicle.standing import Stand, stand
@@ -40,6 +39,8 @@ def stopped_rays(request: StandRequest) -> NDArray[np.float32]:
         return NONE_M
     rows = np.arange(0, sensor.ray_count, max(1, -(-sensor.ray_count // MOST_RAYS)))
     directions = sensor_rays(sensor, rows).directions
+    from riglens.core.sensing.body_ends import listed_ends  # the compiler
+
     met_m = listed_ends(sensor, directions, request.body.solid())
     stopped = np.isfinite(met_m)
     return np.asarray(np.array(sensor.position) + met_m[stopped, None] * directions[stopped], np.float32)

@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from functools import reduce
 from typing import Literal
 
-from riglens.core.sensors.registry import kinds
-
 Reading = Literal["covered", "residual", "hits"]
 Method = Literal["exact", "bresenham"]
 Body = Literal["ignored", "blocks"]
@@ -55,6 +53,10 @@ def s_mig(reading: Reading, seen_nat: float, unseen_nat: float, hits_nat: float 
 
 def s_ms(s_mig_by_kind: Mapping[str, float], camera_weight: float) -> float:
     """Return S-MS in nat from the S-MIG of all sensors of each kind (paper, eq. 17); camera_weight is lambda."""
+    from riglens.core.sensors.registry import (
+        kinds,  # the models of sensors take their time, and --help needs none
+    )
+
     weights = {kind.name: kind.score_weight for kind in kinds()}
     parts = (
         (camera_weight if weights[kind] == "lambda" else float(weights[kind])) * value

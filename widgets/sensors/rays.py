@@ -15,7 +15,6 @@ from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from riglens.core.rig.model import Camera, Lidar, Sensor
 from riglens.core.scene.grid import VoxelGrid
-from riglens.core.sensing.body_ends import listed_ends
 from riglens.core.sensing.rays import clip_to_roi, sensor_rays
 from riglens.core.vehicle.solid import Solid
 from riglens.widgets.drawing.actors import line_mesh, rgba_actor
@@ -120,6 +119,7 @@ def _segments(
     rays = sensor_rays(sensor, rows)
     t0, t1 = clip_to_roi(grid, rays)
     if solid is not None:
+        from riglens.core.sensing.body_ends import listed_ends  # the compiler
         t1 = np.minimum(t1, listed_ends(sensor, rays.directions, solid))
     inside = t1 > t0
     directions, origin = rays.directions[inside], np.array(rays.origin_m)
