@@ -130,7 +130,7 @@ def test_a_rig_file_holds_it_and_says_what_its_fields_accept() -> None:
     assert loads(text).rig == rig
     with pytest.raises(InputError, match=r'probe "probe": opening_deg must be at most 90 \(got 200'):
         loads(text.replace("opening_deg: 60", "opening_deg: 200"))
-    with pytest.raises(InputError, match=r"sensors\[1\]\.kind: .*'?sonar'?.*lidar or camera or probe"):
+    with pytest.raises(InputError, match=r"kind must be lidar or camera or probe \(got sonar"):
         loads(text.replace("kind: probe", "kind: sonar"))
     with pytest.raises(ValidationError):
         rig.replace(sensors=({"name": "a", "kind": "sonar", "position": (0.0, 0.0, 0.0)},))
