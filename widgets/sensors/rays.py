@@ -120,6 +120,7 @@ def _segments(
     t0, t1 = clip_to_roi(grid, rays)
     if solid is not None:
         from riglens.core.sensing.body_ends import listed_ends  # the compiler
+
         t1 = np.minimum(t1, listed_ends(sensor, rays.directions, solid))
     inside = t1 > t0
     directions, origin = rays.directions[inside], np.array(rays.origin_m)
