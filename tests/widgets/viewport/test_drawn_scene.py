@@ -12,6 +12,7 @@ import pyvista as pv
 
 from riglens.core.rig.model import EvenAngles, Lidar, Rig, Vehicle
 from riglens.core.scene.grid import VoxelGrid
+from riglens.core.vehicle.solid import CarBody
 from riglens.widgets.car.keep_out import KeepOut, Zone
 from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.heatmap.scale import HeatLook, HeatmapData
@@ -101,6 +102,7 @@ CHANGES: list[tuple[dict[str, Any], set[str]]] = [
     ({"show_selection": False}, {"masts.show", "rig.show_bodies", "rig.show_fans of the selected sensor"}),
     ({"fixed": frozenset({"roof"})}, set()),
     ({"vehicle": Vehicle(length=5.0)}, {"body.set_vehicle", "keep_out.show"}),
+    ({"solid_body": CarBody(Vehicle())}, {"rig.show_fans"}),
     ({"keep_out": KeepOut((Zone("glass"),))}, {"keep_out.show"}),
     (
         {"grid": VoxelGrid(0.5, (10.0, 10.0, 4.0))},
