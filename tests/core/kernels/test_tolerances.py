@@ -18,11 +18,11 @@ from riglens.core.kernels.rays import predicates, walk
 from riglens.core.sensing import image_bins
 
 REPOSITORY = Path(__file__).resolve().parents[3]
-ROOMS = ("kernels", "engine", "sensing")
+ROOMS = ("kernels", "engine", "sensing", "sensors")
 ROW = re.compile(r"^\| `(\w+)\.(\w+)` \| ([^|]+) \|", re.MULTILINE)
 NAME = re.compile(r"`([a-z_]+)\.(\w+)`")
 U = predicates.UNIT_ROUNDOFF
-NOT_ABOUT_VOXELS = ("objects", "runtime", "sight", "phases")
+NOT_ABOUT_VOXELS = ("objects", "runtime", "sight", "phases", "mounting")
 """Folders and modules that decide nothing about voxels."""
 
 
@@ -39,7 +39,7 @@ NO_TOLERANCES = {
 
 
 def in_the_sources() -> dict[tuple[str, str], float]:
-    """Every number with a point that a module of the three rooms names, by module and name."""
+    """Every number with a point that a module of these rooms names, by module and name."""
     found = {}
     for module_name, path in modules().items():
         if {path.stem, path.parent.name} & set(NOT_ABOUT_VOXELS):
@@ -53,7 +53,7 @@ def in_the_sources() -> dict[tuple[str, str], float]:
 
 
 def modules() -> dict[str, Path]:
-    """Return the files of the three rooms by the names of their modules."""
+    """Return the files of these rooms by the names of their modules."""
     files = (path for room in ROOMS for path in sorted((REPOSITORY / "core" / room).rglob("*.py")))
     return {
         ".".join(("riglens", *path.relative_to(REPOSITORY).with_suffix("").parts)): path for path in files
