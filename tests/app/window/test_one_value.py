@@ -13,7 +13,7 @@ from pytestqt.qtbot import QtBot
 import riglens as rl
 from riglens.app.background.counting import Counter
 from riglens.app.commands import main
-from riglens.app.studies.report_page import attached_figures
+from riglens.app.studies.report_reading import attached_figures
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from tests.app.window_bench import open_bench
@@ -134,7 +134,7 @@ def test_every_command_page_script_and_the_window_give_one_value_for_each_figure
         words = ["report", *(rigs[name] for name in shown), "--out", page, "--draws", 0]
         words += ["--requirements", required, *scene]
         assert main([str(word) for word in words]) == 0
-        figures = attached_figures(page.read_text(), str(page))
+        figures = attached_figures(page.read_bytes(), str(page))
         for number, name in enumerate(shown):
             found[name].add_scores(where, figures["evaluation"]["rigs"][number])
             found[name].add_targets(where, figures["targets"]["rigs"][number])
