@@ -11,7 +11,7 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 import riglens as rl
-from riglens.app.background.counting import Counter
+from riglens.app.background.counting import make_counter
 from riglens.app.commands import main
 from riglens.app.studies.report_reading import attached_figures
 from riglens.core.rig.model import Rig
@@ -148,14 +148,14 @@ def test_every_command_page_script_and_the_window_give_one_value_for_each_figure
 
 def add_window(values: Values, qtbot: QtBot, folder: Path, rig: Rig) -> None:
     """Add the window's figures: Scores, Targets and Test objects."""
-    with open_bench(qtbot, folder, rig=rig, counter=Counter()) as bench:
+    with open_bench(qtbot, folder, rig=rig, counter=make_counter()) as bench:
         features = bench.features
         qtbot.waitUntil(
             lambda: features.targets.is_current and features.targets.answer.is_whole, timeout=TIMEOUT_MS
         )
         bench.act("test_objects")
         objects = features.objects
-        assert objects.judge.wait_until_idle(TIMEOUT_MS / 1000)
+        assert objects._worker.wait_until_idle(TIMEOUT_MS / 1000)
         qtbot.waitUntil(lambda: bool(objects._profiles), timeout=TIMEOUT_MS)
         result = bench.workbench.answers.result
         classes, counts = result.evaluation.scores.classes, features.targets.answer.scores.classes
