@@ -1,4 +1,4 @@
-"""What the engine's thread computes while nobody edits: scores of other rigs, ray audits, tolerances."""
+"""Background computations of the engine's thread: scores of other rigs, ray audits, tolerances."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:  # made by the engine's thread, which loads the compiler
     from riglens.core.vehicle.mesh import BodyMesh
 
 EMIT_EVERY = 4
-"""Progress of tolerances is emitted after so many steps."""
+"""Steps between two progress reports of a tolerance."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class ToleranceRequest(RigInScene):
     mesh: BodyMesh | None = None
 
     def asks_same(self, other: ToleranceRequest) -> bool:
-        """Whether the answer to both is the same."""
+        """Return whether both requests have the same answer."""
         is_same = self.scene is other.scene and self.traffic is other.traffic and self.mesh is other.mesh
         wanted = (self.rig, self.profile, self.draws, self.settings, self.targets)
         return is_same and wanted == (other.rig, other.profile, other.draws, other.settings, other.targets)
@@ -59,7 +59,7 @@ class ToleranceRequest(RigInScene):
 
 @dataclass(frozen=True)
 class ToleranceProgress:
-    """What is known after `done` of `steps` measurements; `result` is None before there is a draw."""
+    """Progress of a tolerance: `done` of `steps` measurements; `result` is None before the first draw."""
 
     done: int
     steps: int
@@ -67,10 +67,10 @@ class ToleranceProgress:
 
     @property
     def is_whole(self) -> bool:
-        """Whether every measurement was made."""
+        """Return whether every measurement is complete."""
         return self.done == self.steps
 
     @property
     def is_due(self) -> bool:
-        """Whether this is to be emitted: now and then, and at the end."""
+        """Return whether to emit this progress: at intervals, and at the end."""
         return self.is_whole or self.done % EMIT_EVERY == 0

@@ -43,7 +43,7 @@ class FrameRequest:
     is_preview: bool = False
 
     def asks_same(self, other: FrameRequest) -> bool:
-        """Whether the answer to both is the same."""
+        """Return whether both requests have the same answer."""
         return self.traffic is other.traffic and self._rest == other._rest
 
     @property

@@ -39,7 +39,7 @@ class PictureRequest:
 
 @dataclass(frozen=True)
 class SensorPicture:
-    """What a sensor sees of a frame; `note` says what is missing in it."""
+    """View of a frame by a sensor; `note` says what is missing in it."""
 
     image: CameraPicture | RangeImage
     note: str

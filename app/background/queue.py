@@ -171,12 +171,12 @@ class RequestQueue(Generic[Request]):
     # ------------------------------------------------------------------ asked in the midst of a job
     @property
     def is_closing(self) -> bool:
-        """Whether everything ends."""
+        """Return whether the queue is closing."""
         with self.lock:
             return self._closing
 
     def is_running(self, priority: Priority) -> bool:
-        """Whether a job of a priority is running."""
+        """Return whether a job of a priority is running."""
         with self.lock:
             return any(job.priority is priority for job in self._running)
 
@@ -186,13 +186,13 @@ class RequestQueue(Generic[Request]):
             return next((job.request for job in self._waiting[priority].values()), None)
 
     def is_stale(self, job: Job[Request]) -> bool:
-        """Whether to give a job up: replaced, dropped, at the end, or in the background of something urgent."""
+        """Return whether to abandon a job: it is replaced, dropped or closing, or something urgent waits."""
         with self.lock:
             gives_way = job.priority is Priority.BACKGROUND and self._is_busy(Priority.EDIT)
             return self._closing or job.is_dropped or gives_way or job.key in self._waiting[job.priority]
 
     def is_followed(self, priority: Priority, within_s: float = 0.0) -> bool:
-        """Whether a request of a priority waits, or comes within a time, or everything ends."""
+        """Wait for a request of a priority up to a time limit; return whether one waits or the queue is closing."""
         with self.lock:
             end_s = self._clock.now_s() + within_s
             while not (self._closing or self._waiting[priority]) and self._clock.now_s() < end_s:
