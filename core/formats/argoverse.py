@@ -9,12 +9,11 @@ Source: av2-api (SensorDataloader, PinholeCamera); published images are without 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from riglens.core.errors import InputError
-from riglens.core.files import open_regular
 from riglens.core.formats.base import Format, Imported
 from riglens.core.formats.frames import from_optical, kind_of, rotation_from_wxyz, se3
 from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions
@@ -24,13 +23,9 @@ from riglens.core.rig.model import Vehicle
 from riglens.core.rig.yaml.nodes import shortened
 from riglens.core.scene.readers.argoverse_files import REAR_AXLE_M
 
-if TYPE_CHECKING:
-    import pyarrow as pa
-
 TITLE = "Argoverse 2 calibration"
 FUSION = Vehicle(body="sedan", length=4.87, width=1.85, height=1.48, rear_axle_x=REAR_AXLE_M[0])
 POSES, LENSES = "egovehicle_SE3_sensor.feather", "intrinsics.feather"
-MAX_BYTES, MAX_FULL_BYTES, MAX_ROWS = 1_000_000, 16_000_000, 1_000
 _QUATERNION = ("qw", "qx", "qy", "qz")
 _POSITION = ("tx_m", "ty_m", "tz_m")
 _PIXELS = ("fx_px", "fy_px", "cx_px", "cy_px")
@@ -113,8 +108,14 @@ def _remark_on_frames(notes: Notes, origin_m: tuple[float, float, float], option
 
 def _rows(path: Path, numbers: tuple[str, ...]) -> _Rows:
     """Return the rows of a Feather file by their `sensor_name`, each with these numbers; raise InputError."""
+    # imported late: loading pyarrow takes longer than reading any other format
+    from riglens.core.scene.readers.common import readable
+    from riglens.core.scene.readers.feather import FeatherLimits, read_feather
+
     where = str(path)
-    table = _table(path, where, ("sensor_name", *numbers))
+    limits = FeatherLimits("a calibration of Argoverse 2", 1_000_000, memory_bytes=16_000_000, rows=1_000)
+    with readable(path):
+        table = read_feather(path, ("sensor_name", *numbers), limits)
     rows: _Rows = {}
     for index, row in enumerate(table.to_pylist(), 1):
         name = Value(row["sensor_name"], where, f"row {index}.sensor_name").text()
@@ -122,43 +123,6 @@ def _rows(path: Path, numbers: tuple[str, ...]) -> _Rows:
             raise InputError(f"{where}: row {index}: sensor '{shortened(name)}' is given twice")
         rows[name] = Value(row, where, f"row {index}")
     return rows
-
-
-def _table(path: Path, where: str, columns: tuple[str, ...]) -> pa.Table:
-    """Return these columns of a Feather file that is no larger than a calibration; raise InputError otherwise."""
-    # imported late: loading pyarrow takes longer than reading any other format
-    import pyarrow as pa
-
-    from riglens.core.scene.limits import one_line
-    from riglens.core.scene.readers.feather_sizes import MAGIC_BYTES, feather_sizes
-
-    accepted = "a calibration of Argoverse 2"
-    try:
-        with open_regular(path, accepted) as file:
-            data = file.read(MAX_BYTES + 1)
-        if len(data) > MAX_BYTES:
-            raise InputError(f"{where}: larger than {MAX_BYTES / 1e6:g} MB; accepted is {accepted}")
-        content = pa.py_buffer(data)
-        pa.ipc.open_file(content)  # complete up to its end
-        stream = content.slice(MAGIC_BYTES)
-        sizes = feather_sizes(stream)
-        if sizes.rows > MAX_ROWS or sizes.batches > MAX_ROWS or sizes.full_bytes > MAX_FULL_BYTES:
-            raise InputError(f"{where}: expands to more than {accepted} holds ({MAX_ROWS} rows)")
-        table = pa.ipc.open_stream(stream).read_all()
-        table.validate(full=True)
-    except (pa.ArrowException, MemoryError, KeyError, IndexError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"{where}: damaged Feather file ({one_line(str(error), 120)})") from error
-    except OSError as error:
-        said = error.strerror or one_line(str(error), 120)
-        raise InputError(f"{where}: cannot be read: {said}") from error
-    for name in columns:
-        if table.schema.names.count(name) != 1:
-            raise InputError(
-                f"{where}: column '{name}': missing, or there more than once; accepted is {accepted}"
-            )
-    return table.select(list(columns))
 
 
 ARGOVERSE = Format("argoverse", TITLE, recognises, read)

@@ -105,10 +105,10 @@ def test_columns_and_numbers_that_do_not_fit_are_named(tmp_path: Path) -> None:
         kept = {name: column for name, column in kept.items() if column is not None}
         return refused(write_log(tmp_path, kept))  # type: ignore[arg-type]
 
-    assert "column 'qw' missing" in change(qw=None)
-    assert "column 'category': found type int64" in change(category=[1] * 6)
-    assert "column 'timestamp_ns': found type double" in change(timestamp_ns=[0.5] * 6)
-    assert "column 'tx_m': found no value" in change(tx_m=[1.0, None, 2.0, 3.0, 4.0, 5.0])
+    assert "column 'qw' is missing" in change(qw=None)
+    assert "column 'category' must hold text (got int64)" in change(category=[1] * 6)
+    assert "column 'timestamp_ns' must hold whole numbers (got double)" in change(timestamp_ns=[0.5] * 6)
+    assert "column 'tx_m' must have a value in every row" in change(tx_m=[1.0, None, 2.0, 3.0, 4.0, 5.0])
     assert "row 4: column 'length_m': found -1" in change(length_m=[1.0, 1.0, 1.0, -1.0, 1.0, 1.0])
     assert "row 2: column 'tz_m': found nan" in change(tz_m=[1.0, float("nan"), 1.0, 1.0, 1.0, 1.0])
     assert "row 1: qw qx qy qz: found length" in change(qw=[7.0] * 6)

@@ -34,7 +34,6 @@ from riglens.core.scene.readers import frames
 from riglens.core.scene.readers.classes import ClassTable
 from riglens.core.scene.readers.common import end_of_frame, first_bad_box
 from riglens.core.scene.readers.frames import FrameCounter, WholeFrames
-from riglens.core.scene.readers.parquet_pages import _Compact
 from riglens.core.sensing.rays import lattice, missing_ray_count
 from riglens.core.sensors.lens import distorted
 from tests.core.builders import camera, rig_of
@@ -156,10 +155,6 @@ def test_a_piece_of_a_table_ends_behind_the_last_row_of_a_frame() -> None:
 def test_a_class_that_there_is_not_is_refused() -> None:
     with pytest.raises(InputError, match="class of 'dog': found 'animal', accepted is one of"):
         ClassTable({}, {"dog": "animal"})
-
-
-def test_numbers_of_page_headers_have_signs() -> None:
-    assert _Compact(b"\x15\x09\x15\x0a\x00").struct() == ({1: -5, 2: 5}, 5)
 
 
 # ---------------------------------------------------------------- rig, formats

@@ -7,7 +7,6 @@ has it, maps to no class.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +14,6 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
-from riglens.core.files import open_regular
 from riglens.core.scene.boxes import BoxBatch, Progress, rotations_from_quaternions
 from riglens.core.scene.limits import MAX_NAME_CHARS, one_line, require_few_names
 from riglens.core.scene.readers.classes import UNMAPPED
@@ -30,16 +28,11 @@ from riglens.core.scene.readers.common import (
     readable,
     select,
 )
-from riglens.core.scene.readers.feather_sizes import MAGIC_BYTES, Sizes, feather_sizes
+from riglens.core.scene.readers.feather import FeatherLimits, read_feather
 
 NUMBERS = ("tx_m", "ty_m", "tz_m", "length_m", "width_m", "height_m", "qw", "qx", "qy", "qz")
-MAX_FILE_BYTES = 1 << 26
-MAX_ROWS = 500_000
-"""A log of 15 seconds has some twenty thousand; this bounds the memory, since rows may come in any order."""
-MAX_FULL_BYTES = 1 << 28
-MAX_BATCHES = 10_000
-_LOG = "the annotations of one log"
-
+LOG = FeatherLimits("the annotations of one log", file_bytes=1 << 26, memory_bytes=1 << 28, rows=500_000)
+"""A log of 15 seconds has some twenty thousand rows; they may come in any order, so all are held in memory."""
 _QUATERNION_TOLERANCE = 0.01
 
 
@@ -71,44 +64,13 @@ class ArgoverseSource(FileBoxSource):
 def _table(path: Path) -> pa.Table:
     """Return the columns that are needed, complete and of a type that fits; raise InputError otherwise."""
     needed = ["timestamp_ns", "category", *NUMBERS]
-    with readable(path), _feather_errors(path):
-        content = _content(path)
-        pa.ipc.open_file(content)  # complete up to its end
-        stream = content.slice(MAGIC_BYTES)
-        _require_small(path, feather_sizes(stream))
-        schema = pa.ipc.open_stream(stream).schema
-        for name in needed:
-            _check_type(path, schema, name)
-        fields = [schema.get_field_index(name) for name in needed]
-        options = pa.ipc.IpcReadOptions(included_fields=fields)
-        batches = list(pa.ipc.open_stream(stream, options=options))
-        for batch in batches:
-            batch.validate(full=True)
-        columns = schema.empty_table().select(needed).schema
-        table = pa.Table.from_batches([batch.select(needed) for batch in batches], columns)
+    with readable(path):
+        table = read_feather(path, needed, LOG)
     for name in needed:
+        _check_type(path, table.schema.field(name))
         if table[name].null_count:
-            raise InputError(f"{path}: column {name!r}: found no value, accepted is one in every row")
+            raise InputError(f"{path}: column {name!r} must have a value in every row")
     return table
-
-
-def _content(path: Path) -> pa.Buffer:
-    """Return the bytes of a file, which must not be larger than a log's."""
-    with open_regular(path, _LOG) as file:
-        data = file.read(MAX_FILE_BYTES + 1)
-    if len(data) > MAX_FILE_BYTES:
-        raise InputError(f"{path}: larger than {MAX_FILE_BYTES >> 20} MiB, accepted are {_LOG}")
-    return pa.py_buffer(data)
-
-
-def _require_small(path: Path, sizes: Sizes) -> None:
-    """Raise InputError when the file would expand to more than any log has."""
-    if sizes.rows > MAX_ROWS:
-        raise InputError(f"{path}: more than {MAX_ROWS} rows, accepted are {_LOG}")
-    if sizes.full_bytes > MAX_FULL_BYTES:
-        raise InputError(f"{path}: expands to more than {MAX_FULL_BYTES >> 20} MiB, accepted are {_LOG}")
-    if sizes.batches > MAX_BATCHES:
-        raise InputError(f"{path}: more than {MAX_BATCHES} batches of rows, accepted are {_LOG}")
 
 
 def category_names(path: Path, column: pa.ChunkedArray) -> tuple[list[str], NDArray[np.intp]]:
@@ -124,38 +86,19 @@ def category_names(path: Path, column: pa.ChunkedArray) -> tuple[list[str], NDAr
     return names, code.astype(np.intp)
 
 
-@contextmanager
-def _feather_errors(path: Path) -> Iterator[None]:
-    """Turn what Arrow says about broken bytes into an InputError."""
-    try:
-        yield
-    except (pa.ArrowException, MemoryError, UnicodeDecodeError, KeyError, IndexError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"{path}: damaged Feather file ({one_line(str(error), 120)})") from error
-    except OSError as error:
-        if error.errno is not None:
-            raise
-        raise InputError(f"{path}: damaged Feather file ({one_line(str(error), 120)})") from error
-
-
-def _check_type(path: Path, schema: pa.Schema, name: str) -> None:
-    """Raise InputError when a column is missing, duplicated or of another type."""
-    places = schema.get_all_field_indices(name)
-    if len(places) != 1:
-        found = "missing" if not places else f"appears {len(places)} times"
-        raise InputError(f"{path}: column {name!r} {found}, accepted are the annotations of Argoverse 2")
-    kind = schema.field(places[0]).type
-    if name == "category":
+def _check_type(path: Path, column: pa.Field) -> None:
+    """Raise InputError when a column is of another type than it should be."""
+    kind = column.type
+    if column.name == "category":
         value = kind.value_type if pa.types.is_dictionary(kind) else kind
         good, accepted = pa.types.is_string(value) or pa.types.is_large_string(value), "text"
-    elif name == "timestamp_ns":
+    elif column.name == "timestamp_ns":
         good, accepted = pa.types.is_integer(kind), "whole numbers"
     else:
         good, accepted = pa.types.is_floating(kind), "numbers"
     if not good:
         raise InputError(
-            f"{path}: column {name!r}: found type {one_line(str(kind), 60)}, accepted are {accepted}"
+            f"{path}: column {column.name!r} must hold {accepted} (got {one_line(str(kind), 60)})"
         )
 
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 import pyarrow as pa
@@ -20,10 +22,11 @@ from riglens.core.scene.limits import MAX_NAME_CHARS, one_line
 from riglens.core.scene.readers.common import BadBox, first_bad_box, readable
 from riglens.core.scene.readers.csv_rows import ACCEPTED, NUMBERS, Columns, CsvParser
 from riglens.core.scene.readers.frames import RowError
-from riglens.core.scene.readers.parquet_pages import MAX_ROWS, dictionary_columns, require_footer
 from riglens.core.scene.readers.text_blocks import TextBlock, text_blocks
 
 PARQUET_MAGIC = b"PAR1"
+MAX_ROWS = 1_000_000_000
+MAX_FOOTER_BYTES = 1 << 25
 _PARQUET_ROWS = 1 << 14
 _PARQUET_BUFFER_BYTES = 1 << 20
 
@@ -129,10 +132,11 @@ class ParquetFile(RowFile):
         self.unused = columns.unused(path, list(schema.names))
         for name in columns.needed:
             self._check_type(name, schema.field(name).type)
+        self._dictionaries = self._text_dictionaries()
 
     def pieces(self, progress: Progress) -> Iterator[Rows]:
         """Stream the rows batch by batch."""
-        with _parquet_file(self.path, self.columns.needed) as file:
+        with _parquet_file(self.path, self._dictionaries) as file:
             total, start = max(1, file.metadata.num_rows), 0
             for batch in file.iter_batches(
                 batch_size=_PARQUET_ROWS, columns=list(self.columns.needed), use_threads=False
@@ -143,8 +147,22 @@ class ParquetFile(RowFile):
                     yield Rows.of(pa.Table.from_batches([batch]), self.columns, place)
                 start += batch.num_rows
                 if start > MAX_ROWS:
-                    raise InputError(f"{self.path}: more than {MAX_ROWS} rows, accepted are fewer")
+                    raise InputError(f"{self.path}: a table must have at most {MAX_ROWS} rows")
                 progress(start / total)
+
+    def _text_dictionaries(self) -> tuple[str, ...]:
+        """Return the columns to read as dictionaries, so that no text is repeated for each of its rows.
+
+        Arrow cannot do so for some encodings, and says it only while reading; its accessors of a column's metadata end
+        the process for damaged files.
+        """
+        texts = self.columns.texts
+        try:
+            with _parquet_file(self.path, texts) as file:
+                next(file.iter_batches(batch_size=1, columns=list(texts), use_threads=False), None)
+        except InputError:
+            return ()
+        return tuple(texts)
 
     def _check_type(self, name: str, kind: pa.DataType) -> None:
         """Raise InputError when a Parquet column cannot hold what is needed."""
@@ -187,28 +205,30 @@ def is_parquet(path: Path) -> bool:
 
 
 @contextmanager
-def _parquet_file(path: Path, needed: Sequence[str] = ()) -> Iterator[parquet.ParquetFile]:
-    """Yield an open Parquet file; whatever is wrong with its bytes, also later on, becomes an InputError.
-
-    needed: columns that will be read: what their pages expand to is checked, and texts are read without repeating them.
-    """
+def _parquet_file(path: Path, dictionaries: Sequence[str] = ()) -> Iterator[parquet.ParquetFile]:
+    """Yield an open Parquet file; whatever is wrong with its bytes, also later on, becomes an InputError."""
     try:
         with open_regular(path, "a Parquet table") as raw:
-            require_footer(path, raw)
-            how = {"buffer_size": _PARQUET_BUFFER_BYTES, "pre_buffer": False}
-            if not needed:
-                with parquet.ParquetFile(path, **how) as file:
-                    yield file
-                return
-            names = dictionary_columns(path, raw, needed)
-            with parquet.ParquetFile(path, read_dictionary=names, **how) as file:
-                yield file
+            _require_footer(path, raw)
+        with parquet.ParquetFile(
+            path, read_dictionary=list(dictionaries), buffer_size=_PARQUET_BUFFER_BYTES, pre_buffer=False
+        ) as file:
+            yield file
     except (pa.ArrowException, MemoryError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: damaged Parquet file ({one_line(str(error), 120)})") from error
     except OSError as error:
         if error.errno is not None:
             raise
         raise InputError(f"{path}: damaged Parquet file ({one_line(str(error), 120)})") from error
+
+
+def _require_footer(path: Path, file: BinaryIO) -> None:
+    """Raise InputError when the description at the end of the file is larger than that of any table."""
+    size = file.seek(0, os.SEEK_END)
+    file.seek(max(0, size - 8))
+    length = int.from_bytes(file.read(8)[:4], "little")
+    if length > MAX_FOOTER_BYTES:
+        raise InputError(f"{path}: the footer must have at most {MAX_FOOTER_BYTES} bytes (got {length})")
 
 
 def _without_header(block: TextBlock) -> TextBlock:
