@@ -30,6 +30,8 @@ _PLUGINS: tuple[tuple[str, SensorKind], ...] = (
     ),
 )
 """Words in the file names of Gazebo's plugins, as in libgazebo_ros_camera.so and libgazebo_ros_velodyne_laser.so."""
+_RANGE_FINDER = "ros_range"
+"""libgazebo_ros_range.so publishes one distance (sensor_msgs/Range) of a sensor of type ray: a sonar, not a LiDAR."""
 
 
 def plugin_kind(holder: Element) -> SensorKind | None:
@@ -40,6 +42,11 @@ def plugin_kind(holder: Element) -> SensorKind | None:
         if found is not None:
             return found
     return None
+
+
+def is_range_finder(sensor: Element) -> bool:
+    """Return whether a plugin of a sensor publishes a single distance."""
+    return any(_RANGE_FINDER in plugin.attributes.get("filename", "") for plugin in sensor.all("plugin"))
 
 
 def plugin_frame(holder: Element) -> str | None:
@@ -154,8 +161,7 @@ def _lidar_fields(sensor: Element) -> dict[str, Any]:
 
 def _azimuths(scan: Element) -> EvenAngles:
     """Return the azimuths: SDF casts rays at both ends; here the end is open, one step further, at most a full turn."""
-    count = _whole(scan, "horizontal", "samples", most=_MAX_SAMPLES)
-    low, high = (_angle(scan, "horizontal", f"{end}_angle") for end in ("min", "max"))
+    low, high, count = _ends(scan, "horizontal")
     if count == 1:
         return _even(scan, low, low, 1)
     end = high + (high - low) / (count - 1)
@@ -165,9 +171,14 @@ def _azimuths(scan: Element) -> EvenAngles:
 def _elevations(scan: Element) -> EvenAngles:
     if scan.first("vertical") is None:
         return EvenAngles(from_=0.0, to=0.0, count=1)
-    count = _whole(scan, "vertical", "samples", most=_MAX_SAMPLES)
-    low, high = (_angle(scan, "vertical", f"{end}_angle") for end in ("min", "max"))
-    return _even(scan, low, high, count)
+    return _even(scan, *_ends(scan, "vertical"))
+
+
+def _ends(scan: Element, axis: str) -> tuple[float, float, int]:
+    """Return the lowest and highest angle in degrees, and the samples; Gazebo casts falling angles as well."""
+    count = _whole(scan, axis, "samples", most=_MAX_SAMPLES)
+    low, high = sorted(_angle(scan, axis, f"{end}_angle") for end in ("min", "max"))
+    return low, high, count
 
 
 def _angle(scan: Element, *path: str) -> float:
@@ -176,5 +187,5 @@ def _angle(scan: Element, *path: str) -> float:
 
 def _even(scan: Element, low: float, high: float, count: int) -> EvenAngles:
     if not -360.0 <= low <= high <= 360.0:
-        raise scan.error(f"found angles {low:g} to {high:g} degrees; accepted are rising angles within ±360")
+        raise scan.error(f"angles must be within ±360 degrees (got {low:g} to {high:g})")
     return EvenAngles(from_=low, to=high, count=count)

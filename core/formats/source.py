@@ -268,7 +268,7 @@ MAX_BYTES = {
     ".toml": MAX_TOML_BYTES,
 }
 _BOM = "\ufeff"
-_OPENCV_HEADER = re.compile(r"\A%YAML:1\.[0-9][ \t]*(?=\r?$)", re.MULTILINE)
+_OPENCV_HEADER = re.compile(r"\A%YAML:1\.[0-9][ \t]*(?:#[^\r\n]*)?(?=\r?$)", re.MULTILINE)
 _OPENCV_MATRIX = re.compile(r"(:[ \t]+)!!opencv-matrix(?=[ \t\r]*(?:[{#]|$))", re.MULTILINE)
 
 

@@ -47,6 +47,7 @@ from riglens.core.formats.sdf_sensor import (
     KINDS,
     WIDE_ANGLE,
     add_sdf_sensor,
+    is_range_finder,
     numbers_in,
     plugin_frame,
     plugin_kind,
@@ -308,6 +309,9 @@ def _gazebo_sensors(root: Element, links: set[str], notes: Notes) -> Iterator[_F
         sensors = [*gazebo.all("sensor")]
         for sensor in sensors or ([gazebo] if plugin_kind(gazebo) else []):
             name, said = sensor.attributes.get("name", "?"), sensor.attributes.get("type", "")
+            if is_range_finder(sensor):
+                notes.ignored("range finder with a single distance, no LiDAR", name)
+                continue
             kind = KINDS.get(said.lower()) or plugin_kind(sensor)
             link = gazebo.attributes.get("reference") or plugin_frame(sensor) or plugin_frame(gazebo)
             if kind is None:

@@ -2,7 +2,7 @@
 
 What stands in ${...} is worked out by `xacro_sums`. Files are included, and YAML is loaded, from the folder of the
 rig's file and below it, or from its ROS package, and only from there: of `$(find package)/urdf/wheel.xacro` the end
-that lies there. What the environment would say is not asked. Source: ROS wiki "xacro".
+that lies there. The environment is not asked: of $(optenv NAME DEFAULT) the default is taken. Source: ROS wiki "xacro".
 """
 
 from __future__ import annotations
@@ -20,6 +20,8 @@ from riglens.core.rig.yaml.nodes import shortened
 
 MAX_STEPS, MAX_TEXTS, MAX_DEPTH, MAX_FILES = 20_000, 200_000, 30, 60
 """Elements made, texts worked out, macros and properties within one another, and files included."""
+MAX_ENTRIES = 1_000_000
+"""Entries of lists and dictionaries that all expressions of a file copy or compare."""
 MAX_PARENTS = 4
 """Folders in which the description of the package is looked for, that of the rig's file the first."""
 PREFIX = "xacro:"
@@ -86,7 +88,7 @@ class _Expander:
         self._loaded: dict[Path, Worked] = {}
         self._macros: dict[str, _Macro] = {}
         self._arguments: dict[str, str] = {}
-        self.steps = self.files = self._texts = 0
+        self.steps = self.files = self._texts = self._entries = 0
 
     # ------------------------------------------------------------------ elements
     def expand(self, element: Element, scope: _Scope, depth: int) -> Iterator[Element]:
@@ -186,7 +188,9 @@ class _Expander:
         said = self.text(element.attribute("filename"), element, scope)
         found = self._file(said)
         if found is None:
-            self._notes.ignored("included file that is not in the rig's folder", shortened(said, 80))
+            package = PurePosixPath(said).parts[1:2]
+            whose = f" (package {shortened(package[0], 60)})" if said.startswith("/") and package else ""
+            self._notes.ignored(f"included file that is not in the rig's folder{whose}", shortened(said, 80))
             return
         self._count_file(element)
         yield from self._all(self._source.another(found).xml.children, scope, depth)
@@ -195,6 +199,11 @@ class _Expander:
         self.files += 1
         if self.files > MAX_FILES:
             raise element.error(f"more than {MAX_FILES} files included; accepted are at most that many")
+
+    def _spend(self, entries: int) -> None:
+        self._entries += entries
+        if self._entries > MAX_ENTRIES:
+            raise ValueError
 
     def _load_yaml(self, said: str, element: Element) -> Worked:
         """Return the content of a YAML file, read once."""
@@ -259,9 +268,13 @@ class _Expander:
             return self._argument(rest.strip(), element, scope, depth)
         if word == "find":
             return "/" + rest.strip()
+        if word == "optenv":
+            return self.text(rest.strip().partition(" ")[2].strip(), element, scope, depth + 1)
         if word == "eval":
             return self._worked_out(rest, element, scope, depth)
-        raise element.error(f"found '{shortened(piece[0], 60)}'; accepted are $(arg), $(find) and sums")
+        raise element.error(
+            f"'{shortened(piece[0], 60)}' is not supported; use $(arg), $(find), $(optenv NAME DEFAULT) or $(eval)"
+        )
 
     def _argument(self, name: str, element: Element, scope: _Scope, depth: int) -> Worked:
         if name not in self._arguments:
@@ -285,6 +298,7 @@ class _Expander:
             known,
             lambda name: self._argument(name, element, scope, depth),
             lambda said: self._load_yaml(said, element),
+            self._spend,
         )
         try:
             return worked_out(expression, names)

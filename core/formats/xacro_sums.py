@@ -23,10 +23,20 @@ MAX_KEPT = 256
 Worked: TypeAlias = "float | int | bool | str | tuple[Worked, ...] | Mapping[Key, Worked] | None"
 """What an expression can be: plain data."""
 Key: TypeAlias = "float | int | bool | str"
+MAX_DIGITS = 15
+"""Decimal digits of a rounding, either way: Python's round works out 10 to that power."""
+
+
+def _rounded(value: float, *digits: int) -> float:
+    if any(not abs(count) <= MAX_DIGITS for count in digits):
+        raise ValueError
+    return round(value, *digits)
+
+
 FUNCTIONS: dict[str, Callable[..., float]] = {
     **{name: getattr(math, name) for name in ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt")},
     **{name: getattr(math, name) for name in ("radians", "degrees", "floor", "ceil", "hypot")},
-    "abs": abs, "min": min, "max": max, "float": float, "int": int, "round": round,
+    "abs": abs, "min": min, "max": max, "float": float, "int": int, "round": _rounded,
 }  # fmt: skip
 ACCEPTED = (
     "sums of numbers and properties, entries of lists and dictionaries, load_yaml of a file beside the rig, and "
@@ -53,6 +63,8 @@ class Names:
     value: Callable[[str], Worked]
     argument: Callable[[str], Worked]
     load_yaml: Callable[[str], Worked]
+    spend: Callable[[int], None]
+    """Count entries that are copied or compared; raise ValueError beyond the limit for a file."""
 
 
 def worked_out(expression: str, names: Names) -> Worked:
@@ -165,6 +177,7 @@ def _compared(node: ast.Compare, names: Names) -> bool:
     if isinstance(node.ops[0], (ast.In, ast.NotIn)):
         if not isinstance(right, (tuple, Mapping)):
             raise TypeError
+        names.spend(len(right))
         return (left in right) == isinstance(node.ops[0], ast.In)
     return _COMPARISONS[type(node.ops[0])](left, _plain(right))
 
@@ -197,8 +210,10 @@ def _dictionary(values: list[Worked], keywords: list[ast.keyword], names: Names)
     made: dict[Key, Worked] = {}
     for value in values:
         if isinstance(value, Mapping):
+            names.spend(len(value))
             made.update(value)
             continue
+        names.spend(len(value) if isinstance(value, tuple) else 1)
         for pair in value if isinstance(value, tuple) else (None,):
             if not isinstance(pair, tuple) or len(pair) != 2:
                 raise TypeError
@@ -224,6 +239,7 @@ def _entry(node: ast.Subscript | ast.Attribute, names: Names) -> Worked:
             raise TypeError
         ends = (node.slice.lower, node.slice.upper)
         first, last = (None if end is None else _whole(_evaluated(end, names)) for end in ends)
+        names.spend(len(inside))
         return inside[first:last]
     if isinstance(inside, Mapping):
         key = _key(node.slice, names)

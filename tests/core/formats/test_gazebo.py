@@ -3,6 +3,7 @@
 import pytest
 
 from riglens.core.formats.base import Imported
+from riglens.core.rig.model import Lidar
 from tests.core.formats.cases import read_files
 from tests.core.formats.test_reports import has
 
@@ -53,3 +54,29 @@ def test_a_link_is_told_by_the_file_of_its_shape() -> None:
     read = robot(f"<link name='thing'><visual><geometry>{mesh}</geometry></visual></link>{joint}")
     assert {sensor.name for sensor in read.rig.sensors} == {"thing", "front_scan"}
     assert has(read.report, "taken for a LiDAR by the name of its mesh", "thing")
+
+
+SCAN = """<sensor name='s' type='ray'><ray><scan>
+  <horizontal><samples>5</samples><min_angle>-1</min_angle><max_angle>1</max_angle></horizontal>
+  <vertical><samples>3</samples><min_angle>{}</min_angle><max_angle>{}</max_angle></vertical></scan></ray>{}</sensor>"""
+
+
+def test_a_scan_from_above_downwards_has_the_same_beams() -> None:
+    def elevations(low: float, high: float) -> list[float]:
+        read = robot(f"<gazebo reference='mast'>{SCAN.format(low, high, '')}</gazebo>")
+        (lidar,) = (sensor for sensor in read.rig.sensors if sensor.name == "s")
+        assert isinstance(lidar, Lidar)
+        return list(lidar.elevations())
+
+    assert (
+        elevations(-0.1, -0.35)
+        == elevations(-0.35, -0.1)
+        == pytest.approx([-20.0535, -12.8916, -5.7296], abs=1e-4)
+    )
+
+
+def test_a_range_finder_is_not_a_lidar() -> None:
+    sonar = SCAN.format(0, 0, "<plugin name='p' filename='libgazebo_ros_range.so'/>")
+    read = robot(f"<gazebo reference='mast'>{sonar}</gazebo>")
+    assert [sensor.name for sensor in read.rig.sensors] == ["front_scan"]
+    assert has(read.report, "ignored", "range finder", "s")

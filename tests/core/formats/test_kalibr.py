@@ -49,7 +49,9 @@ def assert_both_stand(files: dict[str, str], one: Matrix, other: Matrix) -> None
     assert_same_pose(optical(sensor_matrix(second)), other)
 
 
-@pytest.mark.parametrize("header", ["%YAML:1.0\n", "%YAML:1.0\n---\n", "%YAML:1.0 \r\n\n", ""])
+@pytest.mark.parametrize(
+    "header", ["%YAML:1.0\n", "%YAML:1.0\n---\n", "%YAML:1.0 \r\n\n", "%YAML:1.0 # first\n", ""]
+)
 def test_opencv_yaml_with_the_imu_from_the_camera(header: str) -> None:
     files = chain(f"  T_imu_cam: {opencv(ONE)}\n", f"  T_imu_cam: {opencv(OTHER)}\n", header)
     assert_both_stand(files, ONE, OTHER)

@@ -69,6 +69,8 @@ def first(expression: str, before: str = "") -> float:
         ("${1 + 2*3 - 4/8}", 6.5), ("${2**3 % 5}", 3.0), ("${-(7 // 2)}", -3.0), ("${pi/2}", math.pi / 2),
         ("${sin(pi/6) + sqrt(4)}", 2.5), ("${max(1, 2.5, a)}", 4.0), ("${a if a > 3 else 0}", 4.0), ("1${0}.5", 10.5),
         ("$(eval 3*2)", 6.0), ("${b}", 8.0), ("${'x' == name and 1 or 0}", 1.0), ("${int(2.9)}", 2.0),
+        ("$(optenv HOME 1.5)", 1.5), ("$(optenv NOSUCH ${a})", 4.0), ("${round(2.345, 2)}", 2.35),
+        ("${round(2.6)}", 3.0),
     ],
 )  # fmt: skip
 def test_expressions_are_arithmetic(expression: str, value: float) -> None:
@@ -85,13 +87,14 @@ def test_expressions_are_arithmetic(expression: str, value: float) -> None:
         "${__import__('os').system('touch owned')}", "${open('/etc/passwd').read()}", "${().__class__.__mro__}",
         "${(lambda: 1)()}", "${[x for x in (1, 2)]}", "${'a' * 10**9}", "${9**9**9**9}", "${1/0}", "${sqrt(-1)}",
         "${" + "(" * 500 + "1" + ")" * 500 + "}", "${" + "+".join(["1"] * 300) + "}", "${f'{1}'}", "${1e300*1e300}",
-        "$(eval __import__('os').getcwd())", "$(env HOME)", "$(optenv HOME 1)", "$(arg nosuch)", "${nosuch}", "${}",
+        "$(eval __import__('os').getcwd())", "$(env HOME)", "$(arg nosuch)", "${nosuch}", "${}",
         "${a.b}", "${a[0]}", "${sin}", "${sin(x=1)}", "${1 if}", "${int('9' * 10)}", "x" * (MAX_LETTERS + 1) + "${1}",
         "${b''}", "${1j}", "${exec('1')}", "${print(1)}", "$(dirname)", "${[1, 2][2]}", "${[1][0.0]}", "${[1, 2][::2]}",
         "${dict(x=1).y}", "${dict(x=1)['y']}", "${dict(x=1).keys()}", "${[1] * 99}", "${[1] == [1]}", "${1 in 'abc'}",
         "${dict([1])}", "${dict(**a)}", "${dict([([1], 2)])}", "${[*a]}", "${len(a)}", "${'abc'[0]}", "${None}",
         "${load_yaml('rig.xacro')}", "${load_yaml('nosuch.yaml')}", "${load_yaml('/etc/passwd')}", "${load_yaml(a)}",
         f"${{load_yaml('{300 * 'a'}')}}",
+        "${round(5, -100000000)}", "${round(5, 1.5)}", "$(optenv HOME)",
         "${math.nosuch}", "${math.exp(1)}", "${xacro.message('x')}", "${arg('x')}", "${xacro.arg('nosuch')}",
     ],
 )  # fmt: skip
@@ -202,6 +205,9 @@ SHARED = '<xacro:macro name="m0" params="p"><link name="${p}"/></xacro:macro>' +
 NESTED = "".join(
     f'<xacro:property name="p{n}" value="${{{"[" * 90}p{n - 1}{"]" * 90}}}"/>' for n in range(1, 30)
 )
+COPIED = '<xacro:property name="d" value="${load_yaml(\'many.yaml\')}"/>' + "".join(
+    f'<link name="l{n}_${{len(dict({",".join(["d"] * 90)}))}}"/>' for n in range(40)
+)
 NEGATED = "".join(f'<xacro:property name="p{n}" value="${{{"-" * 90}p{n - 1}}}"/>' for n in range(1, 30))
 
 
@@ -218,6 +224,7 @@ NEGATED = "".join(f'<xacro:property name="p{n}" value="${{{"-" * 90}p{n - 1}}}"/
         f'{SHARED}<xacro:m9 p="${{[1, 2]}}"/>',
         '<xacro:property name="p0" value="1"/>' + NESTED + '<link name="${p29}"/>',
         '<xacro:property name="p0" value="1"/>' + NEGATED + '<link name="${p29}"/>',
+        COPIED,
     ],
     ids=[
         "loop",
@@ -230,11 +237,14 @@ NEGATED = "".join(f'<xacro:property name="p{n}" value="${{{"-" * 90}p{n - 1}}}"/
         "shared",
         "nested",
         "negated",
+        "copied",
     ],
 )
 def test_bombs_and_loops_end_in_one_line(inside: str) -> None:
     with pytest.raises(InputError) as caught:
-        read_files({"rig.xacro": f"{HEAD}{inside}</robot>"})
+        read_files(
+            {"rig.xacro": f"{HEAD}{inside}</robot>", "many.yaml": "\n".join(f"k{n}: 1" for n in range(5000))}
+        )
     assert str(caught.value).isprintable() and len(str(caught.value)) < 400
 
 
@@ -266,6 +276,12 @@ def test_files_outside_the_folder_are_not_included(tmp_path: Path, said: str) ->
 def test_an_unknown_macro_is_told_and_the_rest_is_read() -> None:
     read = read_files({"rig.xacro": f'{HEAD}{LIDAR}<xacro:nosuch x="1"/></robot>'})
     assert has(read.report, "ignored", "macro that no file in the rig's folder defines", "nosuch")
+
+
+def test_the_package_of_an_include_that_is_not_there_is_named() -> None:
+    include = '<xacro:include filename="$(find velodyne_description)/urdf/VLP-16.urdf.xacro"/>'
+    read = read_files({"rig.xacro": f"{HEAD}{LIDAR}{include}</robot>"})
+    assert has(read.report, "ignored", "package velodyne_description")
 
 
 def test_a_block_that_no_macro_was_given_is_empty() -> None:
