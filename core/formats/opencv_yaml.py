@@ -48,6 +48,8 @@ def recognises(source: Source) -> bool:
 
 
 def _is_camera(root: Value) -> bool:
+    if not root.is_mapping:
+        return False
     is_message = {"width", "height"} <= root.raw.keys() and any(
         isinstance(root.raw.get(key), list | tuple) for key in "Kk"
     )

@@ -2,6 +2,7 @@
 
 import itertools
 import pickle
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -61,6 +62,18 @@ def test_corners_in_rows_or_columns_and_with_ones_are_read(tmp_path: Path, shape
     (batch,) = open_boxes(tmp_path).batches()
     np.testing.assert_allclose(batch.centre_m, [[5, 3, 0.8]], atol=1e-5)
     np.testing.assert_allclose(batch.size_m, [CAR_M], atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("scale", "message"), [(1e-200, "above 0"), (1e-310, "above 0"), (1e200, "within"), (1e6, "within")]
+)
+def test_corners_of_no_real_box_are_refused_without_warnings(
+    tmp_path: Path, scale: float, message: str
+) -> None:
+    save(tmp_path, "vehicle/1_1.npy", corners() * scale)
+    with warnings.catch_warnings(), pytest.raises(InputError, match=message):
+        warnings.simplefilter("error")
+        list(open_boxes(tmp_path).batches())
 
 
 @given(
@@ -134,11 +147,11 @@ def test_pickled_objects_are_refused_and_never_unpickled(tmp_path: Path) -> None
         (np.zeros(24), "found shape (24,)"),
         (np.zeros((8, 3), dtype=complex), "not an array of numbers"),
         (np.full((8, 3), "a"), "not an array of numbers"),
-        (np.full((8, 3), np.nan), "not finite"),
+        (np.full((8, 3), np.nan), "a finite number in metres"),
         (np.arange(24.0).reshape(8, 3), "not the corners of a box"),
         (corners() + np.eye(8, 3), "not the corners of a box"),
         (corners(np.array([4.5, 0.0, 1.5])), "found 0, accepted is a number in metres above 0"),
-        (corners(centre=(1e9, 0, 0)), "accepted is a finite number in metres"),
+        (corners(centre=(1e9, 0, 0)), "must be a finite number in metres"),
         (np.zeros((8, 3)), "accepted is a number in metres above 0"),
         (np.zeros((100_000, 3)), "larger than 64 KiB"),
     ],

@@ -166,6 +166,10 @@ def test_a_broken_label_is_named_with_its_line(tmp_path: Path, line: str, expect
             f"R0_rect: {numbers(2 * np.eye(3))}\nTr_velo_cam {numbers(np.eye(4)[:3])}",
             "accepted is a rotation",
         ),
+        (
+            f"R0_rect: {numbers(np.eye(3))}\nTr_velo_cam {numbers(np.eye(4)[:3] + np.array([0, 0, 0, 9e18]))}",
+            "the shift",
+        ),
         (f"R0_rect: {numbers(np.eye(3) * [1, 1, -1])}\nTr_velo_cam {numbers(np.eye(4)[:3])}", "a rotation"),
     ],
 )

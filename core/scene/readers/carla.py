@@ -21,7 +21,9 @@ from riglens.core.scene.boxes import BoxBatch, Progress
 from riglens.core.scene.limits import require_few_files
 from riglens.core.scene.readers.classes import UNMAPPED
 from riglens.core.scene.readers.common import (
+    ACCEPTED_POSITION,
     BATCH_BOXES,
+    MAX_POSITION_M,
     BoxOptions,
     FileBoxSource,
     Tally,
@@ -113,8 +115,8 @@ def read_corners(path: Path) -> NDArray[np.float64]:
         accepted = ", ".join(map(str, _SHAPES))
         raise InputError(f"{path}: found shape {array.shape}, accepted is one of {accepted}")
     corners = (array if array.shape[0] == 8 else array.T)[:, :3].astype(np.float64)
-    if not np.isfinite(corners).all():
-        raise InputError(f"{path}: found a corner that is not finite, accepted are numbers in metres")
+    if not (np.abs(corners) <= MAX_POSITION_M).all():
+        raise InputError(f"{path}: corners must be {ACCEPTED_POSITION}")
     return corners
 
 
@@ -191,6 +193,7 @@ def _ordered(edges: NDArray[np.float64]) -> NDArray[np.float64]:
     return ordered
 
 
+@np.errstate(over="ignore", invalid="ignore")  # of edges without a length, which are refused later
 def _orthonormal(edges: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return rotations (n, 3, 3) with columns along length, to the left of it, and up, from ordered edges."""
     unit = edges / (np.linalg.norm(edges, axis=2, keepdims=True) + 1e-300)

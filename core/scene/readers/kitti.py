@@ -23,6 +23,8 @@ from riglens.core.scene.boxes import BoxBatch, Progress
 from riglens.core.scene.limits import MAX_NAME_CHARS, require_few_files
 from riglens.core.scene.readers.classes import UNMAPPED
 from riglens.core.scene.readers.common import (
+    ACCEPTED_POSITION,
+    MAX_POSITION_M,
     BoxOptions,
     FileBoxSource,
     Tally,
@@ -181,6 +183,8 @@ def read_calibration(path: Path) -> NDArray[np.float64]:
             raise InputError(
                 f"{path}: {key}: found a matrix that is not a pure rotation, accepted is a rotation"
             )
+    if not (np.abs(camera_SE3_velodyne[:3, 3]) <= MAX_POSITION_M).all():
+        raise InputError(f"{path}: Tr_velo_cam: the shift must be {ACCEPTED_POSITION}")
     return rectify @ camera_SE3_velodyne
 
 

@@ -15,7 +15,7 @@ import pytest
 
 from riglens.core.errors import InputError
 from riglens.core.formats import source
-from riglens.core.formats.exchange import FORMATS, detect, read_rig
+from riglens.core.formats.exchange import FORMATS, READABLE, detect, read_rig
 from riglens.core.formats.source import (
     MAX_DOTS,
     MAX_JSON_BYTES,
@@ -261,6 +261,16 @@ def test_a_link_to_a_device_or_a_folder_of_another_kind_is_no_rig(tmp_path: Path
     (tmp_path / "folder.yaml").mkdir()
     for path in (tmp_path / "loop.json", tmp_path / "folder.yaml", tmp_path / "no.urdf"):
         refusal(path)
+
+
+@pytest.mark.parametrize("format_", READABLE)
+@pytest.mark.parametrize("content", ["- 1\n- 2\n", "5\n", "null\n"])
+def test_yaml_that_is_not_a_mapping_is_refused_by_every_format(
+    tmp_path: Path, format_: str, content: str
+) -> None:
+    (tmp_path / "rig.yaml").write_text(content)
+    with pytest.raises(InputError):
+        read_rig(tmp_path / "rig.yaml", format_)
 
 
 @pytest.mark.parametrize("case", SMALL)
