@@ -25,11 +25,13 @@ _OTHER = re.compile(
     r"(kit|unit)_base_link$"
 )
 """Other sensors, and the mounts of kits."""
-_CAMERA = re.compile(r"camera|optical|(^|[^a-z])cam([^a-z]|$)")
+_CAMERA = re.compile(
+    r"camera|optical|(^|[^a-z])cam([^a-z]|$)|(^|[^a-z])zed([^a-z]|$)|blackfly|realsense|(^|[^a-z])d4[0-9]{2}([^0-9]|$)"
+)
 _LIDAR = re.compile(
     r"lidar|laser|velodyne|vlp|hdl|vls|pandar|hesai|livox|ouster|(^|[^a-z])os[0-2]([^0-9]|$)|rslidar|robosense|"
-    r"helios|bpearl|innoviz|luminar|innovusion|seyond|aeva|qt64|qt128|ot128|at128|xt[-_]?(16|32)|jt128|falcon|robin|"
-    r"(^|[/_])scan(ner)?(_link|_frame)?$|mid[-_]?(40|70|360)|(^|[^a-z])rs[-_]?(m1|m2|16|32|80|128)([^0-9]|$)|scala|valeo|ibeo|cepton|blickfeld"
+    r"helios|bpearl|rsbp|quanergy|innoviz|luminar|innovusion|seyond|aeva|qt64|qt128|ot128|at128|xt[-_]?(16|32)|jt128|falcon|robin|"
+    r"(^|[/_])scan(ner)?(_link|_frame)?$|mid[-_]?(40|70|360)|(^|[^a-z])rs[-_]?(m1|m2|16|32|80|128|p128)([^0-9]|$)|(^|[^a-z])p128([^0-9]|$)|scala|valeo|ibeo|cepton|blickfeld"
 )
 _ENDINGS = (
     "/camera_optical_link",

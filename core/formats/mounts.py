@@ -142,6 +142,11 @@ _OTHER_NAMES = {
     "rsm1": "robosense-m1",
     "robosensem1": "robosense-m1",
     "bpearl": "robosense-bpearl",
+    "rsbp": "robosense-bpearl",
+    "rs16": "robosense-rs-lidar-16",
+    "rs32": "robosense-rs-lidar-32",
+    "rsp128": "robosense-ruby-plus",
+    "helios": "robosense-helios-5515",
     "livoxhorizon": "livox-horizon",
     "livoxhap": "livox-hap",
 }

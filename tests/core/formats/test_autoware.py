@@ -88,6 +88,13 @@ def test_known_product_names_are_lidars(tmp_path: Path, frame: str, name: str, m
         ("velodyne/radar_link", None),
         ("camera0/camera_optical_link", "camera"),
         ("lidar/", "lidar"),
+        ("zed_left", "camera"),
+        ("blackfly_s_front", "camera"),
+        ("d435_base_link", "camera"),
+        ("rsbp_left_base_link", "lidar"),
+        ("quanergy_m8", "lidar"),
+        ("p128_top", "lidar"),
+        ("seized_link", None),
     ],
 )
 def test_what_comes_after_the_slash_decides(frame: str, kind: str | None) -> None:
