@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterator
+from typing import Any
 
 from riglens.core.errors import InputError
 from riglens.core.formats.autoware_kit import (
@@ -32,7 +33,6 @@ from riglens.core.formats.frames import (
     se3_from_rpy_deg,
     without_ending,
 )
-from riglens.core.formats.lenses import report_distortion
 from riglens.core.formats.mounts import (
     Mounting,
     ReadOptions,
@@ -40,6 +40,7 @@ from riglens.core.formats.mounts import (
     root_SE3_body,
     sensors_to_write,
 )
+from riglens.core.formats.opencv_yaml import camera_info_text, read_lens
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import MAX_ANGLE, Source, Value
 from riglens.core.geometry import Vec3
@@ -50,7 +51,10 @@ TITLE = "Autoware sensor kit calibration"
 BASE, KIT = "base_link", "sensor_kit_base_link"
 POSITION, ANGLES = ("x", "y", "z"), ("roll", "pitch", "yaw")
 FOOT = "_base_link"
+_PLAIN_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,100}")
 _MOUNT = re.compile(r"(^|_)(kit|unit)_base_link$|^base_link$")
+_CAMERA_INFOS = ("{}/camera_info.yaml", "{}_camera_info.yaml", "{}_info.yaml")
+"""Where intrinsics lie: the first as in tier4's individual_params, a folder for each camera."""
 _PLACES = ("sensors_calibration.yaml", "sensor_kit_calibration.yaml")
 
 
@@ -88,7 +92,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
     macros, inner = find_macros(source, notes), tree.inner_frames()
     leaves = [frame for frame in tree.frames() if frame not in inner]
     for frame in leaves:
-        _add(frame, tree.root_SE3(frame), macros.get(frame), mounting)
+        _add(frame, tree.root_SE3(frame), macros.get(frame), source, mounting)
     x, y, z = mounting.origin_m
     notes.converted(
         f"angles from radians to degrees; origin moved to the body centre: added {x:g} {y:g} {z:g} m"
@@ -147,15 +151,13 @@ def _root_place(tree: FrameTree, base_m: Vec3, vehicle: Vehicle, options: ReadOp
     return 0.0, 0.0, vehicle.height
 
 
-def _add(frame: str, root_SE3_frame: Matrix, macro: str | None, mounting: Mounting) -> None:
+def _add(frame: str, root_SE3_frame: Matrix, macro: str | None, source: Source, mounting: Mounting) -> None:
     """Add the sensor of a frame: what the kit's xacro puts there, or else what its name says."""
     kind = kind_of(frame) if macro is None else kind_of_macro(macro)
     if kind == "camera":
-        mounting.notes.approximated(
-            "lens and image not in the files: 1600 x 900 pixels, 70 degrees wide", frame
-        )
         body = from_optical(root_SE3_frame) if is_optical(frame) else root_SE3_frame
-        mounting.add_camera(without_ending(frame), body, image=(1600, 900), hfov_deg=70.0)
+        name = without_ending(frame)
+        mounting.add_camera(name, body, **_lens(name, source, mounting.notes))
     elif kind == "lidar":
         if frame.endswith(FOOT):
             mounting.notes.approximated(
@@ -168,24 +170,39 @@ def _add(frame: str, root_SE3_frame: Matrix, macro: str | None, mounting: Mounti
         mounting.notes.ignored("neither camera nor LiDAR, judging by its name", frame)
 
 
+def _lens(name: str, source: Source, notes: Notes) -> dict[str, Any]:
+    """Return image and lens of a camera_info file beside the calibration, or assumed ones."""
+    is_plain = _PLAIN_NAME.fullmatch(name) is not None
+    found = source.sibling(*(place.format(name) for place in _CAMERA_INFOS)) if is_plain else None
+    if found is None:
+        notes.approximated("lens and image not in the files: 1600 x 900 pixels, 70 degrees wide", name)
+        return {"image": (1600, 900), "hfov_deg": 70.0}
+    notes.read("image and lens from its camera_info file", name)
+    return read_lens(found.yaml, name, notes)
+
+
 def write(rig: Rig) -> Exported:
-    """Return both files in a folder: the kit on the middle of the roof, every sensor on the kit."""
+    """Return a folder: the kit on the middle of the roof, every sensor on the kit, a camera_info file per camera."""
     notes = Notes()
     sensors = sensors_to_write(rig, notes, _FRAMES)
     rear_m, roof_m = rear_axle_on_ground(rig.vehicle), (0.0, 0.0, rig.vehicle.height)
     kit = {KIT: _pose_text(roof_m[0] - rear_m[0], roof_m[1], roof_m[2], (0.0, 0.0, 0.0))}
     children: dict[str, str] = {}
+    infos: dict[str, str] = {}
     for sensor in sensors:
         pose = pose_from_se3(root_SE3_body(sensor, roof_m))
         children[_frame(sensor)] = _pose_text(*pose.position_m, pose.rpy_deg)
         notes.written("pose", sensor.name)
-        if isinstance(sensor, Camera):
-            report_distortion(sensor, notes)
+        if isinstance(sensor, Camera) and _PLAIN_NAME.fullmatch(sensor.name):
+            infos[f"{sensor.name}_camera_info.yaml"] = camera_info_text(sensor)
+            notes.written("image and lens, in a camera_info file", sensor.name)
+            notes.ignored("ray lattice and range: the files have no place for them", sensor.name)
+            continue
         notes.ignored("model, rays, lens and range: the files have no place for them", sensor.name)
     notes.converted(f"origin to the rear axle on the ground, {KIT} on the roof; angles to radians")
     notes.ignored("vehicle: the files have no place for it")
     texts = {_PLACES[0]: _file_text(BASE, kit), _PLACES[1]: _file_text(KIT, children)}
-    return Exported(texts, notes.report(TITLE))
+    return Exported(texts | infos, notes.report(TITLE))
 
 
 def _frame(sensor: Sensor) -> str:

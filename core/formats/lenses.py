@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Value
-from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt
+from riglens.core.rig.model import BrownConrady, KannalaBrandt
 
 BROWN_CONRADY = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
 KANNALA_BRANDT = ("k1", "k2", "k3", "k4")
@@ -45,12 +45,6 @@ def _distortion(
         return {}
     notes.read("lens distortion", name)
     return {"distortion": model.model_validate(dict(zip(names, coefficients, strict=False)))}
-
-
-def report_distortion(camera: Camera, notes: Notes) -> None:
-    """Report that a format has no place for a camera's lens, distortion included."""
-    if camera.distortion is not None:
-        notes.ignored("lens distortion: the format has no place for it", camera.name)
 
 
 @dataclass(frozen=True)

@@ -235,13 +235,14 @@ def _remark_on_frames(notes: Notes, origin_m: Vec3, options: ReadOptions) -> Non
 
 
 def write(rig: Rig) -> Exported:
-    """Return both tables, in a folder; tokens follow from the rig's name and the sensors' names."""
+    """Return the tables, in a folder; tokens follow from the rig's name and the sensors' names."""
     notes = Notes()
     origin_m = rear_axle_on_ground(rig.vehicle)
     sensors = sensors_to_write(rig, notes, _LEFT_OUT)
     tables = {
         "sensor.json": [_sensor_row(rig, sensor) for sensor in sensors],
         "calibrated_sensor.json": [_calibrated_row(rig, sensor, origin_m) for sensor in sensors],
+        "sample_data.json": [_image_row(rig, sensor) for sensor in sensors if isinstance(sensor, Camera)],
     }
     for sensor in sensors:
         if isinstance(sensor, Camera):
@@ -257,7 +258,7 @@ def write(rig: Rig) -> Exported:
 
 
 _LEFT_OUT = {
-    "camera": ("pose and lens", "image size, ray lattice"),
+    "camera": ("pose, lens and image size", "ray lattice"),
     "lidar": ("pose", "beam angles, model"),
 }
 """What is written of each kind, and what is not."""
@@ -281,6 +282,28 @@ def _calibrated_row(rig: Rig, sensor: Sensor, origin_m: Vec3) -> dict[str, objec
         "translation": [float(part) for part in pose[:3, 3]],
         "rotation": wxyz_from_rotation(pose[:3, :3]),
         "camera_intrinsic": intrinsic,
+    }
+
+
+def _image_row(rig: Rig, camera: Camera) -> dict[str, object]:
+    """Return a record of sample_data without an image: it is where nuScenes holds the size of images."""
+    width_px, height_px = camera.image
+    unknown = {
+        "sample_token": "",
+        "ego_pose_token": "",
+        "filename": "",
+        "prev": "",
+        "next": "",
+        "timestamp": 0,
+    }
+    return {
+        "token": _token(rig, "sample_data", camera.name),
+        "calibrated_sensor_token": _token(rig, "calibrated_sensor", camera.name),
+        "width": width_px,
+        "height": height_px,
+        "fileformat": "jpg",
+        "is_key_frame": True,
+        **unknown,
     }
 
 

@@ -23,12 +23,12 @@ from riglens.core.formats.frames import (
     nearest_rotation,
     se3,
 )
-from riglens.core.formats.lenses import brown_conrady, kannala_brandt
+from riglens.core.formats.lenses import BROWN_CONRADY, KANNALA_BRANDT, brown_conrady, kannala_brandt
 from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source, Value
-from riglens.core.rig.model import Vehicle
-from riglens.core.rig.yaml.nodes import shortened
+from riglens.core.rig.model import Camera, KannalaBrandt, Vehicle
+from riglens.core.rig.yaml.nodes import shortened, value_text
 
 TITLE = "OpenCV, ROS or VINS camera"
 _MATRIX, _PROJECTION = "camera_matrix", "projection_parameters"
@@ -75,7 +75,7 @@ def _add_one(root: Value, source: Source, mounting: Mounting) -> None:
     named = next((root.item(key) for key in ("camera_name", "frame_id") if key in root), None)
     name = source.name if named is None else named.text()
     mounting.notes.approximated("where the camera stands is not in the file: it looks straight ahead", name)
-    mounting.add_camera(name, np.eye(4), **_lens(root, name, mounting.notes))
+    mounting.add_camera(name, np.eye(4), **read_lens(root, name, mounting.notes))
 
 
 def _add_chain(source: Source, mounting: Mounting) -> None:
@@ -91,7 +91,7 @@ def _add_chain(source: Source, mounting: Mounting) -> None:
             )
             continue
         pose = _rigid(value, camera, notes)
-        mounting.add_camera(camera, from_optical(pose), **_lens(lens, camera, notes))
+        mounting.add_camera(camera, from_optical(pose), **read_lens(lens, camera, notes))
     notes.approximated("the IMU's axes are taken as x forward, y left, z up")
     if not mounting.sensors:
         raise InputError(
@@ -122,7 +122,8 @@ def _rigid(value: Value, name: str, notes: Notes) -> Matrix:
     return se3(rotation, matrix[:3, 3])
 
 
-def _lens(root: Value, name: str, notes: Notes) -> dict[str, Any]:
+def read_lens(root: Value, name: str, notes: Notes) -> dict[str, Any]:
+    """Return image and lens of a YAML mapping as OpenCV, ROS or VINS write it; raise InputError."""
     keys = next((keys for keys in _SIZES if keys[0] in root), _SIZES[0])
     width, height = (root.item(key).whole(1, MAX_PIXELS) for key in keys)
     return {"image": (width, height)} | (
@@ -188,6 +189,38 @@ def _vins(root: Value, name: str, notes: Notes) -> dict[str, Any]:
 
 def _pinhole(fx: float, fy: float, cx: float, cy: float) -> dict[str, Any]:
     return {"fx": fx, "fy": fy, "cx": cx, "cy": cy}
+
+
+def camera_info_text(camera: Camera) -> str:
+    """Return a camera's image and lens as a camera_info file of ROS (camera_calibration_parsers)."""
+    fx, fy, cx, cy = camera.intrinsics_px()
+    bend = camera.distortion
+    is_fisheye = isinstance(bend, KannalaBrandt)
+    names = KANNALA_BRANDT if is_fisheye else BROWN_CONRADY
+    coefficients = [0.0 if bend is None else float(getattr(bend, name)) for name in names]
+    if not is_fisheye and not any(coefficients[5:]):
+        coefficients = coefficients[:5]
+    model = "equidistant" if is_fisheye else "plumb_bob" if len(coefficients) == 5 else "rational_polynomial"
+    matrices = {
+        "camera_matrix": (3, 3, [fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0]),
+        "distortion_coefficients": (1, len(coefficients), coefficients),
+        "rectification_matrix": (3, 3, [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]),
+        "projection_matrix": (3, 4, [fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0]),
+    }
+    lines = [
+        f"image_width: {camera.image[0]}",
+        f"image_height: {camera.image[1]}",
+        f"camera_name: {value_text(camera.name)}",
+        f"distortion_model: {model}",
+    ]
+    for name, (rows, columns, numbers) in matrices.items():
+        lines += [
+            f"{name}:",
+            f"  rows: {rows}",
+            f"  cols: {columns}",
+            f"  data: {value_text(tuple(numbers))}",
+        ]
+    return "\n".join([*lines, ""])
 
 
 OPENCV = Format("opencv", TITLE, recognises, read)

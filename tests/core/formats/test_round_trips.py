@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from riglens.core.formats.exchange import FORMATS
 from riglens.core.formats.mounts import ReadOptions
-from riglens.core.rig.model import BrownConrady, Camera, EvenAngles, Lidar, Rig
+from riglens.core.rig.model import BrownConrady, Camera, EvenAngles, KannalaBrandt, Lidar, Rig
 from tests.core.formats.cases import (
     POSES,
     VEHICLE,
@@ -60,13 +60,28 @@ def test_carla_toml_brings_lidars_back_in_order_but_for_their_yaw(pose: Pose) ->
     assert_same_pose(sensor_matrix(back.sensors[0]), sensor_matrix(lidar("a", level)))
 
 
-@pytest.mark.parametrize("name", ["nuscenes", "driveworks", "urdf"])
+@pytest.mark.parametrize("name", ["autoware", "nuscenes", "driveworks", "urdf"])
 def test_a_lens_matrix_comes_back_bit_for_bit(name: str) -> None:
     lens = {"fx": 700.1, "fy": 710.2, "cx": 399.3, "cy": 301.4}
     (back,) = again(name, rig_of(camera("a", LEVEL, **lens))).sensors
     assert isinstance(back, Camera)
     assert back.intrinsics_px() == (700.1, 710.2, 399.3, 301.4)
-    assert back.image == ((800, 600) if name != "nuscenes" else (1600, 900))
+    assert back.image == (800, 600)
+
+
+@pytest.mark.parametrize(
+    "distortion",
+    [
+        BrownConrady(k1=-0.3, k2=0.1, p1=1e-4, p2=-2e-4, k3=0.01),
+        BrownConrady(k1=0.1, k4=0.02, k6=-0.003),
+        KannalaBrandt(k1=0.01, k4=-1e-3),
+        KannalaBrandt(),
+    ],
+)
+def test_a_lens_comes_back_from_an_autoware_kit_bit_for_bit(distortion: BrownConrady | KannalaBrandt) -> None:
+    lens = {"fx": 400.1, "fy": 400.2, "cx": 399.3, "cy": 301.4, "distortion": distortion}
+    (back,) = again("autoware", rig_of(camera("a", LEVEL, **lens))).sensors
+    assert isinstance(back, Camera) and back.distortion == distortion
 
 
 @pytest.mark.parametrize("name", ["carla", "carla-toml", "urdf"])
