@@ -45,8 +45,9 @@ class ArgoverseSource(FileBoxSource):
     def _read(self, tally: Tally, progress: Progress) -> Iterator[BoxBatch]:
         table = _table(self.path)
         time = table["timestamp_ns"].cast(pa.int64()).to_numpy()
-        _, frame = np.unique(time, return_inverse=True)
-        tally.frames = int(frame.max(initial=-1)) + 1
+        sweep_ns, frame = np.unique(time, return_inverse=True)
+        tally.frames = len(sweep_ns)
+        tally.name_frames(self.path.resolve().parent.name, sweep_ns)
         names, code = category_names(self.path, table["category"])
         cls = np.asarray(self.options.classes.codes(names), dtype=np.int64)[code]
         missed = np.bincount(code[cls == UNMAPPED], minlength=len(names))

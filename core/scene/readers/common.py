@@ -71,7 +71,11 @@ class Tally:
     boxes: NDArray[np.int64] = field(default_factory=lambda: np.zeros(len(CLASSES), dtype=np.int64))
     unmapped: Counter[str] = field(default_factory=Counter)
     notes: list[str] = field(default_factory=list)
-    labels: FrameLabels | None = None
+    named: list[FrameLabels] = field(default_factory=list)
+
+    def name_frames(self, sequence: str, frames: NDArray[np.int64]) -> None:
+        """Name the next frames: their sequence, and their numbers within it, (n,)."""
+        self.named.append(FrameLabels((sequence,), np.zeros(len(frames), np.int64), frames))
 
     def miss(self, names: Iterable[str] | Mapping[str, int], where: object) -> None:
         """Count names that belong to no class; raise InputError when there are too many different ones."""
@@ -161,7 +165,7 @@ class FileBoxSource(ABC):
             self.content_hash,
             (*tally.notes, *self.options.classes.never_met()),
             tally.sequences,
-            tally.labels,
+            reduce(FrameLabels.joined, tally.named) if tally.named else None,
         )
         return report if self.options.is_part else with_all_frames(report, self.options.frames)
 

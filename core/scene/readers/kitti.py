@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -41,6 +42,7 @@ VELODYNE_M: Vec3 = (0.4, 0.0, 1.73)
 MAX_FILE_BYTES = 1 << 26
 MAX_LINE_BYTES = 4096
 MAX_LINES = 500_000
+_NUMBER = re.compile("[0-9]{1,18}")
 _TEXT_FILE = "a KITTI text file"
 _FILES_PER_BATCH = 256
 _FRAME_DIGITS = 6
@@ -124,6 +126,9 @@ class KittiSource(FileBoxSource):
                 yield join(pending)
                 pending = []
             progress(done / len(self._labels))
+        numbers = [label.stem for label in self._labels]
+        if not self._layout.tracking and all(_NUMBER.fullmatch(number) for number in numbers):
+            tally.name_frames(self.path.name, np.array(numbers, np.int64))
 
     def _boxes(self, label: Path, tally: Tally) -> BoxBatch:
         """Return the mapped boxes of one label file, with frames numbered after those of the previous files."""
@@ -134,7 +139,10 @@ class KittiSource(FileBoxSource):
         rows = np.flatnonzero(codes != UNMAPPED)
         rows = rows[np.argsort(labels.frame[rows], kind="stable")]
         first_frame = tally.frames
-        tally.frames += int(labels.frame.max(initial=-1)) + 1 if self._layout.tracking else 1
+        frames = int(labels.frame.max(initial=-1)) + 1 if self._layout.tracking else 1
+        tally.frames += frames
+        if self._layout.tracking and frames <= MAX_LINES:
+            tally.name_frames(label.stem, np.arange(frames))
         _check(label, labels, rows)
         centre, size, rotation = camera_boxes_to_velodyne(
             labels.boxes[rows], read_calibration(self._calib(label))

@@ -64,7 +64,9 @@ class NuscenesSource(FileBoxSource):
         names = self._tables.category_of_instance(progress)
         categories = sorted(set(names.values()))
         codes = dict(zip(categories, self.options.classes.codes(categories), strict=True))
-        tally.frames, tally.sequences = len(samples.number), samples.scenes
+        tally.frames, tally.sequences = len(samples.number), len(samples.scenes)
+        for scene, count in samples.scenes:
+            tally.name_frames(scene, np.arange(count))
         table, rows = self._tables.table("sample_annotation"), _Rows()
         with BoxSpool() as spool:
             for record in table.records(self._tables.share("sample_annotation", progress)):

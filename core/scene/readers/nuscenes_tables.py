@@ -7,6 +7,7 @@ records; `sample_data` and `ego_pose` of the full set hold millions, so all of t
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -108,7 +109,8 @@ class Samples:
     """
 
     number: dict[str, int]
-    scenes: int
+    scenes: list[tuple[str, int]]
+    """Name and number of samples of each scene, in the order of the samples."""
     channel: str
     rotation: NDArray[np.float64]
     place_m: NDArray[np.float64]
@@ -118,6 +120,7 @@ class NuscenesTables:
     """Finds the tables of a folder, plain or gzip-compressed; raise InputError when one is missing."""
 
     def __init__(self, folder: Path) -> None:
+        self._folder = folder
         self._tables = {name: Table(path) for name, path in _table_files(folder).items()}
         self._sizes = [table.path.stat().st_size for table in self._tables.values()]
 
@@ -167,8 +170,8 @@ class NuscenesTables:
             for record in table.records(self.share("instance", progress), MAX_KEPT_RECORDS)
         }
 
-    def _numbered_samples(self, progress: Progress) -> tuple[dict[str, int], int]:
-        """Return frame by token, scenes in the order of their first sample, samples by time; and how many scenes."""
+    def _numbered_samples(self, progress: Progress) -> tuple[dict[str, int], list[tuple[str, int]]]:
+        """Return frame by token, scenes in the order of their first sample, samples by time; and samples by scene."""
         table, scenes = self.table("sample"), dict[str, int]()
         rows, taken = [], set[tuple[int, float]]()
         for record in table.records(self.share("sample", progress), MAX_KEPT_RECORDS):
@@ -181,7 +184,19 @@ class NuscenesTables:
             taken.add((scene, time))
             rows.append((scene, time, table.text(record, "token")))
         tokens = dict.fromkeys(token for *_, token in sorted(rows))
-        return {token: place for place, token in enumerate(tokens)}, len(scenes)
+        count = Counter(scene for scene, *_ in rows)
+        names = self._scene_names()
+        counts = [(names.get(token, token), count[scene]) for token, scene in scenes.items()]
+        return {token: place for place, token in enumerate(tokens)}, counts
+
+    def _scene_names(self) -> dict[str, str]:
+        """Return names by token from the table of scenes, which boxes do not need and need not be there."""
+        path = table_file(self._folder, "scene")
+        if path is None:
+            return {}
+        table = Table(path)
+        records = table.records(lambda _share: None, MAX_KEPT_RECORDS)
+        return {table.text(record, "token"): table.text(record, "name") for record in records}
 
     def _calibrations(self, progress: Progress) -> dict[str, str]:
         """Return the channel by token of the calibrations of all LiDARs, one per vehicle or drive."""

@@ -44,7 +44,7 @@ class TableSource(FileBoxSource):
             largest_yaw = max(largest_yaw, yaw_rad)
             tally.frames, tally.sequences = counter.count, counter.sequences
             yield from whole.push(batch, counter.count - 1)
-        tally.labels = counter.labels()
+        tally.named = [counter.labels()]
         yield from whole.flush()
         if largest_yaw > _FULL_TURN_RAD:
             tally.notes.append(f"yaw reaches {largest_yaw:g}, more than a full turn: yaw is taken as radians")
