@@ -7,6 +7,7 @@ import io
 import re
 import tokenize
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -14,8 +15,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from pydantic import Field, ValidationError
+from pytestqt.qtbot import QtBot
 
 import riglens as rl
+from riglens.app.rendering.picture import Findings, score_rows, subtitle
 from riglens.core.engine.audit import audit
 from riglens.core.engine.engine import Engine
 from riglens.core.engine.evaluation_json import evaluation_document
@@ -48,6 +51,13 @@ from riglens.core.targets.settings import EXACT, USUAL
 from riglens.core.targets.targets_json import targets_document
 from riglens.core.vehicle.placing import placed_on
 from riglens.core.vehicle.solid import CarBody
+from riglens.widgets.maps.map_panel import lowest_choices, seen_by_choices
+from riglens.widgets.panels.sensors.tree import SensorTree
+from riglens.widgets.sensors.ray_key import entries_of
+from riglens.widgets.sensors.ray_look import RayLook
+from riglens.widgets.theme import DARK
+from riglens.widgets.viewport.scene_state import SceneState
+from riglens.widgets.viewport.still import render_still
 from tests.core.builders import camera, field_of, grid_of, random_field, seen_ray_by_ray, spinning
 from tests.core.targets.cases import traffic
 
@@ -289,9 +299,57 @@ def test_the_python_interface_scores_it(tmp_path: Path) -> None:
     assert result["car"].by_kind["probe"].seen > 0.0 and result["car"].seen >= result["car"].seen_lidar
 
 
+# ---------------------------------------------------------------- the window
+
+
+def test_the_list_of_sensors_has_a_group_for_it(qtbot: QtBot) -> None:
+    tree = SensorTree()
+    qtbot.addWidget(tree)
+    tree.set_rig(rig_with(TOP, EYE, probe()), frozenset(), ("probe",))
+    groups = [tree.topLevelItem(place) for place in range(tree.topLevelItemCount())]
+    assert [group.text(0) for group in groups if group] == ["LiDARs  1", "Cameras  1", "Probes  1"]
+    menu = [action.text() for action in tree.context_menu().actions()]
+    assert "Select all probes" in menu and "Select all LiDARs" in menu
+
+
+def test_its_body_and_its_rays_are_drawn_with_a_key() -> None:
+    state = SceneState(rig=rig_with(probe(rpy_deg=(0.0, 30.0, 0.0))), show_gizmo=False, show_legend=False)
+    rays = picture(state)
+    bare = picture(replace(state, ray_look=RayLook(shown=False)))
+    empty = picture(replace(state, rig=rig_with(), ray_look=RayLook(shown=False)))
+    assert (rays != bare).any() and (bare != empty).any()
+    filled = picture(replace(state, ray_look=RayLook(shown=False, fill="ground")))
+    assert (filled != bare).any()
+    key = entries_of([probe(), TOP], probe("other"), DARK)
+    assert [entry.words for entry in key] == ["LiDAR", "probe"]
+    assert len({entry.colour for entry in key}) == 2
+
+
+def picture(state: SceneState) -> NDArray[np.uint8]:
+    return render_still(state, (160, 100))
+
+
+def test_the_map_offers_what_it_sees() -> None:
+    assert seen_by_choices()["probe"] == "probes"
+    assert lowest_choices()["lowest_2_probe"] == ("probe", 2, "2 probes")
+
+
+def test_a_picture_has_its_scores_and_counts_it() -> None:
+    field, rig = random_field(GRID, np.random.default_rng(5)), rig_with(TOP, probe())
+    scores = Engine(field, 1).evaluate(rig).scores
+    assert score_rows(scores, PAPER_SETTINGS)[0][1:] == (
+        "S-MIG camera",
+        "S-MIG LiDAR",
+        "S-MIG probe",
+        "S-MS",
+        "seen",
+    )
+    assert subtitle(Findings(rig, scores, PAPER_SETTINGS, field)).startswith("0 cameras, 1 LiDAR, 1 probe")
+
+
 # ---------------------------------------------------------------- nothing else compares kinds
 
-ROOMS = ("core",)
+ROOMS = ("core", "widgets", "app/window", "app/rendering", "app/background", "app/session", "app/evaluation")
 MAY_NAME_KINDS = {
     "core/sensors": "declares them",
     "core/formats": "each format has its own words for each kind",
@@ -299,6 +357,9 @@ MAY_NAME_KINDS = {
     "core/study": "studies of the paper's methods, on its LiDARs and cameras",
     "core/metric/scores.py": "the two kinds of the paper have accessors of their own",
     "core/targets/targets_json.py": "the keys of its JSON",
+    "widgets/viewport/drawn_scene.py": "the camera of the view",
+    "widgets/panels/inspector": "forms of LiDARs and cameras",
+    "widgets/panels/scores": "columns of the two kinds of the paper",
 }
 """Files and folders that may name a kind of sensor, and why."""
 _ASKS = re.compile(r"isinstance\([^)]*\b(Lidar|Camera)\b")

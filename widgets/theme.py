@@ -1,4 +1,4 @@
-"""Every colour, for light and dark windows: sensor kinds, classes, axes, the 3D view, and panels. No Qt."""
+"""Every colour but those of kinds of sensors, for light and dark windows: classes, axes, 3D view, panels. No Qt."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 
 CLASS_COLOURS = {"car": "#3b82f6", "bicycle": "#f59e0b", "pedestrian": "#ec4899"}
 AXIS_COLOURS = ("#e5484d", "#30a46c", "#3e7bfa")
-KIND_COLOURS = {"lidar": "#14b8a6", "camera": "#f97316"}
 SELECTED_COLOUR = "#ffd60a"
 LINKED_COLOUR = "#a78bfa"
 """What is about mirror pairs: the link mark in the list, the partner of what is selected, the line between them."""
@@ -24,12 +23,9 @@ OVERLAP_COLOURS = ("#8c2d25", "#e8b06b", "#8fc3a0", "#2f7d6b")
 """Ground that no sensor, one, two, or three and more look at."""
 
 
-_SELECTED_SHARE = 0.5
-
-
 @dataclass(frozen=True)
 class Palette:
-    """Colours of the 3D view as `#rrggbb`; sensor kinds, classes and axes look the same in both themes."""
+    """Colours of the 3D view as `#rrggbb`; classes and axes look the same in both themes."""
 
     background: str
     background_top: str
@@ -39,17 +35,12 @@ class Palette:
     text: str
     roi: str
     paint: str
-    kinds: dict[str, str] = field(default_factory=lambda: dict(KIND_COLOURS))
     classes: dict[str, str] = field(default_factory=lambda: dict(CLASS_COLOURS))
     axes: tuple[str, str, str] = AXIS_COLOURS
     selected: str = SELECTED_COLOUR
-    rays: dict[str, str] = field(default_factory=lambda: dict(KIND_COLOURS))
     seam: str = "#000000"
     """Below rays: dark or light as the ground is, so that only what is between hides it."""
-
-    def selected_rays(self, kind: str) -> str:
-        """The colour of the selected sensor's rays: its kind's, on the way to that of what is selected."""
-        return mix(self.rays[kind], self.selected, _SELECTED_SHARE)
+    is_dark: bool = True
 
 
 DARK = Palette(
@@ -61,7 +52,6 @@ DARK = Palette(
     text="#c3ccd8",
     roi="#8b98a9",
     paint="#c9d1da",
-    rays={"lidar": "#3fe0cb", "camera": "#ff9a52"},
     seam="#12151a",
 )
 LIGHT = Palette(
@@ -73,8 +63,8 @@ LIGHT = Palette(
     text="#4a5563",
     roi="#6b7786",
     paint="#8fa3b8",
-    rays={"lidar": "#0c7f74", "camera": "#c2500a"},
     seam="#ffffff",
+    is_dark=False,
 )
 
 

@@ -6,6 +6,7 @@ Its kernels are serial, so that it may work beside the thread that computes the 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import singledispatch
 
 from PySide6.QtCore import QObject
 
@@ -39,10 +40,28 @@ class PictureRequest:
 
 @dataclass(frozen=True)
 class SensorPicture:
-    """View of a frame by a sensor; `note` says what is missing in it."""
+    """View of a frame by a sensor, None for kinds that have none; `note` says what is missing in it."""
 
-    image: CameraPicture | RangeImage
+    image: CameraPicture | RangeImage | None
     note: str
+
+
+@singledispatch
+def _image_of(
+    sensor: Sensor, request: PictureRequest, boxes: FrameBoxes
+) -> CameraPicture | RangeImage | None:
+    """Return what a sensor sees; None for a kind of which there is no picture."""
+    return None
+
+
+@_image_of.register
+def _(sensor: Camera, request: PictureRequest, boxes: FrameBoxes) -> CameraPicture:
+    return camera_picture(sensor, request.scene.field.grid, boxes, request.body.solid())
+
+
+@_image_of.register
+def _(sensor: Lidar, request: PictureRequest, boxes: FrameBoxes) -> RangeImage:
+    return range_image(sensor, boxes, request.body.solid())
 
 
 Pictures = BackgroundWorker[PictureRequest, SensorPicture]
@@ -63,13 +82,8 @@ class FramePictures:
     def __call__(self, request: PictureRequest, context: Context[SensorPicture]) -> SensorPicture:
         """Return the picture of a request."""
         boxes, note = self._boxes(request, context)
-        solid, sensor = request.body.solid(), request.sensor
         context.stop_if_closing()
-        if isinstance(sensor, Camera):
-            grid = request.scene.field.grid
-            return SensorPicture(camera_picture(sensor, grid, boxes, solid), note)
-        assert isinstance(sensor, Lidar)
-        return SensorPicture(range_image(sensor, boxes, solid), note)
+        return SensorPicture(_image_of(request.sensor, request, boxes), note)
 
     def _boxes(self, request: PictureRequest, context: Context[SensorPicture]) -> tuple[FrameBoxes, str]:
         """Boxes of the frame, and what to say about them."""

@@ -9,12 +9,12 @@ from riglens.app.evaluation.requests import failed_text
 from riglens.app.terminal.figures import decimals, percent, thousands
 from riglens.core.metric.scores import MetricSettings, Scores
 from riglens.core.rig.model import Rig
+from riglens.core.sensors.registry import kinds
 from riglens.widgets.viewport.scene_state import Caption, SceneState
 
 if TYPE_CHECKING:
     from riglens.core.metric.entropy import EntropyField
 
-HEAD = ("10³ nat", "S-MIG camera", "S-MIG LiDAR", "S-MS", "seen")
 SIGN = "S-MS falls as a rig sees more."
 
 
@@ -62,8 +62,10 @@ def with_words(state: SceneState, words: PictureWords, found: Findings | None) -
 
 def subtitle(found: Findings) -> str:
     """Sensors, voxel edge and data in one line."""
-    cameras, lidars = len(found.rig.cameras()), len(found.rig.lidars())
-    sensors = f"{cameras} camera{'s' * (cameras != 1)}, {lidars} LiDAR{'s' * (lidars != 1)}"
+    counts = [
+        (kind, len(found.rig.enabled_of(kind.model))) for kind in sorted(kinds(), key=lambda kind: kind.name)
+    ]
+    sensors = ", ".join(f"{count} {kind.title if count == 1 else kind.plural}" for kind, count in counts)
     data = f"{found.field.data.short_source}, {found.field.data.frames:,} frames"
     return f"{sensors} · δ = {found.field.grid.voxel_m:g} m · {data}"
 
@@ -71,9 +73,11 @@ def subtitle(found: Findings) -> str:
 def score_rows(scores: Scores, settings: MetricSettings) -> tuple[tuple[str, ...], ...]:
     """The scores as rows of text with a head that says what the car's body does, entropies in 10³ nat."""
     digits = min(3, max(decimals(found.h_total) for found in scores.classes.values()))
-    rows: list[tuple[str, ...]] = [(f"{HEAD[0]}, body {settings.body}", *HEAD[1:])]
+    shown = sorted(kinds(), key=lambda kind: kind.name)
+    heads = [f"S-MIG {kind.title}" for kind in shown]
+    rows: list[tuple[str, ...]] = [(f"10³ nat, body {settings.body}", *heads, "S-MS", "seen")]
     for name, found in scores.classes.items():
-        entropies = (found.camera.s_mig, found.lidar.s_mig, found.s_ms)
+        entropies = (*(found.kinds[kind.name].s_mig for kind in shown), found.s_ms)
         texts = (thousands(entropy, digits).replace("-", "−") for entropy in entropies)
         rows.append((name, *texts, percent(found.any_seen)))
     return tuple(rows)

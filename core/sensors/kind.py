@@ -86,3 +86,8 @@ class SensorKind(Generic[S]):
     has_range_law: bool = False
     coarse_power: float = 1.0
     spins: bool = False
+
+    @property
+    def heading(self) -> str:
+        """Plural that begins with a capital, above lists."""
+        return self.plural[:1].upper() + self.plural[1:]

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 SeenBy = str
 """Whose voxels a map shows: "any", "twice", "thrice", "kinds" (two of them), or the name of a kind of sensor."""
-"""Who sees: any sensor, one of a kind, at least two or three sensors, or a LiDAR and a camera."""
 EMPTY, BLIND, LEAST, MOST = 0, 1, 2, 255
 """Levels of a cell: nothing to see, something there and none of it seen, and from LEAST to MOST the share seen."""
 

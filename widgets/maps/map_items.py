@@ -6,14 +6,18 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRectF, QSizeF, Qt
 from PySide6.QtGui import QBrush, QColor, QFontMetricsF, QPainter, QPainterPath, QPen, QPolygonF
 
-from riglens.core.rig.model import Camera, Sensor, Vehicle
+from riglens.core.rig.model import Sensor, Vehicle
 from riglens.core.scene.grid import VoxelGrid
+from riglens.core.sensors.registry import kind_of
 from riglens.core.view.outlook import Gap
 from riglens.widgets.maps.paint import BAR_PX, SHARE_MAP, draw_bar, draw_tag
-from riglens.widgets.theme import DARK_TONES, KIND_COLOURS, SELECTED_COLOUR, Tones
+from riglens.widgets.sensors.appearance import appearance_of, colour_of
+from riglens.widgets.theme import DARK_TONES, SELECTED_COLOUR, Tones
 
 _MIN_SCALE, _MAX_SCALE = 0.2, 2000.0
 _STEPS_M = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0)
@@ -177,15 +181,15 @@ def draw_car(painter: QPainter, view: PlaneView, vehicle: Vehicle, tones: Tones)
 
 
 def draw_sensor(painter: QPainter, view: PlaneView, sensor: Sensor, selected: bool, tones: Tones) -> None:
-    """Draw a sensor with its heading: a dot with a tick for a LiDAR, with its field of view for a camera."""
-    colour = QColor(KIND_COLOURS[sensor.kind])
+    """Draw a sensor with its heading: a dot with a tick, or with its field of view where that has corners."""
+    colour = QColor(colour_of(sensor.kind))
     at = view.to_px(sensor.position[0], sensor.position[1])
     edge = QColor(tones.field if tones is DARK_TONES else tones.text)
     painter.setPen(QPen(colour, 1.6, c=Qt.PenCapStyle.RoundCap))
-    if isinstance(sensor, Camera):
+    if appearance_of(sensor.kind).has_corners:
         _draw_wedge(painter, at, sensor, colour)
     else:
-        tick = _on_screen(sensor, (1.0, 0.0, 0.0), _TICK_PX)
+        tick = _on_screen(sensor, np.array([1.0, 0.0, 0.0]), _TICK_PX)
         if tick is not None:
             painter.drawLine(at, at + tick)
     if selected:
@@ -213,7 +217,7 @@ def draw_outside(painter: QPainter, view: PlaneView, sensor: Sensor) -> None:
     arrow.lineTo(-DOT_PX, -DOT_PX)
     arrow.closeSubpath()
     painter.setPen(QPen(QColor("#000000"), 1.0))
-    painter.setBrush(QColor(KIND_COLOURS[sensor.kind]))
+    painter.setBrush(QColor(colour_of(sensor.kind)))
     painter.drawPath(arrow)
     painter.restore()
 
@@ -229,28 +233,28 @@ def outside_mark(view: PlaneView, sensor: Sensor) -> QPointF | None:
     )
 
 
-def _draw_wedge(painter: QPainter, at: QPointF, camera: Camera, colour: QColor) -> None:
-    fx_px, _, cx_px, _ = camera.intrinsics_px()
-    left = _on_screen(camera, (1.0, cx_px / fx_px, 0.0), _WEDGE_PX)
-    right = _on_screen(camera, (1.0, (cx_px - camera.image[0]) / fx_px, 0.0), _WEDGE_PX)
-    if left is None or right is None:
-        return
-    fill = QColor(colour)
-    fill.setAlphaF(0.22 if camera.enabled else 0.0)
+def _draw_wedge(painter: QPainter, at: QPointF, sensor: Sensor, colour: QColor) -> None:
+    """Draw the field of view between the ends of the middle row of rays; ahead is its third corner, beyond 180°."""
+    columns, rows = sensor.resolution
+    ends = rows // 2 * columns + np.array([0, columns // 2, columns - 1])
     wedge = QPainterPath(at)
-    wedge.lineTo(at + left)
-    wedge.lineTo(at + right)
+    for ray in kind_of(sensor).directions(sensor, ends):
+        corner = _on_screen(sensor, ray, _WEDGE_PX)
+        if corner is not None:
+            wedge.lineTo(at + corner)
     wedge.closeSubpath()
+    fill = QColor(colour)
+    fill.setAlphaF(0.22 if sensor.enabled else 0.0)
     painter.setBrush(fill)
     painter.setPen(QPen(colour, 1.0))
     painter.drawPath(wedge)
 
 
-def _on_screen(sensor: Sensor, ray: tuple[float, float, float], length_px: float) -> QPointF | None:
+def _on_screen(sensor: Sensor, ray: NDArray[np.float64], length_px: float) -> QPointF | None:
     """Return a ray of the sensor frame on the map, of a length in pixels; None where it is nearly vertical."""
     x, y, z = sensor.pose.rotation() @ ray
     flat = math.hypot(x, y)
-    if flat < _FLAT * math.hypot(flat, z):
+    if not flat >= _FLAT * math.hypot(flat, z):  # no ray at all is NaN
         return None
     return QPointF(-y / flat * length_px, -x / flat * length_px)
 

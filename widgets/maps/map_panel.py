@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QToolButton, QVBoxLayout, QWidget
 
+from riglens.core.sensors.registry import kinds
 from riglens.core.view.top_view import SeenBy
 from riglens.widgets.maps.map_view import MapView
 from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel
@@ -14,23 +15,23 @@ from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel
 if TYPE_CHECKING:  # loads the compiler
     from riglens.core.review.blind import By
 
-SEEN_BY: dict[SeenBy, str] = {
-    "any": "any sensor",
-    "lidar": "LiDARs",
-    "camera": "cameras",
-    "twice": "2 or more",
-    "thrice": "3 or more",
-    "kinds": "both kinds",
-}
-LOWEST: dict[str, tuple[By, int, str]] = {
-    "lowest_1_any": ("any", 1, "1 sensor"),
-    "lowest_1_lidar": ("lidar", 1, "1 LiDAR"),
-    "lowest_1_camera": ("camera", 1, "1 camera"),
-    "lowest_2_any": ("any", 2, "2 sensors"),
-    "lowest_2_lidar": ("lidar", 2, "2 LiDARs"),
-    "lowest_2_camera": ("camera", 2, "2 cameras"),
-}
-"""Lowest visible heights: by whom, by how many, and in words."""
+
+def seen_by_choices() -> dict[SeenBy, str]:
+    """Return whose coverage the map can show, in words."""
+    several = {"twice": "2 or more", "thrice": "3 or more", "kinds": "two kinds"}
+    return {"any": "any sensor", **{kind.name: kind.plural for kind in kinds()}, **several}
+
+
+def lowest_choices() -> dict[str, tuple[By, int, str]]:
+    """Return the lowest visible heights that the map can show: by whom, by how many, and in words."""
+    who = {"any": ("sensor", "sensors"), **{kind.name: (kind.title, kind.plural) for kind in kinds()}}
+    return {
+        f"lowest_{number}_{by}": (by, number, f"{number} {words[number - 1]}")
+        for number in (1, 2)
+        for by, words in who.items()
+    }
+
+
 ON_ROAD_USERS = {"on_target": "on target", "missed": "missed road users"}
 
 
@@ -47,10 +48,11 @@ class MapPanel(QWidget):
         self.title = QLabel()
         self.title.setToolTip("The class of traffic is chosen in the toolbar")
         self.choice = QComboBox()
-        for key, text in SEEN_BY.items():
+        self._seen_by, self._lowest = seen_by_choices(), lowest_choices()
+        for key, text in self._seen_by.items():
             self.choice.addItem(f"seen by {text}", key)
         self.choice.insertSeparator(self.choice.count())
-        for name, (_, number, text) in LOWEST.items():
+        for name, (_, number, text) in self._lowest.items():
             self.choice.addItem(f"L{'₁₂'[number - 1]}, lowest height seen by {text}", name)
         self.choice.insertSeparator(self.choice.count())
         for mode, text in ON_ROAD_USERS.items():
@@ -81,7 +83,7 @@ class MapPanel(QWidget):
 
     @property
     def shown(self) -> str:
-        """What the map shows: a key of SEEN_BY, LOWEST or ON_ROAD_USERS."""
+        """What the map shows: a key of `seen_by_choices`, `lowest_choices` or ON_ROAD_USERS."""
         return str(self.choice.currentData())
 
     def choose(self, shown: str) -> None:
@@ -94,19 +96,18 @@ class MapPanel(QWidget):
     @property
     def seen_by(self) -> SeenBy | None:
         """Which sensors' coverage the map shows, None while it shows something else."""
-        return next((key for key in SEEN_BY if key == self.choice.currentData()), None)
+        return self.shown if self.shown in self._seen_by else None
 
     @property
     def lowest(self) -> tuple[By, int] | None:
         """Of whom, and of how many, it shows the lowest visible height; None while it shows something else."""
-        found = LOWEST.get(str(self.choice.currentData()))
+        found = self._lowest.get(self.shown)
         return None if found is None else found[:2]
 
     @property
     def target_mode(self) -> str:
         """What the map shows of road users, a key of ON_ROAD_USERS; empty while it shows coverage."""
-        found = str(self.choice.currentData())
-        return found if found in ON_ROAD_USERS else ""
+        return self.shown if self.shown in ON_ROAD_USERS else ""
 
     def set_class(self, name: str) -> None:
         """Say which class of traffic the map is about."""

@@ -1,4 +1,4 @@
-"""The sensor view: what the selected camera or LiDAR sees of one frame of the data set."""
+"""The sensor view: what the selected sensor sees of one frame of the data set."""
 
 from __future__ import annotations
 

@@ -17,26 +17,25 @@ from numpy.typing import NDArray
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from riglens.core.errors import InputError
-from riglens.core.geometry import Pose
+from riglens.core.geometry import Pose, Vec3
 from riglens.core.rig.library import Cuboid, Cylinder, default_library
-from riglens.core.rig.model import Camera, Lidar, Sensor
+from riglens.core.rig.model import Sensor
 from riglens.core.vehicle.surface import lathe, rounded_box
 from riglens.widgets.drawing.actors import rgba_actor
 from riglens.widgets.drawing.surface import drawn
+from riglens.widgets.sensors.appearance import Shape, appearance_of, colour_of
 from riglens.widgets.theme import LINKED_COLOUR, WORST_COLOUR, Palette, mix, rgb
 
-Shape = Literal["puck", "box", "camera"]
 Mark = Literal["", "hovered", "selected", "linked", "worst"]
 LIDAR_RADIUS_M = 0.105
 PICK_RADIUS_M = 0.12
-_SPINNING_DEG = 300.0
 _DARK = "#14161a"
 _LENS = "#2b4a7d"
 _OFF = "#808890"
-_BOXES = {
+_BOXES: dict[Shape, tuple[Vec3, Vec3]] = {
     "puck": ((-LIDAR_RADIUS_M, -LIDAR_RADIUS_M, -0.085), (LIDAR_RADIUS_M, LIDAR_RADIUS_M, 0.080)),
     "box": ((-0.120, -0.095, -0.055), (0.010, 0.095, 0.055)),
-    "camera": ((-0.130, -0.065, -0.050), (0.061, 0.065, 0.067)),
+    "lens": ((-0.130, -0.065, -0.050), (0.061, 0.065, 0.067)),
 }
 
 
@@ -54,14 +53,14 @@ class SensorBody:
 
 def sensor_body(sensor: Sensor) -> SensorBody:
     """The body of a sensor, in its true size when the library knows it."""
-    known = _known_body(sensor.model)
+    look, known = appearance_of(sensor.kind), _known_body(sensor.model)
     if known is None:
-        return SensorBody(sensor_shape(sensor))
+        return SensorBody(look.shape(sensor))
     if isinstance(known, Cylinder):
         shape: Shape = "puck"
         size_m = (known.diameter, known.diameter, known.height)
     else:
-        shape = "camera" if isinstance(sensor, Camera) else "box"
+        shape = look.cuboid
         size_m = (known.length, known.width, known.height)
     x, y, z = np.array(size_m) / np.ptp(np.array(_BOXES[shape]), axis=0)
     return SensorBody(shape, (float(x), float(y), float(z)))
@@ -76,20 +75,10 @@ def _known_body(model: str | None) -> Cylinder | Cuboid | None:
         return None
 
 
-def sensor_shape(sensor: Sensor) -> Shape:
-    """A LiDAR that sees nearly all round spins; one that does not is solid-state."""
-    if isinstance(sensor, Camera):
-        return "camera"
-    if not isinstance(sensor, Lidar):
-        return "box"
-    azimuths = sensor.azimuths()
-    span_deg = float(azimuths.max() - azimuths.min()) * (1.0 + 1.0 / max(1, len(azimuths) - 1))
-    return "puck" if span_deg >= _SPINNING_DEG or len(azimuths) == 1 else "box"
-
-
-def sensor_mesh(body: SensorBody, palette: Palette, mark: Mark = "", enabled: bool = True) -> pv.PolyData:
+def sensor_mesh(
+    body: SensorBody, colour: str, palette: Palette, mark: Mark = "", enabled: bool = True
+) -> pv.PolyData:
     """Mesh of a body with an `rgb` uint8 point array; what is selected or under the mouse stands out."""
-    colour = palette.kinds["camera" if body.shape == "camera" else "lidar"]
     if not enabled:
         colour = mix(colour, _OFF, 0.85)
     if mark == "selected":
@@ -106,7 +95,7 @@ def sensor_mesh(body: SensorBody, palette: Palette, mark: Mark = "", enabled: bo
 @lru_cache(maxsize=16)
 def _shape(shape: Shape, colour: str) -> pv.PolyData:
     """The unscaled mesh, to be copied: the cameras of a rig differ only in their poses."""
-    return {"puck": _puck, "box": _solid_state, "camera": _camera}[shape](colour)
+    return {"puck": _puck, "box": _solid_state, "lens": _camera}[shape](colour)
 
 
 def _puck(colour: str) -> pv.PolyData:
@@ -216,16 +205,18 @@ class SensorLayer:
             self._renderer.RemoveActor(self._ghost)
             self._ghost = None
         if sensor is not None:
-            self._ghost = self._new_actor(sensor_mesh(sensor_body(sensor), palette, "selected"))
+            self._ghost = self._new_actor(
+                sensor_mesh(sensor_body(sensor), colour_of(sensor.kind), palette, "selected")
+            )
             self._ghost.prop.opacity = _GHOST_OPACITY
             self._ghost.user_matrix = sensor.pose.vehicle_SE3_sensor()
 
     def _set_look(self, sensor: Sensor, mark: Mark, palette: Palette, opacity: float) -> None:
-        body = sensor_body(sensor)
-        look = (body, mark, sensor.enabled, opacity, palette.kinds[sensor.kind], palette.selected)
+        body, colour = sensor_body(sensor), colour_of(sensor.kind)
+        look = (body, mark, sensor.enabled, opacity, colour, palette.selected)
         if self._looks.get(sensor.name) == look:
             return
-        mesh = sensor_mesh(body, palette, mark, sensor.enabled)
+        mesh = sensor_mesh(body, colour, palette, mark, sensor.enabled)
         if sensor.name in self._actors:
             self._actors[sensor.name].mapper.SetInputData(mesh)
         else:

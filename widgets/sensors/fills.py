@@ -12,18 +12,18 @@ import pyvista as pv
 from numpy.typing import NDArray
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
-from riglens.core.rig.model import Lidar, Sensor
+from riglens.core.rig.model import Sensor
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.sensing.rays import Rays, clip_to_roi, sensor_rays
 from riglens.widgets.drawing.actors import rgba_actor
+from riglens.widgets.sensors.appearance import appearance_of, ray_colour, selected_ray_colour
 from riglens.widgets.sensors.ray_look import Fill
 from riglens.widgets.theme import Palette, rgb
 
 Points = NDArray[np.float64]
 Quads = NDArray[np.int64]
 _BEAMS, _TURNS, _ROWS, _COLUMNS = 24, 96, 19, 33
-"""At most so many beams and azimuths of a LiDAR, or rows and columns of an image, make the corners of a surface."""
-_ALL_ROUND_DEG = 300.0
+"""At most so many beams and azimuths, or rows and columns of an image, make the corners of a surface."""
 _GROUND_M = 0.012
 _OPACITY = {"ground": (0.06, 0.18), "frusta": (0.05, 0.12)}
 """Of all other sensors, and of the selected one."""
@@ -48,16 +48,15 @@ def fill_mesh(sensor: Sensor, grid: VoxelGrid, fill: Fill, colour: str, opacity:
 
 def _nodes(sensor: Sensor) -> tuple[Quads, bool]:
     """Ray numbers of a coarse lattice, (beams upwards, azimuths) or (rows, columns); if it goes round."""
-    if not isinstance(sensor, Lidar):
-        columns, rows = sensor.resolution
+    columns, rows = sensor.resolution
+    beams = appearance_of(sensor.kind).beams(sensor)
+    if beams is None:
         down, across = _spread(rows, _ROWS), _spread(columns, _COLUMNS)
         return down[:, None] * columns + across, False
-    upward, turns_deg = np.argsort(sensor.elevations(), kind="stable"), sensor.azimuths()
-    beams, turns = upward[_spread(len(upward), _BEAMS)], _spread(len(turns_deg), _TURNS)
-    goes_round = float(turns_deg[-1] - turns_deg[0]) > _ALL_ROUND_DEG
-    if goes_round:
+    upwards, turns = beams.upwards[_spread(rows, _BEAMS)], _spread(columns, _TURNS)
+    if beams.goes_round:
         turns = np.append(turns, turns[0])
-    return beams[:, None] * len(turns_deg) + turns, goes_round
+    return upwards[:, None] * columns + turns, beams.goes_round
 
 
 def _spread(count: int, most: int) -> Quads:
@@ -129,14 +128,17 @@ class FillsLayer:
         shown = [] if sensor is None or fill == "none" else [sensor]
         self._show(
             1,
-            [fill_mesh(one, grid, fill, palette.selected_rays(one.kind), _OPACITY[fill][1]) for one in shown],
+            [
+                fill_mesh(one, grid, fill, selected_ray_colour(one.kind, palette), _OPACITY[fill][1])
+                for one in shown
+            ],
         )
 
     def set_others(self, sensors: list[Sensor], grid: VoxelGrid, palette: Palette, fill: Fill) -> None:
         """Fill what the other sensors look at."""
         shown = [] if fill == "none" else sensors
         self._show(
-            0, [fill_mesh(one, grid, fill, palette.rays[one.kind], _OPACITY[fill][0]) for one in shown]
+            0, [fill_mesh(one, grid, fill, ray_colour(one.kind, palette), _OPACITY[fill][0]) for one in shown]
         )
 
     def _show(self, which: int, meshes: list[pv.PolyData]) -> None:

@@ -9,6 +9,7 @@ import pyvista as pv
 from vtkmodules.vtkRenderingCore import vtkActor2D, vtkRenderer, vtkTextActor
 
 from riglens.core.rig.model import Sensor
+from riglens.core.sensors.registry import kind_of, kinds
 from riglens.widgets.drawing.camera import Size
 from riglens.widgets.drawing.label import (
     Plate,
@@ -19,9 +20,9 @@ from riglens.widgets.drawing.label import (
     text_width_px,
     unit_px,
 )
+from riglens.widgets.sensors.appearance import ray_colour, selected_ray_colour
 from riglens.widgets.theme import Palette, rgb
 
-KIND_WORDS = {"lidar": "LiDAR", "camera": "camera"}
 _MARGIN_PX, _INSET_PX, _HIGH_PX, _BASE_PX = 12, 10, 22, 7
 _STROKE_PX, _GAP_PX, _NEXT_PX, _FONT_PX = 18, 6, 14, 11
 _THIN_PX, _THICK_PX = 1.5, 3.0
@@ -37,12 +38,12 @@ class KeyEntry(NamedTuple):
 
 def entries_of(casting: list[Sensor], selected: Sensor | None, palette: Palette) -> list[KeyEntry]:
     """The colours in which the rays of some sensors are drawn, of which one may be selected."""
-    kinds = {sensor.kind for sensor in casting if sensor is not selected}
-    found = [KeyEntry(words, palette.rays[kind]) for kind, words in KIND_WORDS.items() if kind in kinds]
+    others = {sensor.kind for sensor in casting if sensor is not selected}
+    shown = [kind for kind in kinds() if kind.name in others]
+    found = [KeyEntry(kind.title, ray_colour(kind.name, palette)) for kind in shown]
     if selected is not None and selected in casting:
-        found.append(
-            KeyEntry(f"selected {KIND_WORDS[selected.kind]}", palette.selected_rays(selected.kind), True)
-        )
+        words = f"selected {kind_of(selected).title}"
+        found.append(KeyEntry(words, selected_ray_colour(selected.kind, palette), True))
     return found
 
 

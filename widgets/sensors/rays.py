@@ -13,18 +13,19 @@ import pyvista as pv
 from numpy.typing import NDArray
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
-from riglens.core.rig.model import Camera, Lidar, Sensor
+from riglens.core.rig.model import Sensor
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.sensing.rays import clip_to_roi, sensor_rays
 from riglens.core.vehicle.solid import Solid
 from riglens.widgets.drawing.actors import line_mesh, rgba_actor
 from riglens.widgets.drawing.camera import OrbitCamera, Size
+from riglens.widgets.sensors.appearance import appearance_of, ray_colour, selected_ray_colour
 from riglens.widgets.sensors.ray_look import Strokes
 from riglens.widgets.theme import Palette, rgb
 
 _NEAR_SHARE = 0.12
 _EDGES, _RINGS = 5.0, 2.6
-"""By how much edges of a camera's view and rings of a LiDAR's beams are more opaque than rays."""
+"""By how much edges of a view and rings of beams are more opaque than rays."""
 _WIDTHS_PX, _SEAM_PX = (1.0, 1.6), 2.0
 """Edges of all other sensors, and of the selected one; and by how much a seam is wider."""
 _NEAR_PIXEL_M = 0.016
@@ -37,15 +38,9 @@ Points = NDArray[np.float64]
 
 def fan_rows(sensor: Sensor, most: int) -> _Index:
     """Row numbers of at most about `most` rays, evenly spread over beams and azimuths or over the image."""
-    if isinstance(sensor, Lidar):
-        return _spread(
-            len(sensor.elevations()),
-            len(sensor.azimuths()),
-            max(3, min(most // 36, int(most**0.5 / 2))),
-            most,
-            False,
-        )
     columns, rows = sensor.resolution
+    if appearance_of(sensor.kind).beams(sensor) is not None:
+        return _spread(rows, columns, max(3, min(most // 36, int(most**0.5 / 2))), most, False)
     tall = max(2, round((most / 5 * rows / columns) ** 0.5))
     return _spread(rows, columns, tall, max(4, most // 5), True)
 
@@ -59,9 +54,9 @@ def _spread(slow: int, fast: int, slow_wanted: int, most: int, closed: bool) -> 
     return np.asarray((first[:, None] * fast + second[None, :]).ravel())
 
 
-def frame_rows(camera: Camera) -> _Index:
+def frame_rows(sensor: Sensor) -> _Index:
     """Row numbers of the rays in the corners of the image, once round."""
-    columns, rows = camera.cast
+    columns, rows = sensor.resolution
     return np.array([0, columns - 1, rows * columns - 1, (rows - 1) * columns])
 
 
@@ -89,26 +84,27 @@ def fan_of(
     starts, ends, row = _segments(sensor, grid, fan_rows(sensor, strokes.lines), solid)
     alpha = strokes.opacity
     fan = _tinted(starts, ends, colour, _NEAR_SHARE * alpha, alpha)
-    if isinstance(sensor, Camera):
+    look = appearance_of(sensor.kind)
+    beams = look.beams(sensor)
+    if look.has_corners:
         return Fan(fan, _frustum(sensor, grid, colour, min(1.0, _EDGES * alpha), framed, solid))
-    if isinstance(sensor, Lidar):
-        return Fan(fan, _beam_rings(sensor, ends, row, colour, min(1.0, _RINGS * alpha)))
+    if beams is not None:
+        beam = row // sensor.resolution[0]
+        return Fan(fan, _beam_rings(beam, beams.goes_round, ends, colour, min(1.0, _RINGS * alpha)))
     return Fan(fan, pv.PolyData())
 
 
-def _beam_rings(lidar: Lidar, ends: Points, row: _Index, colour: str, alpha: float) -> pv.PolyData:
+def _beam_rings(beam: _Index, goes_round: bool, ends: Points, colour: str, alpha: float) -> pv.PolyData:
     """Lines that join the ends of neighbouring rays of a beam where both leave through floor or ceiling."""
-    azimuths = len(lidar.azimuths())
-    after = np.roll(np.arange(len(row)), -1)
-    beam = row // max(1, azimuths)
-    turn = lidar.azimuths()
-    if len(row) and float(turn[-1] - turn[0]) > 300.0:
+    here = np.arange(len(beam))
+    after = np.roll(here, -1)
+    if goes_round:
         first = np.searchsorted(beam, beam, side="left")
         last = np.searchsorted(beam, beam, side="right") - 1
-        after = np.where(np.arange(len(row)) == last, first, after)
+        after = np.where(here == last, first, after)
     same_beam = beam == beam[after]
     level = np.abs(ends[:, 2] - ends[after, 2]) < 1e-6
-    joined = same_beam & level & (after != np.arange(len(row)))
+    joined = same_beam & level & (after != here)
     return _tinted(ends[joined], ends[after][joined], colour, alpha, alpha)
 
 
@@ -128,18 +124,18 @@ def _segments(
 
 
 def _frustum(
-    camera: Camera, grid: VoxelGrid, colour: str, alpha: float, framed: bool, solid: Solid | None
+    sensor: Sensor, grid: VoxelGrid, colour: str, alpha: float, framed: bool, solid: Solid | None
 ) -> pv.PolyData:
     """The four edges of the field of view and, if wanted, a frame one metre ahead that the corners see.
 
     A fisheye that has no ray in a corner, or one that looks sideways, has no such frame.
     """
-    starts, ends, _ = _segments(camera, grid, frame_rows(camera), solid)
+    starts, ends, _ = _segments(sensor, grid, frame_rows(sensor), solid)
     edges = _tinted(starts, ends, colour, alpha, 0.7 * alpha)
     if not framed or not len(starts):
         return edges
-    rays = sensor_rays(camera, frame_rows(camera))
-    depth = rays.directions @ camera.pose.rotation()[:, 0]
+    rays = sensor_rays(sensor, frame_rows(sensor))
+    depth = rays.directions @ sensor.pose.rotation()[:, 0]
     if not (depth > 0.1).all():
         return edges
     ahead = rays.directions / depth[:, None]
@@ -202,7 +198,7 @@ class RaysLayer:
         """Draw the fan of the selected sensor, or none; rays end at the solid."""
         fan = Fan(pv.PolyData(), pv.PolyData())
         if sensor is not None:
-            fan = fan_of(sensor, grid, strokes, palette.selected_rays(sensor.kind), True, solid)
+            fan = fan_of(sensor, grid, strokes, selected_ray_colour(sensor.kind, palette), True, solid)
         self._selected.show(fan, palette.seam)
 
     def set_others(
@@ -214,7 +210,9 @@ class RaysLayer:
         solid: Solid | None = None,
     ) -> None:
         """Draw the fans of the sensors that are not selected; rays end at the solid."""
-        fans = [fan_of(sensor, grid, strokes, palette.rays[sensor.kind], solid=solid) for sensor in sensors]
+        fans = [
+            fan_of(sensor, grid, strokes, ray_colour(sensor.kind, palette), solid=solid) for sensor in sensors
+        ]
         rays, edges = (_joined([fan[part] for fan in fans]) for part in (0, 1))
         self._others.show(Fan(rays, edges), palette.seam)
 

@@ -13,6 +13,7 @@ from riglens.core.rig.model import Sensor
 from riglens.widgets.drawing.actors import mapper_of
 from riglens.widgets.drawing.camera import OrbitCamera, Size
 from riglens.widgets.gizmo.drag import Handle
+from riglens.widgets.sensors.appearance import ray_colour
 from riglens.widgets.sensors.bodies import FAILED_OPACITY, WORST_OPACITY, Mark, SensorLayer
 from riglens.widgets.sensors.fills import FillsLayer
 from riglens.widgets.sensors.rays import RaysLayer
@@ -64,7 +65,7 @@ class RigLayer:
         rest = [sensor for sensor in enabled if sensor is not selected]
         palette, solid = state.palette, None if state.solid_body is None else state.solid_body.solid()
         if selected is not None and not state.show_selection:
-            palette = replace(palette, selected=palette.rays[selected.kind])
+            palette = replace(palette, selected=ray_colour(selected.kind, palette))
         strokes = look.of_selected(quick)
         self._rays.set_selected(selected if look.shown else None, grid, palette, strokes, solid)
         self._fills.set_selected(selected, grid, palette, look.fill)

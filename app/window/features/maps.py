@@ -15,6 +15,7 @@ from riglens.app.window.features.frame import FrameView
 from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
 from riglens.core.rig.model import Rig, Sensor
+from riglens.core.sensors.registry import kind_named, kind_of
 from riglens.core.vehicle.solid import CarBody
 from riglens.core.view.camera_picture import CameraPicture
 from riglens.core.view.top_view import TopView
@@ -30,15 +31,14 @@ LOADING = "Box data are being loaded"
 NO_DATA = "No box data are loaded: choose some in the Scene panel"
 FEW = {
     "any": "No sensor is switched on",
-    "lidar": "No LiDAR is switched on",
-    "camera": "No camera is switched on",
     "twice": "Fewer than 2 sensors are switched on",
     "thrice": "Fewer than 3 sensors are switched on",
-    "kinds": "LiDARs or cameras are missing",
+    "kinds": "Sensors of only one kind are switched on",
 }
 LOOKING = "Looking at the ground around the car"
 
-NOTHING_SELECTED = "Select a camera or a LiDAR to look through it"
+NOTHING_SELECTED = "Select a sensor to look through it"
+NO_PICTURE = "There is no picture of what {kind} see"
 NO_SENSORS = "The rig has no sensors: add one, and look through it here"
 WAITING = "The picture is being made"
 OFF = "Switched off: this sensor does not count in the scores."
@@ -129,14 +129,14 @@ def remark(top: TopView, rig: Rig) -> str:
     """What has to be said about a map that shows nothing, or nothing seen; empty for any other."""
     if top.is_empty:
         return f"This data set has no {MANY[top.class_name]}: there is nothing to see or to miss"
-    kinds = [sensor.kind for sensor in rig.sensors if sensor.enabled]
-    is_enough = {
-        "any": bool(kinds),
-        "twice": len(kinds) >= 2,
-        "thrice": len(kinds) >= 3,
-        "kinds": len(set(kinds)) == 2,
-    }.get(top.seen_by, top.seen_by in kinds)
-    return "" if is_enough else f"{FEW[top.seen_by]}: all of it is blind"
+    on = [sensor.kind for sensor in rig.sensors if sensor.enabled]
+    kind = kind_named(top.seen_by)
+    if kind is not None:
+        is_enough, few = kind.name in on, f"No {kind.title} is switched on"
+    else:
+        counts = {"any": bool(on), "twice": len(on) >= 2, "thrice": len(on) >= 3, "kinds": len(set(on)) >= 2}
+        is_enough, few = counts[top.seen_by], FEW[top.seen_by]
+    return "" if is_enough else f"{few}: all of it is blind"
 
 
 class SensorView(Feature):
@@ -220,7 +220,9 @@ class SensorView(Feature):
         self.panel.set_title(sensor.name)
         self._shown = request.sensor, picture.note
         self._show_notes()
-        if isinstance(picture.image, CameraPicture):
+        if picture.image is None:
+            self.panel.show_text(NO_PICTURE.format(kind=kind_of(request.sensor).plural))
+        elif isinstance(picture.image, CameraPicture):
             self.panel.show_camera(picture.image)
         else:
             grid = request.scene.field.grid

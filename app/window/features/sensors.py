@@ -20,6 +20,7 @@ from riglens.core.geometry import Pose, Vec3
 from riglens.core.rig.edits import partner_of
 from riglens.core.rig.library import Entry, default_library, sensor_from_model
 from riglens.core.rig.model import Rig
+from riglens.core.sensors.registry import AnyKind, kind_of, kinds
 from riglens.widgets.panels.controls.icons import icon
 from riglens.widgets.panels.controls.menus import add_entry
 from riglens.widgets.panels.sensors.library import LibraryList
@@ -66,7 +67,9 @@ class Sensors(Feature):
 
     def __init__(self, bench: Workbench) -> None:
         super().__init__(bench)
-        self.add_menus = {kind: self._library_menu(kind) for kind in ("lidar", "camera")}
+        self.add_menus = {
+            kind.name: self._library_menu(kind) for kind in kinds() if default_library().entries(kind.name)
+        }
         for kind, menu in self.add_menus.items():
             bench.places.add_to_menu("sensor/add", menu)
             bench.places.add_to_toolbar("add", menu_button(f"add_{kind}", kind, menu.title(), menu, "+ ▾"))
@@ -84,11 +87,11 @@ class Sensors(Feature):
         follow_marks(self.document, self._update)
         bench.panels.tree.menu_wanted.connect(self._fill_menu)
 
-    def _library_menu(self, kind: Any) -> QMenu:
-        menu = QMenu("Add LiDAR" if kind == "lidar" else "Add camera", self.bench.window)
-        menu.setIcon(icon(kind))
+    def _library_menu(self, kind: AnyKind) -> QMenu:
+        menu = QMenu(f"Add {kind.title}", self.bench.window)
+        menu.setIcon(icon(kind.name))
         menu.setToolTipsVisible(True)
-        for maker, entries in default_library().by_maker(kind).items():
+        for maker, entries in default_library().by_maker(kind.name).items():
             of_maker = QMenu(maker, menu)
             of_maker.setToolTipsVisible(True)
             menu.addMenu(of_maker)
@@ -100,9 +103,9 @@ class Sensors(Feature):
 
     def add(self, model: str) -> None:
         """Add a sensor of a library model above the roof and select it."""
-        kind = default_library().entry(model).kind
-        pose = Pose(free_place(self.document.rig, kind))
-        self.bench.guarded(self.document.add)(sensor_from_model(model, f"{kind}_1", pose))
+        sensor = sensor_from_model(model, f"{default_library().entry(model).kind}_1", Pose())
+        place = free_place(self.document.rig, kind_of(sensor).placement.above_roof_m)
+        self.bench.guarded(self.document.add)(sensor.with_pose(Pose(place)))
 
     def duplicate(self) -> None:
         """Add copies of the selected sensors and select those."""
@@ -165,9 +168,9 @@ def entry_tip(entry: Entry) -> str:
     return "".join(f"<p>{escape(part)}</p>" for part in (entry.source, entry.note, entry.caveat()) if part)
 
 
-def free_place(rig: Rig, kind: str) -> Vec3:
-    """A place above the middle of the roof where no sensor is yet."""
-    z = rig.vehicle.height + (0.35 if kind == "lidar" else 0.15)
+def free_place(rig: Rig, above_roof_m: float) -> Vec3:
+    """A place so far above the middle of the roof where no sensor is yet."""
+    z = rig.vehicle.height + above_roof_m
     x = 0.0
     while any(math.dist(sensor.position, (x, 0.0, z)) < GAP_M for sensor in rig.sensors):
         x -= 2 * GAP_M

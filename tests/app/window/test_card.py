@@ -19,6 +19,8 @@ from riglens.app.window.features.card import CardRequest, CardShown
 from riglens.app.window.features.follow import Follow
 from riglens.app.window.settings import Settings
 from riglens.core.geometry import Pose
+from riglens.core.sensors.camera import CAMERA
+from riglens.core.sensors.lidar import LIDAR
 from riglens.core.targets.card import USUAL_PLAN, Card, CardPlan, CardRow, Reach, around
 from riglens.core.targets.card_making import card_of
 from riglens.widgets.panels.card.chart import CardChart, edge_m, ring_step_m
@@ -262,9 +264,9 @@ def test_the_table_says_what_the_terminal_does(qtbot: QtBot) -> None:
     assert text.split("-")[0] == f"{row.lidar.least_m:.0f}"
     assert table.text_of("Pedestrian, cameras", "behind") == "never"
     assert (table.rowCount(), table.columnCount()) == (10, len(NEAR.bearings_deg) + 1)
-    assert table.line == Line("car", 0.0, "lidar")
+    assert table.line == Line("car", 0.0, LIDAR)
     table.setCurrentCell(9, 0)
-    assert table.line == Line("pedestrian", 0.0, "camera")
+    assert table.line == Line("pedestrian", 0.0, CAMERA)
 
 
 def test_no_distance_is_cut_off_however_narrow_the_table(qtbot: QtBot) -> None:
@@ -287,7 +289,7 @@ def test_the_chart_has_the_distances_where_they_are(qtbot: QtBot) -> None:
     chart = CardChart()
     qtbot.addWidget(chart)
     chart.resize(250, 250)
-    chart.show_line(CARD, Line("car", 0.0, "lidar"))
+    chart.show_line(CARD, Line("car", 0.0, LIDAR))
     ahead, left = chart._at(0.0, 12.0) - chart._centre(), chart._at(90.0, 6.0) - chart._centre()
     assert ahead.x() == 0.0 and ahead.y() < 0.0 and left.x() == pytest.approx(ahead.y() / 2.0)
     assert chart._at(180.0, float("inf")) == chart._centre() + QPointF(

@@ -8,8 +8,10 @@ import pytest
 import pyvista as pv
 
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
+from riglens.core.sensors.registry import kind_names
 from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.heatmap.scale import HeatLook, HeatmapData
+from riglens.widgets.sensors.appearance import ray_colour, selected_ray_colour
 from riglens.widgets.sensors.ray_look import RayLook
 from riglens.widgets.theme import DARK, LIGHT, rgb
 from riglens.widgets.viewport.drawn_scene import DrawnScene
@@ -108,7 +110,11 @@ def test_rays_are_seen_through_a_heatmap_but_not_through_the_car(kind, selected)
 
 def test_the_rays_of_kinds_and_of_the_selected_sensor_have_their_own_colours_and_a_key():
     for theme in (DARK, LIGHT):
-        colours = [*theme.rays.values(), *(theme.selected_rays(kind) for kind in theme.rays)]
+        colours = [
+            look(kind, theme)
+            for look in (ray_colour, selected_ray_colour)
+            for kind in (*kind_names(), "probe")
+        ]
         apart = [np.abs(np.subtract(rgb(a), rgb(b))).max() for a, b in itertools.combinations(colours, 2)]
         assert min(apart) > 0.1
     camera = Camera(name="front", position=(1.0, 0.0, 1.4), hfov_deg=80.0, cast=(64, 36))

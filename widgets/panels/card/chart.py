@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QPainter, QPainterPath, QPaintEvent, QPen, QPolygonF
 from PySide6.QtWidgets import QWidget
 
+from riglens.core.sensors.registry import AnyKind, kinds
 from riglens.core.targets.card import Card, CardRow
 from riglens.widgets.panels.card.table import Line, rows_of
 from riglens.widgets.panels.controls.style import tones
-from riglens.widgets.theme import KIND_COLOURS
+from riglens.widgets.sensors.appearance import colour_of
 
 WIDTH_PX, LEAST_PX, MARGIN_PX = 214, 96, 6
 RINGS_M = (10.0, 20.0, 50.0, 100.0, 200.0, 500.0)
@@ -30,12 +30,12 @@ def ring_step_m(edge_m: float) -> float:
 
 def edge_m(card: Card) -> float:
     """Return how far the charts of a card reach, the same for all of its classes."""
-    reaches = [reach.most_m for row in card.rows for reach in (row.lidar, row.camera)]
+    reaches = [reach.most_m for row in card.rows for reach in row.reaches.values()]
     return min(_BEYOND * max(reaches, default=0.0), card.plan.to_m) or card.plan.to_m
 
 
 class CardChart(QWidget):
-    """Draws one class turned one way: a band and its middle for LiDARs, a line for cameras; ahead is up."""
+    """Draws one class turned one way: for each kind of sensor a line, and a band where luck decides; ahead is up."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -48,7 +48,7 @@ class CardChart(QWidget):
         self.setAccessibleName("Card: distance by direction")
 
     def show_line(self, card: Card, line: Line) -> None:
-        """Show the class and heading of a line, both kinds of sensors."""
+        """Show the class and heading of a line, all kinds of sensors."""
         self._card, self._rows, self._is_stale = card, rows_of(card, line), False
         self._edge_m = edge_m(card)
         self.update()
@@ -59,14 +59,14 @@ class CardChart(QWidget):
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw rings, LiDARs, cameras, and the ways to stop in."""
+        """Draw rings, each kind of sensor, and the ways to stop in."""
         if self._card is None:
             return
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         self._draw_rings(painter)
-        self._draw_lidars(painter)
-        self._draw_line(painter, lambda row: row.camera.median_m, "camera")
+        for line in self._kinds:
+            self._draw_kind(painter, line)
         self._draw_stops(painter)
         self._draw_words(painter)
 
@@ -82,12 +82,19 @@ class CardChart(QWidget):
         turn, radius = math.radians(bearing_deg), self._radius(distance_m)
         return self._centre() + QPointF(-math.sin(turn) * radius, -math.cos(turn) * radius)
 
-    def _outline(self, value: Callable[[CardRow], float]) -> QPolygonF:
+    def _outline(self, kind: AnyKind, edge: str) -> QPolygonF:
         ordered = sorted(self._rows, key=lambda row: row.bearing_deg % 360.0)
-        return QPolygonF([self._at(row.bearing_deg, value(row)) for row in ordered])
+        return QPolygonF(
+            [self._at(row.bearing_deg, getattr(row.reaches[kind.name], edge)) for row in ordered]
+        )
 
-    def _colour(self, kind: str) -> QColor:
-        return QColor(tones().muted if self._is_stale else KIND_COLOURS[kind])
+    @property
+    def _kinds(self) -> list[AnyKind]:
+        """The kinds of sensors that the card has figures of."""
+        return [kind for kind in kinds() if all(kind.name in row.reaches for row in self._rows)]
+
+    def _colour(self, kind: AnyKind) -> QColor:
+        return QColor(tones().muted if self._is_stale else colour_of(kind.name))
 
     # ------------------------------------------------------------------ what is drawn
     def _draw_rings(self, painter: QPainter) -> None:
@@ -100,28 +107,24 @@ class CardChart(QWidget):
         for row in self._rows:
             painter.drawLine(self._centre(), self._at(row.bearing_deg, self._edge_m))
 
-    def _draw_lidars(self, painter: QPainter) -> None:
-        if not any(row.lidar.most_m for row in self._rows):
+    def _draw_kind(self, painter: QPainter, kind: AnyKind) -> None:
+        reaches = [row.reaches[kind.name] for row in self._rows]
+        if not any(reach.most_m for reach in reaches):
             return
-        band = QPainterPath()
-        for edge in (
-            self._outline(lambda row: row.lidar.most_m),
-            self._outline(lambda row: row.lidar.least_m),
-        ):
-            band.addPolygon(edge)
-            band.closeSubpath()
-        fill = self._colour("lidar")
-        fill.setAlphaF(0.22)
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(fill)
-        painter.drawPath(band)
-        self._draw_line(painter, lambda row: row.lidar.median_m, "lidar")
-
-    def _draw_line(self, painter: QPainter, value: Callable[[CardRow], float], kind: str) -> None:
-        if any(value(row) for row in self._rows):
+        if any(reach.least_m < reach.most_m for reach in reaches):
+            band = QPainterPath()
+            for edge in ("most_m", "least_m"):
+                band.addPolygon(self._outline(kind, edge))
+                band.closeSubpath()
+            fill = self._colour(kind)
+            fill.setAlphaF(0.22)
+            painter.setPen(Qt.PenStyle.NoPen)
+            painter.setBrush(fill)
+            painter.drawPath(band)
+        if any(reach.median_m for reach in reaches):
             painter.setPen(QPen(self._colour(kind), 1.8))
             painter.setBrush(Qt.BrushStyle.NoBrush)
-            painter.drawPolygon(self._outline(value))
+            painter.drawPolygon(self._outline(kind, "median_m"))
 
     def _draw_stops(self, painter: QPainter) -> None:
         """Arcs ahead where the road user stands when the car can just stop before it, by speed."""
@@ -151,9 +154,10 @@ class CardChart(QWidget):
         painter.setPen(QColor(tones().muted))
         painter.drawText(room, down | right, f"rings\n{ring_step_m(self._edge_m):g} m")
         painter.drawText(room, up | right, "stops\nfrom\nkm/h")
-        for place, kind in ((up | left, "lidar"), (down | left, "camera")):
+        for number, kind in enumerate(self._kinds):
+            raised = max(0, number - 1) * painter.fontMetrics().lineSpacing()
             painter.setPen(self._colour(kind))
-            painter.drawText(room, place, "LiDARs" if kind == "lidar" else "cameras")
+            painter.drawText(room.translated(0.0, -raised), (down if number else up) | left, kind.plural)
 
     def _small_font(self) -> QFont:
         font = QFont(self.font())

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import math
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QBrush, QColor
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableWidget, QTableWidgetItem
 
+from riglens.core.sensors.registry import AnyKind, kinds
 from riglens.core.targets.card import Card, CardRow, Reach
 from riglens.core.targets.card_text import HEADINGS, bearing_text, reach_text, stop_text
 from riglens.widgets.panels.controls.icons import swatch
 from riglens.widgets.panels.controls.style import numbers_font, plain_tip, tones
 from riglens.widgets.theme import CLASS_COLOURS
 
-Kind = Literal["lidar", "camera"]
-KIND_TITLES: dict[Kind, str] = {"lidar": "LiDARs", "camera": "cameras"}
 STOPS = "Stops from"
 STOPS_TIP = (
     "Speed from which the car stops before a road user straight ahead that it notices at the least distance: the "
@@ -32,13 +31,18 @@ class Line(NamedTuple):
 
     cls: str
     heading_deg: float
-    kind: Kind
+    kind: AnyKind
+
+    def reach(self, row: CardRow) -> Reach:
+        """Return the reach of its kind of sensor in one direction."""
+        return row.reaches[self.kind.name]
 
 
 def lines_of(card: Card) -> tuple[Line, ...]:
-    """Return the rows of a card's table: per class and heading LiDARs, then cameras."""
+    """Return the rows of a card's table: per class and heading one of each kind of sensor."""
     turned = dict.fromkeys((row.cls, row.heading_deg) for row in card.rows)
-    return tuple(Line(cls, heading, kind) for cls, heading in turned for kind in KIND_TITLES)
+    shown = [kind for kind in kinds() if any(kind.name in row.reaches for row in card.rows)]
+    return tuple(Line(cls, heading, kind) for cls, heading in turned for kind in shown)
 
 
 def rows_of(card: Card, line: Line) -> list[CardRow]:
@@ -46,27 +50,22 @@ def rows_of(card: Card, line: Line) -> list[CardRow]:
     return [row for row in card.rows if (row.cls, row.heading_deg) == (line.cls, line.heading_deg)]
 
 
-def reach_of(row: CardRow, kind: Kind) -> Reach:
-    """Return the reach by one kind of sensor."""
-    return row.lidar if kind == "lidar" else row.camera
-
-
 def line_title(card: Card, line: Line) -> str:
     """Return the name of a row; the heading is left out where a class has only one."""
     headings = {row.heading_deg for row in card.rows if row.cls == line.cls}
     turned = f" {HEADINGS[line.heading_deg]}" if len(headings) > 1 else ""
-    return f"{line.cls.capitalize()}{turned}, {KIND_TITLES[line.kind]}"
+    return f"{line.cls.capitalize()}{turned}, {line.kind.plural}"
 
 
 def tip_of(card: Card, line: Line, row: CardRow) -> str:
     """Describe one cell in full."""
-    reach, plan = reach_of(row, line.kind), card.plan
-    what = f"{plan.min_points} points" if line.kind == "lidar" else f"{plan.min_height_px:g} px of height"
+    reach, plan = line.reach(row), card.plan
+    what = f"{plan.enough(line.kind):g} {line.kind.hits.label}"
     where = f"{line_title(card, line)}, {bearing_text(row.bearing_deg)}"
     if reach.most_m == 0.0:
         return f"{where}\nnever {what}, at no distance up to {plan.to_m:g} m"
     lines = [where, f"at least {what} from {reach.from_m:g} m on, fewer than that first at:"]
-    if line.kind == "camera":
+    if reach.least_m == reach.most_m:
         return "\n".join([*lines, _metres(reach.median_m, plan.to_m)])
     places = ("unluckiest", reach.least_m), ("middle", reach.median_m), ("luckiest", reach.most_m)
     lines += [
@@ -115,13 +114,13 @@ class CardTable(QTableWidget):
         self._lay_out(card, [*bearings, STOPS])
         for number, line in enumerate(self._lines):
             rows = rows_of(card, line)
-            stops = [card.stops_from_kmh(row, reach_of(row, line.kind)) for row in rows]
+            stops = [card.stops_from_kmh(row, line.reach(row)) for row in rows]
             ahead = next((stop for stop in stops if stop is not None), None)
             for column, row in enumerate(rows):
                 self._show(
                     number,
                     column,
-                    reach_text(reach_of(row, line.kind), card.plan.to_m),
+                    reach_text(line.reach(row), card.plan.to_m),
                     tip_of(card, line, row),
                 )
             self._show(number, len(rows), stop_text(ahead), STOPS_TIP)

@@ -15,6 +15,7 @@ from PySide6.QtGui import QBrush, QColor, QFont
 from riglens.core.metric.scores import ClassScores, Reading, Scores
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.sensors.registry import kinds
 from riglens.core.shown_text import spreadsheet_cell
 from riglens.core.targets.quantities import Figures
 from riglens.widgets.panels.controls.item_views import BAR_COLOUR, BAR_SHARE
@@ -68,7 +69,13 @@ class CompareRow:
     @property
     def sensors(self) -> str:
         """How many sensors count, by kind."""
-        return f"{len(self.rig.lidars())} L + {len(self.rig.cameras())} C"
+        counts = zip(self.counts, kinds(), strict=True)
+        return " + ".join(f"{count} {kind.title[0].upper()}" for count, kind in counts)
+
+    @property
+    def counts(self) -> list[int]:
+        """How many sensors of each kind count."""
+        return [len(self.rig.enabled_of(kind.model)) for kind in kinds()]
 
 
 @dataclass(frozen=True)
@@ -107,27 +114,30 @@ def columns_for(class_name: str) -> tuple[ScoreColumn, ...]:
 
 
 _FIGURES = ("on target (fraction)", "detected (fraction)", "road users")
-_FIELDS: tuple[tuple[str, Callable[[ClassScores], float]], ...] = (
-    ("H total (nat)", lambda c: c.h_total),
-    ("camera S-MIG (nat)", lambda c: c.camera.s_mig),
-    ("camera seen (fraction)", lambda c: c.camera.seen),
-    ("LiDAR S-MIG (nat)", lambda c: c.lidar.s_mig),
-    ("LiDAR seen (fraction)", lambda c: c.lidar.seen),
-    ("S-MS (nat)", lambda c: c.s_ms),
-    ("seen (fraction)", lambda c: c.any_seen),
-)
+
+
+def _fields() -> dict[str, Callable[[ClassScores], float]]:
+    """Return what is written of a class's scores, by title."""
+
+    def of_kind(kind: str, figure: str) -> Callable[[ClassScores], float]:
+        return lambda found: float(getattr(found.kinds[kind], figure))
+
+    found: dict[str, Callable[[ClassScores], float]] = {"H total (nat)": lambda c: c.h_total}
+    for kind in sorted(kinds(), key=lambda kind: kind.name):
+        found[f"{kind.title} S-MIG (nat)"] = of_kind(kind.name, "s_mig")
+        found[f"{kind.title} seen (fraction)"] = of_kind(kind.name, "seen")
+    return found | {"S-MS (nat)": lambda c: c.s_ms, "seen (fraction)": lambda c: c.any_seen}
 
 
 def table_text(rows: Sequence[CompareRow], delimiter: str) -> str:
     """Return every number of every rig in full precision, whatever the window shows; one line per rig."""
     stream = io.StringIO()
     writer = csv.writer(stream, delimiter=delimiter, lineterminator="\n")
-    titles = [f"{name} {title}" for name in CLASSES for title in (*_FIGURES, *(said for said, _ in _FIELDS))]
-    writer.writerow(["rig", "origin", "where", "LiDARs", "cameras", *titles])
+    titles = [f"{name} {title}" for name in CLASSES for title in (*_FIGURES, *_fields())]
+    writer.writerow(["rig", "origin", "where", *(kind.plural for kind in kinds()), *titles])
     for row in rows:
-        counts = [len(row.rig.lidars()), len(row.rig.cameras())]
         said = map(spreadsheet_cell, (row.name, ORIGIN_TITLES[row.origin], row.where))
-        writer.writerow([*said, *counts, *_numbers(row)])
+        writer.writerow([*said, *row.counts, *_numbers(row)])
     return stream.getvalue()
 
 
@@ -142,7 +152,9 @@ def _numbers(row: CompareRow) -> list[str]:
         else:
             found += [""] * len(_FIGURES)
         scores = row.scores
-        found += [repr(read(scores.classes[name])) if scores is not None else "" for _, read in _FIELDS]
+        found += [
+            repr(read(scores.classes[name])) if scores is not None else "" for read in _fields().values()
+        ]
     return found
 
 

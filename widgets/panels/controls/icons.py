@@ -7,6 +7,9 @@ from PySide6.QtGui import QColor, QIcon, QIconEngine, QPainter, QPalette, QPixma
 from PySide6.QtSvg import QSvgRenderer
 from PySide6.QtWidgets import QApplication
 
+from riglens.core.sensors.registry import kind_named
+from riglens.widgets.sensors.appearance import appearance_of
+
 _SVG = (
     '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 24 24" fill="none" stroke="{colour}" '
     'stroke-width="1.7" stroke-linecap="round" stroke-linejoin="round" opacity="{opacity}">{body}</svg>'
@@ -22,9 +25,6 @@ _BODIES = {
     "rotate": '<path d="M20 12a8 8 0 1 1-2.5-5.8"/><path d="M20 3v4h-4"/>',
     "both": '<path d="M12 8v8M8 12h8"/><path d="M20.5 12a8.5 8.5 0 1 1-2.6-6.1"/><path d="M20.5 3v4h-4"/>',
     "axes": '<path d="M6 18V4M6 18h14M6 18l7-7"/><path d="M4 6l2-2 2 2M18 16l2 2-2 2M10.5 11H13v2.5"/>',
-    "lidar": '<ellipse cx="12" cy="7" rx="6" ry="2.5"/><path d="M6 7v8c0 1.4 2.7 2.5 6 2.5s6-1.1 6-2.5V7"/>'
-    '<path d="M2 11h2M20 11h2M12 21h0"/>',
-    "camera": '<rect x="3" y="7" width="12" height="10" rx="1.5"/><path d="M15 11l6-3v8l-6-3"/>',
     "duplicate": '<rect x="8" y="8" width="12" height="12" rx="1.5"/><path d="M16 8V4H4v12h4"/>',
     "delete": '<path d="M4 7h16M9 7V4h6v3M6 7l1 13h10l1-13M10 11v5M14 11v5"/>',
     "eye": '<path d="M2 12c2.5-4.5 6-6.5 10-6.5s7.5 2 10 6.5c-2.5 4.5-6 6.5-10 6.5S4.5 16.5 2 12z"/>'
@@ -63,12 +63,12 @@ _BODIES = {
 class _LineIcon(QIconEngine):
     """Draws one body at any size; disabled icons are faint, icons on a selection take its text colour."""
 
-    def __init__(self, name: str, colour: str | None) -> None:
+    def __init__(self, body: str, colour: str | None) -> None:
         super().__init__()
-        self._name, self._colour = name, colour
+        self._body, self._colour = body, colour
 
     def clone(self) -> QIconEngine:
-        return _LineIcon(self._name, self._colour)
+        return _LineIcon(self._body, self._colour)
 
     def paint(self, painter: QPainter, rect: QRect, mode: QIcon.Mode, state: QIcon.State) -> None:
         role = (
@@ -79,7 +79,7 @@ class _LineIcon(QIconEngine):
         text = QApplication.palette().color(QPalette.ColorGroup.Active, role).name()
         colour = text if self._colour is None or mode == QIcon.Mode.Selected else self._colour
         opacity = 0.32 if mode == QIcon.Mode.Disabled else 1.0
-        svg = _SVG.format(colour=colour, opacity=opacity, body=_BODIES[self._name])
+        svg = _SVG.format(colour=colour, opacity=opacity, body=self._body)
         QSvgRenderer(QByteArray(svg.encode())).render(painter, QRectF(rect))
 
     def pixmap(self, size: QSize, mode: QIcon.Mode, state: QIcon.State) -> QPixmap:
@@ -92,9 +92,12 @@ class _LineIcon(QIconEngine):
 
 
 def icon(name: str, colour: str | None = None) -> QIcon:
-    """Return the icon of that name, in the text's colour or in its own; raise KeyError when there is none."""
-    _BODIES[name]
-    return QIcon(_LineIcon(name, colour))
+    """Return the icon of that name, or of that kind of sensor, in the text's colour or in its own.
+
+    Raise KeyError when there is none.
+    """
+    body = _BODIES[name] if kind_named(name) is None else appearance_of(name).icon
+    return QIcon(_LineIcon(body, colour))
 
 
 def swatch(colour: str) -> QIcon:

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QComboBox, QLabel, QPushButton, QScrollArea, QStac
 from riglens.core.geometry import Pose
 from riglens.core.rig.edits import partner_of
 from riglens.core.rig.model import Lidar, Rig, Vehicle
+from riglens.core.sensors.registry import kinds
 from riglens.core.vehicle.profiles import PROFILES, reference_vehicle
 from riglens.core.vehicle.standing import Stand
 from riglens.widgets.panels.controls.scrolled import breakable, scrolled
@@ -327,8 +328,9 @@ class RigForm(Form):
         self.mesh_rows.show_for(subject.vehicle)
         self._show_body(subject.vehicle.body)
         rays = sum(sensor.ray_count for sensor in subject.sensors if sensor.enabled)
-        counts = (
-            f"{_counted(len(subject.lidars()), 'LiDAR')} and {_counted(len(subject.cameras()), 'camera')}"
+        counted = [(kind, len(subject.enabled_of(kind.model))) for kind in kinds()]
+        counts = " and ".join(
+            f"{count} {kind.title if count == 1 else kind.plural}" for kind, count in counted
         )
         self._summary.setText(
             f"{counts} count in the scores: {rays:,} rays.\n\nSelect a sensor in the list or in the view to edit it."
@@ -354,10 +356,6 @@ def places_text(stands: Mapping[str, Stand]) -> str:
 
 def _who(names: Collection[str]) -> str:
     return ", ".join(names) if len(names) <= _NAMED else f"{len(names)} sensors"
-
-
-def _counted(number: int, thing: str) -> str:
-    return f"{number} {thing}" if number == 1 else f"{number} {thing}s"
 
 
 def _in_dock(form: Form) -> QScrollArea:

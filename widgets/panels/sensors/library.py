@@ -29,10 +29,11 @@ from PySide6.QtWidgets import (
 from riglens.core.geometry import Pose
 from riglens.core.rig.library import Entry
 from riglens.core.rig.model import Sensor
+from riglens.core.sensors.registry import AnyKind, kinds
 from riglens.widgets.panels.controls.icons import icon
 from riglens.widgets.panels.controls.style import MARGIN, as_panel, numbers_font, plain_tip, tones
 from riglens.widgets.panels.sensors.rows import derived_rows, short_type
-from riglens.widgets.theme import KIND_COLOURS
+from riglens.widgets.sensors.appearance import colour_of
 
 MODEL_MIME = "application/x-riglens-model"
 """MIME type of a dragged model; the data are its name in UTF-8."""
@@ -40,7 +41,6 @@ _MODEL = Qt.ItemDataRole.UserRole
 _WORDS = Qt.ItemDataRole.UserRole.value + 1
 _GHOST_OFF_PX = 18
 _NOTHING = "No model matches all of these words"
-_KINDS = (("lidar", "LiDARs"), ("camera", "Cameras"))
 
 
 def model_tip(entry: Entry, sensor: Sensor) -> str:
@@ -115,6 +115,7 @@ class _Models(QTreeWidget):
 
     def __init__(self) -> None:
         super().__init__()
+        self._kinds: tuple[AnyKind, ...] = ()
         self.setColumnCount(2)
         self.setHeaderHidden(True)
         self.setRootIsDecorated(False)
@@ -131,15 +132,16 @@ class _Models(QTreeWidget):
 
     def set_entries(self, entries: Sequence[Entry]) -> None:
         self.clear()
-        for kind, title in _KINDS:
-            of_kind = [entry for entry in entries if entry.kind == kind]
-            group = QTreeWidgetItem(self, [title])
+        self._kinds = kinds()
+        for kind in self._kinds:
+            group = QTreeWidgetItem(self, [kind.heading])
             group.setFlags(Qt.ItemFlag.ItemIsEnabled)
             group.setForeground(0, QBrush(QColor(tones().muted)))
             group.setFirstColumnSpanned(True)
-            group.setIcon(0, icon(kind, KIND_COLOURS[kind]))
-            for entry in of_kind:
-                self._add(group, entry)
+            group.setIcon(0, icon(kind.name, colour_of(kind.name)))
+            for entry in entries:
+                if entry.kind == kind.name:
+                    self._add(group, entry)
         self.expandAll()
         self.show_counts()
 
@@ -162,10 +164,11 @@ class _Models(QTreeWidget):
 
     def show_counts(self) -> None:
         """Show in each heading how many models match the search; hide headings without any."""
-        for group, (_, title) in zip(self._groups(), _KINDS, strict=True):
+        for group, kind in zip(self._groups(), self._kinds, strict=True):
             rows = _children(group)
             left = sum(not row.isHidden() for row in rows)
-            group.setText(0, f"{title}  {left}" if left == len(rows) else f"{title}  {left} of {len(rows)}")
+            found = f"{left}" if left == len(rows) else f"{left} of {len(rows)}"
+            group.setText(0, f"{kind.heading}  {found}")
             group.setHidden(not left)
         self.viewport().update()
 

@@ -21,6 +21,7 @@ from PySide6.QtWidgets import QAbstractItemView, QMenu, QTreeWidget, QTreeWidget
 
 from riglens.core.rig.edits import partner_of
 from riglens.core.rig.model import Rig, Sensor
+from riglens.core.sensors.registry import kinds
 from riglens.widgets.panels.controls.icons import icon
 from riglens.widgets.panels.controls.item_views import BAR_SHARE, give_context_menu
 from riglens.widgets.panels.controls.menus import add_entry
@@ -43,7 +44,7 @@ from riglens.widgets.panels.sensors.rows import (
     show_loss,
     show_sensor,
 )
-from riglens.widgets.theme import KIND_COLOURS
+from riglens.widgets.sensors.appearance import colour_of
 
 Names = tuple[str, ...]
 TICK_PX = 20
@@ -51,7 +52,6 @@ _NAME_MARGIN_PX = 8
 LINK_GAP_PX = 4
 NO_SENSORS = "No sensors yet.\nAdd one in the toolbar, or drag a model\nfrom the library onto the car."
 NO_BOXES_TIP = "Next to no boxes there in these data: what it is worth cannot be told from them"
-KINDS = (("lidar", "LiDARs"), ("camera", "Cameras"))
 
 
 _Line = tuple[Sensor, RowState]
@@ -180,10 +180,10 @@ class SensorList(QTreeWidget):
 
     # ------------------------------------------------------------------ rows
     def _show_rows(self, rig: Rig) -> None:
-        kinds: list[str] = [sensor.kind for sensor in rig.sensors]
-        if kinds != self._kinds:
-            self._kinds, self._lines = kinds, []
-            self._rows = self._build_rows(kinds)
+        names = [sensor.kind for sensor in rig.sensors]
+        if names != self._kinds:
+            self._kinds, self._lines = names, []
+            self._rows = self._build_rows(names)
         self._items = {sensor.name: row for sensor, row in zip(rig.sensors, self._rows, strict=True)}
         lines = [(sensor, self._state_of(rig, sensor.name)) for sensor in rig.sensors]
         for row, line, before in zip_longest(self._rows, lines, self._lines):
@@ -198,12 +198,14 @@ class SensorList(QTreeWidget):
         is_failed = name in self._failed
         return RowState(name in self._hidden, name in self._locked, partner_of(rig, name), problem, is_failed)
 
-    def _build_rows(self, kinds: list[str]) -> list[QTreeWidgetItem]:
+    def _build_rows(self, names: list[str]) -> list[QTreeWidgetItem]:
         """Make empty rows under their group, in the order of the rig's sensors."""
         scrolled = self.verticalScrollBar().value()
         self.clear()
-        groups = {kind: self._group(kind, f"{title}  {kinds.count(kind)}") for kind, title in KINDS}
-        rows = [QTreeWidgetItem(groups[kind]) for kind in kinds]
+        groups = {
+            kind.name: self._group(kind.name, f"{kind.heading}  {names.count(kind.name)}") for kind in kinds()
+        }
+        rows = [QTreeWidgetItem(groups[name]) for name in names]
         self.expandAll()
         self.verticalScrollBar().setValue(scrolled)
         return rows
@@ -213,7 +215,7 @@ class SensorList(QTreeWidget):
         group.setFlags(Qt.ItemFlag.ItemIsEnabled)
         group.setForeground(NAME, QBrush(QColor(tones().muted)))
         group.setFirstColumnSpanned(True)
-        group.setIcon(NAME, icon(kind, KIND_COLOURS[kind]))
+        group.setIcon(NAME, icon(kind, colour_of(kind)))
         return group
 
     # ------------------------------------------------------------------ looks
@@ -381,8 +383,9 @@ class SensorTree(SensorList):
             menu.addSeparator()
             self.menu_wanted.emit(menu)
             menu.addSeparator()
-        for kind, title in KINDS:
-            of_kind = tuple(name for name, k in zip(self._items, self._kinds, strict=True) if k == kind)
-            words = title if kind == "lidar" else title.lower()
-            add_entry(menu, f"Select all {words}", partial(self.choose, of_kind)).setEnabled(bool(of_kind))
+        for kind in kinds():
+            of_kind = tuple(name for name, k in zip(self._items, self._kinds, strict=True) if k == kind.name)
+            add_entry(menu, f"Select all {kind.plural}", partial(self.choose, of_kind)).setEnabled(
+                bool(of_kind)
+            )
         return menu

@@ -1,0 +1,98 @@
+"""How each kind of sensor looks: one entry per kind, and a plain one for a kind without an entry. No Qt, no VTK."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from riglens.core.sensors.camera import CAMERA
+from riglens.core.sensors.lidar import LIDAR, Lidar
+from riglens.widgets.theme import Palette, mix
+
+Shape = Literal["puck", "box", "lens"]
+ALL_ROUND_DEG = 300.0
+_SELECTED_SHARE = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Beams:
+    """Rows of rays that turn about the sensor's axis: their numbers (n,) from the lowest up, and whether they close."""
+
+    upwards: NDArray[np.int64]
+    goes_round: bool
+
+
+@dataclass(frozen=True)
+class Appearance:
+    """How the sensors of a kind look.
+
+    colour: of their bodies and in panels; ray_colours: on dark and on light ground; icon: SVG paths in a square of 24.
+    shape: of a body; cuboid: of one that the library knows as a box. beams: None for rays that form an image.
+    has_corners: whether the rays in the corners of the lattice bound the field of view.
+    """
+
+    colour: str = "#84a817"
+    ray_colours: tuple[str, str] = ("#c4e05a", "#55700a")
+    icon: str = '<circle cx="12" cy="12" r="3.5"/><path d="M17 7a7 7 0 0 1 0 10M20 4a11 11 0 0 1 0 16"/>'
+    shape: Callable[[Any], Shape] = lambda _: "box"
+    cuboid: Shape = "box"
+    beams: Callable[[Any], Beams | None] = lambda _: None
+    has_corners: bool = False
+
+
+def _lidar_shape(lidar: Lidar) -> Shape:
+    """A LiDAR that sees nearly all round spins; one that does not is solid-state."""
+    azimuths = lidar.azimuths()
+    span_deg = float(azimuths.max() - azimuths.min()) * (1.0 + 1.0 / max(1, len(azimuths) - 1))
+    return "puck" if span_deg >= ALL_ROUND_DEG or len(azimuths) == 1 else "box"
+
+
+def _lidar_beams(lidar: Lidar) -> Beams:
+    turn_deg = lidar.azimuths()
+    goes_round = float(turn_deg[-1] - turn_deg[0]) > ALL_ROUND_DEG
+    return Beams(np.argsort(lidar.elevations(), kind="stable"), goes_round)
+
+
+PLAIN = Appearance()
+APPEARANCES = {
+    LIDAR.name: Appearance(
+        colour="#14b8a6",
+        ray_colours=("#3fe0cb", "#0c7f74"),
+        icon='<ellipse cx="12" cy="7" rx="6" ry="2.5"/><path d="M6 7v8c0 1.4 2.7 2.5 6 2.5s6-1.1 6-2.5V7"/>'
+        '<path d="M2 11h2M20 11h2M12 21h0"/>',
+        shape=_lidar_shape,
+        beams=_lidar_beams,
+    ),
+    CAMERA.name: Appearance(
+        colour="#f97316",
+        ray_colours=("#ff9a52", "#c2500a"),
+        icon='<rect x="3" y="7" width="12" height="10" rx="1.5"/><path d="M15 11l6-3v8l-6-3"/>',
+        shape=lambda _: "lens",
+        cuboid="lens",
+        has_corners=True,
+    ),
+}
+
+
+def appearance_of(kind: str) -> Appearance:
+    """Return how the sensors of the kind of that name look."""
+    return APPEARANCES.get(kind, PLAIN)
+
+
+def colour_of(kind: str) -> str:
+    """Return the colour of a kind in panels and of its bodies."""
+    return appearance_of(kind).colour
+
+
+def ray_colour(kind: str, palette: Palette) -> str:
+    """Return the colour of the rays of a kind."""
+    return appearance_of(kind).ray_colours[not palette.is_dark]
+
+
+def selected_ray_colour(kind: str, palette: Palette) -> str:
+    """Return the colour of the selected sensor's rays: its kind's, on the way to that of the selection."""
+    return mix(ray_colour(kind, palette), palette.selected, _SELECTED_SHARE)
