@@ -38,7 +38,7 @@ class Tolerating:
         self._run = ToleranceRun(request.rig, request.profile, request.draws)
         self._measures = Measures(
             request.scene.field, request.traffic, request.settings, request.mesh, FRAMES, self._threads,
-            request.targets,
+            request.targets, request.rig,
         )  # fmt: skip
 
     def forget(self) -> None:

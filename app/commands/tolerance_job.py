@@ -64,11 +64,11 @@ def tolerance(name: str, scene: SceneOptions, score: ScoreOptions, asked: Asked)
         with progress_bar("Reading boxes") as progress:
             traffic = load_traffic(scene, WITHIN_M, progress)
     with progress_bar("Drawing errors") as progress:
-        measure = Measures(field, traffic, settings, mesh, asked.sample, score.threads)
+        measure = Measures(field, traffic, settings, mesh, asked.sample, score.threads, designed=rig)
         found = tolerance_of(rig, profile, measure, asked.draws, asked.seed, asked.sensitivities, progress)
     if asked.worst is not None:
         write_text(asked.worst, dumps(worst_rig(found, asked.figure)))
-    text = to_text(tolerance_document(found, score.body_of(rig)))
+    text = to_text(tolerance_document(found, score.body_of(rig), measure))
     if asked.json == "-":
         sys.stdout.write(text)
         return

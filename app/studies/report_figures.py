@@ -144,9 +144,9 @@ def _parts(
         users = target_coverage(traffic, rig, counts.objects, counts.settings.min_points)
     spread = None
     if plan.draws:
-        measure = Measures(field, traffic, settings, mesh, SAMPLE_FRAMES, threads)
+        measure = Measures(field, traffic, settings, mesh, SAMPLE_FRAMES, threads, designed=rig)
         drawn = tolerance(rig, profile_called("assembly"), measure, plan.draws, plan.seed, False)
-        spread = tolerance_document(drawn, body)
+        spread = tolerance_document(drawn, body, measure)
     checked = None
     if plan.requirements is not None:
         subject = Subject(rig, body, mesh, field, traffic, profiles, threads)

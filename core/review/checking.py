@@ -309,7 +309,7 @@ class Check:
                 users = subject.traffic if any(one.figure == "on_target" for one in asked.tolerance) else None
                 measure = Measures(
                     self._field, users, self._settings, subject.mesh, asked.sample_frames, subject.threads,
-                    TargetSettings(min_points=asked.min_points),
+                    TargetSettings(min_points=asked.min_points), subject.rig,
                 )  # fmt: skip
                 self._drawn[kind, profile] = Draws(subject.rig, asked.errors[profile], asked.seed, measure)
         return self._drawn[kind, profile]

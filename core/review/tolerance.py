@@ -300,6 +300,12 @@ def _sensitivity(
     return Sensitivity(sensor, axis, limit, {name: (more[name] - less[name]) / 2.0 for name in more})
 
 
+def rig_of_draw(result: ToleranceResult, draw: int, magnified: float = 1.0) -> tuple[Rig, Pose]:
+    """Return the rig of a draw, its errors so many times as large, and how its car stands."""
+    errors = unit_draws(result.draws, errors_count(result.rig), result.seed)[draw]
+    return disturbed(result.rig, result.profile, magnified * errors)
+
+
 def worst_rig(result: ToleranceResult, figure: str, magnified: float = 1.0) -> Rig:
     """The rig of the draw in which a figure is least, as it stands then; InputError for an unknown figure.
 
@@ -308,8 +314,7 @@ def worst_rig(result: ToleranceResult, figure: str, magnified: float = 1.0) -> R
         known = ", ".join(result.spreads)
         raise InputError(f"--figure: found '{figure}', accepted is one of {known}")
     draw = result.spreads[figure].worst_draw
-    errors = unit_draws(result.draws, errors_count(result.rig), result.seed)[draw]
-    worst = standing(*disturbed(result.rig, result.profile, magnified * errors))
+    worst = standing(*rig_of_draw(result, draw, magnified))
     return worst.model_copy(update={"name": f"{worst.name[:150]}, {result.profile.name}, draw {draw}"})
 
 

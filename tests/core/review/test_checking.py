@@ -169,6 +169,17 @@ def test_a_clean_handful_of_draws_proves_little_and_more_are_made_until_it_is_de
     assert wrong.status == "not met" and "(8 of 8 draws)" in wrong.text
 
 
+def test_a_chance_is_that_of_the_figure_of_all_frames_whatever_the_sample() -> None:
+    text = "on_target: [{class: car, at_least: 0}]"
+    rig, none = some_rig(2), "tolerance_profiles: [{name: none, source: a test}]\n"
+    designed = verdicts(rig, text)[0].finding.value
+    chance = (
+        f"sample_frames: 3\n{none}tolerance: [{{profile: none, figure: on_target, class: car, limit: %.17g}}]"
+    )
+    assert verdicts(rig, chance % designed)[0].finding.value == 0.0
+    assert verdicts(rig, chance % (designed + 1e-12))[0].finding.value == 1.0
+
+
 def test_more_draws_begin_with_those_of_fewer_and_are_those_of_the_tolerance() -> None:
     rig, profile = some_rig(2), profile_called("assembly")
     for few in (1, 5, 8):

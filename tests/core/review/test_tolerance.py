@@ -19,13 +19,18 @@ from riglens.core.review.tolerance import (
     errors_count,
     first_order_sd,
     profile_called,
+    rig_of_draw,
     standing,
     tolerance,
     unit_draws,
     worst_rig,
 )
+from riglens.core.review.tolerance_json import tolerance_document
 from riglens.core.rig.model import Rig, Vehicle
+from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.grid import VoxelGrid
+from riglens.core.targets.engine import TargetEngine
+from riglens.core.targets.settings import TargetSettings
 from riglens.core.vehicle.solid import CarBody
 from tests.core.builders import random_field
 from tests.core.review.scenes import BOX_FILE, box_mesh, random_rig
@@ -210,6 +215,41 @@ def test_a_measurement_that_is_given_up_gives_nothing_and_the_next_is_whole() ->
     with pytest.raises(Cancelled):
         measures(rig, Pose(), cancel=lambda: True)
     assert measures(rig, Pose(), cancel=lambda: False) == never(rig, Pose())
+
+
+def test_the_rig_as_designed_has_its_figure_of_all_frames_and_errors_change_it_as_the_sample_shows() -> None:
+    rng = np.random.default_rng(5)
+    field, traffic, rig = random_field(SMALL, rng), some_traffic(rng), random_rig(rng, 3)
+    used, settings = 7, TargetSettings(body=MetricSettings().body)
+    measures = Measures(field, traffic, frames=used, designed=rig)
+    whole = TargetEngine(traffic).evaluate(rig, settings)
+    assert measures.frames == (used, 12)
+    found = tolerance(rig, profile_called("service"), measures, 8, with_sensitivities=False)
+    moved, stance = rig_of_draw(found, found.spreads["on_target car"].worst_draw)
+    before, after = (TargetEngine(traffic).evaluate(one, settings, used).objects for one in (rig, moved))
+    gain, frame = after.on_target - before.on_target, traffic.frame_of_box[before.box]
+    document = tolerance_document(found, "ignored", measures)["sample"]
+    assert document["frames"] == used and set(document["worst_se"]) == {f"on_target {c}" for c in CLASSES}
+    for number, cls in enumerate(CLASSES):
+        total = whole.classes[cls].total.on_target.value
+        assert found.spreads[f"on_target {cls}"].nominal == total == measures(rig, Pose())[f"on_target {cls}"]
+        mine = traffic.cls[before.box] == number
+        change, sums = gain[mine].mean(), np.zeros(used)
+        np.add.at(sums, frame[mine], gain[mine] - change)
+        se = math.sqrt((sums**2).sum() / (used - 1) * (1 - used / 12) * used) / mine.sum()
+        estimate = measures.on_target(moved, stance)[f"on_target {cls}"]
+        assert estimate.value == pytest.approx(total + change) and estimate.se == pytest.approx(se)
+    worst = found.spreads["on_target car"].worst
+    assert (
+        worst
+        == measures.on_target(moved, stance)["on_target car"].value
+        < whole.classes["car"].total.on_target.value
+    )
+    assert (
+        document["worst_se"]["on_target car"] == measures.on_target(moved, stance)["on_target car"].se > 0.0
+    )
+    free = Measures(field, traffic, frames=used)(rig, Pose())
+    assert free["on_target car"] != measures(rig, Pose())["on_target car"]
 
 
 def test_the_worst_rig_is_magnified_to_be_seen() -> None:
