@@ -38,7 +38,9 @@ def print_blind(found: BlindMap, profiles: Sequence[ProfileVerdict], by: By, k: 
     console.print(profiles_table(profiles))
     console.print(f"Objects: {ONLY_GEOMETRY}. Sources:", soft_wrap=True)
     for verdict in profiles:
-        console.print(Text(f"  {verdict.profile.name}: {visible(verdict.profile.source)}"), soft_wrap=True)
+        one = verdict.profile
+        for_whom = "" if one.vehicles is None else f" (for {visible(one.vehicles)})"
+        console.print(Text(f"  {one.name}{for_whom}: {visible(one.source)}"), soft_wrap=True)
 
 
 def areas_table(found: BlindMap, by: By, k: int) -> Table:

@@ -76,7 +76,9 @@ def _hole(hole: Hole | None) -> Any:
 
 def _profile(verdict: ProfileVerdict) -> dict[str, Any]:
     return {
-        **to_plain(verdict.profile, "name", "title", "source", "by", "rays", "share"),
+        **to_plain(
+            verdict.profile, "name", "title", "source", "vehicles", "from_memory", "by", "rays", "share"
+        ),
         "passes": verdict.passes,
         "seen": len(verdict.objects) - len(verdict.failed),
         "objects": [_object(one) for one in verdict.objects],

@@ -37,7 +37,7 @@ class Shape(Frozen):
 
 
 class Place(Frozen):
-    """Where the middle of an object stands: one of ahead, behind, x and one of left, right, y, metres."""
+    """Where the middle of an object is: one of ahead, behind, x and one of left, right, y, metres."""
 
     name: Text | None = None
     ahead: Along | None = None
@@ -106,12 +106,15 @@ class Profile(Frozen):
     """Objects of one shape, what it takes to see one, and who says so.
 
     An object is seen by `rays` rays or more of the sensors in `by`, and with `share` by one of them that has so much of
-    the surface that faces it in view.
+    the surface that faces it in view. `vehicles`: the categories that the source is about, None for any. `from_memory`:
+    places or sizes were not compared with the source; such a profile does not stand in a report.
     """
 
     name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]{0,59}$")]
     title: Text
     source: Text
+    vehicles: Text | None = None
+    from_memory: bool = False
     by: By = "any"
     rays: Annotated[int, Field(ge=1, le=1_000_000)] = 1
     share: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0

@@ -119,7 +119,10 @@ def test_objects_stand_where_their_profile_says_from_the_outermost_points() -> N
     ) == -1.0
     beside = targets_of(by_name["un-r151-cyclists"], outline)
     assert max(t.y_m for t in beside) == -1.9 and min(t.y_m for t in beside) == -5.25
-    for name in ("un-r159-pedestrians", "un-r151-cyclists", "fmvss-111-near"):
+    sides = [targets_of(by_name[f"un-r166-{side}"], outline) for side in ("left", "right")]
+    assert {round(t.y_m, 6) for t in sides[0]} == {1.7, 2.1, 2.5} and max(t.y_m for t in sides[1]) == -1.2
+    assert {round(t.x_m, 6) for t in sides[0]} == {3.0, 2.4, 1.8, 1.2}
+    for name in ("un-r159-pedestrians", "un-r151-cyclists", "fmvss-111-near", "un-r166-front"):
         assert "check before use" in by_name[name].source and "our choice" in by_name[name].source
 
 
@@ -159,6 +162,13 @@ def test_the_body_hides_objects_only_where_it_blocks() -> None:
 def test_every_profile_names_its_source_and_judges_by_its_own_numbers() -> None:
     profiles = bundled_profiles()
     assert len(profiles) >= 7 and all(len(profile.source) > 20 for profile in profiles)
+    heavy = {
+        one.name
+        for one in profiles
+        if "buses" in (one.vehicles or "cars") and "cars" not in str(one.vehicles)
+    }
+    assert heavy == {"german-turn-assist", "un-r159-pedestrians", "un-r151-cyclists"}
+    assert {one.name for one in profiles if one.from_memory} == {"fmvss-111-near", "fmvss-111-far"}
     rig = Rig(vehicle=BOX_FILE, sensors=(dense_lidar(3.0), camera((-2.0, 0.0, 1.6), 180.0, 20.0)))
     onlooker = Onlooker(rig, "blocks", box_mesh())
     for verdict in verdicts(rig, profiles, "blocks", box_mesh()):
