@@ -18,7 +18,7 @@ def window(
     score: ScoreArguments = ScoreArguments(),
     libraries: LibraryArguments = LibraryArguments(),
 ) -> int:
-    """Open the window on RIG (W+T). Without a display: the scores, and a picture, YAML and JSON in out/."""
+    """Open the window on RIG (nuScenes car). Without a display: the scores, and a picture, YAML and JSON in out/."""
     libraries.use()
     options, metric = scene.options(), score.options()
     from riglens.app.commands.start import start

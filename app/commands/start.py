@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 import sys
 
-from riglens.app.evaluation.options import SceneOptions, ScoreOptions
+from riglens.app.evaluation.options import DEFAULT_RIG, PAPER_RIG, SceneOptions, ScoreOptions
 from riglens.app.launch.display import missing_display
 from riglens.app.launch.interrupt import leaving_on_interrupt
 from riglens.app.launch.system_libraries import require_system_libraries
@@ -46,6 +46,7 @@ def _without_window(rig: str, scene: SceneOptions, score: ScoreOptions, problem:
     from pathlib import Path
 
     from riglens.core.formats.opening import open_rig
+    from riglens.core.rig.presets import preset
 
     opened = open_rig(rig)
     print(f"no display: running headless ({problem})", file=sys.stderr)
@@ -53,5 +54,6 @@ def _without_window(rig: str, scene: SceneOptions, score: ScoreOptions, problem:
     from riglens.app.terminal.console import note_report
 
     note_report(opened.report)
-    score_without_window(opened.rig, Path(rig).parent, scene, score)
+    beside = (preset(PAPER_RIG),) if rig == DEFAULT_RIG else ()
+    score_without_window((opened.rig, *beside), Path(rig).parent, scene, score)
     return 0

@@ -19,7 +19,7 @@ from riglens.app.commands.options import (
     Whole,
     whole_number,
 )
-from riglens.app.evaluation.options import DEFAULT_RIG, SceneOptions, ScoreOptions
+from riglens.app.evaluation.options import PAPER_RIG, SceneOptions, ScoreOptions
 from riglens.core.errors import InputError
 from riglens.core.metric.scores import Body
 
@@ -49,7 +49,7 @@ def table1(
 
 
 def accuracy(
-    rig: Rig = DEFAULT_RIG,
+    rig: Rig = PAPER_RIG,
     /,
     *,
     sensor: Annotated[

@@ -15,7 +15,10 @@ if TYPE_CHECKING:  # the model of rigs takes its time, and `riglens --help` need
 
 Triple = tuple[float, float, float]
 
-DEFAULT_RIG = "W+T"
+DEFAULT_RIG = "nuScenes car"
+"""The rig that the window starts on."""
+PAPER_RIG = "W+T"
+"""The rig of the paper's figures."""
 DEFAULT_TOLERANCE_PP = 1.0
 USUAL_DRAWS = 32
 """Draws of the tolerance in a report."""

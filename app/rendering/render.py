@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -222,23 +222,23 @@ def _masts(rig: Rig, body: BodyMesh | None) -> tuple[Mast, ...]:
 # ---------------------------------------------------------------- instead of the window
 
 
-def score_without_window(rig: Rig, folder: Path, scene: SceneOptions, score: ScoreOptions) -> None:
-    """Score a rig of a folder, print the scores, and write a screenshot, the rig as YAML and the scores as JSON."""
+def score_without_window(rigs: Sequence[Rig], folder: Path, scene: SceneOptions, score: ScoreOptions) -> None:
+    """Score rigs of a folder, print the scores, and write them as JSON, with the first rig as a picture and as YAML."""
     prepare_drawing()
-    mesh = body_of(rig, folder)
-    pog, field = load_with_progress(scene.for_rigs([rig], score))
+    rig, meshes = rigs[0], [body_of(rig, folder) for rig in rigs]
+    pog, field = load_with_progress(scene.for_rigs(rigs, score))
     screenshot, rig_file, scores = OUT / "screenshot.png", OUT / "rig.yaml", OUT / "scores.json"
     _make_folder(OUT)
     for path in (screenshot, rig_file, scores):
         require_writable(path)
-    evaluations = score_rigs([rig], field, score, with_seen=True, meshes=[mesh])
+    evaluations = score_rigs(rigs, field, score, with_seen=True, meshes=meshes)
     print_scores(evaluations, field, score)
     document = evaluation_json.evaluation_document(field, settings_of(score), evaluations)
     with atomic_write(scores, "w") as stream:
         stream.write(evaluation_json.to_text(document))
     with atomic_write(rig_file, "w") as stream:
         stream.write(dumps(rig))
-    draw(pog, field, evaluations[0], marks_of(evaluations[0]), RenderRequest(screenshot), mesh)
+    draw(pog, field, evaluations[0], marks_of(evaluations[0]), RenderRequest(screenshot), meshes[0])
     results().print(f"Written: {screenshot}, {rig_file}, {scores}", soft_wrap=True)
 
 

@@ -30,7 +30,7 @@ if TYPE_CHECKING:  # loaded with the first scene
 class HeatChoice:
     """What the heatmap shows, and of which class of traffic; the map from above is of that class, too."""
 
-    mode: HeatMode | TargetHeatMode = "probability"
+    mode: HeatMode | TargetHeatMode = "unseen"
     class_name: str = CLASSES[0]
 
 

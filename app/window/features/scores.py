@@ -7,13 +7,12 @@ from functools import partial
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QMenu
 
-from riglens.app.evaluation.requests import Approximation, LoadedScene, Result
+from riglens.app.evaluation.requests import Approximation, Result
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.files import Exchange
+from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
-from riglens.core.metric.scores import MetricSettings
-from riglens.core.rig.model import rays_of
 from riglens.core.rig.presets import PRESETS, preset
 from riglens.widgets.panels.controls.menus import add_entry
 from riglens.widgets.panels.scores.text import FIGURES_HELP, FIGURES_TITLE
@@ -84,7 +83,6 @@ class ScoresShown(Feature):
     def __init__(self, bench: Workbench) -> None:
         super().__init__(bench)
         self.panel, self.answers = bench.panels.scores, bench.answers
-        self._trailed: Result | None = None
         bench.recompute.failed.connect(bench.report_error, Qt.ConnectionType.QueuedConnection)
         self.answers.asked.connect(self._show_waiting)
         self.answers.answered.connect(self._show)
@@ -96,8 +94,6 @@ class ScoresShown(Feature):
         self.session.settings_changed.connect(lambda: self.panel.show_settings(self.session.settings))
         self.session.scene_changed.connect(lambda _: self.panel.set_stale())
         bench.theme_changed.connect(self._show_again)
-        self.document.rig_settled.connect(self._lengthen_trail)
-        self.document.opened.connect(self._forget_trail)
 
     def _show_waiting(self) -> None:
         self.panel.set_stale()
@@ -110,7 +106,6 @@ class ScoresShown(Feature):
         if not is_asked:
             self.panel.set_stale()
         self.bench.status.show_result(result, is_asked)
-        self._lengthen_trail()
 
     def _show_approximation(self, first: Approximation) -> None:
         """Show coarse scores, marked as such; the heatmap waits for exact ones."""
@@ -125,29 +120,8 @@ class ScoresShown(Feature):
             if was_stale:
                 self.panel.set_stale()
 
-    def _forget_trail(self) -> None:
-        """Another rig was opened: its trail begins here."""
-        self._trailed = None
-        self.panel.clear_trail()
+    def restore(self, settings: Settings) -> None:
+        self.panel.set_details(settings.read("scores/details", False))
 
-    def _lengthen_trail(self) -> None:
-        """Add an edit to the sparklines when none is under way; they start anew with traffic or settings."""
-        result = self.answers.result
-        if result is None or self.document.is_dragging or not self.answers.is_current:
-            return
-        last, self._trailed = self._trailed, result
-        if last is not None and _traffic(last) != _traffic(result):
-            self.panel.clear_trail()
-            last = None
-        if last is None or _rays(last) != _rays(result):
-            self.panel.add_to_trail(result.evaluation.scores)
-
-
-def _traffic(result: Result) -> tuple[LoadedScene, MetricSettings]:
-    """What scores must have in common to be of one trail."""
-    return result.scene, result.request.settings
-
-
-def _rays(result: Result) -> list[object]:
-    """What decides the scores of a rig: its sensors that count, without their names."""
-    return [rays_of(sensor) for sensor in result.request.rig.sensors if sensor.enabled]
+    def keep(self, settings: Settings) -> None:
+        settings.write("scores/details", self.panel.has_details)

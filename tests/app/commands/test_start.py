@@ -76,6 +76,7 @@ def test_a_rig_alone_opens_the_window_as_the_parser_of_commands_would(riglens, m
     for words in ([], ["W+T"], ["rigs/mine.yaml"]):
         assert riglens(*words).code == run(words) == 0
     assert opened[::2] == opened[1::2] and len(opened) == 6
+    assert opened[0][0] == "nuScenes car"
 
 
 def test_no_word_that_opens_the_window_at_once_is_a_command() -> None:

@@ -134,6 +134,18 @@ def test_without_a_display_the_same_job_runs_in_the_terminal(riglens_process, bo
     }
 
 
+def test_without_a_display_and_a_rig_the_start_rig_and_that_of_the_paper_are_scored(
+    riglens_process, boxes, tmp_path
+):
+    process = riglens_process("--boxes", boxes, *SMALL_GRID, env=NO_DISPLAY, cwd=tmp_path)
+    out, err = process.communicate(timeout=TIMEOUT_S)
+    assert process.returncode == 0, err
+    document = json.loads((tmp_path / "out" / "scores.json").read_text())
+    assert [rig["name"] for rig in document["rigs"]] == ["nuScenes car", "W+T"]
+    assert all(name in out for name in ("nuScenes car", "W+T"))
+    assert load_rig(tmp_path / "out" / "rig.yaml").rig == preset("nuScenes car")
+
+
 def test_a_display_that_does_not_answer_is_no_display(riglens_process, tmp_path):
     environment = {**NO_DISPLAY, "DISPLAY": ":98765"}
     process = riglens_process("W+T", "--boxes", "no-such-boxes", env=environment, cwd=tmp_path)

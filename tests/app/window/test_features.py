@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import QLineEdit
 from pytestqt.qtbot import QtBot
 
 from riglens.app.evaluation.options import SceneOptions
@@ -39,6 +40,7 @@ from riglens.widgets.drawing.camera import ViewRay
 from riglens.widgets.heatmap.pick import PickedCell
 from riglens.widgets.heatmap.scale import HeatLook
 from riglens.widgets.panels.fields.quantity import DEGREES, MILLIMETRES
+from riglens.widgets.panels.scores.table import ScoreTable
 from riglens.widgets.theme import DARK, LIGHT
 from tests.app.window.desk import GRID, Desk, heatmap, open_desk
 from tests.app.window_bench import CAMERA, LIDAR, RIG
@@ -134,15 +136,25 @@ def test_the_settings_that_the_user_wants_are_the_sessions_and_shown(desk: Desk)
     assert "rises" in desk.panels.scores.note
 
 
-def test_an_edit_lengthens_the_trail_and_a_drag_only_at_its_end(desk: Desk) -> None:
-    ScoresShown(asking(desk).workbench)
-    desk.answer(0.25)
-    desk.document.begin_drag(("roof",))
-    desk.document.preview({"roof": POSE})
-    desk.answer(0.5)
-    assert len(desk.panels.scores.trail_of("car")) == 1
-    desk.document.finish_drag()
-    assert len(desk.panels.scores.trail_of("car")) == 2
+def test_paper_details_are_folded_until_wanted_and_kept(desk: Desk) -> None:
+    shown, kept = ScoresShown(asking(desk).workbench), Settings()
+    table, weight = (
+        desk.panels.scores.findChild(ScoreTable),
+        desk.panels.scores.findChild(QLineEdit, "camera_weight"),
+    )
+    assert table is not None and weight is not None
+    titles = [table.horizontalHeaderItem(place).text() for place in range(table.columnCount())]
+    hidden = [title for place, title in enumerate(titles) if table.isColumnHidden(place)]
+    assert hidden == ["Cameras S-MIG", "change", "LiDARs S-MIG", "change"]
+    assert weight.isHidden()
+    desk.panels.scores.set_details(True)
+    assert (
+        not any(table.isColumnHidden(place) for place in range(table.columnCount())) and not weight.isHidden()
+    )
+    shown.keep(kept)
+    desk.panels.scores.set_details(False)
+    shown.restore(kept)
+    assert desk.panels.scores.has_details
 
 
 def test_the_rig_without_each_sensor_is_asked_for_once_an_edit_is_over(desk: Desk) -> None:

@@ -377,20 +377,6 @@ def test_a_baseline_file_that_cannot_be_read_leaves_the_old_one(bench: Bench, tm
     assert "last saved" in bench.panels.scores.note
 
 
-def test_the_sparkline_has_one_point_per_edit_however_long_the_drag(bench: Bench) -> None:
-    assert bench.panels.scores.trail_of("car") == [bench.fresh_scores(RIG).classes["car"].s_ms]
-    bench.viewport.press("roof")
-    for step in range(3):
-        bench.viewport.drag_to("roof", Pose((step, 0.2, 1.0)))
-        bench.settle()
-    bench.viewport.release("roof")
-    bench.settle()
-    assert len(bench.panels.scores.trail_of("car")) == 2
-    bench.document.rename("roof", "mast")
-    bench.settle()
-    assert len(bench.panels.scores.trail_of("car")) == 2
-
-
 # ---------------------------------------------------------------------- what a sensor is worth
 def wait_for_losses(bench: Bench, count: int) -> None:
     bench.qtbot.waitUntil(lambda: len(bench.features.marginals.losses) == count, timeout=TIMEOUT_MS)

@@ -133,7 +133,7 @@ def test_a_lambda_that_is_no_weight_is_refused(bench: Bench, text: str) -> None:
 
 
 def test_the_heatmap_follows_mode_class_and_rig(bench: Bench) -> None:
-    assert bench.viewport.state.heatmap.title == "POG probability, car"
+    assert bench.viewport.state.heatmap.title == "Unseen entropy, car", "an edit changes it"
     bench.features.heat.set_mode("seen")
     bench.features.heat.set_class("bicycle")
     bench.settle()

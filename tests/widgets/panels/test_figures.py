@@ -1,16 +1,14 @@
-"""Derived figures of sensors, sparklines and rows of the compare table, as they read."""
+"""Derived figures of sensors and rows of the compare table, as they read."""
 
 import csv
 import io
 import math
 
 import pytest
-from PySide6.QtCore import QRectF
 
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Sensor
 from riglens.core.rig.presets import preset
 from riglens.widgets.panels.compare.model import CompareRow, columns_for, table_text
-from riglens.widgets.panels.scores.table import trail_points, trail_tip
 from riglens.widgets.panels.sensors.rows import derived_rows, short_type
 
 LIDAR = Lidar(
@@ -46,18 +44,6 @@ def test_a_camera_is_summed_up_by_its_lens() -> None:
 @pytest.mark.parametrize(("sensor", "text"), [(LIDAR, "16 ch"), (CAMERA, "90°")])
 def test_a_sensor_has_a_type_of_a_few_characters(sensor: Sensor, text: str) -> None:
     assert short_type(sensor) == text
-
-
-def test_a_sparkline_runs_from_the_lower_to_the_upper_edge() -> None:
-    points = trail_points([1.0, 3.0, 2.0], QRectF(0.0, 0.0, 10.0, 8.0))
-    assert [(p.x(), p.y()) for p in points.toList()] == [(0.0, 8.0), (5.0, 0.0), (10.0, 4.0)]
-
-
-def test_equal_values_lie_in_the_middle_of_a_sparkline() -> None:
-    points = trail_points([2.0, 2.0], QRectF(0.0, 0.0, 10.0, 8.0))
-    assert [p.y() for p in points.toList()] == [4.0, 4.0]
-    assert "last 2 edits" in trail_tip("car", [2.0, 2.0])
-    assert trail_tip("car", []) == ""
 
 
 def test_a_rig_without_scores_has_empty_numbers_in_the_file() -> None:

@@ -1,1 +1,1 @@
-"""The scores of the rig, as a table with their recent history."""
+"""The scores of the rig, as a table."""

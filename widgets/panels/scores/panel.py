@@ -8,7 +8,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QMenu, QSizePolicy, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QHBoxLayout,
+    QLabel,
+    QMenu,
+    QSizePolicy,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
 
 from riglens.core.metric.scores import MAX_LAMBDA, READINGS, MetricSettings, Scores
 from riglens.core.targets.quantities import Cells
@@ -56,6 +65,10 @@ class ScoresPanel(QWidget):
         self._table.forget_on_target(NOT_COUNTED_NOTE)
         self._weight = NumberEdit(0.05)
         self._reading, self._profile = ChoiceBox(), ChoiceBox()
+        self._details = QCheckBox("Paper details")
+        self._details.setObjectName("paper_details")
+        self._details.setToolTip("Show S-MIG of cameras and LiDARs, the weight λ and the reading of S-MIG.")
+        self._details.toggled.connect(self._show_details)
         self._strip: QWidget | None = None
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
@@ -64,6 +77,7 @@ class ScoresPanel(QWidget):
         self._upper.addWidget(self._table, 1)
         layout.addLayout(self._upper, 1)
         layout.addLayout(self._controls())
+        self._show_details(False)
 
     def _controls(self) -> QHBoxLayout:
         self._weight.setObjectName("camera_weight")
@@ -85,7 +99,9 @@ class ScoresPanel(QWidget):
         row = QHBoxLayout()
         row.setContentsMargins(MARGIN, 5, MARGIN, 6)
         row.setSpacing(SPACING)
-        for widget in (QLabel("λ"), self._weight, QLabel("Reading"), self._reading, self._pin_button()):
+        row.addWidget(self._details)
+        self._of_paper = (QLabel("λ"), self._weight, QLabel("Reading"), self._reading)
+        for widget in (*self._of_paper, self._pin_button()):
             row.addWidget(widget)
         self._profile.setObjectName("tolerance")
         self._profile.setToolTip(PROFILE_TIP)
@@ -138,6 +154,20 @@ class ScoresPanel(QWidget):
             self._strip.setVisible(bool(profile))
 
     # ------------------------------------------------------------------ what is shown
+    @property
+    def has_details(self) -> bool:
+        """Whether S-MIG by kind, λ and reading are shown."""
+        return self._details.isChecked()
+
+    def set_details(self, shown: bool) -> None:
+        """Show S-MIG by kind, λ and reading, or hide them."""
+        self._details.setChecked(shown)
+
+    def _show_details(self, shown: bool) -> None:
+        self._table.set_details(shown)
+        for widget in self._of_paper:
+            widget.setVisible(shown)
+
     def show_settings(self, settings: MetricSettings) -> None:
         """Show method, reading and camera weight that scores are computed with."""
         self._settings = settings
@@ -168,18 +198,6 @@ class ScoresPanel(QWidget):
     def forget_on_target(self, reason: str) -> None:
         """Show no numbers on road users, and why."""
         self._table.forget_on_target(reason)
-
-    def add_to_trail(self, scores: Scores) -> None:
-        """Lengthen the sparklines of S-MS by one edit."""
-        self._table.add_to_trail(scores)
-
-    def clear_trail(self) -> None:
-        """Start the sparklines anew: S-MS belongs to other traffic or other settings from now on."""
-        self._table.clear_trail()
-
-    def trail_of(self, class_name: str) -> list[float]:
-        """Return S-MS in nat after each of the last edits."""
-        return self._table.trail_of(class_name)
 
     def show_estimate(self, scores: Scores) -> None:
         """Show rough scores until the exact ones are there; there is nothing to copy until then."""

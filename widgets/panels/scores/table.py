@@ -1,25 +1,20 @@
-"""The table of scores: class, value and change for every score, and a sparkline of S-MS over the last edits."""
+"""The table of scores: class, then value and change of three figures, and of S-MIG by kind on request."""
 
 from __future__ import annotations
 
 import math
 
-from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QPointF, QRectF, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtGui import (
     QBrush,
     QColor,
     QFontMetrics,
     QGuiApplication,
-    QPainter,
-    QPen,
-    QPolygonF,
     QResizeEvent,
 )
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QHeaderView,
-    QStyledItemDelegate,
-    QStyleOptionViewItem,
     QTableWidget,
     QTableWidgetItem,
 )
@@ -39,7 +34,6 @@ from riglens.widgets.panels.scores.text import (
     MetricColumn,
     change_text,
     exact_text,
-    kilo_text,
     looks_at_more,
     rough_text,
     sampled_change_text,
@@ -49,80 +43,27 @@ from riglens.widgets.panels.scores.text import (
 from riglens.widgets.panels.targets.text import tip_text
 from riglens.widgets.theme import CLASS_COLOURS
 
-MAX_TRAIL = 40
-TRAIL_VALUES = Qt.ItemDataRole.UserRole.value + 1
-TRAIL_COLOUR = Qt.ItemDataRole.UserRole.value + 2
-_MARGIN_PX, _DOT_PX = 6, 2.0
-
-
-def trail_points(values: list[float], room: QRectF) -> QPolygonF:
-    """Return the values from left to right in a rectangle, the largest at the top; equal ones in the middle."""
-    low, high = min(values), max(values)
-    step = room.width() / max(len(values) - 1, 1)
-    points = []
-    for place, value in enumerate(values):
-        height = 0.5 if high == low else (value - low) / (high - low)
-        points.append(QPointF(room.left() + place * step, room.bottom() - height * room.height()))
-    return QPolygonF(points)
-
-
-def trail_tip(class_name: str, values: list[float]) -> str:
-    """Describe how many edits the line shows and between which values."""
-    if not values:
-        return ""
-    low, high = kilo_text(min(values)), kilo_text(max(values))
-    return f"S-MS of {class_name} after the last {len(values)} edits, between {low} and {high} · 10³ nat"
-
-
-class Sparkline(QStyledItemDelegate):
-    """Draws the line with a dot on its latest value."""
-
-    def paint(
-        self,
-        painter: QPainter,
-        option: QStyleOptionViewItem,
-        index: QModelIndex | QPersistentModelIndex,
-    ) -> None:
-        """Draw the cell's background, then the line."""
-        super().paint(painter, option, index)
-        values = index.data(TRAIL_VALUES)
-        if not values:
-            return
-        rect = QRectF(option.rect)
-        points = trail_points(values, rect.adjusted(_MARGIN_PX, _MARGIN_PX, -_MARGIN_PX, -_MARGIN_PX))
-        colour = QColor(index.data(TRAIL_COLOUR) or tones().accent)
-        painter.save()
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.setPen(QPen(colour, 1.4))
-        painter.drawPolyline(points)
-        painter.setBrush(colour)
-        painter.drawEllipse(points.last(), _DOT_PX, _DOT_PX)
-        painter.restore()
-
-
 ABOUT, FOLLOWS = "≈ ", "…"
 LAST_SAVED = "the rig as last saved"
-CLASS_PX, MIN_VALUE_PX, CHANGE_PX, TRAIL_PX = 112, 88, 88, 76
+CLASS_PX, LEAST_PX, CHANGE_PX = 112, 60, 88
 NARROW_PX = 1400
 ROW_PX = 26
 SHOWN = (ON_TARGET, *COLUMNS)
 """The figures of a class from left to right; each is followed by its change."""
-GIVES_WAY = ("camera", "lidar")
-"""Figures that S-MS is made of: they give way where there is no room for all."""
-FULL_PX = CLASS_PX + len(SHOWN) * (MIN_VALUE_PX + CHANGE_PX)
-TRAIL = 1 + 2 * len(SHOWN)
-STANDARD_ERROR = Qt.ItemDataRole.UserRole.value + 3
+DETAILS = ("camera", "lidar")
+"""S-MIG by kind, of which S-MS is made: shown on request."""
+PLACES = 1 + 2 * len(SHOWN)
+STANDARD_ERROR = Qt.ItemDataRole.UserRole.value + 1
 ESTIMATE_NOTE = "Estimated on larger voxels; the exact number follows as soon as the mouse rests"
 LONGEST_CHANGES, _CELL_MARGIN_PX = ("−100.00 pp", "−10.0 ±10.0 pp", "−1000.00 ↓"), 8
 CHANGE_TIP = "Change against the baseline: the pinned rig, or else the rig as it was last saved or opened"
-TRAIL_TIP = "S-MS after each of the last edits, the largest value at the top"
 
 
 class ScoreTable(QTableWidget):
-    """Class, then value and change for every column, and the course of S-MS over the last edits."""
+    """Class, then value and change for every column."""
 
     def __init__(self) -> None:
-        super().__init__(len(CLASSES), 2 + 2 * len(SHOWN))
+        super().__init__(len(CLASSES), PLACES)
         OwnKeys(self, {StandardKey.Copy: self._copy})
         self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self.setSelectionMode(QAbstractItemView.SelectionMode.ContiguousSelection)
@@ -133,26 +74,24 @@ class ScoreTable(QTableWidget):
         self.verticalHeader().hide()
         self.verticalHeader().setDefaultSectionSize(ROW_PX)
         self._baseline = LAST_SAVED
-        self._trails: dict[str, list[float]] = {name: [] for name in CLASSES}
-        self.setItemDelegateForColumn(TRAIL, Sparkline(self))
         self._set_header()
         for row, name in enumerate(CLASSES):
             self._fill_row(row, name)
+        self.set_details(False)
         self.setMinimumHeight(self.horizontalHeader().sizeHint().height() + len(CLASSES) * ROW_PX)
 
     def _set_header(self) -> None:
         header = self.horizontalHeader()
         header.setHighlightSections(False)
-        header.setMinimumSectionSize(TRAIL_PX)
+        header.setMinimumSectionSize(LEAST_PX)
         for place in range(self.columnCount()):
-            is_value = place % 2 == 1 and place != TRAIL
+            is_value = place % 2 == 1
             mode = QHeaderView.ResizeMode.Stretch if is_value else QHeaderView.ResizeMode.Fixed
             header.setSectionResizeMode(place, mode)
-            header.resizeSection(place, {0: CLASS_PX, TRAIL: TRAIL_PX}.get(place, self._change_px()))
+            header.resizeSection(place, self._change_px() if place else CLASS_PX)
         titles: list[tuple[str, str]] = [("Class", "")]
         for column in SHOWN:
             titles += [(column.title, column.tip), ("change", CHANGE_TIP)]
-        titles.append(("last edits", TRAIL_TIP))
         for place, (title, tip) in enumerate(titles):
             item = QTableWidgetItem(title)
             item.setToolTip(tip)
@@ -169,15 +108,17 @@ class ScoreTable(QTableWidget):
         title = QTableWidgetItem(swatch(CLASS_COLOURS[name]), name)
         title.setFlags(Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable)
         self.setItem(row, 0, title)
-        for place in range(1, TRAIL):
+        for place in range(1, PLACES):
             item = QTableWidgetItem(NONE)
             item.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
             item.setForeground(QBrush(QColor(tones().muted)))
             self.setItem(row, place, item)
-        trail = QTableWidgetItem()
-        trail.setFlags(Qt.ItemFlag.ItemIsEnabled)
-        trail.setData(TRAIL_COLOUR, CLASS_COLOURS[name])
-        self.setItem(row, TRAIL, trail)
+
+    def set_details(self, shown: bool) -> None:
+        """Show S-MIG by kind beside the three figures, or hide it."""
+        for key in DETAILS:
+            for place in (_place_of(key), _place_of(key) + 1):
+                self.setColumnHidden(place, not shown)
 
     def cell(self, class_name: str, column: str) -> QTableWidgetItem:
         """Return the item of a class and a column key, followed by " change" for its change."""
@@ -190,30 +131,6 @@ class ScoreTable(QTableWidget):
     def set_baseline(self, name: str) -> None:
         """Set what the changes count from, for tooltips."""
         self._baseline = name
-
-    def add_to_trail(self, scores: Scores) -> None:
-        """Add one more edit to the sparklines of S-MS."""
-        for name, trail in self._trails.items():
-            trail.append(scores.classes[name].s_ms)
-            del trail[:-MAX_TRAIL]
-        self._show_trails()
-
-    def clear_trail(self) -> None:
-        """Start anew: what follows cannot be compared with what was before."""
-        for trail in self._trails.values():
-            trail.clear()
-        self._show_trails()
-
-    def _show_trails(self) -> None:
-        for row, name in enumerate(CLASSES):
-            item, trail = self.item(row, TRAIL), self._trails[name]
-            assert item is not None
-            item.setData(TRAIL_VALUES, list(trail))
-            item.setToolTip(trail_tip(name, trail))
-
-    def trail_of(self, class_name: str) -> list[float]:
-        """Return S-MS in nat after each of the last edits, the latest at the end."""
-        return list(self._trails[class_name])
 
     def show_scores(self, scores: Scores, baseline: Scores, settings: MetricSettings) -> None:
         """Show exact values and their change against the baseline."""
@@ -304,7 +221,7 @@ class ScoreTable(QTableWidget):
 
     def grey(self) -> None:
         """Show every score in the muted colour; what is on target is counted, and greyed, by itself."""
-        self._grey(range(3, TRAIL))
+        self._grey(range(3, PLACES))
 
     def _grey(self, places: range) -> None:
         muted = QBrush(QColor(tones().muted))
@@ -323,20 +240,16 @@ class ScoreTable(QTableWidget):
         lines = ["\t".join(titles)]
         for row, name in enumerate(CLASSES):
             values = [
-                self.model().index(row, place).data(Qt.ItemDataRole.UserRole) for place in range(1, TRAIL)
+                self.model().index(row, place).data(Qt.ItemDataRole.UserRole) for place in range(1, PLACES)
             ]
             values.insert(1, self.model().index(row, 1).data(STANDARD_ERROR))
             lines.append("\t".join([name, *("" if value is None else repr(value) for value in values)]))
         return "\n".join(lines) + "\n"
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Shorten titles where there is no room; sparklines, then S-MIG, give way to the three figures."""
+        """Shorten titles where there is no room for long ones."""
         super().resizeEvent(event)
         width = event.size().width()
-        self.setColumnHidden(TRAIL, width < FULL_PX + TRAIL_PX)
-        for key in GIVES_WAY:
-            for place in (_place_of(key), _place_of(key) + 1):
-                self.setColumnHidden(place, width < FULL_PX)
         is_narrow = width < NARROW_PX
         for column in SHOWN:
             item = self.horizontalHeaderItem(_place_of(column.key))
