@@ -13,8 +13,6 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from riglens.app.background.detection import CHART, PAIRS, DetectionJob
-from riglens.app.background.own_process import Tell
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.evaluation.scenario import load_scenario, remarks_on
 from riglens.app.evaluation.traffic import load_traffic
@@ -48,6 +46,7 @@ from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import WITHIN_M
 
+CHART, PAIRS = "detection.png", "detection-pairs.png"
 NAMES = (
     "detection.csv", "detection-seeds.csv", "detection-ranks.csv", "detection-pairs.csv", "detection.json",
     CHART, PAIRS,
@@ -96,19 +95,12 @@ def study(rigs: Sequence[str], scene: SceneOptions, plan: Plan, out: Path) -> No
     compare(plan.rigs(rigs), rigs, scene, plan, out)
 
 
-def study_job(job: DetectionJob, tell: Tell) -> None:
-    """Run a study of the window; `tell` gets the share done and each piece."""
-    plan = Plan(quick=job.quick, where=Where(job.workers), body=job.body)
-    compare(job.rigs, ["."] * len(job.rigs), job.scene, plan, job.folder, tell)
-
-
 def compare(
     rigs: Sequence[Rig],
     names: Sequence[str],
     scene: SceneOptions,
     plan: Plan,
     out: Path,
-    tell: Tell = lambda share, line: None,
 ) -> None:
     """Run a study of rigs; those with the mesh of a file have it beside the files of these names."""
     protocol = plan.protocol()
@@ -123,19 +115,18 @@ def compare(
     _ = asked.split  # says in one line what the data lack, before anything takes time
     # a cluster that is not there is reported before anything takes time
     with resumable(out / PIECES, plan.where, len(jobs(asked))) as workers:
-        result = _result(asked, _surrogates(asked, scene), workers, out, tell)
+        result = _result(asked, _surrogates(asked, scene), workers, out)
     _say(result, results())
     results().print(f"{out}: {', '.join(NAMES)}", soft_wrap=True)
 
 
-def _result(asked: Study, scores: Surrogates, workers: Workers, out: Path, hear: Tell) -> Result:
+def _result(asked: Study, scores: Surrogates, workers: Workers, out: Path) -> Result:
     """Make what is not there; tables and charts are written whenever one more seed is complete."""
     pieces, shown = Pieces(asked, out / PIECES), 0
 
     def tell(told: Told) -> None:
         nonlocal shown
         progress(told.share)
-        hear(told.share, "" if told.finished is None else f"done: {told.finished.title}")
         if told.finished is None:
             return
         note(f"done: {told.finished.title} ({told.done} of {told.pieces})")

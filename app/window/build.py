@@ -13,7 +13,6 @@ from riglens.app.window.features.autosave import Autosave
 from riglens.app.window.features.car import Car, SolidCar
 from riglens.app.window.features.card import CardShown
 from riglens.app.window.features.compare import Compare
-from riglens.app.window.features.detection import Detection
 from riglens.app.window.features.drop import Drop
 from riglens.app.window.features.edits import Clipboard, Edits, Mirror
 from riglens.app.window.features.failing import Failing
@@ -85,7 +84,6 @@ class Features(NamedTuple):
     audit: Audit
     compare: Compare
     card: CardShown
-    detection: Detection
     objects: Objects
     mounts: Mounts
     keep_out: KeepOutZones
@@ -152,7 +150,6 @@ def build_features(bench: Workbench) -> Features:
         audit=Audit(bench),
         compare=(compare := Compare(bench, files, exchange, targets)),
         card=CardShown(bench),
-        detection=Detection(bench, compare),
         objects=Objects(bench),
         mounts=(mounts := Mounts(bench)),
         keep_out=KeepOutZones(bench, mounts),

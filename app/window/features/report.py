@@ -90,12 +90,7 @@ class Report(Feature):
         name = PDF if chosen.suffix.lower() == ".pdf" else PAGE
         with open(made / name, "rb") as source, atomic_write(chosen) as stream:
             shutil.copyfileobj(source, stream)
-        self._say(chosen)
-
-    def _say(self, path: Path) -> None:
-        self.bench.notes.show_message(
-            f"Report written: {path}", choices={"Show": partial(self.show_file, path)}
-        )
+        self.bench.status.showMessage(f"Report written: {chosen}")
 
     def _forget_unseen(self, made: Path) -> None:
         if made not in self.dialogs:

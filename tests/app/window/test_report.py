@@ -122,11 +122,12 @@ def test_a_report_needs_data_and_is_seen_before_anything_is_written(desk: FullDe
     dialog.browser.click()
     assert shown == [made / PAGE]
     dialog.html.click()
-    assert desk.dialogs.suggested == Path("report.html") and desk.workbench.notes.message == ""
+    assert desk.dialogs.suggested == Path("report.html") and desk.workbench.status.currentMessage() == ""
     for button, name in ((dialog.html, PAGE), (dialog.pdf, PDF)):
         desk.dialogs.path = tmp_path / name
         button.click()
-        assert desk.dialogs.path.read_text("utf-8") == name and name in desk.workbench.notes.message
+        assert desk.dialogs.path.read_text("utf-8") == name and name in desk.workbench.status.currentMessage()
+    assert desk.workbench.notes.isHidden(), "nothing covers the view"
     assert desk.dialogs.suggested == Path("report.pdf")
     dialog.close()
     assert report.dialogs == {} and not made.exists()
