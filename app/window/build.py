@@ -73,6 +73,9 @@ class Features(NamedTuple):
     baseline: Baseline
     scores: ScoresShown
     targets: Targets
+    objects: Objects
+    mounts: Mounts
+    card: CardShown
     marginals: Marginals
     tolerance: Tolerance
     frame: FrameView
@@ -83,9 +86,6 @@ class Features(NamedTuple):
     standing: Standing
     audit: Audit
     compare: Compare
-    card: CardShown
-    objects: Objects
-    mounts: Mounts
     keep_out: KeepOutZones
     report: Report
     units: Units
@@ -105,6 +105,7 @@ def add_panels(bench: Workbench) -> None:
     docks.add("Inspector", panels.inspector, AREA.RightDockWidgetArea)
     docks.add("Scene", scrolled(panels.scene), AREA.RightDockWidgetArea, beside="Inspector")
     docks.add("Scores", panels.scores, AREA.BottomDockWidgetArea)
+    docks.add("Checks", panels.checks, AREA.BottomDockWidgetArea, beside="Scores")
 
 
 def build_features(bench: Workbench) -> Features:
@@ -139,6 +140,9 @@ def build_features(bench: Workbench) -> Features:
         baseline=Baseline(bench, exchange),
         scores=ScoresShown(bench),
         targets=(targets := Targets(bench)),
+        objects=Objects(bench),
+        mounts=(mounts := Mounts(bench)),
+        card=CardShown(bench),
         marginals=Marginals(bench, targets),
         tolerance=Tolerance(bench, targets),
         frame=(frame := FrameView(bench, targets)),
@@ -149,9 +153,6 @@ def build_features(bench: Workbench) -> Features:
         standing=Standing(bench),
         audit=Audit(bench),
         compare=(compare := Compare(bench, files, exchange, targets)),
-        card=CardShown(bench),
-        objects=Objects(bench),
-        mounts=(mounts := Mounts(bench)),
         keep_out=KeepOutZones(bench, mounts),
         report=Report(bench, compare),
         units=Units(bench),

@@ -141,13 +141,14 @@ def _is_seen(widget: QWidget) -> bool:
 
 
 class InSight(QObject):
-    """Follows one dock. Qt's own `visibilityChanged` says False of a tab that was pulled out of the window."""
+    """Follows one dock, or one page in it. Qt's own `visibilityChanged` says False of a tab that was pulled out of the
+    window."""
 
     changed = Signal(bool)
 
-    def __init__(self, dock: QDockWidget) -> None:
+    def __init__(self, dock: QDockWidget, page: QWidget | None = None) -> None:
         super().__init__(dock)
-        self._dock = dock
+        self._dock, self._page = dock, page
         self._is_seen = False
         self._later = QTimer(self, singleShot=True, interval=0)  # when docks are where they are going to be
         self._later.timeout.connect(self._look)
@@ -171,12 +172,17 @@ class InSight(QObject):
 
         self.changed.connect(turn)
 
+    def turn_with(self, turned: SignalInstance) -> InSight:
+        """Look again whenever another page is shown."""
+        turned.connect(lambda: self._on_moved(None))
+        return self
+
     def _on_moved(self, _: object) -> None:
         self._look()
         self._later.start()
 
     def _look(self) -> None:
-        is_seen = is_in_sight(self._dock)
+        is_seen = is_in_sight(self._dock) and (self._page is None or self._page.isVisible())
         if is_seen != self._is_seen:
             self._is_seen = is_seen
             self.changed.emit(is_seen)

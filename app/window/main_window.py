@@ -24,6 +24,7 @@ from riglens.app.window.settings import Settings
 from riglens.app.window.status import StatusBar
 from riglens.app.window.workbench import Bars, Panels, Workbench
 from riglens.core.metric.scores import MetricSettings
+from riglens.widgets.panels.checks.panel import ChecksPanel
 from riglens.widgets.panels.controls.messages import MessageBar
 from riglens.widgets.panels.inspector.panel import Inspector
 from riglens.widgets.panels.scene.scene_panel import ScenePanel
@@ -57,7 +58,9 @@ class MainWindow(QMainWindow):
         self.setWindowTitle("RigLens")
         self.resize(fitting_size(DEFAULT_SIZE, self.screen().availableSize()))
         self.session = Session(document, settings)
-        panels = Panels(SensorTree(), Inspector(), ScenePanel(choice_of(scene)), ScoresPanel(settings))
+        panels = Panels(
+            SensorTree(), Inspector(), ScenePanel(choice_of(scene)), ScoresPanel(settings), ChecksPanel()
+        )
         bars = Bars(StatusBar(), MessageBar(is_error=False), MessageBar())
         self._put_in_middle(bars, viewport)
         self.bench = Workbench(

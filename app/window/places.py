@@ -11,7 +11,7 @@ MENUS = {
     "view": ("&View", "looks | gizmo | shown | docks | window"),
     "sensor": ("&Sensor", "add | edit | fail | place"),
     "scene": ("S&cene", "boxes | body | frames"),
-    "study": ("S&tudy", "rigs | reports"),
+    "study": ("S&tudy", "rigs | checks"),
     "help": ("&Help", "texts"),
 }
 """Title and sections by menu; | is a separator. A place is "menu/section"."""

@@ -20,6 +20,7 @@ from riglens.app.window.places import Places
 from riglens.app.window.settings import Settings
 from riglens.app.window.status import StatusBar
 from riglens.core.errors import InputError
+from riglens.widgets.panels.checks.panel import ChecksPanel
 from riglens.widgets.panels.controls.messages import MessageBar
 from riglens.widgets.panels.inspector.panel import Inspector
 from riglens.widgets.panels.scene.scene_panel import ScenePanel
@@ -30,12 +31,13 @@ from riglens.widgets.viewport.view import View
 
 @dataclass(frozen=True)
 class Panels:
-    """The four panels that several features work on; a feature's own panel is the feature's."""
+    """The panels that several features work on; a feature's own panel is the feature's."""
 
     tree: SensorTree
     inspector: Inspector
     scene: ScenePanel
     scores: ScoresPanel
+    checks: ChecksPanel
 
 
 @dataclass(frozen=True)

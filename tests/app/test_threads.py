@@ -76,7 +76,8 @@ def test_everything_in_the_window_calls_parallel_kernels_on_one_thread(
 ) -> None:
     with open_bench(qtbot, tmp_path, counter=make_counter(close_s=TIMEOUT_S)) as bench:
         bench.features.card._choose(CardPlan(bearings_deg=(0.0,), to_m=12.0))
-        for dock in ("Map", "Sensor view", "Card"):
+        bench.act("detection_range")
+        for dock in ("Map", "Sensor view", "Checks"):
             bench.workbench.docks[dock].setFloating(True)  # all in sight at once
             bench.workbench.docks[dock].show()
         qtbot.waitUntil(lambda: bool(bench.features.map.in_sight), timeout=TIMEOUT_MS)

@@ -22,7 +22,7 @@ SIDE_SHARE, SIDE_LESS_PX, BELOW_SHARE = 0.28, 26, 0.25
 """The most of a small window that a panel beside or below the view takes at first; beside it less by some pixels."""
 FRAME = QSize(16, 44)
 """Room for the frame and the title bar that a desktop puts around a window; how large they are is known too late."""
-VERSION = 1
+VERSION = 2
 """Counts up when docks are arranged anew, so that an old layout is not forced on them."""
 SHOWN = {unit.name: unit for unit in (METRES, MILLIMETRES, DEGREES, RADIANS)}
 CHOICES = {"theme_system": None, "theme_light": False, "theme_dark": True}

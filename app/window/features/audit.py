@@ -1,4 +1,4 @@
-"""Where the rays of the selected sensor go: followed by the engine's thread while nobody edits, when asked for."""
+"""Checks > Audit: where the rays of each sensor go, followed in the background when asked for."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ from PySide6.QtCore import Qt
 from riglens.app.background.background_requests import AuditRequest
 from riglens.app.background.queue import BackgroundRequest
 from riglens.app.window.feature import Feature
+from riglens.app.window.features.checks import add_check, check_spec
 from riglens.app.window.workbench import Workbench
 from riglens.core.rig.model import Rig
-from riglens.widgets.panels.inspector.audit_view import ASKED, NOT_COUNTED
+from riglens.widgets.panels.checks.audit import ASKED, OUTDATED, AuditPanel
 
 if TYPE_CHECKING:  # loads the compiler
     from riglens.core.engine.audit import RigAudit
@@ -22,14 +23,19 @@ GROUP = "audit"
 class Audit(Feature):
     """Shows the audit of the rig that was followed last; after an edit greyed, until rays are followed again."""
 
+    specs = (
+        check_spec("audit", "Audit", "Where every ray goes: into the car, past the region, to something new"),
+    )
+
     def __init__(self, bench: Workbench) -> None:
         super().__init__(bench)
+        self.panel = AuditPanel()
+        add_check(bench, "audit", self.panel)
         self.answer: tuple[AuditRequest, RigAudit] | None = None
         self._asked: AuditRequest | None = None
-        inspector = bench.panels.inspector
-        inspector.audit_wanted.connect(self.follow_rays)
+        self.panel.wanted.connect(self.follow_rays)
+        self.panel.table.chosen.connect(self.document.select)
         bench.recompute.answered_in_background.connect(self._take, Qt.ConnectionType.QueuedConnection)
-        self.document.selection_changed.connect(self._show)
         self.document.rig_settled.connect(self._show)
         self.document.failed_changed.connect(self._show)
         self.session.settings_changed.connect(self._show)
@@ -57,18 +63,13 @@ class Audit(Feature):
         self._show()
 
     def _show(self) -> None:
-        """Show the selected sensor's part of what is known."""
-        name, inspector = self.document.selected, self.bench.panels.inspector
-        if name is None:
+        if self.answer is None:
+            self.panel.show_audits({}, ASKED if self._asked is not None else "", False)
             return
-        request, audit = self.answer or (None, None)
-        found = None if audit is None else audit.of(name)
-        if not self.document.working_rig.sensor(name).enabled:
-            inspector.show_no_audit(NOT_COUNTED)
-        elif found is None or request is None:
-            inspector.show_no_audit(ASKED if self._asked is not None else "")
-        else:
-            inspector.show_audit(found, "blocks", self._is_current(request))
+        request, audit = self.answer
+        is_current = self._is_current(request)
+        note = ASKED if self._asked is not None else "" if is_current else OUTDATED
+        self.panel.show_audits({found.name: found for found in audit.sensors}, note, is_current)
 
     def _is_current(self, request: AuditRequest) -> bool:
         session = self.session

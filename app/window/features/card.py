@@ -11,8 +11,8 @@ from PySide6.QtCore import Qt
 from riglens.app.background.rig_questions import RigRequest, detection_card
 from riglens.app.background.worker import BackgroundWorker
 from riglens.app.studies.files import csv_text, write_text
-from riglens.app.window.docks import InSight
 from riglens.app.window.feature import Feature
+from riglens.app.window.features.checks import add_check, check_spec
 from riglens.app.window.features.files import beside_rig
 from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
@@ -42,7 +42,15 @@ CardRequest = RigRequest[CardPlan]
 
 
 class CardShown(Feature):
-    """A dock that costs nothing while it is out of sight."""
+    """A page that costs nothing while it is out of sight."""
+
+    specs = (
+        check_spec(
+            "detection_range",
+            "Detection range",
+            "Up to which distance the rig detects an object, by class",
+        ),
+    )
 
     def __init__(self, bench: Workbench, maker: BackgroundWorker[CardRequest, Card] | None = None) -> None:
         super().__init__(bench)
@@ -53,10 +61,7 @@ class CardShown(Feature):
         self._ended: tuple[CardRequest, str] | None = None
         """The request that was stopped or failed, and why it has no answer."""
         self._shown: tuple[Card, bool] | None = None
-        self.dock = bench.docks.add(
-            "Card", self.panel, Qt.DockWidgetArea.BottomDockWidgetArea, beside="Scores"
-        )
-        self.in_sight = InSight(self.dock)
+        self.in_sight = add_check(bench, "detection_range", self.panel)
         self.in_sight.follow(
             self._follow, self.session.asked_changed, self.document.rig_settled, bench.answers.answered
         )
@@ -77,7 +82,8 @@ class CardShown(Feature):
         """The rig as it is now; how the car brakes decides nothing that has to be counted."""
         session = self.session
         plan = self._plan.braking_as(USUAL_PLAN).with_body(session.solid_body)
-        return RigRequest(self.document.working_rig, plan, session.mesh)
+        rig = self.document.working_rig.model_copy(update={"keep_out": ()})
+        return RigRequest(rig, plan, session.mesh)
 
     @property
     def is_current(self) -> bool:

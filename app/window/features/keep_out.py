@@ -41,7 +41,7 @@ class KeepOutZones(Feature):
     specs = (
         Spec(
             "keep_out_shown", "Show on the car",
-            "Colour where no sensor is to stand: amber as the limits on mounts say (Study > Mounts), red as painted",
+            "Colour where no sensor is to stand: amber as the limits on mounts say (Checks > Mounts), red as painted",
             menu="view", is_checkable=True,
         ),
         Spec(

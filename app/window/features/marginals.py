@@ -13,6 +13,7 @@ from riglens.app.background.counting import CountAnswer, OtherCount
 from riglens.app.background.queue import BackgroundRequest
 from riglens.app.evaluation.requests import Result
 from riglens.app.window.feature import Feature
+from riglens.app.window.features.checks import add_check, check_spec
 from riglens.app.window.features.targets import Targets
 from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
@@ -22,6 +23,7 @@ from riglens.core.rig.model import Rig
 from riglens.core.targets.quantities import Figures, figures_of
 from riglens.core.view.outlook import looks_into
 from riglens.widgets.maps.map_items import NO_BOXES
+from riglens.widgets.panels.checks.redundancy import RedundancyPanel
 from riglens.widgets.panels.controls.menus import add_entry
 from riglens.widgets.panels.inspector.marginal_view import FAILED, NOT_COUNTED, WAITING
 from riglens.widgets.panels.scores.text import NONE
@@ -38,8 +40,13 @@ class Marginals(Feature):
     get onto road users, of the rig in `answer`. `measure` is what the list shows.
     """
 
+    specs = (check_spec("redundancy", "Redundancy", "What the rig loses when each sensor fails"),)
+
     def __init__(self, bench: Workbench, targets: Targets) -> None:
         super().__init__(bench)
+        self.panel = RedundancyPanel()
+        add_check(bench, "redundancy", self.panel)
+        self.panel.table.chosen.connect(self.document.select)
         self.answers, self._targets = bench.answers, targets
         self.result: Result | None = None
         self.losses: dict[str, Scores] = {}
@@ -151,6 +158,7 @@ class Marginals(Feature):
 
     def _grey(self) -> None:
         self.bench.panels.tree.set_losses_stale()
+        self.panel.grey()
         self.bench.panels.inspector.set_loss_stale()
 
     # ------------------------------------------------------------------ answers
@@ -188,12 +196,16 @@ class Marginals(Feature):
 
     def _show_all(self) -> None:
         """Show what is known in the list, and of the selected sensor in the inspector."""
-        now, elsewhere, found = self._known_now(), self._looking_elsewhere(), dict[str, Loss]()
-        for name in self.losses.keys() | self.figures.keys():
-            loss = loss_of(self.measure, now, self._known_without(name))
-            if loss is not None:
-                found[name] = Loss(None, NONE, NO_BOXES_TIP) if name in elsewhere else loss
-        self.bench.panels.tree.show_losses(found)
+        now, elsewhere = self._known_now(), self._looking_elsewhere()
+        found: dict[str, dict[Measure, Loss]] = {}
+        for name in self._names(self.document.working_rig):
+            without = self._known_without(name)
+            known = {measure: loss_of(measure, now, without) for measure in MEASURES}
+            nothing = Loss(None, NONE, NO_BOXES_TIP) if name in elsewhere else None
+            found[name] = {key: nothing or loss for key, loss in known.items() if loss is not None}
+        shown = {name: losses[self.measure] for name, losses in found.items() if self.measure in losses}
+        self.bench.panels.tree.show_losses(shown)
+        self.panel.show_losses(found)
         self._show_selected()
 
     def _looking_elsewhere(self) -> frozenset[str]:

@@ -1,4 +1,4 @@
-"""Study > Mounts: what is wrong with the places of the sensors, one line each, while the rig is edited."""
+"""Checks > Mounts: violated limits of the sensors' places, one line each, while the rig is edited."""
 
 from __future__ import annotations
 
@@ -9,24 +9,22 @@ from PySide6.QtCore import Signal
 
 from riglens.app.background.rig_questions import MountCheck, RigRequest
 from riglens.app.background.worker import BackgroundWorker
-from riglens.app.window.actions import Spec
-from riglens.app.window.features.live_list import LiveList
+from riglens.app.window.features.checks import LiveCheck, check_spec
 from riglens.app.window.workbench import Workbench
 from riglens.core.errors import InputError
-from riglens.widgets.panels.dialogs.mounts import USUAL, MountsDialog
+from riglens.widgets.panels.checks.mounts import USUAL, MountsPanel
 
 if TYPE_CHECKING:  # loads the compiler
     from riglens.core.review.mounts import KeepOut, MountLimits, Violation
 
 
-class Mounts(LiveList[MountsDialog, "RigRequest[MountLimits | None]", "tuple[Violation, ...]"]):
+class Mounts(LiveCheck[MountsPanel, "RigRequest[MountLimits | None]", "tuple[Violation, ...]"]):
     """What has failed is still mounted."""
 
     specs = (
-        Spec(
-            "mounts", "Mounts…",
+        check_spec(
+            "mounts", "Mounts",
             "What is wrong with the sensors' places: heights, gaps, spacing, what sticks out, zones to keep clear",
-            menu="study/rigs",
         ),
     )  # fmt: skip
 
@@ -39,15 +37,11 @@ class Mounts(LiveList[MountsDialog, "RigRequest[MountLimits | None]", "tuple[Vio
         worker: BackgroundWorker[RigRequest[MountLimits | None], tuple[Violation, ...]] | None = None,
     ) -> None:
         self._limits: MountLimits | None = None
-        super().__init__(bench, worker or BackgroundWorker("mounts", MountCheck(), bench))
-        self.bind(mounts=self.open)
-
-    def _make_dialog(self) -> MountsDialog:
-        dialog = MountsDialog(self.bench.window)
-        dialog.chosen.connect(self._select)
-        dialog.file_wanted.connect(self.bench.guarded(self._choose_file))
-        dialog.usual_wanted.connect(lambda: self._use(None, USUAL))
-        return dialog
+        page = MountsPanel()
+        super().__init__(bench, "mounts", page, worker or BackgroundWorker("mounts", MountCheck(), bench))
+        page.chosen.connect(self._select)
+        page.file_wanted.connect(self.bench.guarded(self._choose_file))
+        page.usual_wanted.connect(lambda: self._use(None, USUAL))
 
     def _choose_file(self) -> None:
         """Take the limits of a file of requirements, as for `riglens check`; InputError when it has none."""
@@ -58,8 +52,7 @@ class Mounts(LiveList[MountsDialog, "RigRequest[MountLimits | None]", "tuple[Vio
 
     def _use(self, limits: MountLimits | None, name: str) -> None:
         self._limits = limits
-        if self.dialog is not None:
-            self.dialog.show_source(name)
+        self.page.show_source(name)
         self.limits_changed.emit()
         self._ask()
 
@@ -75,8 +68,7 @@ class Mounts(LiveList[MountsDialog, "RigRequest[MountLimits | None]", "tuple[Vio
         return RigRequest(self.document.rig, self._limits, self.session.mesh)
 
     def _show(self, answer: tuple[Violation, ...]) -> None:
-        assert self.dialog is not None
-        self.dialog.show_lines([(found.sensor, found.text) for found in answer])
+        self.page.show_lines([(found.sensor, found.text) for found in answer])
 
     def _select(self, name: str) -> None:
         if any(sensor.name == name for sensor in self.document.rig.sensors):

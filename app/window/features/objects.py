@@ -1,4 +1,4 @@
-"""Study > Test objects: which objects beside the car the rig sees, while it is edited; a click goes to one."""
+"""Checks > Test objects: which objects beside the car the rig sees, while it is edited; a click goes to one."""
 
 from __future__ import annotations
 
@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING
 
 from riglens.app.background.rig_questions import RigRequest, object_verdicts
 from riglens.app.background.worker import BackgroundWorker
-from riglens.app.window.actions import Spec
-from riglens.app.window.features.live_list import LiveList
+from riglens.app.window.features.checks import LiveCheck, check_spec
 from riglens.app.window.workbench import Workbench
 from riglens.core.metric.scores import Body
 from riglens.widgets.drawing.camera import OrbitCamera
-from riglens.widgets.panels.dialogs.objects import ObjectsDialog
+from riglens.widgets.panels.checks.objects import ObjectsPanel
 from riglens.widgets.viewport.scene_state import Post
 
 if TYPE_CHECKING:  # loads the compiler
@@ -24,14 +23,13 @@ FAR_M, LEAST_DEG, MOST_DEG = 9.0, 20.0, 60.0
 """From how far at most, and between which elevations, an object is looked at."""
 
 
-class Objects(LiveList[ObjectsDialog, RigRequest[Body], "tuple[ProfileVerdict, ...]"]):
+class Objects(LiveCheck[ObjectsPanel, RigRequest[Body], "tuple[ProfileVerdict, ...]"]):
     """What has failed sees nothing."""
 
     specs = (
-        Spec(
-            "test_objects", "Test objects…",
+        check_spec(
+            "test_objects", "Test objects",
             "Which objects after UN R158, R159, R151, FMVSS 111 and the turn assist the rig sees: geometry only",
-            menu="study/rigs",
         ),
     )  # fmt: skip
 
@@ -42,26 +40,25 @@ class Objects(LiveList[ObjectsDialog, RigRequest[Body], "tuple[ProfileVerdict, .
     ) -> None:
         self._profiles: Sequence[ProfileVerdict] = ()
         self._chosen: tuple[int, int] | None = None
-        super().__init__(bench, worker or BackgroundWorker("test objects", object_verdicts, bench))
-        self.bind(test_objects=self.open)
+        page = ObjectsPanel()
+        super().__init__(
+            bench, "test_objects", page, worker or BackgroundWorker("test objects", object_verdicts, bench)
+        )
+        page.chosen.connect(self._go_to)
 
-    def _make_dialog(self) -> ObjectsDialog:
-        dialog = ObjectsDialog(self.bench.window)
-        dialog.chosen.connect(self._go_to)
-        return dialog
-
-    def _rest(self) -> None:
-        super()._rest()
-        self._chosen = None
-        self._point_out()
+    def _turn(self, is_seen: bool) -> None:
+        super()._turn(is_seen)
+        if not is_seen:
+            self._chosen = None
+            self._point_out()
 
     def _request(self) -> RigRequest[Body]:
-        return RigRequest(self.document.working_rig, self.session.solid_body, self.session.mesh)
+        rig = self.document.working_rig.model_copy(update={"keep_out": ()})
+        return RigRequest(rig, self.session.solid_body, self.session.mesh)
 
     def _show(self, answer: tuple[ProfileVerdict, ...]) -> None:
-        assert self.dialog is not None
         self._profiles = answer
-        self.dialog.show_verdicts(answer)
+        self.page.show_verdicts(answer)
         self._point_out()
 
     def _go_to(self, profile: int, place: int) -> None:

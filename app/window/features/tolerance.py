@@ -12,6 +12,7 @@ from PySide6.QtCore import Qt
 from riglens.app.background.background_requests import ToleranceProgress, ToleranceRequest
 from riglens.app.background.queue import BackgroundRequest
 from riglens.app.window.feature import Feature
+from riglens.app.window.features.checks import add_check, check_spec
 from riglens.app.window.features.targets import Targets
 from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
@@ -26,7 +27,7 @@ from riglens.core.review.tolerance import (
 )
 from riglens.core.rig.model import Sensor
 from riglens.core.scene.boxes import CLASSES
-from riglens.widgets.panels.scores.tolerance_strip import WAITING, Below, Range, ToleranceStrip
+from riglens.widgets.panels.checks.tolerance import WAITING, Below, Range, TolerancePanel
 
 if TYPE_CHECKING:  # loads the compiler
     from riglens.core.review.requirements import Requirements
@@ -41,16 +42,18 @@ SEEN_FROM_M, SEEN_FROM_DEG = 0.15, 8.0
 class Tolerance(Feature):
     """Nothing is drawn until a profile is chosen. An edit gives up what is under way, and it begins anew at rest."""
 
+    specs = (check_spec("tolerances", "Tolerance", "How much figures spread when mounts are a little off"),)
+
     def __init__(self, bench: Workbench, targets: Targets) -> None:
         super().__init__(bench)
         self._targets = targets
-        self.strip = ToleranceStrip(tuple(CLASSES))
+        self.strip = TolerancePanel(tuple(CLASSES), [profile.name for profile in PROFILES])
         self.profile: ToleranceProfile | None = None
         self.answer: ToleranceProgress | None = None
         self._asked: ToleranceRequest | None = None
         self._required: Requirements | None = None
-        bench.panels.scores.add_strip(self.strip, [profile.name for profile in PROFILES])
-        bench.panels.scores.profile_chosen.connect(self.choose)
+        add_check(bench, "tolerances", self.strip)
+        self.strip.profile_chosen.connect(self.choose)
         self.strip.figure_chosen.connect(lambda _: self._show())
         self.strip.ghost_wanted.connect(lambda _: self._show_ghost())
         self.strip.requirements_wanted.connect(bench.guarded(self._choose_requirements))
@@ -69,7 +72,7 @@ class Tolerance(Feature):
             self.session.asked_changed.connect(self._drop_if_changed)
         elif before is not None and self.profile is None:
             self.session.asked_changed.disconnect(self._drop_if_changed)
-        self.bench.panels.scores.show_strip(name)
+        self.strip.show_profile(name)
         self._forget()
         self._ask()
 

@@ -32,6 +32,7 @@ from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.grid import VoxelGrid
 from riglens.widgets.heatmap.scale import HeatmapData
+from riglens.widgets.panels.checks.panel import ChecksPanel
 from riglens.widgets.panels.controls.messages import MessageBar
 from riglens.widgets.panels.inspector.panel import Inspector
 from riglens.widgets.panels.scene.scene_panel import ScenePanel
@@ -152,7 +153,11 @@ def open_desk(qtbot: QtBot, rig: Rig = RIG, path: Path | None = None, kept: Sett
     toolbar.setObjectName("toolbar")
     window.addToolBar(toolbar)
     panels = Panels(
-        SensorTree(), Inspector(), ScenePanel(choice_of(SceneOptions())), ScoresPanel(MetricSettings())
+        SensorTree(),
+        Inspector(),
+        ScenePanel(choice_of(SceneOptions())),
+        ScoresPanel(MetricSettings()),
+        ChecksPanel(),
     )
     bars = Bars(StatusBar(), MessageBar(is_error=False), MessageBar())
     viewport, dialogs = FakeViewport(), FakeDialogs()

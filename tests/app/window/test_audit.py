@@ -1,4 +1,4 @@
-"""The audit of rays in the inspector: asked for by a button, six shares that add up, greyed after an edit."""
+"""The audit of rays: asked for by a button, six shares that add up, greyed after an edit."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from riglens.app.window.features.audit import Audit
 from riglens.app.window.features.follow import Follow
 from riglens.core.engine.audit import FATES, RigAudit, audit
 from riglens.core.rig.model import Rig
-from riglens.widgets.panels.inspector.audit_view import ASKED, FATE_TITLES, NOT_COUNTED, OUTDATED, percents
+from riglens.widgets.panels.checks.audit import ASKED, OUTCOMES, OUTDATED, percents
 from tests.app.window.desk import Desk, open_desk
 from tests.app.window_bench import RIG, open_bench
 from tests.core.builders import grid_of, random_field
@@ -40,12 +40,8 @@ def desk(qtbot: QtBot) -> Iterator[Desk]:
     yield made
 
 
-def view(desk: Desk):
-    return desk.panels.inspector.form.audit  # type: ignore[attr-defined]
-
-
-def press(desk: Desk) -> None:
-    button = desk.panels.inspector.form.findChild(QPushButton, "follow_rays")
+def press(feature: Audit) -> None:
+    button = feature.panel.findChild(QPushButton, "follow_rays")
     assert button is not None
     button.click()
 
@@ -58,49 +54,48 @@ def test_shares_as_shown_add_up_to_a_hundred_percent(counts: list[int]) -> None:
     assert all(abs(shown[name] - 100.0 * share) <= 0.1 + 1e-9 for name, share in shares.items())
 
 
-def test_the_view_knows_every_fate() -> None:
-    assert set(FATE_TITLES) == set(FATES)
+def test_the_page_knows_what_becomes_of_every_ray() -> None:
+    assert set(OUTCOMES) == set(FATES)
 
 
 def test_rays_are_followed_when_asked_for_and_greyed_after_an_edit(desk: Desk) -> None:
     feature = Audit(desk.workbench)
-    assert desk.recompute.audits == [] and view(desk).note == ""
-    press(desk)
+    table = feature.panel.table
+    assert desk.recompute.audits == [] and feature.panel.note == "" and table.rowCount() == 0
+    press(feature)
     (request,) = desk.recompute.audits
-    assert request.rig == desk.document.rig and view(desk).note == ASKED
+    assert request.rig == desk.document.rig and feature.panel.note == ASKED
     feature._take(request, audited(request.rig))
-    found = audited(request.rig).of("roof")
-    assert found is not None and view(desk).note.startswith(f"{found.rays:,} rays")
-    wanted = percents(found.shares)
-    assert {name: view(desk).text_of(name) for name in FATES} == {n: f"{wanted[n]:.1f} %" for n in FATES}
-    desk.document.select("front")
-    assert view(desk).note.startswith(f"{RIG.sensor('front').ray_count:,} rays")
+    for sensor in RIG.sensors:
+        found = audited(request.rig).of(sensor.name)
+        assert found is not None
+        wanted = percents(found.shares)
+        assert table.texts_of(sensor.name) == [f"{found.rays:,}", *(f"{wanted[n]:.1f} %" for n in OUTCOMES)]
+    table.cellClicked.emit(1, 0)
+    assert desk.document.selected == RIG.sensors[1].name
     desk.drag("roof", (0.3, 0.0, 2.0))
-    assert view(desk).note == OUTDATED
+    assert feature.panel.note == OUTDATED
     desk.document.undo()
-    assert view(desk).note != OUTDATED
+    assert feature.panel.note != OUTDATED
 
 
-def test_a_sensor_that_does_not_count_and_other_traffic_have_no_audit(desk: Desk) -> None:
+def test_other_traffic_has_no_audit_yet(desk: Desk) -> None:
     feature = Audit(desk.workbench)
-    press(desk)
+    press(feature)
     feature._take(desk.recompute.audits[0], audited(desk.document.rig))
-    desk.document.set_enabled(("roof",), False)
-    assert view(desk).note == NOT_COUNTED
-    desk.document.set_enabled(("roof",), True)
     desk.load()
-    assert feature.answer is None and view(desk).note == ""
+    assert feature.answer is None and feature.panel.table.rowCount() == 0
 
 
-def test_an_answer_to_an_earlier_wish_is_not_shown(desk: Desk) -> None:
+def test_an_answer_to_an_earlier_request_is_not_shown(desk: Desk) -> None:
     feature = Audit(desk.workbench)
-    press(desk)
-    press(desk)
+    press(feature)
+    press(feature)
     first, second = desk.recompute.audits
     feature._take(first, audited(first.rig))
     assert feature.answer is None
     feature._take(second, None)
-    assert feature.answer is None and view(desk).note == ""
+    assert feature.answer is None and feature.panel.note == ""
 
 
 def test_the_thread_follows_rays_as_the_command_does(qtbot: QtBot, tmp_path: Path) -> None:

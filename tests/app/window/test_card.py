@@ -71,7 +71,7 @@ def shown(desk: Desk, maker: FakeMaker, qtbot: QtBot) -> CardShown:
     """The feature with its dock in sight, before the first scores."""
     feature = CardShown(desk.workbench, maker)
     desk.workbench.window.show()
-    desk.workbench.docks.bring_up("Card")
+    desk.act("detection_range")
     qtbot.waitUntil(lambda: bool(feature.in_sight), timeout=TIMEOUT_MS)
     return feature
 
@@ -98,7 +98,7 @@ def test_a_card_is_made_after_the_first_scores_and_only_while_somebody_looks(
     desk.answer()
     assert maker.requests == []
     desk.workbench.window.show()
-    desk.workbench.docks.bring_up("Card")
+    desk.act("detection_range")
     qtbot.waitUntil(lambda: len(maker.requests) == 1, timeout=TIMEOUT_MS)
     assert maker.requests[0] == RigRequest(desk.document.rig, BLOCKS) and not feature.is_current
 

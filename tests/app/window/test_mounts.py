@@ -1,4 +1,4 @@
-"""Study > Mounts: the lines of `riglens check`, kept up to date while in sight, against limits of the user's own."""
+"""Checks > Mounts: the lines of `riglens check`, kept up to date while in sight, against limits of the user's own."""
 
 from __future__ import annotations
 
@@ -15,14 +15,16 @@ from riglens.app.window.features.mounts import Mounts
 from riglens.core.review.mounts import USUAL_LIMITS, violations
 from riglens.core.review.requirements import read_requirements
 from tests.app.window.desk import Desk, open_desk
-from tests.waiting import TIMEOUT_S
+from tests.waiting import TIMEOUT_MS, TIMEOUT_S
 
 REQUIRED = "riglens_requirements: 1\nmounts: {height_m: [2.5, 3.0], spacing_m: 5.0, keep_out: []}\n"
 
 
 @pytest.fixture
 def desk(qtbot: QtBot) -> Desk:
-    return open_desk(qtbot)
+    made = open_desk(qtbot)
+    made.workbench.window.show()
+    return made
 
 
 @pytest.fixture
@@ -32,53 +34,63 @@ def mounts(desk: Desk) -> Iterator[Mounts]:
     made._worker.close()
 
 
+def open_page(desk: Desk, check: Mounts) -> None:
+    """Bring the page up and wait until it is in sight."""
+    desk.act("mounts")
+    desk.qtbot.waitUntil(lambda: bool(check.in_sight), timeout=TIMEOUT_MS)
+
+
+def put_away(desk: Desk, check: Mounts) -> None:
+    """Bring up another panel in its place."""
+    desk.workbench.docks.bring_up("Scores")
+    desk.qtbot.waitUntil(lambda: not check.in_sight, timeout=TIMEOUT_MS)
+
+
 def lines(mounts: Mounts) -> list[str]:
     assert mounts._worker.wait_until_idle(TIMEOUT_S)
     QCoreApplication.processEvents()
-    assert mounts.dialog is not None
-    return [mounts.dialog.lines.item(place).text() for place in range(mounts.dialog.lines.count())]
+    return [mounts.page.lines.item(place).text() for place in range(mounts.page.lines.count())]
 
 
 def test_the_lines_are_those_of_the_command_and_follow_a_drag_while_in_sight(
     desk: Desk, mounts: Mounts
 ) -> None:
-    desk.act("mounts")
+    open_page(desk, mounts)
     wanted = [f"{one.sensor}: {one.text}" for one in violations(desk.document.rig, USUAL_LIMITS)]
     assert lines(mounts) == wanted and any("roof: " in line and "over the skin" in line for line in wanted)
-    assert mounts.dialog is not None and mounts.dialog.head.text() == f"{len(wanted)} violations"
+    assert mounts.page.head.text() == f"{len(wanted)} violations"
     desk.viewport.press("roof")
     desk.document.begin_drag(("roof",))
     desk.document.preview({"roof": desk.document.rig.sensor("roof").pose.__class__((0.1, 0.2, 0.9))})
     assert any("roof: inside" in line for line in lines(mounts))
     desk.document.cancel_drag()
     assert lines(mounts) == wanted
-    mounts.dialog.close()
+    put_away(desk, mounts)
     desk.document.apply(desk.document.rig.replace(sensors=()))
     assert lines(mounts) == wanted  # nobody looks
-    desk.act("mounts")
-    assert lines(mounts) == [] and "Every mount" in mounts.dialog.head.text()
+    open_page(desk, mounts)
+    assert lines(mounts) == [] and "Every mount" in mounts.page.head.text()
 
 
 def test_limits_of_a_file_take_the_place_of_the_usual_ones_and_a_click_selects(
     desk: Desk, mounts: Mounts, tmp_path: Path
 ) -> None:
-    desk.act("mounts")
-    usual, dialog = lines(mounts), mounts.dialog
-    assert dialog is not None
+    open_page(desk, mounts)
+    usual, page = lines(mounts), mounts.page
     desk.dialogs.path = tmp_path / "required.yaml"
     desk.dialogs.path.write_text("riglens_requirements: 1\nblind_areas: [{height_m: 0.3, at_most_m2: 0}]\n")
-    dialog.file.click()
+    page.file.click()
     assert "mounts: found nothing" in desk.workbench.errors.message and lines(mounts) == usual
     desk.dialogs.path.write_text(REQUIRED)
-    dialog.file.click()
+    page.file.click()
     limits = read_requirements(desk.dialogs.path).mounts
     assert limits is not None
     assert lines(mounts) == [f"{one.sensor}: {one.text}" for one in violations(desk.document.rig, limits)]
     assert "1.900 m over the ground; accepted are 2.5 to 3 m" in lines(mounts)[0]
-    assert dialog.source.text() == "Checked against: required.yaml"
-    dialog.chosen.emit(dialog.lines.item(0).data(256))
+    assert page.source.text() == "Checked against: required.yaml"
+    page.chosen.emit(page.lines.item(0).data(256))
     assert desk.document.selected == "roof"
-    dialog.chosen.emit("car")
+    page.chosen.emit("car")
     assert desk.document.selected == "roof"
-    dialog.usual.click()
+    page.usual.click()
     assert lines(mounts) == usual

@@ -1,4 +1,4 @@
-"""Study > Test objects: verdicts of the commands, kept up to date while in sight; a click looks at an object."""
+"""Checks > Test objects: verdicts of the commands, kept up to date while in sight; a click looks at an object."""
 
 from __future__ import annotations
 
@@ -19,12 +19,14 @@ from riglens.core.review.profiles import bundled_profiles
 from riglens.core.review.verdicts import ProfileVerdict, verdicts
 from riglens.widgets.viewport.scene_state import Post
 from tests.app.window.desk import Desk, open_desk
-from tests.waiting import TIMEOUT_S
+from tests.waiting import TIMEOUT_MS, TIMEOUT_S
 
 
 @pytest.fixture
 def desk(qtbot: QtBot) -> Desk:
-    return open_desk(qtbot)
+    made = open_desk(qtbot)
+    made.workbench.window.show()
+    return made
 
 
 @pytest.fixture
@@ -32,6 +34,18 @@ def objects(desk: Desk) -> Iterator[Objects]:
     made = Objects(desk.workbench, BackgroundWorker("test objects", object_verdicts, close_s=TIMEOUT_S))
     yield made
     made._worker.close()
+
+
+def open_page(desk: Desk, check: Objects) -> None:
+    """Bring the page up and wait until it is in sight."""
+    desk.act("test_objects")
+    desk.qtbot.waitUntil(lambda: bool(check.in_sight), timeout=TIMEOUT_MS)
+
+
+def put_away(desk: Desk, check: Objects) -> None:
+    """Bring up another panel in its place."""
+    desk.workbench.docks.bring_up("Scores")
+    desk.qtbot.waitUntil(lambda: not check.in_sight, timeout=TIMEOUT_MS)
 
 
 def settle(objects: Objects) -> None:
@@ -44,8 +58,7 @@ def expected(desk: Desk) -> tuple[ProfileVerdict, ...]:
 
 
 def shown(objects: Objects) -> list[tuple[str, str]]:
-    assert objects.dialog is not None
-    tree = objects.dialog.tree
+    tree = objects.page.tree
     items = [tree.topLevelItem(number) for number in range(tree.topLevelItemCount())]
     return [(item.text(0), item.text(1)) for item in items]
 
@@ -53,9 +66,9 @@ def shown(objects: Objects) -> list[tuple[str, str]]:
 def test_the_list_says_what_the_command_says_and_follows_an_edit_while_in_sight(
     desk: Desk, objects: Objects
 ) -> None:
-    desk.workbench.actions["test_objects"].trigger()
+    open_page(desk, objects)
     settle(objects)
-    assert objects.dialog is not None and objects.dialog.isVisible()
+    assert objects.page.isVisible()
 
     def told() -> list[tuple[str, str]]:
         return [
@@ -63,16 +76,16 @@ def test_the_list_says_what_the_command_says_and_follows_an_edit_while_in_sight(
         ]
 
     first = told()
-    assert shown(objects) == first and "no approval" in objects.dialog.note.text()
+    assert shown(objects) == first and "no approval" in objects.page.note.text()
     low = desk.document.rig.sensor("roof").replace(position=(0.0, 0.0, 6.0))
     desk.document.apply(desk.document.rig.with_sensor("roof", low))
     settle(objects)
     assert shown(objects) == told() != first
-    objects.dialog.close()
+    put_away(desk, objects)
     desk.document.undo()
     settle(objects)
     assert shown(objects) != first
-    desk.workbench.actions["test_objects"].trigger()
+    open_page(desk, objects)
     settle(objects)
     assert shown(objects) == first
 
@@ -85,10 +98,9 @@ def click(tree: QTreeWidget, item: QTreeWidgetItem) -> None:
 def test_a_click_on_an_object_goes_there_and_what_is_open_stays_open(desk: Desk, objects: Objects) -> None:
     """Seen from the side on which it stands, not from far, and pointed out in the colour of its verdict until the
     list is put away."""
-    objects.open()
+    open_page(desk, objects)
     settle(objects)
-    assert objects.dialog is not None
-    tree, one = objects.dialog.tree, expected(desk)[-2].objects[3]
+    tree, one = objects.page.tree, expected(desk)[-2].objects[3]
     group = tree.topLevelItem(tree.topLevelItemCount() - 2)
     group.setExpanded(True)
     child = group.child(3)
@@ -105,11 +117,11 @@ def test_a_click_on_an_object_goes_there_and_what_is_open_stays_open(desk: Desk,
     assert child.text(2) == f"{one.rays:,}" and child.text(0) == one.target.name
     click(tree, group)
     assert desk.viewport.state.post == post
-    objects.dialog.show_verdicts(expected(desk))
+    objects.page.show_verdicts(expected(desk))
     assert group.isExpanded() and tree.topLevelItem(tree.topLevelItemCount() - 2) is group
     for sensor in desk.document.rig.sensors:
         desk.document.apply(desk.document.rig.with_sensor(sensor.name, sensor.replace(enabled=False)))
     settle(objects)
     assert desk.viewport.state.post == replace(post, is_seen=False)
-    objects.dialog.close()
+    put_away(desk, objects)
     assert desk.viewport.state.post is None

@@ -13,7 +13,7 @@ from riglens.app.background.background_requests import ToleranceProgress
 from riglens.app.window.features.tolerance import DRAWS, Tolerance, magnified, range_of
 from riglens.core.review.tolerance import PROFILES, Spread, ToleranceRun, profile_called
 from riglens.core.scene.boxes import CLASSES
-from riglens.widgets.panels.scores.tolerance_strip import points_text, range_text
+from riglens.widgets.panels.checks.tolerance import points_text, range_text
 from tests.app.window.desk import FullDesk, full_desk
 
 
@@ -30,7 +30,7 @@ def feature(desk: FullDesk) -> Tolerance:
 
 
 def choose(desk: FullDesk, profile: str) -> None:
-    desk.panels.scores.profile_chosen.emit(profile)
+    feature(desk).strip.profile_chosen.emit(profile)
 
 
 def tell(desk: FullDesk, steps: int) -> ToleranceProgress:
@@ -48,14 +48,14 @@ def tell(desk: FullDesk, steps: int) -> ToleranceProgress:
 
 def test_nothing_is_drawn_until_a_profile_is_chosen_and_all_ends_with_it(desk: FullDesk) -> None:
     strip = feature(desk).strip
-    assert desk.recompute.tolerances == [] and strip.isHidden()
+    assert desk.recompute.tolerances == [] and strip.head == ""
     choose(desk, "service")
     (asked,) = desk.recompute.tolerances
-    assert not strip.isHidden() and asked.rig == desk.document.rig and asked.profile.name == "service"
+    assert "service" in strip.head and asked.rig == desk.document.rig and asked.profile.name == "service"
     assert asked.draws == DRAWS and asked.settings == replace(desk.session.settings, body="blocks")
     tell(desk, 20)
     choose(desk, "")
-    assert strip.isHidden() and feature(desk).answer is None
+    assert strip.head == "" and feature(desk).answer is None
     desk.drag("roof", (0.0, 0.0, 2.0))
     desk.answer()
     assert len(desk.recompute.tolerances) == 1

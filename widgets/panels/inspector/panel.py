@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from pathlib import PurePath
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QComboBox, QLabel, QPushButton, QScrollArea, QStackedWidget, QWidget
@@ -22,9 +22,6 @@ from riglens.widgets.panels.fields.form import ChoiceBox, Form
 from riglens.widgets.panels.fields.quantity import DEGREES, METRES, NO_UNIT, Unit
 from riglens.widgets.panels.inspector.sensor_forms import CameraForm, LidarForm, SensorForm
 from riglens.widgets.panels.sensors.losses import Known
-
-if TYPE_CHECKING:  # made by the engine's thread, which loads the compiler
-    from riglens.core.engine.audit import SensorAudit
 
 _NAMED = 3
 """Up to so many sensors are named, of more it is said how many they are."""
@@ -107,8 +104,6 @@ class Inspector(QStackedWidget):
     """The user wants to choose a mesh file for the body."""
     fit_wanted = Signal()
     """The user wants the mesh as long as the vehicle."""
-    audit_wanted = Signal()
-    """The rays of the rig's sensors are to be followed."""
     units_changed = Signal(object)
     """The Units in which lengths and angles are shown from now on, as a tuple."""
 
@@ -131,7 +126,6 @@ class Inspector(QStackedWidget):
             sensor_form.edited.connect(self.sensors_edited)
             sensor_form.unlink_wanted.connect(self.unlink_wanted)
             sensor_form.units_chosen.connect(self._choose_unit)
-            sensor_form.audit.wanted.connect(self.audit_wanted)
             sensor_form.show_units(*self._units)
 
     @property
@@ -196,16 +190,6 @@ class Inspector(QStackedWidget):
         """Grey what the rig loses without the sensor: it belongs to an earlier rig."""
         for form in self._sensor_forms:
             form.marginal.set_stale(True)
-
-    def show_audit(self, found: SensorAudit, body: str, is_current: bool) -> None:
-        """Show where the rays of the current sensor go, greyed unless it is so now."""
-        for form in self._sensor_forms:
-            form.audit.show_audit(found, body, is_current)
-
-    def show_no_audit(self, note: str) -> None:
-        """Show no shares of rays, and say why."""
-        for form in self._sensor_forms:
-            form.audit.show_none(note)
 
     def show_stands(self, stands: Mapping[str, Stand]) -> None:
         """Say how sensors stand where something is wrong with that, by name."""

@@ -20,7 +20,6 @@ from riglens.widgets.panels.fields.edits import IntegerEdit, NumberEdit, TextEdi
 from riglens.widgets.panels.fields.form import ChoiceBox, Form, read_field, read_item, write_field, write_item
 from riglens.widgets.panels.fields.quantity import DEGREES, METRES, PIXELS, Unit
 from riglens.widgets.panels.inspector.angles_field import AnglesField
-from riglens.widgets.panels.inspector.audit_view import AuditView
 from riglens.widgets.panels.inspector.marginal_view import MarginalView
 from riglens.widgets.panels.inspector.pose_tools import PairLine, PoseTools
 from riglens.widgets.panels.sensors.rows import derived_rows, model_note, modified_note
@@ -198,9 +197,6 @@ class SensorForm(Form):
             value.setWordWrap(True)
             self._derived[caption] = value
             self.add_row(caption, [value])
-        self.add_heading("Where its rays go")
-        self.audit = AuditView()
-        self.add_wide(self.audit)
         self._loss_heading = self.add_heading("The rig without it")
         self.marginal = MarginalView()
         self.add_wide(self.marginal)

@@ -5,8 +5,6 @@ Estimates can be shown in their place for a moment: marked ≈, in italics, with
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import (
     QCheckBox,
@@ -35,13 +33,6 @@ READING_NOTES = {
 }
 
 
-NO_PROFILE = "No tolerance"
-PROFILE_TIP = (
-    "How much the figures spread when mounts are a little off or the car pitches:\n"
-    "drawn and measured in the background while nobody edits"
-)
-
-
 class ScoresPanel(QWidget):
     """Shows one evaluation beside that of the baseline. A number that is out of date is greyed."""
 
@@ -51,8 +42,6 @@ class ScoresPanel(QWidget):
     """What do the figures answer, and when does each mislead?"""
     pin_wanted = Signal(bool)
     """Whether the current rig is to be the baseline; False for the last saved rig."""
-    profile_chosen = Signal(str)
-    """Tolerances of this profile are wanted; empty for none."""
 
     def __init__(self, settings: MetricSettings, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -64,18 +53,15 @@ class ScoresPanel(QWidget):
         self._table = ScoreTable()
         self._table.forget_on_target(NOT_COUNTED_NOTE)
         self._weight = NumberEdit(0.05)
-        self._reading, self._profile = ChoiceBox(), ChoiceBox()
+        self._reading = ChoiceBox()
         self._details = QCheckBox("Paper details")
         self._details.setObjectName("paper_details")
         self._details.setToolTip("Show S-MIG of cameras and LiDARs, the weight λ and the reading of S-MIG.")
         self._details.toggled.connect(self._show_details)
-        self._strip: QWidget | None = None
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
-        self._upper = QHBoxLayout()
-        self._upper.addWidget(self._table, 1)
-        layout.addLayout(self._upper, 1)
+        layout.addWidget(self._table, 1)
         layout.addLayout(self._controls())
         self._show_details(False)
 
@@ -103,11 +89,6 @@ class ScoresPanel(QWidget):
         self._of_paper = (QLabel("λ"), self._weight, QLabel("Reading"), self._reading)
         for widget in (*self._of_paper, self._pin_button()):
             row.addWidget(widget)
-        self._profile.setObjectName("tolerance")
-        self._profile.setToolTip(PROFILE_TIP)
-        self._profile.addItem(NO_PROFILE, "")
-        self._profile.activated.connect(lambda _: self.profile_chosen.emit(self._profile.currentData()))
-        row.addWidget(self._profile)
         row.addSpacing(SPACING)
         row.addWidget(self._note, 1)
         row.addWidget(self._help_button())
@@ -138,20 +119,6 @@ class ScoresPanel(QWidget):
         """Set the menu of other baselines, behind the button's arrow."""
         self._pin.setMenu(menu)
         self._pin.setPopupMode(QToolButton.ToolButtonPopupMode.MenuButtonPopup)
-
-    def add_strip(self, strip: QWidget, profiles: Sequence[str]) -> None:
-        """Put the strip of tolerances beside the table, and offer its profiles; it is seen once one is chosen."""
-        for name in profiles:
-            self._profile.addItem(f"Tolerance: {name}", name)
-        self._strip = strip
-        self._upper.addWidget(strip)
-        strip.hide()
-
-    def show_strip(self, profile: str) -> None:
-        """Show the strip with a profile chosen, hide it without."""
-        self._profile.setCurrentIndex(max(0, self._profile.findData(profile)))
-        if self._strip is not None:
-            self._strip.setVisible(bool(profile))
 
     # ------------------------------------------------------------------ what is shown
     @property

@@ -16,7 +16,7 @@ from PySide6.QtWidgets import (
 )
 
 from riglens.core.shown_text import visible
-from riglens.widgets.panels.controls.list_dialog import ListDialog
+from riglens.widgets.panels.controls.style import MARGIN, as_panel
 
 USUAL = "usual limits"
 USUAL_TIP = (
@@ -26,7 +26,7 @@ USUAL_TIP = (
 SENSOR = Qt.ItemDataRole.UserRole
 
 
-class MountsDialog(ListDialog):
+class MountsPanel(QWidget):
     """Shows lines and asks for other limits; finds nothing by itself."""
 
     chosen = Signal(str)
@@ -36,8 +36,7 @@ class MountsDialog(ListDialog):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.setWindowTitle("Mounts")
-        self.resize(620, 380)
+        as_panel(self)
         self.head, self.source, self.lines = QLabel(), QLabel(), QListWidget()
         self.head.setTextFormat(Qt.TextFormat.PlainText)
         self.source.setTextFormat(Qt.TextFormat.PlainText)
@@ -51,14 +50,14 @@ class MountsDialog(ListDialog):
         self.file.clicked.connect(lambda: self.file_wanted.emit())
         self.usual.clicked.connect(lambda: self.usual_wanted.emit())
         row = QHBoxLayout()
+        row.addWidget(self.head)
         row.addWidget(self.source, 1)
         for button in (self.usual, self.file):
-            button.setAutoDefault(False)
             row.addWidget(button)
         layout = QVBoxLayout(self)
-        layout.addWidget(self.head)
-        layout.addWidget(self.lines)
+        layout.setContentsMargins(MARGIN, 4, MARGIN, 4)
         layout.addLayout(row)
+        layout.addWidget(self.lines)
         self.show_source(USUAL)
 
     def show_source(self, name: str) -> None:

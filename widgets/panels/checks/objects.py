@@ -10,7 +10,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHeaderView, QLabel, QTreeWidget, QTreeWidgetItem, QVBoxLayout, QWidget
 
 from riglens.core.shown_text import visible
-from riglens.widgets.panels.controls.list_dialog import ListDialog
+from riglens.widgets.panels.controls.style import MARGIN, as_panel
 
 if TYPE_CHECKING:  # loads the compiler, which a window that opens does not need
     from riglens.core.review.verdicts import ObjectVerdict, ProfileVerdict
@@ -22,7 +22,7 @@ NOTE = (
 COLUMNS = ("Objects", "Seen", "Rays", "In view")
 
 
-class ObjectsDialog(ListDialog):
+class ObjectsPanel(QWidget):
     """Shows verdicts; profiles of which an object is not seen are open, the first time they are shown."""
 
     chosen = Signal(int, int)
@@ -30,8 +30,7 @@ class ObjectsDialog(ListDialog):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.setWindowTitle("Test objects")
-        self.resize(660, 560)
+        as_panel(self)
         self._items: list[tuple[QTreeWidgetItem, list[QTreeWidgetItem]]] = []
         self.tree = QTreeWidget()
         self.tree.setColumnCount(len(COLUMNS))
@@ -45,8 +44,9 @@ class ObjectsDialog(ListDialog):
         self.note = QLabel(NOTE)
         self.note.setWordWrap(True)
         layout = QVBoxLayout(self)
-        layout.addWidget(self.tree)
+        layout.setContentsMargins(MARGIN, 4, MARGIN, 4)
         layout.addWidget(self.note)
+        layout.addWidget(self.tree)
 
     def show_verdicts(self, profiles: Sequence[ProfileVerdict]) -> None:
         """Show what became of every object; what is open and chosen stays so."""

@@ -1,7 +1,8 @@
-"""Beside the scores: how much they spread when mounts are a little off, next to the noise of the lattice."""
+"""How much scores spread when mounts are a little off, next to the noise of the lattice."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from PySide6.QtCore import QRectF, Qt, Signal
@@ -124,8 +125,19 @@ class RangeBar(QWidget):
         return BAR_PX / 2.0 + half * max(-1.0, min(1.0, points / self._scale))
 
 
-class ToleranceStrip(QWidget):
-    """A row for each class; which figure, and whether the worst draw is shown in the view, is chosen below."""
+NO_PROFILE = "No tolerance"
+PROFILE_TIP = (
+    "How much the figures spread when mounts are a little off or the car pitches:\n"
+    "drawn and measured in the background while nobody edits"
+)
+
+
+class TolerancePanel(QWidget):
+    """A row for each class; which profile, which figure, and whether the worst draw is shown in the view, is chosen
+    above."""
+
+    profile_chosen = Signal(str)
+    """Tolerances of this profile are wanted; empty for none."""
 
     figure_chosen = Signal(str)
     """Another key of FIGURES is to be shown."""
@@ -134,9 +146,17 @@ class ToleranceStrip(QWidget):
     requirements_wanted = Signal()
     """A file of requirements is to be chosen, or the one that is there to be put away."""
 
-    def __init__(self, classes: tuple[str, ...], parent: QWidget | None = None) -> None:
+    def __init__(
+        self, classes: Sequence[str], profiles: Sequence[str], parent: QWidget | None = None
+    ) -> None:
         super().__init__(parent)
         as_panel(self)
+        self._profile = ChoiceBox()
+        self._profile.setObjectName("tolerance")
+        self._profile.setToolTip(PROFILE_TIP)
+        for title, name in ((NO_PROFILE, ""), *((name, name) for name in profiles)):
+            self._profile.addItem(title, name)
+        self._profile.activated.connect(lambda _: self.profile_chosen.emit(self._profile.currentData()))
         self._head, self.ghost_note = QLabel(), QLabel()
         self._figure = ChoiceBox()
         for key, title in FIGURES.items():
@@ -160,23 +180,27 @@ class ToleranceStrip(QWidget):
             self._below[name].setFont(numbers_font(text.font()))
             rows.addWidget(self._below[name], place, 3)
         rows.setColumnStretch(3, 1)
-        below = QHBoxLayout()
-        below.addWidget(self._figure)
-        below.addWidget(self.worst)
-        below.addWidget(self.required)
-        below.addStretch(1)
+        choices = QHBoxLayout()
+        for widget in (self._profile, self._figure, self.worst, self.required):
+            choices.addWidget(widget)
+        choices.addWidget(self.ghost_note, 1)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(MARGIN, 4, MARGIN, 2)
         layout.setSpacing(3)
+        layout.addLayout(choices)
         layout.addWidget(self._head)
         layout.addLayout(rows)
-        layout.addLayout(below)
-        layout.addWidget(self.ghost_note)
         layout.addStretch(1)
         for label in (self._head, self.ghost_note):
             label.setObjectName("hint")
             label.setTextFormat(Qt.TextFormat.PlainText)
         self.setToolTip(LEGEND)
+
+    def show_profile(self, name: str) -> None:
+        """Show which profile is measured; with none, nothing is."""
+        self._profile.setCurrentIndex(max(0, self._profile.findData(name)))
+        if not name:
+            self.grey("")
 
     @property
     def figure(self) -> str:

@@ -1,0 +1,1 @@
+"""The checks of a rig, one page each."""

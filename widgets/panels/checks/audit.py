@@ -1,0 +1,86 @@
+"""Where the rays of each sensor go, in six shares that add up to 100 %, and what the car's body costs it by class."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+
+from riglens.core.scene.boxes import CLASSES
+from riglens.widgets.panels.checks.sensor_table import SensorTable
+from riglens.widgets.panels.controls.style import MARGIN, as_panel
+
+if TYPE_CHECKING:  # made by the engine's thread, which loads the compiler
+    from riglens.core.engine.audit import SensorAudit
+
+OUTCOMES = {
+    "brings_new": (
+        "brings new",
+        "Rays that meet places where traffic is uncertain and which no other sensor sees",
+    ),
+    "seen_by_others": (
+        "seen by others",
+        "Rays that meet such places, but only ones that other sensors see as well",
+    ),
+    "meets_nothing": ("meets nothing", "Rays that leave the region without meeting such a place"),
+    "ground": ("ends at ground", "Rays that end at the ground without meeting one"),
+    "never_enters": ("never enters", "Rays that never enter the region"),
+    "hits_car": ("hits the car", "Rays that end at the car's own body"),
+}
+"""Titles and tooltips of what becomes of rays, from the best to the worst, by the keys of the audit."""
+FOLLOW, FOLLOW_TIP = "Follow rays", "Follow every ray of every sensor of the rig through the region, once"
+ASKED, OUTDATED = "Rays are being followed…", "of the rig before the last change"
+
+
+def percents(shares: dict[str, float]) -> dict[str, float]:
+    """Return shares in percent with one decimal that add up to 100.0: the largest remainders are rounded up."""
+    tenths = {name: int(1000.0 * share) for name, share in shares.items()}
+    rest = sorted(shares, key=lambda name: tenths[name] - 1000.0 * shares[name])
+    for name in rest[: round(1000.0 * sum(shares.values())) - sum(tenths.values())]:
+        tenths[name] += 1
+    return {name: tenth / 10.0 for name, tenth in tenths.items()}
+
+
+class AuditPanel(QWidget):
+    """A button that asks for the audit, and what it found."""
+
+    wanted = Signal()
+    """The rays are to be followed."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        as_panel(self)
+        titles = dict(OUTCOMES.values())
+        self.table = SensorTable({"Rays": "Rays of the sensor"} | titles)
+        self._note, follow = QLabel(), QPushButton(FOLLOW)
+        self._note.setObjectName("hint")
+        self._note.setTextFormat(Qt.TextFormat.PlainText)
+        follow.setObjectName("follow_rays")
+        follow.setToolTip(FOLLOW_TIP)
+        follow.clicked.connect(lambda _: self.wanted.emit())
+        line, column = QHBoxLayout(), QVBoxLayout(self)
+        line.setContentsMargins(MARGIN, 4, MARGIN, 4)
+        line.addWidget(follow)
+        line.addWidget(self._note, 1)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addLayout(line)
+        column.addWidget(self.table)
+
+    def show_audits(self, found: Mapping[str, SensorAudit], note: str, is_current: bool) -> None:
+        """Show where the rays of each sensor go, with a remark."""
+        self.table.show_rows({name: _cells(audit) for name, audit in found.items()}, is_current)
+        self._note.setText(note)
+
+    @property
+    def note(self) -> str:
+        """What stands beside the button."""
+        return self._note.text()
+
+
+def _cells(found: SensorAudit) -> list[tuple[str, str]]:
+    lost = ", ".join(f"{name} {100.0 * found.lost_share[name]:.2f}" for name in CLASSES)
+    tip = f"A solid body takes from it, in pp of H(Ω): {lost}"
+    shown = percents(found.shares)
+    return [(f"{found.rays:,}", tip), *((f"{shown[name]:.1f} %", tip) for name in OUTCOMES)]

@@ -1,0 +1,46 @@
+"""What the rig loses when one sensor fails, sensor by sensor."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
+
+from riglens.widgets.panels.checks.sensor_table import SensorTable
+from riglens.widgets.panels.controls.style import MARGIN, as_panel
+from riglens.widgets.panels.scores.text import NONE
+from riglens.widgets.panels.sensors.losses import HEADINGS, MEASURES, Loss, Measure
+
+NOTE = "Change of the rig without the sensor, all classes together. The report has pairs and groups."
+
+
+class RedundancyPanel(QWidget):
+    """One row per sensor with its loss in each measure."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        as_panel(self)
+        unit = {measure: HEADINGS[measure].removesuffix(" ▾").removeprefix("Loss, ") for measure in MEASURES}
+        self.table = SensorTable({f"{title}, {unit[key]}": tip for key, (title, tip) in MEASURES.items()})
+        note = QLabel(NOTE)
+        note.setObjectName("hint")
+        note.setContentsMargins(MARGIN, 4, MARGIN, 4)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addWidget(note)
+        column.addWidget(self.table)
+
+    def show_losses(self, losses: Mapping[str, Mapping[Measure, Loss]]) -> None:
+        """Show losses by sensor and measure; a measure that is not known yet has none."""
+        nothing = Loss(None, NONE, "")
+        self.table.show_rows(
+            {
+                name: [(loss.text, loss.tip) for loss in (known.get(key, nothing) for key in MEASURES)]
+                for name, known in losses.items()
+            }
+        )
+
+    def grey(self) -> None:
+        """Grey what belongs to an earlier rig."""
+        self.table.grey()
