@@ -32,7 +32,7 @@ from riglens.app.window.features.pick import Pick
 from riglens.app.window.features.picture import Picture
 from riglens.app.window.features.report import Report
 from riglens.app.window.features.scene_data import SceneData
-from riglens.app.window.features.scores import Baseline, ScoresShown
+from riglens.app.window.features.scores import ScoresShown
 from riglens.app.window.features.sensors import LibraryPanel, Locks, Placing, Sensors
 from riglens.app.window.features.standing import Standing
 from riglens.app.window.features.target_maps import TargetMaps
@@ -70,7 +70,6 @@ class Features(NamedTuple):
     picture: Picture
     scene_data: SceneData
     map: Map
-    baseline: Baseline
     scores: ScoresShown
     targets: Targets
     objects: Objects
@@ -137,7 +136,6 @@ def build_features(bench: Workbench) -> Features:
         picture=Picture(bench),
         scene_data=(scene_data := SceneData(bench)),
         map=(map_ := Map(bench)),
-        baseline=Baseline(bench, exchange),
         scores=ScoresShown(bench),
         targets=(targets := Targets(bench)),
         objects=Objects(bench),

@@ -40,6 +40,14 @@ class Compare(Feature):
             "snapshot", "study/rigs",
         ),
         Spec(
+            "pin", "Snapshot as baseline", "Take a snapshot and count all changes from it", "Ctrl+B", "pin",
+            "study/rigs",
+        ),
+        Spec(
+            "unpin", "Last saved rig as baseline", "Count all changes from the rig as last saved", "Ctrl+Shift+B",
+            menu="study/rigs",
+        ),
+        Spec(
             "compare_file", "Compare with file…", "Add a rig file to the Compare panel", "Ctrl+Alt+T",
             menu="study/rigs",
         ),
@@ -58,6 +66,8 @@ class Compare(Feature):
         self._baseline_figures: Figures | None = None
         self.bind(
             snapshot=self.take_snapshot,
+            pin=self.pin_snapshot,
+            unpin=partial(self.session.pin, None),
             compare_file=self._choose_file,
             compare_paper=partial(self.add_presets, PAPER_RIGS),
         )
@@ -80,13 +90,18 @@ class Compare(Feature):
         self.session.scene_changed.connect(self._on_scene)
         self._targets.counted.connect(self._on_count)
         self._rigs.changed.connect(self._show)
+        self.session.baseline_changed.connect(self._show_pinned)
+        self._show_pinned()
+
+    def _show_pinned(self) -> None:
+        self.actions["unpin"].setEnabled(self.session.pinned is not None)
 
     def _add_menu(self) -> QMenu:
         menu = QMenu(self.panel)
         presets = menu.addMenu("Preset")
         for name, found in PRESETS.items():
             add_entry(presets, found.title, partial(self.add_presets, (name,)))
-        for key in ("compare_paper", "compare_file", "snapshot"):
+        for key in ("compare_paper", "compare_file", "snapshot", "pin", "unpin"):
             menu.addAction(self.actions[key])
         return menu
 
@@ -98,6 +113,15 @@ class Compare(Feature):
     # ------------------------------------------------------------------ rows
     def take_snapshot(self) -> None:
         """Keep the rig as it is now, under its name and a number."""
+        self._snapshot()
+        self.bench.docks.bring_up("Compare")
+
+    def pin_snapshot(self) -> None:
+        """Keep the rig as it is now and count changes from it; the panel in front stays there."""
+        self._snapshot()
+        self.session.pin(self.document.rig)
+
+    def _snapshot(self) -> None:
         rig = self.document.rig
         names = {row.name for row in self.rows}
         name = next(text for number in count(1) if (text := f"{rig.name} #{number}") not in names)
@@ -109,10 +133,12 @@ class Compare(Feature):
         for name in names:
             if name not in known:
                 self._add(name, "preset", preset(name), name)
+        self.bench.docks.bring_up("Compare")
 
     def add_file(self, path: Path) -> None:
         """Add a rig file, also of another program; InputError when it cannot be read."""
         self._add(path.name, "file", self._exchange.rig_of(path), str(path))
+        self.bench.docks.bring_up("Compare")
 
     def _choose_file(self) -> None:
         folder = self.document.path.parent if self.document.path is not None else None
@@ -125,8 +151,6 @@ class Compare(Feature):
             self.bench.report_error(f"Compare: the list holds at most {MAX_ROWS} rigs; remove some first")
             return
         self._rigs.add(name, origin, rig, where)
-        self.dock.show()
-        self.dock.raise_()
 
     def open(self, key: str) -> None:
         """Open a rig in the window; a snapshot is restored as one step that can be undone."""

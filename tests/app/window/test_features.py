@@ -27,7 +27,7 @@ from riglens.app.window.features.maps import Map
 from riglens.app.window.features.marginals import Marginals
 from riglens.app.window.features.pick import Pick
 from riglens.app.window.features.scene_data import SceneData
-from riglens.app.window.features.scores import Baseline, ScoresShown
+from riglens.app.window.features.scores import ScoresShown
 from riglens.app.window.features.sensors import LOCKED_KEY, Locks, Placing, Sensors
 from riglens.app.window.features.targets import Targets
 from riglens.app.window.features.views import Views
@@ -104,17 +104,6 @@ def test_the_switch_of_the_rays_reaches_the_view(desk: Desk) -> None:
 
 
 # ---------------------------------------------------------------------- baseline, scores, marginals, compare
-def test_a_pinned_rig_is_the_baseline_until_it_is_let_go(desk: Desk) -> None:
-    Baseline(desk.workbench, Exchange(desk.workbench, Files(desk.workbench)))
-    assert not desk.is_enabled("unpin")
-    desk.document.set_enabled(("roof",), False)
-    desk.act("pin")
-    assert desk.session.baseline is desk.document.rig and desk.is_enabled("unpin")
-    assert RIG.name in desk.panels.scores.note
-    desk.panels.scores.pin_wanted.emit(False)
-    assert desk.session.baseline is desk.document.saved_rig and not desk.is_enabled("unpin")
-
-
 def test_scores_are_greyed_from_the_question_to_the_answer(desk: Desk) -> None:
     ScoresShown(asking(desk).workbench)
     desk.answer(0.5)

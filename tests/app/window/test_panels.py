@@ -13,7 +13,6 @@ from riglens.app.window.docks import is_in_sight
 from riglens.app.window.settings import Settings
 from riglens.core.geometry import Pose
 from riglens.core.rig.edits import without
-from riglens.core.rig.presets import preset
 from riglens.core.rig.yaml.file import new_rig_file
 from riglens.widgets.maps.map_items import NO_BOXES
 from riglens.widgets.panels.inspector.marginal_view import NOT_COUNTED, WAITING
@@ -340,26 +339,26 @@ def test_panels_take_the_colours_of_another_theme(bench: Bench) -> None:
 def test_changes_count_from_the_pinned_rig_until_it_is_let_go(bench: Bench, tmp_path: Path) -> None:
     bench.document.set_enabled(("front",), False)
     bench.settle()
-    pin = bench.panels.scores.findChild(QToolButton, "pin")
-    assert pin is not None
-    pin.click()
+    bench.act("pin")
     bench.settle()
     assert bench.shown("car", "seen change") == "–"
+    assert bench.features.compare.rows[-1].rig is bench.session.baseline, "a snapshot, and nothing else"
     assert "small" in bench.panels.scores.note
     bench.dialogs.path = tmp_path / "rig.yaml"
     bench.act("undo")
     bench.settle()
     assert bench.shown("car", "seen change").startswith("+")
-    pin.click()
+    bench.act("unpin")
     bench.settle()
     assert bench.shown("car", "seen change") == "–"
     assert "last saved" in bench.panels.scores.note
 
 
-def test_a_file_or_a_preset_can_be_the_baseline(bench: Bench, tmp_path: Path) -> None:
+def test_any_rig_of_the_compare_panel_can_be_the_baseline(bench: Bench, tmp_path: Path) -> None:
     bench.dialogs.path = tmp_path / "empty.yaml"
     new_rig_file(RIG.replace(sensors=(), name="bare car")).save(bench.dialogs.path)
-    bench.act("pin_file")
+    bench.act("compare_file")
+    bench.features.compare.panel.pin_wanted.emit(bench.features.compare.rows[-1].key)
     bench.settle()
     seen = next(column for column in COLUMNS if column.key == "seen")
     now = bench.fresh_scores(RIG).classes["car"].any_seen
@@ -368,13 +367,6 @@ def test_a_file_or_a_preset_can_be_the_baseline(bench: Bench, tmp_path: Path) ->
     bench.act("unpin")
     bench.settle()
     assert bench.shown("car", "seen change") == "–"
-
-
-def test_a_baseline_file_that_cannot_be_read_leaves_the_old_one(bench: Bench, tmp_path: Path) -> None:
-    bench.dialogs.path = tmp_path / "missing.yaml"
-    bench.act("pin_file")
-    assert "missing.yaml" in bench.workbench.errors.message
-    assert "last saved" in bench.panels.scores.note
 
 
 # ---------------------------------------------------------------------- what a sensor is worth
@@ -423,18 +415,6 @@ def test_nothing_is_computed_aside_while_the_mouse_is_down(
     wait_for_losses(bench, 2)
     bench.document.select("roof")
     assert bench.panels.inspector.form.marginal.note != WAITING  # type: ignore[attr-defined]
-
-
-def test_a_preset_is_pinned_from_the_menu_of_the_button(bench: Bench) -> None:
-    pin = bench.panels.scores.findChild(QToolButton, "pin")
-    assert pin is not None
-    menu = pin.menu()
-    assert menu is not None
-    presets = next(entry for entry in menu.actions() if entry.text() == "Baseline from preset").menu()
-    assert presets is not None
-    next(entry for entry in presets.actions() if entry.text() == "Wide + Center (W+C)").trigger()  # type: ignore[attr-defined]
-    bench.settle()
-    assert preset("W+C").name in bench.panels.scores.note
 
 
 def test_a_panel_among_tabs_is_named_by_its_tab_alone_and_gets_its_title_back_when_it_stands_alone(

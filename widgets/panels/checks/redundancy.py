@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 
 from riglens.widgets.panels.checks.sensor_table import SensorTable
@@ -24,6 +25,7 @@ class RedundancyPanel(QWidget):
         self.table = SensorTable({f"{title}, {unit[key]}": tip for key, (title, tip) in MEASURES.items()})
         note = QLabel(NOTE)
         note.setObjectName("hint")
+        note.setTextFormat(Qt.TextFormat.PlainText)
         note.setContentsMargins(MARGIN, 4, MARGIN, 4)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)

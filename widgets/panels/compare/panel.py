@@ -171,7 +171,7 @@ class CompareTable(QTableView):
         rows = {row.key: row for row in self._rigs.rows}
         title = "Restore" if one is not None and rows[one].origin == "snapshot" else "Open"
         add_entry(menu, title, lambda: self.open_wanted.emit(one)).setEnabled(one is not None)
-        add_entry(menu, "Pin as baseline", lambda: self.pin_wanted.emit(one)).setEnabled(one is not None)
+        add_entry(menu, "Use as baseline", lambda: self.pin_wanted.emit(one)).setEnabled(one is not None)
         rename = add_entry(menu, "Rename", lambda: self.edit(self.currentIndex()))
         rename.setEnabled(one is not None and rows[one].origin == "snapshot")
         menu.addSeparator()

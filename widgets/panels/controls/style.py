@@ -76,8 +76,9 @@ QScrollBar::add-page, QScrollBar::sub-page {{ background: transparent; }}
 """
 
 _FIELDS = """
-QTreeView, QTableView {{ background: {t.field}; border: 0; alternate-background-color: {t.panel}; }}
+QTreeView, QTableView, QListView {{ background: {t.field}; border: 0; alternate-background-color: {t.panel}; }}
 QTreeView::item {{ padding: 3px 0; }}
+QListView::item {{ padding: 3px 6px; }}
 QTableView::item {{ padding: 0 8px; }}
 QHeaderView {{ background: {t.panel}; }}
 QHeaderView::section {{ background: {t.panel}; color: {t.muted}; border: 0;

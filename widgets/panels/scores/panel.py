@@ -10,7 +10,6 @@ from PySide6.QtWidgets import (
     QCheckBox,
     QHBoxLayout,
     QLabel,
-    QMenu,
     QSizePolicy,
     QToolButton,
     QVBoxLayout,
@@ -19,7 +18,6 @@ from PySide6.QtWidgets import (
 
 from riglens.core.metric.scores import MAX_LAMBDA, READINGS, MetricSettings, Scores
 from riglens.core.targets.quantities import Cells
-from riglens.widgets.panels.controls.icons import icon
 from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel
 from riglens.widgets.panels.fields.edits import NumberEdit
 from riglens.widgets.panels.fields.form import ChoiceBox
@@ -40,8 +38,6 @@ class ScoresPanel(QWidget):
     """The MetricSettings that the user wants."""
     help_wanted = Signal()
     """What do the figures answer, and when does each mislead?"""
-    pin_wanted = Signal(bool)
-    """Whether the current rig is to be the baseline; False for the last saved rig."""
 
     def __init__(self, settings: MetricSettings, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -87,7 +83,7 @@ class ScoresPanel(QWidget):
         row.setSpacing(SPACING)
         row.addWidget(self._details)
         self._of_paper = (QLabel("λ"), self._weight, QLabel("Reading"), self._reading)
-        for widget in (*self._of_paper, self._pin_button()):
+        for widget in self._of_paper:
             row.addWidget(widget)
         row.addSpacing(SPACING)
         row.addWidget(self._note, 1)
@@ -96,17 +92,6 @@ class ScoresPanel(QWidget):
         self._show_note()
         return row
 
-    def _pin_button(self) -> QToolButton:
-        self._pin = QToolButton()
-        self._pin.setObjectName("pin")
-        self._pin.setText("Pin")
-        self._pin.setIcon(icon("pin"))
-        self._pin.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-        self._pin.setCheckable(True)
-        self._pin.setToolTip("Make the current rig the baseline of all changes; press again to release it")
-        self._pin.clicked.connect(self.pin_wanted)
-        return self._pin
-
     def _help_button(self) -> QToolButton:
         button = QToolButton()
         button.setObjectName("figures_help")
@@ -114,11 +99,6 @@ class ScoresPanel(QWidget):
         button.setToolTip(f"<b>{FIGURES_TITLE}</b>{FIGURES_HELP}")
         button.clicked.connect(lambda _: self.help_wanted.emit())
         return button
-
-    def set_pin_menu(self, menu: QMenu) -> None:
-        """Set the menu of other baselines, behind the button's arrow."""
-        self._pin.setMenu(menu)
-        self._pin.setPopupMode(QToolButton.ToolButtonPopupMode.MenuButtonPopup)
 
     # ------------------------------------------------------------------ what is shown
     @property
@@ -145,7 +125,6 @@ class ScoresPanel(QWidget):
     def set_baseline(self, name: str | None) -> None:
         """Set what the changes count from: a pinned rig of that name, or None for the rig as last saved."""
         self._baseline = LAST_SAVED if name is None else name
-        self._pin.setChecked(name is not None)
         self._table.set_baseline(self._baseline)
         self._show_note()
 
