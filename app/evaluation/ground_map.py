@@ -2,53 +2,29 @@
 
 from __future__ import annotations
 
-from typing import Literal
-
 import numpy as np
 
-from riglens.core.review.blind import HEIGHTS_M, BlindMap
+from riglens.core.review.blind import HEIGHTS_M, OVERLAP_HEIGHT_M, BlindMap, By, called, overlap
 from riglens.widgets.theme import BLIND_COLOURS, OVERLAP_COLOURS
 from riglens.widgets.viewport.ground_map import NOTHING, GroundMap, GroundStep
 
-GroundMode = Literal["none", "blind", "overlap"]
-OVERLAP_HEIGHT_M = HEIGHTS_M[2]
-"""Height of the object that sensors are counted for: the test cylinder of UN R158 and FMVSS 111."""
 _FAINT, _STRONG = 0.22, 0.62
 _OPACITIES = (_STRONG, 0.55, 0.45, 0.32)
 """What is seen well is fainter: grid and metres show through it."""
 
 
-def ground_map(mode: GroundMode, found: BlindMap | None) -> GroundMap | None:
-    """What lies on the ground in a mode, None for nothing."""
-    if mode == "none" or found is None:
-        return None
-    steps, meanings, title = _blind(found) if mode == "blind" else _overlap(found)
+def ground_map(found: BlindMap, by: By, k: int) -> GroundMap:
+    """Return what lies on the ground: the lowest visible height L_k by some sensors, or with k = 0 their overlap."""
+    whose = "" if by == "any" else f" by {called(by, True)}"
+    if k:
+        steps, opacities = found.steps(by, k), (_FAINT, *(_STRONG for _ in HEIGHTS_M))
+        words = [*(f"{height_m:.2f}" for height_m in HEIGHTS_M), "unseen"]
+        title = f"L{'₁₂'[k - 1]}{whose}: seen if at least so high, m (less is better)"
+    else:
+        steps, opacities = overlap(found), _OPACITIES
+        words = ["0", "1", "2", "3+"]
+        title = f"sensors that see an object of {OVERLAP_HEIGHT_M:.2f} m (more is better)"
     steps = np.where(found.ground.counts, steps, np.uint8(NOTHING)).astype(np.uint8)
+    meanings = tuple(map(GroundStep, words, BLIND_COLOURS if k else OVERLAP_COLOURS, opacities))
     origin_m = (found.grid.origin_m[0], found.grid.origin_m[1])
     return GroundMap(origin_m, found.grid.voxel_m, steps, meanings, title)
-
-
-_Parts = tuple["np.ndarray[tuple[int, ...], np.dtype[np.uint8]]", tuple[GroundStep, ...], str]
-
-
-def _blind(found: BlindMap) -> _Parts:
-    words = [f"{height_m:.2f}" for height_m in HEIGHTS_M] + ["unseen"]
-    meanings = tuple(
-        GroundStep(text, colour, _STRONG if number else _FAINT)
-        for number, (text, colour) in enumerate(zip(words, BLIND_COLOURS, strict=True))
-    )
-    return found.steps(), meanings, "L₁: seen if at least so high, m (less is better)"
-
-
-def _overlap(found: BlindMap) -> _Parts:
-    counted = np.sum([found.lowest_m("any", k) <= OVERLAP_HEIGHT_M + 1e-9 for k in (1, 2, 3)], axis=0)
-    words = ("0", "1", "2", "3+")
-    meanings = tuple(
-        GroundStep(text, colour, opacity)
-        for text, colour, opacity in zip(words, OVERLAP_COLOURS, _OPACITIES, strict=True)
-    )
-    return (
-        counted.astype(np.uint8),
-        meanings,
-        f"sensors that see an object of {OVERLAP_HEIGHT_M:.2f} m (more is better)",
-    )

@@ -37,8 +37,8 @@ HEAT_TITLES: dict[HeatMode, str] = {
     "unseen": "Unseen entropy",
     "sensors": "Sensors that see it",
     "change": "Gained and lost",
-    "twice": "Seen by 2 or more",
-    "thrice": "Seen by 3 or more",
+    "twice": "Seen by at least 2",
+    "thrice": "Seen by at least 3",
     "kinds": "Seen by both kinds",
 }
 """What the heatmap can show of voxels: the modes by their keys, and what they are called."""

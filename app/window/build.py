@@ -19,7 +19,6 @@ from riglens.app.window.features.failing import Failing
 from riglens.app.window.features.files import Exchange, Files, Recent
 from riglens.app.window.features.follow import Follow
 from riglens.app.window.features.frame import FrameView
-from riglens.app.window.features.ground import GroundShown
 from riglens.app.window.features.heat import Heat, RaysShown
 from riglens.app.window.features.help import Help
 from riglens.app.window.features.keep_out import KeepOutZones
@@ -66,7 +65,6 @@ class Features(NamedTuple):
     saved_views: SavedViews
     heat: Heat
     rays: RaysShown
-    ground: GroundShown
     picture: Picture
     scene_data: SceneData
     map: Map
@@ -132,7 +130,6 @@ def build_features(bench: Workbench) -> Features:
         saved_views=SavedViews(bench, views),
         heat=(heat := Heat(bench)),
         rays=RaysShown(bench, heat),
-        ground=GroundShown(bench),
         picture=Picture(bench),
         scene_data=(scene_data := SceneData(bench)),
         map=(map_ := Map(bench)),

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import partial
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal, SignalInstance
-from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QApplication, QDockWidget, QMainWindow, QWidget
+from PySide6.QtWidgets import QApplication, QDockWidget, QMainWindow, QMenu, QWidget
 
 from riglens.app.window.actions import Actions, Spec
+from riglens.app.window.places import Places
 
 Area = Qt.DockWidgetArea
 
@@ -16,8 +17,10 @@ Area = Qt.DockWidgetArea
 class Docks:
     """The docks of a window by title, in the order in which they were added."""
 
-    def __init__(self, window: QMainWindow, actions: Actions) -> None:
+    def __init__(self, window: QMainWindow, actions: Actions, places: Places) -> None:
         self._window = window
+        self._menu = QMenu("Panels", window)
+        places.add_to_menu("view/docks", self._menu)
         self._actions = actions
         self._titles = DockTitles(window)
         self._docks: dict[str, QDockWidget] = {}
@@ -44,7 +47,8 @@ class Docks:
         self._titles.follow(dock)
         spec = dock_spec(title, len(self._docks))
         self._actions.add((spec,))
-        follow_dock(self._actions[spec.key], dock)
+        self._menu.addAction(self._actions[spec.key])
+        self._actions.bind(**{spec.key: partial(self.bring_up, title)})
         if beside is not None:
             self._window.tabifyDockWidget(self._docks[beside], dock)
             self._docks[beside].raise_()
@@ -58,26 +62,8 @@ class Docks:
 
 def dock_spec(title: str, number: int) -> Spec:
     """The action of the dock that was added as the `number`th; the tenth one has the key 0, later ones have none."""
-    tip = f"Bring the panel {title} to the front, or put it away"
     key = f"Ctrl+{number % 10}" if number <= 10 else ""
-    return Spec(f"dock_{title}", title, tip, key, menu="view/docks", is_checkable=True)
-
-
-def follow_dock(action: QAction, dock: QDockWidget) -> None:
-    """Have an action toggle a dock, and be ticked while the dock is not put away.
-
-    The first press brings a panel to the front, the next one puts it away.
-    """
-
-    def toggle() -> None:
-        is_behind = not is_in_sight(dock)
-        dock.setVisible(is_behind)
-        if is_behind:
-            dock.raise_()
-        action.setChecked(is_behind)
-
-    action.triggered.connect(lambda _: toggle())
-    dock.toggleViewAction().toggled.connect(action.setChecked)
+    return Spec(f"dock_{title}", title, f"Bring the panel {title} to the front", key, menu="view")
 
 
 class DockTitles:

@@ -89,7 +89,7 @@ class Workbench(QObject):
         self.dialogs = dialogs
         self.kept = kept
         self.actions = Actions(window, places)
-        self.docks = Docks(window, self.actions)
+        self.docks = Docks(window, self.actions, places)
         self.tasks = Tasks(self)
         self.gestures: list[tuple[str, str]] = []
         self._still_true: tuple[str, Callable[[], bool]] | None = None

@@ -50,6 +50,8 @@ By = Annotated[str, AfterValidator(_known_by)]
 HEIGHTS_M = (0.15, 0.30, 0.80, 1.15, 1.80)
 """Heights of objects that areas are told for: a kerb or a child's toy, a crawling child, the test cylinder of UN R158
 and FMVSS 111, a child of six years, an adult. Which heights: our choice."""
+OVERLAP_HEIGHT_M = HEIGHTS_M[2]
+"""Height of the object that sensors are counted for where fields of view overlap."""
 WIDTH_M = 0.30
 """Width of such an object: that of the test cylinder of UN R158 and FMVSS 111."""
 HEIGHT_M = 2.0
@@ -203,6 +205,12 @@ class BlindMap:
             float(ground.y_m[iy].mean()),
             float(ground.distance_m[ix, iy].min()),
         )
+
+
+def overlap(found: BlindMap) -> NDArray[np.uint8]:
+    """Count the sensors (nx, ny) that see an object of OVERLAP_HEIGHT_M in each column, 3 for more."""
+    counted = np.sum([found.lowest_m("any", k) <= OVERLAP_HEIGHT_M + _EPSILON_M for k in (1, 2, 3)], axis=0)
+    return np.asarray(counted, np.uint8)
 
 
 def seen_by(by: By, k: int) -> str:

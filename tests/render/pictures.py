@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.app.evaluation.ground_map import GroundMode, ground_map
+from riglens.app.evaluation.ground_map import ground_map
 from riglens.app.evaluation.heatmap import Heatmaps, marks_for, seen_words
 from riglens.app.evaluation.options import HeatMode
 from riglens.app.rendering.picture import Findings, PictureWords, with_words
@@ -93,18 +93,18 @@ def _handles() -> NDArray[np.uint8]:
     return render_still(bare, SIZE_PX, view="iso")
 
 
-def _ground(mode: GroundMode, dark: bool) -> NDArray[np.uint8]:
+def _ground(k: int, dark: bool) -> NDArray[np.uint8]:
     """Blind areas or overlap around the car, body and key included, from above."""
     settings = BlindSettings(voxel_m=0.25, width_m=0.3, within_m=5.0)
     found = BlindEngine(RIG.vehicle, settings, threads=1).evaluate(RIG)
     shown = SceneState(
         rig=RIG,
         grid=GRID,
-        ground_map=ground_map(mode, found),
+        ground_map=ground_map(found, "any", k),
         ray_look=RayLook(shown=False),
         palette=palette(dark),
     )
-    return render_still(shown, SIZE_PX, view="top" if mode == "blind" else "iso")
+    return render_still(shown, SIZE_PX, view="top" if k else "iso")
 
 
 PICTURES: dict[str, Callable[[], NDArray[np.uint8]]] = {
@@ -112,8 +112,8 @@ PICTURES: dict[str, Callable[[], NDArray[np.uint8]]] = {
     "sensors": _sensors,
     "change": _change,
     "gizmo": _handles,
-    "blind": lambda: _ground("blind", False),
-    "overlap": lambda: _ground("overlap", True),
+    "blind": lambda: _ground(1, False),
+    "overlap": lambda: _ground(0, True),
 }
 
 

@@ -1,4 +1,5 @@
-"""How the map from above shows from which height on objects beside the car are seen: colours, legend and words."""
+"""How the map from above shows from which height on objects beside the car are seen, or by how many sensors: colours,
+legend and words."""
 
 from __future__ import annotations
 
@@ -11,7 +12,7 @@ from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPen
 
 from riglens.widgets.maps.paint import BAR_PX, argb
-from riglens.widgets.theme import BLIND_COLOURS, Tones
+from riglens.widgets.theme import BLIND_COLOURS, OVERLAP_COLOURS, Tones
 
 if TYPE_CHECKING:  # made by the thread of the engine, which loads the compiler
     from riglens.core.review.blind import BlindMap, By
@@ -21,7 +22,8 @@ _INK = np.uint32(0xFF000000)
 
 @dataclass(frozen=True)
 class Lowest:
-    """The lowest visible height L_k (k = 1, 2) by any sensor or by those of a kind."""
+    """The lowest visible height L_k (k = 1, 2) by any sensor or by those of a kind; with k = 0 how many sensors see an
+    object of OVERLAP_HEIGHT_M."""
 
     found: BlindMap
     by: By
@@ -43,6 +45,23 @@ class Lowest:
         return self.found.grid.roi_m[0], self.found.grid.roi_m[1]
 
     @property
+    def steps(self) -> NDArray[np.uint8]:
+        """Which of `colours` each column (nx, ny) has."""
+        from riglens.core.review.blind import overlap  # the compiler, loaded by now
+
+        return self.found.steps(self.by, self.k) if self.k else overlap(self.found)
+
+    @property
+    def colours(self) -> tuple[str, ...]:
+        """The colours of the steps."""
+        return BLIND_COLOURS if self.k else OVERLAP_COLOURS
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """What the boundaries between steps mean, or with k = 0 the steps themselves."""
+        return tuple(f"{height_m:.2f} m" for height_m in self.heights_m) if self.k else ("0", "1", "2", "3+")
+
+    @property
     def heights_m(self) -> tuple[float, ...]:
         """The heights at which colours change."""
         from riglens.core.review.blind import HEIGHTS_M  # the compiler, loaded by now
@@ -53,8 +72,8 @@ class Lowest:
 def lowest_colours(shown: Lowest) -> NDArray[np.uint32]:
     """The colour of each column (nx, ny), 0xAARRGGBB, darker along contours; nothing where no ground counts."""
     counts = shown.found.ground.counts
-    steps = shown.found.steps(shown.by, shown.k)
-    table = np.array([argb(colour) for colour in BLIND_COLOURS], np.uint32)
+    steps = shown.steps
+    table = np.array([argb(colour) for colour in shown.colours], np.uint32)
     found = table[steps]
     line = _contours(steps, counts)
     found[line] = (found[line] >> 1 & np.uint32(0x7F7F7F)) | _INK
@@ -73,27 +92,25 @@ def _contours(steps: NDArray[np.uint8], counts: NDArray[np.bool_]) -> NDArray[np
 
 
 def draw_lowest_legend(painter: QPainter, area: QRectF, shown: Lowest, tones: Tones) -> None:
-    """Draw a bar of all steps, with the heights between them in metres."""
-    metrics, count = QFontMetricsF(painter.font()), len(BLIND_COLOURS)
+    """Draw a bar of all steps, with the heights between them in metres, or with numbers below them."""
+    metrics, count = QFontMetricsF(painter.font()), len(shown.colours)
     wide = area.width() / count
-    for number, colour in enumerate(BLIND_COLOURS):
+    for number, colour in enumerate(shown.colours):
         painter.fillRect(QRectF(area.left() + number * wide, area.top(), wide + 0.5, BAR_PX), QColor(colour))
     painter.setBrush(Qt.BrushStyle.NoBrush)
     painter.setPen(QPen(QColor(tones.border), 1.0))
     painter.drawRect(QRectF(area.left(), area.top(), area.width(), BAR_PX))
     painter.setPen(QColor(tones.text))
-    for number, height_m in enumerate(shown.heights_m, 1):
-        text = f"{height_m:.2f} m"
+    for number, text in enumerate(shown.words, 1):
         width = metrics.horizontalAdvance(text) + 2.0
-        box = QRectF(
-            area.left() + number * wide - width / 2, area.top() + BAR_PX + 1.0, width, metrics.height()
-        )
+        middle = area.left() + (number if shown.k else number - 0.5) * wide
+        box = QRectF(middle - width / 2, area.top() + BAR_PX + 1.0, width, metrics.height())
         painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
 
 
 def lowest_text(shown: Lowest, place_m: tuple[float, float]) -> str:
     """Describe a place of the ground: from which height on an object that stands there is seen."""
-    from riglens.core.review.blind import seen_by, unseen_by
+    from riglens.core.review.blind import OVERLAP_HEIGHT_M, seen_by, unseen_by
 
     found, (x, y) = shown.found, place_m
     column = tuple(int((at - low) // shown.cell_m) for at, low in zip((x, y), shown.origin_m, strict=True))
@@ -101,6 +118,8 @@ def lowest_text(shown: Lowest, place_m: tuple[float, float]) -> str:
     if not inside or not found.ground.counts[column]:
         is_near = inside and found.ground.distance_m[column] <= 1e-9
         return "the car itself" if is_near else f"more than {found.settings.within_m:g} m from the car"
+    if not shown.k:
+        return f"{shown.words[shown.steps[column]]} sensors see an object of {OVERLAP_HEIGHT_M:.2f} m"
     height_m = found.lowest_m(shown.by, shown.k)[column]
     if not np.isfinite(height_m):
         return f"{unseen_by(shown.by, shown.k)} up to {found.grid.roi_m[2]:g} m"
@@ -109,8 +128,10 @@ def lowest_text(shown: Lowest, place_m: tuple[float, float]) -> str:
 
 def lowest_summary(shown: Lowest) -> str:
     """Describe what is shown: on how much ground objects of some heights stand unseen."""
-    from riglens.core.review.blind import unseen_by
+    from riglens.core.review.blind import OVERLAP_HEIGHT_M, unseen_by
 
+    if not shown.k:
+        return f"sensors that see an object of {OVERLAP_HEIGHT_M:.2f} m, more is better"
     found, heights_m = shown.found, [shown.heights_m[number] for number in (1, 2, 4)]
     areas = [np.count_nonzero(found.unseen(height_m, shown.by, shown.k)) for height_m in heights_m]
     told = ", ".join(f"{found.column_m2 * area:.1f}" for area in areas)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QCheckBox, QComboBox, QHBoxLayout, QLabel, QToolButton, QVBoxLayout, QWidget
 
 from riglens.core.sensors.registry import kinds
 from riglens.core.view.top_view import SeenBy
@@ -18,20 +18,25 @@ if TYPE_CHECKING:  # loads the compiler
 
 def seen_by_choices() -> dict[SeenBy, str]:
     """Return whose coverage the map can show, in words."""
-    several = {"twice": "2 or more", "thrice": "3 or more", "kinds": "two kinds"}
+    several = {"twice": "at least 2", "thrice": "at least 3", "kinds": "two kinds"}
     return {"any": "any sensor", **{kind.name: kind.plural for kind in kinds()}, **several}
 
 
 def lowest_choices() -> dict[str, tuple[By, int, str]]:
-    """Return the lowest visible heights that the map can show: by whom, by how many, and in words."""
+    """Return the lowest visible heights that the map can show: by whom, by how many, and in words.
+
+    How many sensors see an object is none of them (0).
+    """
     who = {"any": ("sensor", "sensors"), **{kind.name: (kind.title, kind.plural) for kind in kinds()}}
-    return {
+    lowest: dict[str, tuple[By, int, str]] = {
         f"lowest_{number}_{by}": (by, number, f"{number} {words[number - 1]}")
         for number in (1, 2)
         for by, words in who.items()
     }
+    return lowest | {"overlap": ("any", 0, "")}
 
 
+OVERLAP = "overlap of fields of view"
 ON_ROAD_USERS = {"on_target": "on target", "missed": "missed road users"}
 
 
@@ -53,7 +58,8 @@ class MapPanel(QWidget):
             self.choice.addItem(f"seen by {text}", key)
         self.choice.insertSeparator(self.choice.count())
         for name, (_, number, text) in self._lowest.items():
-            self.choice.addItem(f"L{'₁₂'[number - 1]}, lowest height seen by {text}", name)
+            lowest = f"L{'₁₂'[number - 1]}, lowest height seen by {text}"
+            self.choice.addItem(lowest if number else OVERLAP, name)
         self.choice.insertSeparator(self.choice.count())
         for mode, text in ON_ROAD_USERS.items():
             self.choice.addItem(text, mode)
@@ -64,6 +70,10 @@ class MapPanel(QWidget):
             "LiDARs get onto road users"
         )
         self.choice.activated.connect(lambda _: self.shown_chosen.emit())
+        self.choice.currentIndexChanged.connect(lambda _: self._offer_ground())
+        self.on_ground = QCheckBox("On the ground")
+        self.on_ground.setToolTip("Lay lowest heights or overlap on the ground of the 3D view, too.")
+        self.on_ground.toggled.connect(lambda _: self.shown_chosen.emit())
         fit = QToolButton()
         fit.setText("Fit")
         fit.setToolTip("Show the whole region of interest")
@@ -73,6 +83,7 @@ class MapPanel(QWidget):
         row.setSpacing(SPACING)
         row.addWidget(self.title)
         row.addWidget(self.choice, 1)
+        row.addWidget(self.on_ground)
         row.addWidget(fit)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
@@ -80,6 +91,15 @@ class MapPanel(QWidget):
         column.addLayout(row)
         column.addWidget(self.map, 1)
         self.set_class("")
+        self._offer_ground()
+
+    def _offer_ground(self) -> None:
+        self.on_ground.setEnabled(self.lowest is not None)
+
+    @property
+    def ground(self) -> tuple[By, int] | None:
+        """What lies on the ground of the 3D view, as `lowest`; None for nothing."""
+        return self.lowest if self.on_ground.isChecked() else None
 
     @property
     def shown(self) -> str:

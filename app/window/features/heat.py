@@ -49,7 +49,7 @@ class Heat(Feature):
         ),
         Spec(
             "next_class", "Next class of traffic", "Heatmap and map of the next class of traffic", "T",
-            menu="view/shown",
+            menu="view",
         ),
     )  # fmt: skip
 
@@ -67,7 +67,7 @@ class Heat(Feature):
         self.add_look(self.panel)
         for widget in (self._modes, self._classes, looks_button(self._looks)):
             bench.places.add_to_toolbar("heat", widget)
-        self._add_menus([*modes.values()], [*classes.values()])
+        self._add_menus([*modes.values()], [*classes.values(), self.actions["next_class"]])
         self.bind(
             next_class=self.next_class,
             **{f"heat_{mode}": partial(self.set_mode, mode) for mode in modes},

@@ -31,7 +31,7 @@ ABOUT = (
 
 PARTS = {
     **dict.fromkeys(("heat", "class", "view/shown"), "Heatmap"),
-    **dict.fromkeys(("theme", "view/docks", "view/window"), "Panels"),
+    **dict.fromkeys(("theme", "view/window"), "Panels"),
 }
 """Headings of their own for parts of the View menu, by group or place."""
 SHORT = 38
@@ -180,5 +180,5 @@ def _in_its_submenu(actions: Actions, spec: Spec) -> str:
 
 def _heading(spec: Spec) -> str:
     """The menu of an action; the long View menu in parts."""
-    title = PARTS.get(spec.group) or PARTS.get(spec.menu)
+    title = "Panels" if spec.key.startswith("dock_") else PARTS.get(spec.group) or PARTS.get(spec.menu)
     return title or MENUS[spec.menu.partition("/")[0]][0].replace("&", "")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
@@ -46,7 +47,7 @@ FAILED = "Taken as failed: this is what it would see; no figure counts it."
 
 
 class Map(Feature):
-    """A dock that follows the scores; it costs nothing while it is out of sight."""
+    """A dock that follows the scores, and what it lays on the ground of the 3D view; nothing is made out of sight."""
 
     def __init__(self, bench: Workbench) -> None:
         super().__init__(bench)
@@ -72,14 +73,18 @@ class Map(Feature):
 
     def restore(self, settings: Settings) -> None:
         self.panel.choose(settings.read("map/shown", ""))
+        self.panel.on_ground.setChecked(settings.read("map/ground", False))
 
     def keep(self, settings: Settings) -> None:
         settings.write("map/shown", self.panel.shown)
+        settings.write("map/ground", self.panel.on_ground.isChecked())
 
     def _tell_source(self) -> None:
         """Say what the session has to know for the map: nothing while nobody looks at it."""
         self.session.look_at_map(self.panel.seen_by if self.in_sight else None)
-        self.session.look_around("map", bool(self.in_sight) and self.panel.lowest is not None)
+        self.session.look_around(
+            "map", (bool(self.in_sight) and self.panel.lowest is not None) or self.panel.ground is not None
+        )
         self._show_top()
         self._show_lowest()
 
@@ -113,6 +118,17 @@ class Map(Feature):
         if lowest is not None:
             self.panel.map.set_message("" if found is not None else LOOKING)
         self.panel.map.set_lowest(None if lowest is None or found is None else Lowest(found, *lowest))
+        self._show_ground()
+
+    def _show_ground(self) -> None:
+        """Lay the same on the ground of the 3D view if it is to be there."""
+        state, ground, shown = self.viewport.state, self.panel.ground, None
+        if ground is not None and self._blind is not None:
+            from riglens.app.evaluation.ground_map import ground_map  # the compiler, loaded by now
+
+            shown = ground_map(self._blind, *ground)
+        if shown is not state.ground_map:
+            self.viewport.show_state(replace(state, ground_map=shown))
 
     def _show_top(self) -> None:
         """Show what is seen, unless the map shows something else."""

@@ -25,11 +25,11 @@ TOLD_MS = 10_000
 
 
 def _view(key: str, text: str, tip: str, shortcut: str, icon: str = "") -> Spec:
-    return Spec(key, text, tip, shortcut, icon, "view/looks", "views")
+    return Spec(key, text, tip, shortcut, icon, "view", "views")
 
 
 def _gizmo(key: str, text: str, tip: str, shortcut: str, icon: str) -> Spec:
-    return Spec(key, text, tip, shortcut, icon, "view/gizmo", "gizmo", group="gizmo")
+    return Spec(key, text, tip, shortcut, icon, "view", "gizmo", group="gizmo")
 
 
 class Views(Feature):
@@ -42,9 +42,9 @@ class Views(Feature):
         _view("left", "Left", "View of the left side", "4"),
         _view("rear", "Rear", "View of the rear", "5"),
         _view("right", "Right", "View of the right side", "6"),
-        _view(
+        Spec(
             "frame", "Frame selection", "Bring the selected sensors into the middle of the view, or else everything",
-            "F", "frame",
+            "F", "frame", "view/looks", "views",
         ),
         Spec("frame_all", "Frame all", "Bring the car with all its sensors into view", "Home", menu="view/looks"),
         Spec(
@@ -56,11 +56,11 @@ class Views(Feature):
         _gizmo("both", "Move and rotate", "Arrows and rings on the selected sensor", "Q", "both"),
         Spec(
             "local", "Local axes", "Along the sensor's own axes; off: along those of the car", "L", "axes",
-            "view/gizmo", "gizmo", is_checkable=True,
+            "view", "gizmo", is_checkable=True,
         ),
         Spec(
             "snap", "Snap", "Drags end on multiples of 0.05 m and 5°; Ctrl does the opposite while it is held",
-            "S", "snap", "view/gizmo", "gizmo", is_checkable=True,
+            "S", "snap", "view", "gizmo", is_checkable=True,
         ),
     )  # fmt: skip
 
@@ -89,6 +89,15 @@ class Views(Feature):
             **dict.fromkeys((*GIZMOS, "local"), self.set_gizmo),
             **{view: partial(self.viewport.set_view, view) for view in VIEWS},
         )
+
+        for title, section, keys in (
+            ("View from", "looks", VIEWS),
+            ("Handles", "gizmo", (*GIZMOS, "local", "snap")),
+        ):
+            menu = QMenu(title, bench.window)
+            menu.setToolTipsVisible(True)
+            menu.addActions([self.actions[key] for key in keys])
+            bench.places.add_to_menu(f"view/{section}", menu)
 
     def set_gizmo(self) -> None:
         """Give the viewport the handles that are ticked."""

@@ -20,7 +20,7 @@ from riglens.app.window.settings import Settings
 from riglens.core.rig.yaml.file import new_rig_file
 from riglens.core.scene.grid import VoxelGrid
 from riglens.version import installed_version
-from riglens.widgets.panels.help.command_palette import CommandPalette, fitting
+from riglens.widgets.panels.help.command_palette import NOTHING_FOUND, CommandPalette, fitting
 from riglens.widgets.panels.help.guide import Guide
 from riglens.widgets.panels.scene.voxel_card import VoxelCard
 from tests.app.window.desk import FullDesk, full_desk
@@ -71,6 +71,14 @@ def test_escape_closes_it_and_what_cannot_be_done_now_does_nothing(unscored: Ben
     assert not opened.isVisible()
 
 
+def test_words_that_nothing_says_are_answered(unscored: Bench) -> None:
+    opened = palette(unscored)
+    QTest.keyClicks(opened.typed, "qwertz")
+    assert shown(opened) == [NOTHING_FOUND]
+    QTest.keyClick(opened.typed, Qt.Key.Key_Return)
+    assert opened.isVisible() and unscored.document.rig == RIG
+
+
 def test_every_action_of_a_menu_is_found_and_titles_that_begin_so_come_first(bench: FullDesk) -> None:
     commands = commands_of(bench.workbench.places, bench.workbench.actions["commands"])
     listed = {command.action for command in commands}
@@ -82,6 +90,8 @@ def test_every_action_of_a_menu_is_found_and_titles_that_begin_so_come_first(ben
     assert missing == set()
     assert fitting(commands, "top")[0].title == "Top"
     assert fitting(commands, "no such thing") == []
+    assert fitting(commands, "ruler")[0].title == "Measure a distance"
+    assert fitting(commands, "remove")[0].title == "Delete"
     assert all("&" not in command.words.replace(" & ", "") for command in commands)
 
 

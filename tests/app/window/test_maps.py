@@ -14,7 +14,7 @@ from riglens.app.window.settings import Settings
 from riglens.core.engine.engine import Engine
 from riglens.core.engine.inspect import covered_at_least
 from riglens.core.geometry import Pose
-from riglens.core.review.blind import BlindEngine, BlindSettings
+from riglens.core.review.blind import OVERLAP_HEIGHT_M, BlindEngine, BlindSettings
 from riglens.core.rig.model import Vehicle
 from riglens.core.scene.columns import pack, unpack
 from riglens.core.scene.pog_store import save_pog
@@ -22,8 +22,11 @@ from riglens.core.view.camera_picture import CameraPicture
 from riglens.core.view.range_image import RangeImage
 from riglens.core.view.top_view import SeenBy, TopView
 from riglens.core.view.top_views import TopViews
-from riglens.widgets.maps.lowest_items import lowest_text
-from tests.app.window.desk import full_desk
+from riglens.widgets.maps.lowest_items import Lowest, lowest_colours, lowest_text
+from riglens.widgets.maps.paint import argb
+from riglens.widgets.theme import OVERLAP_COLOURS
+from riglens.widgets.viewport.ground_map import NOTHING
+from tests.app.window.desk import FullDesk, full_desk
 from tests.app.window_bench import Bench, open_bench, scene_options
 from tests.waiting import TIMEOUT_MS
 from tests.widgets.mouse import hover
@@ -295,3 +298,60 @@ def test_what_the_map_shows_is_kept_for_the_next_session(qtbot: QtBot) -> None:
         kept.write("map/shown", "nonsense")
         again.features.map.restore(kept)
         assert again.features.map.panel.lowest == ("camera", 2)
+
+
+COARSE = BlindSettings(0.5, within_m=5.0)
+
+
+@pytest.fixture
+def scored(qtbot: QtBot) -> Iterator[FullDesk]:
+    with full_desk(qtbot) as opened:
+        opened.load()
+        opened.answer()
+        yield opened
+
+
+@pytest.mark.parametrize("shown", ["lowest_1_any", "lowest_2_lidar", "overlap"])
+def test_what_lies_on_the_ground_is_what_the_map_shows_and_follows_answers(
+    scored: FullDesk, shown: str
+) -> None:
+    panel = scored.features.map.panel
+    assert not scored.recompute.requests[-1].blind and not panel.on_ground.isEnabled()
+    panel.choose(shown)
+    assert panel.on_ground.isEnabled() and not scored.session.request().blind
+    panel.on_ground.setChecked(True)
+    assert scored.recompute.requests[-1].blind and scored.viewport.state.ground_map is None
+    for place in ((0.0, 0.0, 2.0), (1.0, 0.5, 3.0)):
+        scored.drag("roof", place)
+        found = BlindEngine(scored.document.rig.vehicle, COARSE, threads=1).evaluate(scored.document.rig)
+        scored.answer(blind=found)
+        ground = scored.viewport.state.ground_map
+        assert ground is not None and panel.lowest is not None
+        by, k = panel.lowest
+        seen = [found.lowest_m(by, number) <= OVERLAP_HEIGHT_M + 1e-9 for number in (1, 2, 3)]
+        wanted = found.steps(by, k) if k else np.sum(seen, axis=0)
+        np.testing.assert_array_equal(ground.steps, np.where(found.ground.counts, wanted, NOTHING))
+        assert ground.steps[ground.steps != NOTHING].max() < len(ground.meanings)
+        assert "is better" in ground.title
+    panel.choose("any")
+    assert scored.viewport.state.ground_map is None and not scored.session.request().blind
+
+
+def test_the_overlap_is_on_the_map_with_its_own_colours_and_words(scored: FullDesk) -> None:
+    found = BlindEngine(scored.document.rig.vehicle, COARSE, threads=1).evaluate(scored.document.rig)
+    shown = Lowest(found, "any", 0)
+    colours = set(np.unique(lowest_colours(shown))) & {int(argb(colour)) for colour in OVERLAP_COLOURS}
+    assert colours == {
+        int(argb(OVERLAP_COLOURS[step])) for step in np.unique(shown.steps[found.ground.counts])
+    }
+    assert "sensors see an object of 0.80 m" in lowest_text(shown, (4.0, 0.0))
+
+
+def test_what_lies_on_the_ground_is_kept(qtbot: QtBot) -> None:
+    kept = Settings()
+    with full_desk(qtbot, kept=kept) as desk:
+        desk.features.map.panel.choose("overlap")
+        desk.features.map.panel.on_ground.setChecked(True)
+        desk.features.map.keep(kept)
+    with full_desk(qtbot, kept=kept) as again:
+        assert again.features.map.panel.ground == ("any", 0) and again.recompute.requests[-1].blind

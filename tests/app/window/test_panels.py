@@ -9,7 +9,6 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QLabel, QLineEdit, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
-from riglens.app.window.docks import is_in_sight
 from riglens.app.window.settings import Settings
 from riglens.core.geometry import Pose
 from riglens.core.rig.edits import without
@@ -463,12 +462,3 @@ def test_a_sensor_that_looks_where_the_data_hold_no_boxes_is_told_not_scored_as_
         bench.workbench.docks.bring_up("Map")
         bench.settle()
         assert NO_BOXES in picture.readout()
-
-
-def test_the_first_press_brings_a_panel_to_the_front_and_the_next_one_puts_it_away(bench: Bench) -> None:
-    for title in ("Targets", "Compare", "Scene", "Map"):
-        dock = bench.workbench.docks[title]
-        bench.act(f"dock_{title}")
-        assert is_in_sight(dock), f"{title} was behind another tab"
-        bench.act(f"dock_{title}")
-        assert dock.isHidden(), f"{title} was in front"

@@ -31,11 +31,30 @@ class Command:
         return " › ".join((*self.menus, self.title))
 
 
+SYNONYMS = {
+    "remove": "delete", "clone": "duplicate", "ruler": "measure", "zoom": "frame", "screenshot": "picture",
+    "image": "picture", "reference": "baseline", "pin": "baseline", "blind": "test objects", "fov": "fields of view",
+    "range": "detection", "failure": "redundancy", "coverage": "heatmap", "hotkeys": "shortcuts", "keys": "shortcuts",
+    "undock": "panels", "dock": "panels", "flip": "mirror", "colours": "theme",
+}  # fmt: skip
+"""Words of other programs and of trade for words of the menus."""
+NOTHING_FOUND = "Nothing found: try another word"
+
+
 def fitting(commands: Sequence[Command], typed: str) -> list[Command]:
-    """The commands in whose words every typed one stands, best first: those that can be chosen, then by their title."""
+    """The commands that say every typed word, else its synonym, else in their tooltips; those that can be chosen first,
+    then by their title."""
     parts = typed.casefold().split()
-    found = [command for command in commands if all(part in command.words.casefold() for part in parts)]
-    return sorted(found, key=lambda command: (not command.action.isEnabled(), _rank(command, parts)))
+    meant = [SYNONYMS.get(part, part) for part in parts]
+    for words, are_tips in ((parts, False), (meant, False), (meant, True)):
+        found = [command for command in commands if all(word in _said(command, are_tips) for word in words)]
+        if found:
+            return sorted(found, key=lambda command: (not command.action.isEnabled(), _rank(command, words)))
+    return []
+
+
+def _said(command: Command, with_tip: bool) -> str:
+    return f"{command.words}\n{command.action.toolTip() if with_tip else ''}".casefold()
 
 
 def _rank(command: Command, parts: Sequence[str]) -> int:
@@ -109,5 +128,9 @@ class CommandPalette(QDialog):
             if not command.action.isEnabled():
                 row.setForeground(0, QColor(tones().muted))
             self.rows.addTopLevelItem(row)
-        if self._found:
+        if not self._found:
+            nothing = QTreeWidgetItem([NOTHING_FOUND])
+            nothing.setDisabled(True)
+            self.rows.addTopLevelItem(nothing)
+        else:
             self.rows.setCurrentIndex(self.rows.model().index(0, 0))
