@@ -65,6 +65,7 @@ def test_shares_are_in_percent_and_their_changes_in_percentage_points() -> None:
 def test_no_column_of_changes_cuts_its_longest_number(qtbot: QtBot) -> None:
     table = ScoreTable()
     qtbot.addWidget(table)
+    table.set_details(True)
     wide = QFontMetrics(table.font()).horizontalAdvance
     for place in (2, 4, 6, 8, 10):
         assert table.columnWidth(place) >= wide("+100.00 pp") + 8 and table.columnWidth(place) >= wide(

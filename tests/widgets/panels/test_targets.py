@@ -207,14 +207,14 @@ def test_totals_are_the_first_column_of_the_table() -> None:
     assert np.array_equal(totals.change, whole.change[:, 0])
 
 
-def test_on_target_seen_and_s_ms_stand_first_and_stay_in_narrow_tables(scores: ScoresPanel) -> None:
+def test_three_figures_are_always_shown_and_s_mig_by_kind_on_request(scores: ScoresPanel) -> None:
     table = scores.findChild(ScoreTable)
     assert table is not None
     assert [column.key for column in SHOWN[:3]] == ["on_target", "seen", "s_ms"]
-    for width, is_hidden in ((1400, False), (700, True)):
-        scores.resize(width, 230)
+    for is_shown in (False, True):
+        table.set_details(is_shown)
         assert [table.isColumnHidden(place) for place in range(1, 7)] == [False] * 6
-        assert [table.isColumnHidden(place) for place in range(7, 11)] == [is_hidden] * 4
+        assert [table.isColumnHidden(place) for place in range(7, 11)] == [not is_shown] * 4
 
 
 def test_scores_and_road_users_are_greyed_apart(scores: ScoresPanel) -> None:
