@@ -15,6 +15,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from pydantic import Field, ValidationError
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QLabel
 from pytestqt.qtbot import QtBot
 
 import riglens as rl
@@ -52,6 +54,9 @@ from riglens.core.targets.targets_json import targets_document
 from riglens.core.vehicle.placing import placed_on
 from riglens.core.vehicle.solid import CarBody
 from riglens.widgets.maps.map_panel import lowest_choices, seen_by_choices
+from riglens.widgets.panels.fields.edits import NumberEdit
+from riglens.widgets.panels.fields.quantity import DEGREES
+from riglens.widgets.panels.inspector.panel import Inspector
 from riglens.widgets.panels.sensors.tree import SensorTree
 from riglens.widgets.sensors.ray_key import entries_of
 from riglens.widgets.sensors.ray_look import RayLook
@@ -312,6 +317,25 @@ def test_the_list_of_sensors_has_a_group_for_it(qtbot: QtBot) -> None:
     assert "Select all probes" in menu and "Select all LiDARs" in menu
 
 
+def test_the_inspector_edits_its_fields(qtbot: QtBot) -> None:
+    inspector, edited = Inspector(), list[dict[str, Sensor]]()
+    qtbot.addWidget(inspector)
+    inspector.sensors_edited.connect(edited.append)
+    inspector.set_rig(rig_with(TOP, probe()), ("probe",))
+    opening = inspector.form.findChild(NumberEdit, "opening_deg")
+    assert opening is not None and opening.text() == "40" and opening.unit == DEGREES
+    opening.setText("95")
+    opening.textEdited.emit("95")
+    opening.setModified(True)
+    qtbot.keyClick(opening, Qt.Key.Key_Return)
+    assert edited == [] and "90" in inspector.form.problem
+    qtbot.keyClick(opening, Qt.Key.Key_Escape)
+    opening.step_by(20)
+    assert edited == [{"probe": probe(opening_deg=60.0)}]
+    derived = inspector.form.findChild(QLabel, "Opening")
+    assert derived is not None and derived.text() == "40°"
+
+
 def test_its_body_and_its_rays_are_drawn_with_a_key() -> None:
     state = SceneState(rig=rig_with(probe(rpy_deg=(0.0, 30.0, 0.0))), show_gizmo=False, show_legend=False)
     rays = picture(state)
@@ -358,7 +382,6 @@ MAY_NAME_KINDS = {
     "core/metric/scores.py": "the two kinds of the paper have accessors of their own",
     "core/targets/targets_json.py": "the keys of its JSON",
     "widgets/viewport/drawn_scene.py": "the camera of the view",
-    "widgets/panels/inspector": "forms of LiDARs and cameras",
     "widgets/panels/scores": "columns of the two kinds of the paper",
 }
 """Files and folders that may name a kind of sensor, and why."""

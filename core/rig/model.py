@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from typing import Annotated, Literal, Self, TypeVar
 
 from pydantic import Field, PlainValidator, SerializeAsAny, model_validator
+from pydantic.config import JsonDict
 
 from riglens.core.sensors.base import (
     Angles3,
@@ -39,15 +40,27 @@ SpotRadius = Annotated[float, Field(allow_inf_nan=False, ge=0.005, le=2.0)]
 Spot = tuple[Metres, Metres, Metres, SpotRadius]
 """A ball around a place on the car's skin: x, y, z and radius in metres."""
 S = TypeVar("S", bound=Sensor)
+_METRES: JsonDict = {"unit": "m", "step": 0.05}
 AnySensor = Annotated[SerializeAsAny[Sensor], PlainValidator(validated_sensor)]
 
 
 class MeshPlacement(Frozen):
     """How a mesh file is placed in the vehicle frame: scaled about its origin, rotated, then moved (metres)."""
 
-    scale: Annotated[float, Field(allow_inf_nan=False, ge=1e-6, le=1e6)] = 1.0
-    rpy_deg: Angles3 = (0.0, 0.0, 0.0)
-    offset: Position = (0.0, 0.0, 0.0)
+    scale: Annotated[
+        float,
+        Field(
+            allow_inf_nan=False, ge=1e-6, le=1e6, title="Mesh scale", description="0.001 for a mesh in millimetres",
+            json_schema_extra={"step": 0.1},
+        ),
+    ] = 1.0  # fmt: skip
+    rpy_deg: Annotated[
+        Angles3, Field(title="Mesh turned", description="roll, pitch, yaw", json_schema_extra={"step": 5.0})
+    ] = (0.0, 0.0, 0.0)
+    offset: Annotated[
+        Position,
+        Field(title="Mesh moved", description="x, y, z; after scale and turn", json_schema_extra=_METRES),
+    ] = (0.0, 0.0, 0.0)
 
 
 class Vehicle(Frozen):
@@ -57,10 +70,13 @@ class Vehicle(Frozen):
     """
 
     body: Name = "sedan"
-    length: VehicleLength = 4.6
-    width: VehicleLength = 1.9
-    height: VehicleLength = 1.45
-    rear_axle_x: Metres = -1.35
+    length: Annotated[VehicleLength, Field(description="bumper to bumper", json_schema_extra=_METRES)] = 4.6
+    width: Annotated[VehicleLength, Field(description="without mirrors", json_schema_extra=_METRES)] = 1.9
+    height: Annotated[VehicleLength, Field(description="ground to roof", json_schema_extra=_METRES)] = 1.45
+    rear_axle_x: Annotated[
+        Metres,
+        Field(description="from the centre of the body, negative is behind it", json_schema_extra=_METRES),
+    ] = -1.35
     mesh: MeshPlacement = MeshPlacement()
 
     @property

@@ -67,7 +67,10 @@ class Sensor(Frozen):
     model: str | None = None
     position: Position
     rpy_deg: Angles3 = (0.0, 0.0, 0.0)
-    range_m: tuple[Annotated[float, Field(ge=0.0)], Annotated[float, Field(gt=0.0)]] = (0.0, math.inf)
+    range_m: Annotated[
+        tuple[Annotated[float, Field(ge=0.0)], Annotated[float, Field(gt=0.0)]],
+        Field(description="from, to; ∞ or inf: up to the end of the region of interest"),
+    ] = (0.0, math.inf)
     enabled: bool = True
     mirror_of: Name | None = None
     fails_with: Annotated[tuple[Name, ...], Field(min_length=1, max_length=MAX_GROUPS)] | None = None

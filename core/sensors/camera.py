@@ -12,6 +12,7 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
+from pydantic.config import JsonDict
 
 from riglens.core.kernels.runtime import codes
 from riglens.core.sensors import lens
@@ -27,6 +28,7 @@ FocalLength = Annotated[float, Field(allow_inf_nan=False, ge=1e-4, le=1e10)]
 """In pixels; any field of view that is accepted has such a one, whatever the image."""
 PrincipalPoint = Annotated[float, Field(allow_inf_nan=False, ge=-1e6, le=1e6)]
 Pixels = Annotated[int, Field(ge=1, le=20_000)]
+_PX: JsonDict = {"unit": "px"}
 
 
 class Camera(Sensor):
@@ -36,14 +38,33 @@ class Camera(Sensor):
     """
 
     kind: Literal["camera"] = "camera"
-    image: tuple[Pixels, Pixels] = (1600, 900)
-    hfov_deg: FieldOfView | None = None
-    fx: FocalLength | None = None
-    fy: FocalLength | None = None
-    cx: PrincipalPoint | None = None
-    cy: PrincipalPoint | None = None
+    image: Annotated[tuple[Pixels, Pixels], Field(description="width, height", json_schema_extra=_PX)] = (
+        1600,
+        900,
+    )
+    hfov_deg: Annotated[FieldOfView | None, Field(title="HFOV", description="horizontal field of view")] = (
+        None
+    )
+    fx: Annotated[
+        FocalLength | None, Field(description="focal length along the width", json_schema_extra=_PX)
+    ] = None
+    fy: Annotated[
+        FocalLength | None, Field(description="focal length along the height", json_schema_extra=_PX)
+    ] = None
+    cx: Annotated[
+        PrincipalPoint | None, Field(description="principal point from the left edge", json_schema_extra=_PX)
+    ] = None
+    cy: Annotated[
+        PrincipalPoint | None, Field(description="principal point from the upper edge", json_schema_extra=_PX)
+    ] = None
     distortion: Distortion | None = None
-    cast: tuple[Pixels, Pixels] = (352, 128)
+    cast: Annotated[
+        tuple[Pixels, Pixels],
+        Field(
+            title="Rays cast",
+            description="columns, rows of the ray lattice; never more than the image has pixels",
+        ),
+    ] = (352, 128)
 
     @model_validator(mode="after")
     def _one_way_to_say_the_lens(self) -> Self:
@@ -156,7 +177,10 @@ def _summary(camera: Camera) -> list[tuple[str, str]]:
     focal = f"{fx:.1f} px" if f"{fx:.1f}" == f"{fy:.1f}" else f"{fx:.1f} × {fy:.1f} px"
     return [
         ("Rays", f"{camera.ray_count:,}  =  {columns} × {rows}"),
-        ("Field of view", f"{wide:.1f}° × {high:.1f}°"),
+        (
+            "Field of view",
+            " × ".join("beyond the lens" if math.isnan(a) else f"{a:.1f}°" for a in (wide, high)),
+        ),
         ("Focal length", focal),
         ("Resolution", f"{_pixel_deg(fx):.3g}°/px, {_pixel_deg(fx * columns / width_px):.3g}°/ray"),
         ("Distortion", _lens_text(camera)),

@@ -22,8 +22,8 @@ class EvenAngles(Frozen):
     """`count` evenly spaced angles in degrees; whether `to` is included depends on where they are used."""
 
     from_: Azimuth = Field(alias="from")
-    to: Azimuth
-    count: Annotated[int, Field(ge=1, le=100_000)]
+    to: Azimuth = Field(title="to")
+    count: Annotated[int, Field(ge=1, le=100_000, title="×")]
 
     @model_validator(mode="after")
     def _rising(self) -> Self:
@@ -53,7 +53,10 @@ class Lidar(Sensor):
     azimuths_deg: EvenAngles | Annotated[tuple[Azimuth, ...], Field(min_length=1)] = EvenAngles(
         from_=-180.0, to=180.0, count=360
     )
-    azimuth_offsets_deg: tuple[Azimuth, ...] | None = None
+    azimuth_offsets_deg: Annotated[
+        tuple[Azimuth, ...] | None,
+        Field(description="one angle per beam, added to its azimuths; positive turns left"),
+    ] = None
 
     @model_validator(mode="after")
     def _angles_sensible(self) -> Self:

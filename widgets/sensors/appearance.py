@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from riglens.core.sensors.camera import CAMERA
 from riglens.core.sensors.lidar import LIDAR, Lidar
+from riglens.widgets.sensors.ways import CAMERA_WAYS, LIDAR_WAYS, Ways
 from riglens.widgets.theme import Palette, mix
 
 Shape = Literal["puck", "box", "lens"]
@@ -33,6 +34,7 @@ class Appearance:
     colour: of their bodies and in panels; ray_colours: on dark and on light ground; icon: SVG paths in a square of 24.
     shape: of a body; cuboid: of one that the library knows as a box. beams: None for rays that form an image.
     has_corners: whether the rays in the corners of the lattice bound the field of view.
+    heading: above its own fields; ways: fields among them that can be given in several ways.
     """
 
     colour: str = "#84a817"
@@ -42,6 +44,8 @@ class Appearance:
     cuboid: Shape = "box"
     beams: Callable[[Any], Beams | None] = lambda _: None
     has_corners: bool = False
+    heading: str = "Sensor"
+    ways: tuple[Ways, ...] = ()
 
 
 def _lidar_shape(lidar: Lidar) -> Shape:
@@ -66,6 +70,8 @@ APPEARANCES = {
         '<path d="M2 11h2M20 11h2M12 21h0"/>',
         shape=_lidar_shape,
         beams=_lidar_beams,
+        heading="Beams",
+        ways=LIDAR_WAYS,
     ),
     CAMERA.name: Appearance(
         colour="#f97316",
@@ -74,6 +80,8 @@ APPEARANCES = {
         shape=lambda _: "lens",
         cuboid="lens",
         has_corners=True,
+        heading="Image and lens",
+        ways=CAMERA_WAYS,
     ),
 }
 

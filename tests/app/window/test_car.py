@@ -151,7 +151,7 @@ def test_a_mesh_file_chosen_in_the_inspector_becomes_the_body_named_from_the_rig
     assert bench.document.rig.vehicle.body == "meshes/car.obj"
     bench.qtbot.waitUntil(lambda: vehicles_shown(bench)[-1][1] is not None, timeout=TIMEOUT_MS)
     assert vehicles_shown(bench)[-1][1].triangles.shape == (4, 3)
-    bench.type("mesh_scale", "0.5")
+    bench.type("scale", "0.5")
     vehicle, mesh = vehicles_shown(bench)[-1]
     assert vehicle.mesh.scale == 0.5 and mesh is vehicles_shown(bench)[-2][1]
 

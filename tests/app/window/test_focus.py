@@ -49,7 +49,7 @@ def test_tab_goes_around_all_that_can_be_seen(bench: Bench) -> None:
     found = walked(bench.panels.tree, Qt.Key.Key_Tab)
     docks = {dock.objectName() for widget in found if (dock := dock_of(widget)) is not None}
     assert docks == {"Sensors", "Inspector", "Scores", "Library"}  # Scene, Map, ... are behind other tabs
-    assert bench.find("x") in found and bench.find("range_max") in found
+    assert bench.find("x") in found and bench.find("range_m.to") in found
 
 
 def test_shift_tab_goes_the_same_way_back(bench: Bench) -> None:

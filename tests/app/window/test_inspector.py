@@ -10,7 +10,7 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QCheckBox, QComboBox, QLabel, QLineEdit
 
-from riglens.core.rig.model import EvenAngles, Rig
+from riglens.core.rig.model import EvenAngles, KannalaBrandt, Rig
 from riglens.widgets.panels.fields.form import ChoiceBox
 from riglens.widgets.panels.sensors.rows import TYPE
 from tests.app.window.desk import FullDesk
@@ -34,8 +34,8 @@ SHARED: list[tuple[str, str, dict[str, Callable[[Any], Any]]]] = [
     ("roll", "1e-3", {"rpy_deg": lambda p: (0.001, p[1], p[2])}),
     ("pitch", "-12.5", {"rpy_deg": lambda p: (p[0], -12.5, p[2])}),
     ("yaw", "179.9", {"rpy_deg": lambda p: (p[0], p[1], 179.9)}),
-    ("range_min", "0.5", {"range_m": lambda r: (0.5, r[1])}),
-    ("range_max", "120", {"range_m": lambda r: (r[0], 120.0)}),
+    ("range_m.from", "0.5", {"range_m": lambda r: (0.5, r[1])}),
+    ("range_m.to", "120", {"range_m": lambda r: (r[0], 120.0)}),
 ]
 LIDAR_FIELDS = [
     ("elevations_deg.from", "-24.8", {"elevations_deg": lambda _: even(from_=-24.8)}),
@@ -44,11 +44,11 @@ LIDAR_FIELDS = [
     ("azimuths_deg.count", "90", {"azimuths_deg": lambda a: a.replace(count=90)}),
 ]
 CAMERA_FIELDS = [
-    ("image_width", "200", {"image": lambda i: (200, i[1])}),
-    ("image_height", "100", {"image": lambda i: (i[0], 100)}),
+    ("image.width", "200", {"image": lambda i: (200, i[1])}),
+    ("image.height", "100", {"image": lambda i: (i[0], 100)}),
     ("hfov_deg", "70.5", {"hfov_deg": lambda _: 70.5}),
-    ("cast_columns", "16", {"cast": lambda c: (16, c[1])}),
-    ("cast_rows", "9", {"cast": lambda c: (c[0], 9)}),
+    ("cast.columns", "16", {"cast": lambda c: (16, c[1])}),
+    ("cast.rows", "9", {"cast": lambda c: (c[0], 9)}),
 ]
 CASES = [("roof", *case) for case in SHARED + LIDAR_FIELDS] + [
     ("front", *case) for case in SHARED + CAMERA_FIELDS
@@ -102,11 +102,11 @@ REFUSED = [
     ("roof", "elevations_deg.from", "-91", "[-90, 90]"),
     ("roof", "elevations_deg.count", "0", "greater than or equal to 1"),
     ("roof", "elevations_deg.count", "2.5", "whole number"),
-    ("roof", "range_max", "0", "greater than 0"),
-    ("roof", "range_min", "inf", "Range must be"),
+    ("roof", "range_m.to", "0", "greater than 0"),
+    ("roof", "range_m.from", "inf", "Range must be"),
     ("front", "hfov_deg", "180", "less than or equal to 179.9"),
     ("front", "hfov_deg", "-5", "greater than or equal to 0.001"),
-    ("front", "cast_columns", "161", "must not exceed the image"),
+    ("front", "cast.columns", "161", "must not exceed the image"),
 ]
 
 
@@ -176,12 +176,12 @@ def test_a_choice_that_is_refused_goes_back_and_says_why(bench: FullDesk) -> Non
     combo.addItem("now", "now")
     combo.addItem("other", "other")
     choose_item(combo, "other")
-    assert (combo.currentText(), form.problem) == ("now", "HFOV is what it is")
+    assert (combo.currentText(), form.problem) == ("now", "Range is what it is")
     assert bench.document.rig == before
 
 
 def refuse_every_value(subject: Any, value: Any) -> Any:
-    raise ValueError("hfov_deg is what it is")
+    raise ValueError("range_m is what it is")
 
 
 def test_another_selection_forgets_what_was_refused(bench: FullDesk) -> None:
@@ -197,11 +197,11 @@ def test_another_selection_forgets_what_was_refused(bench: FullDesk) -> None:
 
 def test_infinity_is_shown_and_can_be_typed(bench: FullDesk) -> None:
     bench.document.select("roof")
-    edit = bench.find("range_max")
+    edit = bench.find("range_m.to")
     assert isinstance(edit, QLineEdit)
     assert edit.text() == "∞"
-    bench.type("range_max", "50")
-    bench.type("range_max", "inf")
+    bench.type("range_m.to", "50")
+    bench.type("range_m.to", "inf")
     assert bench.document.rig.sensor("roof").range_m == (0.0, math.inf)
 
 
@@ -235,6 +235,35 @@ def test_a_lens_can_be_given_by_focal_lengths_and_by_angle_again(bench: FullDesk
     assert bench.document.rig.sensor("front").cy == 44.25
     bench.choose("lens.way", "field of view")
     assert bench.document.rig.sensor("front").hfov_deg == pytest.approx(90.0)
+
+
+def test_a_camera_becomes_a_fisheye_whose_coefficients_are_edited(bench: FullDesk) -> None:
+    bench.document.select("front")
+    bench.choose("distortion.way", "fisheye (Kannala-Brandt)")
+    fisheye = bench.document.rig.sensor("front")
+    assert fisheye.distortion == KannalaBrandt() and fisheye.intrinsics_px() == CAMERA.intrinsics_px()
+    bench.type("distortion.KannalaBrandt.k2", "-0.015")
+    assert bench.document.rig.sensor("front").distortion == KannalaBrandt(k2=-0.015)
+    assert bench.find("distortion.KannalaBrandt.k2").isVisibleTo(bench.panels.inspector.form)
+    bench.choose("distortion.way", "none")
+    assert bench.document.rig.sensor("front").distortion is None
+    bench.choose("distortion.way", "Brown-Conrady")
+    bench.choose("lens.way", "field of view")
+    assert "distortion needs the lens as fx" in bench.panels.inspector.form.problem
+    bench.act("undo")
+    bench.act("undo")
+    bench.act("undo")
+    assert bench.document.rig.sensor("front") == fisheye.replace(distortion=KannalaBrandt())
+
+
+def test_azimuth_offsets_are_a_list_that_may_be_empty(bench: FullDesk) -> None:
+    bench.document.select("roof")
+    bench.type("azimuth_offsets_deg.list", "1 2 3 4 5 6 7 8")
+    assert bench.document.rig.sensor("roof").azimuth_offsets_deg == tuple(map(float, range(1, 9)))
+    bench.type("azimuth_offsets_deg.list", "1, 2")
+    assert "one offset per beam" in bench.panels.inspector.form.problem
+    bench.type("azimuth_offsets_deg.list", "")
+    assert bench.document.rig == RIG
 
 
 def test_a_model_fills_in_its_fields_and_keeps_name_and_pose(bench: FullDesk) -> None:

@@ -79,7 +79,7 @@ def test_a_sensor_in_the_air_is_marked_in_list_view_and_inspector(desk: Desk, st
     assert mast.full == problem and mast.foot_m[2] == pytest.approx(1.41, abs=0.02)
     assert "to be held by brackets" in desk.panels.inspector._rig_form.places
     desk.document.select("roof")
-    assert desk.panels.inspector._lidar_form.place == problem
+    assert desk.panels.inspector.form.place == problem
 
 
 def test_the_line_about_the_rig_names_the_heights_that_the_view_does() -> None:

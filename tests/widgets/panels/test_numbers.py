@@ -11,7 +11,14 @@ from pytestqt.qtbot import QtBot
 from riglens.core.metric.scores import ClassScores, KindScore, MetricSettings, Scores
 from riglens.core.scene.boxes import CLASSES
 from riglens.widgets.panels.controls.style import tones
-from riglens.widgets.panels.fields.quantity import full_number, parse_number, short_number
+from riglens.widgets.panels.fields.quantity import (
+    METRES,
+    NO_UNIT,
+    full_number,
+    parse_number,
+    short_number,
+    short_text,
+)
 from riglens.widgets.panels.scores.table import ScoreTable
 from riglens.widgets.panels.scores.text import change_text, column_of, kilo_text, share_text
 
@@ -21,6 +28,16 @@ S_MS, SEEN = column_of("s_ms"), column_of("seen")
 @given(st.floats(allow_nan=False))
 def test_the_full_text_of_a_number_reads_back_as_the_same_bits(value: float) -> None:
     assert parse_number(full_number(value)).hex() == value.hex()
+
+
+def test_a_coefficient_is_never_shown_as_nothing() -> None:
+    assert [short_text(value, NO_UNIT) for value in (1e-7, -2.5e-6, 0.0, 0.5)] == [
+        "1e-7",
+        "-2.5e-6",
+        "0",
+        "0.5",
+    ]
+    assert short_text(2e-17, METRES) == "0"
 
 
 @pytest.mark.parametrize(

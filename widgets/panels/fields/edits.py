@@ -373,18 +373,25 @@ class IntegerEdit(ValueEdit[int | None]):
         return "" if value is None else fitted_number(value, str(value), self._fits)
 
 
-class ListEdit(ValueEdit[tuple[float, ...]]):
-    """Several doubles, separated by commas or spaces, with their unit."""
+class ListEdit(ValueEdit[tuple[float, ...] | None]):
+    """Several doubles, separated by commas or spaces, with their unit; an optional list may be left empty."""
 
-    def __init__(self, unit: Unit = NO_UNIT, parent: QWidget | None = None) -> None:
+    def __init__(
+        self, unit: Unit = NO_UNIT, is_optional: bool = False, parent: QWidget | None = None
+    ) -> None:
+        self._is_optional = is_optional
         super().__init__(self._parsed, self._joined(short_text), self._joined(full_text), unit, parent)
 
-    def _parsed(self, text: str) -> tuple[float, ...]:
+    def _parsed(self, text: str) -> tuple[float, ...] | None:
         parts = text.replace(",", " ").replace(";", " ").split()
+        if not parts and self._is_optional:
+            return None
+        if not parts:
+            raise ValueError("must hold numbers such as -15, 0, 15 (got none)")
         return tuple(parse_quantity(part, self._unit) for part in parts)
 
-    def _joined(self, one: Callable[[float, Unit], str]) -> Callable[[tuple[float, ...]], str]:
-        return lambda values: ", ".join(one(value, self._unit) for value in values)
+    def _joined(self, one: Callable[[float, Unit], str]) -> Callable[[tuple[float, ...] | None], str]:
+        return lambda values: ", ".join(one(value, self._unit) for value in values or ())
 
 
 class TextEdit(ValueEdit[str]):

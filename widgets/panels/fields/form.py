@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 from pydantic import ValidationError
 from PySide6.QtCore import Qt, Signal
@@ -52,8 +52,6 @@ class Form(QWidget):
     """
 
     changed = Signal(object)
-    words: ClassVar[dict[str, str]] = {}
-    """What the form calls the fields of a rig file that reasons speak of."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -66,6 +64,8 @@ class Form(QWidget):
         self._reasons: dict[QWidget, str] = {}
         self._reason_labels: dict[QWidget, QLabel] = {}
         self._other_problem = ""
+        self.words: dict[str, str] = {}
+        """What the form calls the fields of a rig file that reasons speak of."""
         self._grid = QGridLayout(self)
         self._grid.setContentsMargins(MARGIN, MARGIN, MARGIN, MARGIN)
         self._grid.setHorizontalSpacing(SPACING)
@@ -297,29 +297,33 @@ def _line(widget: QWidget, reason: str) -> str:
     return f"{name}: {reason}" if name else reason
 
 
-def read_item(field: str, place: int) -> Read:
-    """Return a function that reads one item of a tuple field."""
-    return lambda subject: getattr(subject, field)[place]
+Path = tuple[str | int, ...]
+"""From an object to a value in it: names of fields and places in tuples."""
 
 
-def write_item(field: str, place: int) -> Write:
-    """Return a function that replaces one item of a tuple field; the other items stay the very same objects."""
+def read(path: Path) -> Read:
+    """Return a function that reads what lies at a path; None where there is no such field."""
 
-    def write(subject: Any, value: Any) -> Any:
-        items = getattr(subject, field)
-        return subject.replace(**{field: (*items[:place], value, *items[place + 1 :])})
+    def found(subject: Any) -> Any:
+        for part in path:
+            subject = subject[part] if isinstance(part, int) else getattr(subject, part, None)
+        return subject
 
-    return write
-
-
-def read_field(field: str) -> Read:
-    """Return a function that reads a field."""
-    return lambda subject: getattr(subject, field)
+    return found
 
 
-def write_field(field: str) -> Write:
-    """Return a function that replaces a field."""
-    return lambda subject, value: subject.replace(**{field: value})
+def write(path: Path) -> Write:
+    """Return a function that replaces what lies at a path; all else stays the very same objects."""
+
+    def changed(subject: Any, value: Any) -> Any:
+        if not path:
+            return value
+        part, rest = path[0], write(path[1:])
+        if isinstance(part, int):
+            return (*subject[:part], rest(subject[part], value), *subject[part + 1 :])
+        return subject.replace(**{part: rest(getattr(subject, part), value)})
+
+    return changed
 
 
 def reason_of(error: Exception) -> str:

@@ -178,8 +178,9 @@ def power_of_ten(value: float, digits: int) -> str:
 
 
 def short_text(value: float, unit: Unit) -> str:
-    """Return a stored value in a unit, as `short_number`."""
-    return short_number(value * unit.per_base)
+    """Return a stored value in a unit, as `short_number`; one without a unit is never shown as 0 unless it is."""
+    shown = short_number(value * unit.per_base)
+    return power_of_ten(value, SHOWN_DECIMALS) if shown == "0" and value and unit == NO_UNIT else shown
 
 
 def full_text(value: float, unit: Unit) -> str:

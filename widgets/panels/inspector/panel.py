@@ -11,25 +11,22 @@ from PySide6.QtWidgets import QComboBox, QLabel, QPushButton, QScrollArea, QStac
 
 from riglens.core.geometry import Pose
 from riglens.core.rig.edits import partner_of
-from riglens.core.rig.model import Lidar, Rig, Vehicle
+from riglens.core.rig.model import MeshPlacement, Rig, Vehicle
 from riglens.core.sensors.registry import kinds
 from riglens.core.vehicle.profiles import PROFILES, reference_vehicle
 from riglens.core.vehicle.standing import Stand
 from riglens.widgets.panels.controls.scrolled import breakable, scrolled
 from riglens.widgets.panels.controls.style import plain_tip
-from riglens.widgets.panels.fields.edits import NumberEdit, TextEdit
+from riglens.widgets.panels.fields.edits import TextEdit
 from riglens.widgets.panels.fields.form import ChoiceBox, Form
-from riglens.widgets.panels.fields.quantity import DEGREES, METRES, NO_UNIT, Unit
-from riglens.widgets.panels.inspector.sensor_forms import CameraForm, LidarForm, SensorForm
+from riglens.widgets.panels.fields.model_rows import ModelRows
+from riglens.widgets.panels.fields.quantity import DEGREES, METRES, Unit
+from riglens.widgets.panels.inspector.sensor_forms import SensorForm
 from riglens.widgets.panels.sensors.losses import Known
 
 _NAMED = 3
 """Up to so many sensors are named, of more it is said how many they are."""
 _SIZES = ("length", "width", "height", "rear_axle_x")
-_TRIPLES: tuple[tuple[str, str, tuple[str, str, str], float, Unit, str], ...] = (
-    ("rpy_deg", "Mesh turned", ("mesh_roll", "mesh_pitch", "mesh_yaw"), 5.0, DEGREES, "roll, pitch, yaw"),
-    ("offset", "Mesh moved", ("mesh_x", "mesh_y", "mesh_z"), 0.05, METRES, "x, y, z, after scale and turn"),
-)
 
 
 def with_body(rig: Rig, body: str) -> Rig:
@@ -47,49 +44,20 @@ class MeshRows:
     """Scale, rotation and offset of the mesh, on a form over a rig; shown only while the body is a mesh file."""
 
     def __init__(self, form: Form) -> None:
-        self._form = form
-        scale = NumberEdit(0.1, NO_UNIT)
-        scale.setAccessibleName("Mesh scale")
+        self._form, rows = form, ModelRows(form)
         self.size, self.fit = QLabel(), QPushButton("Fit to length")
-        self._rows = [form.add_row("Mesh scale", [scale, self.fit], "0.001 for a mesh in millimetres")]
-        form.bind_edit(
-            scale,
-            lambda rig: rig.vehicle.mesh.scale,
-            lambda rig, value: _with_mesh(rig, scale=value),
-            "mesh_scale",
-        )
         self.size.setObjectName("mesh_size")
         self.size.setWordWrap(True)
         self.fit.setObjectName("mesh_fit")
         self.fit.setToolTip("Scale the mesh so that it is as long as the vehicle is said to be")
+        fields = [rows.add(MeshPlacement, name, ("vehicle", "mesh")) for name in MeshPlacement.model_fields]
         tip = "Length × width × height of the mesh in the vehicle frame"
-        self._rows.append(form.add_row("Mesh size", [self.size], tip))
-        for field, caption, names, step, unit, tip in _TRIPLES:
-            edits = [NumberEdit(step, unit) for _ in names]
-            self._rows.append(form.add_row(caption, edits, tip))
-            for place, (name, edit) in enumerate(zip(names, edits, strict=True)):
-                edit.setAccessibleName(f"{caption} {name.removeprefix('mesh_')}")
-                self._bind(edit, field, place, name)
-
-    def _bind(self, edit: NumberEdit, field: str, place: int, name: str) -> None:
-        def read(rig: Rig) -> Any:
-            return getattr(rig.vehicle.mesh, field)[place]
-
-        def write(rig: Rig, value: float) -> Rig:
-            items = getattr(rig.vehicle.mesh, field)
-            return _with_mesh(rig, **{field: (*items[:place], value, *items[place + 1 :])})
-
-        self._form.bind_edit(edit, read, write, name)
+        self._rows = [*fields, form.add_row("Mesh size", [self.size, self.fit], tip)]
 
     def show_for(self, vehicle: Vehicle) -> None:
         """Show the rows when the vehicle has a mesh file."""
         for row in self._rows:
             self._form.show_row(row, vehicle.has_mesh_file)
-
-
-def _with_mesh(rig: Rig, **changes: Any) -> Rig:
-    mesh = rig.vehicle.mesh.replace(**changes)
-    return rig.replace(vehicle=rig.vehicle.replace(mesh=mesh))
 
 
 class Inspector(QStackedWidget):
@@ -109,15 +77,16 @@ class Inspector(QStackedWidget):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._rig_form, self._lidar_form, self._camera_form = RigForm(), LidarForm(), CameraForm()
-        self._sensor_forms: tuple[SensorForm, ...] = (self._lidar_form, self._camera_form)
+        self._rig_form = RigForm()
+        self._form_of = {kind.name: SensorForm(kind) for kind in kinds()}
+        self._sensor_forms = tuple(self._form_of.values())
         self._shown: tuple[str, ...] = ()
         self._loss_of: str | None = None
         self._saved: Rig | None = None
         self._locked: frozenset[str] = frozenset()
         self._problems: Mapping[str, str] = {}
         self._units: tuple[Unit, ...] = (METRES, DEGREES)
-        for form in (self._rig_form, self._lidar_form, self._camera_form):
+        for form in (self._rig_form, *self._sensor_forms):
             self.addWidget(_in_dock(form))
         self._rig_form.changed.connect(self.rig_edited)
         self._rig_form.mesh_wanted.connect(self.mesh_wanted)
@@ -210,9 +179,7 @@ class Inspector(QStackedWidget):
         subjects: list[Any] = [rig]
         if selection:
             subjects = [rig.sensor(name) for name in selection]
-            sensor_form: SensorForm = (
-                self._lidar_form if isinstance(subjects[-1], Lidar) else self._camera_form
-            )
+            sensor_form = self._form_of[subjects[-1].kind]
             sensor_form.set_taken_names(frozenset(s.name for s in rig.sensors) - {selection[-1]})
             sensor_form.tools.set_saved(self._saved_poses(selection))
             sensor_form.set_partner(partner_of(rig, selection[0]) if len(selection) == 1 else None)
@@ -221,7 +188,7 @@ class Inspector(QStackedWidget):
             self.form.forget_input()
             form.forget_input()
         self._shown = selection
-        self.setCurrentIndex([self._rig_form, self._lidar_form, self._camera_form].index(form))
+        self.setCurrentIndex([self._rig_form, *self._sensor_forms].index(form))
         form.show_several(subjects)
         self._show_places()
         self.set_locked(self._locked)
@@ -245,13 +212,8 @@ class RigForm(Form):
         self.bind_edit(name, lambda rig: rig.name, lambda rig, value: rig.replace(name=value), "rig_name")
         self.add_heading("Vehicle")
         self._add_body()
-        for field, caption, tip in (
-            ("length", "Length", "bumper to bumper"),
-            ("width", "Width", "without mirrors"),
-            ("height", "Height", "ground to roof"),
-            ("rear_axle_x", "Rear axle x", "from the centre of the body, negative is behind it"),
-        ):
-            self._add_size(field, caption, tip)
+        for field in _SIZES:
+            ModelRows(self).add(Vehicle, field, ("vehicle",))
         self._summary = QLabel()
         self._summary.setObjectName("hint")
         self._summary.setWordWrap(True)
@@ -294,17 +256,6 @@ class RigForm(Form):
         if body not in PROFILES:
             self._body.setItemText(self._body.currentIndex(), PurePath(body).name)
         self._body.setToolTip(plain_tip(body))
-
-    def _add_size(self, field: str, caption: str, tip: str) -> None:
-        edit = NumberEdit(0.05, METRES)
-        edit.setAccessibleName(caption)
-        self.add_row(caption, [edit], tip)
-        self.bind_edit(
-            edit,
-            lambda rig: getattr(rig.vehicle, field),
-            lambda rig, value: rig.replace(vehicle=rig.vehicle.replace(**{field: value})),
-            field,
-        )
 
     def show_subject(self, subject: Rig) -> None:
         """Show a rig."""

@@ -14,7 +14,7 @@ from riglens.core.scene.grid import DEFAULT_ROI_M, DEFAULT_VOXEL_M, VoxelGrid
 from riglens.core.study.voxel_choice import LADDER_M, ladder_grids
 from riglens.widgets.panels.controls.style import MARGIN, plain_tip
 from riglens.widgets.panels.fields.edits import IntegerEdit, NumberEdit
-from riglens.widgets.panels.fields.form import ChoiceBox, Form, read_item, write_item
+from riglens.widgets.panels.fields.form import ChoiceBox, Form, read, write
 from riglens.widgets.panels.fields.quantity import full_number, parse_number
 
 AUTO = "Auto"
@@ -158,7 +158,7 @@ class ScenePanel(Form):
         edits = [NumberEdit(0.1) for _ in parts]
         for place, (part, edit) in enumerate(zip(parts, edits, strict=True)):
             edit.setAccessibleName(f"{caption} {part}")
-            self.bind_edit(edit, read_item(field, place), write_item(field, place), f"{field}.{part}")
+            self.bind_edit(edit, read((field, place)), write((field, place)), f"{field}.{part}")
         self.add_row(caption, edits, tip)
 
     def _add_grid(self) -> None:

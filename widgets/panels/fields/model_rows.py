@@ -1,0 +1,198 @@
+"""Rows of a form made from the fields of a model: types, units by the suffix of a name, titles and descriptions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from types import NoneType, UnionType
+from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+from PySide6.QtWidgets import QCheckBox, QLabel, QWidget
+
+from riglens.widgets.panels.fields.edits import IntegerEdit, ListEdit, NumberEdit, TextEdit, ValueEdit
+from riglens.widgets.panels.fields.form import ChoiceBox, Form, Path, read, write
+from riglens.widgets.panels.fields.quantity import DEGREES, METRES, NO_UNIT, PIXELS, Unit
+from riglens.widgets.sensors.ways import Way, Ways
+
+_UNITS = {"deg": DEGREES, "m": METRES, "px": PIXELS}
+_SHORT = 2
+"""Names of so few letters are symbols: they keep their case."""
+_PER_ROW, _ALL_PER_ROW = 2, 3
+"""Coefficients side by side; parts that are so few are all."""
+_FINE_STEP = 0.001
+"""Of numbers without a unit, such as coefficients."""
+_NARROWEST = "-180"
+
+
+def title_of(name: str, info: FieldInfo) -> str:
+    """Return what a form calls a field: its title, or its name without the unit."""
+    if info.title:
+        return info.title
+    words = name.strip("_").split("_")
+    plain = " ".join(words[:-1] if words[-1] in _UNITS and len(words) > 1 else words)
+    return plain if len(plain) <= _SHORT else plain[:1].upper() + plain[1:]
+
+
+def titles_of(model: type[BaseModel]) -> dict[str, str]:
+    """Return the titles of the fields of a model that no one takes for words of a sentence, by name."""
+    fields = model.model_fields.items()
+    return {name: title_of(name, info) for name, info in fields if info.title or "_" in name}
+
+
+def _plain(annotation: Any) -> Any:
+    return _plain(get_args(annotation)[0]) if get_origin(annotation) is Annotated else annotation
+
+
+def _alternatives(annotation: Any) -> list[Any]:
+    """Return the types that a value may have."""
+    plain = _plain(annotation)
+    if get_origin(plain) in (Union, UnionType):
+        return [found for each in get_args(plain) for found in _alternatives(each)]
+    return [plain]
+
+
+class _Kind(NamedTuple):
+    """The type that is edited, whether there may be no value, and its unit and step."""
+
+    plain: Any
+    is_optional: bool
+    unit: Unit
+    step: float
+
+
+def _kind_of(name: str, info: FieldInfo) -> _Kind:
+    extra = info.json_schema_extra if isinstance(info.json_schema_extra, dict) else {}
+    unit = _UNITS.get(str(extra.get("unit", name.rsplit("_", 1)[-1])), NO_UNIT)
+    found = _alternatives(info.annotation)
+    plain = next(kind for kind in found if kind is not NoneType and not _is_model(kind))
+    return _Kind(plain, NoneType in found, unit, float(str(extra.get("step", 1.0))))
+
+
+def _is_model(kind: Any) -> bool:
+    return isinstance(kind, type) and issubclass(kind, BaseModel)
+
+
+def _edit(plain: Any, kind: _Kind) -> ValueEdit[Any]:
+    if plain is int:
+        return IntegerEdit(kind.is_optional, kind.unit)
+    if plain is float:
+        return NumberEdit(kind.step, kind.unit)
+    if plain is str:
+        return TextEdit()
+    return ListEdit(kind.unit, kind.is_optional)
+
+
+class ModelRows:
+    """Adds rows to a form; `words` are the titles of the fields that have one."""
+
+    def __init__(self, form: Form, is_shared: bool = False) -> None:
+        self._form, self._is_shared = form, is_shared
+        self._ways: list[tuple[Way, list[QWidget]]] = []
+
+    def add(self, model: type[BaseModel], name: str, path: Path = (), way: Way | None = None) -> QWidget:
+        """Add the row of one field of a model, which lies at a path in the subject of the form."""
+        info = model.model_fields[name]
+        title, tip, whole = title_of(name, info), info.description or "", (*path, name)
+        kind = _kind_of(name, info)
+        if kind.plain is bool:
+            check = QCheckBox()
+            self._form.bind_check(check, read(whole), write(whole), name)
+            return self._row(title, [check], tip)
+        if get_origin(kind.plain) is Literal:
+            box = ChoiceBox()
+            for value in get_args(kind.plain):
+                box.addItem(str(value), value)
+            self._form.bind_choice(box, read(whole), write(whole), name)
+            return self._row(title, [box], tip)
+        if get_origin(kind.plain) is tuple and Ellipsis not in get_args(kind.plain):
+            return self._add_items(title, tip, whole, kind)
+        edit = _edit(kind.plain, kind)
+        self._bind(edit, whole, f"{name}.list" if isinstance(edit, ListEdit) else name, title, way)
+        return self._row(title, [edit], tip)
+
+    def add_ways(self, model: type[BaseModel], ways: Ways) -> None:
+        """Add a choice between ways to give something, and the rows of each, of which one set is shown."""
+        box = ChoiceBox()
+        for way in ways.ways:
+            box.addItem(way.title, way)
+        self._row(ways.title, [box], ways.tip)
+        self._form.bind_choice(
+            box,
+            lambda subject: next(way for way in ways.ways if way.is_used(subject)),
+            lambda subject, way: subject if way.is_used(subject) else way.given(subject),
+            f"{ways.name}.way",
+        )
+        for way in ways.ways:
+            rows = [self.add(model, field, way=way) for field in way.fields]
+            if way.model is not None:
+                rows += self._add_parts(ways, way, way.model)
+            self._ways.append((way, rows))
+
+    def show_ways(self, subject: Any) -> None:
+        """Show the rows of the ways that a subject uses."""
+        for way, rows in self._ways:
+            for row in rows:
+                self._form.show_row(row, way.is_used(subject))
+
+    def _add_parts(self, ways: Ways, way: Way, model: type[BaseModel]) -> list[QWidget]:
+        """Add the numbers of a model side by side: all of a range, or coefficients two by two."""
+        unit = _UNITS.get(ways.name.rsplit("_", 1)[-1], NO_UNIT)
+        step = _FINE_STEP if unit is NO_UNIT else 1.0
+        numbers = {part: _plain(info.annotation) for part, info in model.model_fields.items()}
+        parts = [part for part, plain in numbers.items() if plain in (int, float)]
+        titles = {part: title_of(part, model.model_fields[part]) for part in parts}
+        per_row = len(parts) if len(parts) <= _ALL_PER_ROW else _PER_ROW
+        models = [other for other in ways.ways if other.model is not None]
+        owner = ways.name if len(models) == 1 else f"{ways.name}.{model.__name__}"
+        rows = []
+        for start in range(0, len(parts), per_row):
+            line: list[QWidget] = []
+            for part in parts[start : start + per_row]:
+                word, is_float = part.strip("_"), numbers[part] is float
+                edit = _edit(numbers[part], _Kind(numbers[part], False, unit if is_float else NO_UNIT, step))
+                edit.keep_room_for(_NARROWEST)
+                self._bind(edit, (ways.name, part), f"{owner}.{word}", f"{ways.title} {word}", way)
+                line += [QLabel(titles[part]), edit] if line else [edit]
+            rows.append(
+                self._row(titles[parts[start]] if per_row == _PER_ROW else "", line, model_tip(model))
+            )
+        return rows
+
+    def _add_items(self, title: str, tip: str, path: Path, kind: _Kind) -> QWidget:
+        """Add the items of a tuple side by side; the description names them up to its semicolon."""
+        items = [_plain(item) for item in get_args(kind.plain)]
+        named = [part.split()[0] for part in tip.split(";")[0].split(",") if part.strip()]
+        names = named if len(named) == len(items) else [str(place) for place in range(len(items))]
+        between = "×" if items[0] is int else names[1] if len(items) == _PER_ROW else ""
+        line: list[QWidget] = []
+        for place, (item, name) in enumerate(zip(items, names, strict=True)):
+            edit = _edit(item, kind)
+            self._bind(edit, (*path, place), f"{path[-1]}.{name}", f"{title} {name}")
+            line += [QLabel(between), edit] if line and between else [edit]
+        return self._row(title, line, tip)
+
+    def _bind(self, edit: ValueEdit[Any], path: Path, name: str, title: str, way: Way | None = None) -> None:
+        """Bind an edit to what lies at a path, where it is given in that way."""
+        edit.setAccessibleName(title)
+        getter, setter = read(path), write(path)
+
+        def shown(subject: Any) -> Any:
+            return getter(subject) if way is None or way.is_used(subject) else None
+
+        def changed(subject: Any, value: Any) -> Any:
+            if way is not None and way.model is not None and not way.is_used(subject):
+                raise ValueError(f"is given in another way: choose '{way.title}' for all first")
+            return setter(subject, value)
+
+        self._form.bind_edit(edit, shown, changed, name)
+
+    def _row(self, title: str, widgets: Sequence[QWidget], tip: str) -> QWidget:
+        if self._is_shared:
+            self._form.share(*(widget for widget in widgets if not isinstance(widget, QLabel)))
+        return self._form.add_row(title, widgets, tip)
+
+
+def model_tip(model: type[BaseModel]) -> str:
+    """Return the summary of a model."""
+    return (model.__doc__ or "").strip().split("\n")[0].replace("`", "")

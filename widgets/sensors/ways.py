@@ -1,0 +1,108 @@
+"""Fields of a sensor that can be given in several ways: which way is in use, and the same sensor given in another."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from riglens.core.sensors.base import Frozen
+from riglens.core.sensors.camera import Camera
+from riglens.core.sensors.lens import BrownConrady, KannalaBrandt
+from riglens.core.sensors.lidar import LIDAR, EvenAngles, Lidar
+
+
+@dataclass(frozen=True)
+class Way:
+    """One way; `fields` of the sensor are edited, or those of the `model` that the value then is."""
+
+    title: str
+    is_used: Callable[[Any], bool]
+    given: Callable[[Any], Any]
+    fields: tuple[str, ...] = ()
+    model: type[Frozen] | None = None
+
+
+@dataclass(frozen=True)
+class Ways:
+    """What can be given in several ways; `fields` of the sensor take part in it."""
+
+    name: str
+    title: str
+    tip: str
+    fields: tuple[str, ...]
+    ways: tuple[Way, ...]
+
+
+def _angles(field: str, title: str, tip: str) -> Ways:
+    def doubles(lidar: Lidar) -> tuple[float, ...]:
+        return tuple(float(angle) for angle in LIDAR.spelled_out[field](lidar))
+
+    def evenly(lidar: Lidar) -> Lidar:
+        angles = doubles(lidar)
+        return lidar.replace(**{field: EvenAngles(from_=min(angles), to=max(angles), count=len(angles))})
+
+    def is_even(lidar: Lidar) -> bool:
+        return isinstance(getattr(lidar, field), EvenAngles)
+
+    even = Way("evenly spaced", is_even, evenly, model=EvenAngles)
+    listed = Way(
+        "list",
+        lambda lidar: not is_even(lidar),
+        lambda lidar: lidar.replace(**{field: doubles(lidar)}),
+        (field,),
+    )
+    return Ways(field, title, tip, (field,), (even, listed))
+
+
+LIDAR_WAYS = (
+    _angles("elevations_deg", "Elevations", "beam angles, both ends included"),
+    _angles("azimuths_deg", "Azimuths", "angles of one turn; the end is left out"),
+)
+
+
+def _by_focal_lengths(camera: Camera) -> Camera:
+    fx, fy, cx, cy = camera.intrinsics_px()
+    return camera.replace(hfov_deg=None, fx=fx, fy=fy, cx=cx, cy=cy)
+
+
+def _by_field_of_view(camera: Camera) -> Camera:
+    """Return the lens by its angle, which cannot express a principal point off the centre."""
+    hfov_deg = 2 * math.degrees(math.atan(camera.image[0] / 2 / camera.intrinsics_px()[0]))
+    return camera.replace(hfov_deg=hfov_deg, fx=None, fy=None, cx=None, cy=None)
+
+
+def _bent_by(title: str, model: type[BrownConrady] | type[KannalaBrandt]) -> Way:
+    return Way(
+        title,
+        lambda camera: isinstance(camera.distortion, model),
+        lambda camera: _by_focal_lengths(camera).replace(distortion=model()),
+        model=model,
+    )
+
+
+_INTRINSICS = ("fx", "fy", "cx", "cy")
+CAMERA_WAYS = (
+    Ways(
+        "lens",
+        "Lens by",
+        "one field of view, or focal lengths and principal point in pixels",
+        ("hfov_deg", *_INTRINSICS),
+        (
+            Way("field of view", lambda c: c.hfov_deg is not None, _by_field_of_view, ("hfov_deg",)),
+            Way("focal lengths", lambda c: c.hfov_deg is None, _by_focal_lengths, _INTRINSICS),
+        ),
+    ),
+    Ways(
+        "distortion",
+        "Distortion",
+        "OpenCV's models; needs the lens by focal lengths",
+        ("distortion",),
+        (
+            Way("none", lambda camera: camera.distortion is None, lambda c: c.replace(distortion=None)),
+            _bent_by("Brown-Conrady", BrownConrady),
+            _bent_by("fisheye (Kannala-Brandt)", KannalaBrandt),
+        ),
+    ),
+)
