@@ -20,7 +20,11 @@ from PySide6.QtWidgets import QLabel
 from pytestqt.qtbot import QtBot
 
 import riglens as rl
+from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.rendering.picture import Findings, score_rows, subtitle
+from riglens.app.studies.report_document import document_of
+from riglens.app.studies.report_figures import ReportPlan, report_of
+from riglens.app.studies.report_page import printed_page, report_page
 from riglens.core.engine.audit import audit
 from riglens.core.engine.engine import Engine
 from riglens.core.engine.evaluation_json import evaluation_document
@@ -405,3 +409,31 @@ def test_no_other_file_compares_kinds_of_sensors() -> None:
     found = [str(path.relative_to(REPOSITORY)) for path in files if names_a_kind(path)]
     assert [name for name in found if not name.startswith(tuple(MAY_NAME_KINDS))] == []
     assert [place for place in MAY_NAME_KINDS if not any(name.startswith(place) for name in found)] == []
+
+
+# ---------------------------------------------------------------- the report
+
+
+def test_a_report_shows_it_beside_the_others(tmp_path: Path) -> None:
+    path = tmp_path / "boxes.csv"
+    rows = (
+        "seq,frame,cls,x,y,z,length,width,height,yaw",
+        "s,0,car,6,0,0.8,4,2,1.6,0",
+        "s,1,bicycle,3,-4,0.9,2,0.6,1.7,0",
+        "s,2,pedestrian,2,5,0.9,0.6,0.6,1.8,0",
+    )
+    path.write_text("\n".join(rows) + "\n")
+    scene = SceneOptions(boxes=path, voxel_m=0.5, roi_m=(20.0, 20.0, 4.0))
+    rig = rig_with(TOP, EYE, probe(rpy_deg=(0.0, 20.0, 0.0)))
+    plan = ReportPlan((rig,), (None,), scene, ScoreOptions(), draws=1, seed=0)
+    document = document_of(plan, report_of(plan, lambda share, stage: None))
+    page, (printed, _) = report_page(document), printed_page(document)
+    for text in (page, printed):
+        assert "by probes" in text and "pedestrian end on, probes" in text and "40 × 40" in text
+    places = re.findall(r'data-from="([^"]+)"', page)
+    assert "targets/rigs/0/classes/car/probe/share" in places
+    assert any(re.fullmatch(r"rigs/0/card/rigs/0/rows/\d+/probe/first_below_m", place) for place in places)
+    assert [legend for _, legend in document.drawings[0].plans.legend] == ["LiDAR", "camera", "probe"]
+    colours = {colour for colour, _ in document.drawings[0].plans.legend}
+    tones = {tuple(ray["tone"]) for ray in document.drawings[0].view["rays"]}
+    assert len(colours) == len(tones) == 3

@@ -24,6 +24,9 @@ def report(
     requirements: Annotated[Path | None, Parameter(group=REPORT, metavar="FILE")] = None,
     draws: Annotated[int, Parameter(converter=whole_number, group=REPORT, metavar="N")] = USUAL_DRAWS,
     seed: Annotated[int, Parameter(converter=whole_number, group=REPORT, metavar="N")] = 0,
+    project: Annotated[str | None, Parameter(group=REPORT, metavar="TEXT")] = None,
+    revision: Annotated[str | None, Parameter(group=REPORT, metavar="TEXT")] = None,
+    author: Annotated[str | None, Parameter(group=REPORT, metavar="TEXT")] = None,
     scene: SceneArguments = SceneArguments(),
     score: ScoreArguments = ScoreArguments(),
     libraries: LibraryArguments = LibraryArguments(),
@@ -46,9 +49,16 @@ def report(
         Draws of the tolerance; 0 leaves it out.
     seed
         Of the draws.
+    project
+        The project, for the header.
+    revision
+        The revision of the rigs or of the report, for the header.
+    author
+        The author, for the header.
     """
     libraries.use()
     from riglens.app.commands import report_job
+    from riglens.app.studies.report_figures import labels_of
 
     if (out is None) == (verify is None):
         raise InputError("report: give either rigs with --out FILE.html, or --verify FILE.html|.pdf")
@@ -61,6 +71,6 @@ def report(
         raise InputError("--meshes belongs to --verify; leave it out, rigs say where their meshes are")
     if not rigs:
         raise InputError("report: found no rig; name one or more")
-    asked = report_job.Asked(out, requirements, draws, seed)
+    asked = report_job.Asked(out, requirements, draws, seed, labels_of(project, revision, author))
     report_job.report(rigs, scene.options(), score.options(), asked)
     return 0

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path, PurePath
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from riglens.app.background.own_process import Tell
 from riglens.app.background.report import PAGE, PDF, ReportJob, page_picture
@@ -14,7 +14,7 @@ from riglens.app.commands.scores_job import missing_rays
 from riglens.app.evaluation.options import USUAL_DRAWS, SceneOptions, ScoreOptions
 from riglens.app.launch.system_libraries import require_system_libraries
 from riglens.app.studies.report_document import ReportDocument, document_of
-from riglens.app.studies.report_figures import ReportPlan, differences, report_of
+from riglens.app.studies.report_figures import Labels, ReportPlan, differences, report_of
 from riglens.app.studies.report_page import printed_page, report_page
 from riglens.app.studies.report_reading import (
     FIGURES_NAME,
@@ -24,7 +24,7 @@ from riglens.app.studies.report_reading import (
     inputs_of,
     read_report,
 )
-from riglens.app.terminal.console import note, progress_bar, results
+from riglens.app.terminal.console import note, results, stage_bar
 from riglens.app.terminal.scores import mesh_called, rig_called
 from riglens.core.engine.evaluation_json import to_text
 from riglens.core.errors import InputError
@@ -38,16 +38,20 @@ from riglens.core.shown_text import visible
 from riglens.core.vehicle.mesh import BodyMesh
 from riglens.core.vehicle.mesh_file import mesh_of
 
+if TYPE_CHECKING:  # Qt
+    from riglens.app.rendering.pdf import Header
+
 SHOWN = 20
 
 
 class Asked(NamedTuple):
-    """Where the page goes, requirements, draws of the tolerance and their seed."""
+    """Where the page goes, requirements, draws of the tolerance and their seed, and words of the header."""
 
     out: Path
     requirements: Path | None
     draws: int
     seed: int
+    labels: Labels = Labels()
 
 
 def report(names: Sequence[str], scene: SceneOptions, score: ScoreOptions, asked: Asked) -> None:
@@ -67,9 +71,9 @@ def report(names: Sequence[str], scene: SceneOptions, score: ScoreOptions, asked
     required = _requirements(text, str(asked.requirements))
     if required is not None and asked.requirements is not None:
         score = score.as_required(required.body, asked.requirements)
-    plan = ReportPlan(rigs, meshes, scene, score, asked.draws, asked.seed, required, text)
-    with progress_bar("Making the report") as progress:
-        document = document_of(plan, report_of(plan, progress))
+    plan = ReportPlan(rigs, meshes, scene, score, asked.draws, asked.seed, required, text, asked.labels)
+    with stage_bar("Making the report") as tell:
+        document = document_of(plan, report_of(plan, tell))
     _write(asked.out, rendered(document, asked.out.suffix.lower()))
     results().print(f"wrote {visible(str(asked.out))}", soft_wrap=True)
 
@@ -78,12 +82,13 @@ def prepare(job: ReportJob, tell: Tell) -> None:
     """Write page, PDF and pictures of its pages into the folder of a job of the window."""
     meshes = tuple(mesh_of(rig.vehicle, job.folder, note) for rig in job.rigs)
     plan = ReportPlan(job.rigs, meshes, job.scene, job.score, USUAL_DRAWS, 0)
-    document = document_of(plan, report_of(plan, lambda share: tell(share, "")))
+    document = document_of(plan, report_of(plan, tell))
+    tell(1.0, "Drawing the pages")
     for name in (PAGE, PDF):
         _write(job.folder / name, rendered(document, PurePath(name).suffix))
     from riglens.app.rendering.pdf import page_images  # Qt
 
-    for number, image in enumerate(page_images(*printed_page(document)), 1):
+    for number, image in enumerate(page_images(*printed_page(document), _header(document)), 1):
         image.save(str(page_picture(job.folder, number)))
 
 
@@ -107,7 +112,13 @@ def rendered(document: ReportDocument, form: str) -> bytes:
 
     rigs = enumerate(document.figures["inputs"]["rigs"], 1)
     attached = {FIGURES_NAME: figures} | {f"rig{number}.yaml": text.encode("utf-8") for number, text in rigs}
-    return pdf_of(*printed_page(document), visible(document.title), attached)
+    return pdf_of(*printed_page(document), _header(document), attached)
+
+
+def _header(document: ReportDocument) -> Header:
+    from riglens.app.rendering.pdf import Header  # Qt
+
+    return Header(visible(document.title), visible(" · ".join(document.labels)))
 
 
 def _check_draws(draws: int, seed: int) -> None:
@@ -126,8 +137,8 @@ def verify(path: Path, scene: SceneOptions, score: ScoreOptions, meshes: Path | 
     content = read_report(path)
     attached = attached_figures(content, str(path))
     plan = _plan_of(attached, path, scene, score, meshes or path.parent)
-    with progress_bar("Making the figures again") as progress:
-        document = document_of(plan, report_of(plan, progress))
+    with stage_bar("Making the figures again") as tell:
+        document = document_of(plan, report_of(plan, tell))
     _take_names(document.figures, attached)
     lines = differences(attached, document.figures)
     console = results()
@@ -174,6 +185,7 @@ def _plan_of(
         inputs.seed,
         _requirements(inputs.requirements, str(path)),
         inputs.requirements,
+        inputs.labels,
     )
 
 

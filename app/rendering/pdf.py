@@ -9,10 +9,13 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
 from itertools import chain, repeat
+from typing import NamedTuple
 
-from PySide6.QtCore import QBuffer, QByteArray, QHashSeed, QIODevice, QMarginsF, QRectF, QSizeF, QUrl
+from PySide6.QtCore import QBuffer, QByteArray, QHashSeed, QIODevice, QMarginsF, QRectF, QSizeF, Qt, QUrl
 from PySide6.QtGui import (
     QAbstractTextDocumentLayout,
+    QColor,
+    QFont,
     QImage,
     QPageLayout,
     QPageSize,
@@ -32,22 +35,31 @@ SCREEN_DPI, A4_MM = 110.0, (210.0, 297.0)
 MOST_BREAKS, SMALL, ROWS_PX = 60, 0.6, 40.0
 """So many parts are moved to a next page at most; tables up to this share of a page are not cut; a heading stays with
 so much of a table."""
+HEADER_PX = 9
+"""Height of the letters above and below a page."""
 MADE = "20000101000000"
 """The date in every PDF: that of its making would make two of the same report differ."""
 Pictures = Mapping[str, bytes]
 
 
-def pdf_of(text: str, pictures: Pictures, title: str, attached: Mapping[str, bytes]) -> bytes:
+class Header(NamedTuple):
+    """The title of a report, and words on the right of it, at the top of every page."""
+
+    title: str
+    words: str = ""
+
+
+def pdf_of(text: str, pictures: Pictures, header: Header, attached: Mapping[str, bytes]) -> bytes:
     """Return the PDF of a text; pictures (PNG or SVG) and attached files are by name.
 
-    Equal input gives equal bytes on the same system.
+    Equal input gives equal bytes on the same system. The PDF has no tags: Qt writes none.
     """
     _ensure_application()
     with _in_utc():
-        return _without_time(_printed(printable(text, pictures), title, attached))
+        return _without_time(_printed(printable(text, pictures), header, attached))
 
 
-def page_images(text: str, pictures: Pictures) -> list[QImage]:
+def page_images(text: str, pictures: Pictures, header: Header) -> list[QImage]:
     """Return the pages of such a PDF as pictures, to be seen before it is saved."""
     _ensure_application()
     document = printable(text, pictures)
@@ -56,11 +68,17 @@ def page_images(text: str, pictures: Pictures) -> list[QImage]:
     wide, high = (side_mm / 25.4 * 96.0 for side_mm in A4_MM)
     document.setPageSize(QSizeF(wide - 2.0 * margin, high - 2.0 * margin))
     keep_together(document)
-    return [_drawn(document, number, (wide, high), margin, scale) for number in range(document.pageCount())]
+    pages = range(document.pageCount())
+    return [_drawn(document, number, (wide, high), margin, scale, header) for number in pages]
 
 
 def _drawn(
-    document: QTextDocument, number: int, size: tuple[float, float], margin: float, scale: float
+    document: QTextDocument,
+    number: int,
+    size: tuple[float, float],
+    margin: float,
+    scale: float,
+    header: Header,
 ) -> QImage:
     """One page, white all around."""
     image = QImage(round(size[0] * scale), round(size[1] * scale), QImage.Format.Format_RGB32)
@@ -69,10 +87,33 @@ def _drawn(
     painter = QPainter(image)
     painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
     painter.scale(scale, scale)
-    painter.translate(margin, margin - number * high)
-    document.drawContents(painter, QRectF(0.0, number * high, wide, high))
+    painter.translate(margin, margin)
+    _draw_page(painter, document, number, QSizeF(wide, high), header)
     painter.end()
     return image
+
+
+def _draw_page(painter: QPainter, document: QTextDocument, number: int, size: QSizeF, header: Header) -> None:
+    """Draw a page at the origin, and in the margins above and below it the header and its number."""
+    wide, high = size.width(), size.height()
+    painter.save()
+    painter.translate(0.0, -number * high)
+    document.drawContents(painter, QRectF(0.0, number * high, wide, high))
+    painter.restore()
+    font = QFont("DejaVu Sans")
+    font.setPixelSize(HEADER_PX)
+    painter.setFont(font)
+    painter.setPen(QColor(0x44, 0x44, 0x44))
+    above, below = QRectF(0.0, -28.0, wide, 16.0), QRectF(0.0, high + 10.0, wide, 16.0)
+    left, right = Qt.AlignmentFlag.AlignLeft, Qt.AlignmentFlag.AlignRight
+    room = painter.fontMetrics().horizontalAdvance(header.words)
+    title = painter.fontMetrics().elidedText(
+        header.title, Qt.TextElideMode.ElideRight, max(120, int(wide) - room - 20)
+    )
+    words = painter.fontMetrics().elidedText(header.words, Qt.TextElideMode.ElideRight, int(wide) - 140)
+    painter.drawText(above, left, title)
+    painter.drawText(above, right, words)
+    painter.drawText(below, right, f"{number + 1} / {document.pageCount()}")
 
 
 def _ensure_application() -> None:
@@ -179,7 +220,7 @@ def _least(layout: QAbstractTextDocumentLayout, block: QTextBlock, tables: dict[
     return float(layout.blockBoundingRect(block).bottom()) - 2.0
 
 
-def _printed(document: QTextDocument, title: str, attached: Mapping[str, bytes]) -> bytes:
+def _printed(document: QTextDocument, header: Header, attached: Mapping[str, bytes]) -> bytes:
     buffer = QBuffer()
     buffer.open(QIODevice.OpenModeFlag.WriteOnly)
     writer = QPdfWriter(buffer)
@@ -192,7 +233,7 @@ def _printed(document: QTextDocument, title: str, attached: Mapping[str, bytes])
             QPageLayout.Unit.Millimeter,
         )
     )
-    writer.setTitle(title)
+    writer.setTitle(header.title)
     writer.setCreator("RigLens")
     for name, content in attached.items():
         writer.addFileAttachment(name, QByteArray(content), _mime(name))
@@ -207,10 +248,7 @@ def _printed(document: QTextDocument, title: str, attached: Mapping[str, bytes])
     for page in range(document.pageCount()):
         if page:
             writer.newPage()
-        painter.save()
-        painter.translate(0.0, -page * high)
-        document.drawContents(painter, QRectF(0.0, page * high, wide, high))
-        painter.restore()
+        _draw_page(painter, document, page, QSizeF(wide, high), header)
     painter.end()
     buffer.close()
     return bytes(buffer.data().data())

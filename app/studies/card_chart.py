@@ -1,21 +1,23 @@
-"""The chart of a card: distance by direction, one panel per class, LiDARs as a band and cameras as a line."""
+"""The chart of a card: distance by direction, one panel per class; lines are medians, bands worst to best."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
+import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.projections.polar import PolarAxes
 
+from riglens.app.studies.kind_colours import kind_colour
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.sensors.registry import kinds
 from riglens.core.shown_text import visible
-from riglens.core.targets.card import Card, CardRow
+from riglens.core.targets.card import Card
 from riglens.core.targets.card_text import HEADINGS
 
-LIDAR, CAMERA, INK = "#1f5fa8", "#a0702a", "#222222"
-BAND = "LiDARs, luckiest to unluckiest place between the beams"
+INK = "#222222"
+BAND = "worst to best place between the beams"
 LINES = {0.0: "-", 90.0: "--"}
 
 
@@ -56,17 +58,15 @@ def _draw_class(axes: PolarAxes, card: Card, cls: str) -> None:
         rows.append(rows[0])
         angles = [math.radians(row.bearing_deg % 360.0) for row in rows]
         angles[-1] += math.tau
-
-        def at(value: Callable[[CardRow], float], rows: list[CardRow] = rows) -> list[float]:
-            return [min(value(row), card.plan.to_m) for row in rows]
-
-        if any(row.lidar.most_m > 0.0 for row in rows):
-            band = (at(lambda row: row.lidar.least_m), at(lambda row: row.lidar.most_m))
-            axes.fill_between(angles, *band, color=LIDAR, alpha=0.14, linewidth=0, label=BAND)
-            median = at(lambda row: row.lidar.median_m)
-            axes.plot(angles, median, LINES[heading], color=LIDAR, label=f"LiDARs, {HEADINGS[heading]}")
-        if any(row.camera.most_m > 0.0 for row in rows):
-            shown = at(lambda row: row.camera.median_m)
-            axes.plot(angles, shown, LINES[heading], color=CAMERA, label=f"cameras, {HEADINGS[heading]}")
+        for kind in kinds():
+            reaches = [row.reaches[kind.name] for row in rows if kind.name in row.reaches]
+            if any(reach.most_m > 0.0 for reach in reaches):
+                colour = kind_colour(kind.name)
+                shown = np.minimum([reach[:3] for reach in reaches], card.plan.to_m)
+                least, median, most = shown.T
+                if not np.array_equal(least, most):
+                    axes.fill_between(angles, least, most, color=colour, alpha=0.14, linewidth=0, label=BAND)
+                label = f"{kind.plural}, {HEADINGS[heading]}"
+                axes.plot(angles, median, LINES[heading], color=colour, label=label)
     axes.set_thetagrids([0, 90, 180, 270], ["ahead", "left", "behind", "right"])
     axes.tick_params(labelsize=8)

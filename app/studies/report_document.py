@@ -31,6 +31,8 @@ class ReportDocument:
     figures: dict[str, Any]
     rigs: tuple[Rig, ...]
     drawings: Sequence[Drawings]
+    labels: tuple[str, ...] = ()
+    """Project, revision and author, in words."""
 
     @property
     def title(self) -> str:
@@ -49,4 +51,4 @@ def document_of(plan: ReportPlan, report: Report) -> ReportDocument:
         )
         for rig, mesh, found, card in zip(plan.rigs, plan.meshes, report.maps, report.cards, strict=True)
     )
-    return ReportDocument(report.figures, plan.rigs, drawings)
+    return ReportDocument(report.figures, plan.rigs, drawings, plan.labels.words)

@@ -4,18 +4,23 @@ from __future__ import annotations
 
 import base64
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import PathCollection
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from matplotlib.path import Path as MplPath
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull
+from scipy.ndimage import gaussian_filter
 
-from riglens.core.rig.model import Camera, Rig
+from riglens.app.studies.kind_colours import kind_colour
+from riglens.core.rig.model import Rig, Sensor
 from riglens.core.sensing.body_ends import body_ends
 from riglens.core.sensing.rays import sensor_rays
-from riglens.core.sensors.camera import field_of_view_deg
+from riglens.core.sensors.registry import kind_of
 from riglens.core.vehicle.body import body_parts
 from riglens.core.vehicle.mesh import BodyMesh
 from riglens.core.vehicle.solid import CarBody
@@ -26,9 +31,13 @@ TONES = {
     "lamp": (0.92, 0.92, 0.86, 1.0), "tail": (0.70, 0.16, 0.14, 1.0), "rim": (0.50, 0.52, 0.55, 1.0),
 }  # fmt: skip
 DARK = (0.22, 0.23, 0.25, 1.0)
-RAY_TONES = {"lidar": (0.16, 0.45, 0.85, 0.22), "camera": (0.80, 0.50, 0.10, 0.22)}
-RAYS_SHOWN, RAY_M = 150, 12.0
+RAYS_SHOWN, RAY_M, RAY_OPACITY = 150, 12.0, 0.22
+WEDGE_M, CIRCLE_M = 1.5, 0.5
+"""How far fields of view are drawn; those all around are circles."""
 _SCALE = 62.0
+_MASK_DPI, _MASK_SCALE, _AT_ONCE = 100, 0.8, 200
+"""Of the picture whose edge is the outline of the car: its pixels are so many times those of the plan, and so many
+triangles are filled together."""
 MESH_CELLS = 160
 _SAME, _DIGIT_WIDE, _LABEL_HIGH = 5.0, 7.0, 11.0
 """In a plan: so near to each other sensors are at one place; width of a digit and height of a line."""
@@ -56,49 +65,58 @@ class Label(NamedTuple):
 class Plans:
     """The car and its sensors from above and from the left, side by side: what plans.svg draws, in its units.
 
-    Lines and areas are texts of points, as SVG has them; dots are (x, y, kind, name).
+    Lines and areas are texts of points, as SVG has them: wedges are (colour, points), an outline is all lines around
+    and within the car from one side; dots are (x, y, colour, name); legend: colours and what they stand for.
     """
 
     width: float
     height: float
-    wedges: tuple[str, ...]
+    wedges: tuple[tuple[str, str], ...]
     ground: str
     outlines: tuple[str, ...]
     dots: tuple[tuple[float, float, str, str], ...]
+    legend: tuple[tuple[str, str], ...]
     labels: tuple[Label, ...]
 
 
 def plans(rig: Rig, mesh: BodyMesh | None) -> Plans:
     """Lay out both plans of a rig."""
-    corners = np.concatenate(
-        [points[triangles].reshape(-1, 3) for _, points, triangles in _surfaces(rig, mesh)]
-    )
+    triangles = np.concatenate([points[triangles] for _, points, triangles in _surfaces(rig, mesh)])
     spots = np.array([sensor.position for sensor in rig.sensors]).reshape(-1, 3)
-    every = np.concatenate([corners, spots])
-    low, high = every.min(axis=0) - 0.9, every.max(axis=0) + 0.9
+    enabled = [sensor for sensor in rig.sensors if sensor.enabled]
+    views = [_view(sensor) for sensor in enabled]
+    every = np.concatenate([triangles.reshape(-1, 3), spots])
+    low, high = every.min(axis=0) - 0.3, every.max(axis=0) + 0.3
+    flat = np.concatenate([every, *views])[:, :2]
+    low[:2], high[:2] = flat.min(axis=0) - 0.3, flat.max(axis=0) + 0.3
     low[2] = -0.2
     wide = float(high[1] - low[1]) * _SCALE, float(high[0] - low[0]) * _SCALE
 
     def above(place: Points) -> Points:
-        return np.stack([high[1] - place[:, 1], high[0] - place[:, 0]], axis=1) * _SCALE
+        return np.stack([high[1] - place[..., 1], high[0] - place[..., 0]], axis=-1) * _SCALE
 
     def beside(place: Points) -> Points:
-        across = np.stack([high[0] - place[:, 0], high[2] - place[:, 2]], axis=1) * _SCALE
+        across = np.stack([high[0] - place[..., 0], high[2] - place[..., 2]], axis=-1) * _SCALE
         return np.asarray(across + np.array([wide[0] + 40.0, 0.0]))
 
     looks = (above, beside)
     return Plans(
         width=wide[0] + wide[1] + 40.0,
         height=max(float(high[0] - low[0]), float(high[2] - low[2])) * _SCALE,
-        wedges=tuple(_wedge(sensor, above) for sensor in rig.cameras()),
+        wedges=tuple(
+            (kind_colour(s.kind), _path(above(view))) for s, view in zip(enabled, views, strict=True)
+        ),
         ground=_path(beside(np.array([[high[0], 0.0, 0.0], [low[0], 0.0, 0.0]]))),
-        outlines=tuple(_hull(look(corners)) for look in looks),
+        outlines=tuple(_outline(look(triangles)) for look in looks),
         dots=tuple(
-            (x, y, sensor.kind, sensor.name)
+            (x, y, kind_colour(sensor.kind), sensor.name)
             for look in looks
             for sensor, (x, y) in zip(rig.sensors, look(spots).tolist(), strict=True)
         ),
         labels=tuple(label for look in looks for label in labels(look(spots))),
+        legend=tuple(
+            {kind.name: (kind_colour(kind.name), kind.title) for kind in map(kind_of, rig.sensors)}.values()
+        ),
     )
 
 
@@ -127,18 +145,40 @@ def labels(places: Points) -> list[Label]:
     return found
 
 
-def _hull(flat: Points) -> str:
-    return _path(flat[ConvexHull(flat).vertices])
+def _outline(triangles: Points) -> str:
+    """The lines around what triangles (n, 3, 2) of a plan cover, holes too, as the path of an SVG."""
+    low = triangles.min(axis=(0, 1)) - 3.0
+    pixels = (triangles - low) * _MASK_SCALE
+    one, other = pixels[:, 1] - pixels[:, 0], pixels[:, 2] - pixels[:, 0]
+    is_reversed = one[:, 0] * other[:, 1] < one[:, 1] * other[:, 0]
+    pixels[is_reversed] = pixels[is_reversed, ::-1]  # all turn one way: together they fill what each covers
+    rings = np.concatenate([pixels, pixels[:, :1]], axis=1)
+    steps = [MplPath.MOVETO, MplPath.LINETO, MplPath.LINETO, MplPath.CLOSEPOLY]
+    parts = [rings[first : first + _AT_ONCE] for first in range(0, len(rings), _AT_ONCE)]
+    paths = [MplPath(part.reshape(-1, 2), np.tile(steps, len(part))) for part in parts]
+    width, height = np.ceil(pixels.max(axis=(0, 1)) + 3.0)
+    figure = Figure((width / _MASK_DPI, height / _MASK_DPI), dpi=_MASK_DPI)
+    canvas = FigureCanvasAgg(figure)
+    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0), xlim=(0.0, width), ylim=(height, 0.0))
+    axes.set_axis_off()
+    axes.add_collection(PathCollection(paths, color="black", linewidth=0.0, snap=False))
+    canvas.draw()  # type: ignore[no-untyped-call]
+    colours = np.asarray(canvas.buffer_rgba())  # type: ignore[no-untyped-call]
+    ink = gaussian_filter(1.0 - colours[..., 0] / 255.0, 0.7)
+    middles = np.arange(ink.shape[1]) + 0.5, np.arange(ink.shape[0]) + 0.5
+    lines = axes.contour(*middles, ink, [0.5]).allsegs[0]
+    return " ".join(f"M{_path(np.asarray(line) / _MASK_SCALE + low)}Z" for line in lines)
 
 
-def _wedge(camera: Camera, above: Callable[[Points], Points]) -> str:
-    """The horizontal field of view of a camera, to 1.5 m."""
-    wide = field_of_view_deg(camera)[0]
-    half = math.radians(min(wide if math.isfinite(wide) else 180.0, 358.0) / 2)
-    turns = np.linspace(-half, half, 24)
+def _view(sensor: Sensor) -> Points:
+    """The horizontal field of view of a sensor: a wedge (n, 3) that begins at it, or a circle."""
+    wide = kind_of(sensor).view_deg(sensor)[0]
+    is_round = wide >= 359.0
+    half = math.radians((min(wide, 360.0) if math.isfinite(wide) else 180.0) / 2)
+    turns = np.linspace(-half, half, 48)
     local = np.stack([np.cos(turns), np.sin(turns), np.zeros_like(turns)], axis=1)
-    arc = np.array(camera.position) + 1.5 * local @ camera.pose.rotation().T
-    return _path(above(np.concatenate([[camera.position], arc])))
+    arc = np.array(sensor.position) + (CIRCLE_M if is_round else WEDGE_M) * local @ sensor.pose.rotation().T
+    return np.asarray(arc if is_round else np.concatenate([[sensor.position], arc]))
 
 
 def _path(points: Points) -> str:
@@ -168,7 +208,10 @@ def view_data(rig: Rig, mesh: BodyMesh | None) -> dict[str, Any]:
         parts.append({"tone": tone, "triangles": _text((triangles + first).astype("<u4"))})
         first += len(own)
     rays = [
-        {"tone": RAY_TONES[sensor.kind], "ends": _text(_ends(rig, mesh, number).astype("<f4"))}
+        {
+            "tone": (*to_rgb(kind_colour(sensor.kind)), RAY_OPACITY),
+            "ends": _text(_ends(rig, mesh, number).astype("<f4")),
+        }
         for number, sensor in enumerate(rig.sensors)
         if sensor.enabled
     ]

@@ -1,9 +1,9 @@
-"""What a report tells, as plain data: the documents of the commands, and all that is needed to make them again."""
+"""The figures of a report as plain data: the documents of the commands, and all that is needed to make them again."""
 
 from __future__ import annotations
 
 import reprlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,8 +12,10 @@ from pydantic import Field
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.evaluation.scenario import load_scenario, settings_of
 from riglens.app.evaluation.traffic import load_traffic
+from riglens.core.engine.audit import audit, audit_document
 from riglens.core.engine.engine import Engine, Evaluation
 from riglens.core.engine.evaluation_json import evaluation_document
+from riglens.core.errors import InputError
 from riglens.core.kernels.runtime import jit
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Body, Method, Reading
@@ -22,7 +24,9 @@ from riglens.core.review.blind_json import blind_document
 from riglens.core.review.check_json import check_document
 from riglens.core.review.checking import Check, Subject
 from riglens.core.review.measures import Measures
-from riglens.core.review.profiles import bundled_profiles
+from riglens.core.review.mounts import USUAL_LIMITS, mounts_of, violations
+from riglens.core.review.mounts_json import mounts_document
+from riglens.core.review.profiles import Profile, bundled_profiles
 from riglens.core.review.redundancy import NO_EVIDENCE, target_coverage, voxel_coverage
 from riglens.core.review.redundancy_json import coverage_document
 from riglens.core.review.requirements import Requirements
@@ -45,13 +49,75 @@ from riglens.core.vehicle.mesh import BodyMesh
 from riglens.version import installed_version
 
 SAMPLE_FRAMES = 50
-"""Frames in which tolerances count road users."""
+"""Frames in which tolerances count objects."""
+MOST_LETTERS = 200
+"""In a word of the header."""
+Stage = Callable[[float, str], None]
+"""Takes the share that is done, and what is being done now."""
+_SECONDS = {
+    "Reading the data": 2.0, "Scoring": 0.5, "Counting points on objects": 2.0, "Finding blind zones": 1.0,
+    "Finding detection ranges": 2.0, "Following rays": 2.0, "Counting redundancy": 0.5, "Drawing errors": 0.3,
+    "Checking requirements": 2.0,
+}  # fmt: skip
+"""Stages, and roughly what each takes on two cores: the errors for each draw, the others for each rig."""
+
+
+class Stages:
+    """Reports the stages of a report and the share that is done, by what each stage usually takes."""
+
+    def __init__(self, tell: Stage, plan: ReportPlan) -> None:
+        self._tell, self._rigs, self._draws = tell, len(plan.rigs), plan.draws
+        each = sum(_SECONDS.values()) - _SECONDS["Reading the data"] - _SECONDS["Drawing errors"]
+        if plan.requirements is None:
+            each -= _SECONDS["Checking requirements"]
+        self._whole = _SECONDS["Reading the data"] + self._rigs * (
+            each + plan.draws * _SECONDS["Drawing errors"]
+        )
+        self._begun = self._length = 0.0
+
+    def begin(self, title: str, of: str = "") -> Progress:
+        """End the stage before, begin this one `of` a rig, and return what takes its own share."""
+        self._begun += self._length
+        self._length = _SECONDS[title] * (self._draws if title == "Drawing errors" else 1)
+        words = f"{title}: {of}" if of and self._rigs > 1 else title
+
+        def progress(share: float) -> None:
+            self._tell(min(1.0, (self._begun + share * self._length) / self._whole), words)
+
+        progress(0.0)
+        return progress
+
+
+class Labels(Frozen):
+    """Words of the reader's own in the header: project, revision, author."""
+
+    project: str | None = Field(default=None, max_length=MOST_LETTERS)
+    revision: str | None = Field(default=None, max_length=MOST_LETTERS)
+    author: str | None = Field(default=None, max_length=MOST_LETTERS)
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """Those that are given, each with what it is."""
+        given = (("Project", self.project), ("Revision", self.revision), ("Author", self.author))
+        return tuple(f"{name}: {text}" for name, text in given if text)
+
+
+NO_LABELS = Labels()
+
+
+def labels_of(project: str | None, revision: str | None, author: str | None) -> Labels:
+    """Return the labels of a report; InputError for one that is too long."""
+    given = {"project": project, "revision": revision, "author": author}
+    for name, text in given.items():
+        if text is not None and len(text) > MOST_LETTERS:
+            raise InputError(f"{name} must have at most {MOST_LETTERS} letters (got {len(text)})")
+    return Labels(**given)
 
 
 @dataclass(frozen=True)
 class ReportPlan:
     """Of what a report is made: rigs with the meshes of their bodies, a scene, how scores are made, draws of the
-    tolerance (0: none) and their seed, requirements with their text, if there are any."""
+    tolerance (0: none) and their seed, requirements with their text, if there are any, and labels."""
 
     rigs: tuple[Rig, ...]
     meshes: tuple[BodyMesh | None, ...]
@@ -61,6 +127,7 @@ class ReportPlan:
     seed: int
     requirements: Requirements | None = None
     requirements_text: str | None = None
+    labels: Labels = NO_LABELS
 
 
 class Inputs(Frozen):
@@ -78,6 +145,7 @@ class Inputs(Frozen):
     seed: int = Field(ge=0, lt=1 << 63)
     boxes: str | None
     requirements: str | None
+    labels: Labels = Labels()
 
 
 @dataclass(frozen=True)
@@ -89,27 +157,34 @@ class Report:
     cards: tuple[Card, ...]
 
 
-def report_of(plan: ReportPlan, progress: Progress) -> Report:
+def report_of(plan: ReportPlan, tell: Stage) -> Report:
     """Make every figure of a report. For the thread of the parallel kernels."""
-    score = plan.score
+    stages, score = Stages(tell, plan), plan.score
     settings = settings_of(score)
+    stages.begin("Reading the data")
     field = load_scenario(plan.scene.for_rigs(plan.rigs, score), lambda _: None).field
     traffic = None if plan.scene.pog is not None else load_traffic(plan.scene, WITHIN_M)
     evaluations, counted, parts, maps, cards = [], [], [], [], []
-    for number, (rig, mesh) in enumerate(zip(plan.rigs, plan.meshes, strict=True)):
+    for rig, mesh in zip(plan.rigs, plan.meshes, strict=True):
+        stages.begin("Scoring", rig.name)
         engine = Engine(field, score.threads)
         evaluation = engine.evaluate(rig, settings, False, mesh)
         evaluations.append(replace(evaluation, elapsed_ms=0.0))
+        stages.begin("Counting points on objects", rig.name)
         counts = _counts(traffic, rig, mesh, score)
         if counts is not None:
             counted.append(counts)
-        progress((number + 0.3) / len(plan.rigs))
+        stages.begin("Finding blind zones", rig.name)
         found = BlindEngine(rig.vehicle, BlindSettings(), mesh, score.threads).evaluate(rig)
         maps.append(found)
-        cards.append(card_of(rig, USUAL_PLAN, score.threads, mesh=mesh))
-        parts.append(_parts(plan, rig, mesh, found, engine, field, traffic, counts, score))
+        cards.append(
+            card_of(
+                rig, USUAL_PLAN, score.threads,
+                progress=stages.begin("Finding detection ranges", rig.name), mesh=mesh,
+            )
+        )  # fmt: skip
+        parts.append(_parts(plan, rig, mesh, found, engine, field, traffic, counts, stages))
         parts[-1]["card"] = card_document(cards[-1])
-        progress((number + 1.0) / len(plan.rigs))
     figures = _figures(plan, field, traffic, evaluations, counted, parts, score)
     return Report(figures, tuple(maps), tuple(cards))
 
@@ -123,6 +198,15 @@ def _counts(
     return replace(counts, elapsed_ms=0.0)
 
 
+def _profiles() -> tuple[tuple[Profile, ...], list[str]]:
+    """Profiles of test objects that stand in a report, and the names of those that do not."""
+    every = bundled_profiles()
+    return (
+        tuple(profile for profile in every if not profile.from_memory),
+        [profile.name for profile in every if profile.from_memory],
+    )
+
+
 def _parts(
     plan: ReportPlan,
     rig: Rig,
@@ -132,27 +216,36 @@ def _parts(
     field: EntropyField,
     traffic: Traffic | None,
     counts: TargetScores | None,
-    score: ScoreOptions,
+    stages: Stages,
 ) -> dict[str, Any]:
-    """What is told of one rig on its own."""
-    settings, threads = settings_of(score), score.threads
-    body, profiles = score.body_of(rig), bundled_profiles()
+    """The figures of one rig on its own."""
+    settings, threads = settings_of(plan.score), plan.score.threads
+    body, profiles = plan.score.body_of(rig), _profiles()[0]
     judged = verdicts(rig, profiles, "blocks", mesh, jit.use_threads(threads))
+    mounted = mounts_document(rig, mounts_of(rig, mesh), violations(rig, USUAL_LIMITS, mesh))
+    stages.begin("Following rays", rig.name)
+    audited = audit_document(audit(field, rig, "blocks", mesh, threads))
+    stages.begin("Counting redundancy", rig.name)
     voxels = voxel_coverage(engine, rig, settings.method, threads)
     users = None
     if traffic is not None and counts is not None:
         users = target_coverage(traffic, rig, counts.objects, counts.settings.min_points)
     spread = None
     if plan.draws:
+        progress = stages.begin("Drawing errors", rig.name)
         measure = Measures(field, traffic, settings, mesh, SAMPLE_FRAMES, threads, designed=rig)
-        drawn = tolerance(rig, profile_called("assembly"), measure, plan.draws, plan.seed, False)
+        assembly = profile_called("assembly")
+        drawn = tolerance(rig, assembly, measure, plan.draws, plan.seed, False, progress)
         spread = tolerance_document(drawn, body, measure)
     checked = None
     if plan.requirements is not None:
+        progress = stages.begin("Checking requirements", rig.name)
         subject = Subject(rig, body, mesh, field, traffic, profiles, threads)
-        checked = check_document(rig, body, Check(subject, plan.requirements).verdicts())
+        checked = check_document(rig, body, Check(subject, plan.requirements).verdicts(progress))
     return {
         "blind": blind_document(found, judged),
+        "mounts": mounted,
+        "audit": audited,
         "redundancy": {
             "note": NO_EVIDENCE,
             "voxels": coverage_document(voxels, "nat"),
@@ -189,7 +282,9 @@ def _figures(
             seed=plan.seed,
             boxes=None if plan.scene.boxes is None else plan.scene.boxes.name,
             requirements=plan.requirements_text,
+            labels=plan.labels,
         ).model_dump(by_alias=True),
+        "left_out": _profiles()[1],
         "evaluation": evaluation_document(field, settings_of(score), evaluations),
         "targets": targets,
         "rigs": list(parts),

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import base64
 import hashlib
-from collections.abc import Iterator
+import math
+from collections.abc import Callable, Iterator
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
@@ -15,19 +16,30 @@ from typing import Any
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from riglens.app.studies.report_document import ReportDocument
+from riglens.app.studies.report_summary import missed_objects, smallest_range, worst_failure, worst_profile
 from riglens.core.errors import InputError
 from riglens.core.review.blind import HEIGHTS_M
+from riglens.core.review.findings import amounts
+from riglens.core.review.mounts import SIDES, USUAL_LIMITS
 from riglens.core.rig.library import default_library
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.sensors.base import Sensor
+from riglens.core.sensors.registry import kind_of, kinds
 from riglens.core.shown_text import visible
 from riglens.core.targets.card_text import HEADINGS, bearing_text
 
 Figures = dict[str, Any]
-FEW_ROWS, SHORT = 14, 40
-"""Rows of a table that is not cut by the end of a page, and letters of a cell that is not broken into lines."""
+FEW_ROWS, SHORT, MOST_MISSED = 14, 40, 40
+"""Rows of a table that is not cut by the end of a page, letters of a cell that is not broken into lines, and missed
+objects that are listed."""
 PAGE_PX, PICTURE_PX = 660, 528
 """Width of printed text and charts in the units of its layout, of which an inch has 96."""
 NEVER = "never"
+OUTCOMES = {
+    "hits_car": "hit the car", "never_enters": "outside", "ground": "ground",
+    "meets_nothing": "nothing", "seen_by_others": "shared", "brings_new": "new",
+}  # fmt: skip
+"""Columns of the audit: what becomes of rays."""
 
 
 def percent(value: Any) -> str:
@@ -42,12 +54,28 @@ def square_metres(value: Any) -> str:
 
 def thousand_nat(value: Any) -> str:
     """Nats as 10³ nat with two decimals."""
-    return f"{float(value) / 1e3:,.2f}"
+    return minus(f"{float(value) / 1e3:,.2f}")
 
 
-def number_text(value: Any) -> str:
-    """A number with up to four digits behind the point."""
-    return f"{float(value):.4f}".rstrip("0").rstrip(".")
+def metres(value: Any) -> str:
+    """A length with two decimals; a dash where there is none."""
+    return "—" if value is None else minus(f"{float(value):.2f}")
+
+
+def whole(value: Any) -> str:
+    """A count."""
+    return f"{value:,}"
+
+
+def minus(text: str) -> str:
+    """A number with a minus sign that is one."""
+    return text.replace("-", "−")
+
+
+def difference_text(value: float, write: Callable[[Any], str]) -> str:
+    """A difference with its sign, of shares in percentage points."""
+    text = write(abs(value)).replace(" %", " pp")
+    return f"{'−' if value < 0 else '+'}{text}"
 
 
 def plain(value: Any) -> str:
@@ -56,13 +84,37 @@ def plain(value: Any) -> str:
 
 
 def first_text(first_m: Any, to_m: float) -> str:
-    """Least, median and most, once where they are the same; > the farthest distance tried, never where never enough."""
+    """Worst, median and best, once where they are the same; > the farthest distance tried, never where never enough."""
     if first_m["max"] == 0.0:
         return NEVER
     texts = [
         f">{to_m:g}" if first_m[key] is None else f"{first_m[key]:.0f}" for key in ("min", "median", "max")
     ]
-    return texts[0] if len(set(texts)) == 1 else "-".join(texts)
+    return texts[0] if len(set(texts)) == 1 else " / ".join(texts)
+
+
+def limit_texts(verdict: Figures) -> tuple[str, str]:
+    """What was found and the limit, with their unit and the digits that tell them apart."""
+    if verdict["found"] is None:
+        return "—", amounts(verdict["limit"], verdict["limit"], verdict["unit"])[1]
+    return amounts(verdict["found"], verdict["limit"], verdict["unit"])
+
+
+def few_words(details: list[str]) -> str:
+    """The first details of a verdict, and how many more there are."""
+    more = [f"{len(details) - 2} more"] if len(details) > 3 else []
+    return "; ".join([*(details[:2] if more else details), *more])
+
+
+def verdict_text(verdict: Figures) -> str:
+    """The verdict in words; a report has no date, so waivers never count in it."""
+    waived = verdict["waived"]
+    word = "met" if verdict["status"] == "met" else verdict["status"].upper()
+    if verdict["passes"] and verdict["status"] != "met":
+        word = f"{verdict['status']}, allowed"
+    return (
+        word if waived is None or verdict["passes"] else f"{word}; waiver until {waived['until']} not counted"
+    )
 
 
 def at(figures: Figures, path: str) -> Any:
@@ -83,7 +135,9 @@ def printed_page(document: ReportDocument) -> tuple[str, dict[str, bytes]]:
     pictures = {}
     for number, drawn in enumerate(document.drawings):
         pictures[f"card{number}"], pictures[f"blind{number}"] = drawn.card_png, drawn.blind_png
-        pictures[f"plans{number}"] = _filled("plans.svg", plans=drawn.plans, printed=True).encode("utf-8")
+        pictures[f"plans{number}"] = _filled("plans.svg", plans=drawn.plans, printed=True, alt="").encode(
+            "utf-8"
+        )
     text = _filled("report.html", document=document, figures=document.figures, printed=True)
     return text, pictures
 
@@ -106,16 +160,23 @@ def _templates() -> Environment:
     made.policies["json.dumps_kwargs"] = {"separators": (",", ":"), "allow_nan": False}
     made.filters |= {
         "base64": lambda content: base64.b64encode(content).decode("ascii"),
-        "bearing_text": bearing_text,
-        "numeral": lambda value: f"{value:g}",
+        "bearing_text": lambda bearing: minus(bearing_text(bearing)),
+        "numeral": lambda value: minus(f"{value:g}"),
         "sha256": lambda text: hashlib.sha256(text.encode("utf-8")).hexdigest(),
     }
-    writers = (percent, square_metres, thousand_nat, number_text, plain)
+    writers = (percent, square_metres, thousand_nat, metres, whole, plain)
     made.globals |= {write.__name__: write for write in writers} | {
-        "at": at, "body_text": body_text, "card_lines": _card_lines, "origin": origin, "zone_places": _zone_places,
+        function.__name__: function
+        for function in (
+            at, body_text, card_lines, difference_text, few_words, limit_texts, missed_objects, origin, smallest_range,
+            verdict_text, view_text, worst_failure, worst_profile, zone_places,
+        )
+    } | {
         "first_within": lambda to_m: partial(first_text, to_m=to_m),
         "classes": list(CLASSES), "heights_m": HEIGHTS_M, "few_rows": FEW_ROWS, "short": SHORT,
-        "entropy_titles": [f"{name} {what}" for name in CLASSES for what in ("seen", "S-MS")],
+        "most_missed": MOST_MISSED, "lost_titles": [f"lost: {name}" for name in CLASSES],
+        "kinds": kinds, "outcomes": OUTCOMES, "sides": SIDES, "usual_gap_m": USUAL_LIMITS.gap_m,
+        "entropy_titles": [title for name in CLASSES for title in (f"{name} seen", "S-MS")],
         "page_px": PAGE_PX, "picture_px": PICTURE_PX,
     }  # fmt: skip
     return made
@@ -126,20 +187,33 @@ def _shown(value: Any) -> Any:
     return visible(value) if isinstance(value, str) and not hasattr(value, "__html__") else value
 
 
-def _card_lines(rows: list[dict[str, Any]]) -> Iterator[tuple[str, list[str]]]:
-    """Titles of the lines of first distances, each with the places of its figures among the rows."""
+def card_lines(rows: list[Figures]) -> Iterator[tuple[str, list[str]]]:
+    """Titles of the lines of detection ranges, each with the places of its figures among the rows."""
     for cls, heading in dict.fromkeys((row["class"], row["heading_deg"]) for row in rows):
-        for kind, words in (("lidar", "LiDARs"), ("camera", "cameras")):
-            places = [n for n, row in enumerate(rows) if (row["class"], row["heading_deg"]) == (cls, heading)]
-            yield f"{cls} {HEADINGS[heading]}, {words}", [f"{place}/{kind}" for place in places]
+        places = [n for n, row in enumerate(rows) if (row["class"], row["heading_deg"]) == (cls, heading)]
+        for kind in (kind for kind in kinds() if all(kind.name in rows[place] for place in places)):
+            yield (
+                f"{cls} {HEADINGS[heading]}, {kind.plural}",
+                [f"{place}/{kind.name}" for place in places],
+            )
 
 
-def _zone_places(zones: list[dict[str, Any]]) -> list[int]:
-    """Places of the zones that have a column."""
-    columns = (("any", 1), ("any", 2), ("lidar", 1), ("camera", 1))
-    return [
-        next(n for n, zone in enumerate(zones) if (zone["by"], zone["sensors"]) == one) for one in columns
-    ]
+def zone_places(zones: list[Figures]) -> list[tuple[str, int]]:
+    """Titles and places of the zones that have a column: by any sensor, by two, and by each kind."""
+    place_of = {(zone["by"], zone["sensors"]): place for place, zone in enumerate(zones)}
+    columns = [("by 1 sensor", "any", 1), ("by 2", "any", 2)]
+    columns += [(f"by {kind.plural}", kind.name, 1) for kind in kinds()]
+    return [(title, place_of[by, count]) for title, by, count in columns if (by, count) in place_of]
+
+
+def view_text(sensor: Sensor) -> tuple[str, str]:
+    """The field of view of a sensor, across and up, and its range."""
+    wide, high = (
+        f"{angle:.0f}" if math.isfinite(angle) else "—" for angle in kind_of(sensor).view_deg(sensor)
+    )
+    near, far = sensor.range_m
+    reach = "no limit" if math.isinf(far) else f"{near:g} to {far:g}"
+    return f"{wide} × {high}", reach if near == 0.0 or math.isfinite(far) else f"from {near:g}"
 
 
 def body_text(evaluation: Figures) -> str:

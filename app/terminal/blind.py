@@ -39,7 +39,7 @@ def print_blind(found: BlindMap, profiles: Sequence[ProfileVerdict], by: By, k: 
     console.print(f"Objects: {ONLY_GEOMETRY}. Sources:", soft_wrap=True)
     for verdict in profiles:
         one = verdict.profile
-        for_whom = "" if one.vehicles is None else f" (for {visible(one.vehicles)})"
+        for_whom = f" (for {', '.join(one.vehicles)})" if one.vehicles else ""
         console.print(Text(f"  {one.name}{for_whom}: {visible(one.source)}"), soft_wrap=True)
 
 

@@ -87,8 +87,17 @@ def progress_bar(title: str) -> Iterator[Callable[[float], None]]:
 
     Yields the function that takes the fraction done, 0 to 1.
     """
+    with stage_bar(title) as tell:
+        yield lambda fraction: tell(fraction, "")
+
+
+@contextmanager
+def stage_bar(title: str) -> Iterator[Callable[[float, str], None]]:
+    """Show such a bar; yields the function that takes the fraction done, and what is being done now."""
     console = remarks()
     columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task(title, total=1.0)
-        yield lambda fraction: bar.update(task, completed=fraction)
+        yield lambda fraction, stage: bar.update(
+            task, completed=fraction, description=visible(stage or title)
+        )

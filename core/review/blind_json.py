@@ -13,7 +13,7 @@ from riglens.core.review.blind import HEIGHTS_M, BlindMap, By, Hole, by_names
 from riglens.core.review.outline import SECTORS
 from riglens.core.review.profiles import ONLY_GEOMETRY
 from riglens.core.review.verdicts import ObjectVerdict, ProfileVerdict
-from riglens.core.rig.model import FORMAT_VERSION
+from riglens.core.rig.model import FORMAT_VERSION, Rig
 from riglens.core.rig.yaml.file import rig_sha256
 
 SHARE_WITHIN_M = 10.0
@@ -43,7 +43,7 @@ def blind_document(found: BlindMap, profiles: Sequence[ProfileVerdict]) -> dict[
         "ground_m2": _rounded(found.ground_m2()),
         "zones": [_zone(found, by, k) for by in by_names() for k in (1, 2)],
         "note": ONLY_GEOMETRY,
-        "profiles": [_profile(verdict) for verdict in profiles],
+        "profiles": [_profile(verdict, found.rig) for verdict in profiles],
     }
 
 
@@ -74,11 +74,12 @@ def _hole(hole: Hole | None) -> Any:
     return None if hole is None else to_plain(replace(hole, area_m2=round(hole.area_m2, 9)))
 
 
-def _profile(verdict: ProfileVerdict) -> dict[str, Any]:
+def _profile(verdict: ProfileVerdict, rig: Rig) -> dict[str, Any]:
     return {
         **to_plain(
             verdict.profile, "name", "title", "source", "vehicles", "from_memory", "by", "rays", "share"
         ),
+        "for_this_vehicle": verdict.profile.is_for(rig.vehicle),
         "passes": verdict.passes,
         "seen": len(verdict.objects) - len(verdict.failed),
         "objects": [_object(one) for one in verdict.objects],

@@ -19,7 +19,7 @@ from riglens.core.errors import InputError
 from riglens.core.review.blind import By
 from riglens.core.review.checked_yaml import read_checked
 from riglens.core.review.outline import Outline
-from riglens.core.rig.model import Frozen
+from riglens.core.rig.model import Frozen, Vehicle
 
 ONLY_GEOMETRY = "geometry only, no approval"
 MAX_OBJECTS = 2_000
@@ -67,6 +67,9 @@ def _first(said: tuple[tuple[float | None, float, float], ...]) -> float:
 
 
 Span = tuple[Along, Along]
+Category = Literal["M1", "M2", "M3", "N1", "N2", "N3"]
+"""Of vehicles, as in UNECE's R.E.3: cars, buses up to and over 5 t; vans, trucks up to and over 12 t."""
+_HEAVY: tuple[Category, ...] = ("M2", "M3", "N2", "N3")
 
 
 class Area(Frozen):
@@ -106,14 +109,14 @@ class Profile(Frozen):
     """Objects of one shape, what it takes to see one, and who says so.
 
     An object is seen by `rays` rays or more of the sensors in `by`, and with `share` by one of them that has so much of
-    the surface that faces it in view. `vehicles`: the categories that the source is about, None for any. `from_memory`:
-    places or sizes were not compared with the source; such a profile does not stand in a report.
+    the surface that faces it in view. `vehicles`: the UN categories that the source is about, none for any.
+    `from_memory`: places or sizes were not compared with the source; such a profile does not stand in a report.
     """
 
     name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]{0,59}$")]
     title: Text
     source: Text
-    vehicles: Text | None = None
+    vehicles: tuple[Category, ...] = ()
     from_memory: bool = False
     by: By = "any"
     rays: Annotated[int, Field(ge=1, le=1_000_000)] = 1
@@ -122,6 +125,11 @@ class Profile(Frozen):
     at: Annotated[tuple[Place, ...], Field(max_length=MAX_OBJECTS)] = ()
     field: Area | None = None
     spacing: Annotated[float, Field(ge=0.02, le=100.0)] = 0.5
+
+    def is_for(self, vehicle: Vehicle) -> bool:
+        """Return whether the source is about such vehicles: trucks and buses, or cars and vans."""
+        heavy = {category in _HEAVY for category in self.vehicles}
+        return not heavy or (vehicle.body == "truck") in heavy
 
     @model_validator(mode="after")
     def _has_objects(self) -> Self:

@@ -12,18 +12,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PySide6.QtCore import QSizeF
+from scipy.spatial import ConvexHull
 
 from riglens.app.commands import main, report_job
 from riglens.app.commands.report_job import rendered
-from riglens.app.rendering.pdf import keep_together, printable
+from riglens.app.rendering.pdf import Header, keep_together, page_images, printable
 from riglens.app.studies import report_reading
 from riglens.app.studies.report_document import Drawings, ReportDocument
 from riglens.app.studies.report_drawings import Label, labels, plans
-from riglens.app.studies.report_figures import differences
+from riglens.app.studies.report_figures import differences, labels_of
 from riglens.app.studies.report_page import (
     at,
+    few_words,
     first_text,
-    number_text,
+    limit_texts,
+    metres,
     origin,
     percent,
     plain,
@@ -31,12 +34,17 @@ from riglens.app.studies.report_page import (
     report_page,
     square_metres,
     thousand_nat,
+    verdict_text,
+    whole,
 )
 from riglens.app.studies.report_reading import attached_figures, figures_in_pdf
+from riglens.app.studies.report_summary import missed_objects, smallest_range, worst_failure, worst_profile
 from riglens.app.terminal.scores import rig_called
 from riglens.core.engine.evaluation_json import to_text
 from riglens.core.errors import InputError
+from riglens.core.review.findings import amounts
 from riglens.core.rig.presets import preset
+from riglens.core.scene.boxes import CLASSES
 from riglens.widgets.viewport.still import png_of
 from tests.app.conftest import BOXES, SMALL_GRID
 
@@ -84,9 +92,7 @@ def test_the_page_needs_no_network_holds_its_names_as_text_and_is_the_same_twice
     assert re.findall(r"(?:src|href)=\"(?!data:)", page) == [] and "default-src 'none'" in page
     assert NAME not in page and "&lt;script&gt;alert" in page
     assert len(re.findall(r"<script", page)) == 4  # figures, two views, and the code that turns them
-    assert (
-        "<svg" in page and page.count("<canvas>") == 2 and "no evidence of a safety integrity level" in page
-    )
+    assert page.count("<svg") == page.count("<canvas") == 2
     again = tmp_path / "again.html"
     assert riglens(*words, again).code == 0 and again.read_bytes() == out.read_bytes()
 
@@ -97,22 +103,40 @@ def test_every_number_of_a_table_is_that_of_the_attached_figures_and_these_are_t
     out, words, boxes = made
     page = out.read_text("utf-8")
     figures = attached_figures(out.read_bytes(), "report.html")
-    cells = re.findall(r'<td data-from="([^"]+)">([^<]*)</td>', page)
-    assert len(cells) > 150
+    cells = re.findall(r'data-from="([^"]+)">([^<]*)<', page)
+    assert len(cells) > 250
     for path, text in cells:
         value = at(figures, unescape(path))
         if isinstance(value, dict):
             assert unescape(text) == first_text(value, 150.0), path
             continue
-        written = [write(value) for write in (percent, square_metres, thousand_nat, number_text, plain)]
+        written = [metres(value)]
+        if value is not None:
+            written += [write(value) for write in (percent, square_metres, thousand_nat, whole, plain)]
         assert unescape(text) in written, path
+    changes = re.findall(r'data-from="([^"]+)" data-less="([^"]+)">([^<]*)<', page)
+    assert len(changes) == 24 and all(path.replace("/1/", "/0/") == first for path, first, _ in changes)
+    for path, first, text in changes:
+        change = at(figures, path) - at(figures, first)
+        written = [f"{abs(change):.1f}", f"{100 * abs(change):.2f} pp", f"{abs(change) / 1e3:,.2f}"]
+        assert text[0] == ("−" if change < 0 else "+") and text[1:] in written, path
+    for path, text in re.findall(r'data-verdict="([^"]+)/found">([^<]*)<', page):
+        verdict = at(figures, path)
+        assert text == amounts(verdict["found"], verdict["limit"], verdict["unit"])[0], path
     rig, scene = words[1], ("--boxes", boxes, *SMALL_GRID, "--body", "blocks", "--json", "-")
     scores = json.loads(riglens("evaluate", rig, words[2], *scene).out)
     for one in (*scores["rigs"], *figures["evaluation"]["rigs"]):
         one.pop("elapsed_ms")
     assert differences(figures["evaluation"], scores) == []
     blind = json.loads(riglens("blind", rig, "--json", "-").out)
-    assert differences(figures["rigs"][0]["blind"], blind) == []
+    judged = [one for one in blind["profiles"] if not one["from_memory"]]
+    assert (
+        len(judged) < len(blind["profiles"])
+        and "fmvss" not in re.sub("<script.*", "", page, flags=re.S).split("Left out")[0]
+    )
+    assert differences(figures["rigs"][0]["blind"], blind | {"profiles": judged}) == []
+    audited = json.loads(riglens("audit", rig, *scene[:-4], "--json", "-").out)
+    assert differences(figures["rigs"][0]["audit"], audited) == []
     card = json.loads(riglens("card", rig, "--body", "blocks", "--json", "-").out)
     assert differences(figures["rigs"][0]["card"], card) == []
     lost = json.loads(riglens("redundancy", rig, *scene).out)
@@ -312,15 +336,103 @@ def test_the_same_as_a_pdf_holds_figures_and_rigs_and_is_the_same_twice(document
 
 def test_a_pdf_is_the_same_from_process_to_process(tmp_path):
     program = (
-        "import hashlib; from riglens.app.rendering.pdf import pdf_of; "
+        "import hashlib; from riglens.app.rendering.pdf import Header, pdf_of; "
         "text = '<p>a <b>b</b> <i>c</i> <code>d</code></p><table><tr><td>e</td></tr></table>' * 3; "
-        "print(hashlib.sha256(pdf_of(text, {}, 'title', {'a.json': b'{}'})).hexdigest())"
+        "print(hashlib.sha256(pdf_of(text, {}, Header('title', 'words'), {'a.json': b'{}'})).hexdigest())"
     )
     found = {
         subprocess.run([sys.executable, "-c", program], check=True, capture_output=True).stdout
         for _ in range(3)
     }
     assert len(found) == 1
+
+
+def test_page_one_names_the_worst_of_each_kind_and_what_is_missed(document):
+    page = report_page(document)
+    assert page.index("Summary") < page.index("Limits of what is shown") < page.index("Coverage of traffic")
+    for rig in document.figures["rigs"]:
+        lost = [
+            one["lost"][name]
+            for one in rig["redundancy"]["road_users"]["failures"]
+            if one["what"] == "sensor"
+            for name in CLASSES
+        ]
+        assert at(rig, worst_failure(rig).path) == max(lost) > 0.0
+        rows = rig["card"]["rigs"][0]["rows"]
+        far = [max(row[k]["first_below_m"]["min"] or 0.0 for k in ("lidar", "camera")) for row in rows]
+        assert None not in [row[k]["first_below_m"]["min"] for row in rows for k in ("lidar", "camera")]
+        assert at(rig, smallest_range(rig).path)["min"] == min(far)
+        missed = [
+            (profile["name"], one["name"])
+            for profile in rig["blind"]["profiles"]
+            for one in profile["objects"]
+            if not one["seen"]
+        ]
+        assert [(one.profile["name"], one.object["name"]) for one in missed_objects(rig)] == missed != []
+        shares = {
+            place: profile["seen"] / len(profile["objects"])
+            for place, profile in enumerate(rig["blind"]["profiles"])
+            if profile["for_this_vehicle"]
+        }
+        assert len(shares) < len(rig["blind"]["profiles"])
+        found = worst_profile(rig)
+        assert shares[int(found.path.split("/")[2])] == min(shares.values()) < 1.0
+        assert missed[0][0] in page and found.words in unescape(page)
+        seen = copy.deepcopy(rig)
+        for profile in seen["blind"]["profiles"]:
+            profile["passes"] = True
+        assert worst_profile(seen) is None
+
+
+def test_verdicts_have_the_digits_that_decide_and_waivers_that_do_not_count():
+    verdict = {"found": 0.86479, "limit": 0.8648, "unit": "share", "status": "not met", "passes": False}
+    assert limit_texts(verdict) == ("86.479 %", "86.480 %")
+    assert verdict_text(verdict | {"waived": None}) == "NOT MET"
+    waived = verdict_text(verdict | {"waived": {"until": "2027-03-31", "reason": "a", "counts": False}})
+    assert waived == "NOT MET; waiver until 2027-03-31 not counted"
+    allowed = verdict | {"found": None, "status": "not applicable", "passes": True, "waived": None}
+    assert verdict_text(allowed) == "not applicable, allowed" and limit_texts(allowed)[0] == "—"
+    assert few_words(["a", "b", "c"]) == "a; b; c" and few_words(list("abcd")) == "a; b; 2 more"
+
+
+def test_labels_stand_in_the_header_of_every_page_and_are_verified(
+    made_again, document, riglens, tmp_path, qapp
+):
+    figures = copy.deepcopy(document.figures)
+    labels = labels_of("Van", "B", "<A>")
+    figures["inputs"]["labels"] = labels.model_dump()
+    labelled = ReportDocument(figures, document.rigs, document.drawings, labels.words)
+    assert "Project: Van · Revision: B · Author: &lt;A&gt;" in report_page(labelled)
+    for image in page_images(*printed_page(labelled), Header("a title", labels.words[0])):
+        for rows in (
+            range(25, 45),
+            range(image.height() - 45, image.height() - 20),
+        ):  # above and below the text
+            dark = {
+                image.pixelColor(x, y).lightness() < 128 for x in range(60, image.width() - 60) for y in rows
+            }
+            assert True in dark
+    path = tmp_path / "a.html"
+    path.write_bytes(rendered(labelled, ".html"))
+    found = riglens("report", "--verify", path, "--boxes", made_again)
+    assert found.code == 1 and "inputs.labels.project: attached 'Van'" in found.out
+    said = riglens("report", "Center", "--out", tmp_path / "b.html", "--author", "a" * 201).refused()
+    assert "author must have at most 200 letters (got 201)" in said
+
+
+def test_the_outline_of_a_car_is_its_silhouette_and_whole_fields_of_view_are_in_the_picture():
+    rig = preset("nuScenes car")
+    drawn = plans(rig, None)
+    side = np.array(re.findall(r"(-?[\d.]+),(-?[\d.]+)", drawn.outlines[1]), float)
+    hull = ConvexHull(side)
+    area = 0.5 * abs(np.dot(side[:, 0], np.roll(side[:, 1], 1)) - np.dot(side[:, 1], np.roll(side[:, 0], 1)))
+    assert 0.6 * hull.volume < area < 0.95 * hull.volume  # a hood and wheels, no bag around the car
+    span = np.ptp(side[:, 0])
+    assert span == pytest.approx(rig.vehicle.length * 62.0, rel=0.02)
+    assert len(drawn.wedges) == 7
+    for _, wedge in drawn.wedges:
+        points = np.array(re.findall(r"(-?[\d.]+),(-?[\d.]+)", wedge), float)
+        assert (points >= 0.0).all() and (points <= (drawn.width, drawn.height)).all()
 
 
 STYLE = (

@@ -12,7 +12,7 @@ from pytestqt.qtbot import QtBot
 
 from riglens.app.background.report import PAGE, PDF, ReportJob, make_report
 from riglens.app.evaluation.options import AutoVoxel, SceneOptions, ScoreOptions
-from riglens.app.rendering.pdf import page_images
+from riglens.app.rendering.pdf import Header, page_images
 from riglens.app.studies.report_reading import attached_figures, inputs_of
 from riglens.core.errors import Cancelled, InputError
 from riglens.core.rig.yaml.file import dumps
@@ -66,7 +66,9 @@ def test_what_is_refused_is_the_error_and_cancelling_ends_the_process(tmp_path: 
 
 
 def test_the_pages_of_a_report_are_drawn_as_they_are_printed(qtbot: QtBot) -> None:
-    images = page_images("<h1>A report</h1><script>no();</script>" + "<p>a line</p>" * 100, {})
+    images = page_images(
+        "<h1>A report</h1><script>no();</script>" + "<p>a line</p>" * 100, {}, Header("A report")
+    )
     assert len(images) >= 2 and all((image.width(), image.height()) == (909, 1286) for image in images)
     spots = [(x, y) for x in range(60, 300, 3) for y in range(60, 300, 3)]
     dark = [any(image.pixelColor(x, y).lightness() < 90 for x, y in spots) for image in images]

@@ -7,7 +7,7 @@ from riglens.core.errors import InputError
 from riglens.core.review.outline import Outline
 from riglens.core.review.profiles import Profile, Shape, Target, bundled_profiles, read_profiles, targets_of
 from riglens.core.review.verdicts import ObjectVerdict, Onlooker, ray_counts, surface_share, verdicts
-from riglens.core.rig.model import EvenAngles, Lidar, Rig, Sensor
+from riglens.core.rig.model import EvenAngles, Lidar, Rig, Sensor, Vehicle
 from riglens.core.sensing.body_ends import barrier_of
 from riglens.core.sensing.rays import sensor_rays
 from riglens.core.vehicle.solid import CarBody
@@ -162,12 +162,10 @@ def test_the_body_hides_objects_only_where_it_blocks() -> None:
 def test_every_profile_names_its_source_and_judges_by_its_own_numbers() -> None:
     profiles = bundled_profiles()
     assert len(profiles) >= 7 and all(len(profile.source) > 20 for profile in profiles)
-    heavy = {
-        one.name
-        for one in profiles
-        if "buses" in (one.vehicles or "cars") and "cars" not in str(one.vehicles)
-    }
+    heavy = {one.name for one in profiles if not one.is_for(Vehicle(body="van"))}
     assert heavy == {"german-turn-assist", "un-r159-pedestrians", "un-r151-cyclists"}
+    light = {one.name for one in profiles if not one.is_for(Vehicle(body="truck"))}
+    assert {"un-r166-front", "fmvss-111-far"} <= light and "un-r158-camera" not in light | heavy
     assert {one.name for one in profiles if one.from_memory} == {"fmvss-111-near", "fmvss-111-far"}
     rig = Rig(vehicle=BOX_FILE, sensors=(dense_lidar(3.0), camera((-2.0, 0.0, 1.6), 180.0, 20.0)))
     onlooker = Onlooker(rig, "blocks", box_mesh())
