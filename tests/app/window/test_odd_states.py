@@ -59,12 +59,12 @@ def test_without_sensors_all_is_blind_and_the_sensor_view_says_what_to_do(
 
 def test_without_a_selection_the_sensor_view_asks_for_one(qtbot: QtBot, tmp_path: Path) -> None:
     with open_bench(qtbot, tmp_path) as bench:
-        assert sensor_text(bench) == "Select a camera or a LiDAR to look through it"
+        assert sensor_text(bench) == "Select a sensor to look through it"
         bench.document.select("front")
         panel = bench.features.sensor_view.panel
         qtbot.waitUntil(lambda: panel.page is panel.camera, timeout=TIMEOUT_MS)
         bench.document.delete("front")
-        assert sensor_text(bench) == "Select a camera or a LiDAR to look through it"
+        assert sensor_text(bench) == "Select a sensor to look through it"
 
 
 def test_without_box_data_nothing_pretends_to_be_on_its_way(qtbot: QtBot, tmp_path: Path) -> None:
