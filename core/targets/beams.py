@@ -18,11 +18,12 @@ from riglens.core.vehicle.solid import Barrier
 Doubles = NDArray[np.float64]
 Ids = NDArray[np.int64]
 Words = NDArray[np.uint64]
-_BLOCK_RAYS = 16
+_BLOCK_RAYS, _TILE_RAYS, _TILE_ROWS = 16, 96, 32
+"""Rays of a run along a row; rays of a row and rows in a tile of such runs."""
 _CLOSEST_M = 1e-3
 """What comes nearer to a camera than this and stands partly behind it may be cut."""
 _NOWHERE = {"position": (0.0, 0.0, 0.0), "rpy_deg": (0.0, 0.0, 0.0)}
-_NOTHING, _NO_BLOCKS, _NO_WORDS = np.zeros(0), np.zeros((0, 7)), np.zeros(0, np.uint64)
+_NOTHING, _NO_BLOCKS, _NO_WORDS = np.zeros(0), np.zeros((0, 8)), np.zeros(0, np.uint64)
 NOT_STOPPED = _NOTHING
 """Ends of rays that nothing of the car stops."""
 
@@ -164,24 +165,47 @@ def _beams(sensor: Sensor, row_at: Doubles, row_of: Ids, column_at: Doubles, col
 
 
 def _blocks(directions: Doubles, columns: int) -> Doubles:
-    """Cones around short runs of rays along the rows of a listed lattice, (b, 7); runs without any ray are left out."""
-    cones = []
-    for row in range(0, len(directions), columns):
-        for start in range(row, row + columns, _BLOCK_RAYS):
-            count = min(_BLOCK_RAYS, row + columns - start)
-            there = directions[start : start + count]
-            there = there[~np.isnan(there[:, 0])]
-            if len(there):
-                cones.append([*_cone(there), start, count])
-    return np.array(cones, np.float64).reshape(-1, 7)
+    """Cones around short runs of rays along the rows of a listed lattice, those of each tile of the lattice behind a
+    cone around all of it, (b, 8) as in `kernels.objects.box_frames.Beams`; those without any ray are left out."""
+    strip = _TILE_ROWS * columns
+    parts = [
+        _cones_of_strip(directions[at : at + strip], at, columns) for at in range(0, len(directions), strip)
+    ]
+    blocks = np.concatenate(parts)
+    after = np.append(
+        np.flatnonzero(blocks[:, 6] == 0.0), len(blocks)
+    )  # a tile that is missed is left altogether
+    blocks[:, 7] = np.arange(len(blocks)) + 1
+    blocks[after[:-1], 7] = after[1:]
+    return blocks
 
 
-def _cone(directions: Doubles) -> list[float]:
-    """Axis, cosine and sine of the half angle of a cone around unit directions (k, 3)."""
-    axis = directions.mean(axis=0)
-    length = float(np.linalg.norm(axis))
-    if length < 1e-6:
-        return [1.0, 0.0, 0.0, -1.0, 0.0]
-    axis /= length
-    cos = min(1.0, max(-1.0, float((directions @ axis).min()) - 1e-12))
-    return [*axis.tolist(), cos, math.sqrt(1.0 - cos * cos)]
+def _cones_of_strip(directions: Doubles, first: int, columns: int) -> Doubles:
+    """Rows of `_blocks`, without their last column, for a strip of tiles whose first slot is `first`."""
+    rows, tiles = len(directions) // columns, -(-columns // _TILE_RAYS)
+    wide = np.full((rows, tiles * _TILE_RAYS, 3), np.nan)
+    wide[:, :columns] = directions.reshape(rows, columns, 3)
+    rays = wide.reshape(rows, tiles, -1, _BLOCK_RAYS, 3).transpose(1, 0, 2, 3, 4)
+    column = np.arange(0, tiles * _TILE_RAYS, _BLOCK_RAYS).reshape(tiles, 1, -1)
+    slot = first + np.arange(rows)[:, None] * columns + column
+    number = np.broadcast_to(np.clip(columns - column, 0, _BLOCK_RAYS), slot.shape)
+    runs = _cones(rays.reshape(-1, _BLOCK_RAYS, 3)).reshape(tiles, -1, 5)
+    whole = _cones(rays.reshape(tiles, -1, 3))[:, None]
+    found = np.zeros((tiles, 1 + runs.shape[1], 8))
+    found[:, :1, :5], found[:, 1:, :5] = whole, runs
+    found[:, 1:, 5], found[:, 1:, 6] = slot.reshape(tiles, -1), number.reshape(tiles, -1)
+    return found[~np.isnan(found[..., 0])]
+
+
+def _cones(directions: Doubles) -> Doubles:
+    """Axis, cosine and sine of the half angle of cones around unit directions (n, k, 3), (n, 5); NaN without any."""
+    exists = ~np.isnan(directions[..., :1])
+    axis = np.where(exists, directions, 0.0).sum(axis=1) / np.maximum(exists.sum(axis=1), 1)
+    length = np.linalg.norm(axis, axis=1, keepdims=True)
+    axis /= np.maximum(length, 1e-12)
+    along = np.where(exists[..., 0], (directions * axis[:, None]).sum(axis=2), 1.0)
+    cos = np.clip(along.min(axis=1) - 1e-12, -1.0, 1.0)
+    cones = np.column_stack([axis, cos, np.sqrt(1.0 - cos * cos)])
+    cones[length[:, 0] < 1e-6] = [1.0, 0.0, 0.0, -1.0, 0.0]
+    cones[~np.logical_or.reduce(exists[..., 0], axis=1)] = np.nan
+    return cones

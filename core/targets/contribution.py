@@ -26,6 +26,8 @@ Ids = NDArray[np.int64]
 IsStale = Callable[[], bool]
 RAYS_AT_ONCE, TURNING_RAYS_AT_ONCE = 1 << 22, 1 << 21
 """Rays of all frames of a chunk, after which `is_stale` is asked; the cells of turning beams take 8 bytes a ray."""
+IMAGES_AT_ONCE = 8
+"""Frames of a camera for each worker at least: they take as long as each other only in the mean."""
 
 CELLS_AT_ONCE = 1 << 24
 """Room for cells, 128 MiB of which only what is filled takes memory."""
@@ -116,10 +118,11 @@ class TargetCaster:
         found = np.zeros((kernel.COLUMNS, objects.stop - objects.start), np.int32)
         found[kernel.FIRST_ROW : kernel.LAST_ROW + 1] = -1
         at, ranks = np.zeros(found.shape[1], np.int64), self._ranks - objects.start
-        scratch, at_once = (
-            _scratch(workers, rays),
-            max(1, min(end - first, (TURNING_RAYS_AT_ONCE if beams.turns else RAYS_AT_ONCE) // rays)),
-        )
+        scratch = _scratch(workers, rays)
+        at_once = max(1, TURNING_RAYS_AT_ONCE // rays)
+        if not beams.turns:
+            at_once = max(IMAGES_AT_ONCE * workers, RAYS_AT_ONCE // rays)
+        at_once = max(1, min(end - first, at_once))
         chunk = -(-at_once // workers) * rays if beams.turns else 0
         cells = _Cells(workers, chunk, -(-(end - first) // at_once))
         cast = kernel.cast_frames_serial if self._is_serial else kernel.cast_frames

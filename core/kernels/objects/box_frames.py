@@ -49,12 +49,13 @@ class Beams(NamedTuple):
     column_of: their numbers; shift (rows,) or (0,): what is added to the columns of a row, radians in [0, 2 pi).
     ends (rays,) or (0,): where the car's own body stops a ray by its number, metres. law (0,) or (4,): range in
     metres at which half of the rays return from a face that looks at the sensor, for the three classes, and the
-    relative width of the logistic; none: all rays return. blocks (b, 7): cones around
+    relative width of the logistic; none: all rays return. blocks (b, 8): cones around
     runs of slots of a lattice that has no straight rows (axis, cosine and sine of the half angle, first slot,
-    number), none for the others. field: cosine and sine of the half angle of a cone around x that holds all rays.
-    least: what comes nearer to the plane x = 0 of a camera than this, in metres, is in no image. stops (rows * words,)
-    uint64 or (0,): for a camera with straight rows and columns a bit for each slot whose ray the car's own body stops
-    somewhere, every row in words of its own.
+    number, place of the block to go on with where the cone is missed), and before those of each tile of the lattice
+    a cone around all of them, with the number 0; none for the others. field: cosine and sine of the half angle of a
+    cone around x that holds all rays. least: what comes nearer to the plane x = 0 of a camera than this, in metres, is
+    in no image. stops (rows * words,) uint64 or (0,): for a camera with straight rows and columns a bit for each slot
+    whose ray the car's own body stops somewhere, every row in words of its own.
     """
 
     turns: bool

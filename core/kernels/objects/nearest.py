@@ -22,6 +22,7 @@ from riglens.core.kernels.objects.box_frames import (
     set_faces,
     set_turn,
     start_of,
+    turned,
 )
 from riglens.core.kernels.objects.shapes import is_inside
 from riglens.core.kernels.objects.windows import (
@@ -154,18 +155,40 @@ def _rows_of_part(faces: Faces, start: Direction, half: np.ndarray, window: Wind
 
 
 @lean
-def _meet_blocks(beams: Beams, faces: Faces, centre: np.ndarray, half: np.ndarray, canvas: Canvas) -> int:
+def _meet_blocks(
+    beams: Beams, faces: Faces, start: Direction, centre: np.ndarray, half: np.ndarray, canvas: Canvas
+) -> int:
     """As `_meet_rows` for a lattice without straight rows and columns: block by block of its directions."""
-    entered = 0
+    entered, block = 0, 0
     far, sine, cosine = _cone_of(centre, half)
-    for block in range(beams.blocks.shape[0]):
+    while block < beams.blocks.shape[0]:
         cone = beams.blocks[block]
+        block += 1
         if _is_apart(cone[0], cone[1], cone[2], cone[3], cone[4], centre, far, sine, cosine):
-            continue
-        slot = int(cone[5])
-        row, column = slot // beams.columns, slot % beams.columns
-        entered += _meet_run(beams, faces, row, column, int(cone[6]), canvas)
+            block = int(cone[7])
+        elif cone[6] > 0.0 and _may_enter(faces.turn, start, half, cone, far):
+            slot = int(cone[5])
+            row, column = slot // beams.columns, slot % beams.columns
+            entered += _meet_run(beams, faces, row, column, int(cone[6]), canvas)
     return entered
+
+
+@lean_inlined
+def _may_enter(turn: np.ndarray, start: Direction, half: np.ndarray, cone: np.ndarray, far: float) -> bool:
+    """Whether rays of a cone may enter a box whose centre is so far away: whether the axis of the cone runs through the
+    box with as much room around it as rays at the edge of the cone are from the axis there."""
+    radius = np.sqrt(half[0] * half[0] + half[1] * half[1] + half[2] * half[2])
+    room = (far + radius) * np.sqrt(2.0 * (1.0 - cone[3])) * (1.0 + 1e-9) + 1e-9
+    along, enter, leave = turned(turn, (cone[0], cone[1], cone[2])), 0.0, np.inf
+    for axis in range(3):
+        wide, at, step = half[axis] + room, start[axis], along[axis]
+        if abs(step) < 1e-12:
+            if abs(at) > wide + 1e-9 * (far + radius):
+                return False
+            continue
+        low, high = (-wide - at) / step, (wide - at) / step
+        enter, leave = max(enter, min(low, high)), min(leave, max(low, high))
+    return bool(enter <= leave)
 
 
 @lean_inlined
@@ -247,9 +270,10 @@ def meet_box(
         for part in parts:
             offset = traffic.offsets[part]
             place = (start[0] - offset[0], start[1] - offset[1], start[2] - offset[2])
+            set_centre(place, faces.turn, centre)
             set_faces(place, traffic.part_halves[part], faces)
             own = Faces(box, part, faces.turn, faces.enter, faces.rest, faces.leave, faces.other)
-            entered += _meet_blocks(beams, own, centre, half, canvas)
+            entered += _meet_blocks(beams, own, place, centre, traffic.part_halves[part], canvas)
         return entered
     window = _window_of(beams, start, half, faces.turn, centre, corners)
     if window.width < 0.0:

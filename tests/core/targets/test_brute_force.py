@@ -5,7 +5,8 @@ import pytest
 
 from riglens.core.geometry import Pose
 from riglens.core.rig.library import default_library, sensor_from_model
-from riglens.core.rig.model import Camera, Rig
+from riglens.core.rig.model import BrownConrady, Camera, Rig
+from riglens.core.targets.beams import beams_of
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.scores import TargetScores
 from riglens.core.targets.settings import EXACT, TargetSettings
@@ -20,8 +21,8 @@ def check(held: Traffic, rig: Rig, settings: TargetSettings = EXACT) -> TargetSc
     scores = TargetEngine(everything).evaluate(rig, settings)
     truth, found = brute_force.count(everything, rig, settings), scores.objects
     lidar = np.array([sensor.kind == "lidar" for sensor in rig.sensors], bool)
-    scale = np.array([c.image[0] / c.cast[0] * (c.image[1] / c.cast[1]) for c in rig.cameras()])
-    height = np.array([c.image[1] / c.cast[1] for c in rig.cameras()])
+    per_ray = np.array([np.divide(c.image, c.resolution) for c in rig.cameras()]).reshape(-1, 2)
+    scale, height = per_ray.prod(axis=1), per_ray[:, 1]
     np.testing.assert_array_equal(found.points, truth.rays[:, lidar])
     np.testing.assert_array_equal(found.pixels, truth.rays[:, ~lidar] * scale)
     np.testing.assert_array_equal(found.points_alone, truth.alone[:, lidar].sum(axis=1))
@@ -97,6 +98,16 @@ def test_a_frame_of_thousands_of_boxes():
     assert check(traffic([*boxes, wall]), rig_of(*sensors)).objects.all_points.sum() > 30
 
 
+def test_a_bent_lens_of_many_rays_is_met_tile_by_tile():
+    rng = np.random.default_rng(3)
+    eye = Camera(
+        name="C", position=(0.3, -0.2, 1.4), rpy_deg=(2.0, 3.0, 30.0), fx=700.0, fy=700.0, cx=790.0, cy=460.0,
+        cast=(230, 75), distortion=BrownConrady(k1=-0.1),
+    )  # fmt: skip
+    assert np.count_nonzero(beams_of(eye).blocks[:, 6] == 0.0) > 6
+    assert check(random_traffic(rng, 2, 9), rig_of(eye)).objects.pixels.sum() > 0
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(20))
 def test_many_random_rigs_in_many_random_frames(seed):
@@ -110,7 +121,10 @@ def test_every_model_of_the_library(model):
     """Tilted a little, so that no window is exact by chance."""
     rng = np.random.default_rng(len(model))
     pose = Pose((0.4, -0.3, 2.1), (1.0, 2.0, 30.0))
-    check(random_traffic(rng, 2, 9), Rig(sensors=(sensor_from_model(model, "S", pose),)))
+    sensor = sensor_from_model(model, "S", pose)
+    if isinstance(sensor, Camera):
+        sensor = sensor.replace(cast=(352, 128))
+    check(random_traffic(rng, 2, 9), Rig(sensors=(sensor,)))
 
 
 @pytest.mark.parametrize("seed", range(3))
