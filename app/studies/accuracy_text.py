@@ -49,7 +49,7 @@ def own_text(study: AccuracyStudy) -> str:
 
 def lattice_text(rig: Rig) -> str:
     """The ray lattice of the cameras, of the LiDARs where there are none."""
-    casts = {camera.cast for camera in rig.cameras()}
+    casts = {camera.resolution for camera in rig.cameras()}
     sizes = casts or {(len(lidar.elevations()), len(lidar.azimuths())) for lidar in rig.lidars()}
     return " × ".join(map(str, next(iter(sizes)))) if len(sizes) == 1 else "lattices of several sizes"
 
@@ -58,7 +58,7 @@ def sensors_text(rig: Rig) -> str:
     """How many sensors a rig has, and their lattices."""
     parts = []
     for name, sizes in (
-        ("camera", [camera.cast for camera in rig.cameras()]),
+        ("camera", [camera.resolution for camera in rig.cameras()]),
         ("LiDAR", [(len(lidar.elevations()), len(lidar.azimuths())) for lidar in rig.lidars()]),
     ):
         if sizes:

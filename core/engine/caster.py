@@ -88,7 +88,7 @@ def _outermost(_: Sensor) -> NDArray[np.float64] | None:
 def _outermost_of_image(camera: Camera) -> NDArray[np.float64] | None:
     if camera.distortion is not None:
         return outermost_directions(camera)
-    columns, rows = camera.cast
+    columns, rows = camera.resolution
     corners = [row * columns + column for row in (0, rows - 1) for column in (0, columns - 1)]
     return sensor_rays(camera, np.array(corners)).directions
 

@@ -107,7 +107,7 @@ def ray_mesh(camera: Camera) -> RayMesh | None:
     """The mesh of a camera without its place: the same one through a whole drag; None where rays drift apart, are too
     far to the side, or do not form a surface."""
     table = lattice(camera)
-    columns, rows = camera.cast
+    columns, rows = camera.resolution
     assert table.exists is not None
     bins = bins_of(camera)
     if min(rows, columns) < 2 or bins is None:

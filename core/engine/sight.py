@@ -201,7 +201,7 @@ def _outside_lidar(lidar: Lidar, centre: Points, _by_angle: int) -> Side:
 @_outside.register
 def _outside_camera(camera: Camera, centre: Points, by_angle: int) -> Side:
     """A camera looks as far as its outermost rays, and half their spacing more: to the edge of the image."""
-    columns, rows = camera.cast
+    columns, rows = camera.resolution
     row, column = divmod(by_angle, columns)
     pairs: list[tuple[int, Side]] = [
         (row * columns + _inwards(column, columns), "beside"),

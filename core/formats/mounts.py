@@ -22,7 +22,6 @@ from riglens.core.rig.yaml.problems import problem_text, problems
 from riglens.core.sensors.registry import kind_of
 
 DEFAULT_LIDAR = "generic-16"
-DEFAULT_CAST = (352, 128)
 MAX_PIXELS = 20_000
 
 
@@ -75,9 +74,7 @@ class Mounting:
 
     def add_camera(self, name: str, root_SE3_sensor: Matrix, **fields: Any) -> None:
         """Add a camera whose body frame (x forward, y left, z up) is there."""
-        width_px, height_px = fields["image"]
-        cast = (min(DEFAULT_CAST[0], width_px), min(DEFAULT_CAST[1], height_px))
-        self._add(Camera, name, root_SE3_sensor, cast=cast, **fields)
+        self._add(Camera, name, root_SE3_sensor, **fields)
 
     def tell_assumed(self, options: ReadOptions) -> None:
         """Tell what a file with nothing but sensors leaves open, where the options do not say it either."""

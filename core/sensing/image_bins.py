@@ -37,7 +37,7 @@ def _bins(camera: Camera) -> Bins | None:
     place = rows[:, 1:] / rows[:, :1]
     if np.hypot(*place.T).max() > WIDEST_TANGENT:
         return None
-    count = np.array([max(size // RAYS_PER_BIN, 1) for size in camera.cast])
+    count = np.array([max(size // RAYS_PER_BIN, 1) for size in camera.resolution])
     corner, far = place.min(axis=0), place.max(axis=0)
     scale = count / np.maximum(far - corner, 1e-9)
     at = np.minimum(np.floor((place - corner) * scale).astype(np.int64), count - 1)

@@ -99,6 +99,10 @@ class Sensor(Frozen):
         """Pose of the sensor in the vehicle frame."""
         return Pose(self.position, self.rpy_deg)
 
+    def finest(self) -> Self:
+        """Return the sensor with all rays that it can cast, whatever it is set to cast."""
+        return self
+
     def with_pose(self, pose: Pose) -> Self:
         """Return the same sensor elsewhere; not validated again, because this happens on every mouse move."""
         return self.model_copy(update={"position": pose.position_m, "rpy_deg": pose.rpy_deg})

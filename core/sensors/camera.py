@@ -32,8 +32,9 @@ _PX: JsonDict = {"unit": "px"}
 
 
 class Camera(Sensor):
-    """Camera; casts a lattice `cast` of rays through pixel centres of the resized image (paper, eq. 3-5).
+    """Camera; casts a ray through the centre of every pixel, or of the image resized to `cast` (paper, eq. 3-5).
 
+    Of an image with more than MAX_LISTED_RAYS pixels, every second pixel each way, or every third, and so on.
     A pinhole, or with `distortion` a lens that bends its rays as in `riglens.core.sensors.lens`.
     """
 
@@ -59,19 +60,19 @@ class Camera(Sensor):
     ] = None
     distortion: Distortion | None = None
     cast: Annotated[
-        tuple[Pixels, Pixels],
+        tuple[Pixels, Pixels] | None,
         Field(
-            title="Rays cast",
+            title="Lattice",
             description="columns, rows of the ray lattice; never more than the image has pixels",
         ),
-    ] = (352, 128)
+    ] = None
 
     @model_validator(mode="after")
     def _one_way_to_say_the_lens(self) -> Self:
         given = [value is not None for value in (self.fx, self.fy, self.cx, self.cy)]
         if (self.hfov_deg is None and not all(given)) or (self.hfov_deg is not None and any(given)):
             raise ValueError("give either hfov_deg or all of fx, fy, cx, cy")
-        if self.cast[0] > self.image[0] or self.cast[1] > self.image[1]:
+        if self.cast is not None and (self.cast[0] > self.image[0] or self.cast[1] > self.image[1]):
             raise ValueError(f"cast {list(self.cast)} must not exceed the image {list(self.image)}")
         return self
 
@@ -95,7 +96,13 @@ class Camera(Sensor):
     @property
     def resolution(self) -> tuple[int, int]:
         """Columns and rows of the rays cast."""
-        return self.cast
+        width_px, height_px = self.image
+        step = math.ceil(math.sqrt(width_px * height_px / MAX_LISTED_RAYS))
+        return self.cast or (width_px // step, height_px // step)
+
+    def finest(self) -> Self:
+        """Return the camera with a ray for every pixel."""
+        return self if self.cast is None else self.model_copy(update={"cast": None})
 
 
 def image_lattice(camera: Camera) -> Lattice:
@@ -104,16 +111,16 @@ def image_lattice(camera: Camera) -> Lattice:
     w = (u + 1/2) w0 / u0, h = (v + 1/2) h0 / v0; (1, -(w - cx) / fx, -(h - cy) / fy), normalised.
     """
     fx_px, fy_px, cx_px, cy_px = camera.intrinsics_px()
-    w = (np.arange(camera.cast[0]) + 0.5) * camera.image[0] / camera.cast[0]
-    h = (np.arange(camera.cast[1]) + 0.5) * camera.image[1] / camera.cast[1]
-    y, z = -(w - cx_px) / fx_px, -(h - cy_px) / fy_px
-    rows = np.stack([z, np.zeros_like(z)], axis=1)
-    return Lattice(codes.CAMERA, rows, np.stack([y, np.zeros_like(y)], axis=1))
+    (width_px, height_px), (columns, rows) = camera.image, camera.resolution
+    y = -((np.arange(columns) + 0.5) * width_px / columns - cx_px) / fx_px
+    z = -((np.arange(rows) + 0.5) * height_px / rows - cy_px) / fy_px
+    slopes = np.stack([z, np.zeros_like(z)], axis=1)
+    return Lattice(codes.CAMERA, slopes, np.stack([y, np.zeros_like(y)], axis=1))
 
 
 def cast_px(camera: Camera, rays: NDArray[np.int64]) -> Doubles:
     """Native pixels (n, 2) through which the rays of those numbers are cast, row * columns + column (eq. 3)."""
-    columns, rows = camera.cast
+    columns, rows = camera.resolution
     u = (rays % columns + 0.5) * camera.image[0] / columns
     return np.stack([u, (rays // columns + 0.5) * camera.image[1] / rows], axis=-1)
 
@@ -172,7 +179,7 @@ def directions(camera: Camera, rays: NDArray[np.int64]) -> Doubles:
 def _summary(camera: Camera) -> list[tuple[str, str]]:
     fx, fy, _, _ = camera.intrinsics_px()
     width_px, _ = camera.image
-    columns, rows = camera.cast
+    columns, rows = camera.resolution
     wide, high = field_of_view_deg(camera)
     focal = f"{fx:.1f} px" if f"{fx:.1f}" == f"{fy:.1f}" else f"{fx:.1f} × {fy:.1f} px"
     return [

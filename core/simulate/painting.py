@@ -117,9 +117,9 @@ class Painter:
         rng = np.random.default_rng([sensor_key(seed, f"segmentation of {eye.name}"), frame])
         shift_px = rng.normal(0.0, 1.0, 2) * how.aim_px
         luck, mistake, other = rng.random((3, len(cls)))
-        height_px = (picture.bounds_px[:, 3] - picture.bounds_px[:, 1]) * eye.image[1] / eye.cast[1]
+        height_px = (picture.bounds_px[:, 3] - picture.bounds_px[:, 1]) * eye.image[1] / eye.resolution[1]
         wrong = (cls + 1 + (other * (len(CLASSES) - 1)).astype(np.int64)) % len(CLASSES)
-        columns, rows = (-(-cells // PATCH_LABELS) for cells in eye.cast)
+        columns, rows = (-(-cells // PATCH_LABELS) for cells in eye.resolution)
         alarms, kinds = rng.random((rows, columns)), rng.integers(1, len(CLASSES) + 1, (rows, columns))
         return _Draws(
             shift_px,
@@ -137,8 +137,8 @@ def _eye(camera: Camera) -> Camera:
 def _pixels(eye: Camera, points: Doubles, shift_px: Doubles) -> tuple[Ids, Ids, Ids]:
     """Which of points (n, 3) fall into the picture, and the rows and columns of their labels."""
     local = (points - np.array(eye.position)) @ eye.pose.rotation()
-    place = (project_px(eye, local) + shift_px) * np.array(eye.cast) / np.array(eye.image)
+    place = (project_px(eye, local) + shift_px) * np.array(eye.resolution) / np.array(eye.image)
     with np.errstate(invalid="ignore"):
-        inside = np.flatnonzero(((place >= 0.0) & (place < np.array(eye.cast))).all(axis=1))
+        inside = np.flatnonzero(((place >= 0.0) & (place < np.array(eye.resolution))).all(axis=1))
     column, row = place[inside].astype(np.int64).T
     return inside, row, column

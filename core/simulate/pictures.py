@@ -130,7 +130,7 @@ def class_labels(what: NDArray[np.int32], cls: NDArray[np.uint8]) -> NDArray[np.
 
 
 def _beams(camera: Camera, body: OwnBody | None, is_native: bool) -> Beams:
-    eye = camera.model_copy(update={"cast": camera.image}) if is_native else camera
+    eye = camera.model_copy(update={"cast": None}) if is_native else camera
     ends_m = NOT_STOPPED if body is None else stopped_m(eye, body)
     return beams_of(eye, ends_m=ends_m)
 

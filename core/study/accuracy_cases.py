@@ -266,9 +266,7 @@ def with_lattice(rig: Rig, name: LatticeName) -> Rig:
     if name == "own":
         return rig
     if name == "all pixels":
-        return _changed(
-            rig, lambda lidar: lidar, lambda camera: camera.model_copy(update={"cast": camera.image})
-        )
+        return _changed(rig, lambda lidar: lidar, lambda camera: camera.model_copy(update={"cast": None}))
     turn, (columns, rows) = _STEPS[name]
     return _changed(
         rig, lambda lidar: _fewer_azimuths(lidar, turn), lambda camera: _thinned(camera, columns, rows)
@@ -289,7 +287,7 @@ def _fewer_azimuths(lidar: Lidar, step: int) -> Lidar:
 def _thinned(camera: Camera, columns: int, rows: int) -> Camera:
     """Every second or fourth ray per side; the principal point moves so that they stay where they were."""
     fx_px, fy_px, cx_px, cy_px = camera.intrinsics_px()
-    width, height = camera.cast
+    width, height = camera.resolution
     cast = (max(1, width // columns), max(1, height // rows))
     if width % columns == 0:
         cx_px += (columns - 1) / 2 * camera.image[0] / width
@@ -306,4 +304,4 @@ def ray_count(rig: Rig) -> int:
 
 def has_all_pixels(rig: Rig) -> bool:
     """Whether every camera casts a ray per pixel already (or there is none)."""
-    return all(camera.cast == camera.image for camera in rig.cameras())
+    return all(camera.resolution == camera.image for camera in rig.cameras())

@@ -150,9 +150,9 @@ class VoxelTests:
 def _lens(camera: Camera) -> NDArray[np.float64]:
     """Lattice column = c0 - c1 y / x out of c2, lattice row = c3 - c4 z / x out of c5 (paper, eq. 3)."""
     fx_px, fy_px, cx_px, cy_px = camera.intrinsics_px()
-    per_column, per_row = camera.cast[0] / camera.image[0], camera.cast[1] / camera.image[1]
-    columns = (cx_px * per_column - 0.5, fx_px * per_column, float(camera.cast[0]))
-    return np.array([*columns, cy_px * per_row - 0.5, fy_px * per_row, float(camera.cast[1])])
+    (width, height), (columns, rows) = camera.image, camera.resolution
+    across = (cx_px * (columns / width) - 0.5, fx_px * (columns / width), float(columns))
+    return np.array([*across, cy_px * (rows / height) - 0.5, fy_px * (rows / height), float(rows)])
 
 
 def _image_edges(camera: Camera) -> NDArray[np.float64]:

@@ -71,7 +71,8 @@ def _returns(rig: Rig, by_sensor: Mapping[str, Contribution], objects: int) -> d
 
 def _native(camera: Camera) -> tuple[float, float]:
     """Native pixels per ray of the lattice, across and down."""
-    return camera.image[0] / camera.cast[0], camera.image[1] / camera.cast[1]
+    (width, height), (columns, rows) = camera.image, camera.resolution
+    return width / columns, height / rows
 
 
 def _by_lidars(lidars: Lidars, objects: int, cells: JoinedCells) -> tuple[Counts, Counts, Counts]:

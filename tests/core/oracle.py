@@ -49,7 +49,7 @@ def lidar_directions(lidar: Lidar) -> NDArray[np.float64]:
 
 def camera_directions(camera: Camera) -> NDArray[np.float64]:
     """(1, -(w - cx) / fx, -(h - cy) / fy) normalised, through pixel centres of the resized image, by rows."""
-    (w0, h0), (u0, v0) = camera.image, camera.cast
+    (w0, h0), (u0, v0) = camera.image, camera.resolution
     if camera.hfov_deg is not None:
         fx = fy = (w0 / 2) / math.tan(math.radians(camera.hfov_deg) / 2)
         cx, cy = w0 / 2, h0 / 2

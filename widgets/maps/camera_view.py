@@ -171,7 +171,7 @@ def _draw_face(painter: QPainter, face: Face) -> None:
 def _draw_rays(painter: QPainter, picture: CameraPicture, scale: float) -> None:
     """Draw where rays of the metric pass the image: all, or so few that single ones can be told apart."""
     width, height = picture.camera.image
-    columns, rows = picture.camera.cast
+    columns, rows = picture.camera.resolution
     step_x = max(1, round(_RAY_PX * columns / (width * scale)))
     step_y = max(1, round(_RAY_PX * rows / (height * scale)))
     x = (np.arange(columns)[step_x // 2 :: step_x] + 0.5) * width / columns

@@ -82,6 +82,13 @@ def _bent_by(title: str, model: type[BrownConrady] | type[KannalaBrandt]) -> Way
     )
 
 
+def _fewer_rays(camera: Camera) -> Camera:
+    columns, rows = (min(most, pixels) for most, pixels in zip(_FEWER, camera.image, strict=True))
+    return camera.replace(cast=(columns, rows))
+
+
+_FEWER = (352, 128)
+"""The ray lattice of the paper's cameras."""
 _INTRINSICS = ("fx", "fy", "cx", "cy")
 CAMERA_WAYS = (
     Ways(
@@ -103,6 +110,16 @@ CAMERA_WAYS = (
             Way("none", lambda camera: camera.distortion is None, lambda c: c.replace(distortion=None)),
             _bent_by("Brown-Conrady", BrownConrady),
             _bent_by("fisheye (Kannala-Brandt)", KannalaBrandt),
+        ),
+    ),
+    Ways(
+        "cast",
+        "Rays",
+        "one for every pixel, or a lattice of fewer rays as in the paper",
+        ("cast",),
+        (
+            Way("every pixel", lambda camera: camera.cast is None, lambda c: c.replace(cast=None)),
+            Way("fewer", lambda camera: camera.cast is not None, _fewer_rays, ("cast",)),
         ),
     ),
 )

@@ -48,6 +48,25 @@ def test_a_number_out_of_the_limits_is_refused_by_name(text: str, message: str) 
     assert "\n" not in str(error.value)
 
 
+@pytest.mark.parametrize(
+    ("fields", "resolution"),
+    [
+        ("hfov_deg: 70", (1600, 900)),
+        ("hfov_deg: 70, cast: [352, 128]", (352, 128)),
+        ("hfov_deg: 70, image: [3840, 2160]", (3840, 2160)),
+        ("hfov_deg: 70, image: [20000, 20000]", (2857, 2857)),
+        (f"{', '.join(f'{key}: {value}' for key, value in LENS.items())}, image: [4100, 3001], "
+         "distortion: {model: kannala_brandt}", (2050, 1500)),
+    ],
+)  # fmt: skip
+def test_a_camera_casts_its_pixels_or_as_many_as_memory_holds(
+    fields: str, resolution: tuple[int, int]
+) -> None:
+    camera = loads(CAMERA.format(fields), "odd.yaml").rig.sensors[0]
+    assert camera.resolution == resolution
+    assert loads(dumps(rig_of(camera)), "odd.yaml").rig.sensors[0].cast == camera.cast
+
+
 AT_THE_LIMIT = [
     {"hfov_deg": 0.001},
     {"hfov_deg": 179.9},

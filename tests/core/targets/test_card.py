@@ -141,7 +141,9 @@ def test_a_camera_sees_what_the_own_car_leaves(roll_deg):
 def test_the_solid_car_shortens_the_card_of_a_sensor_at_its_side_and_of_none_high_above():
     plan = CardPlan(bearings_deg=(90.0, -90.0), to_m=12.0).with_body("ignored")
     blocks = plan.with_body("blocks")
-    camera = Camera(name="C", position=(0.0, 1.0, 0.9), rpy_deg=(0.0, 0.0, -90.0), hfov_deg=90.0)
+    camera = Camera(
+        name="C", position=(0.0, 1.0, 0.9), rpy_deg=(0.0, 0.0, -90.0), hfov_deg=90.0, cast=(352, 128)
+    )
     low = rig_of(spinning((0.0, 1.0, 0.9), beams=9, count=90), camera)
     free, cut = (rows(card_of(low, each, threads=1)) for each in (plan, blocks))
     assert cut["pedestrian", 0.0, 90.0] == free["pedestrian", 0.0, 90.0]

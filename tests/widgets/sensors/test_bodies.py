@@ -14,7 +14,7 @@ from riglens.widgets.theme import DARK, LIGHT
 
 SPINNING = Lidar(name="roof", position=(0.2, -0.5, 2.2), elevations_deg=(-10.0, 0.0))
 FORWARD = SPINNING.replace(azimuths_deg=EvenAngles(**{"from": -60.0, "to": 60.0, "count": 600}))
-CAMERA = Camera(name="front", position=(0.5, 0.0, 1.8), hfov_deg=70.0)
+CAMERA = Camera(name="front", position=(0.5, 0.0, 1.8), hfov_deg=70.0, cast=(352, 128))
 COLOUR = colour_of("lidar")
 SENSORS = [SPINNING, FORWARD, CAMERA]
 

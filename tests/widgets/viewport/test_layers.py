@@ -32,7 +32,9 @@ LIDAR = Lidar(
     rpy_deg=(1.0, 2.0, 33.0),
     elevations_deg=EvenAngles(**{"from": -25.0, "to": 25.0, "count": 16}),
 )
-CAMERA = Camera(name="front", position=(0.5, 0.0, 1.8), rpy_deg=(0.0, 5.0, 55.0), hfov_deg=70.0)
+CAMERA = Camera(
+    name="front", position=(0.5, 0.0, 1.8), rpy_deg=(0.0, 5.0, 55.0), hfov_deg=70.0, cast=(352, 128)
+)
 ONE_BEAM = LIDAR.replace(elevations_deg=(0.0,), azimuths_deg=(0.0,))
 MANY_BEAMS = LIDAR.replace(
     elevations_deg=EvenAngles(**{"from": -25.0, "to": 15.0, "count": 128}),
@@ -81,7 +83,7 @@ def test_a_lidar_fan_shows_lowest_and_highest_beam_all_round():
 
 
 def test_a_camera_fan_reaches_all_four_corners_of_the_image():
-    columns, lines = CAMERA.cast
+    columns, lines = CAMERA.resolution
     assert {0, columns - 1, (lines - 1) * columns, lines * columns - 1} <= set(fan_rows(CAMERA, 150).tolist())
 
 
@@ -177,7 +179,7 @@ def test_the_densest_fan_too_is_made_of_rays_of_the_metric(sensor):
 def test_a_thin_fan_keeps_its_lowest_and_highest_beam_and_the_corners_of_the_image():
     strokes = RayLook(density=LEAST_DENSITY).of_others(60)
     assert {0, 15} <= set(fan_rows(LIDAR, strokes.lines) // 360)
-    columns, lines = CAMERA.cast
+    columns, lines = CAMERA.resolution
     assert {0, lines * columns - 1} <= set(fan_rows(CAMERA, strokes.lines).tolist())
 
 

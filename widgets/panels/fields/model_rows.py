@@ -106,7 +106,7 @@ class ModelRows:
             self._form.bind_choice(box, read(whole), write(whole), name)
             return self._row(title, [box], tip)
         if get_origin(kind.plain) is tuple and Ellipsis not in get_args(kind.plain):
-            return self._add_items(title, tip, whole, kind)
+            return self._add_items(title, tip, whole, kind, way)
         edit = _edit(kind.plain, kind)
         self._bind(edit, whole, f"{name}.list" if isinstance(edit, ListEdit) else name, title, way)
         return self._row(title, [edit], tip)
@@ -159,7 +159,7 @@ class ModelRows:
             )
         return rows
 
-    def _add_items(self, title: str, tip: str, path: Path, kind: _Kind) -> QWidget:
+    def _add_items(self, title: str, tip: str, path: Path, kind: _Kind, way: Way | None = None) -> QWidget:
         """Add the items of a tuple side by side; the description names them up to its semicolon."""
         items = [_plain(item) for item in get_args(kind.plain)]
         named = [part.split()[0] for part in tip.split(";")[0].split(",") if part.strip()]
@@ -168,7 +168,7 @@ class ModelRows:
         line: list[QWidget] = []
         for place, (item, name) in enumerate(zip(items, names, strict=True)):
             edit = _edit(item, kind)
-            self._bind(edit, (*path, place), f"{path[-1]}.{name}", f"{title} {name}")
+            self._bind(edit, (*path, place), f"{path[-1]}.{name}", f"{title} {name}", way)
             line += [QLabel(between), edit] if line and between else [edit]
         return self._row(title, line, tip)
 
@@ -181,7 +181,8 @@ class ModelRows:
             return getter(subject) if way is None or way.is_used(subject) else None
 
         def changed(subject: Any, value: Any) -> Any:
-            if way is not None and way.model is not None and not way.is_used(subject):
+            is_part = way is not None and (way.model is not None or isinstance(path[-1], int))
+            if way is not None and is_part and not way.is_used(subject):
                 raise ValueError(f"is given in another way: choose '{way.title}' for all first")
             return setter(subject, value)
 
