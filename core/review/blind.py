@@ -2,7 +2,8 @@
 
 A sensor sees an object of a height and width that stands somewhere if one of its rays certainly passes through it: the
 lowest voxel that the sensor traverses in a column within the object's width lies wholly below the object's top.
-Traffic plays no part. L_k is the height from which on k sensors see such an object.
+Cameras count with all their pixels, whatever they cast elsewhere. Traffic plays no part. L_k is the height from which
+on k sensors see such an object.
 """
 
 from __future__ import annotations
@@ -85,8 +86,9 @@ class BlindSettings:
 
 
 def grid_around(outline: Outline, settings: BlindSettings) -> VoxelGrid:
-    """The voxels around a car as far as blind zones are looked for; InputError for an edge that is too fine."""
-    far = np.abs([outline.rear_m, outline.front_m, outline.right_m, outline.left_m]) + settings.within_m
+    """The voxels around a car as far as objects stand in blind zones; InputError for an edge that is too fine."""
+    far = np.abs([outline.rear_m, outline.front_m, outline.right_m, outline.left_m])
+    far = far + settings.within_m + settings.width_m / 2.0  # to the outer side of the farthest objects
     step = 2.0 * settings.voxel_m
     length, width = (step * math.ceil(float(side.max()) * 2.0 / step) for side in (far[:2], far[2:]))
     height = settings.voxel_m * max(1, round(HEIGHT_M / settings.voxel_m))
@@ -271,7 +273,7 @@ class BlindEngine:
 
         stance: of the car, where the rig's poses are those of a car that stands otherwise than on level ground."""
         jit.use_threads(self._workers)
-        sensors = [sensor for sensor in rig.sensors if sensor.enabled]
+        sensors = [sensor.finest() for sensor in rig.sensors if sensor.enabled]
         body = CarBody(rig.vehicle, self._mesh, stance)
         solid = body.solid() if self.settings.body == "blocks" else None
         counted = [sensor.name not in failed for sensor in sensors]

@@ -1,8 +1,9 @@
 """Which objects of a profile a rig sees: exact rays against upright cylinders, never voxels.
 
 Each object stands alone; the car's own body is in the way where it blocks. Two things are told for every sensor: how
-many of its rays meet the object, and which share of the surface that faces it lies in its view, between the sensor and
-which nothing of the car stands. The share does not depend on how densely a sensor looks.
+many of its rays meet the object, of a camera those of all its pixels, and which share of the surface that faces it lies
+in its view, between the sensor and which nothing of the car stands. The share does not depend on how densely a sensor
+looks.
 """
 
 from __future__ import annotations
@@ -97,7 +98,7 @@ class Onlooker:
     ) -> None:
         self._outline = Outline.of(rig.vehicle, mesh)
         solid = CarBody(rig.vehicle, mesh, stance).solid() if body == "blocks" else None
-        self._sensors = [sensor for sensor in rig.sensors if sensor.enabled]
+        self._sensors = [sensor.finest() for sensor in rig.sensors if sensor.enabled]
         self._barriers = {s.name: None if solid is None else barrier_of(s, solid) for s in self._sensors}
         self._ends = {s.name: _ends(s, self._barriers[s.name], workers) for s in self._sensors}
 

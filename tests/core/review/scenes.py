@@ -36,8 +36,7 @@ def camera(position: tuple[float, float, float], yaw_deg: float = 0.0, pitch_deg
         position=position,
         rpy_deg=(0.0, pitch_deg, yaw_deg),
         hfov_deg=90.0,
-        image=(640, 480),
-        cast=(160, 120),
+        image=(160, 120),
     )
 
 

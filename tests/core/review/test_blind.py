@@ -173,6 +173,29 @@ def test_a_drag_leaves_the_map_that_is_made_from_scratch_at_each_step() -> None:
         np.testing.assert_array_equal(engine.evaluate(rig).levels, fresh.levels)
 
 
+def test_what_cameras_are_set_to_cast_moves_no_blind_zone() -> None:
+    vehicle, eye = Vehicle(length=2.0, width=2.0), camera((0.9, 0.0, 1.0), 0.0, 20.0)
+    engine = BlindEngine(vehicle, BlindSettings(0.1, 0.0, within_m=5.0))
+    native, sparse, whole = (
+        engine.evaluate(Rig(vehicle=vehicle, sensors=(eye.replace(cast=cast),)))
+        for cast in (None, (8, 6), eye.image)
+    )
+    assert np.array_equal(native.levels, sparse.levels) and np.array_equal(native.levels, whole.levels)
+    assert 0.0 < native.area_m2(0.15).sum() < native.ground_m2().sum()
+
+
+def test_objects_in_the_last_ring_are_looked_for_in_all_their_width() -> None:
+    rig = random_rig(np.random.default_rng(3)).replace(vehicle=Vehicle(length=2.0, width=1.0))
+    near, far = (
+        BlindEngine(rig.vehicle, BlindSettings(0.1, 0.8, "ignored", within_m)).evaluate(rig)
+        for within_m in (3.0, 6.0)
+    )
+    assert np.array_equal(
+        near.lowest_m()[near.ground.counts],
+        far.lowest_m()[far.ground.counts & (far.ground.distance_m <= 3.0)],
+    )
+
+
 def test_words_on_who_sees_suit_their_number() -> None:
     assert [seen_by("any", k) for k in (1, 2)] == ["1 sensor", "2 sensors"]
     assert unseen_by("camera", 1) == "unseen by any camera"

@@ -159,6 +159,17 @@ def test_the_body_hides_objects_only_where_it_blocks() -> None:
     assert seen == [True, False]
 
 
+def test_an_object_is_met_by_all_pixels_of_a_camera_whatever_it_casts() -> None:
+    shape, at = Shape(height=1.0, diameter=0.3), ({"ahead": 2.0, "y": 0.0},)
+    profile = Profile(name="a", title="t", source="s", object=shape, at=at)  # type: ignore[arg-type]
+    eye = camera((0.0, 0.0, 1.0))
+    rays = [
+        verdicts(Rig(vehicle=BOX_FILE, sensors=(one,)), [profile], "ignored", box_mesh())[0].objects[0].rays
+        for one in (eye, eye.replace(cast=(8, 6)))
+    ]
+    assert rays[0] == rays[1] > 48
+
+
 def test_every_profile_names_its_source_and_judges_by_its_own_numbers() -> None:
     profiles = bundled_profiles()
     assert len(profiles) >= 7 and all(len(profile.source) > 20 for profile in profiles)
