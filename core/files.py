@@ -76,7 +76,7 @@ def atomic_write(
     """
     require_writable(path)
     if is_stream(path):
-        return _open(Path(path), mode)
+        return _open_stream(path, mode)
     return _replace_when_done(Path(os.path.realpath(path)), path, mode)
 
 
@@ -305,6 +305,21 @@ def _open(path: Path, mode: Literal["w", "wb"], how: Literal["w", "x"] = "w") ->
     if mode == "wb":
         return path.open(f"{how}b")
     return path.open(how, encoding="utf-8", newline="")
+
+
+def _open_stream(path: str | os.PathLike[str], mode: Literal["w", "wb"]) -> IO[Any]:
+    """Open a device or pipe; raise InputError for a pipe that no process reads, which would keep `open` waiting."""
+    try:
+        descriptor = os.open(path, os.O_WRONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    except OSError as error:
+        why = "not a regular file, and no process reads it" if error.errno == errno.ENXIO else error.strerror
+        raise InputError(f"{_shown(path)}: cannot be written: {why}") from error
+    os.set_blocking(descriptor, True)
+    return (
+        os.fdopen(descriptor, "wb")
+        if mode == "wb"
+        else os.fdopen(descriptor, "w", encoding="utf-8", newline="")
+    )
 
 
 def _sync_folder(folder: Path) -> None:

@@ -135,6 +135,14 @@ def test_a_pipe_in_a_folder_is_written_and_not_replaced(tmp_path: Path) -> None:
     os.close(end)
 
 
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+def test_a_pipe_that_no_process_reads_is_refused_at_once(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(InputError, match="not a regular file"), atomic_write(tmp_path / "pipe"):
+        pass
+    assert (tmp_path / "pipe").is_fifo()
+
+
 def test_a_pipe_that_has_no_name_is_written(tmp_path: Path) -> None:
     reading, writing = os.pipe()
     with atomic_write(f"/dev/fd/{writing}") as stream:
