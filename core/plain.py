@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from enum import Enum
@@ -26,3 +27,8 @@ def to_plain(value: Any, *names: str) -> Any:
     if isinstance(value, (np.ndarray, np.generic)):
         return value.tolist()
     return value.value if isinstance(value, Enum) else value
+
+
+def to_text(document: Mapping[str, Any]) -> str:
+    """Return plain data as JSON ending in a newline; refuse numbers that JSON cannot say."""
+    return json.dumps(document, indent=1, allow_nan=False) + "\n"

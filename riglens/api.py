@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Literal
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.evaluation.scenario import remarks_on, settings_of
 from riglens.app.evaluation.traffic import load_traffic as load_boxes
-from riglens.arguments import RigLensWarning, StrPath, argument_names, path_of
+from riglens.arguments import RigLensWarning, StrPath, path_of
 from riglens.core.errors import InputError
 from riglens.core.files import require_apart
 from riglens.core.formats.opening import open_rig as open_any_rig
@@ -118,8 +118,7 @@ def convert(
     rig, report = _read(source, source_format)
     if not isinstance(source, Rig):
         require_apart(target, (source,))
-    with argument_names(target):
-        exported = write_rig(rig, target, target_format)
+    exported = write_rig(rig, target, target_format)
     _warn_of_losses(report)
     _warn_of_losses(exported.report)
     return rig
@@ -168,18 +167,17 @@ def load_traffic(
     that of the poses of the car. The other arguments are those
     of `load_scene`. Boxes that do not count are told as a `RigLensWarning`. Raises InputError on bad data.
     """
-    with argument_names():
-        names = tuple(f"{name}={cls}" for name, cls in (classes or {}).items())
-        options = SceneOptions(
-            boxes=path_of(boxes),
-            origin_m=origin_m,
-            frames=frames,
-            classes=names,
-            find_ground=find_ground,
-            surroundings=surroundings or occluders is not None,
-            occluders=None if occluders is None else (Path(occluders[0]), Path(occluders[1])),
-        )
-        found = load_boxes(options, within_m, progress)
+    names = tuple(f"{name}={cls}" for name, cls in (classes or {}).items())
+    options = SceneOptions(
+        boxes=path_of(boxes),
+        origin_m=origin_m,
+        frames=frames,
+        classes=names,
+        find_ground=find_ground,
+        surroundings=surroundings or occluders is not None,
+        occluders=None if occluders is None else (Path(occluders[0]), Path(occluders[1])),
+    )
+    found = load_boxes(options, within_m, progress)
     for line in remarks_on(found.data):
         warnings.warn(line, RigLensWarning, stacklevel=2)
     return found
@@ -225,11 +223,10 @@ def targets(
 
     Raises InputError when a number is out of its range, or when the mesh of a body that blocks cannot be read.
     """
-    with argument_names():
-        options = ScoreOptions(threads=threads, body=body)
-        settings = TargetSettings(shape, range_law, phase, seed, min_points, options.body_of(rig))
-        if sample is not None and sample < 1:
-            raise InputError(f"--sample: found {sample}, accepted is a whole number of frames from 1 up")
+    options = ScoreOptions(threads=threads, body=body)
+    settings = TargetSettings(shape, range_law, phase, seed, min_points, options.body_of(rig))
+    if sample is not None and sample < 1:
+        raise InputError(f"must be an integer ≥ 1 (got {sample})", "sample")
     mesh = blocking_mesh(rig, options.body_of(rig), mesh_folder)
     return TargetResult(traffic, TargetEngine(traffic, threads).evaluate(rig, settings, sample, mesh))
 
@@ -283,11 +280,10 @@ def render(
     from riglens.app.rendering.render import RenderRequest, body_of, drawn_score, score_and_draw
     from riglens.core.files import require_writable
 
-    with argument_names(out):
-        picture = RenderRequest(
-            Path(out), view, size_px, scale, class_name, heatmap, transparent=transparent, title=title,
-            scores=scores, theme=theme, baseline=baseline.name if baseline else None,
-        )  # fmt: skip
+    picture = RenderRequest(
+        Path(out), view, size_px, scale, class_name, heatmap, transparent=transparent, title=title,
+        scores=scores, theme=theme, baseline=baseline.name if baseline else None,
+    )  # fmt: skip
     require_writable(out)
     prepare_drawing()
     mesh = body_of(rig, Path(mesh_folder), lambda line: warnings.warn(line, RigLensWarning, stacklevel=4))

@@ -9,9 +9,9 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from riglens.app.evaluation.options import SceneOptions, ScoreOptions, require_solid
+from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.evaluation.scenario import load_scenario, remarks_on, settings_of
-from riglens.arguments import RigLensWarning, StrPath, argument_names, path_of
+from riglens.arguments import RigLensWarning, StrPath, path_of
 from riglens.core.engine.audit import audit as audit_rig
 from riglens.core.engine.engine import Engine, evaluate_from_scratch
 from riglens.core.geometry import Vec3
@@ -82,25 +82,24 @@ def load_scene(
     find_ground
         Estimate the ground from the bottoms of near boxes and put it at z = 0.
     pog
-        File made by `riglens pog`, in place of boxes.
+        File made by `riglens data build`, in place of boxes.
     progress
         Called with the fraction done, 0 to 1, while a POG is built.
 
     POGs of box data are kept in the user's cache folder, so that the next call for the same data is quick. Boxes that
     do not count are told as a `RigLensWarning`. Raises InputError on bad data or arguments that disagree.
     """
-    with argument_names(boxes, pog, *(classes or {})):
-        options = SceneOptions(
-            boxes=path_of(boxes),
-            origin_m=origin_m,
-            frames=frames,
-            classes=tuple(f"{name}={cls}" for name, cls in (classes or {}).items()),
-            voxel_m=voxel_m,
-            roi_m=roi_m,
-            pog=path_of(pog),
-            find_ground=find_ground,
-        )
-        found = load_scenario(options, progress)
+    options = SceneOptions(
+        boxes=path_of(boxes),
+        origin_m=origin_m,
+        frames=frames,
+        classes=tuple(f"{name}={cls}" for name, cls in (classes or {}).items()),
+        voxel_m=voxel_m,
+        roi_m=roi_m,
+        pog=path_of(pog),
+        find_ground=find_ground,
+    )
+    found = load_scenario(options, progress)
     for line in remarks_on(found.field.data):
         warnings.warn(line, RigLensWarning, stacklevel=2)
     return Scene(found.pog, found.field)
@@ -142,8 +141,7 @@ def score(
 
     Raises InputError when a number is out of its range, or when the mesh of a body that blocks cannot be read.
     """
-    with argument_names():
-        options = ScoreOptions(method, reading, camera_weight, threads, body)
+    options = ScoreOptions(method, reading, camera_weight, threads, body)
     mesh = blocking_mesh(rig, options.body_of(rig), mesh_folder)
     (found,) = evaluate_from_scratch(scene.field, [rig], settings_of(options), threads, meshes=[mesh])
     return RigResult(scene.field, found)
@@ -172,9 +170,7 @@ def audit(
 
     Raises InputError when a number is out of its range, or when the mesh of the body cannot be read.
     """
-    with argument_names():
-        ScoreOptions(threads=threads)
-        require_solid(body)
+    ScoreOptions(threads=threads).solid(body)
     mesh = blocking_mesh(rig, "blocks", mesh_folder)
     return AuditResult(audit_rig(scene.field, rig, "blocks", mesh, threads))
 
@@ -193,8 +189,7 @@ class SceneEngine:
     """
 
     def __init__(self, scene: Scene, threads: int | None = None) -> None:
-        with argument_names():
-            ScoreOptions(threads=threads)
+        ScoreOptions(threads=threads)
         self._engine: Engine | None = Engine(scene.field, threads)
         self._meshes: dict[tuple[str, Path], BodyMesh] = {}
 
@@ -219,8 +214,7 @@ class SceneEngine:
         """Score a rig; arguments as for `score`. Raises RuntimeError after the `with` block."""
         if self._engine is None:
             raise RuntimeError("this engine was closed at the end of its with block")
-        with argument_names():
-            options = ScoreOptions(method, reading, camera_weight, None, body)
+        options = ScoreOptions(method, reading, camera_weight, None, body)
         vehicle, folder = rig.vehicle, Path(mesh_folder)
         if (vehicle.body, folder) not in self._meshes:
             mesh = blocking_mesh(rig, options.body_of(rig), folder)

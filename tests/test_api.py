@@ -14,7 +14,6 @@ import pytest
 import riglens as rl
 from riglens import api
 from riglens.app.commands import main
-from riglens.arguments import argument_names
 from tests.waiting import TIMEOUT_S
 
 REPOSITORY = Path(__file__).resolve().parents[1]
@@ -57,12 +56,9 @@ def test_messages_name_arguments_and_leave_paths_as_they_are(tmp_path: Path, pla
         assert str(path) in str(caught.value)
 
 
-def test_messages_name_arguments_in_place_of_options(boxes: Path, tmp_path: Path) -> None:
-    with pytest.raises(rl.InputError, match=r"^threads: found 0, accepted"):
+def test_messages_name_arguments(boxes: Path, tmp_path: Path) -> None:
+    with pytest.raises(rl.InputError, match=r"^threads must be an integer from 1 to"):
         rl.score(rl.open_rig("W+T"), rl.load_scene(boxes, 0.5, roi_m=ROI_M), threads=0)
-    with pytest.raises(rl.InputError) as caught, argument_names("/x --roi y", None):
-        raise rl.InputError("--voxel 0.3: /x --roi y was built with 0.1 (--ground auto). Leave --voxel.")
-    assert str(caught.value) == "voxel_m 0.3: /x --roi y was built with 0.1 (find_ground). Leave voxel_m."
 
 
 def test_importing_loads_nothing_heavy_and_every_name_is_there_when_asked_for() -> None:
@@ -136,7 +132,7 @@ def test_points_on_road_users_are_those_of_the_command_line(boxes: Path, tmp_pat
     assert list(found.objects()) == table.read_text().splitlines()[0].split(",")
     assert list(found) == ["car", "bicycle", "pedestrian"] and found.frames_used == 3
     assert found["car"].total.objects == 2 and "car on target" in repr(found)
-    with pytest.raises(rl.InputError, match="sample: found 0"):
+    with pytest.raises(rl.InputError, match=r"^sample must be an integer ≥ 1"):
         rl.targets(rl.open_rig("W+T"), traffic, sample=0)
 
 
@@ -175,13 +171,13 @@ def test_wrong_arguments_are_named_as_python_names_them(boxes: Path, scene: rl.S
         rl.InputError, match=r"^frames describes a box data set; name the data set with boxes"
     ):
         rl.load_scene(frames=3)
-    with pytest.raises(rl.InputError, match="boxes and pog"):
+    with pytest.raises(rl.InputError, match=r"^boxes cannot be combined with pog"):
         rl.load_scene(boxes, pog=tmp_path / "town.npz")
-    with pytest.raises(rl.InputError, match="camera_weight: found -1"):
+    with pytest.raises(rl.InputError, match="camera_weight must be"):
         rl.score(rig, scene, camera_weight=-1.0)
-    with pytest.raises(rl.InputError, match="threads: found 0"):
+    with pytest.raises(rl.InputError, match=r"^threads must be an integer"):
         scene.engine(threads=0)
-    with pytest.raises(rl.InputError, match=r"out: found picture\.jpg"):
+    with pytest.raises(rl.InputError, match=r"^out must end in \.png"):
         rl.render(rig, scene, "picture.jpg")
     with pytest.raises(rl.InputError, match=r"did you mean W\+T"):
         rl.open_rig("W+TT")
@@ -232,7 +228,7 @@ def test_a_converted_rig_tells_what_the_format_cannot_hold(tmp_path: Path) -> No
     assert {warning.filename for warning in told} == {__file__}
     assert "ROS URDF: ignored: vehicle: the file has no place for it" in map(str, (w.message for w in told))
     assert [sensor.name for sensor in back.sensors] == [sensor.name for sensor in rig.sensors]
-    with pytest.raises(rl.InputError, match="name it with target_format"):
+    with pytest.raises(rl.InputError, match=r"^target_format must name the format"):
         rl.convert(rig, tmp_path / "rig.unknown")
     assert rl.convert(rig, tmp_path / "rig.unknown", target_format="riglens") == rig
     assert (tmp_path / "rig.unknown").read_text().startswith("riglens: 1")

@@ -30,5 +30,5 @@ def page_picture(folder: Path, number: int) -> Path:
 
 def make_report(job: ReportJob, progress: Progress, program: str = PROGRAM) -> list[Path]:
     """Make a report and return the pictures of its pages; `progress` may raise to cancel. Raise InputError."""
-    run_in_process("riglens.app.commands.report_job:prepare", job, lambda share, _: progress(share), program)
+    run_in_process("riglens.app.commands.report:prepare", job, lambda share, _: progress(share), program)
     return sorted(job.folder.glob("*.png"))

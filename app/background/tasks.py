@@ -17,6 +17,7 @@ from typing import Any, TypeVar
 
 from PySide6.QtCore import QObject, Qt, Signal
 
+from riglens.app.evaluation.names import label_of
 from riglens.core.errors import Cancelled, InputError
 from riglens.core.scene.boxes import Progress
 
@@ -61,7 +62,7 @@ class Task(QObject):
         except Cancelled:
             pass
         except InputError as error:
-            self.failed.emit(str(error), "")
+            self.failed.emit(error.text(label_of), "")
         except Exception as error:
             line = f"{self.title}: unexpected failure: {type(error).__name__}: {error}"
             self.failed.emit(line, "".join(traceback.format_exception(error)))

@@ -12,6 +12,7 @@ from typing import Generic, TypeVar
 from PySide6.QtCore import QObject, Signal
 
 from riglens.app.background.queue import BackgroundRequest, Job, Priority, RequestQueue
+from riglens.app.evaluation.names import label_of
 from riglens.core.errors import Cancelled, InputError
 
 Request = TypeVar("Request")
@@ -183,6 +184,6 @@ def group_of(request: object) -> str | None:
 def problem_line(name: str, error: Exception) -> str:
     """Return one line for the user; the traceback of an unforeseen error goes to standard error."""
     if isinstance(error, InputError):
-        return str(error)
+        return error.text(label_of)
     traceback.print_exception(error, file=sys.stderr)
     return f"Unexpected failure in the {name}: {type(error).__name__}: {error}"

@@ -1,32 +1,40 @@
-"""`riglens audit`: where the rays of each sensor go."""
+"""Where the rays of each sensor go; part of `riglens review`, alone as `riglens audit`."""
 
 from __future__ import annotations
 
-from typing import Annotated
+from rich import box
+from rich.table import Table
+from rich.text import Text
 
-from cyclopts import Parameter
+from riglens.app.commands.options import Json, Libraries, RigName, SceneArguments, SolidBody, ThreadArguments
+from riglens.app.commands.output import deliver, require_outputs
+from riglens.app.terminal.console import progress_bar, results
+from riglens.app.terminal.figures import percent
+from riglens.app.terminal.loading import load_rigs, load_scene
+from riglens.core.engine.audit import FATES, RigAudit, audit_document
+from riglens.core.engine.audit import audit as audit_rig
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.shown_text import visible
 
-from riglens.app.commands.options import (
-    SCORE,
-    LibraryArguments,
-    Rig,
-    SceneArguments,
-    SolidBody,
-    Whole,
-    check_json,
+TITLES = (
+    "hits\nthe car",
+    "never\nenters",
+    "ends at\nground",
+    "meets\nnothing",
+    "seen by\nothers",
+    "brings\nnew",
 )
-from riglens.app.evaluation.options import ScoreOptions, require_solid
 
 
 def audit(
-    rig: Rig,
+    rig: RigName,
     /,
     *,
     scene: SceneArguments = SceneArguments(),
     body: SolidBody = None,
-    threads: Annotated[Whole, Parameter(group=SCORE)] = None,
-    libraries: LibraryArguments = LibraryArguments(),
-    json: Annotated[str | None, Parameter(allow_leading_hyphen=True, metavar="FILE|-")] = None,
+    score: ThreadArguments = ThreadArguments(),
+    libraries: Libraries = (),
+    json: Json = None,
 ) -> None:
     """Follow every ray of each sensor: into the solid car, past the region, into the ground, or to what it brings.
 
@@ -34,16 +42,46 @@ def audit(
     ----------
     rig
         Rig file or preset name.
-    threads
-        Threads to use (all cores). The figures do not depend on it.
     json
         Also write the figures as JSON to a file; with - to standard output, instead of the table.
     """
-    check_json(json)
-    libraries.use()
-    options = scene.options()
-    require_solid(body)
-    score = ScoreOptions(threads=threads, body="blocks")
-    from riglens.app.commands import audit_job
+    score = score.solid(body)
+    (opened,), (mesh,) = load_rigs([rig], score, libraries)
+    require_outputs((rig, *scene.files), json)
+    _, field = load_scene(scene, [opened], score)
+    with progress_bar("Following rays"):
+        found = audit_rig(field, opened, "blocks", mesh, score.threads)
+    deliver(audit_document(found), json, lambda: print_audit(found))
 
-    audit_job.audit(rig, options, score, json)
+
+def print_audit(found: RigAudit) -> None:
+    """Print the table, and what is to be said about places, on standard output."""
+    console = results()
+    console.print(f"Shares of rays; body {found.body}", soft_wrap=True)
+    console.print(_shares_table(found))
+    console.print(_lost_table(found))
+    console.print("Lost = entropy that a sensor on its own would see but for the car's body, in % of H(Ω).")
+    for sensor in found.sensors:
+        if sensor.stand.problem:
+            console.print(Text(f"{visible(sensor.name)}: {sensor.stand.problem}"), soft_wrap=True)
+
+
+def _shares_table(found: RigAudit) -> Table:
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column(visible(found.rig.name), no_wrap=True, overflow="ellipsis", max_width=28)
+    for title in ("rays", *TITLES):
+        table.add_column(title, justify="right", no_wrap=True)
+    for sensor in found.sensors:
+        shares = (percent(sensor.shares[fate]) for fate in FATES)
+        table.add_row(Text(visible(sensor.name)), f"{sensor.rays:,}", *shares)
+    return table
+
+
+def _lost_table(found: RigAudit) -> Table:
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("lost to the body", no_wrap=True, overflow="ellipsis", max_width=28)
+    for name in CLASSES:
+        table.add_column(name, justify="right", no_wrap=True)
+    for sensor in found.sensors:
+        table.add_row(Text(visible(sensor.name)), *(percent(sensor.lost_share[name]) for name in CLASSES))
+    return table

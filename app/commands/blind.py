@@ -1,20 +1,39 @@
-"""`riglens blind`: where an object beside the car stands unseen, and which test objects a rig sees."""
+"""Near-field blind zones and test objects; part of `riglens review`, alone as `riglens blind`."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
+import numpy as np
 from cyclopts import Group, Parameter
+from rich import box
+from rich.table import Table
+from rich.text import Text
 
-from riglens.app.commands.options import SCORE, LibraryArguments, Rig, SolidBody, Whole, check_json
-from riglens.app.evaluation.options import ScoreOptions, require_solid
+from riglens.app.commands.options import Json, Libraries, Profiles, RigName, SolidBody, ThreadArguments
+from riglens.app.commands.output import deliver, require_ending, require_outputs
+from riglens.app.evaluation.blind_text import hole_text
+from riglens.app.studies.files import csv_text, write_text
+from riglens.app.terminal.console import progress_bar, results
+from riglens.app.terminal.loading import load_rigs, note_missing_rays
+from riglens.core.files import atomic_write
+from riglens.core.kernels.runtime import jit
+from riglens.core.review.blind import HEIGHTS_M, BlindEngine, BlindMap, BlindSettings, By, unseen_by
+from riglens.core.review.blind_json import SHARE_WITHIN_M, blind_document, share_seen
+from riglens.core.review.outline import SECTORS
+from riglens.core.review.profiles import ONLY_GEOMETRY, Profile, bundled_profiles, read_profiles
+from riglens.core.review.verdicts import ProfileVerdict, verdicts
+from riglens.core.rig.model import Rig
+from riglens.core.shown_text import visible
+from riglens.core.vehicle.mesh import BodyMesh
 
 ZONES = Group("Blind zones", sort_key=20)
 
 
 def blind(
-    rig: Rig,
+    rig: RigName,
     /,
     *,
     width: Annotated[float, Parameter(group=ZONES, metavar="M")] = 0.3,
@@ -22,14 +41,14 @@ def blind(
     voxel: Annotated[float, Parameter(group=ZONES, metavar="M")] = 0.1,
     by: Annotated[Literal["any", "lidar", "camera"], Parameter(group=ZONES, metavar="NAME")] = "any",
     sensors: Annotated[Literal[1, 2], Parameter(group=ZONES, metavar="1|2")] = 1,
-    profile: Annotated[tuple[Path, ...], Parameter(group=ZONES, metavar="FILE", show_default=False)] = (),
+    profiles: Profiles = (),
     body: SolidBody = None,
-    threads: Annotated[Whole, Parameter(group=SCORE)] = None,
-    libraries: LibraryArguments = LibraryArguments(),
+    score: ThreadArguments = ThreadArguments(),
+    libraries: Libraries = (),
     out: Annotated[Path | None, Parameter(metavar="FILE.csv|.png")] = None,
-    json: Annotated[str | None, Parameter(allow_leading_hyphen=True, metavar="FILE|-")] = None,
+    json: Json = None,
 ) -> None:
-    """Say where beside the car an object stands unseen, and which objects of profiles a rig sees. The car is solid.
+    """Say where beside the car an object stands unseen, and which test objects a rig sees. The car is solid.
 
     Parameters
     ----------
@@ -38,28 +57,137 @@ def blind(
     width
         Width of the object in metres; 0 looks at single columns of voxels.
     within
-        Look so far from the car's outline, in metres.
+        Maximum distance from the car's outline, in metres.
     voxel
         Edge of a voxel in metres.
     by
-        Sensors of which the table and the map tell; the JSON tells of all.
+        Sensors of the table and the map; the JSON has all.
     sensors
-        How many sensors have to see the object; the JSON tells of 1 and 2.
-    profile
+        How many sensors have to see the object; the JSON has 1 and 2.
+    profiles
         A file of profiles of your own, instead of those that ship with the program; may be given many times.
-    threads
-        Threads to use (all cores). The figures do not depend on it.
     out
         Also write the lowest visible height around the car, as a table or as a picture.
     json
         Also write the figures as JSON to a file; with - to standard output, instead of the table.
     """
-    check_json(json)
-    libraries.use()
-    ScoreOptions(threads=threads)
-    require_solid(body)
-    from riglens.app.commands import blind_job
-    from riglens.core.review.blind import BlindSettings
-
+    score = score.solid(body)
     settings = BlindSettings(voxel, width, within_m=within)
-    blind_job.blind(rig, settings, blind_job.Asked(by, sensors, profile, threads, out, json))
+    (opened,), (mesh,) = load_rigs([rig], score, libraries)
+    asked = profiles_of(profiles)
+    require_ending("out", out, ".csv", ".png")
+    require_outputs((rig, *profiles), out, json)
+    note_missing_rays([opened])
+    found, judged = blind_zones(opened, mesh, settings, asked, score.threads)
+    if out is not None:
+        _write_map(out, found, by, sensors)
+    deliver(blind_document(found, judged), json, lambda: print_blind(found, judged, by, sensors))
+
+
+def profiles_of(files: Sequence[Path]) -> tuple[Profile, ...]:
+    """Return the profiles of some files, of those that ship with the program where none is named."""
+    return tuple(p for path in files for p in read_profiles(path)) if files else bundled_profiles()
+
+
+def blind_zones(
+    rig: Rig,
+    mesh: BodyMesh | None,
+    settings: BlindSettings,
+    profiles: Sequence[Profile],
+    threads: int | None,
+) -> tuple[BlindMap, tuple[ProfileVerdict, ...]]:
+    """Find blind zones of a rig and judge test objects."""
+    with progress_bar("Casting rays") as progress:
+        found = BlindEngine(rig.vehicle, settings, mesh, threads).evaluate(rig)
+        progress(0.5)
+        return found, verdicts(rig, profiles, settings.body, mesh, jit.use_threads(threads))
+
+
+def _write_map(path: Path, found: BlindMap, by: By, k: int) -> None:
+    """Write the lowest visible heights as a table or as a picture, whichever the name ends in."""
+    if path.suffix.lower() == ".csv":
+        write_text(path, csv_text(list(_rows(found, by, k))))
+        return
+    from riglens.app.studies.blind_chart import blind_figure  # matplotlib
+    from riglens.app.studies.pictures import picture
+
+    with atomic_write(path) as stream:
+        stream.write(picture(blind_figure(found, by, k)))
+
+
+def _rows(found: BlindMap, by: By, k: int) -> Iterator[dict[str, object]]:
+    """One row for every column that counts: where it is, and from what height on an object is seen; inf: never."""
+    lowest, ground = found.lowest_m(by, k), found.ground
+    for ix, iy in np.argwhere(ground.counts).tolist():
+        x, y = (round(float(at), 6) for at in (ground.x_m[ix], ground.y_m[iy]))
+        yield {"x_m": x, "y_m": y, f"lowest_{k}_{by}_m": round(float(lowest[ix, iy]), 6)}
+
+
+def print_blind(found: BlindMap, profiles: Sequence[ProfileVerdict], by: By, k: int) -> None:
+    """Print areas by height and sector, the largest holes, and the verdicts, on standard output."""
+    console, settings = results(), found.settings
+    title = f"{visible(found.rig.name)}: ground in m² where an object of a height is {unseen_by(by, k)}"
+    console.print(Text(title), soft_wrap=True)
+    console.print(_areas_table(found, by, k))
+    console.print(
+        f"Less is better. Objects {settings.width_m:g} m wide, up to {settings.within_m:g} m from the car; "
+        f"δ {settings.voxel_m:g} m, body {settings.body}. Heights count in whole voxels, to the safe side.",
+        soft_wrap=True,
+    )
+    share = 100.0 * share_seen(found, by, k)
+    console.print(
+        f"Of the ground within {SHARE_WITHIN_M:g} m of the car an object of {HEIGHTS_M[0]:g} m is seen on "
+        f"{share:.1f} % (more is better).",
+        soft_wrap=True,
+    )
+    console.print(_profiles_table(profiles))
+    console.print(f"Objects: {ONLY_GEOMETRY}. Sources:", soft_wrap=True)
+    for verdict in profiles:
+        one = verdict.profile
+        for_whom = f" (for {', '.join(one.vehicles)})" if one.vehicles else ""
+        console.print(Text(f"  {one.name}{for_whom}: {visible(one.source)}"), soft_wrap=True)
+
+
+def _areas_table(found: BlindMap, by: By, k: int) -> Table:
+    """Heights as rows: area by sector, in all, and the largest connected patch."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    table.add_column("height")
+    for sector in SECTORS:
+        table.add_column(sector.replace("-", "\n"), justify="right")
+    for title in ("all", "largest\npatch"):
+        table.add_column(title, justify="right")
+    for height in HEIGHTS_M:
+        areas = found.area_m2(height, by, k)
+        cells = (f"{area:.1f}" for area in areas.sum(axis=1).tolist())
+        table.add_row(
+            f"{height:.2f} m", *cells, f"{areas.sum():.1f}", hole_text(found.largest_hole(height, by, k))
+        )
+    ground = found.ground_m2()
+    table.add_section()
+    table.add_row(
+        "ground", *(f"{area:.0f}" for area in ground.sum(axis=1).tolist()), f"{ground.sum():.0f}", ""
+    )
+    return table
+
+
+def _profiles_table(profiles: Sequence[ProfileVerdict]) -> Table:
+    """Profiles as rows: how many of their objects are seen, and which are not."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    table.add_column("profile")
+    table.add_column("seen", justify="right", no_wrap=True)
+    table.add_column("not seen")
+    for verdict in profiles:
+        count = len(verdict.objects)
+        seen = f"{count - len(verdict.failed)} of {count}"
+        table.add_row(Text(visible(verdict.profile.title)), seen, Text(_failed_text(verdict)))
+    return table
+
+
+def _failed_text(verdict: ProfileVerdict) -> str:
+    """The first objects that are not seen, with why."""
+    words = [
+        f"{visible(one.target.name)} ({one.rays} rays, {100.0 * one.share:.0f} %)"
+        for one in verdict.failed[:3]
+    ]
+    more = len(verdict.failed) - len(words)
+    return ", ".join(words) + (f", {more} more" if more else "")

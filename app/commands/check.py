@@ -2,21 +2,65 @@
 
 from __future__ import annotations
 
+import hashlib
+import sys
+from collections.abc import Iterator, Mapping, Sequence
 from datetime import date
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, NamedTuple
 
 from cyclopts import Parameter
+from rich import box
+from rich.table import Table
+from rich.text import Text
 
-from riglens.app.commands.options import (
-    BODY,
-    SCORE,
-    LibraryArguments,
-    SceneArguments,
-    Whole,
-    check_json,
-)
-from riglens.app.evaluation.options import ScoreOptions
+from riglens.app.commands.blind import profiles_of
+from riglens.app.commands.options import Json, Libraries, Profiles, RunArguments, SceneArguments
+from riglens.app.commands.output import deliver, require_outputs
+from riglens.app.evaluation.options import SceneOptions, ScoreOptions
+from riglens.app.terminal.console import progress_bar, results
+from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic, note_missing_rays
+from riglens.assets import asset_path
+from riglens.core.errors import InputError
+from riglens.core.files import atomic_write
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.review.check_json import check_document
+from riglens.core.review.check_junit import RigCheck, junit_xml
+from riglens.core.review.checked_yaml import line_of
+from riglens.core.review.checking import NO_ROAD_USERS, Check, Subject
+from riglens.core.review.findings import Status, Verdict
+from riglens.core.review.profiles import Profile
+from riglens.core.review.requirements import ACCEPTED, Requirements, requirements_in
+from riglens.core.rig.model import FORMAT_VERSION, Rig
+from riglens.core.rig.yaml.nodes import read_text, shown_path
+from riglens.core.shown_text import visible
+from riglens.core.targets.traffic import WITHIN_M, Traffic
+from riglens.core.vehicle.mesh import BodyMesh
+from riglens.version import installed_version
+
+MARKS: dict[Status, tuple[str, str]] = {
+    "met": ("met", "green"),
+    "not met": ("NOT MET", "bold red"),
+    "not shown": ("NOT SHOWN", "bold red"),
+    "not applicable": ("NOT APPLICABLE", "bold red"),
+}
+
+
+class Asked(NamedTuple):
+    """The file of requirements, its text and what it says, profiles of one's own, and the day of the waivers."""
+
+    file: Path
+    text: str
+    required: Requirements
+    profiles: tuple[Path, ...]
+    day: date
+
+
+class Scene(NamedTuple):
+    """What is needed of the traffic."""
+
+    field: EntropyField | None
+    traffic: Traffic | None
 
 
 def check(
@@ -24,19 +68,18 @@ def check(
     /,
     *,
     requirements: Annotated[Path, Parameter(metavar="FILE")],
-    profile: Annotated[tuple[Path, ...], Parameter(metavar="FILE", show_default=False)] = (),
+    profiles: Profiles = (),
     scene: SceneArguments = SceneArguments(),
-    body: Annotated[Literal["ignored", "blocks"] | None, BODY] = None,
-    threads: Annotated[Whole, Parameter(group=SCORE)] = None,
-    libraries: LibraryArguments = LibraryArguments(),
-    json: Annotated[str | None, Parameter(allow_leading_hyphen=True, metavar="FILE|-")] = None,
+    score: RunArguments = RunArguments(),
+    libraries: Libraries = (),
+    json: Json = None,
     junit: Annotated[Path | None, Parameter(metavar="FILE")] = None,
     github: bool = False,
 ) -> int:
     """Check rigs against requirements: what they see, blind zones, redundancy, tolerance, mounts.
 
     Exit code 0 when all are met, 1 when one is not, is not shown or not applicable, 2 for bad input, 3 for a failure of
-    the program.
+    the program. Blind zones, test objects and mounts always have a solid car.
 
     Parameters
     ----------
@@ -44,13 +87,8 @@ def check(
         Rig files or preset names.
     requirements
         The file that says what is required.
-    profile
+    profiles
         A file of blind zone profiles of your own, instead of those that ship; may be given many times.
-    body
-        Whether the car's own body is in the way of what traffic is seen with (as the file says; else as the rig says).
-        Blind zones, test objects and mounts always have a solid car.
-    threads
-        Threads to use (all cores). The verdicts do not depend on it.
     json
         Also write the verdicts as JSON to a file; with - to standard output, instead of the table.
     junit
@@ -58,10 +96,168 @@ def check(
     github
         Also print what is not met as annotations of GitHub Actions.
     """
-    check_json(json)
-    libraries.use()
-    score = ScoreOptions(threads=threads, body=body)
-    from riglens.app.commands import check_job
+    if github and json == "-":
+        raise InputError("cannot share standard output: name a file with", "github", "json")
+    judged = profiles_of(profiles)
+    loaded = load_rigs(rigs, score.solid(), libraries)
+    text = read_text(requirements, ACCEPTED)
+    required = requirements_in(text, shown_path(requirements), loaded.rigs, judged)
+    score = score.as_required(required.body, requirements)
+    asked = Asked(requirements, text, required, profiles, date.today())
+    require_outputs((*rigs, requirements, *profiles, *scene.files), json, junit)
+    note_missing_rays(loaded.rigs)
+    needed = _scene(scene, loaded.rigs, score, required)
+    checks, sources = [], []
+    for rig, mesh in zip(loaded.rigs, loaded.meshes, strict=True):
+        checks.append(_checked(rig, mesh, score, needed, required, judged))
+        sources.append(_sources(asked, needed, mesh))
+    if junit is not None:
+        _write_junit(junit, checks, sources[0], asked)
+    deliver(_document(checks, sources, asked.day), json, lambda: _print(checks, required, asked.day))
+    if github:
+        for line in _github_lines(checks, asked):
+            sys.stdout.write(f"{line}\n")
+    return int(any(one.unmet(asked.day) for one in checks))
 
-    asked = check_job.Asked(requirements, profile, json, junit, github, date.today())
-    return check_job.check(rigs, scene.options(), score, asked)
+
+def _scene(scene: SceneOptions, rigs: Sequence[Rig], score: ScoreOptions, required: Requirements) -> Scene:
+    field = traffic = None
+    if required.needs_road_users and scene.pog is not None:
+        raise InputError(NO_ROAD_USERS)
+    if required.needs_scene:
+        field = load_scene(scene, rigs, score)[1]
+    if required.needs_road_users:
+        traffic = load_traffic(scene, WITHIN_M)
+    return Scene(field, traffic)
+
+
+def _checked(
+    rig: Rig,
+    mesh: BodyMesh | None,
+    score: ScoreOptions,
+    scene: Scene,
+    required: Requirements,
+    profiles: tuple[Profile, ...],
+) -> RigCheck:
+    body = score.body_of(rig)
+    with progress_bar(f"Checking {visible(rig.name)}") as progress:
+        subject = Subject(rig, body, mesh, scene.field, scene.traffic, profiles, score.threads)
+        return RigCheck(rig, body, Check(subject, required).verdicts(progress))
+
+
+def _sources(asked: Asked, scene: Scene, mesh: BodyMesh | None) -> dict[str, Any]:
+    """What verdicts depend on besides the rig, with hashes."""
+    files = asked.profiles or (asset_path("review/blind.yaml"),)
+    field, required = scene.field, asked.required
+    return {
+        "version": installed_version(),
+        "mesh_sha256": None if mesh is None else mesh.sha256,
+        "requirements": {"file": asked.file.name, "sha256": _sha256(asked.text.encode("utf-8"))},
+        "profiles": [{"file": path.name, "sha256": _sha256(path.read_bytes())} for path in files],
+        "data": None
+        if field is None
+        else {"source": field.data.short_source, "sha256": field.data.sha256, "frames": field.data.frames},
+        "voxel_m": None if field is None else field.grid.voxel_m,
+        "roi_m": None if field is None else list(field.grid.roi_m),
+        "blind_voxel_m": required.blind_voxel_m,
+        "seed": required.seed,
+        "waivers_on": asked.day.isoformat(),
+    }
+
+
+def _sha256(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
+
+
+def _document(checks: Sequence[RigCheck], sources: Sequence[dict[str, Any]], day: date) -> dict[str, Any]:
+    """The verdicts on a rig; of several rigs those of each in a list."""
+    documents = [
+        check_document(check.rig, check.body, check.verdicts, source, day)
+        for check, source in zip(checks, sources, strict=True)
+    ]
+    if len(documents) == 1:
+        return documents[0]
+    passes = all(document["passes"] for document in documents)
+    return {"riglens": FORMAT_VERSION, "passes": passes, "rigs": documents}
+
+
+def _write_junit(path: Path, checks: Sequence[RigCheck], source: Mapping[str, Any], asked: Asked) -> None:
+    properties = {
+        "version": source["version"],
+        "requirements sha256": source["requirements"]["sha256"],
+        "data sha256": (source["data"] or {}).get("sha256", ""),
+        "seed": str(asked.required.seed),
+    }
+    with atomic_write(path) as stream:
+        stream.write(junit_xml(checks, str(asked.file), _lines(asked), properties, asked.day))
+
+
+def _lines(asked: Asked) -> dict[str, int]:
+    """Return the line of each requirement in its file."""
+    return {item.id: line_of(asked.text, item.place) for item in asked.required.items()}
+
+
+def _print(checks: Sequence[RigCheck], required: Requirements, day: date) -> None:
+    console = results()
+    for check in checks:
+        unmet, waived = len(check.unmet(day)), sum(one.is_waived_on(day) for one in check.verdicts)
+        counts = f"{len(check.verdicts)} requirements, {unmet} not met" + f", {waived} waived" * bool(waived)
+        console.print(Text(f"{visible(check.rig.name)}: {counts}; body {check.body}"))
+        console.print(_table(check.verdicts, day))
+    if required.losses or required.covered:
+        console.print("Redundancy is a count of views, no evidence of a safety integrity level (ASIL).")
+    if required.blind_objects:
+        console.print("Objects: geometry only, no approval.")
+
+
+def _table(verdicts: Sequence[Verdict], day: date | None) -> Table:
+    """Requirements as rows: the figure and the limit, and whether it holds; below them what explains it."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    for title in ("", "requirement"):
+        table.add_column(title)
+    for title in ("found", "accepted"):
+        table.add_column(title, justify="right", no_wrap=True)
+    for verdict in verdicts:
+        table.add_row(_mark(verdict, day), _words(verdict, day), verdict.found_text, verdict.accepted_text)
+    return table
+
+
+def _mark(verdict: Verdict, day: date | None) -> Text:
+    word, style = MARKS[verdict.status]
+    if verdict.is_waived_on(day):
+        return Text(f"{word} (waived)", "yellow")
+    return Text("not applicable", "dim") if verdict.passes and verdict.status != "met" else Text(word, style)
+
+
+def _words(verdict: Verdict, day: date | None) -> Text:
+    one = verdict.item.requirement
+    named = " ".join(word for word in (one.id, one.label) if word is not None)
+    words = Text(visible(f"{named}: {verdict.text}" if named else verdict.text))
+    for line in verdict.lines(day):
+        words.append(f"\n  {visible(line)}", "dim")
+    return words
+
+
+def _github_lines(checks: Sequence[RigCheck], asked: Asked) -> Iterator[str]:
+    """Yield workflow commands of GitHub: an error for what does not hold, a warning for what is waived."""
+    lines, day = _lines(asked), asked.day
+    for check in checks:
+        for verdict in check.verdicts:
+            if verdict.holds_on(day) and not verdict.is_waived_on(day):
+                continue
+            level = "warning" if verdict.is_waived_on(day) else "error"
+            title = f"{check.rig.name}: {verdict.item.id} {verdict.status}"
+            said = f"{verdict.text}: {verdict.found_text}, {verdict.accepted_text}"
+            message = "\n".join(visible(line) for line in (said, *verdict.lines(day)))
+            place = (
+                f"file={_property(str(asked.file))},line={lines[verdict.item.id]},title={_property(title)}"
+            )
+            yield f"::{level} {place}::{_escaped(message)}"
+
+
+def _escaped(text: str) -> str:
+    return text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
+
+
+def _property(text: str) -> str:
+    return _escaped(visible(text)).replace(":", "%3A").replace(",", "%2C")

@@ -9,11 +9,12 @@ import sys
 from importlib import import_module
 
 from riglens.app.commands.running import guarded
+from riglens.app.evaluation.names import label_of
 
 
 def main(work: str) -> int:
     """Run `module:function` on the request of standard input; return the exit code."""
-    return guarded(lambda: _run(work))
+    return guarded(lambda: _run(work), label_of)
 
 
 def _run(work: str) -> None:

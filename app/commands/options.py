@@ -1,162 +1,168 @@
-"""Arguments that several commands share: the scene, the score, libraries; and how words become values."""
+"""Options that several commands share, and how words become values."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import field, fields, make_dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args, get_type_hints
 
 from cyclopts import Group, Parameter, Token
 
-from riglens.app.evaluation.options import DEFAULT_TOLERANCE_PP, AutoVoxel, SceneOptions, ScoreOptions, Triple
-from riglens.core.errors import InputError
+from riglens.app.evaluation.names import option_of
+from riglens.app.evaluation.options import Said, SceneOptions, ScoreOptions
+from riglens.app.terminal.console import is_standard_output
 
 SCENE = Group("Scene: boxes and grid", sort_key=10)
 SCORE = Group("Score", sort_key=20)
-BODY = Parameter(name="--body", group=SCORE, metavar="NAME", show_default=False)
-SolidBody = Annotated[Literal["ignored", "blocks"] | None, Parameter(name="--body", show=False)]
-"""Where the car is always solid: `blocks` is taken, `ignored` refused (`require_solid`)."""
-MAX_DIGITS = 40
 BUILD = Group("Build", sort_key=30)
+MAX_DIGITS = 40
+
+
+# ---------------------------------------------------------------- words to values
 
 
 def whole_number(_: Any, tokens: Sequence[Token]) -> int:
-    """A whole number as written; 1.5 is not rounded."""
+    """Return an integer as written; 1.5 is not rounded."""
     found = tokens[0].value
     digits = found.strip().lstrip("+-")
     if not digits.isdecimal() or len(digits) > MAX_DIGITS:
         shown = found if len(found) <= MAX_DIGITS else f"{found[:MAX_DIGITS]}…"
-        raise ValueError(f"found {shown}, accepted is a whole number")
+        raise ValueError(f"must be an integer (got {shown})")
     return int(found)
 
 
 def _edge_or_auto(_: Any, tokens: Sequence[Token]) -> float | str:
-    """A voxel edge in metres, or the word auto."""
     found = tokens[0].value
-    if found == "auto":
-        return found
     try:
-        return float(found)
+        return found if found == "auto" else float(found)
     except ValueError:
-        raise ValueError(f"found {found}, accepted is an edge in metres, or auto") from None
+        raise ValueError(f"must be an edge in metres, or auto (got {found})") from None
 
 
-Rig = Annotated[str, Parameter(name="RIG")]
+def _is_word(word: str) -> Callable[..., bool]:
+    """Return a converter for a switch that is said by a word."""
+
+    def converted(_: Any, tokens: Sequence[Token]) -> bool:
+        if tokens[0].value != word:
+            raise ValueError(f"must be {word} (got {tokens[0].value})")
+        return True
+
+    return converted
+
+
+def _json_target(_: Any, tokens: Sequence[Token]) -> str:
+    """Return a file name, or - for whatever standard output is; refuse what is more likely a misspelt option."""
+    found = tokens[0].value
+    if found.startswith("-") and found != "-":
+        raise ValueError(f"must be a file name, or - for standard output (got '{found}')")
+    return "-" if found == "-" or is_standard_output(found) else found
+
+
+# ---------------------------------------------------------------- options by themselves
+
+
+def number(group: Group | None = None, metavar: str = "N") -> Parameter:
+    """Return how an integer is read."""
+    return Parameter(converter=whole_number, group=group, metavar=metavar)
+
+
+RigName = Annotated[str, Parameter(name="RIG")]
+RigNames = Annotated[str, Parameter(name="RIG", required=True)]
 Out = Annotated[Path, Parameter(metavar="FILE")]
-Whole = Annotated[int | None, Parameter(converter=whole_number, metavar="N")]
-
-
-def _scene(name: str, metavar: str, converter: Callable[..., Any] | None = None) -> Parameter:
-    return Parameter(
-        name=name,
-        group=SCENE,
-        metavar=metavar,
+Whole = Annotated[int | None, number()]
+Json = Annotated[str | None, Parameter(allow_leading_hyphen=True, metavar="FILE|-", converter=_json_target)]
+Profiles = Annotated[tuple[Path, ...], Parameter(name="--profile", metavar="FILE", show_default=False)]
+Surroundings = Annotated[Literal["ignored", "block"] | None, Parameter(name="--surroundings", group=SCENE)]
+SolidBody = Annotated[Literal["ignored", "blocks"] | None, Parameter(name="--body", show=False)]
+"""Where the car is always solid: `blocks` is taken, `ignored` refused (`require_solid`)."""
+Libraries = Annotated[
+    tuple[Path, ...],
+    Parameter(
+        name="--library",
+        metavar="FILE",
         show_default=False,
-        show_choices=converter is None,
-        converter=converter,
-    )
+        help="A file with sensor models of your own, for rigs that name them; may be given many times.",
+    ),
+]
+Workers = Annotated[int | None, number(BUILD)]
+Dask = Annotated[
+    str | None,
+    Parameter(
+        group=BUILD,
+        metavar="ADDRESS",
+        help="Work on the Dask cluster whose scheduler listens there, such as tls://10.0.0.1:8786. It is trusted: "
+        "whoever takes part in it can run code here (docs/security.md).",
+    ),
+]
 
 
-@Parameter(name="*")
-@dataclass(frozen=True)
-class BoxArguments:
-    """How boxes are read, the same for every command that reads boxes."""
-
-    origin: Annotated[Triple | None, _scene("--origin", "X Y Z")] = None
-    """Where the origin of the data set lies in the vehicle frame, metres (nuScenes ego: -1.35 0 0)."""
-    frames: Annotated[Whole, _scene("--frames", "N")] = None
-    """Number of frames of the data set, where frames without boxes have no row."""
-    classes: Annotated[tuple[str, ...], _scene("--classes", "NAME=CLASS")] = ()
-    """Count boxes called NAME as car, bicycle or pedestrian, or ignore them; may be given many times."""
-    ground: Annotated[Literal["auto"] | None, _scene("--ground", "auto")] = None
-    """With auto, estimate the ground by the bottoms of near boxes and put it at z = 0; see `riglens data`."""
+# ---------------------------------------------------------------- options that travel together
 
 
-@Parameter(name="*")
-@dataclass(frozen=True)
-class ReadingArguments:
-    """How boxes are read and cut into voxels."""
-
-    how: BoxArguments = BoxArguments()
-    voxel: Annotated[float | Literal["auto"] | None, _scene("--voxel", "M|auto", _edge_or_auto)] = None
-    """Edge of a voxel in metres (0.1). With auto, where rigs are scored: the coarsest that suits them."""
-    roi: Annotated[Triple | None, _scene("--roi", "L W H")] = None
-    """Region of interest in metres: x in [-L/2, L/2), y in [-W/2, W/2), z in [0, H) (60 40 4)."""
-
-    def options(
-        self, boxes: Path | None, pog: Path | None = None, tolerance_pp: float | None = None
-    ) -> SceneOptions:
-        """Return the same as checked options, together with the data they are about."""
-        auto, voxel_m = None, self.voxel
-        if voxel_m == "auto":
-            auto, voxel_m = AutoVoxel(DEFAULT_TOLERANCE_PP if tolerance_pp is None else tolerance_pp), None
-        elif tolerance_pp is not None:
-            raise InputError(
-                f"--tolerance {tolerance_pp:g} belongs to --voxel auto; add that, or leave it out"
-            )
-        how, ground = self.how, self.how.ground == "auto"
-        return SceneOptions(boxes, how.origin, how.frames, how.classes, voxel_m, self.roi, pog, auto, ground)
+def _arguments(options: type, group: Group, *names: str) -> Any:
+    """Return a class whose fields are some of a class of options; making one makes the options themselves."""
+    hints = get_type_hints(options, localns={"Rig": object}, include_extras=True)
+    defaults = {one.name: one.default for one in fields(options)}
+    rows = []
+    for name in names:
+        kind, said = get_args(hints[name])
+        rows.append(
+            (name, _annotated(kind, said, name, group, defaults[name]), field(default=defaults[name]))
+        )
+    namespace = {
+        "__module__": __name__,
+        "__new__": lambda _, **values: options(**values),
+        # Cyclopts hands what was made to pydantic, where that is loaded; it is checked already
+        "__get_pydantic_core_schema__": classmethod(lambda *_: {"type": "any"}),
+    }
+    made = make_dataclass(options.__name__, rows, frozen=True, namespace=namespace)
+    return Parameter(name="*")(made)
 
 
-@Parameter(name="*")
-@dataclass(frozen=True)
-class SceneArguments:
-    """The scene that rigs are scored on."""
-
-    boxes: Annotated[Path | None, _scene("--boxes", "PATH")] = None
-    """Box data set: table, nuScenes, Argoverse 2, KITTI or CARLA folder. Without it: the bundled scenario."""
-    reading: ReadingArguments = ReadingArguments()
-    pog: Annotated[Path | None, _scene("--pog", "FILE")] = None
-    """Use a stored POG (made by `riglens pog`) instead of boxes."""
-    tolerance: Annotated[float | None, _scene("--tolerance", "PP")] = None
-    """What --voxel auto may change: percentage points of the entropy that is seen (1)."""
-
-    def options(self) -> SceneOptions:
-        """Return the same as checked options."""
-        return self.reading.options(self.boxes, self.pog, self.tolerance)
-
-
-@Parameter(name="*")
-@dataclass(frozen=True)
-class ScoreArguments:
-    """Options about the metric."""
-
-    method: Annotated[Literal["exact", "bresenham"], Parameter(group=SCORE, metavar="NAME")] = "exact"
-    """How rays visit voxels."""
-    reading: Annotated[Literal["covered", "residual", "hits"], Parameter(group=SCORE, metavar="NAME")] = (
-        "covered"
-    )
-    """How S-MIG is read; see docs/metric.md."""
-    camera_weight: Annotated[float, Parameter(name="--lambda", group=SCORE, metavar="X")] = 0.1
-    """Weight of the cameras in S-MS."""
-    threads: Annotated[Whole, Parameter(group=SCORE)] = None
-    """Threads to use (all cores). The scores do not depend on it."""
-    body: Annotated[Literal["ignored", "blocks"] | None, BODY] = None
-    """Whether rays pass through the cars' own bodies or end at them, for this run (as each rig says)."""
-
-    def options(self) -> ScoreOptions:
-        """Return the same as checked options."""
-        return ScoreOptions(self.method, self.reading, self.camera_weight, self.threads, self.body)
+def _annotated(kind: Any, said: Said, name: str, group: Group, default: object) -> Any:
+    converter: Callable[..., Any] | None = whole_number if int in (kind, *get_args(kind)) else None
+    if name == "voxel_m":
+        converter = _edge_or_auto
+    elif kind is bool:  # said by a word
+        kind, converter = Literal[said.metavar, True, False], _is_word(said.metavar)
+    return Annotated[
+        kind,
+        Parameter(
+            name=option_of(name),
+            group=group,
+            metavar=said.metavar,
+            help=said.help,
+            converter=converter,
+            show_default=default not in (None, (), False),
+            show_choices=converter is None,
+        ),
+    ]
 
 
-@Parameter(name="*")
-@dataclass(frozen=True)
-class LibraryArguments:
-    """Sensor models beside those that ship with the program."""
-
-    library: Annotated[tuple[Path, ...], Parameter(name="--library", metavar="FILE", show_default=False)] = ()
-    """A file with sensor models of your own, for rigs that name them; may be given many times."""
-
-    def use(self) -> None:
-        """Let rigs use the models of these files."""
-        if self.library:
-            from riglens.core.rig.library import use_libraries
-
-            use_libraries(self.library)
-
-
-def check_json(target: str | None) -> None:
-    """Refuse a file name that is more likely a misspelt option."""
-    if target is not None and target.startswith("-") and target != "-":
-        raise InputError(f"--json: found '{target}', accepted is a file name, or - for standard output")
+if TYPE_CHECKING:
+    ReadingArguments = SceneOptions
+    GridArguments = SceneOptions
+    BoxArguments = SceneOptions
+    TrafficArguments = SceneOptions
+    SceneArguments = SceneOptions
+    EverythingArguments = SceneOptions
+    ScoreArguments = ScoreOptions
+    WeightArguments = ScoreOptions
+    BodyArguments = ScoreOptions
+    ThreadArguments = ScoreOptions
+    RunArguments = ScoreOptions
+else:
+    _READING = ("origin_m", "frames", "classes", "find_ground")
+    _GRID = (*_READING, "voxel_m", "roi_m")
+    ReadingArguments = _arguments(SceneOptions, SCENE, *_READING)
+    GridArguments = _arguments(SceneOptions, SCENE, *_GRID)
+    BoxArguments = _arguments(SceneOptions, SCENE, "boxes", *_READING)
+    TrafficArguments = _arguments(SceneOptions, SCENE, "boxes", *_READING, "occluders")
+    SceneArguments = _arguments(SceneOptions, SCENE, "boxes", *_GRID, "pog", "tolerance_pp")
+    EverythingArguments = _arguments(SceneOptions, SCENE, "boxes", *_GRID, "pog", "tolerance_pp", "occluders")
+    ScoreArguments = _arguments(ScoreOptions, SCORE, "method", "reading", "camera_weight", "threads", "body")
+    WeightArguments = _arguments(ScoreOptions, SCORE, "camera_weight", "threads")
+    RunArguments = _arguments(ScoreOptions, SCORE, "threads", "body")
+    BodyArguments = _arguments(ScoreOptions, SCORE, "body")
+    ThreadArguments = _arguments(ScoreOptions, SCORE, "threads")

@@ -5,87 +5,182 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from difflib import get_close_matches
+from typing import NamedTuple
 
 from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 
-from riglens.app.commands.audit import audit
-from riglens.app.commands.blind import blind
-from riglens.app.commands.card import card
-from riglens.app.commands.check import check
-from riglens.app.commands.data import data, pog
-from riglens.app.commands.picture import render
-from riglens.app.commands.redundancy import redundancy
-from riglens.app.commands.report import report
-from riglens.app.commands.rigs import convert, library, presets
-from riglens.app.commands.scores import evaluate, window
-from riglens.app.commands.simulate import simulate
-from riglens.app.commands.studies import accuracy, detection, stability, table1
-from riglens.app.commands.studies import targets as study_targets
-from riglens.app.commands.targets import targets
-from riglens.app.commands.tolerance import tolerance
+from riglens.app.commands.options import Libraries, RigName, SceneArguments, ScoreArguments
+from riglens.app.evaluation.options import DEFAULT_RIG
 from riglens.core.errors import InputError
 from riglens.version import installed_version
+
+
+class Command(NamedTuple):
+    """Where a command is, which is loaded when it is called, and what the list of commands says of it."""
+
+    place: str
+    help: str
+
+
+COMMANDS = {
+    "evaluate": Command(
+        "evaluate:evaluate", "Score rigs, with --targets also their points and pixels on objects."
+    ),
+    "check": Command(
+        "check:check",
+        "Check rigs against requirements; exit code 1 when one is not met.\n\n"
+        "Exit code 0 when all are met, 1 when one is not, is not shown or not applicable, 2 for bad input, 3 for a "
+        "failure of the program. Blind zones, test objects and mounts always have a solid car.",
+    ),
+    "report": Command("report:report", "Write a page or PDF about rigs, or check an earlier one."),
+    "render": Command("render:render", "Draw a rig, its rays and the heatmap of a class into a PNG file."),
+    "convert": Command("convert:convert", "Convert a rig between formats, reporting every lossy conversion."),
+    "simulate": Command(
+        "simulate:simulate",
+        "Simulate sweeps and pictures of rigs in traffic, in nuScenes' format.\n\n"
+        "Sweeps of all LiDARs together and of each, pictures of the cameras with labels and depth, and the tables that "
+        "the official development kit loads and evaluates. After an interruption the same command goes on where it "
+        "See docs/simulate.md.",
+    ),
+}
+GROUPS = {
+    "data": (
+        "Box data: build a POG, or show what they hold.",
+        {
+            "build": Command(
+                "data:build",
+                "Build the POG of box data sets together and store it for --pog.\n\n"
+                "Many logs or tables are built at once. After an interruption the same command goes on where it was.",
+            ),
+            "show": Command(
+                "data:show", "Show classes, directions, distances, sizes and ground of box data."
+            ),
+        },
+    ),
+    "list": (
+        "Built-in rigs and sensor models.",
+        {
+            "rigs": Command("list:rigs", "List the built-in rigs, or write one as rig YAML."),
+            "sensors": Command("list:sensors", "List the sensor models, or show every figure of one."),
+        },
+    ),
+    "study": (
+        "Studies of the paper, and of the metric itself.",
+        {
+            "table1": Command("study:table1", "The paper's Tables I and II beside ours."),
+            "accuracy": Command("study:accuracy", "Time against error of ways to score a rig."),
+            "stability": Command(
+                "study:stability", "Where methods break, and how far the order of rigs holds."
+            ),
+            "targets": Command(
+                "study:targets", "Predicted against true points on the objects of a recording."
+            ),
+            "detection": Command(
+                "study:detection",
+                "Score against detection, with a small detector trained here.\n\n"
+                "It compares rigs and does not predict the AP of your stack. About an hour of one core for two rigs; "
+                "after an interruption the same command goes on where it was.",
+            ),
+        },
+    ),
+}
+PARTS = {
+    "audit": "audit:audit",
+    "blind": "blind:blind",
+    "card": "detection_range:card",
+    "redundancy": "redundancy:redundancy",
+    "targets": "targets:targets",
+    "tolerance": "tolerance:tolerance",
+}
+"""Parts of `review` and `evaluate` by themselves, with options of their own; not in the list of commands."""
+RENAMED = {"pog": ("data", "build"), "presets": ("list", "rigs"), "library": ("list", "sensors")}
+RENAMED_OPTIONS = {"--tolerance": "--voxel-tolerance"}
+"""Earlier names, which go on working."""
 
 app = App(
     name="riglens",
     help="Place LiDARs and cameras on a car and score how well they see traffic (S-MS). "
-    "RIG is a rig file or the name of a preset (W+T); see `riglens presets`.",
+    "RIG is a rig file or the name of a preset (W+T); see `riglens list rigs`.",
     help_format="plaintext",
     usage="Usage: riglens [RIG] [OPTIONS]\n       riglens COMMAND [OPTIONS] [ARGS]\n",
     version=installed_version,
     default_parameter=Parameter(negative=()),
     suppress_keyboard_interrupt=False,
 )
-study = App(name="study", help="Repeat studies of the paper.", help_format="plaintext")
 
-app.default(window)
-app.command(study)
-app.command(evaluate, sort_key=1)
-app.command(targets, sort_key=2)
-app.command(audit, sort_key=2)
-app.command(blind, sort_key=2)
-app.command(card, sort_key=2)
-app.command(check, sort_key=2)
-app.command(redundancy, sort_key=2)
-app.command(report, sort_key=2)
-app.command(tolerance, sort_key=2)
-app.command(pog, sort_key=2)
-app.command(data, sort_key=3)
-app.command(simulate, sort_key=4)
-app.command(render, sort_key=4)
-app.command(presets, sort_key=5)
-app.command(convert, sort_key=5)
-app.command(library, sort_key=7)
-for command in (table1, accuracy, stability, detection):
-    study.command(command)
-study.command(study_targets, name="targets")
+
+@app.default
+def window(
+    rig: RigName = DEFAULT_RIG,
+    /,
+    *,
+    scene: SceneArguments = SceneArguments(),
+    score: ScoreArguments = ScoreArguments(),
+    libraries: Libraries = (),
+) -> int:
+    """Open the window on RIG (nuScenes car). Without a display: the scores, and a picture, YAML and JSON in out/."""
+    if libraries:
+        from riglens.core.rig.library import use_libraries
+
+        use_libraries(libraries)
+    from riglens.app.commands.start import start
+
+    return start(rig, scene, score)
+
+
+def _add(to: App, name: str, command: Command, order: int) -> None:
+    to.command(f"riglens.app.commands.{command.place}", name=name, help=command.help, sort_key=order)
+
+
+for _order, (_name, _command) in enumerate(COMMANDS.items()):
+    _add(app, _name, _command, _order)
+for _order, (_name, (_help, _members)) in enumerate(GROUPS.items(), len(COMMANDS)):
+    _group = App(name=_name, help=_help, help_format="plaintext", sort_key=_order)
+    for _place, (_member, _command) in enumerate(_members.items()):
+        _add(_group, _member, _command, _place)
+    app.command(_group)
+for _name, _part in PARTS.items():
+    app.command(f"riglens.app.commands.{_part}", name=_name, show=False)
 
 
 def run(tokens: Sequence[str]) -> object:
     """Run the command; what it returns. InputError for words that fit none."""
     _check_words(tokens)
     try:
-        return app(tokens, exit_on_error=False, print_error=False, result_action="return_value")
+        return app(renamed(tokens), exit_on_error=False, print_error=False, result_action="return_value")
     except UnusedCliTokensError as error:
-        words = " ".join(error.unused_tokens or ())
-        raise InputError(f"found {words}, where no more is expected") from error
+        raise InputError(f"unexpected words: {' '.join(error.unused_tokens or ())}") from error
     except CycloptsError as error:
         raise InputError(str(error)) from error
+
+
+def renamed(tokens: Sequence[str]) -> list[str]:
+    """Return the words with the earlier names of commands and options in today's."""
+    command, *words = tokens or [""]
+    if command == "data" and words and words[0] not in (*GROUPS["data"][1], "--help", "-h"):
+        words = ["show", *words]
+    if command == "library":  # where JSON had one place to go
+        words = ["--json=-" if word == "--json" else word for word in words]
+    options = RENAMED_OPTIONS | ({"--profile": "--errors"} if command == "tolerance" else {})
+    for number, word in enumerate(words):
+        name, equals, value = word.partition("=")
+        words[number] = f"{options.get(name, name)}{equals}{value}"
+    return [*RENAMED.get(command, (command,) if tokens else ()), *words]
 
 
 def _check_words(tokens: Sequence[str]) -> None:
     """Refuse a name that is empty, which would be the working folder, and a misspelt command, which would be a rig."""
     if "" in tokens:
-        raise InputError("found an empty word '', accepted is the name of a file, a rig or a command")
+        raise InputError("empty word '': name a file, a rig or a command")
     word = tokens[0] if tokens else ""
     meant = meant_command(word)
     if meant is not None and not os.path.exists(word):
-        raise InputError(f"found '{word}', which is no command; did you mean riglens {meant}?")
+        raise InputError(f"unknown command '{word}' (did you mean 'riglens {meant}'?)")
 
 
 def meant_command(word: str) -> str | None:
     """The command that a misspelt one was probably meant to be; None for a command, and for anything else."""
-    known = [name for name in app if name.isalpha()]
+    known = [name for name in (*app, *RENAMED) if name.isalpha()]
     if not word.isalpha() or word in known:
         return None
     if word.lower() == "help":

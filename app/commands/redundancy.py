@@ -1,34 +1,61 @@
-"""`riglens redundancy`: what how many sensors see, and what is lost when one, two or a group of them fail."""
+"""What sensors see together, and what is lost when some fail; part of `riglens review`, also `riglens redundancy`."""
 
 from __future__ import annotations
 
-from typing import Annotated
+from dataclasses import dataclass, replace
+from typing import Annotated, Any
 
 from cyclopts import Group, Parameter
+from rich import box
+from rich.table import Table
+from rich.text import Text
 
-from riglens.app.commands.options import (
-    LibraryArguments,
-    Rig,
-    SceneArguments,
-    ScoreArguments,
-    check_json,
-    whole_number,
+from riglens.app.commands.options import Json, Libraries, RigName, SceneArguments, ScoreArguments, number
+from riglens.app.commands.output import deliver, require_outputs
+from riglens.app.evaluation.options import ScoreOptions
+from riglens.app.evaluation.scenario import settings_of
+from riglens.app.terminal.console import note, progress_bar, results
+from riglens.app.terminal.figures import percent
+from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic, note_missing_rays
+from riglens.core.engine.engine import Engine
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.review.outline import SECTORS
+from riglens.core.review.redundancy import (
+    COVERED,
+    NO_EVIDENCE,
+    Coverage,
+    What,
+    target_coverage,
+    voxel_coverage,
 )
+from riglens.core.review.redundancy_json import coverage_document, lost_share, share
+from riglens.core.rig.model import FORMAT_VERSION, Rig
+from riglens.core.rig.yaml.file import rig_sha256
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.shown_text import visible
+from riglens.core.targets.engine import TargetEngine
+from riglens.core.targets.settings import TargetSettings
+from riglens.core.targets.traffic import Traffic
+from riglens.core.vehicle.mesh import BodyMesh
 
 FAILING = Group("Redundancy", sort_key=15)
+SHOWN = 5
+"""Pairs that the terminal names, the worst first; the JSON has all."""
+HEADINGS: dict[What, str] = {"sensor": "each sensor", "pair": f"worst {SHOWN} pairs", "group": "groups"}
+NOT_COUNTED = "road users are not counted: a stored POG has none"
 
 
 def redundancy(
-    rig: Rig,
+    rig: RigName,
     /,
     *,
     scene: SceneArguments = SceneArguments(),
     score: ScoreArguments = ScoreArguments(),
     road_users: Annotated[bool, Parameter(group=FAILING, negative="--no-road-users")] = True,
-    min_points: Annotated[int, Parameter(converter=whole_number, group=FAILING, metavar="N")] = 5,
+    min_points: Annotated[int, number(FAILING)] = 5,
     within: Annotated[float, Parameter(group=FAILING, metavar="M")] = 60.0,
-    libraries: LibraryArguments = LibraryArguments(),
-    json: Annotated[str | None, Parameter(allow_leading_hyphen=True, metavar="FILE|-")] = None,
+    libraries: Libraries = (),
+    json: Json = None,
 ) -> None:
     """Say what one, two and three sensors see, and what is lost when sensors, pairs or groups of them fail.
 
@@ -37,18 +64,133 @@ def redundancy(
     rig
         Rig file or preset name.
     road_users
-        Also count road users, not only voxels; a stored POG has none.
+        Also count objects, not only voxels; a stored POG has none.
     min_points
-        So many LiDAR points detect a road user; a camera does by 25 px of height.
+        So many LiDAR points detect an object; a camera does by 25 px of height.
     within
-        Count road users within this distance of the car, in metres.
+        Count objects within this distance of the car, in metres.
     json
         Also write the figures as JSON to a file; with - to standard output, instead of the table.
     """
-    check_json(json)
-    libraries.use()
-    from riglens.app.commands import redundancy_job
-    from riglens.core.targets.settings import TargetSettings
+    counting = TargetSettings(min_points=min_points)
+    (opened,), (mesh,) = load_rigs([rig], score, libraries)
+    require_outputs((rig, *scene.files), json)
+    note_missing_rays([opened])
+    _, field = load_scene(scene, [opened], score)
+    traffic = None
+    if road_users and scene.pog is None:
+        traffic = load_traffic(scene, within)
+    elif road_users:
+        note(NOT_COUNTED)
+    found = redundancy_of(opened, mesh, field, traffic, score, counting)
+    deliver(found.document(), json, found.show)
 
-    asked = redundancy_job.Asked(road_users, within, TargetSettings(min_points=min_points), json)
-    redundancy_job.redundancy(rig, scene.options(), score.options(), asked)
+
+@dataclass(frozen=True)
+class Redundancy:
+    """Coverage of voxels, and of objects where they were counted."""
+
+    rig: Rig
+    body: str
+    field: EntropyField
+    voxels: Coverage
+    targets: Coverage | None
+    min_points: int
+
+    def document(self) -> dict[str, Any]:
+        """Return the figures as plain data."""
+        return {
+            "riglens": FORMAT_VERSION,
+            "body": self.body,
+            "note": NO_EVIDENCE,
+            "rig": {"name": self.rig.name, "sha256": rig_sha256(self.rig)},
+            "data": {"source": self.field.data.source, "sha256": self.field.data.sha256},
+            "voxel_m": self.field.grid.voxel_m,
+            "min_points": self.min_points,
+            "voxels": coverage_document(self.voxels, "nat"),
+            "road_users": None if self.targets is None else coverage_document(self.targets, "road users"),
+        }
+
+    def show(self) -> None:
+        """Print what is covered how often and what failures cost, on standard output."""
+        _print(self.rig, self.body, self.voxels, self.targets)
+
+
+def redundancy_of(
+    rig: Rig,
+    mesh: BodyMesh | None,
+    field: EntropyField,
+    traffic: Traffic | None,
+    score: ScoreOptions,
+    counting: TargetSettings,
+) -> Redundancy:
+    """Find what a rig covers of voxels and, where there is traffic, of objects."""
+    settings, targets = settings_of(score), None
+    with progress_bar("Casting rays"):
+        engine = Engine(field, score.threads)
+        engine.evaluate(rig, settings, False, mesh)
+        voxels = voxel_coverage(engine, rig, settings.method, score.threads)
+    if traffic is not None:
+        with progress_bar("Counting objects"):
+            how = replace(counting, body=settings.body)
+            counts = TargetEngine(traffic, score.threads).evaluate(rig, how, mesh=mesh)
+            targets = target_coverage(traffic, rig, counts.objects, how.min_points)
+    return Redundancy(rig, score.body_of(rig), field, voxels, targets, counting.min_points)
+
+
+def _print(rig: Rig, body: str, voxels: Coverage, targets: Coverage | None) -> None:
+    """Print what is covered how often and what failures cost, on standard output."""
+    console = results()
+    console.print(Text(f"{visible(rig.name)}: redundancy, body {body}"), soft_wrap=True)
+    for title, found in (("entropy, in % of H(Ω)", voxels), ("road users, in % of all", targets)):
+        if found is not None:
+            console.print(_covered_table(found, title))
+            console.print(_failures_table(found, title))
+    console.print(
+        "Covered: more is better; two kinds: by cameras and LiDARs. Lost when it fails: less is better; worst sector: "
+        "that of 45° in which most of what is there is lost.",
+        soft_wrap=True,
+    )
+    if targets is not None:
+        console.print(
+            "Road users: 1 = detected by the rig; 2, 3 = by so many sensors, each on its own.", soft_wrap=True
+        )
+    console.print(f"This is {NO_EVIDENCE}.", soft_wrap=True)
+
+
+def _table(first: str, *columns: str) -> Table:
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    table.add_column(first, no_wrap=True, overflow="ellipsis", max_width=36)
+    for title in columns:
+        table.add_column(title, justify="right", no_wrap=True)
+    return table
+
+
+def _covered_table(found: Coverage, title: str) -> Table:
+    table = _table(f"covered: {title}", *(name if name == "two kinds" else f"by {name}" for name in COVERED))
+    for cls, name in enumerate(CLASSES):
+        total = int(found.total[:, cls].sum())
+        cells = (percent(share(int(found.covered[:, k, cls].sum()), total)) for k in range(len(COVERED)))
+        table.add_row(name, *cells)
+    return table
+
+
+def _failures_table(found: Coverage, title: str) -> Table:
+    table = _table(f"lost: {title}", *(cell for name in CLASSES for cell in (name, "worst\nsector")))
+    for what, heading in HEADINGS.items():
+        mine = [failure for failure in found.failures if failure.what == what]
+        if what == "pair":
+            mine = sorted(mine, key=lambda failure: -int(failure.lost.sum()))[:SHOWN]
+        if not mine:
+            continue
+        table.add_row(Text(heading, "bold"))
+        for failure in mine:
+            cells = []
+            for cls in range(len(CLASSES)):
+                by_sector = [lost_share(found, failure, cls, s) for s in range(len(SECTORS))]
+                worst = max(range(len(SECTORS)), key=lambda s: by_sector[s])
+                where = f"{SECTORS[worst]} {100.0 * by_sector[worst]:.0f} %" if by_sector[worst] else "-"
+                cells += [percent(lost_share(found, failure, cls)), where]
+            table.add_row(Text(f"  {visible(failure.name)}"), *cells)
+        table.add_section()
+    return table

@@ -2,15 +2,49 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Annotated
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path, PurePath
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Group, Parameter
 
-from riglens.app.commands.options import LibraryArguments, SceneArguments, ScoreArguments, whole_number
-from riglens.app.evaluation.options import USUAL_DRAWS
+from riglens.app.background.own_process import Tell
+from riglens.app.background.report import PAGE, PDF, ReportJob, page_picture
+from riglens.app.commands.options import Libraries, SceneArguments, ScoreArguments, number
+from riglens.app.commands.output import require_ending, require_outputs
+from riglens.app.commands.tolerance import require_draws
+from riglens.app.evaluation.options import USUAL_DRAWS, SceneOptions, ScoreOptions
+from riglens.app.launch.system_libraries import require_system_libraries
+from riglens.app.studies.report_document import ReportDocument, document_of
+from riglens.app.studies.report_figures import ReportPlan, differences, labels_of, report_of
+from riglens.app.studies.report_page import printed_page, report_page
+from riglens.app.studies.report_reading import (
+    FIGURES_NAME,
+    attached_figures,
+    first_difference,
+    form_of,
+    inputs_of,
+    read_report,
+)
+from riglens.app.terminal.console import note, results, stage_bar
+from riglens.app.terminal.loading import load_rigs, note_missing_rays
 from riglens.core.errors import InputError
+from riglens.core.files import atomic_write
+from riglens.core.plain import to_text
+from riglens.core.review.requirements import requirements_in
+from riglens.core.rig.library import use_libraries
+from riglens.core.rig.model import Rig
+from riglens.core.rig.yaml.file import loads
+from riglens.core.rig.yaml.nodes import read_text
+from riglens.core.shown_text import visible
+from riglens.core.vehicle.mesh import BodyMesh
+from riglens.core.vehicle.mesh_file import mesh_of
 
+if TYPE_CHECKING:  # Qt
+    from riglens.app.rendering.pdf import Header
+
+SHOWN = 20
 REPORT = Group("Report", sort_key=5)
 
 
@@ -22,14 +56,14 @@ def report(
     verify: Annotated[Path | None, Parameter(group=REPORT, metavar="FILE.html|.pdf")] = None,
     meshes: Annotated[Path | None, Parameter(group=REPORT, metavar="DIR")] = None,
     requirements: Annotated[Path | None, Parameter(group=REPORT, metavar="FILE")] = None,
-    draws: Annotated[int, Parameter(converter=whole_number, group=REPORT, metavar="N")] = USUAL_DRAWS,
-    seed: Annotated[int, Parameter(converter=whole_number, group=REPORT, metavar="N")] = 0,
+    draws: Annotated[int, number(REPORT)] = USUAL_DRAWS,
+    seed: Annotated[int, number(REPORT)] = 0,
     project: Annotated[str | None, Parameter(group=REPORT, metavar="TEXT")] = None,
     revision: Annotated[str | None, Parameter(group=REPORT, metavar="TEXT")] = None,
     author: Annotated[str | None, Parameter(group=REPORT, metavar="TEXT")] = None,
     scene: SceneArguments = SceneArguments(),
     score: ScoreArguments = ScoreArguments(),
-    libraries: LibraryArguments = LibraryArguments(),
+    libraries: Libraries = (),
 ) -> int:
     """Write a page about one or more rigs that needs no network and no script, or check an earlier one.
 
@@ -56,21 +90,150 @@ def report(
     author
         The author, for the header.
     """
-    libraries.use()
-    from riglens.app.commands import report_job
-    from riglens.app.studies.report_figures import labels_of
-
-    if (out is None) == (verify is None):
-        raise InputError("report: give either rigs with --out FILE.html, or --verify FILE.html|.pdf")
     if verify is not None:
+        if out is not None:
+            raise InputError("cannot be combined with", "verify", "out")
         if rigs:
-            raise InputError(f"report: found rigs with --verify {verify}; it brings its own")
-        return report_job.verify(verify, scene.options(), score.options(), meshes)
-    assert out is not None
+            raise InputError(f"brings its own rigs: leave out {' '.join(rigs)}", "verify")
+        use_libraries(libraries)
+        return verified(verify, scene, score, meshes)
+    if out is None:
+        raise InputError("report: name rigs and --out FILE.html, or --verify FILE.html|.pdf")
     if meshes is not None:
-        raise InputError("--meshes belongs to --verify; leave it out, rigs say where their meshes are")
+        raise InputError(
+            "is for an earlier page; rigs say where their meshes are: use it with", "meshes", "verify"
+        )
     if not rigs:
-        raise InputError("report: found no rig; name one or more")
-    asked = report_job.Asked(out, requirements, draws, seed, labels_of(project, revision, author))
-    report_job.report(rigs, scene.options(), score.options(), asked)
+        raise InputError("report: no rig named; name one or more")
+    require_ending("out", out, ".html", ".pdf")
+    require_draws(draws, seed, 0)
+    loaded = load_rigs(rigs, score.solid(), libraries)
+    require_outputs((*rigs, *scene.files, *([requirements] if requirements else [])), out)
+    note_missing_rays(loaded.rigs)
+    text = required = None
+    if requirements is not None:
+        text = read_text(requirements, "a file of requirements")
+        required = requirements_in(text, str(requirements))
+        score = score.as_required(required.body, requirements)
+    labels = labels_of(project, revision, author)
+    plan = ReportPlan(
+        tuple(loaded.rigs), tuple(loaded.meshes), scene, score, draws, seed, required, text, labels
+    )
+    with stage_bar("Making the report") as tell:
+        document = document_of(plan, report_of(plan, tell))
+    _write(out, rendered(document, out.suffix.lower()))
+    results().print(f"wrote {visible(str(out))}", soft_wrap=True)
     return 0
+
+
+def prepare(job: ReportJob, tell: Tell) -> None:
+    """Write page, PDF and pictures of its pages into the folder of a job of the window."""
+    meshes = tuple(mesh_of(rig.vehicle, job.folder, note) for rig in job.rigs)
+    plan = ReportPlan(job.rigs, meshes, job.scene, job.score, USUAL_DRAWS, 0)
+    document = document_of(plan, report_of(plan, tell))
+    tell(1.0, "Drawing the pages")
+    for name in (PAGE, PDF):
+        _write(job.folder / name, rendered(document, PurePath(name).suffix))
+    from riglens.app.rendering.pdf import page_images  # Qt
+
+    for page, image in enumerate(page_images(*printed_page(document), _header(document)), 1):
+        image.save(str(page_picture(job.folder, page)))
+
+
+def _write(path: Path, content: bytes) -> None:
+    with atomic_write(path) as stream:
+        stream.write(content)
+
+
+def rendered(document: ReportDocument, form: str) -> bytes:
+    """Return the file of a report: .html, .pdf with figures and rigs attached, or .json for the figures alone.
+
+    Equal documents give equal bytes on the same system.
+    """
+    figures = to_text(document.figures).encode("utf-8")
+    if form == ".json":
+        return figures
+    if form == ".html":
+        return report_page(document).encode("utf-8")
+    require_system_libraries("offscreen")
+    from riglens.app.rendering.pdf import pdf_of  # Qt
+
+    rigs = enumerate(document.figures["inputs"]["rigs"], 1)
+    attached = {FIGURES_NAME: figures} | {f"rig{number}.yaml": text.encode("utf-8") for number, text in rigs}
+    return pdf_of(*printed_page(document), _header(document), attached)
+
+
+def _header(document: ReportDocument) -> Header:
+    from riglens.app.rendering.pdf import Header  # Qt
+
+    return Header(visible(document.title), visible(" · ".join(document.labels)))
+
+
+def verified(path: Path, scene: SceneOptions, score: ScoreOptions, meshes: Path | None) -> int:
+    """Make a report again from what is attached to it; 0 when it is the same byte for byte, else 1."""
+    content = read_report(path)
+    attached = attached_figures(content, str(path))
+    plan = _plan_of(attached, path, scene, score, meshes or path.parent)
+    with stage_bar("Making the figures again") as tell:
+        document = document_of(plan, report_of(plan, tell))
+    _take_names(document.figures, attached)
+    lines = differences(attached, document.figures)
+    console = results()
+    for line in lines[:SHOWN]:
+        console.print(visible(line), soft_wrap=True, markup=False)
+    if len(lines) > SHOWN:
+        console.print(f"and {len(lines) - SHOWN} more", soft_wrap=True)
+    place = first_difference(content, rendered(document, form_of(content)))
+    if place is None:
+        console.print("every figure is the same, and the file is, byte for byte", soft_wrap=True)
+        return 0
+    figures = "" if lines else "every attached figure is the same, but what is shown of them "
+    console.print(visible(f"{figures}differs, first at {place}"), soft_wrap=True, markup=False)
+    return 1
+
+
+def _take_names(figures: dict[str, Any], attached: dict[str, Any]) -> None:
+    """Call data as the report does: where they lie may differ; what they are is in their SHA-256."""
+    figures["inputs"]["boxes"] = attached["inputs"]["boxes"]
+    for part in ("evaluation", "targets"):
+        with suppress(KeyError, TypeError):
+            source = attached[part]["data"]["source"]
+            if isinstance(source, str):
+                figures[part]["data"]["source"] = source
+
+
+def _plan_of(
+    attached: dict[str, Any], path: Path, scene: SceneOptions, score: ScoreOptions, folder: Path
+) -> ReportPlan:
+    inputs = inputs_of(attached, str(path))
+    rigs = tuple(loads(text, f"{path}: rig {n}").rig for n, text in enumerate(inputs.rigs, 1))
+    if not rigs:
+        raise InputError(f"{path}: inputs.rigs: must name at least one rig")
+    if inputs.boxes is not None and scene.boxes is None and scene.pog is None:
+        name = visible(inputs.boxes)
+        raise InputError(f"must name {name}, as {path} was made of it", "boxes")
+    length, width, height = inputs.roi_m
+    return ReportPlan(
+        rigs,
+        tuple(_mesh(rig, folder) for rig in rigs),
+        replace(scene, voxel_m=inputs.voxel_m, roi_m=(length, width, height), tolerance_pp=None),
+        ScoreOptions(inputs.method, inputs.reading, inputs.camera_weight, score.threads, inputs.body),
+        inputs.draws,
+        inputs.seed,
+        None if inputs.requirements is None else requirements_in(inputs.requirements, str(path)),
+        inputs.requirements,
+        inputs.labels,
+    )
+
+
+def _mesh(rig: Rig, folder: Path) -> BodyMesh | None:
+    """The mesh of a report's rig, from below a folder alone: a report may name any file of this machine."""
+    body = rig.vehicle.body
+    named = PurePath(body)
+    if named.is_absolute() or ".." in named.parts or body.startswith("~"):
+        body = named.name
+    if rig.vehicle.has_mesh_file and not (folder / body).is_file():
+        raise InputError(
+            f"{folder / body}: no such file; name the folder of the report's car bodies", other="meshes"
+        )
+    return mesh_of(rig.vehicle.model_copy(update={"body": body}), folder, note)

@@ -7,6 +7,7 @@ import sys
 import traceback
 from collections.abc import Callable, Sequence
 
+from riglens.app.evaluation.names import option_of
 from riglens.app.evaluation.options import DEFAULT_RIG, SceneOptions, ScoreOptions
 from riglens.app.launch.interrupt import INTERRUPTED, insistent_interrupt
 from riglens.app.launch.system_libraries import MissingLibraries
@@ -22,8 +23,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return guarded(lambda: _run(tokens))
 
 
-def guarded(work: Callable[[], object]) -> int:
-    """Do some work as the command line does it; returns the exit code."""
+def guarded(work: Callable[[], object], name: Callable[[str], str] = option_of) -> int:
+    """Do some work as the command line does it, and return the exit code; `name` says what fields are called."""
     _open_missing_streams()
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
@@ -32,10 +33,12 @@ def guarded(work: Callable[[], object]) -> int:
         with insistent_interrupt():
             code = work()
         sys.stdout.flush()
-    except (InputError, MissingLibraries) as error:
+    except InputError as error:
+        return _say(error.text(name), BAD_INPUT)
+    except MissingLibraries as error:
         return _say(str(error), BAD_INPUT)
-    except KeyboardInterrupt:
-        return _say("interrupted; no file was changed", INTERRUPTED)
+    except KeyboardInterrupt as error:  # with words where files were written
+        return _say(f"interrupted; {error.args[0] if error.args else 'no file was changed'}", INTERRUPTED)
     except MemoryError:
         return _say("out of memory; use larger voxels, a smaller ROI or fewer rays", FAILED)
     except BrokenPipeError:

@@ -1,58 +1,110 @@
-"""`riglens simulate`: data sets of simulated sweeps and pictures."""
+"""`riglens simulate`: data sets of simulated sweeps and pictures, each started only when all fit on the disk."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack, suppress
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Literal
 
 from cyclopts import Group, Parameter
 
 from riglens.app.commands.options import (
-    BUILD,
     SCENE,
-    BoxArguments,
-    LibraryArguments,
+    BodyArguments,
+    Dask,
+    Libraries,
+    RigNames,
+    Surroundings,
+    TrafficArguments,
     Whole,
-    whole_number,
+    Workers,
+    number,
 )
-from riglens.app.evaluation.options import SceneOptions, ScoreOptions
+from riglens.app.evaluation.options import SceneOptions
+from riglens.app.evaluation.scenario import left_out
+from riglens.app.evaluation.traffic import car_poses
+from riglens.app.terminal.console import note, progress_bar, results
+from riglens.app.terminal.loading import load_rigs, load_traffic
+from riglens.app.terminal.resumable import workers_for
 from riglens.core.errors import InputError
+from riglens.core.pieces import work as pieces
+from riglens.core.pieces.folder import sole_run
+from riglens.core.pieces.where import Where
+from riglens.core.rig.library import use_libraries
+from riglens.core.rig.model import Rig
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.simulate.dataset import (
+    VERSION,
+    Dataset,
+    DatasetFolder,
+    bytes_needed,
+    require_channels,
+    require_own,
+    require_room,
+    scenes_of,
+)
+from riglens.core.simulate.settings import SimulationSettings
+from riglens.core.simulate.tables import EgoPose, Scene
+from riglens.core.simulate.units import Extras
+from riglens.core.targets.traffic import Traffic
 
+EVERYWHERE_M = 1e6
+"""All boxes of the data are objects of the data set, however far away."""
 SWEEPS = Group("Sweeps", sort_key=20)
 FILES = Group("Files", sort_key=25)
 CARLA = Group("CARLA", sort_key=40)
-_TwoFiles = Parameter(group=SCENE, metavar="OCCLUDERS POSES", show_default=False)
-_Number = Parameter(converter=whole_number, group=SWEEPS, metavar="N")
+_Number = number(SWEEPS)
 _Switch = Parameter(group=SWEEPS)
-_Body = Parameter(name="--body", group=SWEEPS, metavar="NAME", show_default=False)
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class SweepArguments:
+    """How sensors measure."""
+
+    clutter: Annotated[int, _Number] = 60
+    """So many bushes, bins, poles and walls are strewn around the car in each frame, the same for every rig."""
+    road: Annotated[Literal["uneven", "flat", "none"], _Switch] = "uneven"
+    """uneven: with waves of a few centimetres; flat; or none."""
+    noise: Annotated[float, Parameter(group=SWEEPS, metavar="M")] = 0.02
+    """Standard deviation of a range, in metres."""
+    dropout: Annotated[float, Parameter(group=SWEEPS, metavar="SHARE")] = 0.05
+    """Share of returns that get lost, whatever they are on."""
+    shape: Annotated[Literal["class", "box"], _Switch] = "class"
+    """class: cars have glass and a gap below, cyclists and pedestrians are slim; box: plain boxes."""
+    range_law: Annotated[Literal["on", "off"], _Switch] = "on"
+    """on: rays that come from far, or meet a face at a slant, may get lost."""
+    phase: Annotated[Literal["random", "0"], _Switch] = "random"
+    """random turns each LiDAR in each frame by a part of its azimuth step; 0 casts azimuths as listed."""
+    seed: Annotated[int, _Number] = 0
+    """What all random draws follow from."""
+
+    @property
+    def settings(self) -> SimulationSettings:
+        """The settings of the simulation; raise InputError for numbers out of their limits."""
+        range_law = self.range_law == "on"
+        return SimulationSettings(
+            self.seed, self.shape, range_law, self.phase, self.noise, self.dropout, self.clutter, self.road
+        )
 
 
 def simulate(
-    *rigs: Annotated[str, Parameter(name="RIG", required=True)],
+    *rigs: RigNames,
     out: Annotated[Path, Parameter(metavar="DIR")],
-    boxes: Annotated[Path | None, Parameter(group=SCENE, metavar="PATH", show_default=False)] = None,
-    how: BoxArguments = BoxArguments(),
-    surroundings: Annotated[Literal["ignored", "block"] | None, Parameter(group=SCENE)] = None,
-    occluders: Annotated[tuple[Path, Path] | None, _TwoFiles] = None,
+    scene: TrafficArguments = TrafficArguments(),
+    surroundings: Surroundings = None,
     every: Annotated[Whole, Parameter(group=SCENE)] = None,
     sequences: Annotated[Whole, Parameter(group=SCENE)] = None,
-    clutter: Annotated[int, _Number] = 60,
-    road: Annotated[Literal["uneven", "flat", "none"], _Switch] = "uneven",
-    noise: Annotated[float, Parameter(group=SWEEPS, metavar="M")] = 0.02,
-    dropout: Annotated[float, Parameter(group=SWEEPS, metavar="SHARE")] = 0.05,
-    shape: Annotated[Literal["class", "box"], _Switch] = "class",
-    range_law: Annotated[Literal["on", "off"], _Switch] = "on",
-    phase: Annotated[Literal["random", "0"], _Switch] = "random",
-    seed: Annotated[int, _Number] = 0,
-    body: Annotated[Literal["ignored", "blocks"] | None, _Body] = None,
+    sweeps: SweepArguments = SweepArguments(),
+    score: BodyArguments = BodyArguments(),
     pictures: Annotated[Literal["on", "off"], Parameter(group=FILES)] = "on",
     points: Annotated[Literal["parquet"] | None, Parameter(group=FILES)] = None,
-    workers: Annotated[Whole, Parameter(group=BUILD)] = None,
-    dask: Annotated[str | None, Parameter(group=BUILD, metavar="ADDRESS")] = None,
+    workers: Workers = None,
+    dask: Dask = None,
     carla: Annotated[str | None, Parameter(group=CARLA, metavar="HOST:PORT")] = None,
-    libraries: LibraryArguments = LibraryArguments(),
+    libraries: Libraries = (),
 ) -> None:
     """Simulate what rigs measure in traffic, as data sets in nuScenes' format.
 
@@ -66,85 +118,184 @@ def simulate(
         Rig files or preset names.
     out
         A new or an empty folder; with several rigs, each gets a folder of its name in it.
-    boxes
-        Box data set, as for `riglens evaluate`. Without it: the bundled scenario.
     surroundings
-        Whether what was given around the streets hides road users (block, where it is known).
-    occluders
-        What stands around your own --boxes, and where the car is in each frame.
+        Whether what was given around the streets hides objects (block, where it is known).
     every
         Simulate one in so many frames of each sequence (1).
     sequences
         Only so many sequences, the first of the data (all).
-    clutter
-        So many bushes, bins, poles and walls are strewn around the car in each frame, the same for every rig.
-    road
-        uneven: with waves of a few centimetres; flat; or none.
-    noise
-        Standard deviation of a range, in metres.
-    dropout
-        Share of returns that get lost, whatever they are on.
-    shape
-        class: cars have glass and a gap below, cyclists and pedestrians are slim; box: plain boxes.
-    range_law
-        on: rays that come from far, or meet a face at a slant, may get lost.
-    phase
-        random turns each LiDAR in each frame by a part of its azimuth step; 0 casts azimuths as listed.
-    seed
-        What all random draws follow from.
-    body
-        Whether rays pass through the car's own body or end at it, for this run (as each rig says).
     pictures
         on: also draw what the cameras see, with labels and depth, at their native size.
     points
-        parquet: also write the points of each frame with the road user that each is on.
+        parquet: also write the points of each frame with the object that each is on.
     workers
         Processes that simulate at the same time (as many as cores).
-    dask
-        Simulate on the Dask cluster whose scheduler listens there, such as tls://10.0.0.1:8786. It is trusted: whoever
-        takes part in it can run code here (docs/security.md).
     carla
         Collect from the CARLA simulator that listens there instead: --frames N (200), one in --every N ticks of 0.05 s.
     """
-    libraries.use()
-    if carla is not None:
-        _refuse_with_carla({"--boxes": boxes, "--occluders": occluders, "--dask": dask, "--workers": workers})
-        from riglens.app.commands import carla_job
-
-        at = carla_job.Asked(carla, how.frames, every, noise, dropout, pictures == "on")
-        carla_job.collect(rigs, out, at)
-        return
-    from riglens.app.commands import simulate_job
-    from riglens.core.pieces.where import Where
-    from riglens.core.simulate.settings import SimulationSettings
-    from riglens.core.simulate.units import Extras
-
-    settings = SimulationSettings(seed, shape, range_law == "on", phase, noise, dropout, clutter, road)
     extras = Extras(pictures == "on", points is not None)
-    frames = simulate_job.Frames(1 if every is None else every, sequences)
-    scene = _scene(boxes, how, surroundings, occluders)
-    asked = simulate_job.Asked(scene, frames, settings, extras, ScoreOptions(body=body))
-    simulate_job.simulate(rigs, out, asked, Where(workers, dask))
+    for name, value in (("every", every), ("sequences", sequences)):
+        if value is not None and value < 1:
+            raise InputError(f"must be an integer ≥ 1 (got {value})", name)
+    if carla is not None:
+        _refuse_with_carla(
+            {"boxes": scene.boxes, "occluders": scene.occluders, "dask": dask, "workers": workers}
+        )
+        from riglens.app.commands.carla import collect  # a program of its own
+
+        use_libraries(libraries)
+        collect(rigs, out, carla, (scene.frames, every), sweeps.settings, extras)
+        return
+    where, settings, scene = Where(workers, dask), sweeps.settings, _with_surroundings(scene, surroundings)
+    loaded = load_rigs(rigs, score, libraries)
+    paths = _paths(out, loaded.rigs)
+    for rig, path in zip(loaded.rigs, paths, strict=True):
+        require_channels(rig, extras)
+        require_own(path)
+    traffic, scenes = _load(scene, every or 1, sequences)
+    poses = _poses(scene, traffic)
+    sets = [
+        Dataset(rig, mesh, replace(settings, body=score.body_of(rig)), extras, traffic, scenes, poses)
+        for rig, mesh in zip(loaded.rigs, loaded.meshes, strict=True)
+    ]
+    for one in sets:
+        _remark_on(one)
+    _make_all(sets, paths, out, where)
+
+
+def _make_all(sets: Sequence[Dataset], paths: Sequence[Path], out: Path, where: Where) -> None:
+    """Make what is missing of data sets, all after it is known that they fit on the disk."""
+    folders = [DatasetFolder(path, one) for path, one in zip(paths, sets, strict=True)]
+    with ExitStack() as locks:
+        for folder in folders:
+            if not folder.is_complete:
+                locks.callback(_remove_if_empty, folder.path)
+                locks.enter_context(sole_run(folder.work))
+        with progress_bar("Checking what is there") as progress:
+            todo = [[] if folder.is_complete else folder.missing(progress) for folder in folders]
+        require_room(sum(bytes_needed(one, keys) for one, keys in zip(sets, todo, strict=True)), out)
+        try:
+            for one, folder, keys in zip(sets, folders, todo, strict=True):
+                _make(one, folder, keys, where)
+        except KeyboardInterrupt as error:
+            kept = error.args or (
+                f"what is finished is kept in {out}: run the same command again to continue",
+            )
+            raise KeyboardInterrupt(*kept) from error
+
+
+def _remove_if_empty(folder: Path) -> None:
+    with suppress(OSError):
+        folder.rmdir()
 
 
 def _refuse_with_carla(said: Mapping[str, object]) -> None:
     """Raise InputError for the first option that was said and has no meaning with --carla."""
     for name, value in said.items():
         if value is not None:
-            raise InputError(f"{name} and --carla: the simulator has its own traffic; leave {name} out")
+            raise InputError(
+                "has no meaning for a simulator with its own traffic: leave it out with", name, "carla"
+            )
 
 
-def _scene(
-    boxes: Path | None,
-    how: BoxArguments,
-    surroundings: Literal["ignored", "block"] | None,
-    occluders: tuple[Path, Path] | None,
-) -> SceneOptions:
-    """The traffic, with what stands around it where that is known and not refused."""
-    known = boxes is None or occluders is not None
-    if surroundings == "block" and not known:
+def _with_surroundings(scene: SceneOptions, said: str | None) -> SceneOptions:
+    """Return the traffic with what stands around it, where that is known and not refused."""
+    known = scene.boxes is None or scene.occluders is not None
+    if said == "block" and not known:
         raise InputError(
-            "--surroundings block: found no table of what stands there; give it with --occluders"
+            "cannot block: no table says what stands there; name it with", "surroundings", "occluders"
         )
-    scene = SceneOptions(boxes, how.origin, how.frames, how.classes, find_ground=how.ground == "auto")
-    return replace(scene, surroundings=known and surroundings != "ignored", occluders=occluders)
+    return replace(scene, surroundings=known and said != "ignored")
+
+
+def _load(scene: SceneOptions, every: int, sequences: int | None) -> tuple[Traffic, list[Scene]]:
+    traffic = load_traffic(scene, EVERYWHERE_M)
+    if traffic.frames == 0:
+        raise InputError(f"{traffic.data.source}: must hold at least one frame")
+    scenes = scenes_of(traffic, every, sequences)
+    for line in left_out(traffic.data):
+        note(line)
+    empty = [name for name in CLASSES if not traffic.data.boxes.get(name)]
+    if empty:
+        note(f"no boxes of class {', '.join(empty)}: nothing of it is in the data set")
+    labels = traffic.data.labels
+    if labels is not None and len(labels.frame) < traffic.frames:
+        left = traffic.frames - len(labels.frame)
+        what = "frame without boxes is" if left == 1 else "frames without boxes are"
+        note(f"{left} {what} of no sequence that is known: left out")
+    if not any(scene.is_val for scene in scenes):
+        count = f"{len(scenes)} sequence{'s' * (len(scenes) != 1)}"
+        note(f"{count} only: all frames are for training (riglens_train), none for validation (riglens_val)")
+    return traffic, scenes
+
+
+def _poses(options: SceneOptions, traffic: Traffic) -> dict[int, EgoPose]:
+    """Where the car is in each frame; nowhere else than at the origin where nobody knows."""
+    labels, known = traffic.data.labels, car_poses(options)
+    if labels is None or not known:
+        return {}
+    found = {}
+    for frame in range(len(labels.frame)):
+        pose = known.get(labels.of(frame))
+        if pose is not None:
+            found[frame] = EgoPose(pose.position_m, pose.yaw_rad)
+    return found
+
+
+def _remark_on(one: Dataset) -> None:
+    """What a user has to know about a rig's data set."""
+    if not any(channel.modality == "lidar" for channel in one.channels):
+        note(f"{one.rig.name}: no LiDARs: pictures and labels alone; the kit's evaluation needs LIDAR_TOP")
+    bent = [camera.name for camera in one.rig.cameras() if camera.distortion is not None]
+    if bent and one.extras.pictures:
+        note(
+            f"{one.rig.name}: pictures of {', '.join(bent)} are bent as by the lens, which the tables cannot say"
+        )
+
+
+def _paths(out: Path, rigs: Sequence[Rig]) -> list[Path]:
+    """Return a folder for each rig; InputError for two rigs that would share one."""
+    if len(rigs) == 1:
+        return [out]
+    owners = dict[str, str]()
+    for rig in rigs:
+        name = _folder_name(rig)
+        # some file systems do not tell A from a
+        other = next((owner for taken, owner in owners.items() if taken.casefold() == name.casefold()), None)
+        if other is not None:
+            raise InputError(
+                f"{out}: the rigs '{other}' and '{rig.name}' would share the folder '{name}'; rename one of them"
+            )
+        owners[name] = rig.name
+    return [out / name for name in owners]
+
+
+def _folder_name(rig: Rig) -> str:
+    name = "".join(sign if sign.isalnum() or sign in "+-_. " else "-" for sign in rig.name)[:80]
+    return name.strip(". ") or "rig"
+
+
+def _make(one: Dataset, folder: DatasetFolder, keys: Sequence[str], where: Where) -> None:
+    console = results()
+    if folder.is_complete:
+        console.print(f"{folder.path}: complete already, nothing to do", soft_wrap=True, markup=False)
+        return
+    if len(keys) < len(one.spans):
+        note(f"{folder.path}: goes on; {len(one.spans) - len(keys)} of {len(one.spans)} parts are there")
+    with (
+        progress_bar(f"Simulating {one.rig.name}") as progress,
+        workers_for(folder.work, where, len(keys)) as workers,
+    ):
+        folder.begin()
+        made = pieces.results([one.piece(key) for key in keys], folder, workers)
+        for done, _ in enumerate(made, 1):
+            progress(done / len(keys))
+        points = folder.finish()
+    splits = one.plan["splits"]
+    console.print(
+        f"{folder.path}: {one.frames:,} frames, {points / one.frames:,.0f} points in each, channels "
+        f"{', '.join(channel.name for channel in one.channels)}; tables in {VERSION}, "
+        f"scenes: {', '.join(f'{count} in {name}' for name, count in splits.items())}",
+        soft_wrap=True,
+        markup=False,
+    )

@@ -1,92 +1,262 @@
-"""`riglens targets`: what rigs get onto road users."""
+"""Hit coverage: points and pixels that rigs get onto objects; part of `riglens evaluate`, also alone."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+import csv
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from cyclopts import Group, Parameter
+from rich import box
+from rich.table import Table
+from rich.text import Text
 
 from riglens.app.commands.options import (
-    BODY,
-    SCENE,
-    SCORE,
-    BoxArguments,
-    LibraryArguments,
-    Whole,
-    check_json,
-    whole_number,
+    Json,
+    Libraries,
+    RigNames,
+    RunArguments,
+    Surroundings,
+    TrafficArguments,
+    number,
 )
+from riglens.app.commands.output import deliver, require_ending, require_outputs
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
+from riglens.app.evaluation.scenario import remarks_on
+from riglens.app.terminal.console import note, progress_bar, results
+from riglens.app.terminal.loading import Rigs, load_rigs, load_traffic, note_missing_rays
+from riglens.core.errors import InputError
+from riglens.core.files import atomic_write
+from riglens.core.metric.scores import common_body
+from riglens.core.rig.model import Rig
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.shown_text import spreadsheet_cell, visible
+from riglens.core.targets.engine import TargetEngine, warm_up
+from riglens.core.targets.object_table import Columns, object_table
+from riglens.core.targets.scores import Estimate, Row, TargetScores
+from riglens.core.targets.settings import HEIGHT_PX, TargetSettings
+from riglens.core.targets.targets_json import targets_document
+from riglens.core.targets.traffic import Traffic
 
-COUNT = Group("Count", sort_key=20)
-_TwoFiles = Parameter(group=SCENE, metavar="OCCLUDERS POSES", show_default=False)
-_Number = Parameter(converter=whole_number, group=COUNT, metavar="N")
+COUNT = Group("Hit coverage", sort_key=25)
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class CountArguments:
+    """How points and pixels on objects are counted."""
+
+    within_m: Annotated[float, Parameter(name="--within", group=COUNT, metavar="M")] = 60.0
+    """Objects count up to this distance from the car, in metres."""
+    sample: Annotated[int | None, number(COUNT)] = None
+    """Use so many frames, drawn fairly, and say with ± how far that may be off (all frames)."""
+    shape: Annotated[Literal["class", "box"], Parameter(group=COUNT)] = "class"
+    """class: cars have glass and a gap below, cyclists and pedestrians are slim; box: plain boxes."""
+    range_law: Annotated[Literal["on", "off"], Parameter(group=COUNT)] = "on"
+    """on: rays of LiDARs that come from far, or meet a face at a slant, may get lost."""
+    phase: Annotated[Literal["random", "0"], Parameter(group=COUNT)] = "random"
+    """random turns each LiDAR in each frame by a part of its azimuth step; 0 casts azimuths as listed."""
+    seed: Annotated[int, number(COUNT)] = 0
+    """What the random draws follow from."""
+    min_points: Annotated[int, number(COUNT)] = 5
+    """An object with so many LiDAR points counts as detectable."""
+    objects: Annotated[Path | None, Parameter(group=COUNT, metavar="FILE.csv|.parquet")] = None
+    """Also write one row per object to a table; for one rig."""
+
+    def __post_init__(self) -> None:
+        if self.sample is not None and self.sample < 1:
+            raise InputError(f"must be an integer ≥ 1 (got {self.sample})", "sample")
+
+    @property
+    def settings(self) -> TargetSettings:
+        """The settings of the count; raise InputError for numbers out of their limits."""
+        return TargetSettings(self.shape, self.range_law == "on", self.phase, self.seed, self.min_points)
+
+    def require_unused(self, scene: SceneOptions, surroundings: str | None) -> None:
+        """Raise InputError when an option was given that means nothing without --targets."""
+        said = [one.name for one in fields(self) if getattr(self, one.name) != one.default]
+        said += ["surroundings"] * (surroundings is not None) + ["occluders"] * (scene.occluders is not None)
+        for name in said[:1]:
+            raise InputError("needs", name, "targets")
+
+    def require_outputs(self, rigs: Sequence[Rig], reads: Sequence[str | Path], json: str | None) -> None:
+        """Raise InputError when a file that is named cannot be written."""
+        require_ending("objects", self.objects, ".csv", ".parquet")
+        if self.objects is not None and len(rigs) > 1:
+            raise InputError(f"is for one rig (got {len(rigs)} rigs)", "objects")
+        require_outputs(reads, json, self.objects)
+
+
+@dataclass(frozen=True)
+class HitCoverage:
+    """Figures of rigs in the same traffic."""
+
+    traffic: Traffic
+    scores: list[TargetScores]
+
+    def document(self) -> dict[str, Any]:
+        """Return the figures as plain data."""
+        return targets_document(self.traffic, self.scores)
+
+    def show(self) -> None:
+        """Print figures, and what they were counted on, on standard output."""
+        console = results()
+        for line in _heading(self.traffic, self.scores):
+            console.print(line, soft_wrap=True)
+        console.print(_table(self.scores))
+        for text in _explanation(self.scores[0]):
+            console.print(text, soft_wrap=True)
 
 
 def targets(
-    *rigs: Annotated[str, Parameter(name="RIG", required=True)],
-    boxes: Annotated[Path | None, Parameter(group=SCENE, metavar="PATH", show_default=False)] = None,
-    how: BoxArguments = BoxArguments(),
-    within: Annotated[float, Parameter(group=SCENE, metavar="M")] = 60.0,
-    surroundings: Annotated[Literal["ignored", "block"] | None, Parameter(group=SCENE)] = None,
-    occluders: Annotated[tuple[Path, Path] | None, _TwoFiles] = None,
-    sample: Annotated[int | None, _Number] = None,
-    shape: Annotated[Literal["class", "box"], Parameter(group=COUNT)] = "class",
-    range_law: Annotated[Literal["on", "off"], Parameter(group=COUNT)] = "on",
-    phase: Annotated[Literal["random", "0"], Parameter(group=COUNT)] = "random",
-    seed: Annotated[int, _Number] = 0,
-    body: Annotated[Literal["ignored", "blocks"] | None, BODY] = None,
-    min_points: Annotated[int, _Number] = 5,
-    threads: Annotated[Whole, Parameter(group=SCORE)] = None,
-    libraries: LibraryArguments = LibraryArguments(),
-    objects: Annotated[Path | None, Parameter(metavar="FILE.csv|.parquet")] = None,
-    json: Annotated[str | None, Parameter(allow_leading_hyphen=True, metavar="FILE|-")] = None,
+    *rigs: RigNames,
+    scene: TrafficArguments = TrafficArguments(),
+    surroundings: Surroundings = None,
+    count: CountArguments = CountArguments(),
+    score: RunArguments = RunArguments(),
+    libraries: Libraries = (),
+    json: Json = None,
 ) -> None:
-    """Count the points and pixels that rigs get onto road users, behind the traffic before them.
+    """Count the points and pixels that rigs get onto objects, behind the traffic before them.
 
     Parameters
     ----------
     rigs
         Rig files or preset names.
-    boxes
-        Box data set, as for `riglens evaluate`. Without it: the bundled scenario.
-    within
-        Road users count up to this distance from the car, in metres.
     surroundings
-        block: houses, walls and poles of the bundled scenario hide road users too (ignored).
-    occluders
-        What stands around your own --boxes, and where the car is in each frame; it blocks.
-    sample
-        Use so many frames, drawn fairly, and say with ± how far that may be off (all frames).
-    shape
-        class: cars have glass and a gap below, cyclists and pedestrians are slim; box: plain boxes.
-    range_law
-        on: rays of LiDARs that come from far, or meet a face at a slant, may get lost.
-    phase
-        random turns each LiDAR in each frame by a part of its azimuth step; 0 casts azimuths as listed.
-    seed
-        What the random draws follow from.
-    body
-        Whether rays pass through the car's own body or end at it, for this run (as each rig says).
-    min_points
-        A road user with so many LiDAR points counts as detectable.
-    threads
-        Threads to use (all cores). The counts do not depend on it.
-    objects
-        Also write one row per road user to a table; for one rig.
+        block: houses, walls and poles of the bundled scenario hide objects too (ignored).
     json
         Also write the figures as JSON to a file; with - to standard output, instead of the table.
     """
-    check_json(json)
-    libraries.use()
-    scene = SceneOptions(boxes, how.origin, how.frames, how.classes, find_ground=how.ground == "auto")
-    blocks = surroundings == "block" or (surroundings is None and occluders is not None)
-    scene = replace(scene, surroundings=blocks, occluders=occluders)
-    from riglens.app.commands import targets_job
-    from riglens.core.targets.settings import TargetSettings
+    loaded = load_rigs(rigs, score, libraries)
+    count.require_outputs(loaded.rigs, (*rigs, *scene.files), json)
+    note_missing_rays(loaded.rigs)
+    found = count_hits(loaded, with_surroundings(scene, surroundings), count, score)
+    deliver(found.document(), json, found.show)
 
-    settings = TargetSettings(shape, range_law == "on", phase, seed, min_points)
-    score = ScoreOptions(threads=threads, body=body)
-    targets_job.targets(rigs, scene, targets_job.Counting(settings, within, sample, score), objects, json)
+
+def with_surroundings(scene: SceneOptions, said: str | None) -> SceneOptions:
+    """Return the scene in which what stands around hides objects, where that was said or tables of it were named."""
+    return replace(scene, surroundings=said == "block" or (said is None and scene.occluders is not None))
+
+
+def count_hits(loaded: Rigs, scene: SceneOptions, count: CountArguments, score: ScoreOptions) -> HitCoverage:
+    """Load the traffic and count for each rig from scratch, so that their times can be compared."""
+    if scene.pog is not None:
+        raise InputError("needs a box data set: a stored POG holds no objects", "targets")
+    how = replace(count.settings, body=score.body)
+    traffic = load_traffic(scene, count.within_m)
+    for line in remarks_on(traffic.data):
+        note(line)
+    found = []
+    warm_up(score.threads)
+    with progress_bar("Casting rays") as progress:
+        for number_, (rig, mesh) in enumerate(zip(loaded.rigs, loaded.meshes, strict=True), 1):
+            engine = TargetEngine(traffic, score.threads)
+            found.append(engine.evaluate(rig, how, count.sample, mesh))
+            progress(number_ / len(loaded.rigs))
+    if count.objects is not None:
+        _write_objects(count.objects, object_table(traffic, found[0]))
+    return HitCoverage(traffic, found)
+
+
+def _write_objects(path: Path, columns: Columns) -> None:
+    if path.suffix.lower() == ".parquet":
+        import pyarrow as pa
+        from pyarrow import parquet
+
+        with atomic_write(path) as stream:
+            parquet.write_table(pa.table(columns), stream)
+        return
+    with atomic_write(path, "w") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow([spreadsheet_cell(name) for name in columns])
+        names = [spreadsheet_cell(name) for name in columns["seq"]]
+        writer.writerows(zip(names, *list(columns.values())[1:], strict=True))
+
+
+# ---------------------------------------------------------------- tables
+
+
+def _heading(traffic: Traffic, every: Sequence[TargetScores]) -> Iterator[Text]:
+    """Data and assumptions, in two lines."""
+    scores = every[0]
+    settings = scores.settings
+    frames = f"{scores.frames:,} frames"
+    if scores.frames_used < scores.frames:
+        frames = f"{scores.frames_used:,} of {scores.frames:,} frames"
+    objects = ", ".join(f"{name} {scores.classes[name].total.objects:,}" for name in CLASSES)
+    source = visible(traffic.data.short_source)
+    yield _line("Data", f"{source}: {frames}; road users within {traffic.within_m:g} m: {objects}")
+    around = "block" if traffic.surroundings_sha256 else "ignored"
+    shape = "plain boxes" if settings.shape == "box" else "class shapes"
+    law = "range law" if settings.range_law else "no range law"
+    phase = f"random (seed {settings.seed})" if settings.phase == "random" else "as listed"
+    body = common_body(one.settings.body for one in every)
+    by_rig = ", ".join(f"{one.settings.body} for {visible(one.rig.name)}" for one in every)
+    yield _line("Count", f"body {body or by_rig}, {shape}, {law}, spin phase {phase}, surroundings {around}")
+
+
+def _explanation(scores: TargetScores) -> Iterable[str]:
+    """What the columns are."""
+    points = scores.settings.min_points
+    yield (
+        "on target = mean of 1 - exp(-cells/5), cells of 0.2 m hit by LiDARs; visible = pixels seen of those it would "
+        "have alone."
+    )
+    yield (
+        f"both = at least {points} points, and {HEIGHT_PX} pixels tall; neither = less of each. More is better, but for"
+        " neither."
+    )
+    if scores.frames_used < scores.frames:
+        yield "± is one standard error of the sample of frames."
+
+
+def _table(scores: Sequence[TargetScores]) -> Table:
+    """Rigs as rows, one section per class, with the rings of distance below where there is one rig."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    points = scores[0].settings.min_points
+    table.add_column("in %, but for\nobjects and medians", no_wrap=True, overflow="ellipsis", max_width=22)
+    for title in (
+        "\nobjects", "LiDAR\non target", "LiDAR\n≥ 1 pt", f"LiDAR\n≥ {points} pts", "median\npts",
+        "camera\nvisible", f"camera\n≥ {HEIGHT_PX} px", "median\npx", "\nboth", "\nneither",
+    ):  # fmt: skip
+        table.add_column(title, justify="right", no_wrap=True)
+    for name in CLASSES:
+        table.add_row(Text(name, "bold"))
+        for one in scores:
+            table.add_row(Text(f"  {visible(one.rig.name)}"), *_figures(one.classes[name].total))
+            for ring in one.classes[name].rings if len(scores) == 1 else ():
+                table.add_row(Text(f"    {ring.from_m:g} to {ring.to_m:g} m", "dim"), *_figures(ring))
+        table.add_section()
+    return table
+
+
+def _figures(row: Row) -> list[str]:
+    if not row.objects:
+        return ["0", *["–"] * 9]
+    return [
+        f"{row.objects:,}",
+        _share(row.on_target),
+        _share(row.share_1),
+        _share(row.share_n),
+        f"{row.median_points:g}",
+        _share(row.visible),
+        _share(row.share_25px),
+        f"{row.median_height_px:.0f}",
+        _share(row.both),
+        _share(row.neither),
+    ]
+
+
+def _share(found: Estimate) -> str:
+    """Percent, with its standard error where it comes from a sample."""
+    if found.se == 0.0:
+        return f"{100.0 * found.value:.1f}"
+    return f"{100.0 * found.value:.1f}±{100.0 * found.se:.1f}"
+
+
+def _line(label: str, text: str) -> Text:
+    return Text.assemble((f"{label:<8}", "bold"), text)

@@ -1,4 +1,4 @@
-"""`riglens tolerance`: what small errors of mounts and a car that pitches make of a rig's figures."""
+"""Tolerance of figures to errors of mounts and a car that pitches; part of `riglens review`, also alone."""
 
 from __future__ import annotations
 
@@ -6,35 +6,62 @@ from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Group, Parameter
+from rich import box
+from rich.table import Table
+from rich.text import Text
 
 from riglens.app.commands.options import (
-    LibraryArguments,
-    Rig,
+    Json,
+    Libraries,
+    RigName,
     SceneArguments,
     ScoreArguments,
     Whole,
-    check_json,
-    whole_number,
+    number,
 )
+from riglens.app.commands.output import deliver, require_outputs
+from riglens.app.evaluation.scenario import settings_of
+from riglens.app.studies.files import write_text
+from riglens.app.terminal.console import progress_bar, results
+from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic, note_missing_rays
+from riglens.core.errors import InputError
+from riglens.core.review.measures import ON_TARGET, SEEN, Measures
+from riglens.core.review.tolerance import (
+    MAX_DRAWS,
+    Sensitivity,
+    ToleranceProfile,
+    ToleranceResult,
+    profile_called,
+    worst_rig,
+)
+from riglens.core.review.tolerance import tolerance as tolerance_of
+from riglens.core.review.tolerance_json import tolerance_document
+from riglens.core.rig.yaml.file import dumps
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.shown_text import visible
+from riglens.core.targets.traffic import WITHIN_M
 
 DRAWING = Group("Tolerance", sort_key=15)
+SHOWN = 10
+Errors = Annotated[str, Parameter(group=DRAWING, metavar="NAME")]
+Draws = Annotated[int, number(DRAWING)]
 
 
 def tolerance(
-    rig: Rig,
+    rig: RigName,
     /,
     *,
-    profile: Annotated[str, Parameter(group=DRAWING, metavar="NAME")] = "assembly",
-    draws: Annotated[int, Parameter(converter=whole_number, group=DRAWING, metavar="N")] = 256,
-    seed: Annotated[int, Parameter(converter=whole_number, group=DRAWING, metavar="N")] = 0,
-    sample: Annotated[Whole, Parameter(group=DRAWING, metavar="N")] = 100,
+    errors: Errors = "assembly",
+    draws: Draws = 256,
+    seed: Draws = 0,
+    sample: Annotated[Whole, Parameter(group=DRAWING)] = 100,
     sensitivities: Annotated[bool, Parameter(group=DRAWING, negative="--no-sensitivities")] = True,
     worst: Annotated[Path | None, Parameter(group=DRAWING, metavar="FILE.yaml")] = None,
-    figure: Annotated[str, Parameter(group=DRAWING, metavar="NAME")] = "seen car",
+    figure: Errors = "seen car",
     scene: SceneArguments = SceneArguments(),
     score: ScoreArguments = ScoreArguments(),
-    libraries: LibraryArguments = LibraryArguments(),
-    json: Annotated[str | None, Parameter(allow_leading_hyphen=True, metavar="FILE|-")] = None,
+    libraries: Libraries = (),
+    json: Json = None,
 ) -> None:
     """Say how much a rig's figures spread under small errors of its mounts, or of how the car stands.
 
@@ -42,14 +69,14 @@ def tolerance(
     ----------
     rig
         Rig file or preset name.
-    profile
+    errors
         Which errors: assembly, service, brackets, ride or load.
     draws
         So many draws; the sequence is balanced in powers of two.
     seed
         Of the draws; the same seed gives the same errors to rigs with the same sensors.
     sample
-        Count road users in so many frames; 0 leaves them out.
+        Count objects in so many frames; 0 leaves them out.
     sensitivities
         Also say what each error does on its own.
     worst
@@ -59,9 +86,107 @@ def tolerance(
     json
         Also write the figures as JSON to a file; with - to standard output, instead of the table.
     """
-    check_json(json)
-    libraries.use()
-    from riglens.app.commands import tolerance_job
+    profile = profile_called(errors)
+    require_draws(draws, seed, 1)
+    (opened,), (mesh,) = load_rigs([rig], score, libraries)
+    require_outputs((rig, *scene.files), worst, json)
+    figures = [f"{kind} {cls}" for kind in (SEEN, ON_TARGET) for cls in CLASSES]
+    if figure not in figures:
+        raise InputError(f"must be one of {', '.join(figures)} (got '{figure}')", "figure")
+    note_missing_rays([opened])
+    _, field = load_scene(scene, [opened], score)
+    traffic = load_traffic(scene, WITHIN_M) if sample != 0 and scene.pog is None else None
+    with progress_bar("Drawing errors") as progress:
+        measure = Measures(field, traffic, settings_of(score), mesh, sample, score.threads, designed=opened)
+        found = tolerance_of(opened, profile, measure, draws, seed, sensitivities, progress)
+    if worst is not None:
+        write_text(worst, dumps(worst_rig(found, figure)))
+    body = score.body_of(opened)
+    deliver(tolerance_document(found, body, measure), json, lambda: print_tolerance(found, body))
 
-    asked = tolerance_job.Asked(profile, draws, seed, sample, sensitivities, worst, figure, json)
-    tolerance_job.tolerance(rig, scene.options(), score.options(), asked)
+
+def require_draws(draws: int, seed: int, least: int) -> None:
+    """Raise InputError for numbers of draws, or seeds, that there are not."""
+    if not least <= draws <= MAX_DRAWS:
+        raise InputError(f"must be an integer from {least} to {MAX_DRAWS} (got {draws})", "draws")
+    if not 0 <= seed < 1 << 63:
+        raise InputError(f"must be an integer from 0 to 2^63 - 1 (got {seed})", "seed")
+
+
+def print_tolerance(found: ToleranceResult, body: str) -> None:
+    """Print the spread of each figure beside the noise floor, and what does most, on standard output."""
+    console = results()
+    console.print(
+        Text(f"{visible(found.rig.name)}: {_profile_text(found.profile)}; body {body}"), soft_wrap=True
+    )
+    console.print(_spread_table(found))
+    console.print(
+        f"In %; more is better. {found.draws} draws (scrambled Sobol, seed {found.seed}), errors even within their "
+        "limits. Noise floor: 5 to 95 % under errors of 1 mm and 0.01°, which are the lattice of rays and voxels.",
+        soft_wrap=True,
+    )
+    if found.sensitivities:
+        console.print(_sensitivity_table(found))
+        console.print(
+            "Percentage points at the error's limit, half of plus minus minus; the largest first.",
+            soft_wrap=True,
+        )
+
+
+def _profile_text(profile: ToleranceProfile) -> str:
+    """A profile with its limits, and whose they are."""
+    limits = (
+        (
+            "sensors",
+            f"{profile.position_mm:g} mm, {profile.angle_deg:g}°",
+            profile.position_mm + profile.angle_deg,
+        ),
+        (
+            "brackets",
+            f"{profile.bracket_position_mm:g} mm, {profile.bracket_angle_deg:g}°",
+            profile.bracket_position_mm + profile.bracket_angle_deg,
+        ),
+        (
+            "car",
+            f"roll {profile.car_roll_deg:g}°, pitch {profile.car_pitch_deg:g}°",
+            profile.car_roll_deg + profile.car_pitch_deg,
+        ),
+        ("heave", f"{profile.car_heave_mm:g} mm", profile.car_heave_mm),
+    )
+    said = ", ".join(f"{name} ± {text}" for name, text, size in limits if size)
+    return f"{profile.name}: {said or 'no errors'} ({profile.source})"
+
+
+def _spread_table(found: ToleranceResult) -> Table:
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    table.add_column("figure")
+    for title in ("as designed", "median", "5 to 95 %", "worst", "draw", "noise floor"):
+        table.add_column(title, justify="right", no_wrap=True)
+    for name, spread in found.spreads.items():
+        floor = found.floor[name]
+        table.add_row(
+            name,
+            f"{100 * spread.nominal:.2f}",
+            f"{100 * spread.median:.2f}",
+            f"{100 * spread.p05:.2f} to {100 * spread.p95:.2f}",
+            f"{100 * spread.worst:.2f}",
+            f"{spread.worst_draw}",
+            f"{100 * floor.p05:.2f} to {100 * floor.p95:.2f}",
+        )
+    return table
+
+
+def _sensitivity_table(found: ToleranceResult) -> Table:
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    table.add_column("error")
+    for name in found.spreads:
+        table.add_column(name.replace(" ", "\n"), justify="right")
+    for one in sorted(found.sensitivities, key=_largest, reverse=True)[:SHOWN]:
+        unit = "°" if one.axis in ("roll", "pitch", "yaw") else " mm"
+        title = Text(f"{visible(one.sensor)} {one.axis} {one.limit:g}{unit}")
+        table.add_row(title, *(f"{100 * one.effect[name]:+.2f}" for name in found.spreads))
+    return table
+
+
+def _largest(one: Sensitivity) -> float:
+    return max(abs(effect) for effect in one.effect.values())

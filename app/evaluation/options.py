@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
 from riglens.core.errors import InputError
 from riglens.core.metric.scores import MAX_LAMBDA, Body
@@ -47,89 +47,146 @@ TARGET_HEAT_TITLES: dict[TargetHeatMode, str] = {"on_target": "On target", "miss
 """What it can show of road users, in the window."""
 
 
-def require_solid(body: Body | None) -> None:
-    """Refuse rays through the car where it is always solid; InputError."""
-    if body == "ignored":
-        raise InputError(
-            "--body must be blocks (got ignored): here the car is always solid; leave --body out"
-        )
+class Said(NamedTuple):
+    """What the command line says of a field: the form of its value, and one sentence."""
+
+    metavar: str
+    help: str
 
 
 @dataclass(frozen=True)
 class ScoreOptions:
     """How the score is computed; checked here so that a typing error costs no evaluation."""
 
-    method: Literal["exact", "bresenham"] = "exact"
-    reading: Literal["covered", "residual", "hits"] = "covered"
-    camera_weight: float = 0.1
-    threads: int | None = None
-    body: Body | None = None
+    method: Annotated[Literal["exact", "bresenham"], Said("NAME", "How rays visit voxels.")] = "exact"
+    reading: Annotated[
+        Literal["covered", "residual", "hits"], Said("NAME", "How S-MIG is read; see docs/metric.md.")
+    ] = "covered"
+    camera_weight: Annotated[float, Said("X", "Weight of the cameras in S-MS.")] = 0.1
+    threads: Annotated[
+        int | None, Said("N", "Threads to use (all cores). The figures do not depend on it.")
+    ] = None
+    body: Annotated[
+        Body | None,
+        Said("NAME", "Whether rays pass through the cars' own bodies or end at them (as each rig says)."),
+    ] = None
     """Of all rigs, for this run; None: as each rig says."""
 
-    def as_required(self, body: Body | None, where: Path) -> ScoreOptions:
-        """The same with the body that a file of requirements says, if it does; InputError where --body contradicts."""
-        if None not in (self.body, body) and self.body != body:
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.camera_weight <= MAX_LAMBDA:
             raise InputError(
-                f"--body must be {body}, as {where} requires (got {self.body}); leave --body out"
+                f"must be between 0 and {MAX_LAMBDA:,.0f} (got {self.camera_weight:g})", "camera_weight"
             )
+        if self.threads is not None and not 1 <= self.threads <= MAX_THREADS:
+            shown = f"{self.threads}" if abs(self.threads) < 1 << 64 else "a very large number"
+            raise InputError(f"must be an integer from 1 to {MAX_THREADS} (got {shown})", "threads")
+
+    def as_required(self, body: Body | None, where: Path) -> ScoreOptions:
+        """Return the same with the body that a file of requirements says; raise InputError if `body` contradicts."""
+        if None not in (self.body, body) and self.body != body:
+            raise InputError(f"must be {body}, as {where} requires (got {self.body})", "body")
         return replace(self, body=self.body or body)
+
+    def solid(self, said: Body | None = None) -> ScoreOptions:
+        """Return the same with cars that are always solid; raise InputError when something else was said."""
+        if said == "ignored":
+            raise InputError("must be blocks (got ignored): here the car is always solid", "body")
+        return replace(self, body="blocks")
 
     def body_of(self, rig: Rig) -> Body:
         """Whether rays end at a rig's own body."""
         return self.body or rig.body
 
-    def __post_init__(self) -> None:
-        if not 0.0 <= self.camera_weight <= MAX_LAMBDA:
-            found = f"{self.camera_weight:g}"
-            raise InputError(f"--lambda: found {found}, accepted is a number from 0 to {MAX_LAMBDA:,.0f}")
-        if self.threads is not None and not 1 <= self.threads <= MAX_THREADS:
-            shown = f"{self.threads}" if abs(self.threads) < 1 << 64 else "a very large number"
-            raise InputError(f"--threads: found {shown}, accepted is a whole number from 1 to {MAX_THREADS}")
-
-
-@dataclass(frozen=True)
-class AutoVoxel:
-    """Pick the voxel edge by the scores of some rigs; `tolerance_pp` is in percentage points of H(Omega)."""
-
-    tolerance_pp: float = DEFAULT_TOLERANCE_PP
-    rigs: tuple[Rig, ...] = ()
-    score: ScoreOptions = ScoreOptions()
-
-    def __post_init__(self) -> None:
-        if not 0.0 <= self.tolerance_pp <= 100.0:
-            raise InputError(
-                f"--tolerance: found {self.tolerance_pp:g}, accepted are percentage points from 0 to 100"
-            )
-
 
 @dataclass(frozen=True)
 class SceneOptions:
-    """Which boxes and which grid; None means "not said" (the bundled scenario, the default grid).
+    """Which boxes and which grid; None is the bundled scenario and the default grid.
 
-    `surroundings`: whether what stands around hides road users where points are counted; `occluders`: the tables of it
-    and of the poses, for box data of one's own. `auto` takes the place of a voxel edge; `find_ground` puts the ground
-    at z = 0, by the bottoms of the boxes. The numbers are checked where they are used: by grid and readers.
+    The one form of these options: commands read it from their words (`app.commands.options`), the Python interface and
+    the window make it. Numbers are checked where they are used: by grid and readers.
     """
 
-    boxes: Path | None = None
-    origin_m: Triple | None = None
-    frames: int | None = None
-    classes: tuple[str, ...] = ()
-    voxel_m: float | None = None
-    roi_m: Triple | None = None
-    pog: Path | None = None
-    auto: AutoVoxel | None = None
-    find_ground: bool = False
+    boxes: Annotated[
+        Path | None,
+        Said(
+            "PATH",
+            "Box data set: table, nuScenes, Argoverse 2, KITTI or CARLA folder. Without it: the bundled scenario.",
+        ),
+    ] = None
+    origin_m: Annotated[
+        Triple | None,
+        Said(
+            "X Y Z",
+            "Where the origin of the data set lies in the vehicle frame, metres (nuScenes ego: -1.35 0 0).",
+        ),
+    ] = None
+    frames: Annotated[
+        int | None,
+        Said("N", "Number of frames of the data set, where frames without boxes have no row."),
+    ] = None
+    classes: Annotated[
+        tuple[str, ...],
+        Said(
+            "NAME=CLASS",
+            "Count boxes called NAME as car, bicycle or pedestrian, or ignore them; may be given many times.",
+        ),
+    ] = ()
+    find_ground: Annotated[
+        bool,
+        Said(
+            "auto",
+            "With auto, put the ground, estimated from the bottoms of near boxes, at z = 0; see `riglens data show`.",
+        ),
+    ] = False
+    voxel_m: Annotated[
+        float | Literal["auto"] | None,
+        Said(
+            "M|auto",
+            "Edge of a voxel in metres (0.1). With auto, where rigs are scored: the coarsest that suits them.",
+        ),
+    ] = None
+    roi_m: Annotated[
+        Triple | None,
+        Said(
+            "L W H",
+            "Region of interest in metres: x in [-L/2, L/2), y in [-W/2, W/2), z in [0, H) (60 40 4).",
+        ),
+    ] = None
+    pog: Annotated[
+        Path | None, Said("FILE", "Use a stored POG (made by `riglens data build`) instead of boxes.")
+    ] = None
+    tolerance_pp: Annotated[
+        float | None,
+        Said("PP", "What --voxel auto may change: percentage points of the entropy that is seen (1)."),
+    ] = None
     surroundings: bool = False
-    occluders: tuple[Path, Path] | None = None
+    """Whether what stands around hides objects where points are counted."""
+    occluders: Annotated[
+        tuple[Path, Path] | None,
+        Said(
+            "OCCLUDERS POSES",
+            "What stands around your own --boxes, and where the car is in each frame; it blocks.",
+        ),
+    ] = None
+    rigs: tuple[Rig, ...] = ()
+    """Whom an automatic voxel edge has to suit, as `score` scores them."""
+    score: ScoreOptions = ScoreOptions()
+
+    def __post_init__(self) -> None:
+        if self.tolerance_pp is None:
+            return
+        if self.voxel_m != "auto":
+            raise InputError("belongs to automatic voxels: choose auto for", "tolerance_pp", "voxel_m")
+        if not 0.0 <= self.tolerance_pp <= 100.0:
+            raise InputError(
+                f"must be between 0 and 100 percentage points (got {self.tolerance_pp:g})", "tolerance_pp"
+            )
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """What is read of them, as far as it is said."""
+        """The files and folders that are read, as far as they are named."""
         return tuple(path for path in (self.boxes, self.pog, *(self.occluders or ())) if path is not None)
 
     def for_rigs(self, rigs: Sequence[Rig], score: ScoreOptions) -> SceneOptions:
-        """The same with the rigs that an automatic voxel edge has to suit; without one nothing changes."""
-        if self.auto is None:
-            return self
-        return replace(self, auto=replace(self.auto, rigs=tuple(rigs), score=score))
+        """Return the same with the rigs that an automatic voxel edge has to suit."""
+        return replace(self, rigs=tuple(rigs), score=score) if self.voxel_m == "auto" else self

@@ -6,7 +6,7 @@ from collections.abc import Collection
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from riglens.app.evaluation.options import HeatMode, SceneOptions
+from riglens.app.evaluation.options import HeatMode, SceneOptions, ScoreOptions
 from riglens.core.metric.scores import MetricSettings, Scores
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
@@ -50,7 +50,14 @@ def fixed_options(scene: LoadedScene) -> SceneOptions:
     if scene.options.pog is not None:
         return scene.options
     grid = scene.field.grid
-    return replace(scene.options, auto=None, voxel_m=grid.voxel_m, roi_m=grid.roi_m)
+    return replace(
+        scene.options,
+        voxel_m=grid.voxel_m,
+        roi_m=grid.roi_m,
+        tolerance_pp=None,
+        rigs=(),
+        score=ScoreOptions(),
+    )
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from riglens.app.evaluation.known_body import with_known_body
-from riglens.app.evaluation.options import AutoVoxel, SceneOptions, ScoreOptions
+from riglens.app.evaluation.options import DEFAULT_TOLERANCE_PP, SceneOptions, ScoreOptions
 from riglens.core.engine.engine import Engine
 from riglens.core.errors import InputError
 from riglens.core.metric.entropy import EntropyField
@@ -41,10 +41,8 @@ def settings_of(options: ScoreOptions) -> MetricSettings:
 
 def grid_of(options: SceneOptions) -> VoxelGrid:
     """The grid that was asked for; InputError when it makes no whole number of voxels."""
-    if options.auto is not None:
-        raise InputError(
-            "--voxel: found auto, which goes by the scores of rigs; here an edge in metres is accepted"
-        )
+    if options.voxel_m == "auto":
+        raise InputError("must be an edge in metres here (got auto, which depends on rigs)", "voxel_m")
     voxel_m = DEFAULT_VOXEL_M if options.voxel_m is None else options.voxel_m
     return VoxelGrid(voxel_m, DEFAULT_ROI_M if options.roi_m is None else options.roi_m)
 
@@ -53,21 +51,15 @@ def source_of(options: SceneOptions) -> Source:
     """The box data set that was asked for; the bundled scenario when none was named."""
     if options.boxes is None:
         for name in _said_of_boxes(options):
-            raise InputError(f"{name} describes a box data set; name the data set with --boxes as well")
+            raise InputError("describes a box data set; name the data set with", name, "boxes")
         return bundled_source()
     return boxes_of(options, [options.boxes])
 
 
 def _said_of_boxes(options: SceneOptions) -> list[str]:
     """The options given that name or describe a box data set."""
-    values = {
-        "--boxes": options.boxes,
-        "--origin": options.origin_m,
-        "--frames": options.frames,
-        "--classes": options.classes or None,
-        "--ground": options.find_ground or None,
-    }
-    return [name for name, value in values.items() if value is not None]
+    names = ("boxes", "origin_m", "frames", "classes", "find_ground")
+    return [name for name in names if getattr(options, name) not in (None, (), False)]
 
 
 def boxes_of(options: SceneOptions, paths: Sequence[Path]) -> Source:
@@ -84,8 +76,10 @@ def boxes_of(options: SceneOptions, paths: Sequence[Path]) -> Source:
     if ground is None or not ground.is_certain:
         found = ground.text() if ground else f"no boxes within {NEAR_M:g} m"
         raise InputError(
-            f"--ground auto: found {found}; accepted are {FEWEST_BOXES} boxes or more of which half agree to "
-            f"{LARGEST_SPREAD_M:g} m; say where the ground is with --origin X Y Z"
+            f"needs {FEWEST_BOXES} boxes or more of which half agree to {LARGEST_SPREAD_M:g} m (got {found}); else "
+            "set the ground with",
+            "find_ground",
+            "origin_m",
         )
     return open_as_said(lift_m=ground.lift_m, notes=(f"ground: {ground.text()}; moved to z = 0",))
 
@@ -103,23 +97,24 @@ def load_scenario(options: SceneOptions, progress: Progress | None = None) -> Sc
     """
     if options.pog is not None:
         pog = _stored_pog(options, options.pog)
-    elif options.auto is not None and options.auto.rigs:
-        return _auto_scenario(options, options.auto, progress)
+    elif options.voxel_m == "auto" and options.rigs:
+        return _auto_scenario(options, progress)
     else:
         pog = _named(cached_pog(source_of(options), grid_of(options), progress), options)
     return Scenario(pog, EntropyField.from_pog(pog))
 
 
-def _auto_scenario(options: SceneOptions, auto: AutoVoxel, progress: Progress | None) -> Scenario:
+def _auto_scenario(options: SceneOptions, progress: Progress | None) -> Scenario:
     """The scene at the edge that suits the rigs; of those tried, only the finest and the best are kept."""
-    source, tolerance = source_of(options), auto.tolerance_pp / 100
+    source = source_of(options)
+    tolerance = (DEFAULT_TOLERANCE_PP if options.tolerance_pp is None else options.tolerance_pp) / 100
     grids, left_out = ladder_grids(DEFAULT_ROI_M if options.roi_m is None else options.roi_m)
     tried: list[Tried] = []
     kept: Scenario | None = None
     for grid, report in zip(grids, _shared(progress, [grid.voxel_count for grid in grids]), strict=True):
         pog = _named(cached_pog(source, grid, report), options)
         found = Scenario(pog, EntropyField.from_pog(pog))
-        tried.append(_try(found.field, auto, report))
+        tried.append(_try(found.field, options, report))
         if choose(tried, tolerance).voxel_m == grid.voxel_m:
             kept = found
     assert kept is not None
@@ -137,17 +132,17 @@ def _shared(progress: Progress | None, work: Sequence[int]) -> Iterator[Progress
         yield partial(report, start=sum(work[:place]), piece=piece)
 
 
-def _try(field: EntropyField, auto: AutoVoxel, report: Progress) -> Tried:
+def _try(field: EntropyField, options: SceneOptions, report: Progress) -> Tried:
     """Scores of the rigs at one edge; between chunks of rays it calls `report`, which may raise to cancel."""
 
     def never() -> bool:
         report(1.0)
         return False
 
-    engine = Engine(field, auto.score.threads)
-    settings = settings_of(auto.score)
+    engine = Engine(field, options.score.threads)
+    settings = settings_of(options.score)
     scores = []
-    for rig in auto.rigs:
+    for rig in options.rigs:
         how = with_known_body(settings, rig, None)  # a mesh is not read for this
         evaluation = engine.evaluate(rig, how, cancel=never)
         scores.append((rig.name, evaluation.scores))
@@ -163,17 +158,17 @@ def _named(pog: Pog, options: SceneOptions) -> Pog:
 def _stored_pog(options: SceneOptions, path: Path) -> Pog:
     """The POG of a file, refused when the other options say something else than what it holds."""
     for name in _said_of_boxes(options):
-        raise InputError(f"{name} and --pog: {path} already holds its boxes; give only one of the two")
+        raise InputError("cannot be combined with", name, "pog")
     pog = load_pog(path)
-    if options.auto is not None:
-        raise InputError(f"--voxel auto: {path} holds one grid, of {pog.grid.voxel_m:g} m; leave --voxel out")
+    if options.voxel_m == "auto":
+        raise InputError(f"must not be auto: {path} holds one grid, of {pog.grid.voxel_m:g} m", "voxel_m")
     if options.voxel_m is not None and options.voxel_m != pog.grid.voxel_m:
         raise InputError(
-            f"--voxel {options.voxel_m:g}: {path} was built with {pog.grid.voxel_m:g}; leave --voxel out"
+            f"must be {pog.grid.voxel_m:g}, with which {path} was built (got {options.voxel_m:g})", "voxel_m"
         )
     if options.roi_m is not None and options.roi_m != pog.grid.roi_m:
         found, held = (" ".join(f"{side:g}" for side in roi) for roi in (options.roi_m, pog.grid.roi_m))
-        raise InputError(f"--roi {found}: {path} was built with {held}; leave --roi out")
+        raise InputError(f"must be {held}, with which {path} was built (got {found})", "roi_m")
     return pog
 
 

@@ -47,9 +47,9 @@ def occluders_of(options: SceneOptions, origin_m: Vec3 | None) -> Occluders | No
     """What stands around, where it is asked for; InputError where it is not known."""
     if options.occluders is not None:
         if options.boxes is None:
-            raise InputError("--occluders belong to a box data set; name the data set with --boxes as well")
+            raise InputError("belong to a box data set; name the data set with", "occluders", "boxes")
         if not options.surroundings:
-            raise InputError("--occluders hide nothing with --surroundings ignored; leave one of the two out")
+            raise InputError("hide nothing when they are ignored: leave out", "occluders", "surroundings")
         from riglens.core.scene.readers.occluders import open_occluders  # loads pyarrow
 
         return open_occluders(*options.occluders, origin_m or (0.0, 0.0, 0.0))
@@ -57,6 +57,6 @@ def occluders_of(options: SceneOptions, origin_m: Vec3 | None) -> Occluders | No
         return None
     if options.boxes is not None:
         raise InputError(
-            "--surroundings block: found no table of what stands there; give it with --occluders"
+            "cannot block: no table says what stands there; name it with", "surroundings", "occluders"
         )
     return bundled_occluders()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -21,13 +20,15 @@ from riglens.app.evaluation.options import (
 from riglens.app.evaluation.scenario import settings_of
 from riglens.app.launch.display import prepare_drawing
 from riglens.app.terminal.console import note, progress_bar, results
-from riglens.app.terminal.scores import load_with_progress, print_scores, rig_called, score_rigs
-from riglens.core.engine import evaluation_json
+from riglens.app.terminal.loading import load_scene
+from riglens.app.terminal.scores import print_scores, score_rigs
 from riglens.core.engine.engine import Engine, Evaluation
+from riglens.core.engine.evaluation_json import evaluation_document
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write, is_stream, require_writable
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import PAPER_SETTINGS, Body, MetricSettings
+from riglens.core.plain import to_text
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.file import dumps
 from riglens.core.scene.pog import Pog
@@ -77,14 +78,15 @@ class RenderRequest:
 
     def __post_init__(self) -> None:
         if self.out.suffix.lower() != ".png" and not is_stream(self.out):
-            raise InputError(f"--out: found {self.out}, accepted is a file name ending in .png")
+            raise InputError(f"must end in .png (got {self.out})", "out")
         if not 1 <= self.scale <= MAX_SCALE:
-            raise InputError(f"--scale: found {self.scale}, accepted is a whole number from 1 to {MAX_SCALE}")
+            raise InputError(f"must be an integer from 1 to {MAX_SCALE} (got {self.scale})", "scale")
         if not all(MIN_SIDE_PX <= side * self.scale <= MAX_SIDE_PX for side in self.size_px):
             width, height = self.size_px
             raise InputError(
-                f"--size: found {width}x{height} at scale {self.scale}, accepted are sides "
-                f"of {MIN_SIDE_PX} to {MAX_SIDE_PX} pixels, scale included"
+                f"must have sides of {MIN_SIDE_PX} to {MAX_SIDE_PX} pixels, scale included "
+                f"(got {width}x{height} at scale {self.scale})",
+                "size_px",
             )
         self._check_heatmap()
         self._check_rays()
@@ -92,47 +94,25 @@ class RenderRequest:
     def _check_heatmap(self) -> None:
         for name, share in (("threshold", self.threshold), ("opacity", self.opacity)):
             if share is not None and not 0.0 <= share <= 1.0:
-                raise InputError(f"--{name}: found {share:g}, accepted is a number from 0 to 1")
+                raise InputError(f"must be between 0 and 1 (got {share:g})", name)
         if self.slice_m is not None and not -math.inf < self.slice_m[0] < self.slice_m[1] < math.inf:
             low, high = self.slice_m
             raise InputError(
-                f"--slice: found {low:g} {high:g}, accepted are two heights in metres, FROM below TO"
+                f"must be two heights in metres, FROM below TO (got {low:g} {high:g})", "slice_m"
             )
-        if (self.heat == "change") != (self.baseline is not None):
-            raise InputError(
-                "--heatmap change shows what a rig gains and loses against --baseline RIG: give both, or neither"
-            )
+        if self.heat == "change" and self.baseline is None:
+            raise InputError("change needs", "heatmap", "baseline")
+        if self.heat != "change" and self.baseline is not None:
+            raise InputError("is what a rig is compared with: needs change as", "baseline", "heatmap")
 
     def _check_rays(self) -> None:
         if not 0.0 <= self.rays.opacity <= 1.0:
-            raise InputError(f"--ray-opacity: found {self.rays.opacity:g}, accepted is a number from 0 to 1")
+            raise InputError(f"must be between 0 and 1 (got {self.rays.opacity:g})", "ray_opacity")
         if not LEAST_DENSITY <= self.rays.density <= MOST_DENSITY:
             raise InputError(
-                f"--ray-density: found {self.rays.density:g}, accepted is a number "
-                f"from {LEAST_DENSITY:g} to {MOST_DENSITY:g}"
+                f"must be between {LEAST_DENSITY:g} and {MOST_DENSITY:g} (got {self.rays.density:g})",
+                "ray_density",
             )
-
-
-def parse_size(text: str) -> tuple[int, int]:
-    """Width and height of a text such as "1280x800"; InputError when it is not one."""
-    match = re.fullmatch(r"(\d{1,6})x(\d{1,6})", text.strip().lower())
-    if match is None:
-        raise InputError(f"--size: found {text}, accepted is WIDTHxHEIGHT in pixels, such as 1280x800")
-    return int(match[1]), int(match[2])
-
-
-def render(name: str, scene: SceneOptions, picture: RenderRequest, body: Body | None = None) -> None:
-    """Score a rig on a scene and draw both."""
-    prepare_drawing()
-    require_writable(picture.out)
-    rig = rig_called(name)
-    baseline = rig_called(picture.baseline) if picture.baseline is not None else None
-    mesh = body_of(rig, Path(name).parent)
-    score = drawn_score(rig, mesh, body)
-    pog, field = load_with_progress(scene.for_rigs([rig], score))
-    score_and_draw(rig, pog, field, picture, mesh, baseline, settings_of(score))
-    width, height = (side * picture.scale for side in picture.size_px)
-    results(picture.out).print(f"{picture.out}: {width} x {height} pixels", soft_wrap=True, markup=False)
 
 
 def score_and_draw(
@@ -226,16 +206,16 @@ def score_without_window(rigs: Sequence[Rig], folder: Path, scene: SceneOptions,
     """Score rigs of a folder, print the scores, and write them as JSON, with the first rig as a picture and as YAML."""
     prepare_drawing()
     rig, meshes = rigs[0], [body_of(rig, folder) for rig in rigs]
-    pog, field = load_with_progress(scene.for_rigs(rigs, score))
+    pog, field = load_scene(scene, rigs, score)
     screenshot, rig_file, scores = OUT / "screenshot.png", OUT / "rig.yaml", OUT / "scores.json"
     _make_folder(OUT)
     for path in (screenshot, rig_file, scores):
         require_writable(path)
     evaluations = score_rigs(rigs, field, score, with_seen=True, meshes=meshes)
     print_scores(evaluations, field, score)
-    document = evaluation_json.evaluation_document(field, settings_of(score), evaluations)
+    document = evaluation_document(field, settings_of(score), evaluations)
     with atomic_write(scores, "w") as stream:
-        stream.write(evaluation_json.to_text(document))
+        stream.write(to_text(document))
     with atomic_write(rig_file, "w") as stream:
         stream.write(dumps(rig))
     draw(pog, field, evaluations[0], marks_of(evaluations[0]), RenderRequest(screenshot), meshes[0])

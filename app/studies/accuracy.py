@@ -23,7 +23,7 @@ from riglens.app.studies.accuracy_text import (
 from riglens.app.studies.files import require_folder, write_text
 from riglens.app.studies.pictures import PICTURES, write_pictures
 from riglens.app.terminal.console import note, progress_bar, results
-from riglens.app.terminal.scores import load_with_progress, rig_called
+from riglens.app.terminal.loading import load_rig, load_scene
 from riglens.core.errors import InputError
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.scene.boxes import CLASSES
@@ -45,7 +45,7 @@ FILES = (*(f"accuracy.{file_format}" for file_format in PICTURES), "accuracy.csv
 
 def study(rig_name: str, scene: SceneOptions, score: ScoreOptions, folder: Path, quick: bool) -> None:
     """Measure time and error of all methods and settings for one rig, and write the results into a folder."""
-    rig = rig_called(rig_name)
+    rig = load_rig(rig_name)
     require_sensors(rig)
     require_folder(folder, FILES)
     if odd := unknown_to_rough(rig):
@@ -56,7 +56,7 @@ def study(rig_name: str, scene: SceneOptions, score: ScoreOptions, folder: Path,
     plan = replace(
         QUICK if quick else AccuracyPlan(), threads=score.threads, camera_weight=score.camera_weight
     )
-    _, field = load_with_progress(scene)
+    _, field = load_scene(scene)
     edges = OTHER_EDGES[1:] if quick else OTHER_EDGES
     fields = {field.grid.voxel_m: field, **_other_fields(scene, field.grid.voxel_m, edges)}
     with progress_bar("Measuring") as progress:
@@ -77,7 +77,7 @@ def _other_fields(scene: SceneOptions, voxel_m: float, edges: tuple[float, ...])
             with progress_bar(f"Building the POG at {edge_text(factor * voxel_m)}") as progress:
                 fields[factor * voxel_m] = load_field(other, progress)[1]
         except InputError as error:
-            note(f"{edge_text(factor * voxel_m)} is left out: {error}")
+            note(f"{edge_text(factor * voxel_m)} is left out: {error.message}")
     return fields
 
 

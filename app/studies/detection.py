@@ -20,8 +20,8 @@ from riglens.app.studies.detection_chart import chart, correlation, painted_word
 from riglens.app.studies.detection_files import as_json, pair_lines, rank_lines, rig_lines, seed_lines
 from riglens.app.studies.files import csv_text, require_folder, write_text
 from riglens.app.terminal.console import note, progress_bar, results
+from riglens.app.terminal.loading import meshes_of
 from riglens.app.terminal.resumable import resumable
-from riglens.app.terminal.scores import meshes_called
 from riglens.core.detect.net import Device, machine
 from riglens.core.engine.engine import Engine
 from riglens.core.errors import InputError
@@ -104,7 +104,7 @@ def compare(
 ) -> None:
     """Run a study of rigs; those with the mesh of a file have it beside the files of these names."""
     protocol = plan.protocol()
-    meshes = meshes_called(names, rigs, ScoreOptions(body=protocol.simulation.body))
+    meshes = meshes_of(names or ["."] * len(rigs), rigs, ScoreOptions(body=protocol.simulation.body))
     compared = entrants(rigs, plan.cameras is not None, meshes)
     require_folder(out, NAMES)
     with progress_bar("Reading boxes") as progress:

@@ -18,7 +18,7 @@ from riglens.app.studies.files import csv_text, require_folder, write_text
 from riglens.app.studies.pictures import PICTURES, write_pictures
 from riglens.app.studies.sensor_methods_chart import chart
 from riglens.app.terminal.console import progress_bar, results
-from riglens.app.terminal.scores import load_with_progress, rig_called
+from riglens.app.terminal.loading import load_rig, load_scene
 from riglens.core.shown_text import visible
 from riglens.core.study.sensor_methods import (
     QUICK_REPETITIONS,
@@ -50,10 +50,10 @@ def study(
     rig_name: str, models: Sequence[str], scene: SceneOptions, score: ScoreOptions, folder: Path, quick: bool
 ) -> None:
     """Measure time and error of all ways for sensors of the library, and write the results into a folder."""
-    rig = rig_called(rig_name)
+    rig = load_rig(rig_name)
     sensors_at(rig, models)
     require_folder(folder, FILES)
-    _, field = load_with_progress(scene)
+    _, field = load_scene(scene)
     repetitions = QUICK_REPETITIONS if quick else REPETITIONS
     with progress_bar("Measuring") as progress:
         found = study_sensors(field, rig, models, score.threads or 1, repetitions, progress)

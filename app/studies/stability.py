@@ -27,7 +27,7 @@ from riglens.app.studies.stability_text import (
     methods_verdict,
 )
 from riglens.app.terminal.console import note, progress_bar, results
-from riglens.app.terminal.scores import load_with_progress
+from riglens.app.terminal.loading import load_scene
 from riglens.core.errors import InputError
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.scene.boxes import CLASSES, Progress
@@ -49,7 +49,7 @@ def study(scene: SceneOptions, score: ScoreOptions, folder: Path, quick: bool, e
     if edits is not None and not 1 <= edits <= MAX_EDITS:
         raise InputError(f"--edits: found {edits}, accepted is a whole number from 1 to {MAX_EDITS}")
     require_folder(folder, FILES)
-    field = load_with_progress(scene)[1]
+    field = load_scene(scene)[1]
     plan = replace(
         QUICK if quick else StabilityPlan(),
         voxel_m=field.grid.voxel_m,

@@ -18,7 +18,8 @@ from riglens.app.studies.files import csv_text, write_text
 from riglens.app.studies.table2 import compare_papers, print_papers, write_papers
 from riglens.app.terminal.console import progress_bar, results
 from riglens.app.terminal.figures import thousands
-from riglens.app.terminal.scores import load_with_progress, print_scene
+from riglens.app.terminal.loading import load_scene
+from riglens.app.terminal.scores import print_scene
 from riglens.core.engine.engine import Engine
 from riglens.core.files import require_writable
 from riglens.core.rig.presets import PAPER_RIGS, preset
@@ -40,7 +41,7 @@ def study(
         if target is not None:
             require_writable(target, scene.files)
     rigs = [preset(name) for name in PAPER_RIGS]
-    _, field = load_with_progress(scene.for_rigs(rigs, score))
+    _, field = load_scene(scene, rigs, score)
     engine = Engine(field, score.threads)
     with progress_bar("Casting rays") as progress:
         table = table1(engine, settings_of(score), progress)

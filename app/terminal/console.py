@@ -13,6 +13,7 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 from rich.segment import Segment
 from rich.text import Text
 
+from riglens.app.evaluation.names import option_of
 from riglens.core.files import is_stream
 from riglens.core.formats.report import Report
 from riglens.core.shown_text import visible, visible_lines
@@ -77,7 +78,7 @@ def note(message: str) -> None:
 def note_report(report: Report | None) -> None:
     """Print what became of a rig of another program, one remark per line, on standard error."""
     if report is not None:
-        for line in report.lines():
+        for line in report.lines(option_of):
             note(f"{report.title}: {line}")
 
 

@@ -17,19 +17,27 @@ from riglens.core.pieces.work import Workers
 def resumable(folder: Path, where: Where, pieces: int) -> Iterator[Workers]:
     """Start workers for so many pieces, which are kept in a folder, while the block runs.
 
-    Raise InputError when another run is at work in the folder or the workers cannot be reached.
+    Raise InputError when another run is at work in the folder or the workers cannot be reached; a KeyboardInterrupt of
+    the block says how many pieces are kept.
     """
+    with sole_run(folder), workers_for(folder, where, pieces) as workers:
+        yield workers
+
+
+@contextmanager
+def workers_for(folder: Path, where: Where, pieces: int) -> Iterator[Workers]:
+    """Do the same in a folder that is locked already."""
     if where.dask is not None and is_unencrypted(where.dask):
         note(
             f"{where.dask} is not encrypted: whoever reaches the cluster's network can run code on all of its machines "
             "and on this one; use tls:// (docs/security.md)"
         )
-    with sole_run(folder):
-        try:
-            with workers_at(where, pieces) as workers:
-                yield workers
-        except KeyboardInterrupt:
-            kept = count_kept(folder)
-            if kept:
-                note(f"{kept} finished parts are kept in {folder}: run the same command again to continue")
-            raise
+    try:
+        with workers_at(where, pieces) as workers:
+            yield workers
+    except KeyboardInterrupt as error:
+        if kept := count_kept(folder):
+            raise KeyboardInterrupt(
+                f"{kept} finished parts are kept in {folder}: run the same command again to continue"
+            ) from error
+        raise

@@ -1,31 +1,26 @@
-"""Scores in the terminal: load rigs and a scene with a progress bar, score, and print tables."""
+"""Scores in the terminal: score rigs with a progress bar, and print tables."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from pathlib import Path
 
 from rich import box
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from riglens.app.evaluation.options import SceneOptions, ScoreOptions
-from riglens.app.evaluation.scenario import load_scenario, remarks_on, settings_of
-from riglens.app.evaluation.voxel_words import reason, tried_lines
-from riglens.app.terminal.console import note, note_report, progress_bar, results
+from riglens.app.evaluation.options import ScoreOptions
+from riglens.app.evaluation.scenario import settings_of
+from riglens.app.terminal.console import progress_bar, results
 from riglens.app.terminal.figures import decimals, percent, thousands
 from riglens.core.engine.engine import Evaluation, evaluate_from_scratch
 from riglens.core.engine.warm_up import WARM_UP
-from riglens.core.formats.opening import open_rig
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Body, Reading, common_body
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES, DataReport
-from riglens.core.scene.pog import Pog
 from riglens.core.shown_text import visible
 from riglens.core.vehicle.mesh import BodyMesh
-from riglens.core.vehicle.mesh_file import mesh_of
 
 EXPLANATION: dict[Reading, str] = {
     "covered": "S-MIG = minus the entropy that is seen, so S-MS falls as a rig sees more; "
@@ -39,42 +34,6 @@ BODY_TEXTS: dict[Body, str] = {
     "ignored": "ignored: rays pass through the car, as in the paper",
     "blocks": "blocks: rays end at the car",
 }
-
-
-def rig_called(name: str) -> Rig:
-    """Read a preset, a rig file or a file of another program, and note what could not be taken over as it was."""
-    opened = open_rig(name)
-    note_report(opened.report)
-    return opened.rig
-
-
-def load_with_progress(options: SceneOptions) -> tuple[Pog, EntropyField]:
-    """Load the scene with a progress bar; note which boxes do not count and which voxel edge was picked."""
-    with progress_bar("Building the POG") as progress:
-        found = load_scenario(options, progress)
-    for line in remarks_on(found.field.data):
-        note(line)
-    if found.choice is not None:
-        note(f"voxel auto: {reason(found.choice)}")
-        for line in tried_lines(found.choice):
-            note(line)
-    return found.pog, found.field
-
-
-def mesh_called(name: str, rig: Rig) -> BodyMesh | None:
-    """Read the mesh of a rig's vehicle, if a file holds its body, seen from the folder of the rig's file.
-
-    A size that is not a car's is noted. InputError when it cannot be read.
-    """
-    return mesh_of(rig.vehicle, Path(name).parent, note)
-
-
-def meshes_called(names: Sequence[str], rigs: Sequence[Rig], options: ScoreOptions) -> list[BodyMesh | None]:
-    """The mesh of each rig where its body blocks; None where it is ignored."""
-    return [
-        mesh_called(name, rig) if options.body_of(rig) == "blocks" else None
-        for name, rig in zip(names, rigs, strict=True)
-    ]
 
 
 def score_rigs(

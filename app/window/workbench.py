@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QMainWindow
 from riglens.app.background.counting import Counter
 from riglens.app.background.recompute import Recompute
 from riglens.app.background.tasks import Tasks
+from riglens.app.evaluation.names import label_of
 from riglens.app.session.result_store import ResultStore
 from riglens.app.session.session import Session
 from riglens.app.window.actions import Actions
@@ -130,7 +131,7 @@ class Workbench(QObject):
             try:
                 edit(*values)
             except InputError as error:
-                self.report_error(str(error))
+                self.report_error(error.text(label_of))
                 self.refused.emit()
 
         return guarded

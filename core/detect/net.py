@@ -67,7 +67,7 @@ def machine(device: Device | None = None) -> Machine:
     torch = require_torch()
     found = device or ("cuda" if torch.cuda.is_available() else "cpu")
     if found == "cuda" and not torch.cuda.is_available():
-        raise InputError("--device: found cuda, accepted is cpu: PyTorch finds no CUDA here")
+        raise InputError("must be cpu (got cuda): PyTorch finds no CUDA here", "device")
     has_bf16 = getattr(torch.cpu, "_is_avx512_bf16_supported", lambda: False)  # not promised by PyTorch
     return Machine(found, found == "cpu" and bool(has_bf16()), str(torch.__version__))
 

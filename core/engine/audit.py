@@ -146,7 +146,7 @@ def _fate_in_fractions(caster: Caster, rays: Cast, number: int, others: Words) -
 
 
 def audit_document(found: RigAudit) -> dict[str, Any]:
-    """The audit as plain data, as `riglens audit --json` writes it: shares as fractions, entropies in nat."""
+    """The audit as plain data: shares as fractions, entropies in nat."""
     return {
         "riglens": FORMAT_VERSION,
         "body": found.body,

@@ -1,8 +1,7 @@
-"""Scores as plain data, as `riglens evaluate --json` and `to_dict()` give them: every figure in full precision."""
+"""Scores as plain data: every figure in full precision."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from typing import Any
 
@@ -44,11 +43,6 @@ def evaluation_document(
         "body": body,
         "rigs": [_rig(evaluation, body) for evaluation in evaluations],
     }
-
-
-def to_text(document: dict[str, Any]) -> str:
-    """JSON text ending in a newline; refuses numbers that JSON cannot say."""
-    return json.dumps(document, indent=1, allow_nan=False) + "\n"
 
 
 def _rig(evaluation: Evaluation, body: Body | None) -> dict[str, Any]:

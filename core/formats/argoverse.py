@@ -103,7 +103,7 @@ def _remark_on_frames(notes: Notes, origin_m: tuple[float, float, float], option
         f"origin from the middle of the rear axle to the ground under the body: added {x:g} {y:g} {z:g} m"
     )
     if options.vehicle is None:
-        notes.approximated("vehicle not in the file: a Ford Fusion, the car of Argoverse", option="--vehicle")
+        notes.approximated("vehicle not in the file: a Ford Fusion, the car of Argoverse", field="vehicle")
 
 
 def _rows(path: Path, numbers: tuple[str, ...]) -> _Rows:

@@ -99,7 +99,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
     )
     if options.vehicle is None and options.rear_axle_x is None and not notes.has(VEHICLE_INFO):
         notes.approximated(
-            f"vehicle not in the files: rear axle at x = {vehicle.rear_axle_x:g} m", option="--rear-axle-x"
+            f"vehicle not in the files: rear axle at x = {vehicle.rear_axle_x:g} m", field="rear_axle_x"
         )
     is_empty = all(_MOUNT.search(frame) for frame in leaves)
     return Imported(mounting.rig(kit_name(source), may_be_empty=is_empty), notes.report(TITLE))
@@ -146,7 +146,7 @@ def _root_place(tree: FrameTree, base_m: Vec3, vehicle: Vehicle, options: ReadOp
     if roots == {BASE} or options.origin_m is not None:
         return base_m
     notes.approximated(
-        f"{BASE} not in the files: {', '.join(roots)} is placed on the middle of the roof", option="--origin"
+        f"{BASE} not in the files: {', '.join(roots)} is placed on the middle of the roof", field="origin_m"
     )
     return 0.0, 0.0, vehicle.height
 

@@ -49,12 +49,12 @@ def read(source: Source, options: ReadOptions) -> Imported:
         source.where, notes, options.vehicle_or(Vehicle()), options.origin_m or (0.0, 0.0, 0.0)
     )
     entries, agent = _entries(source, options.token, notes)
-    notes.read(f"sensors of {agent}", option="--token")
+    notes.read(f"sensors of {agent}", field="token")
     for entry in entries:
         _add(entry, source, mounting)
     notes.converted("left-handed axes to right-handed: y, pitch and yaw change sign")
     if options.vehicle is None:
-        notes.approximated("vehicle not in the file: a sedan", option="--vehicle")
+        notes.approximated("vehicle not in the file: a sedan", field="vehicle")
     return Imported(mounting.rig(source.name), notes.report(TITLE))
 
 

@@ -59,7 +59,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
         "spawn points are in ROS axes already, relative to the actor: on the ground under the body centre"
     )
     if options.vehicle is None:
-        notes.approximated("size of the vehicle not in the file: a sedan", option="--vehicle")
+        notes.approximated("size of the vehicle not in the file: a sedan", field="vehicle")
     return Imported(mounting.rig(_text(vehicle, "id", source.name)), notes.report(TITLE))
 
 

@@ -60,9 +60,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
             notes.ignored("table that is neither [lidar] nor [camera]", key)
     notes.converted("left-handed axes to right-handed: y, pitch and yaw change sign")
     if options.vehicle is None:
-        notes.approximated(
-            "vehicle not in the file: a sedan whose body centre is the actor", option="--vehicle"
-        )
+        notes.approximated("vehicle not in the file: a sedan whose body centre is the actor", field="vehicle")
     return Imported(mounting.rig(f"{source.name}{chosen}"), notes.report(TITLE))
 
 
@@ -117,9 +115,9 @@ def _chosen_set(table: Value, count: int, token: str | None, notes: Notes) -> in
     """Return the index of the set that is read: sets are alternatives, counted from 1."""
     names = [str(number) for number in range(1, count + 1)]
     if token is not None and token not in names:
-        table.item("x").refuse(f"a set from 1 to {count} as --token", f"set '{shortened(token)}'")
+        table.item("x").refuse(f"a token from 1 to {count}", f"set '{shortened(token)}'")
     index = 0 if token is None else names.index(token)
-    notes.read(f"set {index + 1} of {count}: sets are alternatives", option="--token" if count > 1 else "")
+    notes.read(f"set {index + 1} of {count}: sets are alternatives", field="token" if count > 1 else "")
     return index
 
 

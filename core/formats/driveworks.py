@@ -82,7 +82,7 @@ def _vehicle(rig: Value, options: ReadOptions, notes: Notes) -> Vehicle:
         or not all(key in sizes for key in ("length", "width", "height"))
     ):
         if options.vehicle is None:
-            notes.approximated("vehicle not in the file: a sedan", option="--vehicle")
+            notes.approximated("vehicle not in the file: a sedan", field="vehicle")
         return Vehicle()
     length, width, height = (sizes.item(key).number(0.1, 100.0) for key in ("length", "width", "height"))
     notes.read("length, width and height of the vehicle")
@@ -100,7 +100,7 @@ def _rear_axle_x(sizes: Value, length: float, notes: Notes) -> float:
     if bumper is None and box is None:
         rear_axle_x = Vehicle().rear_axle_x
         notes.approximated(
-            f"bumperRear not in the file: rear axle at x = {rear_axle_x:g} m", option="--rear-axle-x"
+            f"bumperRear not in the file: rear axle at x = {rear_axle_x:g} m", field="rear_axle_x"
         )
         return rear_axle_x
     if bumper is not None:

@@ -122,5 +122,6 @@ def format_for(path: Path) -> Format:
         if format_.write and path.name.lower().endswith(format_.endings or ("\n",)):
             return format_
     raise InputError(
-        f"{shown_path(path)}: the format does not follow from its ending; name it with --to: {', '.join(WRITABLE)}"
+        f"must name the format, which the ending of {shown_path(path)} does not: {', '.join(WRITABLE)}",
+        "target_format",
     )

@@ -41,7 +41,7 @@ class ReadOptions:
     def __post_init__(self) -> None:
         numbers = [*(self.origin_m or ()), self.rear_axle_x or 0.0]
         if not all(math.isfinite(number) and abs(number) <= 1e6 for number in numbers):
-            raise InputError("--origin, --rear-axle-x: accepted are finite numbers in metres")
+            raise InputError("must be finite, in metres", "origin_m" if self.origin_m else "rear_axle_x")
 
     def vehicle_or(self, known: Vehicle) -> Vehicle:
         """Return the vehicle that the user named, or else the one known from the file or its data set."""
@@ -82,10 +82,10 @@ class Mounting:
             x, y, z = self.origin_m
             self.notes.approximated(
                 f"where the origin is on the vehicle is not in the file: {x:g} {y:g} {z:g} m",
-                option="--origin",
+                field="origin_m",
             )
         if options.vehicle is None:
-            self.notes.approximated("vehicle not in the file: a sedan", option="--vehicle")
+            self.notes.approximated("vehicle not in the file: a sedan", field="vehicle")
 
     def rig(self, name: str, may_be_empty: bool = False) -> Rig:
         """Return the rig of all sensors so far; raise InputError when there is none and that is not allowed."""

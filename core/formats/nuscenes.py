@@ -71,7 +71,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
     channels = _channels(_table(source, "sensor").json)
     rigs = _rigs(_table(source, "calibrated_sensor").json, channels)
     rows, which = _chosen(rigs, options.token, source.where)
-    notes.read(which, option="--token")
+    notes.read(which, field="token")
     vehicle = options.vehicle_or(ZOE)
     origin_m = options.origin_m or rear_axle_on_ground(vehicle)
     mounting = Mounting(source.where, notes, vehicle, origin_m)
@@ -231,7 +231,7 @@ def _remark_on_frames(notes: Notes, origin_m: Vec3, options: ReadOptions) -> Non
     notes.converted(f"origin from the rear axle on the ground to the body centre: added {x:g} {y:g} {z:g} m")
     notes.converted("cameras from optical axes and quaternions w x y z to roll, pitch, yaw of the body")
     if options.vehicle is None:
-        notes.approximated("vehicle not in the file: a Renault Zoe, the car of nuScenes", option="--vehicle")
+        notes.approximated("vehicle not in the file: a Renault Zoe, the car of nuScenes", field="vehicle")
 
 
 def write(rig: Rig) -> Exported:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from dataclasses import field as data_field
 from typing import Literal
 
 Kind = Literal["read", "written", "converted", "approximated", "ignored"]
@@ -16,13 +17,13 @@ _NAMED = 4
 class Remark:
     """One thing to know, and the sensors or parts of the file that it is about (none: the whole).
 
-    `option` is the option of `riglens convert` that changes it.
+    `field` is the argument that changes it, as in `ReadOptions`.
     """
 
     kind: Kind
     text: str
     about: tuple[str, ...] = ()
-    option: str = ""
+    field: str = ""
 
     def sentence(self) -> str:
         """Return the remark on one line, with the names of all parts that it is about."""
@@ -42,19 +43,17 @@ class Report:
     title: str
     remarks: tuple[Remark, ...]
 
-    def lines(self) -> list[str]:
-        """Return every remark as a line for the terminal, with its kind and option."""
-        options = (f"; {remark.option} changes it" if remark.option else "" for remark in self.remarks)
-        told = zip(self.remarks, options, strict=True)
-        return [f"{remark.kind}: {remark.sentence()}{option}" for remark, option in told]
+    def lines(self, name: Callable[[str], str] = str) -> list[str]:
+        """Return every remark as a line, with its kind and what changes it, under the name of a front end."""
+        return [f"{remark.kind}: {remark.sentence()}{_remedy(remark, name)}" for remark in self.remarks]
 
-    def text(self) -> str:
+    def text(self, name: Callable[[str], str] = str) -> str:
         """Return the whole report as lines for a file: the format, and under each kind its remarks with every name."""
         lines = [self.title]
         for kind in dict.fromkeys(remark.kind for remark in self.remarks):
             lines += ["", f"{kind}:"]
             for remark in self.of_kind(kind):
-                lines.append(f"  {remark.text}" + (f"; {remark.option} changes it" if remark.option else ""))
+                lines.append(f"  {remark.text}{_remedy(remark, name)}")
                 lines += [f"    {name}" for name in remark.about]
         return "\n".join([*lines, ""])
 
@@ -63,15 +62,19 @@ class Report:
         return tuple(remark for remark in self.remarks if remark.kind == kind)
 
 
+def _remedy(remark: Remark, name: Callable[[str], str]) -> str:
+    return f"; {name(remark.field)} changes it" if remark.field else ""
+
+
 @dataclass
 class Notes:
     """Collects remarks while a file is read or written; the same text about several parts becomes one remark."""
 
-    _about: dict[tuple[Kind, str, str], list[str]] = field(default_factory=dict)
+    _about: dict[tuple[Kind, str, str], list[str]] = data_field(default_factory=dict)
 
-    def read(self, text: str, *about: str, option: str = "") -> None:
+    def read(self, text: str, *about: str, field: str = "") -> None:
         """Note something taken from the file into the rig."""
-        self._add("read", text, about, option)
+        self._add("read", text, about, field)
 
     def written(self, text: str, *about: str) -> None:
         """Note something written from the rig to the file."""
@@ -81,9 +84,9 @@ class Notes:
         """Note something expressed in other axes, units or words, without loss."""
         self._add("converted", text, about)
 
-    def approximated(self, text: str, *about: str, option: str = "") -> None:
+    def approximated(self, text: str, *about: str, field: str = "") -> None:
         """Note something that one side does not know: a stated default, or the nearest that can be expressed."""
-        self._add("approximated", text, about, option)
+        self._add("approximated", text, about, field)
 
     def ignored(self, text: str, *about: str) -> None:
         """Note something that the other side cannot express and that was left out."""
@@ -98,6 +101,6 @@ class Notes:
         """Return whether any remark so far holds these words."""
         return any(words in text for _, text, _ in self._about)
 
-    def _add(self, kind: Kind, text: str, about: Sequence[str], option: str = "") -> None:
-        parts = self._about.setdefault((kind, text, option), [])
+    def _add(self, kind: Kind, text: str, about: Sequence[str], field: str = "") -> None:
+        parts = self._about.setdefault((kind, text, field), [])
         parts.extend(part for part in about if part not in parts)

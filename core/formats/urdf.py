@@ -3,7 +3,7 @@
 Axes x forward, y left, z up; metres; rpy are radians about the fixed axes of the parent link. Links called
 ..._optical... have camera axes (x right, y down, z forward; REP-103). A URDF knows links, not sensors: what a
 link holds is told by <gazebo reference="link"><sensor> or <plugin>, else by its name or that of its mesh. base_link may
-be anywhere on the vehicle (REP-105); here it is taken for the point on the ground under the rear axle unless --origin
+be anywhere on the vehicle (REP-105); here it is taken for the point on the ground under the rear axle unless the origin
 says else.
 Source: ROS wiki "urdf/XML"; SDFormat specification, <sensor>.
 """
@@ -359,7 +359,7 @@ def _remark(root: Element, base: str, mounting: Mounting, options: ReadOptions) 
     if options.origin_m is None:
         notes.approximated(
             f"where {base} is on the vehicle is not in the file: on the ground under the rear axle",
-            option="--origin",
+            field="origin_m",
         )
     meshes = sum(element.tag == "mesh" for element in _walk(root))
     if meshes:

@@ -90,7 +90,7 @@ class ClusterWorkers:
         try:
             answer = _within(self._limits.silent_s, task.result)
         except InputError as error:
-            raise InputError(f"--dask: on worker {_line(error.args[0])}") from error
+            raise InputError(f"on worker {_line(str(error))}", "dask") from error
         except (CancelledError, asyncio.CancelledError) as error:  # what tasks of a lost scheduler raise
             raise self._lost("went away") from error
         except TimeoutError as error:
@@ -123,7 +123,7 @@ class ClusterWorkers:
             raise self._lost(f"has had no workers for {self._limits.without_workers_s:g} s")
 
     def _lost(self, what: str) -> ChildProcessError:
-        return ChildProcessError(f"--dask: the cluster at {self._address} {what}; {_KEPT}")
+        return ChildProcessError(f"the Dask cluster at {self._address} {what}; {_KEPT}")
 
 
 @contextmanager
@@ -134,7 +134,7 @@ def cluster_workers(address: str, limits: Limits = LIMITS) -> Iterator[ClusterWo
     ChildProcessError when the cluster goes away or several workers died of the same piece.
     """
     if not _ADDRESS.fullmatch(address):
-        raise InputError(f"--dask: found '{address}', accepted is tcp://HOST:PORT or tls://HOST:PORT")
+        raise InputError(f"must be tcp://HOST:PORT or tls://HOST:PORT (got '{address}')", "dask")
     distributed = _distributed()
     with _quiet():
         client = _client(distributed, address, limits)
@@ -168,7 +168,7 @@ def _client(distributed: Any, address: str, limits: Limits) -> Any:
         in_time = f"not within {limits.connect_s:g} s"
         other = in_time if isinstance(error, TimeoutError | ValueError) else _line(error)
         reason = getattr(error, "strerror", None) or other
-        raise InputError(f"--dask: no scheduler answers at {address} ({reason})") from error
+        raise InputError(f"finds no scheduler at {address} ({reason})", "dask") from error
 
 
 def _require_greeting(connection: socket.socket) -> None:
@@ -195,11 +195,12 @@ def _certificates(distributed: Any) -> ssl.SSLContext:
     try:
         context = distributed.Security().get_connection_args("client").get("ssl_context")
     except Exception as error:
-        raise InputError(f"--dask: the certificates for tls:// cannot be used: {_line(error)}") from error
+        raise InputError(f"cannot use the certificates for tls://: {_line(error)}", "dask") from error
     if not isinstance(context, ssl.SSLContext):
         raise InputError(
-            "--dask: tls:// needs certificates; name them in DASK_DISTRIBUTED__COMM__TLS__CA_FILE, "
-            "DASK_DISTRIBUTED__COMM__TLS__CLIENT__CERT and DASK_DISTRIBUTED__COMM__TLS__CLIENT__KEY"
+            "needs certificates for tls://: name them in DASK_DISTRIBUTED__COMM__TLS__CA_FILE, "
+            "DASK_DISTRIBUTED__COMM__TLS__CLIENT__CERT and DASK_DISTRIBUTED__COMM__TLS__CLIENT__KEY",
+            "dask",
         )
     return context
 
@@ -210,11 +211,11 @@ def _count_workers(client: Any, address: str, limits: Limits) -> int:
         try:
             workers = _within(limits.connect_s, lambda: client.sync(client.scheduler.ncores))
         except Exception as error:
-            raise InputError(f"--dask: the scheduler at {address} stopped answering") from error
+            raise InputError(f"gets no answer any more from the scheduler at {address}", "dask") from error
         if workers:
             return len(workers)
         if time.monotonic() >= end_s:
-            raise InputError(f"--dask: the scheduler at {address} has no workers")
+            raise InputError(f"finds no workers at the scheduler at {address}", "dask")
         time.sleep(_POLL_S)
 
 
@@ -264,6 +265,6 @@ def _distributed() -> Any:
         import distributed
     except ImportError as error:
         raise InputError(
-            "--dask: needs the package distributed; install it with: pip install 'riglens[cluster]'"
+            "needs the package distributed; install it with: pip install 'riglens[cluster]'", "dask"
         ) from error
     return distributed

@@ -51,7 +51,7 @@ def worker_processes(count: int) -> Iterator[WorkerProcesses]:
         if isinstance(error, BrokenProcessPool):
             raise ChildProcessError(
                 "a worker process ended before its work was done (out of memory?); what is finished is kept: run "
-                "the same command again, with fewer --workers"
+                "the same command again, with fewer workers"
             ) from error
         raise
     pool.shutdown()

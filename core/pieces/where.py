@@ -24,10 +24,10 @@ class Where:
 
     def __post_init__(self) -> None:
         if self.workers is not None and not 1 <= self.workers <= MOST_WORKERS:
-            raise InputError(f"--workers must be between 1 and {MOST_WORKERS} (got {self.workers})")
+            raise InputError(f"must be between 1 and {MOST_WORKERS} (got {self.workers})", "workers")
         if self.workers is not None and self.dask is not None:
             raise InputError(
-                "--workers and --dask: the cluster has its own workers; give only one of the two"
+                "cannot be combined with a cluster, which has its own workers; leave out", "workers", "dask"
             )
 
 

@@ -75,9 +75,9 @@ class BlindSettings:
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.width_m <= 5.0:
-            raise InputError(f"--width: found {self.width_m:g}, accepted are metres, 0 to 5")
+            raise InputError(f"must be between 0 and 5 m (got {self.width_m:g})", "width_m")
         if not BANDS_M[1] <= self.within_m <= 100.0:
-            raise InputError(f"--within: found {self.within_m:g}, accepted are metres, 1 to 100")
+            raise InputError(f"must be between 1 and 100 m (got {self.within_m:g})", "within_m")
 
     @property
     def bands_m(self) -> tuple[float, ...]:

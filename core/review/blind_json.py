@@ -1,4 +1,4 @@
-"""Blind zones as plain data, as `riglens blind --json` writes them: areas in m², lengths in m, shares as fractions."""
+"""Blind zones as plain data: areas in m², lengths in m, shares as fractions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Verdicts on requirements as plain data, as `riglens check --json` writes them."""
+"""Verdicts on requirements as plain data."""
 
 from __future__ import annotations
 

@@ -55,7 +55,7 @@ from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import Traffic
 from riglens.core.vehicle.mesh import BodyMesh
 
-NO_ROAD_USERS = "requirements ask for road users; a stored POG has none: name boxes with --boxes"
+NO_ROAD_USERS = "requirements ask for objects, and a stored POG has none: name a box data set"
 
 
 @dataclass(frozen=True)

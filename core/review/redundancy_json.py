@@ -1,4 +1,4 @@
-"""Redundancy as plain data, as `riglens redundancy --json` writes it: shares as fractions, entropies in nat."""
+"""Redundancy as plain data: shares as fractions, entropies in nat."""
 
 from __future__ import annotations
 

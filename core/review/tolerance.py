@@ -71,7 +71,7 @@ def profile_called(name: str) -> ToleranceProfile:
         if profile.name == name:
             return profile
     known = ", ".join(profile.name for profile in PROFILES)
-    raise InputError(f"tolerance profile: found '{name}', accepted is one of {known}")
+    raise InputError(f"must be one of {known} (got '{name}')", "errors")
 
 
 @dataclass(frozen=True)
@@ -147,7 +147,7 @@ def unit_draws(count: int, errors: int, seed: int) -> Doubles:
     from scipy.stats import qmc  # slow to load
 
     if not 1 <= count <= MAX_DRAWS:
-        raise InputError(f"--draws: found {count}, accepted is a whole number, 1 to {MAX_DRAWS}")
+        raise InputError(f"must be an integer from 1 to {MAX_DRAWS} (got {count})", "draws")
     sampler = qmc.Sobol(errors, scramble=True, rng=np.random.default_rng(seed))
     whole = sampler.random_base2(max(0, math.ceil(math.log2(count))))  # balanced in powers of two only
     return np.asarray(2.0 * whole[:count] - 1.0)
@@ -312,7 +312,7 @@ def worst_rig(result: ToleranceResult, figure: str, magnified: float = 1.0) -> R
     `magnified`: its errors so many times as large, to be seen beside the rig as designed."""
     if figure not in result.spreads:
         known = ", ".join(result.spreads)
-        raise InputError(f"--figure: found '{figure}', accepted is one of {known}")
+        raise InputError(f"must be one of {known} (got '{figure}')", "figure")
     draw = result.spreads[figure].worst_draw
     worst = standing(*rig_of_draw(result, draw, magnified))
     return worst.model_copy(update={"name": f"{worst.name[:150]}, {result.profile.name}, draw {draw}"})

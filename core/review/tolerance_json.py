@@ -1,4 +1,4 @@
-"""Tolerances as plain data, as `riglens tolerance --json` writes them: shares as fractions, mm and degrees."""
+"""Tolerances as plain data: shares as fractions, mm and degrees."""
 
 from __future__ import annotations
 

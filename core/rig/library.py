@@ -1,7 +1,7 @@
 """The library of sensor models: published beam angles and camera lenses that a rig names by `model:`.
 
 It holds the models that ship with the program and a user's own: those of `library.yaml` in the user's
-configuration folder, and those of the files that RIGLENS_LIBRARY names (the option --library sets it). A name
+configuration folder, and those of the files that RIGLENS_LIBRARY names . A name
 means one model: a user's own entry never takes the name of another.
 """
 
@@ -294,7 +294,7 @@ class Library:
         close = close or difflib.get_close_matches(model.lower(), self._entries, n=1)
         hint = f"did you mean {' or '.join(repr(name) for name in close[:3])}? " if close else ""
         raise InputError(
-            f"model: unknown sensor model '{shortened(model)}'; {hint}`riglens library` lists all {len(self._entries)}"
+            f"model: unknown sensor model '{shortened(model)}'; {hint}the library has {len(self._entries)}"
         )
 
 

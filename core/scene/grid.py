@@ -35,28 +35,28 @@ class VoxelGrid:
 
     def __post_init__(self) -> None:
         if not MIN_VOXEL_M <= self.voxel_m <= MAX_VOXEL_M:
-            accepted = f"a positive edge length in metres, {MIN_VOXEL_M:g} to {MAX_VOXEL_M:g}"
-            why = ", which makes the grid too large" if 0.0 < self.voxel_m < MIN_VOXEL_M else ""
-            raise InputError(f"voxel: found {self.voxel_m}{why}, accepted is {accepted}")
+            why = ": the grid would be too large" if 0.0 < self.voxel_m < MIN_VOXEL_M else ""
+            limits = f"between {MIN_VOXEL_M:g} and {MAX_VOXEL_M:g} m"
+            raise InputError(f"must be {limits} (got {self.voxel_m}){why}", "voxel_m")
         for name, length in zip("LWH", self.roi_m, strict=True):
             self._check_side(name, length)
         nx, ny, nz = self.shape
         if nx * ny >= MAX_COLUMNS or nx * ny * nz >= MAX_VOXELS:
             raise InputError(
-                f"voxel: a grid of {nx} x {ny} x {nz} voxels is too large; use larger voxels or a smaller ROI"
+                f"makes a grid of {nx} x {ny} x {nz} voxels, which is too large: use larger voxels or a smaller ROI",
+                "voxel_m",
             )
 
     def _check_side(self, name: str, length: float) -> None:
         if not 0.0 < length <= MAX_SIDE_M:
-            accepted = f"a positive length in metres, at most {MAX_SIDE_M:g}"
-            raise InputError(f"roi {name}: found {length}, accepted is {accepted}")
+            raise InputError(f"{name} must be above 0 and at most {MAX_SIDE_M:g} m (got {length})", "roi_m")
         count = length / self.voxel_m
         whole = round(count)
         if whole < 1 or abs(count - whole) > _DIVIDES_TOLERANCE * max(1.0, whole) ** 0.5:
             near = max(1, whole) * self.voxel_m
             raise InputError(
-                f"roi {name}: {length:g} m is not a multiple of the voxel edge {self.voxel_m:g} m; "
-                f"nearest accepted length is {near:g} m"
+                f"{name} must be a multiple of the voxel edge {self.voxel_m:g} m, such as {near:g} m (got {length:g})",
+                "roi_m",
             )
 
     @property

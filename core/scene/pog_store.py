@@ -22,7 +22,7 @@ from riglens.core.scene.pog import Pog, build_pog
 from riglens.core.scene.pog_checks import read_content
 
 FORMAT = 1
-_ACCEPTED = "a POG written by 'riglens pog'"
+_ACCEPTED = "a POG written by 'riglens data build'"
 
 
 def _header(pog: Pog) -> dict[str, Any]:

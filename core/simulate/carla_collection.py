@@ -1,6 +1,6 @@
 """What a session with CARLA measures, as a data set of the same files as a simulated one, and as tables of boxes.
 
-The boxes and poses of the car are also written as tables that other commands read with --boxes and --occluders.
+The boxes and poses of the car are also written as tables that other commands read.
 """
 
 from __future__ import annotations
@@ -65,9 +65,9 @@ class Wanted:
 
     def __post_init__(self) -> None:
         if not 1 <= self.frames <= 1_000_000:
-            raise InputError(f"--frames: found {self.frames}, accepted is a whole number from 1 to 1,000,000")
+            raise InputError(f"must be an integer from 1 to 1,000,000 (got {self.frames})", "frames")
         if self.every < 1:
-            raise InputError(f"--every: found {self.every}, accepted is a whole number from 1 up")
+            raise InputError(f"must be an integer ≥ 1 (got {self.every})", "every")
 
 
 @dataclass

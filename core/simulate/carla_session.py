@@ -48,7 +48,7 @@ class Address:
         """Read HOST:PORT; InputError for anything else."""
         match = _ADDRESS.fullmatch(text)
         if match is None or not 0 < int(match["port"]) < 1 << 16:
-            raise InputError(f"--carla: found '{text}', accepted is HOST:PORT, such as localhost:2000")
+            raise InputError(f"must be HOST:PORT, such as localhost:2000 (got '{text}')", "carla")
         return cls(match["host"], int(match["port"]))
 
 
@@ -173,7 +173,7 @@ class Session:
             try:
                 sent = self._queues[name].get(timeout=ANSWER_S)
             except queue.Empty:
-                raise ChildProcessError(f"--carla: sensor {name} sent nothing for {ANSWER_S:g} s") from None
+                raise ChildProcessError(f"CARLA: sensor {name} sent nothing for {ANSWER_S:g} s") from None
             if sent.frame == number:
                 return sent
 
@@ -216,7 +216,7 @@ def session(address: Address) -> Iterator[Session]:
     missing, nobody answers, or there is no place for a car.
     """
     carla = _carla()
-    where = f"--carla {address.host}:{address.port}"
+    where = f"CARLA at {address.host}:{address.port}"
     try:
         client = carla.Client(address.host, address.port)
         client.set_timeout(ANSWER_S)
@@ -279,6 +279,6 @@ def _carla() -> Any:
         import carla
     except ImportError as error:
         raise InputError(
-            "--carla: needs CARLA's package carla; install it with: pip install 'riglens[carla]'"
+            "needs CARLA's package carla; install it with: pip install 'riglens[carla]'", "carla"
         ) from error
     return carla

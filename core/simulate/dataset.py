@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write, open_regular, write_files
-from riglens.core.pieces.folder import PieceFolder
+from riglens.core.pieces.folder import PieceFolder, count_kept
 from riglens.core.pieces.work import Piece
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.file import rig_sha256
@@ -150,7 +150,7 @@ def require_channels(rig: Rig, extras: Extras) -> list[Channel]:
         more = " while no pictures are drawn" if rig.cameras() else ""
         raise InputError(
             f"rig {visible(rig.name)}: found no enabled LiDAR{more}, accepted is a rig with LiDARs, or with cameras "
-            "and --pictures on"
+            "whose pictures are drawn"
         )
     return found
 
@@ -198,8 +198,8 @@ def require_room(needed: int, folder: Path) -> None:
     free = shutil.disk_usage(place).free
     if needed * SPARE > free:
         raise InputError(
-            f"--out {folder}: needs about {_size(needed * SPARE)}, found {_size(free)} free; accepted are "
-            "fewer frames (--every, --sequences), --pictures off, or another disk"
+            f"{folder}: needs about {_size(needed * SPARE)}, but only {_size(free)} are free: simulate fewer frames, "
+            "leave the pictures out, or name another disk"
         )
 
 
@@ -213,11 +213,11 @@ def _size(count: float) -> str:
 def require_own(path: Path) -> bool:
     """Whether a folder holds a data set; InputError when it is a file, or holds something else."""
     if path.exists() and not path.is_dir():
-        raise InputError(f"--out {path}: this is a file, accepted is the name of a folder")
+        raise InputError(f"{path}: must be a folder, not a file")
     held = sorted(entry.name for entry in path.iterdir()) if path.exists() else []
     held = [name for name in held if not name.startswith(WORK)]  # ours, of a run killed at its very beginning
     if held and PLAN not in held:
-        raise InputError(f"--out {path}: the folder holds {held[0]!r}; accepted is a new or an empty one")
+        raise InputError(f"{path}: must be a new or an empty folder (holds {held[0]!r})")
     return bool(held)
 
 
@@ -236,8 +236,8 @@ class DatasetFolder:
     def _check(self) -> None:
         if require_own(self.path) and self._said() != self._text:
             raise InputError(
-                f"--out {self.path}: the folder holds another data set ({self._difference()}); accepted is a new "
-                "folder, or the command it was made with"
+                f"{self.path}: the folder holds another data set ({self._difference()}); name a new folder, or repeat "
+                "the command that made it"
             )
 
     def _said(self) -> str:
@@ -260,9 +260,9 @@ class DatasetFolder:
 
     @property
     def is_complete(self) -> bool:
-        """Whether all is there."""
+        """Whether all is there, with nothing left of a run that went on."""
         ends = (self.path / PLAN, self.path / VERSION / _LAST)
-        if self.work.exists() or not all(path.exists() for path in ends):
+        if count_kept(self.work) or not all(path.exists() for path in ends):
             return False
         spans = self._dataset.spans.values()
         return all((self.path / name).exists() for span in spans for name in self._dataset.file_names(span))

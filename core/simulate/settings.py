@@ -38,17 +38,13 @@ class SimulationSettings:
 
     def __post_init__(self) -> None:
         if not 0 <= self.seed < 1 << 63:
-            raise InputError(f"--seed: found {self.seed}, accepted is a whole number from 0 up to 2^63 - 1")
+            raise InputError(f"must be an integer from 0 to 2^63 - 1 (got {self.seed})", "seed")
         if not 0.0 <= self.noise_m <= MOST_NOISE_M:
-            raise InputError(
-                f"--noise: found {self.noise_m:g}, accepted are metres from 0 to {MOST_NOISE_M:g}"
-            )
+            raise InputError(f"must be between 0 and {MOST_NOISE_M:g} m (got {self.noise_m:g})", "noise_m")
         if not 0.0 <= self.dropout < 1.0 or math.isnan(self.dropout):
-            raise InputError(f"--dropout: found {self.dropout:g}, accepted is a share from 0 up to below 1")
+            raise InputError(f"must be at least 0 and below 1 (got {self.dropout:g})", "dropout")
         if not 0 <= self.clutter <= MOST_CLUTTER:
-            raise InputError(
-                f"--clutter: found {self.clutter}, accepted is a whole number from 0 to {MOST_CLUTTER}"
-            )
+            raise InputError(f"must be an integer from 0 to {MOST_CLUTTER} (got {self.clutter})", "clutter")
 
     def targets(self) -> TargetSettings:
         """The same for the counting of points on road users."""

@@ -118,16 +118,16 @@ def sensors_at(rig: Rig, models: Sequence[str]) -> list[Sensor]:
     the rig has no sensor of its kind.
     """
     if len(models) > MAX_MODELS:
-        raise InputError(f"--sensor: found {len(models)} models, accepted are at most {MAX_MODELS}")
+        raise InputError(f"must name at most {MAX_MODELS} models (got {len(models)})", "sensor")
     if twice := [model for number, model in enumerate(models) if model in models[:number]]:
-        raise InputError(f"--sensor {twice[0]}: named twice, accepted is every model once")
+        raise InputError(f"must name each model once (got {twice[0]} twice)", "sensor")
     found: list[Sensor] = []
     for model in models:
         entry = default_library().entry(model)
         places = [sensor for sensor in rig.sensors if sensor.kind == entry.kind]
         if not places:
             raise InputError(
-                f"--sensor {model}: rig {rig.name} has no {entry.kind} whose place it could take"
+                f"must fit the rig: {rig.name} has no {entry.kind} whose place {model} could take", "sensor"
             )
         at = Pose(places[0].position, (0.0, 0.0, places[0].rpy_deg[2]))
         found.append(entry.sensor(model, at).replace(enabled=True))

@@ -120,7 +120,7 @@ def refused_grid() -> MethodRow:
         VoxelGrid(0.35)
         fast = Outcome("fails", "accepted")
     except InputError as error:
-        fast = _ok_if("not a multiple" in str(error), "refused", str(error))
+        fast = _ok_if("must be a multiple" in error.message, "refused", str(error))
     lost_m = 60.0 - int(60.0 / 0.35) * 0.35
     plain = Outcome("fails", f"ROI cut by {lost_m:.2f} m")
     return _row(

@@ -27,7 +27,7 @@ VARIANTS = {
     "class shapes, range law": TargetSettings(shape="class", range_law=True),
     EXPECTED: TargetSettings(shape="class", range_law=True),
 }
-"""The ways to predict. The last but one is what `riglens targets` does: one draw of each spin phase and of each return.
+"""The ways to predict. The last but one is what `targets.engine` does: one draw of each spin phase and of each return.
 The last one is what it counts on average, without the luck of a draw, which tells about no other sweep."""
 
 

@@ -84,7 +84,7 @@ class Recorder:
         """The LiDAR at a place; InputError for a model that is no LiDAR."""
         sensor = sensor_from_model(self.model, name, pose)
         if not isinstance(sensor, Lidar):
-            raise InputError(f"--model: found the camera '{self.model}', accepted is a LiDAR of the library")
+            raise InputError(f"must be a LiDAR of the library (got the camera '{self.model}')", "model")
         return sensor.replace(azimuths_deg=EvenAngles(from_=-180.0, to=180.0, count=self.azimuths))
 
 

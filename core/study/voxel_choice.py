@@ -96,7 +96,7 @@ def ladder_grids(
             grid = VoxelGrid(voxel_m, roi_m)
             grid.require_memory(BYTES_PER_VOXEL, "scoring")
         except InputError as error:
-            left_out.append((voxel_m, str(error)))
+            left_out.append((voxel_m, error.message))
         else:
             grids.append(grid)
     if not grids:

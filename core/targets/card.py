@@ -1,7 +1,7 @@
 """The card of a rig: up to which distance it gets enough points or pixels onto one road user in the open.
 
 One road user stands alone on flat ground, at every distance, in some directions and turned end on or side on. What the
-LiDARs get is counted by the engine of `riglens targets`, on their real beam tables; a camera's picture of it is
+LiDARs get is counted by `targets.engine`, on their real beam tables; a camera's picture of it is
 measured by its lens. Where the road user falls between the beams is luck: at 80 m a gap between beams is as wide as a
 hand or as a person is tall. So each distance is tried at several places within a step of the lattice.
 """
@@ -37,14 +37,14 @@ a road user would stand in the car."""
 MAX_BEARINGS = 72
 
 
-def _require(name: str, value: float, least: float, most: float) -> None:
+def _require(field: str, value: float, least: float, most: float) -> None:
     if not least <= value <= most:
-        raise InputError(f"{name}: found {value:g}, accepted is a number from {least:g} to {most:g}")
+        raise InputError(f"must be between {least:g} and {most:g} (got {value:g})", field)
 
 
 def around(count: int) -> tuple[float, ...]:
     """So many bearings in degrees, evenly around the car, ahead first, then to the left; within (-180, 180]."""
-    _require("--directions", count, 1, MAX_BEARINGS)
+    _require("directions", count, 1, MAX_BEARINGS)
     turns = (360.0 * k / count for k in range(count))
     return tuple(turn if turn <= 180.0 else turn - 360.0 for turn in turns)
 
@@ -76,17 +76,19 @@ class CardPlan:
     settings: TargetSettings = field(default=replace(EXACT, body="blocks"))
 
     def __post_init__(self) -> None:
-        _require("--min-points", self.min_points, 1, 1_000_000)
-        _require("--min-height", self.min_height_px, 0.1, 1e6)
-        _require("--to", self.to_m, NEAREST_M + STEP_M, FARTHEST_M)
-        _require("--reaction", self.reaction_s, 0.0, 60.0)
-        _require("--deceleration", self.deceleration_mps2, 0.1, 100.0)
+        _require("min_points", self.min_points, 1, 1_000_000)
+        _require("min_height_px", self.min_height_px, 0.1, 1e6)
+        _require("to_m", self.to_m, NEAREST_M + STEP_M, FARTHEST_M)
+        _require("reaction_s", self.reaction_s, 0.0, 60.0)
+        _require("deceleration_mps2", self.deceleration_mps2, 0.1, 100.0)
         if not 1 <= len(self.bearings_deg) <= MAX_BEARINGS:
-            raise InputError(f"--bearings: found {len(self.bearings_deg)}, accepted are 1 to {MAX_BEARINGS}")
+            raise InputError(
+                f"must be 1 to {MAX_BEARINGS} angles (got {len(self.bearings_deg)})", "bearings_deg"
+            )
         for bearing in self.bearings_deg:
-            _require("--bearings", bearing, -360.0, 360.0)
+            _require("bearings_deg", bearing, -360.0, 360.0)
         for speed in self.speeds_kmh:
-            _require("--speeds", speed, 1.0, 500.0)
+            _require("speeds_kmh", speed, 1.0, 500.0)
 
     def cases(self) -> tuple[Case, ...]:
         """Everything that is put somewhere: class by class, heading by heading, bearing by bearing."""

@@ -12,7 +12,7 @@ from riglens.core.targets.card import SIZES_M, Card, CardRow, Reach
 
 
 def card_document(card: Card) -> dict[str, Any]:
-    """The card as `riglens card --json` gives it; null: still enough at the farthest distance, 0: never enough."""
+    """The card as plain data; null: still enough at the farthest distance, 0: never enough."""
     plan = card.plan
     return {
         "riglens": FORMAT_VERSION,

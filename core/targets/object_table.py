@@ -73,5 +73,7 @@ def _rounded(values: NDArray[np.float64]) -> list[float]:
 
 def _add(columns: Columns, name: str, values: NDArray[np.generic]) -> None:
     if name in columns:
-        raise InputError(f"--objects: two columns would be called '{name}'; give the sensors other names")
+        raise InputError(
+            f"two columns of the object table would be called '{name}'; give the sensors other names"
+        )
     columns[name] = values.tolist()

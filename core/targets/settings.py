@@ -35,9 +35,9 @@ class TargetSettings:
 
     def __post_init__(self) -> None:
         if not 0 <= self.seed < 1 << 63:
-            raise InputError(f"--seed: found {self.seed}, accepted is a whole number from 0 up to 2^63 - 1")
+            raise InputError(f"must be an integer from 0 to 2^63 - 1 (got {self.seed})", "seed")
         if self.min_points < 1:
-            raise InputError(f"--min-points: found {self.min_points}, accepted is a whole number from 1 up")
+            raise InputError(f"must be an integer ≥ 1 (got {self.min_points})", "min_points")
 
     def as_dict(self) -> dict[str, object]:
         """The settings as plain data, by the names of the JSON."""

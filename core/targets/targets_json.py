@@ -1,4 +1,4 @@
-"""What rigs get onto road users as plain data, as `riglens targets --json` and `to_dict()` give it."""
+"""What rigs get onto road users as plain data."""
 
 from __future__ import annotations
 

@@ -80,9 +80,7 @@ class Traffic:
     def within(self, within_m: float) -> Traffic:
         """The same boxes, of which those within another distance count; raise InputError unless it is above 0."""
         if not 0.0 < within_m <= 1e6:
-            raise InputError(
-                f"--within: found {within_m:g}, accepted is a distance in metres above 0, at most 1e6"
-            )
+            raise InputError(f"must be above 0 and at most 1e6 m (got {within_m:g})", "within_m")
         return self if within_m == self.within_m else replace(self, within_m=within_m)
 
 

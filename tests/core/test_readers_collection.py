@@ -47,9 +47,9 @@ def test_paths_named_together_add_up_with_their_unmapped_names(tmp_path: Path) -
 def test_frames_count_for_the_whole(tmp_path: Path) -> None:
     both = [table(tmp_path / f"{name}.csv", range(3)) for name in "ab"]
     assert read(*both, frames=10)[1].frames == 10
-    with pytest.raises(InputError, match="found 5, but the data hold 6 frames already"):
+    with pytest.raises(InputError, match=r"^frames must be at least 6"):
         read(*both, frames=5)
-    with pytest.raises(InputError, match="frames: found 0"):
+    with pytest.raises(InputError, match="frames must be an integer"):
         open_boxes(both, frames=0)
 
 

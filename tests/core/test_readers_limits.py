@@ -145,7 +145,7 @@ def test_very_many_sequences_are_refused_with_their_line(
 def test_impossible_numbers_of_frames_are_refused(tmp_path: Path, count: int) -> None:
     path = csv_file(tmp_path).path
     for place in (path, tmp_path):
-        assert "frames: found" in refused(place, frames=count)
+        assert "frames must be" in refused(place, frames=count)
     report = DataReport("x", limits.MAX_FRAMES + 1, dict.fromkeys(CLASSES, 0))
     with pytest.raises(InputError, match="x: found 1000000001 frames"):
         common.with_all_frames(report, None)

@@ -104,7 +104,7 @@ def test_the_user_decides_about_classes_last(tmp_path: Path, write: Writer) -> N
 
 def test_an_override_to_no_class_is_refused(tmp_path: Path) -> None:
     path = write_csv(tmp_path, table(ROW.format(frame=0, cls="car")))
-    assert "'lorry', accepted is one of car" in message(path, class_map={"truck": "lorry"})
+    assert "must map 'truck' to one of car" in message(path, class_map={"truck": "lorry"})
 
 
 def test_the_origin_is_added_to_every_box(tmp_path: Path) -> None:
@@ -123,8 +123,8 @@ def test_frames_are_the_distinct_pairs_of_sequence_and_frame(tmp_path: Path) -> 
 def test_a_given_number_of_frames_counts_the_empty_ones(tmp_path: Path) -> None:
     path = write_csv(tmp_path, table(*[ROW.format(frame=frame, cls="car") for frame in range(3)]))
     assert boxes_of(path, frames=10)[2] == 10
-    assert "found 2, but the data hold 3 frames" in message(path, frames=2)
-    assert "frames: found 0" in message(path, frames=0)
+    assert "frames must be at least 3" in message(path, frames=2)
+    assert "frames must be an integer from 1" in message(path, frames=0)
 
 
 @every_writer

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from PySide6.QtCore import Qt
 
-from riglens.app.evaluation.options import AutoVoxel, SceneOptions, ScoreOptions
+from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.evaluation.requests import LoadedScene
 from riglens.app.evaluation.voxel_words import reason, tried_lines
 from riglens.app.window.actions import Spec
@@ -164,14 +164,15 @@ def why_scores_move(before: VoxelGrid, after: VoxelGrid) -> str:
 
 def choice_of(options: SceneOptions, grid: VoxelGrid | None = None) -> SceneChoice:
     """What the scene panel shows for these options; the grid of a stored POG is known once it is loaded."""
-    voxel_m, roi_m = options.voxel_m or DEFAULT_VOXEL_M, options.roi_m or DEFAULT_ROI_M
+    voxel_m = None if options.voxel_m == "auto" else options.voxel_m or DEFAULT_VOXEL_M
+    roi_m = options.roi_m or DEFAULT_ROI_M
     if options.pog is not None and grid is not None:
         voxel_m, roi_m = grid.voxel_m, grid.roi_m
     return SceneChoice(
         options.boxes,
         options.origin_m or _own_origin_m(options.boxes),
         options.frames,
-        voxel_m if options.auto is None else None,
+        voxel_m,
         roi_m,
         options.pog,
     )
@@ -191,14 +192,13 @@ def options_of(choice: SceneChoice, before: SceneOptions) -> SceneOptions:
     """Options for what the scene panel says; class names stay mapped as long as the data set is the same."""
     if choice.pog is not None:
         return SceneOptions(pog=choice.pog)
-    auto = (before.auto or AutoVoxel()) if choice.voxel_m is None else None
     return SceneOptions(
         boxes=choice.boxes,
         origin_m=choice.origin_m if choice.boxes is not None else None,
         frames=choice.frames,
         classes=before.classes if choice.boxes == before.boxes else (),
-        voxel_m=choice.voxel_m,
+        voxel_m=choice.voxel_m or "auto",
         roi_m=choice.roi_m,
-        auto=auto,
+        tolerance_pp=before.tolerance_pp if choice.voxel_m is None else None,
         find_ground=before.find_ground and choice.boxes == before.boxes,
     )

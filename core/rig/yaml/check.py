@@ -95,5 +95,5 @@ def _model_complaint(sensor: dict[str, Plain]) -> str:
         return str(error)
     if kind_named(kind) is None or entry.kind == kind:
         return ""
-    hint = f"`riglens library --kind {kind}` lists the models of a {kind}"
+    hint = f"see the library's models of a {kind}"
     return f"model '{model}' is a {entry.kind}, but this sensor is a {kind}; {hint}"

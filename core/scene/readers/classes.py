@@ -109,7 +109,7 @@ class ClassTable:
     def __post_init__(self) -> None:
         for name, cls in self.overrides.items():
             if cls not in (*CLASSES, IGNORE):
-                raise InputError(f"class of {name!r}: found {cls!r}, accepted is one of {_accepted()}")
+                raise InputError(f"must map {name!r} to one of {_accepted()} (got {cls!r})", "classes")
 
     def effective(self) -> dict[str, str]:
         """Return the table after the overrides, {lower-case name: class name}: all that decides a box's class.
@@ -173,7 +173,7 @@ def parse_class_map(pairs: Iterable[str]) -> dict[str, str]:
     for pair in pairs:
         name, equals, cls = (part.strip() for part in pair.rpartition("="))
         if not (name and equals) or cls not in (*CLASSES, IGNORE):
-            raise InputError(f"class map: found {pair!r}, accepted is NAME=CLASS with one of {_accepted()}")
+            raise InputError(f"must be NAME=CLASS with one of {_accepted()} (got {pair!r})", "classes")
         overrides[name] = cls
     return overrides
 

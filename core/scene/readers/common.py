@@ -55,7 +55,7 @@ class BoxOptions:
 
     def __post_init__(self) -> None:
         if not all(math.isfinite(value) and abs(value) <= MAX_POSITION_M for value in self.origin_m):
-            raise InputError(f"origin: found {self.origin_m}, accepted are three finite numbers in metres")
+            raise InputError(f"must be three finite numbers in metres (got {self.origin_m})", "origin_m")
         require_frames(self.frames)
 
 
@@ -174,7 +174,7 @@ def require_frames(frames: int | None) -> None:
     """Raise InputError for a number of frames, where one is given, that no data set has."""
     if frames is not None and not 1 <= frames <= MAX_FRAMES:
         found = frames if abs(frames) < 1 << 64 else "a very large number"
-        raise InputError(f"frames: found {found}, accepted is a whole number from 1 to {MAX_FRAMES}")
+        raise InputError(f"must be an integer from 1 to {MAX_FRAMES} (got {found})", "frames")
 
 
 def added_up(name: str, sha256: str, reports: Sequence[DataReport]) -> DataReport:
@@ -219,7 +219,8 @@ def with_all_frames(report: DataReport, frames: int | None) -> DataReport:
         raise InputError(f"{report.source}: found {report.frames} frames, accepted are at most {MAX_FRAMES}")
     if frames is not None and frames < report.frames:
         raise InputError(
-            f"{report.source}: frames: found {frames}, but the data hold {report.frames} frames already"
+            f"must be at least {report.frames}, the frames that {report.source} holds (got {frames})",
+            "frames",
         )
     return replace(report, frames=frames or report.frames)
 

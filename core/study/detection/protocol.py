@@ -58,9 +58,7 @@ class Protocol:
 
     def __post_init__(self) -> None:
         if not 1 <= self.seeds <= MOST_SEEDS:
-            raise InputError(
-                f"--seeds: found {self.seeds}, accepted is a whole number from 1 to {MOST_SEEDS}"
-            )
+            raise InputError(f"must be an integer from 1 to {MOST_SEEDS} (got {self.seeds})", "seeds")
 
     def quick(self) -> Protocol:
         """A look, not a measurement: one seed, a third of the passes, half of the frames."""
@@ -165,8 +163,7 @@ def entrants(
     for rig, mesh in zip(rigs, meshes, strict=False):
         if not rig.lidars():
             raise InputError(
-                f"rig '{rig.name}': found no LiDAR that is on, accepted are rigs with LiDARs: "
-                "what cameras see is told by `riglens targets`"
+                f"rig '{rig.name}' must have an enabled LiDAR: hit coverage says what cameras see"
             )
         taken = sum(one.name == rig.name or one.name.startswith(f"{rig.name} (") for one in found)
         name = f"{rig.name} ({taken + 1})" if taken else rig.name

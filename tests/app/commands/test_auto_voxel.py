@@ -109,7 +109,7 @@ def test_edges_that_do_not_divide_the_region_are_named(riglens, near, rigs):
         "evaluate", rigs["dense"], "--boxes", near, "--roi", "8.2", "8", "4", "--voxel", "auto", "--json", "-"
     )
     assert document(result)["grid"]["voxel_m"] in (0.05, 0.1, 0.2)
-    assert "δ 0.4  left out: roi L: 8.2 m is not a multiple" in result.err
+    assert "δ 0.4  left out: L must be a multiple of the voxel edge 0.4 m" in result.err
 
 
 def test_table1_takes_it_for_the_eight_rigs(riglens, near):
@@ -148,10 +148,13 @@ def test_a_stored_pog_holds_one_grid_and_refuses_it(riglens, near, rigs, tmp_pat
 @pytest.mark.parametrize(
     ("options", "hint"),
     [
-        (("--voxel", "auto", "--tolerance", "-1"), "--tolerance: found -1"),
-        (("--voxel", "auto", "--tolerance", "nan"), "--tolerance: found nan"),
-        (("--tolerance", "2"), "--voxel auto"),
-        (("--voxel", "automatic"), "found automatic, accepted is an edge in metres, or auto"),
+        (
+            ("--voxel", "auto", "--tolerance", "-1"),
+            "--voxel-tolerance must be between 0 and 100 percentage points (got -1)",
+        ),
+        (("--voxel", "auto", "--tolerance", "nan"), "(got nan)"),
+        (("--tolerance", "2"), "--voxel-tolerance belongs to automatic voxels: choose auto for --voxel"),
+        (("--voxel", "automatic"), "must be an edge in metres, or auto (got automatic)"),
         (("--voxel", "auto", "--roi", "8.03", "8", "4"), "8.03"),
     ],
 )

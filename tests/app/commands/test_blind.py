@@ -51,9 +51,9 @@ def test_a_profile_of_ones_own_takes_the_place_of_the_others(riglens, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("--width", "-1"), "--width: found -1"),
-        (("--within", "1000"), "--within: found 1000"),
-        (("--out", "map.gif"), "accepted are .csv and .png"),
+        (("--width", "-1"), "--width must be between 0 and 5 m (got -1)"),
+        (("--within", "1000"), "--within must be between 1 and 100 m (got 1000)"),
+        (("--out", "map.gif"), "--out must end in .csv or .png"),
         (("--profile", "missing.yaml"), "missing.yaml: no such file"),
     ],
 )

@@ -34,11 +34,11 @@ def test_a_card_as_json_csv_and_chart(riglens, tmp_path):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("--to", "1"), "--to: found 1, accepted is a number from"),
-        (("--deceleration", "0"), "--deceleration: found 0"),
-        (("--directions", "0"), "--directions: found 0, accepted is a number from 1 to 72"),
-        (("--min-points", "0"), "--min-points: found 0"),
-        (("--chart", "card.bmp"), "--chart card.bmp: found another ending, accepted are .png and .svg"),
+        (("--to", "1"), "--to must be between"),
+        (("--deceleration", "0"), "--deceleration must be between"),
+        (("--directions", "0"), "--directions must be between 1 and 72 (got 0)"),
+        (("--min-points", "0"), "--min-points must be between"),
+        (("--chart", "card.bmp"), "--chart must end in .png or .svg (got card.bmp)"),
     ],
 )
 def test_bad_words_are_told_in_one_line(riglens, words, message):

@@ -127,7 +127,7 @@ def test_what_is_waived_or_may_be_missing_ends_with_0(riglens, tmp_path):
 
 def test_annotations_and_json_do_not_share_standard_output(riglens, tmp_path):
     words = ("check", "Center", "--requirements", required(tmp_path, SMALL_FILE))
-    assert "both write to standard output" in riglens(*words, "--github", "--json", "-").refused()
+    assert "--github cannot share standard output" in riglens(*words, "--github", "--json", "-").refused()
     assert riglens("check", "--requirements", required(tmp_path, SMALL_FILE)).code == 2
 
 

@@ -87,8 +87,8 @@ def test_ground_auto_scores_as_the_origin_it_found(riglens, ahead):
 
 
 def test_ground_auto_is_refused_where_nobody_can_tell(riglens, boxes, tmp_path):
-    assert "--ground auto: found z =" in riglens("data", boxes, "--ground", "auto").refused()
-    assert "--origin X Y Z" in riglens("evaluate", "W+T", "--boxes", boxes, "--ground", "auto").refused()
+    assert "--ground needs 20 boxes" in riglens("data", boxes, "--ground", "auto").refused()
+    assert "--origin" in riglens("evaluate", "W+T", "--boxes", boxes, "--ground", "auto").refused()
     assert "--ground" in riglens("evaluate", "W+T", "--ground", "auto").refused()
     assert "GROUND" in riglens("data", boxes, "--ground", "0.3").refused().upper()
 
@@ -113,7 +113,7 @@ def test_folders_of_other_sources_say_where_their_origin_is(riglens, tmp_path):
 
 def test_bad_data_and_usage_end_in_one_line(riglens, tmp_path):
     assert "does not exist" in riglens("data", tmp_path / "no").refused()
-    assert "BOXES" in riglens("data").refused()
+    assert "BOXES" in riglens("data", "show").refused()
     assert "--json" in riglens("data", tmp_path, "--json", "-x").refused()
     (tmp_path / "x.csv").write_text(HEADER + "s,0,car,1,2,3,4,5\n")
     assert "x.csv:2" in riglens("data", tmp_path / "x.csv").refused()

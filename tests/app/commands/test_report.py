@@ -14,8 +14,8 @@ import pytest
 from PySide6.QtCore import QSizeF
 from scipy.spatial import ConvexHull
 
-from riglens.app.commands import main, report_job
-from riglens.app.commands.report_job import rendered
+from riglens.app.commands import main, report
+from riglens.app.commands.report import rendered
 from riglens.app.rendering.pdf import Header, keep_together, page_images, printable
 from riglens.app.studies import report_reading
 from riglens.app.studies.report_document import Drawings, ReportDocument
@@ -39,9 +39,9 @@ from riglens.app.studies.report_page import (
 )
 from riglens.app.studies.report_reading import attached_figures, figures_in_pdf
 from riglens.app.studies.report_summary import missed_objects, smallest_range, worst_failure, worst_profile
-from riglens.app.terminal.scores import rig_called
-from riglens.core.engine.evaluation_json import to_text
+from riglens.app.terminal.loading import load_rig
 from riglens.core.errors import InputError
+from riglens.core.plain import to_text
 from riglens.core.review.findings import amounts
 from riglens.core.rig.presets import preset
 from riglens.core.scene.boxes import CLASSES
@@ -148,7 +148,7 @@ def test_every_number_of_a_table_is_that_of_the_attached_figures_and_these_are_t
 @pytest.fixture(scope="module")
 def document(made):
     """The document of the report, with drawings that take no time."""
-    rigs = tuple(rig_called(str(name)) for name in made[1][1:3])
+    rigs = tuple(load_rig(str(name)) for name in made[1][1:3])
     figures = attached_figures(made[0].read_bytes(), "report.html")
     return ReportDocument(figures, rigs, [Drawings(DOT, DOT, plans(rig, None), {"rays": []}) for rig in rigs])
 
@@ -158,14 +158,14 @@ def test_verify_makes_a_report_again_byte_for_byte(made, riglens):
     same = riglens("report", "--verify", out, "--boxes", boxes)
     assert same.code == 0 and "every figure is the same" in same.out, same.err
     said = riglens("report", "--verify", out)
-    assert said.code == 2 and "name these data with --boxes" in said.err
+    assert said.code == 2 and "--boxes must name boxes.csv" in said.err
 
 
 @pytest.fixture
 def made_again(monkeypatch, made, document):
     """What `verify` makes again comes at once: the figures of the report, and the drawings of the document."""
-    monkeypatch.setattr(report_job, "report_of", lambda plan, progress: None)
-    monkeypatch.setattr(report_job, "document_of", lambda plan, report: copy.deepcopy(document))
+    monkeypatch.setattr(report, "report_of", lambda plan, progress: None)
+    monkeypatch.setattr(report, "document_of", lambda plan, report: copy.deepcopy(document))
     return made[2]
 
 
@@ -489,13 +489,13 @@ def test_origins_of_models_are_told_in_one_line():
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("Center",), "give either rigs with --out"),
-        (("--out", "a.html"), "found no rig"),
-        (("Center", "--out", "a.docx"), "accepted are .html and .pdf"),
-        (("Center", "--out", "a.html", "--draws", "-1"), "--draws: found -1"),
+        (("Center",), "name rigs and --out"),
+        (("--out", "a.html"), "no rig named"),
+        (("Center", "--out", "a.docx"), "--out must end in .html or .pdf"),
+        (("Center", "--out", "a.html", "--draws", "-1"), "--draws must be an integer from 0 to"),
         (("--verify", "missing.html"), "cannot be read"),
-        (("Center", "--out", "a.html", "--meshes", "there"), "--meshes belongs to --verify"),
-        (("Center", "--verify", "a.html"), "it brings its own"),
+        (("Center", "--out", "a.html", "--meshes", "there"), "--meshes is for an earlier page"),
+        (("Center", "--verify", "a.html"), "--verify brings its own"),
     ],
 )
 def test_bad_input_is_told_in_one_line(riglens, arguments, said):

@@ -58,7 +58,7 @@ def test_the_report_names_every_sensor_on_the_terminal_and_in_a_file(riglens: Ru
     assert lines[0] == "nuScenes tables" and "ROS URDF" in lines
     assert "    CAM_FRONT" in lines and "    RADAR_FRONT" in lines
     line = riglens("convert", folder, tmp_path / "a.urdf", "--report", tmp_path / "a.urdf").refused()
-    assert "is OUT as well" in line and not (tmp_path / "a.urdf").exists()
+    assert "must be another file than OUT" in line and not (tmp_path / "a.urdf").exists()
 
 
 def test_tables_become_a_rig_file_and_the_report_stands_on_standard_error(
@@ -120,14 +120,14 @@ def test_every_command_that_takes_a_rig_takes_a_foreign_one(riglens: Run, tmp_pa
     [
         (
             ("rig.json", "out.json"),
-            "out.json: the format does not follow from its ending; name it with --to: riglens,",
+            "--to must name the format, which the ending of out.json does not: riglens,",
         ),
         (("rig.json", "out.yaml", "--to", "nuscene"), "found 'nuscene'; did you mean nuscenes?"),
         (("rig.json", "out.yaml", "--from", "osi"), "format: found 'osi'; accepted are riglens, nuscenes"),
         (("no.json", "out.yaml"), "no.json: no such file or folder"),
         (("rig.json", "no/out.yaml"), "out.yaml: cannot be written: no such folder"),
         (("rig.json", "out.yaml", "--from", "kalibr"), "rig.json"),
-        (("rig.json", "out.yaml", "--origin", "1", "nan", "0"), "accepted are finite numbers in metres"),
+        (("rig.json", "out.yaml", "--origin", "1", "nan", "0"), "--origin must be finite, in metres"),
         (("W+T", "here", "--to", "autoware"), "here: cannot be written: the folder holds a.txt"),
     ],
 )
@@ -213,7 +213,7 @@ def test_json_holds_every_figure(riglens):
     ("arguments", "complaint"),
     [
         (("vlp-64",), "unknown sensor model 'vlp-64'"),
-        (("generic-16", "--kind", "lidar"), "--kind lidar chooses what is listed"),
+        (("generic-16", "--kind", "lidar"), "--kind chooses what is listed"),
         (("--library", "/nowhere/own.yaml"), "/nowhere/own.yaml: no such file"),
     ],
 )

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from riglens.core.pieces.folder import sole_run
+from riglens.core.pieces.folder import LOCK, sole_run
+from riglens.core.simulate.dataset import DatasetFolder
 from tests.core.simulate import carla_stand_in
 
 
@@ -104,16 +105,16 @@ def one_line(result, *parts):
 @pytest.mark.parametrize(
     ("words", "part"),
     [
-        (("--every", "0"), "--every: found 0"),
-        (("--sequences", "0"), "--sequences: found 0"),
-        (("--clutter", "-1"), "--clutter: found -1"),
-        (("--noise", "-1"), "--noise: found -1"),
-        (("--noise", "nan"), "--noise: found nan"),
-        (("--dropout", "1"), "--dropout: found 1"),
-        (("--seed", "-3"), "--seed: found -3"),
+        (("--every", "0"), "--every must be an integer ≥ 1 (got 0)"),
+        (("--sequences", "0"), "--sequences must be an integer ≥ 1 (got 0)"),
+        (("--clutter", "-1"), "--clutter must be"),
+        (("--noise", "-1"), "--noise must be between 0 and"),
+        (("--noise", "nan"), "--noise must be between 0 and"),
+        (("--dropout", "1"), "--dropout must be at least 0"),
+        (("--seed", "-3"), "--seed must be an integer from 0"),
         (("--workers", "0"), "--workers must be between 1"),
-        (("--workers", "2", "--dask", "tcp://h:1"), "--workers and --dask"),
-        (("--surroundings", "block"), "--surroundings block"),
+        (("--workers", "2", "--dask", "tcp://h:1"), "--workers cannot be combined with"),
+        (("--surroundings", "block"), "--surroundings cannot block"),
     ],
 )
 def test_what_makes_no_sense_is_one_line_and_leaves_nothing(riglens, boxes, tmp_path, small_rig, words, part):
@@ -126,7 +127,7 @@ def test_no_room_is_one_line_and_leaves_nothing(riglens, boxes, tmp_path, small_
     usage = shutil.disk_usage(tmp_path)._replace(free=1000)
     monkeypatch.setattr(shutil, "disk_usage", lambda _: usage)
     out = tmp_path / "set"
-    one_line(riglens("simulate", small_rig, "--boxes", boxes, "--out", out), "needs about", "0.0 MB free")
+    one_line(riglens("simulate", small_rig, "--boxes", boxes, "--out", out), "needs about", "0.0 MB are free")
     assert not out.exists()
 
 
@@ -142,7 +143,30 @@ def test_another_folder_is_left_alone(riglens, boxes, tmp_path, small_rig):
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "thesis.tex").write_text("x")
     result = riglens("simulate", small_rig, "--boxes", boxes, "--out", tmp_path / "mine")
-    one_line(result, "the folder holds 'thesis.tex'")
+    one_line(result, "must be a new or an empty folder (holds 'thesis.tex')")
+
+
+def test_ctrl_c_does_not_say_that_no_file_was_changed(riglens, boxes, tmp_path, small_rig, monkeypatch):
+    def stopped(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("riglens.core.pieces.work.results", stopped)
+    words = ("simulate", small_rig, "--boxes", boxes, "--out", tmp_path / "set", "--workers", "1")
+    found = riglens(*words)
+    assert found.code == 130 and (tmp_path / "set" / "riglens.json").exists()
+    assert "no file was changed" not in found.err and "run the same command again" in found.err
+
+
+def test_what_is_missing_is_worked_out_behind_the_lock(riglens, boxes, tmp_path, small_rig, monkeypatch):
+    locked = []
+
+    def missing(self, progress):
+        locked.append((self.work / LOCK).exists())
+        return []
+
+    monkeypatch.setattr(DatasetFolder, "missing", missing)
+    riglens("simulate", small_rig, "--boxes", boxes, "--out", tmp_path / "set", "--workers", "1")
+    assert locked == [True]
 
 
 # ---------------------------------------------------------------- --carla
@@ -161,17 +185,17 @@ def test_a_data_set_from_carla(riglens, tmp_path, small_rig, monkeypatch):
         riglens("simulate", small_rig, "--boxes", boxes, "--out", tmp_path / "again", "--workers", "1").code
         == 0
     )
-    one_line(riglens("simulate", small_rig, *words), "the folder holds a data set")
+    one_line(riglens("simulate", small_rig, *words), "must be a new or an empty folder")
 
 
 @pytest.mark.parametrize(
     ("words", "part"),
     [
-        (("--carla", "nowhere"), "accepted is HOST:PORT"),
-        (("--carla", "h:1", "--frames", "0"), "--frames: found 0"),
-        (("--carla", "h:1", "--every", "0"), "--every: found 0"),
-        (("--carla", "h:1", "--dask", "tcp://h:1"), "--dask and --carla"),
-        (("--carla", "h:1", "--noise", "-1"), "--noise: found -1"),
+        (("--carla", "nowhere"), "--carla must be HOST:PORT"),
+        (("--carla", "h:1", "--frames", "0"), "--frames must be an integer from 1 to 1,000,000 (got 0)"),
+        (("--carla", "h:1", "--every", "0"), "--every must be an integer ≥ 1 (got 0)"),
+        (("--carla", "h:1", "--dask", "tcp://h:1"), "--dask has no meaning"),
+        (("--carla", "h:1", "--noise", "-1"), "--noise must be between 0 and"),
     ],
 )
 def test_what_makes_no_sense_with_carla_is_one_line(riglens, tmp_path, small_rig, monkeypatch, words, part):
@@ -182,7 +206,7 @@ def test_what_makes_no_sense_with_carla_is_one_line(riglens, tmp_path, small_rig
 
 def test_carla_takes_one_rig_and_needs_its_package(riglens, boxes, tmp_path, small_rig, monkeypatch):
     words = ("--out", tmp_path / "set", "--carla", "localhost:2000")
-    one_line(riglens("simulate", small_rig, "Center", *words), "found 2 rigs, accepted is one")
-    one_line(riglens("simulate", small_rig, *words, "--boxes", boxes), "--boxes and --carla")
+    one_line(riglens("simulate", small_rig, "Center", *words), "--carla is for one rig (got 2 rigs)")
+    one_line(riglens("simulate", small_rig, *words, "--boxes", boxes), "--boxes has no meaning")
     monkeypatch.setitem(sys.modules, "carla", None)
     one_line(riglens("simulate", small_rig, *words), "pip install 'riglens[carla]'")

@@ -9,7 +9,7 @@ import sys
 import pytest
 
 from riglens.app.commands import start
-from riglens.app.commands.parsing import app, run
+from riglens.app.commands.parsing import COMMANDS, GROUPS, PARTS, app, renamed, run
 from tests.app.conftest import REPOSITORY
 from tests.waiting import TIMEOUT_S
 
@@ -88,7 +88,17 @@ def test_no_word_that_opens_the_window_at_once_is_a_command() -> None:
 
 
 @pytest.mark.parametrize(
-    "words", [[], ["evaluate"], ["pog"], ["render"], ["presets"], ["study"], ["study", "table1"]]
+    "words",
+    [
+        [],
+        ["evaluate"],
+        ["review"],
+        ["data", "build"],
+        ["render"],
+        ["list", "rigs"],
+        ["study"],
+        ["study", "table1"],
+    ],
 )
 def test_help_explains_every_option(riglens, words):
     result = riglens(*words, "--help")
@@ -113,22 +123,52 @@ def test_help_loads_no_heavy_package():
     assert result.stderr == "[]\n"
 
 
-def test_only_commands_that_exist_are_offered(riglens):
-    text = riglens("--help").out
-    for name in (
-        "evaluate",
-        "pog",
-        "render",
-        "presets",
-        "convert",
-        "study",
-        "blind",
-        "check",
-        "report",
-        "simulate",
-    ):
-        assert name in text
-    assert "optimise" not in text
+EARLIER = ("audit", "blind", "card", "library", "pog", "presets", "redundancy", "targets", "tolerance")
+
+
+def test_half_as_many_commands_are_listed_and_earlier_ones_still_work(riglens):
+    listed = {line.split()[1] for line in riglens("--help").out.splitlines() if line.startswith("│ ")}
+    assert {*COMMANDS, *GROUPS} <= listed and not listed & {*EARLIER}
+    for name in EARLIER:
+        result = riglens(name, "--help")
+        assert (result.code, result.err) == (0, "") and "Usage: riglens" in result.out, name
+
+
+@pytest.mark.parametrize(
+    ("earlier", "now"),
+    [
+        ("presets", "list rigs"),
+        ("presets W+T", "list rigs W+T"),
+        ("library --kind camera", "list sensors --kind camera"),
+        ("library velodyne-vlp-32c --json", "list sensors velodyne-vlp-32c --json -"),
+        ("data a.csv --json -", "data show a.csv --json -"),
+        ("pog a.csv --out a.npz", "data build a.csv --out a.npz"),
+        ("evaluate W+T --tolerance=2", "evaluate W+T --voxel-tolerance=2"),
+        ("tolerance W+T --profile ride", "tolerance W+T --errors ride"),
+        ("check W+T --profile a.yaml", "check W+T --profile a.yaml"),
+    ],
+)
+def test_earlier_names_mean_todays(earlier, now):
+    assert " ".join(renamed(earlier.split())).replace("--json=-", "--json -") == now
+
+
+def test_an_option_has_one_form_wherever_it_is_listed():
+    forms: dict[str, set[str]] = {}
+    for found in _listed(app):
+        for argument in found.assemble_argument_collection() if found.default_command else ():
+            for name in argument.names if argument.parameter.show is not False else ():
+                if name.startswith("--"):
+                    forms.setdefault(name, set()).add(str(argument.parameter.metavar))
+    assert len(forms) > 60
+    several = {name for name, metavars in forms.items() if len(metavars) > 1}
+    assert several == {"--out"}, "it is the one result of a command, of whatever form"
+
+
+def _listed(of):
+    for name in of:
+        if not name.startswith("-") and name not in PARTS:
+            yield of[name]
+            yield from _listed(of[name])
 
 
 def test_the_module_and_the_console_script_are_the_same_program():

@@ -87,13 +87,13 @@ def test_the_table_tells_rings_for_one_rig_and_rigs_beside_each_other(riglens, b
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("--within", "0"), "--within: found 0, accepted"),
-        (("--sample", "0"), "--sample: found 0, accepted"),
-        (("--min-points", "-1"), "--min-points: found -1, accepted"),
-        (("--seed", "1.5"), "found 1.5, accepted is a whole number"),
-        (("--objects", "o.txt"), "--objects o.txt: found another ending"),
+        (("--within", "0"), "--within must be above 0"),
+        (("--sample", "0"), "--sample must be an integer ≥ 1 (got 0)"),
+        (("--min-points", "-1"), "--min-points must be an integer ≥ 1 (got -1)"),
+        (("--seed", "1.5"), "must be an integer (got 1.5)"),
+        (("--objects", "o.txt"), "--objects must end in .csv or .parquet (got o.txt)"),
         (("--objects", "no/folder/o.csv"), "cannot be written"),
-        (("Center", "--objects", "o.csv"), "found 2 rigs, accepted is one"),
+        (("Center", "--objects", "o.csv"), "--objects is for one rig (got 2 rigs)"),
         (("--frames", "3"), "name the data set with --boxes"),
     ],
 )
@@ -130,8 +130,11 @@ def test_surroundings_of_the_town_take_points_and_no_object(riglens):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("--surroundings", "block"), "--surroundings block: found no table of what stands there"),
-        (("--surroundings", "ignored", "--occluders", "a.csv", "b.csv"), "--occluders hide nothing with"),
+        (
+            ("--surroundings", "block"),
+            "--surroundings cannot block: no table says what stands there; name it with --occluders",
+        ),
+        (("--surroundings", "ignored", "--occluders", "a.csv", "b.csv"), "--occluders hide nothing when"),
         (("--occluders", "a.csv", "b.csv"), "a.csv: cannot be read"),
     ],
 )

@@ -44,10 +44,10 @@ def test_the_rig_of_the_worst_draw_scores_what_the_table_says(riglens, boxes, tm
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("--profile", "magic"), "accepted is one of assembly"),
-        (("--draws", "0"), "--draws: found 0"),
-        (("--seed", "-1"), "--seed: found -1"),
-        (("--figure", "seen lorry"), "accepted is one of seen car"),
+        (("--profile", "magic"), "--errors must be one of assembly"),
+        (("--draws", "0"), "--draws must be an integer from 1 to"),
+        (("--seed", "-1"), "--seed must be an integer from 0 to"),
+        (("--figure", "seen lorry"), "--figure must be one of seen car"),
     ],
 )
 def test_bad_input_is_told_in_one_line(riglens, arguments, said):

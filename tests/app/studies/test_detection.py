@@ -173,10 +173,10 @@ def some_machine(monkeypatch: pytest.MonkeyPatch) -> None:
     [
         ((), "accepted are rigs to compare, or --published"),
         (("Trapezoid", "--published"), "accepted are rigs to compare, or --published"),
-        (("Wide",), "rig 'Wide': found no LiDAR that is on"),
+        (("Wide",), "rig 'Wide' must have an enabled LiDAR"),
         (("Trapezoid", "--workers", "0"), "--workers must be between 1"),
-        (("Trapezoid", "--seeds", "0"), "--seeds: found 0"),
-        (("Trapezoid", "--workers", "2", "--dask", "tcp://h:1"), "--workers and --dask"),
+        (("Trapezoid", "--seeds", "0"), "--seeds must be an integer from 1"),
+        (("Trapezoid", "--workers", "2", "--dask", "tcp://h:1"), "--workers cannot be combined with"),
         (("no-such-rig",), "no-such-rig"),
     ],
 )
@@ -213,7 +213,7 @@ def test_three_frames_or_one_sequence_are_one_line(
 @pytest.mark.usefixtures("some_machine")
 @pytest.mark.parametrize(
     ("address", "said"),
-    [("nowhere", "accepted is tcp://HOST:PORT"), ("tcp://127.0.0.1:1", "no scheduler answers")],
+    [("nowhere", "--dask must be tcp://HOST:PORT"), ("tcp://127.0.0.1:1", "--dask finds no scheduler")],
 )
 def test_a_cluster_that_is_not_there_is_one_line(
     riglens: object, tmp_path: Path, address: str, said: str

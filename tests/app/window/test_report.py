@@ -11,7 +11,7 @@ from PySide6.QtGui import QImage
 from pytestqt.qtbot import QtBot
 
 from riglens.app.background.report import PAGE, PDF, ReportJob, make_report
-from riglens.app.evaluation.options import AutoVoxel, SceneOptions, ScoreOptions
+from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.rendering.pdf import Header, page_images
 from riglens.app.studies.report_reading import attached_figures, inputs_of
 from riglens.core.errors import Cancelled, InputError
@@ -76,7 +76,7 @@ def test_the_pages_of_a_report_are_drawn_as_they_are_printed(qtbot: QtBot) -> No
 
 
 GRID = VoxelGrid(0.2, (20.0, 10.0, 4.0))
-PICKED = SceneOptions(roi_m=GRID.roi_m, auto=AutoVoxel(), classes=("van=car",))
+PICKED = SceneOptions(roi_m=GRID.roi_m, voxel_m="auto", classes=("van=car",))
 
 
 def preview(desk: FullDesk) -> ReportDialog:

@@ -9,7 +9,6 @@ import pytest
 from PySide6.QtWidgets import QComboBox, QLabel, QLineEdit, QPushButton
 from pytestqt.qtbot import QtBot
 
-from riglens.app.evaluation.options import AutoVoxel
 from riglens.app.evaluation.scenario import load_scenario
 from riglens.app.evaluation.voxel_words import reason, tried_lines
 from riglens.core.scene.pog_store import save_pog
@@ -53,19 +52,16 @@ def test_auto_scores_on_the_edge_it_picked_and_says_why(qtbot: QtBot, tmp_path: 
 
 
 def test_auto_goes_by_the_rig_as_it_is_when_load_is_pressed(qtbot: QtBot, tmp_path: Path) -> None:
-    auto = AutoVoxel(tolerance_pp=0.0)
-    with open_bench(qtbot, tmp_path, roi_m=SMALL_ROI_M, voxel_m=None, auto=auto) as bench:
+    with open_bench(qtbot, tmp_path, roi_m=SMALL_ROI_M, voxel_m="auto", tolerance_pp=0.0) as bench:
         assert bench.scenes[0].field.grid.voxel_m == 0.05
         bench.document.apply(bench.document.rig.replace(sensors=()))
         load(bench)
         assert bench.scenes[1].field.grid.voxel_m == 0.4  # without sensors every edge says the same
-        assert bench.scenes[1].options.auto is not None
-        assert bench.scenes[1].options.auto.tolerance_pp == 0.0
+        assert (bench.scenes[1].options.voxel_m, bench.scenes[1].options.tolerance_pp) == ("auto", 0.0)
 
 
 def test_a_typed_edge_ends_auto(qtbot: QtBot, tmp_path: Path) -> None:
-    auto = AutoVoxel(tolerance_pp=100.0)
-    with open_bench(qtbot, tmp_path, roi_m=SMALL_ROI_M, voxel_m=None, auto=auto) as bench:
+    with open_bench(qtbot, tmp_path, roi_m=SMALL_ROI_M, voxel_m="auto", tolerance_pp=100.0) as bench:
         line = voxel_box(bench).lineEdit()
         assert line is not None
         type_into(qtbot, line, "0.5")

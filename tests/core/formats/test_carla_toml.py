@@ -35,7 +35,7 @@ def test_one_set_is_read_and_roll_and_pitch_are_degrees() -> None:
     assert [(sensor.position, sensor.rpy_deg) for sensor in first.rig.sensors] == [
         ((0.0, 0.0, 2.0), (0.0, 0.0, 0.0))
     ]
-    assert has(first.report, "read", "set 1 of 2", "--token") and has(first.report, "read", "degrees")
+    assert has(first.report, "read", "set 1 of 2", "token") and has(first.report, "read", "degrees")
     second = read_files(SETS, options=ReadOptions(token="2"))
     assert [(sensor.position, sensor.rpy_deg) for sensor in second.rig.sensors] == [
         ((0.5, -0.3, 1.8), (20.0, -10.0, 0.0)),
@@ -56,7 +56,7 @@ def test_a_set_holds_as_many_lidars_as_num_says(tmp_path: Path) -> None:
 def test_another_set_is_refused(tmp_path: Path) -> None:
     (tmp_path / "a.toml").write_text(SETS["four.toml"])
     for token in ("0", "3", "x"):
-        with pytest.raises(InputError, match=f"found set '{token}'; accepted is a set from 1 to 2"):
+        with pytest.raises(InputError, match=f"found set '{token}'; accepted is a token from 1 to 2"):
             read_rig(tmp_path / "a.toml", options=ReadOptions(token=token))
 
 

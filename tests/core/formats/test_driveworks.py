@@ -28,7 +28,7 @@ def test_the_rear_axle_follows_from_the_box_of_the_body(box: object) -> None:
     assert imported.rig.vehicle.rear_axle_x == pytest.approx(1.127 - 2.45)
     assert imported.rig.sensors[0].position == pytest.approx((1.0 + 1.127 - 2.45, 0.0, 2.0))
     assert has(imported.report, "converted", "boundingBoxPosition", "-1.323 m")
-    assert not has(imported.report, "--rear-axle-x")
+    assert not has(imported.report, "rear_axle_x")
 
 
 def test_the_body_is_as_wide_as_without_mirrors() -> None:

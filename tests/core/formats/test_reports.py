@@ -54,10 +54,10 @@ def test_remarks_with_the_same_text_become_one_and_name_all_of_its_parts() -> No
         notes.ignored("no place for it", name)
     notes.read("everything")
     notes.ignored("no place for it", "a")
-    notes.approximated("a sedan", option="--vehicle")
+    notes.approximated("a sedan", field="vehicle")
     assert notes.report("X").lines() == [
         "read: everything",
-        "approximated: a sedan; --vehicle changes it",
+        "approximated: a sedan; vehicle changes it",
         "ignored: no place for it (a, b, c, d, e, f)",
     ]
     (left_out,) = notes.report("X").of_kind("ignored")
@@ -114,7 +114,7 @@ def test_an_import_names_what_it_changed(files: Files, pieces: tuple[str, ...]) 
 @pytest.mark.parametrize("case", SMALL)
 def test_what_the_user_said_is_not_called_approximated(case: str) -> None:
     lines = " ".join(read_files(SMALL[case], options=CAR_SAID).report.lines())
-    assert "--vehicle" not in lines and "--origin" not in lines and "--rear-axle-x" not in lines
+    assert not any(f"; {field} changes it" in lines for field in ("vehicle", "origin_m", "rear_axle_x"))
 
 
 @pytest.mark.parametrize("name", [name for name in WRITABLE if name != "riglens"])

@@ -211,7 +211,7 @@ def test_a_killed_run_keeps_nobody_out(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("workers", [0, -1, 1025])
 def test_a_number_of_workers_is_a_count(workers: int) -> None:
-    with pytest.raises(InputError, match="--workers must be between 1 and 1024"):
+    with pytest.raises(InputError, match=r"^workers must be between 1 and 1024"):
         Where(workers)
 
 

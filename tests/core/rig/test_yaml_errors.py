@@ -229,7 +229,7 @@ def test_a_broken_rig_is_refused(old: str, new: str, expected: str) -> None:
         ),
         (
             "model: paper-camera-70",
-            "11: lidar \"rear\": model 'paper-camera-70' is a camera, but this sensor is a lidar; `riglen",
+            "11: lidar \"rear\": model 'paper-camera-70' is a camera, but this sensor is a lidar; see",
         ),
         (
             "model: 16",

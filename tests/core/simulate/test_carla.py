@@ -175,13 +175,13 @@ def test_a_sensor_that_stays_silent_ends_it(
     "text", ["", "localhost", "localhost:", ":2000", "a:b", "h:0", "h:70000", "a b:1", "h:1:2"]
 )
 def test_what_is_no_address_is_refused(text: str) -> None:
-    with pytest.raises(InputError, match="accepted is HOST:PORT"):
+    with pytest.raises(InputError, match=r"^carla must be HOST:PORT"):
         Address.of(text)
 
 
 def test_nobody_answers_and_no_package(world: carla_stand_in.World, monkeypatch: pytest.MonkeyPatch) -> None:
     with (
-        pytest.raises(InputError, match="--carla localhost:1: no simulator answers \\(time-out"),
+        pytest.raises(InputError, match="CARLA at localhost:1: no simulator answers \\(time-out"),
         session(Address("localhost", 1)),
     ):
         pass

@@ -114,8 +114,8 @@ def test_what_cannot_be_measured_is_refused_by_name():
     for models, message in (
         (["nonsense"], "unknown sensor model 'nonsense'"),
         (["pandaset-wide"], "has no camera whose place"),
-        (["velodyne-vlp-16"] * 2, "--sensor velodyne-vlp-16: named twice"),
-        (names[:13], "found 13 models, accepted are at most 12"),
+        (["velodyne-vlp-16"] * 2, "sensor must name each model once"),
+        (names[:13], "sensor must name at most 12 models"),
     ):
         with pytest.raises(InputError, match=message):
             sensors_at(rig, models)

@@ -230,5 +230,5 @@ def test_plain_data_say_what_is_unknown():
     {"deceleration_mps2": 0.0}, {"reaction_s": -1.0}, {"speeds_kmh": (0.0,)}, {"bearings_deg": (0.0,) * 100},
 ])  # fmt: skip
 def test_numbers_out_of_range_are_refused(wrong):
-    with pytest.raises(InputError, match="accepted"):
+    with pytest.raises(InputError, match="must be"):
         CardPlan(**wrong)

@@ -1,45 +1,53 @@
-"""What `riglens presets`, `convert` and `library` do: list or write rigs, convert them, tell sensor models."""
+"""`riglens list rigs` and `riglens list sensors`: built-in rigs, and sensor models with every figure."""
 
 from __future__ import annotations
 
-import json
 import math
 import sys
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from functools import singledispatch
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
+from cyclopts import Parameter
 from rich import box
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from riglens.app.terminal.console import note_report, results
+from riglens.app.commands.options import Json, Libraries
+from riglens.app.commands.output import deliver
+from riglens.app.terminal.console import results
 from riglens.core.errors import InputError
-from riglens.core.files import atomic_write, require_apart
-from riglens.core.formats.exchange import WRITABLE, format_called, format_for, read_rig, write_rig
-from riglens.core.formats.mounts import ReadOptions
-from riglens.core.formats.opening import open_rig
-from riglens.core.formats.report import Report
-from riglens.core.geometry import Pose, Vec3
-from riglens.core.rig.library import Cuboid, Entry, Library, default_library
-from riglens.core.rig.model import Camera, Lidar, Rig, Sensor
-from riglens.core.rig.presets import PRESETS, find_preset, preset
+from riglens.core.files import atomic_write
+from riglens.core.geometry import Pose
+from riglens.core.rig.library import Cuboid, Entry, Library, default_library, use_libraries
+from riglens.core.rig.model import FORMAT_VERSION, Camera, Lidar, Rig, Sensor
+from riglens.core.rig.presets import PRESETS, preset
 from riglens.core.rig.yaml.file import dumps
 from riglens.core.sensors.registry import AnyKind, kind_of, kinds
 
 WIDTH = 100
 _ANGLES_A_LINE = 8
+Name = Annotated[str | None, Parameter(name="NAME")]
 
 
-# ---------------------------------------------------------------- riglens presets
+# ---------------------------------------------------------------- riglens list rigs
 
 
-def presets(name: str | None, out: Path | None) -> None:
-    """List the presets, print one as rig YAML, or write it to a file."""
+def rigs(name: Name = None, /, *, out: Annotated[Path | None, Parameter(metavar="RIG.yaml")] = None) -> None:
+    """List the built-in rigs, or print one as rig YAML, or write it to a file.
+
+    Parameters
+    ----------
+    name
+        One preset; without it all are listed.
+    out
+        Write the preset NAME to this file.
+    """
     if name is None:
+        if out is not None:
+            raise InputError(f"must come with the preset to write: riglens list rigs NAME --out {out}", "out")
         rows = ((p.name, p.description, *_counts(p.rig())) for p in PRESETS.values())
         results().print(preset_table(rows))
         return
@@ -68,73 +76,41 @@ def preset_table(presets: Iterable[tuple[str, str, int, int]]) -> Table:
     return table
 
 
-# ---------------------------------------------------------------- riglens convert: nothing is dropped in silence
+# ---------------------------------------------------------------- riglens list sensors
 
 
-@dataclass(frozen=True)
-class Conversion:
-    """What to convert to what, with the user's options; a format that is None follows from the file."""
+def sensors(
+    name: Name = None,
+    /,
+    *,
+    kind: Annotated[Literal["lidar", "camera"] | None, Parameter(metavar="KIND")] = None,
+    libraries: Libraries = (),
+    json: Json = None,
+) -> None:
+    """List the sensor models, or show one with its beams or lens and where its figures come from.
 
-    source: str
-    target: Path
-    source_format: str | None = None
-    target_format: str | None = None
-    vehicle: str | None = None
-    rear_axle_x: float | None = None
-    origin_m: Vec3 | None = None
-    token: str | None = None
-    report: Path | None = None
-
-
-def convert(job: Conversion) -> None:
-    """Read the rig, write it, and say what became of everything; nothing is written when the reading fails."""
-    target_format = (
-        format_called(job.target_format, WRITABLE) if job.target_format else format_for(job.target)
-    )
-    require_apart(job.target, (job.source,))
-    if job.report is not None:
-        require_apart(job.report, (job.source,))
-        if job.report.absolute() == job.target.absolute():
-            raise InputError(f"--report: {job.report} is OUT as well; name another file")
-    rig, report = _read_rig(job)
-    exported = write_rig(rig, job.target, target_format.name)
-    for found in (report, exported.report):
-        note_report(found)
-    if job.report is not None:
-        texts = (found.text() for found in (report, exported.report) if found is not None)
-        with atomic_write(job.report) as file:
-            file.write("\n".join(texts).encode("utf-8"))
-    count = len(rig.sensors)
-    line = f"{job.target}: {count} sensor{'' if count == 1 else 's'} as {target_format.title}"
-    results(job.target).print(line, soft_wrap=True, markup=False)
-
-
-def _read_rig(job: Conversion) -> tuple[Rig, Report | None]:
-    """The rig to convert; a preset counts as a rig file."""
-    vehicle = open_rig(job.vehicle).rig.vehicle if job.vehicle is not None else None
-    options = ReadOptions(vehicle, job.rear_axle_x, job.origin_m, job.token)
-    preset = find_preset(job.source) if job.source_format is None else None
-    if preset is None:
-        imported = read_rig(job.source, job.source_format, options)
-        return imported.rig, imported.report
-    rig = preset.rig()
-    return rig.replace(vehicle=options.vehicle_or(rig.vehicle)), None
-
-
-# ---------------------------------------------------------------- riglens library
-
-
-def library(name: str | None, kind: str | None, as_json: bool) -> None:
-    """Print one model, or those of a kind, or all; InputError for an unknown name."""
+    Parameters
+    ----------
+    name
+        One model; without it all are listed.
+    kind
+        Only LiDARs or only cameras.
+    json
+        Also write JSON with every figure of every model listed to a file; with - to standard output, instead.
+    """
+    if name is not None and kind is not None:
+        raise InputError(f"chooses what is listed; leave it out to show the model {name}", "kind")
+    use_libraries(libraries)
     models = default_library()
     entries = models.entries(kind) if name is None else (models.entry(name),)
-    if as_json:
-        sys.stdout.write(json.dumps({"riglens": 1, "models": [_plain(e, models) for e in entries]}, indent=1))
-        sys.stdout.write("\n")
-    elif name is None:
-        _list(models, kind)
-    else:
-        _print(_lines(entries[0], models))
+
+    def show() -> None:
+        if name is None:
+            _list(models, kind)
+        else:
+            _print(_lines(entries[0], models))
+
+    deliver({"riglens": FORMAT_VERSION, "models": [_plain(one, models) for one in entries]}, json, show)
 
 
 def _list(library: Library, kind: str | None) -> None:
@@ -143,7 +119,7 @@ def _list(library: Library, kind: str | None) -> None:
         if number:
             console.print()
         console.print(_table(library, shown))
-    console.print("\n`riglens library NAME` shows every figure of a model and where it comes from.")
+    console.print("\n`riglens list sensors NAME` shows every figure of a model and where it comes from.")
 
 
 def _table(library: Library, kind: AnyKind) -> Table:

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from riglens.app.commands.options import BODY, LibraryArguments, Out, Rig, SceneArguments, whole_number
+from riglens.app.commands.options import BodyArguments, Libraries, Out, RigName, SceneArguments, number
+from riglens.app.evaluation.scenario import settings_of
+from riglens.app.launch.display import prepare_drawing
+from riglens.app.rendering.render import RenderRequest, body_of, drawn_score, score_and_draw
+from riglens.app.terminal.console import results
+from riglens.app.terminal.loading import load_rig, load_scene
+from riglens.core.errors import InputError
+from riglens.core.files import require_writable
+from riglens.core.rig.library import use_libraries
 from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, RayLook
-
-if TYPE_CHECKING:
-    from riglens.app.rendering.render import RenderRequest
 
 Heat = Literal[
     "probability", "entropy", "seen", "unseen", "sensors", "change", "twice", "thrice", "kinds", "off"
@@ -34,7 +40,7 @@ class PictureArguments:
     """Where to look from."""
     size: Annotated[str, Parameter(metavar="WxH")] = "1280x800"
     """Size of the picture in pixels."""
-    scale: Annotated[int, Parameter(converter=whole_number, metavar="K")] = 1
+    scale: Annotated[int, number(metavar="K")] = 1
     """Draw K times as many pixels along each side, with lines and letters as large."""
     class_name: Annotated[
         Literal["car", "bicycle", "pedestrian"], Parameter(name="--class", metavar="NAME")
@@ -61,7 +67,7 @@ class PictureArguments:
     """Fill what each sensor looks at: its footprint on open ground, or the outside of its field of view."""
     transparent: bool = False
     """No background."""
-    ground: Annotated[bool, Parameter(negative="--no-ground")] = True
+    ground: Annotated[bool, Parameter(name="--ground-plane", negative="--no-ground")] = True
     """The ground with its grid and metres."""
     legend: Annotated[bool, Parameter(negative="--no-legend")] = True
     """The colour bar."""
@@ -74,10 +80,8 @@ class PictureArguments:
 
     def picture(self, out: Path) -> RenderRequest:
         """Return the same as a checked request, together with the file to write."""
-        from riglens.app.rendering.render import RenderRequest, parse_size
-
         return RenderRequest(
-            out, self.view, parse_size(self.size), self.scale, self.class_name, self.heatmap,
+            out, self.view, _parse_size(self.size), self.scale, self.class_name, self.heatmap,
             transparent=self.transparent, legend=self.legend, title=self.title, scores=self.scores,
             theme=self.theme, threshold=self.threshold, log=self.log, opacity=self.opacity,
             slice_m=self.slice_m, baseline=self.baseline,
@@ -86,14 +90,14 @@ class PictureArguments:
 
 
 def render(
-    rig: Rig,
+    rig: RigName,
     /,
     *,
     out: Out,
     look: PictureArguments = PictureArguments(),
     scene: SceneArguments = SceneArguments(),
-    body: Annotated[Literal["ignored", "blocks"] | None, BODY] = None,
-    libraries: LibraryArguments = LibraryArguments(),
+    score: BodyArguments = BodyArguments(),
+    libraries: Libraries = (),
 ) -> None:
     """Draw a rig, its rays and the heatmap of a class into a PNG file, without a display.
 
@@ -103,11 +107,23 @@ def render(
         Rig file or preset name.
     out
         The picture (.png).
-    body
-        Whether rays pass through the car's own body or end at it, for this run (as each rig says).
     """
-    libraries.use()
-    options = scene.options()
-    from riglens.app.rendering import render as drawing
+    use_libraries(libraries)
+    picture = look.picture(out)
+    prepare_drawing()
+    require_writable(out)
+    opened = load_rig(rig)
+    baseline = load_rig(picture.baseline) if picture.baseline is not None else None
+    mesh = body_of(opened, Path(rig).parent)
+    score = drawn_score(opened, mesh, score.body)
+    pog, field = load_scene(scene, [opened], score)
+    score_and_draw(opened, pog, field, picture, mesh, baseline, settings_of(score))
+    width, height = (side * picture.scale for side in picture.size_px)
+    results(out).print(f"{out}: {width} x {height} pixels", soft_wrap=True, markup=False)
 
-    drawing.render(rig, options, look.picture(out), body)
+
+def _parse_size(text: str) -> tuple[int, int]:
+    match = re.fullmatch(r"(\d{1,6})x(\d{1,6})", text.strip().lower())
+    if match is None:
+        raise InputError(f"must be WIDTHxHEIGHT in pixels, such as 1280x800 (got {text})", "size_px")
+    return int(match[1]), int(match[2])

@@ -2,26 +2,40 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
 from riglens.app.commands.options import (
-    BODY,
-    SCENE,
-    SCORE,
+    BodyArguments,
     BoxArguments,
-    LibraryArguments,
-    Rig,
+    Dask,
+    Libraries,
+    ReadingArguments,
+    RigName,
     SceneArguments,
     ScoreArguments,
+    ThreadArguments,
+    WeightArguments,
     Whole,
-    whole_number,
+    Workers,
+    number,
 )
-from riglens.app.evaluation.options import PAPER_RIG, SceneOptions, ScoreOptions
+from riglens.app.evaluation.options import PAPER_RIG
+from riglens.app.studies import accuracy as study_accuracy
+from riglens.app.studies import detection as study_detection
+from riglens.app.studies import sensor_methods
+from riglens.app.studies import stability as study_stability
+from riglens.app.studies import table1 as study_table1
+from riglens.app.studies import targets as study_targets
 from riglens.core.errors import InputError
-from riglens.core.metric.scores import Body
+from riglens.core.pieces.where import Where
+from riglens.core.rig.library import use_libraries
+from riglens.core.study.true_points import Recorder
+
+Folder = Annotated[Path, Parameter(metavar="DIR")]
 
 
 def table1(
@@ -42,24 +56,20 @@ def table1(
     detection_csv
         Also write published average precision and our figures as CSV.
     """
-    options, metric = scene.options(), score.options()
-    from riglens.app.studies import table1 as study_table1
-
-    study_table1.study(options, metric, csv, detection_csv)
+    study_table1.study(scene, score, csv, detection_csv)
 
 
 def accuracy(
-    rig: Rig = PAPER_RIG,
+    rig: RigName = PAPER_RIG,
     /,
     *,
     sensor: Annotated[
         tuple[str, ...], Parameter(name="--sensor", metavar="NAME", show_default=False, negative=())
     ] = (),
     scene: SceneArguments = SceneArguments(),
-    libraries: LibraryArguments = LibraryArguments(),
-    camera_weight: Annotated[float, Parameter(name="--lambda", group=SCORE, metavar="X")] = 0.1,
-    threads: Annotated[Whole, Parameter(group=SCORE)] = None,
-    out: Annotated[Path, Parameter(metavar="DIR")] = Path("out"),
+    libraries: Libraries = (),
+    score: WeightArguments = WeightArguments(),
+    out: Folder = Path("out"),
     quick: bool = False,
 ) -> None:
     """Time against error of ways to score a rig: methods, voxel edges, ray lattices; chart and CSV.
@@ -71,25 +81,16 @@ def accuracy(
     sensor
         Instead of the rig, a model of the library, upright and tilted, where the rig has its first sensor of this
         kind; may be given many times.
-    camera_weight
-        Weight of the cameras in S-MS.
-    threads
-        Threads to use (all cores; with --sensor one).
     out
         Folder for accuracy.png, accuracy.svg and accuracy.csv; with --sensor accuracy-sensors.*, also .json.
     quick
         One run of each instead of five, and fewer settings: a look, not a measurement.
     """
-    libraries.use()
-    options, metric = scene.options(), ScoreOptions(camera_weight=camera_weight, threads=threads)
+    use_libraries(libraries)
     if sensor:
-        from riglens.app.studies import sensor_methods
-
-        sensor_methods.study(rig, sensor, options, metric, out, quick)
-        return
-    from riglens.app.studies import accuracy as study_accuracy
-
-    study_accuracy.study(rig, options, metric, out, quick)
+        sensor_methods.study(rig, sensor, scene, score, out, quick)
+    else:
+        study_accuracy.study(rig, scene, score, out, quick)
 
 
 def targets(
@@ -98,12 +99,12 @@ def targets(
     *,
     rig: Annotated[str | None, Parameter(name="--rig", metavar="RIG")] = None,
     rigs: Annotated[Path | None, Parameter(metavar="FILE.json")] = None,
-    how: BoxArguments = BoxArguments(),
+    scene: ReadingArguments = ReadingArguments(),
     model: Annotated[str, Parameter(metavar="NAME")] = "velodyne-hdl-32e",
-    azimuths: Annotated[int, Parameter(converter=whole_number, metavar="N")] = 1085,
-    libraries: LibraryArguments = LibraryArguments(),
-    threads: Annotated[Whole, Parameter(group=SCORE)] = None,
-    out: Annotated[Path, Parameter(metavar="DIR")] = Path("out"),
+    azimuths: Annotated[int, number()] = 1085,
+    libraries: Libraries = (),
+    score: ThreadArguments = ThreadArguments(),
+    out: Folder = Path("out"),
 ) -> None:
     """Predicted against true points on the road users of a recording: ranks, ratios, chart and CSV.
 
@@ -119,37 +120,29 @@ def targets(
         With --rigs: model of the LiDARs in the library.
     azimuths
         With --rigs: azimuths of a turn.
-    threads
-        Threads to use (all cores).
     out
         Folder for targets.csv, targets-objects.csv and targets.png.
     """
-    libraries.use()
-    ScoreOptions(threads=threads)
-    scene = SceneOptions(boxes, how.origin, how.frames, how.classes, find_ground=how.ground == "auto")
+    use_libraries(libraries)
     if azimuths < 1:
-        raise InputError(f"--azimuths: found {azimuths}, accepted is a whole number from 1 up")
-    from riglens.app.studies import targets as study_targets
-    from riglens.core.study.true_points import Recorder
-
-    study_targets.study(scene, rig, rigs, Recorder(model, azimuths), threads, out)
+        raise InputError(f"must be an integer ≥ 1 (got {azimuths})", "azimuths")
+    study_targets.study(replace(scene, boxes=boxes), rig, rigs, Recorder(model, azimuths), score.threads, out)
 
 
 def detection(
     *rigs: Annotated[str, Parameter(name="RIG")],
-    boxes: Annotated[Path | None, Parameter(metavar="PATH", group=SCENE, show_default=False)] = None,
-    how: BoxArguments = BoxArguments(),
-    libraries: LibraryArguments = LibraryArguments(),
-    body: Annotated[Body | None, BODY] = None,
+    scene: BoxArguments = BoxArguments(),
+    libraries: Libraries = (),
+    score: BodyArguments = BodyArguments(),
     quick: bool = False,
     per_rig: bool = False,
     published: bool = False,
     cameras: Annotated[Literal["good", "usual", "poor"] | None, Parameter(show_default=False)] = None,
     seeds: Whole = None,
-    workers: Whole = None,
-    dask: Annotated[str | None, Parameter(metavar="ADDRESS", show_default=False)] = None,
+    workers: Workers = None,
+    dask: Dask = None,
     device: Annotated[Literal["cpu", "cuda"] | None, Parameter(show_default=False)] = None,
-    out: Annotated[Path, Parameter(metavar="DIR")] = Path("out"),
+    out: Folder = Path("out"),
 ) -> None:
     """Score against detection: simulates the rigs' LiDARs, trains a small detector, compares what it finds.
 
@@ -160,10 +153,6 @@ def detection(
     ----------
     rigs
         Rig files or preset names; cameras are left out unless --cameras is said.
-    boxes
-        Box data set with named sequences. Without it: the bundled scenario.
-    body
-        Whether rays end at the cars' own bodies (as each rig says).
     quick
         One seed, 4 epochs, half of the frames: a look, not a measurement.
     per_rig
@@ -176,41 +165,29 @@ def detection(
         How many nets are trained from other first weights (3).
     workers
         Processes, of one thread each (1).
-    dask
-        Make the pieces on the Dask cluster whose scheduler listens there, such as tls://10.0.0.1:8786. It is trusted:
-        whoever takes part in it can run code here (docs/security.md).
     device
         Where nets are trained: CUDA where there is one, unless cpu is said.
     out
         Folder for detection*.csv, detection.json, detection*.png and the pieces that are done.
     """
-    libraries.use()
-    scene = SceneOptions(boxes, how.origin, how.frames, how.classes, find_ground=how.ground == "auto")
-    from riglens.app.studies import detection as study_detection
-    from riglens.core.pieces.where import Where
-
+    use_libraries(libraries)
     where = Where(1 if workers is None and dask is None else workers, dask)
-    plan = study_detection.Plan(quick, per_rig, published, seeds, where, device, body, cameras)
+    plan = study_detection.Plan(quick, per_rig, published, seeds, where, device, score.body, cameras)
     study_detection.study(rigs, scene, plan, out)
 
 
 def stability(
     *,
     scene: SceneArguments = SceneArguments(),
-    camera_weight: Annotated[float, Parameter(name="--lambda", group=SCORE, metavar="X")] = 0.1,
-    threads: Annotated[Whole, Parameter(group=SCORE)] = None,
+    score: WeightArguments = WeightArguments(),
     edits: Whole = None,
-    out: Annotated[Path, Parameter(metavar="DIR")] = Path("out"),
+    out: Folder = Path("out"),
     quick: bool = False,
 ) -> None:
     """Where methods of traversal break, and how far the order of the paper's rigs can be relied on.
 
     Parameters
     ----------
-    camera_weight
-        Weight of the cameras in S-MS.
-    threads
-        Threads to use (all cores).
     edits
         Number of random edits that are compared with an evaluation from scratch (1000).
     out
@@ -218,7 +195,4 @@ def stability(
     quick
         Smaller cases and fewer settings: a look, not a measurement.
     """
-    options, metric = scene.options(), ScoreOptions(camera_weight=camera_weight, threads=threads)
-    from riglens.app.studies import stability as study_stability
-
-    study_stability.study(options, metric, out, quick, edits)
+    study_stability.study(scene, score, out, quick, edits)

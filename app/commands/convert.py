@@ -1,0 +1,89 @@
+"""`riglens convert`: rigs from and to the formats of other programs; nothing is dropped in silence."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from riglens.app.evaluation.names import option_of
+from riglens.app.evaluation.options import Triple
+from riglens.app.terminal.console import note_report, results
+from riglens.core.errors import InputError
+from riglens.core.files import atomic_write, require_apart
+from riglens.core.formats.exchange import WRITABLE, format_called, format_for, read_rig, write_rig
+from riglens.core.formats.mounts import ReadOptions
+from riglens.core.formats.opening import open_rig
+from riglens.core.formats.report import Report
+from riglens.core.rig.model import Rig
+from riglens.core.rig.presets import find_preset
+
+
+def convert(
+    source: Annotated[str, Parameter(name="IN")],
+    out: Annotated[Path, Parameter(name="OUT")],
+    /,
+    *,
+    from_: Annotated[str | None, Parameter(name="--from", metavar="FORMAT")] = None,
+    to: Annotated[str | None, Parameter(name="--to", metavar="FORMAT")] = None,
+    vehicle: Annotated[str | None, Parameter(metavar="RIG")] = None,
+    rear_axle_x: Annotated[float | None, Parameter(metavar="M")] = None,
+    origin: Annotated[Triple | None, Parameter(metavar="X Y Z")] = None,
+    token: Annotated[str | None, Parameter(metavar="TEXT")] = None,
+    report: Annotated[Path | None, Parameter(metavar="FILE")] = None,
+) -> None:
+    """Convert a rig between formats, and say what was converted, approximated or left out.
+
+    Formats: riglens, nuscenes, autoware, urdf, carla, carla-toml, driveworks both ways; pandaset, argoverse,
+    kalibr, opencv, kitti, carla-agent read only; osi written only.
+
+    Parameters
+    ----------
+    source
+        Rig file, preset name, or a file or folder of another program.
+    out
+        File to write; a folder for nuscenes and autoware.
+    from_
+        Format of IN, where it cannot be told by the file.
+    to
+        Format of OUT, where its ending does not say it.
+    vehicle
+        Take the vehicle of this rig file, where IN does not know its car.
+    rear_axle_x
+        Where the rear axle is, in metres from the body centre (-1.35).
+    origin
+        Where the origin of IN lies in the vehicle frame, in metres.
+    token
+        Which rig of several: a token of nuScenes, the id of a CARLA vehicle, the class of a CARLA agent.
+    report
+        Write what became of everything to this file as well, sensor by sensor.
+    """
+    target = format_called(to, WRITABLE) if to else format_for(out)
+    require_apart(out, (source,))
+    if report is not None:
+        require_apart(report, (source,))
+        if report.absolute() == out.absolute():
+            raise InputError(f"must be another file than OUT (got {report})", "report")
+    known = open_rig(vehicle).rig.vehicle if vehicle is not None else None
+    rig, read = _read(source, from_, ReadOptions(known, rear_axle_x, origin, token))
+    written = write_rig(rig, out, target.name).report
+    for found in (read, written):
+        note_report(found)
+    if report is not None:
+        texts = (found.text(option_of) for found in (read, written) if found is not None)
+        with atomic_write(report) as file:
+            file.write("\n".join(texts).encode("utf-8"))
+    count = len(rig.sensors)
+    line = f"{out}: {count} sensor{'' if count == 1 else 's'} as {target.title}"
+    results(out).print(line, soft_wrap=True, markup=False)
+
+
+def _read(source: str, source_format: str | None, options: ReadOptions) -> tuple[Rig, Report | None]:
+    """Read the rig to convert; a preset counts as a rig file."""
+    preset = find_preset(source) if source_format is None else None
+    if preset is None:
+        imported = read_rig(source, source_format, options)
+        return imported.rig, imported.report
+    rig = preset.rig()
+    return rig.replace(vehicle=options.vehicle_or(rig.vehicle)), None

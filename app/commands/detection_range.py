@@ -1,0 +1,167 @@
+"""Detection range by class and direction; part of `riglens review`, alone as `riglens card`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Group, Parameter
+from rich import box
+from rich.table import Table
+from rich.text import Text
+
+from riglens.app.commands.options import Json, Libraries, RigName, SolidBody, ThreadArguments, number
+from riglens.app.commands.output import deliver, require_ending, require_outputs
+from riglens.app.studies.files import csv_text, write_text
+from riglens.app.terminal.console import results
+from riglens.app.terminal.loading import load_rigs, note_missing_rays
+from riglens.core.files import atomic_write
+from riglens.core.rig.model import Rig
+from riglens.core.shown_text import visible
+from riglens.core.targets.card import Card, CardPlan, CardRow, around
+from riglens.core.targets.card_making import card_of
+from riglens.core.targets.card_table import card_document, card_lines
+from riglens.core.targets.card_text import HEADINGS, bearing_text, reach_text, stop_text
+from riglens.core.targets.engine import warm_up
+from riglens.core.vehicle.mesh import BodyMesh
+
+LOOK = Group("Look", sort_key=20)
+STOP = Group("Stop", sort_key=21)
+
+
+def card(
+    rig: RigName,
+    *,
+    min_points: Annotated[int, number(LOOK)] = 5,
+    min_height: Annotated[float, Parameter(group=LOOK, metavar="PX")] = 25.0,
+    directions: Annotated[int, number(LOOK)] = 8,
+    to: Annotated[float, Parameter(group=LOOK, metavar="M")] = 150.0,
+    reaction: Annotated[float, Parameter(group=STOP, metavar="S")] = 1.0,
+    deceleration: Annotated[float, Parameter(group=STOP, metavar="MPS2")] = 5.0,
+    score: ThreadArguments = ThreadArguments(),
+    body: SolidBody = None,
+    libraries: Libraries = (),
+    csv: Annotated[Path | None, Parameter(metavar="FILE.csv")] = None,
+    chart: Annotated[Path | None, Parameter(metavar="FILE.png|.svg")] = None,
+    json: Json = None,
+) -> None:
+    """Say up to which distance a rig detects one object in the open, beside stopping distances. The car is solid.
+
+    Parameters
+    ----------
+    rig
+        Rig file or preset name.
+    min_points
+        So many LiDAR points are enough.
+    min_height
+        So many native pixels of height in a camera are enough.
+    directions
+        So many directions around the car, the first one ahead.
+    to
+        Maximum distance, in metres.
+    reaction
+        Time until the car brakes, in seconds (our choice).
+    deceleration
+        How hard it brakes, in m/s2 (our choice).
+    csv
+        Also write the ranges as a table.
+    chart
+        Also draw them: distance by direction.
+    json
+        Also write them as JSON to a file; with - to standard output, instead of the table.
+    """
+    score = score.solid(body)
+    plan = CardPlan(
+        min_points,
+        min_height,
+        around(directions),
+        to,
+        reaction_s=reaction,
+        deceleration_mps2=deceleration,
+    )
+    require_ending("chart", chart, ".png", ".svg")
+    (opened,), (mesh,) = load_rigs([rig], score, libraries)
+    require_outputs((rig,), csv, chart, json)
+    note_missing_rays([opened])
+    found = detection_range(opened, mesh, plan, score.threads)
+    if csv is not None:
+        write_text(csv, csv_text(card_lines(found)))
+    if chart is not None:
+        _draw(chart, found)
+    deliver(card_document(found), json, lambda: print_range(found))
+
+
+def detection_range(rig: Rig, mesh: BodyMesh | None, plan: CardPlan, threads: int | None) -> Card:
+    """Find the detection ranges of a rig."""
+    warm_up(threads)
+    return card_of(rig, plan, threads, mesh=mesh)
+
+
+def _draw(path: Path, found: Card) -> None:
+    from riglens.app.studies.card_chart import card_figure  # matplotlib
+    from riglens.app.studies.pictures import picture
+
+    with atomic_write(path) as stream:
+        stream.write(picture(card_figure(found), "svg" if path.suffix.lower() == ".svg" else "png"))
+
+
+def print_range(card: Card) -> None:
+    """Print the distances of a card, what they mean, and the stopping distances, on standard output."""
+    console = results()
+    console.print(Text(f"{visible(card.rig.name)}: first distance in metres with too little"), soft_wrap=True)
+    console.print(_table(card))
+    for line in _explanation(card):
+        console.print(line, soft_wrap=True)
+    console.print(_stops(card))
+
+
+def _explanation(card: Card) -> Iterator[str]:
+    """What the figures are."""
+    plan = card.plan
+    yield (
+        f"LiDARs: fewer than {plan.min_points} points, as least-median-most over where the road user falls between the "
+        f"beams (gap {card.gap_deg:.2g} deg). Cameras: less than {plan.min_height_px:g} pixels tall. More is better."
+    )
+    yield (
+        f"Alone on flat ground, body {plan.settings.as_dict()['body']}; distance from the middle of the car to that of "
+        f"the road user, up to {plan.to_m:g} m."
+    )
+    yield (
+        f"Stops from: speed from which the car stops before it, {plan.reaction_s:g} s of reaction and "
+        f"{plan.deceleration_mps2:g} m/s2 (our choice), at the least distance."
+    )
+
+
+def _table(card: Card) -> Table:
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    table.add_column("road user")
+    for bearing in card.plan.bearings_deg:
+        table.add_column(bearing_text(bearing), justify="right")
+    table.add_column("stops from", justify="right")
+    rows = list(dict.fromkeys((row.cls, row.heading_deg) for row in card.rows))
+    for cls, heading in rows:
+        mine = [row for row in card.rows if (row.cls, row.heading_deg) == (cls, heading)]
+        for kind in mine[0].reaches:
+            table.add_row(f"{cls} {HEADINGS[heading]}, {kind}", *_cells(card, mine, kind))
+    return table
+
+
+def _cells(card: Card, rows: list[CardRow], kind: str) -> Iterator[str]:
+    ahead = ""
+    for row in rows:
+        reach = row.reaches[kind]
+        yield reach_text(reach, card.plan.to_m)
+        ahead = ahead or stop_text(card.stops_from_kmh(row, reach))
+    yield ahead
+
+
+def _stops(card: Card) -> Table:
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    table.add_column("speed (km/h)")
+    for speed in card.plan.speeds_kmh:
+        table.add_column(f"{speed:g}", justify="right")
+    table.add_row(
+        "stops within (m)", *(f"{card.plan.stopping_m(speed):.0f}" for speed in card.plan.speeds_kmh)
+    )
+    return table

@@ -1,0 +1,80 @@
+"""`riglens evaluate`: scores of rigs, and with --targets their hit coverage."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from riglens.app.commands import targets as hits
+from riglens.app.commands.options import (
+    EverythingArguments,
+    Json,
+    Libraries,
+    RigNames,
+    ScoreArguments,
+    Surroundings,
+)
+from riglens.app.commands.output import deliver
+from riglens.app.evaluation.scenario import settings_of
+from riglens.app.terminal.console import note
+from riglens.app.terminal.loading import Rigs, load_rigs, load_scene, note_missing_rays
+from riglens.app.terminal.scores import print_scores, score_rigs
+from riglens.core.engine.evaluation_json import evaluation_document
+from riglens.core.vehicle.solid import CarBody
+from riglens.core.vehicle.standing import problems_in_short, stands_of
+
+
+def evaluate(
+    *rigs: RigNames,
+    targets: Annotated[bool, Parameter(group=hits.COUNT)] = False,
+    scene: EverythingArguments = EverythingArguments(),
+    surroundings: Surroundings = None,
+    count: hits.CountArguments = hits.CountArguments(),
+    libraries: Libraries = (),
+    score: ScoreArguments = ScoreArguments(),
+    json: Json = None,
+) -> None:
+    """Score one or more rigs, with --targets also their points and pixels on objects.
+
+    Parameters
+    ----------
+    rigs
+        Rig files or preset names.
+    targets
+        Also count points and pixels on the objects of the traffic, behind what hides them: takes seconds more.
+    surroundings
+        block: houses, walls and poles of the bundled scenario hide objects too (ignored).
+    json
+        Also write the figures as JSON to a file; with - to standard output, instead of the tables.
+    """
+    if not targets:
+        count.require_unused(scene, surroundings)
+    loaded = load_rigs(rigs, score, libraries)
+    count.require_outputs(loaded.rigs, (*rigs, *scene.files), json)
+    note_missing_rays(loaded.rigs)
+    _, field = load_scene(scene, loaded.rigs, score)
+    for line in wrong_places(loaded):  # what is refused is refused in one line
+        note(line)
+    evaluations = score_rigs(loaded.rigs, field, score, meshes=loaded.meshes)
+    document = evaluation_document(field, settings_of(score), evaluations)
+    found = None
+    if targets:
+        found = hits.count_hits(loaded, hits.with_surroundings(scene, surroundings), count, score)
+        document["targets"] = found.document()
+
+    def show() -> None:
+        print_scores(evaluations, field, score)
+        if found is not None:
+            found.show()
+
+    deliver(document, json, show)
+
+
+def wrong_places(loaded: Rigs) -> Iterator[str]:
+    """Yield one line for each sensor that cannot stand where it is; nothing of a body that was not read."""
+    for rig, mesh in zip(loaded.rigs, loaded.meshes, strict=True):
+        if mesh is not None or not rig.vehicle.has_mesh_file:
+            for line in problems_in_short(stands_of(rig, CarBody(rig.vehicle, mesh))):
+                yield f"{rig.name}: {line}"

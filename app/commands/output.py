@@ -1,0 +1,38 @@
+"""Results of commands: files that are checked before the work, tables, and JSON in their place."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+from riglens.core.errors import InputError
+from riglens.core.files import atomic_write, require_writable
+from riglens.core.plain import to_text
+
+
+def require_outputs(reads: Iterable[str | Path], *paths: str | Path | None) -> None:
+    """Raise InputError when a file that is named cannot be written, or is one of those that are read."""
+    kept = tuple(reads)
+    for path in paths:
+        if path not in (None, "-"):
+            require_writable(path, kept)
+
+
+def require_ending(field: str, path: Path | None, *endings: str) -> None:
+    """Raise InputError unless a file that is named has one of these endings."""
+    if path is not None and path.suffix.lower() not in endings:
+        raise InputError(f"must end in {' or '.join(endings)} (got {path})", field)
+
+
+def deliver(document: dict[str, Any], json: str | None, show: Callable[[], None]) -> None:
+    """Print tables by `show`, and write the JSON to a file too; with "-" print the JSON alone."""
+    text = to_text(document)
+    if json == "-":
+        sys.stdout.write(text)
+        return
+    if json is not None:
+        with atomic_write(json, "w") as stream:
+            stream.write(text)
+    show()

@@ -1,0 +1,86 @@
+"""Load rigs, scenes and traffic on the terminal: progress bars while it takes its time, notes on what to know."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from riglens.app.evaluation.options import SceneOptions, ScoreOptions
+from riglens.app.evaluation.scenario import load_scenario, remarks_on
+from riglens.app.evaluation.traffic import load_traffic as read_traffic
+from riglens.app.evaluation.voxel_words import reason, tried_lines
+from riglens.app.terminal.console import note, note_report, progress_bar
+from riglens.core.formats.opening import open_rig
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.rig.library import use_libraries
+from riglens.core.rig.model import Rig
+from riglens.core.scene.pog import Pog
+from riglens.core.sensing.rays import missing_ray_count
+from riglens.core.targets.traffic import Traffic
+from riglens.core.vehicle.mesh import BodyMesh
+from riglens.core.vehicle.mesh_file import mesh_of
+
+
+class Rigs(NamedTuple):
+    """Rigs in the order of their names, and the mesh of each body that a file holds and that stops rays."""
+
+    rigs: list[Rig]
+    meshes: list[BodyMesh | None]
+
+
+def load_rig(name: str) -> Rig:
+    """Open a preset, a rig file or a file of another program; note what could not be taken over as it was."""
+    opened = open_rig(name)
+    note_report(opened.report)
+    return opened.rig
+
+
+def load_rigs(names: Sequence[str], score: ScoreOptions, libraries: Sequence[Path] = ()) -> Rigs:
+    """Open rigs with the meshes of bodies that stop rays; raise InputError for the first that cannot be read.
+
+    A size that is not a car's is noted.
+    """
+    use_libraries(libraries)
+    rigs = [load_rig(name) for name in names]
+    return Rigs(rigs, meshes_of(names, rigs, score))
+
+
+def meshes_of(names: Sequence[str], rigs: Sequence[Rig], score: ScoreOptions) -> list[BodyMesh | None]:
+    """Return the mesh of each body that stops rays, found from the folder of the rig's file."""
+    return [
+        mesh_of(rig.vehicle, Path(name).parent, note) if score.body_of(rig) == "blocks" else None
+        for name, rig in zip(names, rigs, strict=True)
+    ]
+
+
+def note_missing_rays(rigs: Sequence[Rig]) -> None:
+    """Note each enabled camera whose lens model gives some of its pixels no direction."""
+    for rig in rigs:
+        for camera in rig.cameras():
+            if missing := missing_ray_count(camera):
+                share = f"{missing:,} of {camera.ray_count:,} rays lie beyond what its lens model can say"
+                note(f"{rig.name}: {camera.name}: {share}, and are left out")
+
+
+def load_scene(
+    options: SceneOptions, rigs: Sequence[Rig] = (), score: ScoreOptions | None = None
+) -> tuple[Pog, EntropyField]:
+    """Load the scene that rigs are scored on; note which boxes do not count and which voxel edge was picked."""
+    if score is not None:
+        options = options.for_rigs(rigs, score)
+    with progress_bar("Building the POG") as progress:
+        found = load_scenario(options, progress)
+    for line in remarks_on(found.field.data):
+        note(line)
+    if found.choice is not None:
+        note(f"voxel auto: {reason(found.choice)}")
+        for line in tried_lines(found.choice):
+            note(line)
+    return found.pog, found.field
+
+
+def load_traffic(options: SceneOptions, within_m: float) -> Traffic:
+    """Load the objects that points and pixels are counted on."""
+    with progress_bar("Reading boxes") as progress:
+        return read_traffic(options, within_m, progress)
