@@ -26,6 +26,9 @@ COMMANDS = {
     "evaluate": Command(
         "evaluate:evaluate", "Score rigs, with --targets also their points and pixels on objects."
     ),
+    "review": Command(
+        "review:review", "Blind zones, detection range, redundancy, tolerance, rays and mounts of a rig."
+    ),
     "check": Command(
         "check:check",
         "Check rigs against requirements; exit code 1 when one is not met.\n\n"

@@ -379,3 +379,34 @@ def test_a_body_in_millimetres_is_told_with_the_scale_that_it_needs(riglens, box
         assert result.code == 0 and said in result.err
     rig.write_text(LOW.replace("BODY", "car.obj, mesh: {scale: 0.001}"))
     assert "vehicle.mesh.scale" not in riglens("evaluate", rig, "--boxes", boxes, *SMALL_GRID).err
+
+
+# ---------------------------------------------------------------- --targets
+
+
+def without_times(document):
+    for rig in document["rigs"]:
+        del rig["elapsed_ms"]
+    return document
+
+
+def test_targets_stand_below_the_scores_as_their_own_command_gives_them(riglens, boxes, tmp_path):
+    count = ("--sample", "2", "--min-points", "3", "--seed", "4", "--within", "50")
+    words = ("Center", "--boxes", boxes, *count)
+    both = json.loads(riglens("evaluate", *words, *SMALL_GRID, "--targets", "--json", "-").out)
+    scores = json.loads(riglens("evaluate", "Center", "--boxes", boxes, *SMALL_GRID, "--json", "-").out)
+    alone = json.loads(riglens("targets", *words, "--json", "-").out)
+    assert without_times(both.pop("targets")) == without_times(alone)
+    assert without_times(both) == without_times(scores)
+    objects = tmp_path / "objects.csv"
+    shown = riglens("evaluate", *words, *SMALL_GRID, "--targets", "--objects", objects)
+    assert shown.code == 0 and objects.exists()
+    assert shown.out.endswith(riglens("targets", *words).out)
+
+
+def test_options_of_targets_need_them_and_they_need_boxes(riglens, boxes, tmp_path):
+    assert "--sample needs --targets" in riglens("evaluate", "Center", "--sample", "2").refused()
+    assert "--surroundings needs --targets" in riglens("evaluate", "W+T", "--surroundings", "block").refused()
+    riglens("data", "build", boxes, *SMALL_GRID, "--out", tmp_path / "a.npz")
+    found = riglens("evaluate", "Center", "--pog", tmp_path / "a.npz", "--targets")
+    assert found.code == 2 and "--targets needs a box data set" in found.err and found.out == ""

@@ -1,0 +1,73 @@
+"""Where sensors sit on the car, as a part of `riglens review`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from rich import box
+from rich.table import Table
+from rich.text import Text
+
+from riglens.app.terminal.console import results
+from riglens.core.review.mounts import USUAL_LIMITS, Mount, Violation, mounts_of, violations
+from riglens.core.rig.model import FORMAT_VERSION, Rig
+from riglens.core.rig.yaml.file import rig_sha256
+from riglens.core.shown_text import visible
+from riglens.core.vehicle.mesh import BodyMesh
+
+
+def mounts_document(rig: Rig, mesh: BodyMesh | None) -> dict[str, Any]:
+    """Return the mounts of the enabled sensors, and what is wrong with them by the usual limits, as plain data."""
+    return {
+        "riglens": FORMAT_VERSION,
+        "rig": {"name": rig.name, "sha256": rig_sha256(rig)},
+        "gap_limit_m": USUAL_LIMITS.gap_m,
+        "sensors": [_plain(mount) for mount in mounts_of(rig, mesh)],
+        "problems": [{"sensor": one.sensor, "text": one.text} for one in violations(rig, USUAL_LIMITS, mesh)],
+    }
+
+
+def _plain(mount: Mount) -> dict[str, Any]:
+    place = mount.stand
+    return {
+        "name": mount.name,
+        "height_m": mount.height_m,
+        "gap_m": _finite(place.gap_m),
+        "inside": place.inside,
+        "below_ground": place.below_ground,
+        "nearest_sensor": mount.neighbour,
+        "nearest_sensor_m": _finite(mount.neighbour_m),
+        "beyond_m": mount.beyond_m,
+        "materials": sorted(mount.materials),
+        "zones": list(mount.zones),
+    }
+
+
+def _finite(value: float) -> float | None:
+    return value if np.isfinite(value) else None
+
+
+def print_mounts(rig: Rig, mesh: BodyMesh | None) -> None:
+    """Print height, gap and neighbour of each mount, and what is wrong, on standard output."""
+    console = results()
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    table.add_column("mount", no_wrap=True, overflow="ellipsis", max_width=28)
+    for title in ("height (m)", "off the skin (m)", "to the nearest (m)"):
+        table.add_column(title, justify="right")
+    table.add_column("problems")
+    wrong = violations(rig, USUAL_LIMITS, mesh)
+    for mount in mounts_of(rig, mesh):
+        figures = (mount.height_m, mount.stand.gap_m, mount.neighbour_m)
+        cells = (f"{value:.3f}" if np.isfinite(value) else "–" for value in figures)
+        table.add_row(Text(visible(mount.name)), *cells, Text(_of(mount.name, wrong)))
+    console.print(table)
+    if others := _of("car", wrong):
+        console.print(Text(f"car: {others}"), soft_wrap=True)
+    console.print(
+        f"Problems: farther than {USUAL_LIMITS.gap_m:g} m off the skin (our choice), inside, on glass or a door."
+    )
+
+
+def _of(name: str, wrong: tuple[Violation, ...]) -> str:
+    return visible("; ".join(one.text for one in wrong if one.sensor == name))

@@ -1,0 +1,213 @@
+"""`riglens review`: what a safety review asks of a rig, in one go, with one set of defaults."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Annotated, Any
+
+from cyclopts import Group, Parameter
+from rich.text import Text
+
+from riglens.app.commands.audit import print_audit
+from riglens.app.commands.blind import blind_zones, print_blind, profiles_of
+from riglens.app.commands.detection_range import detection_range, print_range
+from riglens.app.commands.mounts import mounts_document, print_mounts
+from riglens.app.commands.options import (
+    Json,
+    Libraries,
+    Profiles,
+    RigName,
+    SceneArguments,
+    ScoreArguments,
+    number,
+)
+from riglens.app.commands.output import deliver, require_outputs
+from riglens.app.commands.redundancy import redundancy_of
+from riglens.app.commands.tolerance import print_tolerance, require_draws
+from riglens.app.evaluation.options import SceneOptions, ScoreOptions
+from riglens.app.evaluation.scenario import settings_of
+from riglens.app.terminal.console import note, progress_bar, results
+from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic, note_missing_rays
+from riglens.core.engine.audit import audit as audit_rig
+from riglens.core.engine.audit import audit_document
+from riglens.core.errors import InputError
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.review.blind import BlindSettings
+from riglens.core.review.blind_json import blind_document
+from riglens.core.review.measures import Measures
+from riglens.core.review.profiles import Profile
+from riglens.core.review.tolerance import ToleranceProfile, profile_called
+from riglens.core.review.tolerance import tolerance as tolerance_of
+from riglens.core.review.tolerance_json import tolerance_document
+from riglens.core.rig.model import FORMAT_VERSION, Rig
+from riglens.core.targets.card import CardPlan
+from riglens.core.targets.card_table import card_document
+from riglens.core.targets.settings import TargetSettings
+from riglens.core.targets.traffic import WITHIN_M, Traffic
+from riglens.core.vehicle.mesh import BodyMesh
+
+REVIEW = Group("Review", sort_key=5)
+Part = tuple[dict[str, Any], Callable[[], None]]
+"""The JSON of a part, and what prints its tables."""
+
+
+def review(
+    rig: RigName,
+    /,
+    *,
+    only: Annotated[str | None, Parameter(group=REVIEW, metavar="PART,PART...")] = None,
+    min_points: Annotated[int, number(REVIEW)] = 5,
+    profiles: Annotated[Profiles, Parameter(group=REVIEW)] = (),
+    errors: Annotated[str, Parameter(group=REVIEW, metavar="NAME")] = "assembly",
+    draws: Annotated[int, number(REVIEW)] = 256,
+    seed: Annotated[int, number(REVIEW)] = 0,
+    sample: Annotated[int, number(REVIEW)] = 100,
+    scene: SceneArguments = SceneArguments(),
+    score: ScoreArguments = ScoreArguments(),
+    libraries: Libraries = (),
+    json: Json = None,
+) -> None:
+    """Review a rig: blind zones, detection range, redundancy, tolerance, where rays go, mounts.
+
+    Parameters
+    ----------
+    rig
+        Rig file or preset name.
+    only
+        Some parts alone: blind, range, redundancy, tolerance, audit, mounts (all).
+    min_points
+        So many LiDAR points detect an object.
+    profiles
+        A file of blind zone profiles of your own, instead of those that ship; may be given many times.
+    errors
+        Errors of the tolerance: assembly, service, brackets, ride or load.
+    draws
+        Draws of the tolerance; they take most of the time.
+    seed
+        Of the draws.
+    sample
+        Count objects for the tolerance in so many frames; 0 leaves them out.
+    json
+        Also write one JSON document, with a key per part, to a file; with - to standard output, instead of the tables.
+    """
+    parts = parts_of(only)
+    require_draws(draws, seed, 1)
+    asked = _Asked(
+        min_points, CardPlan(min_points), profiles_of(profiles), profile_called(errors), draws, seed, sample
+    )
+    counting = TargetSettings(min_points=min_points)
+    (opened,), (mesh,) = load_rigs([rig], score.solid(), libraries)
+    require_outputs((rig, *profiles, *scene.files), json)
+    note_missing_rays([opened])
+    found = Review(opened, mesh, scene, score, asked, counting)
+    made = {name: PARTS[name](found) for name in parts}
+    document = {"riglens": FORMAT_VERSION} | {name: part for name, (part, _) in made.items()}
+
+    def show() -> None:
+        for name, (_, print_part) in made.items():
+            results().print(Text(f"== {name} ==", "bold"))
+            print_part()
+
+    deliver(document, json, show)
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """What the parts go by."""
+
+    min_points: int
+    plan: CardPlan
+    profiles: tuple[Profile, ...]
+    errors: ToleranceProfile
+    draws: int
+    seed: int
+    sample: int
+
+
+@dataclass(frozen=True)
+class Review:
+    """A rig under review; scene and traffic are loaded once, when the first part needs them."""
+
+    rig: Rig
+    solid_mesh: BodyMesh | None
+    scene: SceneOptions
+    score: ScoreOptions
+    asked: _Asked
+    counting: TargetSettings
+
+    @cached_property
+    def field(self) -> EntropyField:
+        """The entropies of the scene."""
+        return load_scene(self.scene, [self.rig], self.score)[1]
+
+    @cached_property
+    def traffic(self) -> Traffic | None:
+        """The objects of the scene; None, with a note, where it has none."""
+        if self.scene.pog is not None:
+            note("objects are not counted: a stored POG has none")
+            return None
+        return load_traffic(self.scene, WITHIN_M)
+
+    @property
+    def mesh(self) -> BodyMesh | None:
+        """The mesh of the body where it stops rays in scores."""
+        return self.solid_mesh if self.score.body_of(self.rig) == "blocks" else None
+
+    def blind(self) -> Part:
+        """Find blind zones and judge test objects."""
+        settings = BlindSettings()
+        found, judged = blind_zones(
+            self.rig, self.solid_mesh, settings, self.asked.profiles, self.score.threads
+        )
+        return blind_document(found, judged), lambda: print_blind(found, judged, "any", 1)
+
+    def range(self) -> Part:
+        """Find detection ranges."""
+        found = detection_range(self.rig, self.solid_mesh, self.asked.plan, self.score.threads)
+        return card_document(found), lambda: print_range(found)
+
+    def redundancy(self) -> Part:
+        """Find what failures cost."""
+        found = redundancy_of(self.rig, self.mesh, self.field, self.traffic, self.score, self.counting)
+        return found.document(), found.show
+
+    def tolerance(self) -> Part:
+        """Draw errors and find how figures spread."""
+        asked, traffic = self.asked, self.traffic if self.asked.sample else None
+        with progress_bar("Drawing errors") as progress:
+            measure = Measures(
+                self.field, traffic, settings_of(self.score), self.mesh, asked.sample, self.score.threads
+            )
+            found = tolerance_of(self.rig, asked.errors, measure, asked.draws, asked.seed, True, progress)
+        body = self.score.body_of(self.rig)
+        return tolerance_document(found, body), lambda: print_tolerance(found, body)
+
+    def audit(self) -> Part:
+        """Follow every ray."""
+        with progress_bar("Following rays"):
+            found = audit_rig(self.field, self.rig, "blocks", self.solid_mesh, self.score.threads)
+        return audit_document(found), lambda: print_audit(found)
+
+    def mounts(self) -> Part:
+        """Say where sensors sit."""
+        return mounts_document(self.rig, self.solid_mesh), lambda: print_mounts(self.rig, self.solid_mesh)
+
+
+PARTS: dict[str, Callable[[Review], Part]] = {
+    "blind": Review.blind,
+    "range": Review.range,
+    "redundancy": Review.redundancy,
+    "tolerance": Review.tolerance,
+    "audit": Review.audit,
+    "mounts": Review.mounts,
+}
+
+
+def parts_of(only: str | None) -> list[str]:
+    """Return the parts that were named, in the order of all."""
+    named = list(PARTS) if only is None else [name.strip() for name in only.split(",")]
+    if unknown := [name for name in named if name not in PARTS]:
+        raise InputError(f"must be some of {','.join(PARTS)} (got '{unknown[0]}')", "only")
+    return [name for name in PARTS if name in named]

@@ -1,0 +1,58 @@
+"""`riglens review`: one document whose parts are those of the single commands."""
+
+import json
+
+import pytest
+
+from riglens.app.commands.review import PARTS
+from tests.app.conftest import SMALL_GRID
+
+DRAWS = ("--draws", "4", "--sample", "2")
+SINGLE = {
+    "blind": ("blind", "Center"),
+    "range": ("card", "Center"),
+    "redundancy": ("redundancy", "Center", *SMALL_GRID),
+    "tolerance": ("tolerance", "Center", *SMALL_GRID, *DRAWS),
+    "audit": ("audit", "Center", *SMALL_GRID),
+}
+
+
+def test_each_part_is_that_of_its_own_command(riglens, boxes, tmp_path):
+    out = tmp_path / "review.json"
+    found = riglens("review", "Center", "--boxes", boxes, *SMALL_GRID, *DRAWS, "--json", out)
+    assert found.code == 0, found.err
+    document = json.loads(out.read_text())
+    assert list(document) == ["riglens", *PARTS]
+    for part, words in SINGLE.items():
+        data = () if part in ("blind", "range") else ("--boxes", boxes)
+        alone = riglens(*words, *data)
+        assert alone.code == 0 and alone.out.strip() in found.out, part
+        assert json.loads(riglens(*words, *data, "--json", "-").out) == document[part], part
+    mounts = document["mounts"]
+    assert [mount["name"] for mount in mounts["sensors"]] == [
+        one["name"] for one in document["audit"]["sensors"]
+    ]
+    apart = [
+        mount["name"]
+        for mount in mounts["sensors"]
+        if mount["inside"] or mount["gap_m"] > mounts["gap_limit_m"]
+    ]
+    assert set(apart) <= {problem["sensor"] for problem in mounts["problems"]}
+
+
+def test_only_some_parts_need_no_scene(riglens):
+    found = json.loads(riglens("review", "Center", "--only", "mounts,range", "--json", "-").out)
+    assert list(found) == ["riglens", "range", "mounts"]
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--only", "blind,card"), "--only must be some of blind,range,"),
+        (("--draws", "0"), "--draws must be an integer from 1 to"),
+        (("--errors", "magic"), "--errors must be one of assembly"),
+        (("--min-points", "0"), "--min-points must be"),
+    ],
+)
+def test_bad_input_is_one_line(riglens, words, said):
+    assert said in riglens("review", "Center", *words).refused()
