@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from riglens.app.background.own_process import PROGRAM, run_in_process
+from riglens.app.background.own_process import PROGRAM, Tell, run_in_process
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.core.rig.model import Rig
-from riglens.core.scene.boxes import Progress
 
 PAGE, PDF = "report.html", "report.pdf"
 
@@ -28,7 +27,9 @@ def page_picture(folder: Path, number: int) -> Path:
     return folder / f"{number:03}.png"
 
 
-def make_report(job: ReportJob, progress: Progress, program: str = PROGRAM) -> list[Path]:
-    """Make a report and return the pictures of its pages; `progress` may raise to cancel. Raise InputError."""
-    run_in_process("riglens.app.commands.report:prepare", job, lambda share, _: progress(share), program)
+def make_report(job: ReportJob, tell: Tell, program: str = PROGRAM) -> list[Path]:
+    """Make a report and return the pictures of its pages; `tell` gets share and stage, and may raise to cancel.
+
+    Raise InputError."""
+    run_in_process("riglens.app.commands.report:prepare", job, tell, program)
     return sorted(job.folder.glob("*.png"))

@@ -2,8 +2,8 @@
 
     bench.tasks.run("Writing the report", lambda progress: write(rigs, path, progress), done=self._written)
 
-`work` runs in the background: it knows neither Qt nor VTK, calls `progress(0..1)` now and then, and must not
-call parallel kernels (those run on the thread of `Recompute` only). `done` gets what it returned, on the
+`work` runs in the background: it knows neither Qt nor VTK, calls `progress(0..1)` now and then, also with the stage,
+and must not call parallel kernels (those run on the thread of `Recompute` only). `done` gets what it returned, on the
 interface thread. The status bar shows a bar with the time left as soon as the work takes more than half a second.
 """
 
@@ -13,15 +13,23 @@ import threading
 import time
 import traceback
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from PySide6.QtCore import QObject, Qt, Signal
 
 from riglens.app.evaluation.names import label_of
 from riglens.core.errors import Cancelled, InputError
-from riglens.core.scene.boxes import Progress
 
 Found = TypeVar("Found")
+
+
+class Staged(Protocol):
+    """Takes the share done, and what is being done now where that is known."""
+
+    def __call__(self, fraction: float, stage: str = "", /) -> None:
+        """Report."""
+
+
 CLOSE_S = 1.0
 """How long closing waits for work that does not report progress."""
 
@@ -30,13 +38,15 @@ class Task(QObject):
     """One piece of work. Its signals arrive on the interface thread when connected as queued."""
 
     progressed = Signal(float)
+    staged = Signal(str)
+    """What is being done now."""
     succeeded = Signal(object)
     failed = Signal(str, str)
     """One line for the user, and details for the person who mends it (empty for bad input)."""
     ended = Signal()
     """The last word, after success, failure and cancel alike."""
 
-    def __init__(self, title: str, work: Callable[[Progress], object]) -> None:
+    def __init__(self, title: str, work: Callable[[Staged], object]) -> None:
         super().__init__()
         self.title = title
         self._work = work
@@ -70,9 +80,11 @@ class Task(QObject):
             self.succeeded.emit(found)
         self.ended.emit()
 
-    def _report(self, fraction: float) -> None:
+    def _report(self, fraction: float, stage: str = "", /) -> None:
         if self._unwanted.is_set():
             raise Cancelled
+        if stage:
+            self.staged.emit(stage)
         self.progressed.emit(fraction)
 
 
@@ -96,7 +108,7 @@ class Tasks(QObject):
     def run(
         self,
         title: str,
-        work: Callable[[Progress], Found],
+        work: Callable[[Staged], Found],
         done: Callable[[Found], Any],
         ended: Callable[[], Any] | None = None,
     ) -> Task:

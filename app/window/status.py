@@ -73,6 +73,7 @@ class StatusBar(QStatusBar):
         queued = Qt.ConnectionType.QueuedConnection
         strip = self.add_strip(task.title)
         strip.cancelled.connect(task.cancel)
+        task.staged.connect(strip.name_stage, queued)
         task.progressed.connect(strip.show_progress, queued)
         task.ended.connect(strip.end, queued)
         task.ended.connect(strip.deleteLater, queued)

@@ -107,6 +107,9 @@ def test_a_stage_of_unknown_length_is_named_and_shows_no_share_of_the_way(qtbot:
     qtbot.addWidget(strip)
     strip.begin()
     strip.show_progress(0.4)
+    strip.name_stage("Counting")
+    strip.show_progress(0.5)
+    assert strip.bar.text().startswith("Counting") and strip.bar.toolTip() == "Loading boxes"
     strip.show_stage("Preparing the engine", "a minute or two")
     assert strip.bar.text() == "Preparing the engine" and strip.left.text() == "a minute or two"
     strip.begin()

@@ -38,27 +38,34 @@ def job(folder: Path, **scene: object) -> ReportJob:
 
 
 def test_a_report_is_made_of_the_rigs_scene_and_settings_of_its_request(tmp_path: Path) -> None:
-    boxes, shares = tmp_path / "boxes.csv", list[float]()
+    boxes, told = tmp_path / "boxes.csv", list[tuple[float, str]]()
     boxes.write_text(BOXES)
     folder = tmp_path / "made"
     folder.mkdir()
-    pages = make_report(job(folder, boxes=boxes, voxel_m=0.5, roi_m=(20.0, 10.0, 4.0)), shares.append)
+    asked = job(folder, boxes=boxes, voxel_m=0.5, roi_m=(20.0, 10.0, 4.0))
+    pages = make_report(asked, lambda share, stage: told.append((share, stage)))
     inputs = inputs_of(attached_figures((folder / PAGE).read_bytes(), "a"), "a")
     assert inputs.rigs == [dumps(RIG)] and (inputs.camera_weight, inputs.body) == (0.25, "blocks")
     assert (inputs.voxel_m, inputs.roi_m, inputs.boxes) == (0.5, [20.0, 10.0, 4.0], "boxes.csv")
     assert attached_figures((folder / PDF).read_bytes(), "a") == attached_figures(
         (folder / PAGE).read_bytes(), "a"
     )
-    assert pages and all(path.exists() for path in pages) and shares[0] == 0.0 and shares[-1] == 1.0
+    assert pages and all(path.exists() for path in pages)
+    stages = list(dict.fromkeys(stage for _, stage in told if stage))
+    assert stages[0] == "Reading the data" and {"Scoring", "Drawing errors", "Drawing the pages"} <= set(
+        stages
+    )
+    shares = [share for share, stage in told if stage]
+    assert shares == sorted(shares) and shares[0] == 0.0 and shares[-1] == 1.0
 
 
 def test_what_is_refused_is_the_error_and_cancelling_ends_the_process(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"^no such thing$"):
-        make_report(job(tmp_path), lambda share: None, REFUSES)
+        make_report(job(tmp_path), lambda share, stage: None, REFUSES)
     with pytest.raises(InputError, match=r"^.*missing\.csv: "):
-        make_report(job(tmp_path, boxes=tmp_path / "missing.csv"), lambda share: None)
+        make_report(job(tmp_path, boxes=tmp_path / "missing.csv"), lambda share, stage: None)
 
-    def cancel(share: float) -> None:
+    def cancel(share: float, stage: str) -> None:
         raise Cancelled
 
     with pytest.raises(Cancelled):

@@ -163,7 +163,7 @@ class ProgressStrip(QWidget):
     def __init__(self, title: str, clock: Callable[[], float] = time.monotonic) -> None:
         super().__init__()
         self._clock = clock
-        self._title = title
+        self._title = self._stage = title
         self._time_left = TimeLeft(clock)
         self._patience = QTimer(self)
         self._patience.setSingleShot(True)
@@ -176,7 +176,7 @@ class ProgressStrip(QWidget):
     def _build(self) -> None:
         self.bar.setRange(0, STEPS)
         self.bar.setMinimumWidth(LEAST_BAR_PX)  # several strips share the status bar of a small window
-        self.bar.setMaximumWidth(190)
+        self.bar.setMaximumWidth(280)
         self.left.setFont(numbers_font(self.font()))
         self.left.setMinimumWidth(64)
         self.cancel.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
@@ -194,18 +194,23 @@ class ProgressStrip(QWidget):
 
     def begin(self) -> None:
         """Note that the work starts, or starts anew."""
-        self._time_left = TimeLeft(self._clock)
+        self._time_left, self._stage = TimeLeft(self._clock), self._title
         self.cancel.setEnabled(True)
         self.show_progress(0.0)
         if self.isHidden():
             self._patience.start()
+
+    def name_stage(self, stage: str) -> None:
+        """Show what is being done now in place of the title, which goes into the tooltip."""
+        self.bar.setToolTip(self._title)
+        self._stage = stage
 
     def show_progress(self, fraction: float) -> None:
         """Note how much of the work is done, 0..1."""
         self._time_left.note(fraction)
         seconds = self._time_left.seconds
         self.bar.setValue(round(STEPS * fraction))
-        self.bar.setFormat(f"{self._title}  %p %")
+        self.bar.setFormat(f"{self._stage}  %p %")
         self.left.setText("" if seconds is None else f"{duration_text(seconds)} left")
 
     def show_stage(self, title: str, note: str) -> None:
