@@ -14,7 +14,7 @@ from riglens.app.background.worker import CLOSE_S, BackgroundWorker, Context
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.requests import LoadedScene
 from riglens.core.rig.model import Camera, Lidar, Sensor
-from riglens.core.vehicle.solid import CarBody
+from riglens.core.vehicle.solid import CarBody, Solid
 from riglens.core.view.camera_picture import CameraPicture, camera_picture
 from riglens.core.view.frames import FrameBoxes, FrameStore
 from riglens.core.view.range_image import RangeImage, range_image
@@ -48,20 +48,20 @@ class SensorPicture:
 
 @singledispatch
 def _image_of(
-    sensor: Sensor, request: PictureRequest, boxes: FrameBoxes
+    sensor: Sensor, request: PictureRequest, boxes: FrameBoxes, solid: Solid
 ) -> CameraPicture | RangeImage | None:
     """Return what a sensor sees; None for a kind of which there is no picture."""
     return None
 
 
 @_image_of.register
-def _(sensor: Camera, request: PictureRequest, boxes: FrameBoxes) -> CameraPicture:
-    return camera_picture(sensor, request.scene.field.grid, boxes, request.body.solid())
+def _(sensor: Camera, request: PictureRequest, boxes: FrameBoxes, solid: Solid) -> CameraPicture:
+    return camera_picture(sensor, request.scene.field.grid, boxes, solid)
 
 
 @_image_of.register
-def _(sensor: Lidar, request: PictureRequest, boxes: FrameBoxes) -> RangeImage:
-    return range_image(sensor, boxes, request.body.solid())
+def _(sensor: Lidar, request: PictureRequest, boxes: FrameBoxes, solid: Solid) -> RangeImage:
+    return range_image(sensor, boxes, solid)
 
 
 Pictures = BackgroundWorker[PictureRequest, SensorPicture]
@@ -82,8 +82,9 @@ class FramePictures:
     def __call__(self, request: PictureRequest, context: Context[SensorPicture]) -> SensorPicture:
         """Return the picture of a request."""
         boxes, note = self._boxes(request, context)
+        solid = request.body.solid()
         context.stop_if_closing()
-        return SensorPicture(_image_of(request.sensor, request, boxes), note)
+        return SensorPicture(_image_of(request.sensor, request, boxes, solid), note)
 
     def _boxes(self, request: PictureRequest, context: Context[SensorPicture]) -> tuple[FrameBoxes, str]:
         """Boxes of the frame, and what to say about them."""

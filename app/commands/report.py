@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path, PurePath
@@ -17,7 +18,7 @@ from riglens.app.commands.tolerance import require_draws
 from riglens.app.evaluation.options import USUAL_DRAWS, SceneOptions, ScoreOptions
 from riglens.app.launch.system_libraries import require_system_libraries
 from riglens.app.studies.report_document import ReportDocument, document_of
-from riglens.app.studies.report_figures import ReportPlan, differences, labels_of, report_of
+from riglens.app.studies.report_figures import ReportPlan, differences, labels_of, report_of, report_profiles
 from riglens.app.studies.report_page import printed_page, report_page
 from riglens.app.studies.report_reading import (
     FIGURES_NAME,
@@ -32,7 +33,7 @@ from riglens.app.terminal.loading import load_rigs, note_missing_rays
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
 from riglens.core.plain import to_text
-from riglens.core.review.requirements import requirements_in
+from riglens.core.review.requirements import Requirements, requirements_in
 from riglens.core.rig.library import use_libraries
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.file import loads
@@ -113,7 +114,7 @@ def report(
     text = required = None
     if requirements is not None:
         text = read_text(requirements, "a file of requirements")
-        required = requirements_in(text, str(requirements))
+        required = _requirements(text, str(requirements), loaded.rigs)
         score = score.as_required(required.body, requirements)
     labels = labels_of(project, revision, author)
     plan = ReportPlan(
@@ -192,6 +193,15 @@ def verified(path: Path, scene: SceneOptions, score: ScoreOptions, meshes: Path 
     return 1
 
 
+def _requirements(text: str, where: str, rigs: Sequence[Rig]) -> Requirements:
+    """Read requirements; InputError for names that nothing has, or of test objects that stand in no report."""
+    profiles, left_out = report_profiles()
+    for one in requirements_in(text, where).blind_objects:
+        if one.profile in left_out:
+            raise InputError(f"{where}: profile '{one.profile}' is from memory and stands in no report")
+    return requirements_in(text, where, rigs, profiles)
+
+
 def _take_names(figures: dict[str, Any], attached: dict[str, Any]) -> None:
     """Call data as the report does: where they lie may differ; what they are is in their SHA-256."""
     figures["inputs"]["boxes"] = attached["inputs"]["boxes"]
@@ -220,7 +230,7 @@ def _plan_of(
         ScoreOptions(inputs.method, inputs.reading, inputs.camera_weight, score.threads, inputs.body),
         inputs.draws,
         inputs.seed,
-        None if inputs.requirements is None else requirements_in(inputs.requirements, str(path)),
+        None if inputs.requirements is None else _requirements(inputs.requirements, str(path), rigs),
         inputs.requirements,
         inputs.labels,
     )

@@ -178,11 +178,17 @@ class Review:
         asked, traffic = self.asked, self.traffic if self.asked.sample else None
         with progress_bar("Drawing errors") as progress:
             measure = Measures(
-                self.field, traffic, settings_of(self.score), self.mesh, asked.sample, self.score.threads
+                self.field,
+                traffic,
+                settings_of(self.score),
+                self.mesh,
+                asked.sample,
+                self.score.threads,
+                designed=self.rig,
             )
             found = tolerance_of(self.rig, asked.errors, measure, asked.draws, asked.seed, True, progress)
         body = self.score.body_of(self.rig)
-        return tolerance_document(found, body), lambda: print_tolerance(found, body)
+        return tolerance_document(found, body, measure), lambda: print_tolerance(found, body)
 
     def audit(self) -> Part:
         """Follow every ray."""

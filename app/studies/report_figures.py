@@ -198,7 +198,7 @@ def _counts(
     return replace(counts, elapsed_ms=0.0)
 
 
-def _profiles() -> tuple[tuple[Profile, ...], list[str]]:
+def report_profiles() -> tuple[tuple[Profile, ...], list[str]]:
     """Profiles of test objects that stand in a report, and the names of those that do not."""
     every = bundled_profiles()
     return (
@@ -220,7 +220,7 @@ def _parts(
 ) -> dict[str, Any]:
     """The figures of one rig on its own."""
     settings, threads = settings_of(plan.score), plan.score.threads
-    body, profiles = plan.score.body_of(rig), _profiles()[0]
+    body, profiles = plan.score.body_of(rig), report_profiles()[0]
     judged = verdicts(rig, profiles, "blocks", mesh, jit.use_threads(threads))
     mounted = mounts_document(rig, mounts_of(rig, mesh), violations(rig, USUAL_LIMITS, mesh))
     stages.begin("Following rays", rig.name)
@@ -284,7 +284,7 @@ def _figures(
             requirements=plan.requirements_text,
             labels=plan.labels,
         ).model_dump(by_alias=True),
-        "left_out": _profiles()[1],
+        "left_out": report_profiles()[1],
         "evaluation": evaluation_document(field, settings_of(score), evaluations),
         "targets": targets,
         "rigs": list(parts),

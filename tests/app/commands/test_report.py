@@ -502,6 +502,18 @@ def test_bad_input_is_told_in_one_line(riglens, arguments, said):
     assert said in riglens("report", *arguments).refused()
 
 
+@pytest.mark.parametrize(
+    ("profile", "said"),
+    [("fmvss-111-near", "is from memory and stands in no report"), ("un-r999", "'un-r999' is unknown")],
+)
+def test_names_in_requirements_are_checked_before_any_work(riglens, tmp_path, monkeypatch, profile, said):
+    monkeypatch.setattr(report, "report_of", None)
+    path = tmp_path / "required.yaml"
+    path.write_text(f"riglens_requirements: 1\nblind_objects: [{{profile: {profile}}}]\n")
+    out = riglens("report", "Center", "--requirements", path, "--out", tmp_path / "a.html").refused()
+    assert "required.yaml" in out and said in out
+
+
 @pytest.mark.parametrize("text", ["", "<html>", '<script type="application/json" id="figures">{', "{}"])
 def test_what_is_no_report_is_refused(riglens, tmp_path, text):
     path = tmp_path / "a.html"
