@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QPointF
-from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QApplication, QDoubleSpinBox, QPushButton, QSpinBox
 from pytestqt.qtbot import QtBot
 
@@ -25,7 +24,6 @@ from riglens.core.targets.card import USUAL_PLAN, Card, CardPlan, CardRow, Reach
 from riglens.core.targets.card_making import card_of
 from riglens.widgets.panels.card.chart import CardChart, edge_m, ring_step_m
 from riglens.widgets.panels.card.table import STOPS, CardTable, Line
-from riglens.widgets.panels.controls.style import tones
 from tests.app.window.desk import Desk, open_desk
 from tests.app.window_bench import RIG
 from tests.waiting import TIMEOUT_MS
@@ -87,8 +85,7 @@ def button(feature: CardShown) -> QPushButton:
 
 
 def is_grey(feature: CardShown) -> bool:
-    item = feature.panel.table.item(0, 0)
-    return item is not None and item.foreground().color() == QColor(tones().muted)
+    return feature.panel.table.figures.is_grey(0)
 
 
 def test_a_card_is_made_after_the_first_scores_and_only_while_somebody_looks(
@@ -263,9 +260,9 @@ def test_the_table_says_what_the_terminal_does(qtbot: QtBot) -> None:
     text = table.text_of("Pedestrian, LiDARs", "left")
     assert text.split("-")[0] == f"{row.lidar.least_m:.0f}"
     assert table.text_of("Pedestrian, cameras", "behind") == "never"
-    assert (table.rowCount(), table.columnCount()) == (10, len(NEAR.bearings_deg) + 1)
+    assert (table.figures.rowCount(), table.figures.columnCount()) == (10, len(NEAR.bearings_deg) + 1)
     assert table.line == Line("car", 0.0, LIDAR)
-    table.setCurrentCell(9, 0)
+    table.choose(9)
     assert table.line == Line("pedestrian", 0.0, CAMERA)
 
 
@@ -279,10 +276,9 @@ def test_no_distance_is_cut_off_however_narrow_the_table(qtbot: QtBot) -> None:
     table.show_card(replace(CARD, rows=rows, plan=replace(NEAR, to_m=150.0)))
     table.show()
     assert table.text_of("Car end on, LiDARs", "left") == "102-104-106"
-    for column in range(table.columnCount()):
-        item = table.item(0, column)
-        assert item is not None
-        assert table.fontMetrics().horizontalAdvance(item.text()) + 6 <= table.columnWidth(column)
+    for column in range(table.figures.columnCount()):
+        text = table.figures.figure(0, column).text
+        assert table.fontMetrics().horizontalAdvance(text) + 6 <= table.columnWidth(column)
 
 
 def test_the_chart_has_the_distances_where_they_are(qtbot: QtBot) -> None:

@@ -17,11 +17,11 @@ from riglens.core.targets.scores import TargetScores
 from riglens.core.targets.settings import USUAL
 from riglens.core.targets.tables import table_of, totals_of
 from riglens.widgets.panels.controls.style import tones
+from riglens.widgets.panels.figures.table import Figure
 from riglens.widgets.panels.scores.panel import ScoresPanel
 from riglens.widgets.panels.scores.table import SHOWN, ScoreTable
 from riglens.widgets.panels.scores.text import THREE_FIGURES, sampled_text
 from riglens.widgets.panels.targets.panel import TargetsPanel
-from riglens.widgets.panels.targets.table import CHANGE, CHANGE_COLOUR, SUB_TEXT
 from riglens.widgets.panels.targets.text import change_text, error_text, value_text
 from tests.core.builders import rig_of, spinning
 from tests.core.targets.cases import random_traffic
@@ -48,33 +48,31 @@ def show(panel: TargetsPanel, frames: int | None = None) -> None:
     panel.show_counts(TRAFFIC, counts(NOW, frames), counts(BEFORE, frames), "low")
 
 
-def item(panel: TargetsPanel, who: str, column: int):
-    found = panel.table.item(WHO.index(who), column)
-    assert found is not None
-    return found
+def item(panel: TargetsPanel, who: str, column: int) -> Figure:
+    return panel.table.figures.figure(WHO.index(who), column)
 
 
 def test_a_panel_out_of_sight_makes_its_table_when_it_is_looked_at(panel: TargetsPanel) -> None:
     panel.hide()
     show(panel)
-    assert panel.table.item(0, 0) is None
+    assert panel.table.figures.rows == ()
     panel.show()
-    assert item(panel, "car", 0).text()
+    assert item(panel, "car", 0).text
 
 
 def test_a_cell_shows_value_error_and_change(panel: TargetsPanel) -> None:
     show(panel, 12)
     cells = table_of(TRAFFIC, counts(NOW, 12), counts(BEFORE, 12), ON_TARGET).cells
     shown = item(panel, "car", 0)
-    assert shown.text() == value_text(ON_TARGET, float(cells.value[1, 0]))
-    assert shown.data(SUB_TEXT) == error_text(ON_TARGET, float(cells.se[1, 0])) != ""
-    assert shown.data(CHANGE) == change_text(ON_TARGET, float(cells.change[1, 0])) != ""
-    assert "low" in shown.toolTip() and "±" in shown.toolTip()
+    assert shown.text == value_text(ON_TARGET, float(cells.value[1, 0]))
+    assert shown.error == error_text(ON_TARGET, float(cells.se[1, 0])) != ""
+    assert shown.change == change_text(ON_TARGET, float(cells.change[1, 0])) != ""
+    assert "low" in shown.tip and "±" in shown.tip
 
 
 def test_all_frames_have_no_error(panel: TargetsPanel) -> None:
     show(panel)
-    assert item(panel, "car", 0).data(SUB_TEXT) == ""
+    assert item(panel, "car", 0).error == ""
     assert "all 30 frames" in panel._note.text()
 
 
@@ -88,16 +86,16 @@ def test_fewer_missed_is_better(panel: TargetsPanel) -> None:
     show(panel)
     for who in WHO:
         shown = item(panel, who, 0)
-        if shown.data(CHANGE).startswith("−"):
-            assert shown.data(CHANGE_COLOUR) == tones().more
-        elif shown.data(CHANGE).startswith("+"):
-            assert shown.data(CHANGE_COLOUR) == tones().less
+        if shown.change.startswith("−"):
+            assert shown.change_tone == "more"
+        elif shown.change.startswith("+"):
+            assert shown.change_tone == "less"
 
 
 def test_numbers_out_of_date_are_grey(panel: TargetsPanel) -> None:
     show(panel)
     panel.set_stale()
-    assert item(panel, "all", 0).foreground().color().name() == tones().muted
+    assert panel.table.figures.is_grey(0)
 
 
 def test_another_number_of_points_is_wanted_once(panel: TargetsPanel, qtbot: QtBot) -> None:
@@ -113,7 +111,7 @@ def test_a_problem_stands_in_the_place_of_the_note(panel: TargetsPanel) -> None:
 
 def test_the_rose_follows_the_row_and_tells_where_a_wedge_is(panel: TargetsPanel) -> None:
     show(panel)
-    panel.table.setCurrentCell(WHO.index("pedestrian"), 0)
+    panel.table.choose(WHO.index("pedestrian"))
     rose = panel.rose
     ahead = rose._centre() - QPointF(0.0, rose._radius(3) - 1.0)
     left = rose._centre() - QPointF(rose._radius(3) - 1.0, 0.0)
@@ -161,7 +159,7 @@ def test_all_classes_are_in_sight_where_there_is_room(
     show(panel)
     panel.resize(1000, height_px)
     table = panel.table
-    rows_px = [table.rowHeight(row) for row in range(table.rowCount())]
+    rows_px = [table.rowHeight(row) for row in range(table.figures.rowCount())]
     assert len(set(rows_px)) == 1 and 30 <= rows_px[0] <= 38
     assert rows_px[0] == (row_px or rows_px[0])
     assert height_px < 230 or sum(rows_px) <= table.viewport().height()

@@ -68,7 +68,7 @@ class CardPanel(QWidget):
         body.addWidget(self.chart)
         layout.addLayout(body, 1)
         layout.addLayout(self._controls())
-        self.table.currentCellChanged.connect(lambda *_: self._show_chart())
+        self.table.row_chosen.connect(self._show_chart)
         self.show_plan(plan)
         self.show_progress(None)
         self.show_current(False)
@@ -143,7 +143,7 @@ class CardPanel(QWidget):
         """Show whether the card is of the rig as it is now: it is greyed and not exported when it is not."""
         self.export.setEnabled(is_current)
         if not is_current:
-            self.table.grey()
+            self.table.figures.grey()
             self.chart.grey()
 
     def say(self, text: str) -> None:

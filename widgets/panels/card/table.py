@@ -5,15 +5,12 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from PySide6.QtCore import Qt
-from PySide6.QtGui import QBrush, QColor
-from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableWidget, QTableWidgetItem
+from PySide6.QtWidgets import QHeaderView
 
 from riglens.core.sensors.registry import AnyKind, kinds
 from riglens.core.targets.card import Card, CardRow, Reach
 from riglens.core.targets.card_text import HEADINGS, bearing_text, reach_text, stop_text
-from riglens.widgets.panels.controls.icons import swatch
-from riglens.widgets.panels.controls.style import numbers_font, plain_tip, tones
+from riglens.widgets.panels.figures.table import Figure, FigureTable, Heading
 from riglens.widgets.theme import CLASS_COLOURS
 
 STOPS = "Stops from"
@@ -78,94 +75,39 @@ def _metres(distance_m: float, to_m: float) -> str:
     return f"beyond {to_m:g} m" if math.isinf(distance_m) else f"{distance_m:g} m"
 
 
-class CardTable(QTableWidget):
+class CardTable(FigureTable):
     """Shows one card; the current row says which chart is wanted."""
 
     def __init__(self) -> None:
-        super().__init__(0, 0)
+        super().__init__("Card: first distance with too little, in metres")
         self._lines: tuple[Line, ...] = ()
-        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
-        self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
-        self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
-        self.setAlternatingRowColors(True)
-        self.setShowGrid(False)
-        self.setTabKeyNavigation(False)
-        self.setFont(numbers_font(self.font()))
-        self.setHorizontalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
-        self.setAccessibleName("Card: first distance with too little, in metres")
-        rows, columns = self.verticalHeader(), self.horizontalHeader()
-        rows.setSectionsClickable(True)
-        rows.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
-        rows.setDefaultSectionSize(ROW_PX)
-        rows.setMinimumWidth(TITLE_PX)
-        rows.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
-        columns.setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
-        columns.setMinimumSectionSize(self.fontMetrics().horizontalAdvance(WIDEST) + PAD_PX)
-        columns.setDefaultAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        self.give_titles(TITLE_PX, ROW_PX, self.fontMetrics().horizontalAdvance(WIDEST) + PAD_PX)
 
     @property
     def line(self) -> Line | None:
         """The line whose chart is wanted: the chosen one, or the first."""
-        return self._lines[max(self.currentRow(), 0)] if self._lines else None
+        return self._lines[self.current_row] if self._lines else None
 
     def show_card(self, card: Card) -> None:
         """Show what a card says."""
+        self._lines = lines_of(card)
         bearings = [bearing_text(bearing) for bearing in card.plan.bearings_deg]
-        self._lay_out(card, [*bearings, STOPS])
-        for number, line in enumerate(self._lines):
-            rows = rows_of(card, line)
-            stops = [card.stops_from_kmh(row, line.reach(row)) for row in rows]
-            ahead = next((stop for stop in stops if stop is not None), None)
-            for column, row in enumerate(rows):
-                self._show(
-                    number,
-                    column,
-                    reach_text(line.reach(row), card.plan.to_m),
-                    tip_of(card, line, row),
-                )
-            self._show(number, len(rows), stop_text(ahead), STOPS_TIP)
-
-    def _lay_out(self, card: Card, titles: list[str]) -> None:
-        lines = lines_of(card)
-        if (len(lines), len(titles)) != (self.rowCount(), self.columnCount()):
-            self.setRowCount(len(lines))
-            self.setColumnCount(len(titles))
-            for row in range(len(lines)):
-                for column in range(len(titles)):
-                    item = QTableWidgetItem()
-                    item.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-                    self.setItem(row, column, item)
-        self._lines = lines
-        self.setHorizontalHeaderLabels(titles)
+        self.figures.show(
+            [Heading(line_title(card, line), colour=CLASS_COLOURS[line.cls]) for line in self._lines],
+            [Heading(title) for title in (*bearings, STOPS)],
+            [_figures_of(card, line) for line in self._lines],
+        )
         to_fit = QHeaderView.ResizeMode.ResizeToContents
-        self.horizontalHeader().setSectionResizeMode(len(titles) - 1, to_fit)
-        for row, line in enumerate(lines):
-            title = QTableWidgetItem(line_title(card, line))
-            title.setIcon(swatch(CLASS_COLOURS[line.cls]))
-            self.setVerticalHeaderItem(row, title)
+        self.horizontalHeader().setSectionResizeMode(len(bearings), to_fit)
 
-    def _show(self, row: int, column: int, text: str, tip: str) -> None:
-        item = self.item(row, column)
-        assert item is not None
-        item.setText(text)
-        item.setToolTip(plain_tip(tip))
-        item.setForeground(QBrush(QColor(tones().muted if text == "never" else tones().text)))
 
-    def grey(self) -> None:
-        """Show that the figures are out of date."""
-        muted = QBrush(QColor(tones().muted))
-        for row in range(self.rowCount()):
-            for column in range(self.columnCount()):
-                item = self.item(row, column)
-                assert item is not None
-                item.setForeground(muted)
-
-    def text_of(self, title: str, column: str) -> str:
-        """Return what a cell shows: of the row of that name, in the column of that title."""
-        rows = [self._text(self.verticalHeaderItem(row)) for row in range(self.rowCount())]
-        columns = [self._text(self.horizontalHeaderItem(number)) for number in range(self.columnCount())]
-        return self._text(self.item(rows.index(title), columns.index(column)))
-
-    @staticmethod
-    def _text(item: QTableWidgetItem | None) -> str:
-        return "" if item is None else item.text()
+def _figures_of(card: Card, line: Line) -> list[Figure]:
+    rows = rows_of(card, line)
+    texts = [reach_text(line.reach(row), card.plan.to_m) for row in rows]
+    stops = [card.stops_from_kmh(row, line.reach(row)) for row in rows]
+    ahead = next((stop for stop in stops if stop is not None), None)
+    found = [
+        Figure(text, tip=tip_of(card, line, row), tone="muted" if text == "never" else "text")
+        for text, row in zip(texts, rows, strict=True)
+    ]
+    return [*found, Figure(stop_text(ahead), tip=STOPS_TIP)]

@@ -64,7 +64,7 @@ class TargetsPanel(QWidget):
         body.addWidget(self.rose)
         layout.addLayout(body, 1)
         layout.addLayout(self._controls())
-        self.table.currentCellChanged.connect(lambda *_: self._show_rose())
+        self.table.row_chosen.connect(self._show_rose)
 
     def _controls(self) -> QHBoxLayout:
         self._quantity.setObjectName("target_quantity")
@@ -195,7 +195,7 @@ class TargetsPanel(QWidget):
     def set_stale(self) -> None:
         """Grey the numbers: newer ones are on their way."""
         self._is_stale = True
-        self.table.grey()
+        self.table.figures.grey()
         self.rose.grey()
 
     def _show(self) -> None:

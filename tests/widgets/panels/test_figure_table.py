@@ -1,0 +1,49 @@
+"""The one table of figures: what it shows, copies, greys, and keeps chosen."""
+
+from __future__ import annotations
+
+import pytest
+from pytestqt.qtbot import QtBot
+
+from riglens.widgets.panels.figures.table import NOTHING, Figure, FigureTable, Heading
+
+ROWS = [Heading("Cars", copied=("car",)), Heading("Bicycles", copied=("bicycle",))]
+COLUMNS = [Heading("Seen by any", short="Seen", copied=("seen", "standard error")), Heading("Note")]
+CELLS = [[Figure("33.3 %", (1 / 3, None)), Figure("near")], [NOTHING, Figure("far")]]
+
+
+@pytest.fixture
+def table(qtbot: QtBot) -> FigureTable:
+    made = FigureTable("figures")
+    qtbot.addWidget(made)
+    made.give_titles(50, 20, 50)
+    made.figures.show(ROWS, COLUMNS, CELLS)
+    return made
+
+
+def test_it_copies_exact_numbers_and_leaves_out_what_there_is_not(table: FigureTable) -> None:
+    lines = [line.split("\t") for line in table.as_text().splitlines()]
+    assert lines == [
+        ["class", "seen", "standard error", "Note"],
+        ["car", repr(1 / 3), "", "near"],
+        ["bicycle", "", "", "far"],
+    ]
+    assert table.text_of("Cars", "Seen by any") == "33.3 %"
+
+
+def test_new_figures_keep_the_chosen_row_and_take_the_grey_away(table: FigureTable) -> None:
+    table.choose(1)
+    table.figures.grey([0])
+    assert (table.figures.is_grey(0), table.figures.is_grey(1)) == (True, False)
+    table.figures.show(ROWS, [Heading("Other"), Heading("Note")], CELLS)
+    assert table.current_row == 1 and not table.figures.is_grey(0)
+    table.figures.show(ROWS[:1], COLUMNS, CELLS[:1])
+    assert table.current_row == 0
+
+
+def test_one_column_is_shown_anew_alone(table: FigureTable) -> None:
+    table.figures.grey()
+    table.figures.show_column(1, [Figure("a"), Figure("b")])
+    assert [table.figures.figure(row, 1).text for row in (0, 1)] == ["a", "b"]
+    assert table.figures.figure(0, 0) is CELLS[0][0]
+    assert (table.figures.is_grey(0), table.figures.is_grey(1)) == (True, False)

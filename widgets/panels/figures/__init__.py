@@ -1,0 +1,1 @@
+"""Tables of figures: one model and one view for all of them."""

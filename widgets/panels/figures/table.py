@@ -1,0 +1,341 @@
+"""A table of figures described by data: text, exact values, error and change, colour and tooltip of each cell."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from PySide6.QtCore import (
+    QAbstractTableModel,
+    QItemSelectionModel,
+    QModelIndex,
+    QPersistentModelIndex,
+    QRectF,
+    QSize,
+    Qt,
+    Signal,
+)
+from PySide6.QtGui import QBrush, QColor, QFont, QGuiApplication, QPainter
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QHeaderView,
+    QStyle,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
+    QTableView,
+    QWidget,
+)
+
+from riglens.widgets.panels.controls.icons import swatch
+from riglens.widgets.panels.controls.item_views import (
+    BAR_COLOUR,
+    BAR_SHARE,
+    BarDelegate,
+    OwnKeys,
+    StandardKey,
+)
+from riglens.widgets.panels.controls.style import numbers_font, plain_tip, tones
+
+NONE = "–"
+Tone = Literal["text", "muted", "more", "less"]
+Index = QModelIndex | QPersistentModelIndex
+FIGURE = Qt.ItemDataRole.UserRole.value
+SORT = Qt.ItemDataRole.UserRole.value + 3
+_ROLE = Qt.ItemDataRole
+_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A cell; tones name colours of the theme.
+
+    values: exact numbers that are copied, one for each of its column's `copied`; the first is sorted by. error, change:
+    small, in a second line. bar: length of a bar under the number, 0 to 1 of the cell.
+    """
+
+    text: str = NONE
+    values: tuple[float | int | None, ...] = ()
+    tip: str = ""
+    tone: Tone = "text"
+    error: str = ""
+    change: str = ""
+    change_tone: Tone = "text"
+    is_bold: bool = False
+    is_italic: bool = False
+    bar: float | None = None
+    bar_colour: str | None = None
+    is_left: bool = False
+
+
+NOTHING = Figure(tone="muted")
+
+
+@dataclass(frozen=True)
+class Heading:
+    """Title of a row or a column; copied: titles of the exact numbers of a column, with none its texts are copied; or
+    the name of a row where it is copied."""
+
+    title: str
+    tip: str = ""
+    short: str = ""
+    colour: str = ""
+    copied: tuple[str, ...] = ()
+
+
+class FigureModel(QAbstractTableModel):
+    """Cells under headings. All of them, or some columns, may be greyed as out of date."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._rows: tuple[Heading, ...] = ()
+        self._columns: tuple[Heading, ...] = ()
+        self._figures: list[tuple[Figure, ...]] = []
+        self._grey: frozenset[int] = frozenset()
+        self._is_narrow = False
+
+    def show(
+        self, rows: Sequence[Heading], columns: Sequence[Heading], figures: Sequence[Sequence[Figure]]
+    ) -> None:
+        """Show cells, none of them grey; a table of the same size keeps its selection and scroll position."""
+        is_resized = (len(rows), len(columns)) != (len(self._rows), len(self._columns))
+        if is_resized:
+            self.beginResetModel()
+        self._rows, self._columns = tuple(rows), tuple(columns)
+        self._figures, self._grey = [tuple(row) for row in figures], frozenset()
+        if is_resized:
+            self.endResetModel()
+        elif rows and columns:
+            self.headerDataChanged.emit(Qt.Orientation.Vertical, 0, len(rows) - 1)
+            self.headerDataChanged.emit(Qt.Orientation.Horizontal, 0, len(columns) - 1)
+        self._changed()
+
+    def show_column(self, column: int, figures: Sequence[Figure]) -> None:
+        """Show other cells in one column."""
+        self._figures = [
+            (*row[:column], figure, *row[column + 1 :])
+            for row, figure in zip(self._figures, figures, strict=True)
+        ]
+        self._grey -= {column}
+        self._changed()
+
+    def grey(self, columns: Iterable[int] | None = None) -> None:
+        """Show in the muted colour that all columns, or some, are out of date."""
+        self._grey |= frozenset(range(len(self._columns)) if columns is None else columns)
+        self._changed()
+
+    def _changed(self) -> None:
+        if self._figures and self._columns:
+            last = self.index(len(self._figures) - 1, len(self._columns) - 1)
+            self.dataChanged.emit(self.index(0, 0), last)
+
+    def set_narrow(self, is_narrow: bool) -> None:
+        """Give columns short titles where they have one."""
+        if is_narrow != self._is_narrow and self._columns:
+            self.headerDataChanged.emit(Qt.Orientation.Horizontal, 0, len(self._columns) - 1)
+        self._is_narrow = is_narrow
+
+    @property
+    def rows(self) -> tuple[Heading, ...]:
+        """The headings of the rows."""
+        return self._rows
+
+    @property
+    def columns(self) -> tuple[Heading, ...]:
+        """The headings of the columns."""
+        return self._columns
+
+    def figure(self, row: int, column: int) -> Figure:
+        """Return a cell."""
+        return self._figures[row][column]
+
+    def is_grey(self, column: int) -> bool:
+        """Whether a column is shown as out of date."""
+        return column in self._grey
+
+    def rowCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008 Qt's signature
+        return 0 if parent.isValid() else len(self._figures)
+
+    def columnCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008 Qt's signature
+        return 0 if parent.isValid() else len(self._columns)
+
+    def headerData(self, section: int, orientation: Qt.Orientation, role: int = _ROLE.DisplayRole) -> Any:
+        is_column = orientation == Qt.Orientation.Horizontal
+        heading = (self._columns if is_column else self._rows)[section]
+        if role == _ROLE.DisplayRole:
+            return heading.short if self._is_narrow and heading.short else heading.title
+        if role == _ROLE.ToolTipRole:
+            return heading.tip
+        if role == _ROLE.DecorationRole and heading.colour:
+            return swatch(heading.colour)
+        if role == _ROLE.TextAlignmentRole and is_column and self._figures:
+            return _LEFT if self._figures[0][section].is_left else _RIGHT
+        return None
+
+    def data(self, index: Index, role: int = _ROLE.DisplayRole) -> Any:
+        figure = self._figures[index.row()][index.column()]
+        if role == FIGURE:
+            return figure
+        if role == _ROLE.DisplayRole:
+            return figure.text
+        if role == _ROLE.ToolTipRole:
+            return plain_tip(figure.tip)
+        if role == _ROLE.TextAlignmentRole:
+            return _LEFT if figure.is_left else _RIGHT
+        if role == _ROLE.ForegroundRole:
+            return QBrush(self.colour(index.column(), figure.tone))
+        if role == SORT:
+            return figure.values[0] if figure.values else figure.text
+        if role == _ROLE.FontRole and (figure.is_bold or figure.is_italic):
+            font = numbers_font(QFont())
+            font.setBold(figure.is_bold)
+            font.setItalic(figure.is_italic)
+            return font
+        return {BAR_SHARE: figure.bar, BAR_COLOUR: figure.bar_colour}.get(role)
+
+    def colour(self, column: int, tone: Tone) -> QColor:
+        """Return the colour of a tone, which is muted where a column is grey."""
+        return QColor(getattr(tones(), "muted" if column in self._grey else tone))
+
+    def as_text(self, corner: str, delimiter: str = "\t") -> str:
+        """Return titles and exact numbers, `corner` above the titles of the rows."""
+        titles = [corner, *(name for heading in self._columns for name in heading.copied or (heading.title,))]
+        lines: list[list[str]] = []
+        for heading, figures in zip(self._rows, self._figures, strict=True):
+            cells = [*(heading.copied or (heading.title,))]
+            for column, figure in zip(self._columns, figures, strict=True):
+                cells += (
+                    [exact(value) for value in figure.values or (None,) * len(column.copied)]
+                    if column.copied
+                    else [figure.text]
+                )
+            lines.append(cells)
+        return delimited([titles, *lines], delimiter)
+
+
+def exact(value: float | int | None) -> str:
+    """Return a number in full precision; nothing where there is none."""
+    return "" if value is None else repr(value)
+
+
+def delimited(lines: Iterable[Sequence[str | int]], delimiter: str) -> str:
+    """Return lines of cells for spreadsheets."""
+    stream = io.StringIO()
+    csv.writer(stream, delimiter=delimiter, lineterminator="\n").writerows(lines)
+    return stream.getvalue()
+
+
+class FigureTable(QTableView):
+    """Shows a FigureModel; Ctrl+C copies it. The current row says what is drawn beside it."""
+
+    row_chosen = Signal()
+
+    def __init__(self, name: str, corner: str = "class", parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.figures, self._corner = FigureModel(), corner
+        self.setModel(self.figures)
+        self.setAccessibleName(name)
+        self.setItemDelegate(BarDelegate(self))
+        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        self.setAlternatingRowColors(True)
+        self.setShowGrid(False)
+        self.setTabKeyNavigation(False)
+        self.setFont(numbers_font(self.font()))
+        self.setHorizontalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
+        self.horizontalHeader().setHighlightSections(False)
+        self.selectionModel().currentRowChanged.connect(lambda *_: self.row_chosen.emit())
+
+    def give_titles(self, least_px: int, row_px: int, cell_px: int) -> None:
+        """Have a title for each row, which a click chooses, and columns that share the width."""
+        self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        OwnKeys(self, {StandardKey.Copy: self.copy})
+        rows, columns = self.verticalHeader(), self.horizontalHeader()
+        rows.setSectionsClickable(True)
+        rows.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
+        rows.setDefaultSectionSize(row_px)
+        rows.setMinimumWidth(least_px)
+        rows.setDefaultAlignment(_LEFT)
+        columns.setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
+        columns.setMinimumSectionSize(cell_px)
+
+    @property
+    def current_row(self) -> int:
+        """The row that is chosen, or else the first."""
+        return max(self.currentIndex().row(), 0)
+
+    def choose(self, row: int) -> None:
+        """Choose a row."""
+        flags = QItemSelectionModel.SelectionFlag
+        self.selectionModel().setCurrentIndex(self.model().index(row, 0), flags.ClearAndSelect | flags.Rows)
+
+    def text_of(self, title: str, column: str) -> str:
+        """Return what a cell shows: of the row of that name, in the column of that title."""
+        rows, columns = (
+            [heading.title for heading in part] for part in (self.figures.rows, self.figures.columns)
+        )
+        return self.figures.figure(rows.index(title), columns.index(column)).text
+
+    def as_text(self) -> str:
+        """Return titles and exact values with tabs between columns; nothing while there are no figures."""
+        return self.figures.as_text(self._corner) if self.figures.rows else ""
+
+    def copy(self) -> None:
+        """Copy all of the table."""
+        QGuiApplication.clipboard().setText(self.as_text())
+
+
+_PAD_PX, _SMALL = 8, 0.86
+
+
+class TwoLines(QStyledItemDelegate):
+    """Draws the number, and under it in small type its error and its change; cells are at least `least` in size."""
+
+    def __init__(self, least: QSize, high_px: int, parent: QWidget) -> None:
+        super().__init__(parent)
+        self._least, self._high_px = least, high_px
+
+    def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
+        """Draw the cell's background, then both lines, right-aligned."""
+        told = QStyleOptionViewItem(option)
+        self.initStyleOption(told, index)
+        text, told.text = told.text, ""
+        told.state &= ~QStyle.StateFlag.State_HasFocus
+        if told.state & QStyle.StateFlag.State_Selected:
+            # softer than the style's, so that all lines stay legible
+            painter.fillRect(option.rect, QColor(tones().chosen))
+            told.state &= ~QStyle.StateFlag.State_Selected
+            told.backgroundBrush = QBrush(QColor(tones().chosen))
+        told.widget.style().drawControl(
+            told.widget.style().ControlElement.CE_ItemViewItem, told, painter, told.widget
+        )
+        gap_px = 3 if option.rect.height() >= self._high_px else 1
+        room = QRectF(option.rect).adjusted(_PAD_PX, gap_px, -_PAD_PX, -gap_px)
+        painter.save()
+        painter.setFont(told.font)
+        painter.setPen(index.data(_ROLE.ForegroundRole).color())
+        painter.drawText(room, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop, text)
+        self._draw_small(painter, room, told.font, index)
+        painter.restore()
+
+    def _draw_small(self, painter: QPainter, room: QRectF, font: QFont, index: Index) -> None:
+        figure, model = index.data(FIGURE), index.model()
+        assert isinstance(model, FigureModel)
+        small = QFont(font)
+        small.setPointSizeF(font.pointSizeF() * _SMALL)
+        small.setBold(False)
+        painter.setFont(small)
+        bottom = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignBottom
+        if figure.change:
+            painter.setPen(model.colour(index.column(), figure.change_tone))
+            painter.drawText(room, bottom, figure.change)
+            room = room.adjusted(0, 0, -painter.fontMetrics().horizontalAdvance(figure.change + "  "), 0)
+        painter.setPen(QColor(tones().muted))
+        painter.drawText(room, bottom, figure.error)
+
+    def sizeHint(self, option: QStyleOptionViewItem, index: Index) -> QSize:
+        """Room for two lines."""
+        return super().sizeHint(option, index).expandedTo(self._least)
