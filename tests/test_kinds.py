@@ -386,7 +386,6 @@ MAY_NAME_KINDS = {
     "core/metric/scores.py": "the two kinds of the paper have accessors of their own",
     "core/targets/targets_json.py": "the keys of its JSON",
     "widgets/viewport/drawn_scene.py": "the camera of the view",
-    "widgets/panels/scores": "columns of the two kinds of the paper",
 }
 """Files and folders that may name a kind of sensor, and why."""
 _ASKS = re.compile(r"isinstance\([^)]*\b(Lidar|Camera)\b")

@@ -262,7 +262,7 @@ def test_the_table_says_what_the_terminal_does(qtbot: QtBot) -> None:
     assert table.text_of("Pedestrian, cameras", "behind") == "never"
     assert (table.figures.rowCount(), table.figures.columnCount()) == (10, len(NEAR.bearings_deg) + 1)
     assert table.line == Line("car", 0.0, LIDAR)
-    table.choose(9)
+    table.choose_row(9)
     assert table.line == Line("pedestrian", 0.0, CAMERA)
 
 
@@ -277,7 +277,7 @@ def test_no_distance_is_cut_off_however_narrow_the_table(qtbot: QtBot) -> None:
     table.show()
     assert table.text_of("Car end on, LiDARs", "left") == "102-104-106"
     for column in range(table.figures.columnCount()):
-        text = table.figures.figure(0, column).text
+        text = table.figures.cell(0, column).text
         assert table.fontMetrics().horizontalAdvance(text) + 6 <= table.columnWidth(column)
 
 

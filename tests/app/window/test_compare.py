@@ -18,7 +18,7 @@ from riglens.core.scene.boxes import CLASSES
 from riglens.widgets.panels.compare.chart import CompareChart
 from riglens.widgets.panels.compare.model import ALL_CLASSES, CompareRow
 from riglens.widgets.panels.compare.panel import ComparePanel
-from riglens.widgets.panels.scores.text import COLUMNS, change_text, column_of, kilo_text, share_text
+from riglens.widgets.panels.scores.text import change_text, column_of, columns, kilo_text, share_text
 from tests.app.window_bench import RIG, Bench, choose_item, open_bench
 from tests.waiting import TIMEOUT_MS
 
@@ -264,7 +264,7 @@ def test_bars_follow_the_order_the_class_and_the_differences_of_the_table(bench:
     panel = compare(bench).panel
     panel.table.sortByColumn(0, Qt.SortOrder.AscendingOrder)
     keys = [found.score.key for found in (c.score for c in chart.charts())]
-    assert keys == ["on_target", "detected", *(c.key for c in COLUMNS)]
+    assert keys == ["on_target", "detected", *(c.key for c in columns())]
     bars = chart.charts()[3].bars
     assert [bar.row.name for bar in bars] == panel.names() == ["W+T", "small"]
     here, other = (bench.fresh_scores(rig).classes["pedestrian"].s_ms for rig in (RIG, preset("W+T")))

@@ -132,13 +132,14 @@ def test_paper_details_are_folded_until_wanted_and_kept(desk: Desk) -> None:
         desk.panels.scores.findChild(QLineEdit, "camera_weight"),
     )
     assert table is not None and weight is not None
-    titles = [table.horizontalHeaderItem(place).text() for place in range(table.columnCount())]
+    titles = table.figures.column_titles
     hidden = [title for place, title in enumerate(titles) if table.isColumnHidden(place)]
     assert hidden == ["Cameras S-MIG", "change", "LiDARs S-MIG", "change"]
     assert weight.isHidden()
     desk.panels.scores.set_details(True)
     assert (
-        not any(table.isColumnHidden(place) for place in range(table.columnCount())) and not weight.isHidden()
+        not any(table.isColumnHidden(place) for place in range(table.figures.columnCount()))
+        and not weight.isHidden()
     )
     shown.keep(kept)
     desk.panels.scores.set_details(False)

@@ -13,10 +13,11 @@ from riglens.app.window.settings import Settings
 from riglens.core.geometry import Pose
 from riglens.core.rig.edits import without
 from riglens.core.rig.yaml.file import new_rig_file
+from riglens.core.scene.boxes import CLASSES
 from riglens.widgets.maps.map_items import NO_BOXES
 from riglens.widgets.panels.inspector.marginal_view import NOT_COUNTED, WAITING
 from riglens.widgets.panels.inspector.pose_tools import PoseTools
-from riglens.widgets.panels.scores.text import COLUMNS, NONE, change_text
+from riglens.widgets.panels.scores.text import NONE, change_text, columns
 from riglens.widgets.panels.sensors.library import MODEL_MIME
 from riglens.widgets.panels.sensors.rows import EYE, LOCK, LOSS, NAME
 from tests.app.window_bench import CAMERA, LIDAR, RIG, Bench, open_bench
@@ -234,8 +235,9 @@ def test_what_files_say_is_never_read_as_html(bench: Bench) -> None:
     bench.session.pin(RIG.replace(name="<img src='x'>"))
     bench.settle()
     assert "&lt;h1&gt;roof" in bench.panels.tree.item_of("<h1>roof</h1>").toolTip(NAME)
-    cell = bench.panels.scores._table.cell("car", "seen change")
-    assert "&lt;img" in cell.toolTip()
+    table = bench.panels.scores._table
+    place = table.figures.index(CLASSES.index("car"), table.place_of("seen change"))
+    assert "&lt;img" in place.data(Qt.ItemDataRole.ToolTipRole)
 
 
 def test_no_remark_is_read_as_html_by_chance(bench: Bench) -> None:
@@ -359,7 +361,7 @@ def test_any_rig_of_the_compare_panel_can_be_the_baseline(bench: Bench, tmp_path
     bench.act("compare_file")
     bench.features.compare.panel.pin_wanted.emit(bench.features.compare.rows[-1].key)
     bench.settle()
-    seen = next(column for column in COLUMNS if column.key == "seen")
+    seen = next(column for column in columns() if column.key == "seen")
     now = bench.fresh_scores(RIG).classes["car"].any_seen
     assert bench.shown("car", "seen change") == change_text(now, seen)
     assert "bare car" in bench.panels.scores.note
@@ -381,7 +383,7 @@ def test_the_loss_without_a_sensor_is_exact(bench: Bench) -> None:
     for name in ("roof", "front"):
         assert found[name] == bench.fresh_scores(without(RIG, (name,)))
     view = bench.panels.inspector.form.marginal  # type: ignore[attr-defined]
-    seen = next(column for column in COLUMNS if column.key == "seen")
+    seen = next(column for column in columns() if column.key == "seen")
     lost = found["roof"].classes["car"].any_seen - now.classes["car"].any_seen
     assert lost < 0
     assert view.text_of("car", "seen") + " pp" == change_text(lost, seen)

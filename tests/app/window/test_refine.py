@@ -24,7 +24,7 @@ from riglens.core.geometry import Pose
 from riglens.core.rig.model import Lidar
 from riglens.core.rig.yaml.file import load_rig
 from riglens.core.scene.boxes import CLASSES
-from riglens.widgets.panels.scores.text import COLUMNS
+from riglens.widgets.panels.scores.text import columns
 from tests.app.window_bench import Bench, choose_item, open_bench
 from tests.waiting import TIMEOUT_MS
 
@@ -102,7 +102,7 @@ def fresh_numbers(bench: Bench) -> list[list[float]]:
     now, saved = bench.fresh_scores(bench.document.rig), bench.fresh_scores(bench.document.saved_rig)
     rows = []
     for name in CLASSES:
-        pairs = [(c.value(now.classes[name]), c.value(saved.classes[name])) for c in COLUMNS]
+        pairs = [(c.value(now.classes[name]), c.value(saved.classes[name])) for c in columns()]
         rows.append([number for value, before in pairs for number in (value, value - before)])
     return rows
 
@@ -261,7 +261,7 @@ def coarse_shown(opened: Open, timed: type[TimedEngine]) -> Iterator[Bench]:
 
 
 def cells(bench: Bench) -> dict[str, Any]:
-    keys = [key for column in COLUMNS for key in (column.key, f"{column.key} change")]
+    keys = [key for column in columns() for key in (column.key, f"{column.key} change")]
     return {f"{name} {key}": bench.panels.scores._table.cell(name, key) for name in CLASSES for key in keys}
 
 
@@ -269,9 +269,9 @@ def test_coarse_numbers_are_marked_and_have_no_change(opened: Open, timed: type[
     with coarse_shown(opened, timed) as bench:
         assert bench.panels.scores.is_estimate
         for key, cell in cells(bench).items():
-            assert cell.font().italic(), key
-            assert cell.text() == "…" if key.endswith("change") else cell.text().startswith("≈ "), key
-            assert "exact number follows" in cell.toolTip()
+            assert cell.is_italic, key
+            assert cell.text == "…" if key.endswith("change") else cell.text.startswith("≈ "), key
+            assert "exact number follows" in cell.tip
         assert bench.workbench.status.state.text() == "coarse (δ 1 m), exact follows"
         assert not bench.window.is_exact
 
@@ -297,8 +297,8 @@ def test_marks_are_gone_when_the_exact_numbers_are_there(opened: Open) -> None:
     bench.drag("roof", (3.0, 0.0, 1.0))
     bench.settle()
     for key, cell in cells(bench).items():
-        assert not cell.font().italic(), key
-        assert "≈" not in cell.text()
+        assert not cell.is_italic, key
+        assert "≈" not in cell.text
     assert bench.workbench.status.state.text() == "exact"
 
 

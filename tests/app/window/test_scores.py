@@ -18,7 +18,7 @@ from riglens.app.evaluation.requests import Result
 from riglens.core.geometry import Pose
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.scene.boxes import CLASSES
-from riglens.widgets.panels.scores.text import COLUMNS
+from riglens.widgets.panels.scores.text import columns
 from tests.app.window_bench import RIG, Bench, choose_item, open_bench, scene_options, type_into
 from tests.waiting import TIMEOUT_MS
 
@@ -40,7 +40,7 @@ def expected_numbers(bench: Bench) -> list[list[float]]:
     now, saved = bench.fresh_scores(bench.document.rig), bench.fresh_scores(bench.document.saved_rig)
     rows = []
     for name in CLASSES:
-        pairs = [(c.value(now.classes[name]), c.value(saved.classes[name])) for c in COLUMNS]
+        pairs = [(c.value(now.classes[name]), c.value(saved.classes[name])) for c in columns()]
         rows.append([number for value, before in pairs for number in (value, value - before)])
     return rows
 

@@ -11,7 +11,7 @@ import pytest
 from PySide6.QtCore import SIGNAL, Qt
 from PySide6.QtGui import QAction, QShortcut
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QLabel, QTableWidget
+from PySide6.QtWidgets import QApplication, QLabel, QTableView
 from pytestqt.qtbot import QtBot
 
 from riglens.app.window.dialogs import Dialogs
@@ -71,7 +71,7 @@ def test_what_is_in_a_submenu_is_named_with_it(bench: Bench) -> None:
 def test_a_table_with_the_focus_copies_itself_not_the_selected_sensor(qtbot: QtBot, tmp_path: Path) -> None:
     with open_bench(qtbot, tmp_path) as bench:
         bench.document.select("roof")
-        table = bench.panels.scores.findChild(QTableWidget)
+        table = bench.panels.scores.findChild(QTableView)
         table.setFocus()
         qtbot.keyClick(table, Qt.Key.Key_C, Qt.KeyboardModifier.ControlModifier)
         assert bench.clipboard() == bench.panels.scores.as_text()
@@ -130,7 +130,7 @@ def test_every_key_reaches_its_action_and_no_other(bench: Bench, place: str) -> 
     target = {
         "viewport": bench.viewport,
         "tree": bench.panels.tree,
-        "scores": bench.panels.scores.findChild(QTableWidget),
+        "scores": bench.panels.scores.findChild(QTableView),
     }[place]
     target.setFocus()
     for key, chord in keys:

@@ -12,7 +12,6 @@ from riglens.app.window.features.scores import ScoresShown
 from riglens.app.window.features.targets import PAUSE_MS, Targets
 from riglens.core.geometry import Pose
 from riglens.core.rig.model import Rig
-from riglens.widgets.panels.controls.style import tones
 from riglens.widgets.panels.scores.text import FIGURES_HELP, sampled_text
 from tests.app.window.counts import answer
 from tests.app.window.desk import Desk, open_desk
@@ -151,13 +150,13 @@ def test_the_score_table_shows_what_is_on_target_and_greys_it_with_the_next_move
     take(targets, answer(request))
     shown = scores.text_of("car", "on_target")
     assert shown == sampled_text(float(targets.answer.on_target.value[1]), 0.0)  # type: ignore[union-attr]
-    cell = scores._table.cell("car", "on_target")
-    assert cell.foreground().color().name() == tones().text
+    table = scores._table
+    assert table.cell("car", "on_target").tone == "text" and not table.figures.is_grey(0)
     desk.drag("roof", (0.3, 0.0, 2.0))
     assert scores.text_of("car", "on_target") == shown
-    assert cell.foreground().color().name() == tones().muted
+    assert table.figures.is_grey(table.place_of("on_target"))
     targets._on_problem("no boxes")
-    assert scores.text_of("car", "on_target") == "–" and "no boxes" in cell.toolTip()
+    assert scores.text_of("car", "on_target") == "–" and "no boxes" in table.cell("car", "on_target").tip
 
 
 def test_help_on_the_three_figures_is_a_click_away(desk: Desk, qtbot: QtBot) -> None:

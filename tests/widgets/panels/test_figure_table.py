@@ -32,7 +32,7 @@ def test_it_copies_exact_numbers_and_leaves_out_what_there_is_not(table: FigureT
 
 
 def test_new_figures_keep_the_chosen_row_and_take_the_grey_away(table: FigureTable) -> None:
-    table.choose(1)
+    table.choose_row(1)
     table.figures.grey([0])
     assert (table.figures.is_grey(0), table.figures.is_grey(1)) == (True, False)
     table.figures.show(ROWS, [Heading("Other"), Heading("Note")], CELLS)
@@ -43,7 +43,7 @@ def test_new_figures_keep_the_chosen_row_and_take_the_grey_away(table: FigureTab
 
 def test_one_column_is_shown_anew_alone(table: FigureTable) -> None:
     table.figures.grey()
-    table.figures.show_column(1, [Figure("a"), Figure("b")])
-    assert [table.figures.figure(row, 1).text for row in (0, 1)] == ["a", "b"]
-    assert table.figures.figure(0, 0) is CELLS[0][0]
+    table.figures.show_columns(1, [[Figure("a")], [Figure("b")]])
+    assert [table.figures.cell(row, 1).text for row in (0, 1)] == ["a", "b"]
+    assert table.figures.cell(0, 0) is CELLS[0][0]
     assert (table.figures.is_grey(0), table.figures.is_grey(1)) == (True, False)

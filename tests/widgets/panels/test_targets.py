@@ -16,10 +16,9 @@ from riglens.core.targets.quantities import QUANTITIES, WHO
 from riglens.core.targets.scores import TargetScores
 from riglens.core.targets.settings import USUAL
 from riglens.core.targets.tables import table_of, totals_of
-from riglens.widgets.panels.controls.style import tones
 from riglens.widgets.panels.figures.table import Figure
 from riglens.widgets.panels.scores.panel import ScoresPanel
-from riglens.widgets.panels.scores.table import SHOWN, ScoreTable
+from riglens.widgets.panels.scores.table import ScoreTable
 from riglens.widgets.panels.scores.text import THREE_FIGURES, sampled_text
 from riglens.widgets.panels.targets.panel import TargetsPanel
 from riglens.widgets.panels.targets.text import change_text, error_text, value_text
@@ -49,13 +48,13 @@ def show(panel: TargetsPanel, frames: int | None = None) -> None:
 
 
 def item(panel: TargetsPanel, who: str, column: int) -> Figure:
-    return panel.table.figures.figure(WHO.index(who), column)
+    return panel.table.figures.cell(WHO.index(who), column)
 
 
 def test_a_panel_out_of_sight_makes_its_table_when_it_is_looked_at(panel: TargetsPanel) -> None:
     panel.hide()
     show(panel)
-    assert panel.table.figures.rows == ()
+    assert panel.table.figures.row_titles == ()
     panel.show()
     assert item(panel, "car", 0).text
 
@@ -111,7 +110,7 @@ def test_a_problem_stands_in_the_place_of_the_note(panel: TargetsPanel) -> None:
 
 def test_the_rose_follows_the_row_and_tells_where_a_wedge_is(panel: TargetsPanel) -> None:
     show(panel)
-    panel.table.choose(WHO.index("pedestrian"))
+    panel.table.choose_row(WHO.index("pedestrian"))
     rose = panel.rose
     ahead = rose._centre() - QPointF(0.0, rose._radius(3) - 1.0)
     left = rose._centre() - QPointF(rose._radius(3) - 1.0, 0.0)
@@ -208,22 +207,23 @@ def test_totals_are_the_first_column_of_the_table() -> None:
 def test_three_figures_are_always_shown_and_s_mig_by_kind_on_request(scores: ScoresPanel) -> None:
     table = scores.findChild(ScoreTable)
     assert table is not None
-    assert [column.key for column in SHOWN[:3]] == ["on_target", "seen", "s_ms"]
-    for is_shown in (False, True):
-        table.set_details(is_shown)
-        assert [table.isColumnHidden(place) for place in range(1, 7)] == [False] * 6
-        assert [table.isColumnHidden(place) for place in range(7, 11)] == [not is_shown] * 4
+    assert [table.place_of(key) for key in ("on_target", "seen", "s_ms")] == [0, 2, 4]
+    for width, details in ((1400, False), (700, True), (700, False)):
+        scores.resize(width, 230)
+        scores.set_details(details)
+        assert [table.isColumnHidden(place) for place in range(6)] == [False] * 6
+        assert [table.isColumnHidden(place) for place in range(6, 10)] == [not details] * 4
 
 
 def test_scores_and_road_users_are_greyed_apart(scores: ScoresPanel) -> None:
     scores.show_on_target(totals_of(TRAFFIC, counts(NOW), counts(BEFORE), ON_TARGET))
     table = scores.findChild(ScoreTable)
     assert table is not None
-    cell = table.cell("car", "on_target")
+    place = table.place_of("on_target")
     table.grey()
-    assert cell.foreground().color().name() == tones().text
+    assert not table.figures.is_grey(place)
     scores.grey_on_target()
-    assert cell.foreground().color().name() == tones().muted
+    assert table.figures.is_grey(place)
 
 
 def test_without_road_users_there_is_no_number_and_nothing_to_copy(scores: ScoresPanel) -> None:

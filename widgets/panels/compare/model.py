@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, Qt, Signal
-from PySide6.QtGui import QBrush, QColor, QFont
+from PySide6.QtCore import Qt, Signal
 
 from riglens.core.metric.scores import ClassScores, Reading, Scores
 from riglens.core.rig.model import Rig
@@ -18,16 +15,15 @@ from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensors.registry import kinds
 from riglens.core.shown_text import spreadsheet_cell
 from riglens.core.targets.quantities import Figures
-from riglens.widgets.panels.controls.item_views import BAR_COLOUR, BAR_SHARE
-from riglens.widgets.panels.controls.style import plain_tip, tones
+from riglens.widgets.panels.figures.table import SORT, Figure, FigureModel, Heading, Index, delimited
 from riglens.widgets.panels.scores.text import (
-    COLUMNS,
     DETECTED,
     NONE,
     ON_TARGET,
     Column,
     MetricColumn,
     change_text,
+    columns,
     exact_text,
     looks_at_more,
     value_text,
@@ -103,7 +99,7 @@ class ScoreColumn:
 
 def columns_for(class_name: str) -> tuple[ScoreColumn, ...]:
     """Return all figures of one class, or the three main ones of every class for ALL_CLASSES."""
-    known = {column.key: column for column in (ON_TARGET, DETECTED, *COLUMNS)}
+    known = {column.key: column for column in (ON_TARGET, DETECTED, *columns())}
     if class_name != ALL_CLASSES:
         return tuple(ScoreColumn(class_name, column, column.title) for column in known.values())
     return tuple(
@@ -131,14 +127,12 @@ def _fields() -> dict[str, Callable[[ClassScores], float]]:
 
 def table_text(rows: Sequence[CompareRow], delimiter: str) -> str:
     """Return every number of every rig in full precision, whatever the window shows; one line per rig."""
-    stream = io.StringIO()
-    writer = csv.writer(stream, delimiter=delimiter, lineterminator="\n")
     titles = [f"{name} {title}" for name in CLASSES for title in (*_FIGURES, *_fields())]
-    writer.writerow(["rig", "origin", "where", *(kind.plural for kind in kinds()), *titles])
+    lines: list[Sequence[object]] = [["rig", "origin", "where", *(kind.plural for kind in kinds()), *titles]]
     for row in rows:
-        said = map(spreadsheet_cell, (row.name, ORIGIN_TITLES[row.origin], row.where))
-        writer.writerow([*said, *row.counts, *_numbers(row)])
-    return stream.getvalue()
+        said = [spreadsheet_cell(text) for text in (row.name, ORIGIN_TITLES[row.origin], row.where)]
+        lines.append((*said, *row.counts, *_numbers(row)))
+    return delimited(lines, delimiter)
 
 
 def _numbers(row: CompareRow) -> list[str]:
@@ -158,15 +152,13 @@ def _numbers(row: CompareRow) -> list[str]:
     return found
 
 
-Index = QModelIndex | QPersistentModelIndex
 Shown = Literal["values", "first", "baseline"]
 RIG, SENSORS, FIRST_SCORE = 0, 1, 2
-SORT = Qt.ItemDataRole.UserRole.value
 FOLLOWS = "…"
-_ROLE = Qt.ItemDataRole
+_UNKNOWN, _NONE = (Figure(text, (None,), tone="muted") for text in (FOLLOWS, NONE))
 
 
-class CompareModel(QAbstractTableModel):
+class CompareModel(FigureModel):
     """Rows in the order in which they were added; a row without scores shows that they follow."""
 
     renamed = Signal(str, str)
@@ -174,172 +166,119 @@ class CompareModel(QAbstractTableModel):
 
     def __init__(self) -> None:
         super().__init__()
-        self._rows: tuple[CompareRow, ...] = ()
-        self._columns = columns_for(ALL_CLASSES)
-        self._shown: Shown = "values"
-        self._is_narrow = False
+        self._rigs: tuple[CompareRow, ...] = ()
+        self._scores = columns_for(ALL_CLASSES)
+        self._kind: Shown = "values"
         self._reading: Reading = "covered"
         self._baseline: tuple[Scores | None, Figures | None] = (None, None)
+        self._refresh(anew=True)
 
     # ------------------------------------------------------------------ what is shown
     def set_rows(self, rows: Sequence[CompareRow]) -> None:
         """Show these rigs; the view keeps its scroll position when only numbers are new."""
-        keys = [row.key for row in rows]
-        if keys == [row.key for row in self._rows]:
-            self._rows = tuple(rows)
-            self._numbers_changed()
-            return
-        self.beginResetModel()
-        self._rows = tuple(rows)
-        self.endResetModel()
+        is_same = [row.key for row in rows] == [row.key for row in self._rigs]
+        self._rigs = tuple(rows)
+        self._refresh(anew=not is_same)
 
     def set_class(self, class_name: str) -> None:
         """Show all scores of a class, or the main ones of ALL_CLASSES."""
-        self.beginResetModel()
-        self._columns = columns_for(class_name)
-        self.endResetModel()
+        self._scores = columns_for(class_name)
+        self._refresh(anew=True)
 
     def set_shown(self, shown: Shown) -> None:
         """Show values, or differences to the first rig or to the baseline."""
-        self._shown = shown
-        self._numbers_changed()
-
-    def set_narrow(self, is_narrow: bool) -> None:
-        """Give columns short titles, or full ones."""
-        if is_narrow != self._is_narrow:
-            self._is_narrow = is_narrow
-            self.headerDataChanged.emit(Qt.Orientation.Horizontal, FIRST_SCORE, self.columnCount() - 1)
+        self._kind = shown
+        self._refresh()
 
     def set_baseline(self, scores: Scores | None, figures: Figures | None, reading: Reading) -> None:
         """Set what is known of the baseline, and the reading, which decides what a smaller S-MS means."""
         self._baseline, self._reading = (scores, figures), reading
-        self._numbers_changed()
-
-    def _numbers_changed(self) -> None:
-        if self._rows:
-            self.dataChanged.emit(self.index(0, 0), self.index(len(self._rows) - 1, self.columnCount() - 1))
+        self._refresh()
 
     @property
     def rows(self) -> tuple[CompareRow, ...]:
         """The rigs, in the order in which they were added."""
-        return self._rows
+        return self._rigs
 
     @property
     def columns(self) -> tuple[ScoreColumn, ...]:
         """The scores that are shown, from the column FIRST_SCORE on."""
-        return self._columns
+        return self._scores
 
     @property
     def _reference(self) -> tuple[Scores | None, Figures | None]:
         """What is known of the rig that differences count from."""
-        if self._shown == "first":
-            return (self._rows[0].scores, self._rows[0].figures) if self._rows else (None, None)
+        if self._kind == "first":
+            return (self._rigs[0].scores, self._rigs[0].figures) if self._rigs else (None, None)
         return self._baseline
 
-    # ------------------------------------------------------------------ Qt's questions
-    def rowCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008 Qt's signature
-        return 0 if parent.isValid() else len(self._rows)
-
-    def columnCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008 Qt's signature
-        return 0 if parent.isValid() else FIRST_SCORE + len(self._columns)
-
-    def headerData(self, section: int, orientation: Qt.Orientation, role: int = _ROLE.DisplayRole) -> Any:
-        if orientation != Qt.Orientation.Horizontal:
-            return None
-        column = self._columns[section - FIRST_SCORE] if section >= FIRST_SCORE else None
-        if role == _ROLE.DisplayRole:
-            if column is None:
-                return ("Rig", "Sensors")[section]
-            return column.short if self._is_narrow else column.title
-        if role == _ROLE.ToolTipRole and column is not None:
-            return f"{column.class_name}: {column.score.tip}"
-        if role == _ROLE.TextAlignmentRole:
-            side = Qt.AlignmentFlag.AlignRight if section >= FIRST_SCORE else Qt.AlignmentFlag.AlignLeft
-            return side | Qt.AlignmentFlag.AlignVCenter
-        return None
-
     def flags(self, index: Index) -> Qt.ItemFlag:
-        flags = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
-        is_own_name = index.column() == RIG and self._rows[index.row()].origin == "snapshot"
-        return flags | Qt.ItemFlag.ItemIsEditable if is_own_name else flags
+        is_own_name = index.column() == RIG and self._rigs[index.row()].origin == "snapshot"
+        return super().flags(index) | (Qt.ItemFlag.ItemIsEditable if is_own_name else Qt.ItemFlag(0))
 
-    def setData(self, index: Index, value: Any, role: int = _ROLE.EditRole) -> bool:
+    def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
+        if index.column() == RIG and role in (Qt.ItemDataRole.EditRole, SORT):
+            return self._rigs[index.row()].name  # without what the title adds
+        return super().data(index, role)
+
+    def setData(self, index: Index, value: Any, role: int = Qt.ItemDataRole.EditRole) -> bool:
         """Give a snapshot another name."""
-        if role != _ROLE.EditRole or not str(value).strip():
+        if role != Qt.ItemDataRole.EditRole or not str(value).strip():
             return False
-        self.renamed.emit(self._rows[index.row()].key, str(value).strip())
+        self.renamed.emit(self._rigs[index.row()].key, str(value).strip())
         return True
-
-    def data(self, index: Index, role: int = _ROLE.DisplayRole) -> Any:
-        row = self._rows[index.row()]
-        if index.column() < FIRST_SCORE:
-            return _rig_data(row, index.column(), role)
-        if role == _ROLE.TextAlignmentRole:
-            return Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-        return self._score_data(row, self._columns[index.column() - FIRST_SCORE], role)
 
     def figure(self, row: CompareRow, column: ScoreColumn) -> float | None:
         """Return what is shown of a rig: the value or the difference; None while unknown, NaN where there is none."""
         value = column.value(row.scores, row.figures)
-        if value is None or self._shown == "values" or math.isnan(value):
+        if value is None or self._kind == "values" or math.isnan(value):
             return value
         before = column.value(*self._reference)
         return None if before is None else value - before
 
     def figure_text(self, column: ScoreColumn, figure: float) -> str:
         """Return a figure as the cells show it."""
-        if self._shown != "values" and not math.isnan(figure):
+        if self._kind != "values" and not math.isnan(figure):
             return change_text(figure, column.score)
         return value_text(column.score, figure)
 
-    def _score_data(self, row: CompareRow, column: ScoreColumn, role: int) -> Any:
-        figure = self.figure(row, column)
-        if figure is None or math.isnan(figure):
-            return _waiting_data(role, FOLLOWS if figure is None else NONE)
-        if role == SORT:
-            return figure
-        if role == _ROLE.DisplayRole:
-            return self.figure_text(column, figure)
-        if role == _ROLE.ToolTipRole:
-            return exact_text(column.score, figure)
-        if self._shown == "values":
-            bar = {BAR_SHARE: self._bar_share(column, figure), BAR_COLOUR: CLASS_COLOURS[column.class_name]}
-            return bar.get(role)
-        if role == _ROLE.ForegroundRole and figure and column.score.is_share:
-            more = looks_at_more(figure, column.score, self._reading)
-            return QBrush(QColor(tones().more if more else tones().less))
-        return None
+    # ------------------------------------------------------------------ cells
+    def _refresh(self, anew: bool = False) -> None:
+        scores = [
+            Heading(column.title, f"{column.class_name}: {column.score.tip}", column.short)
+            for column in self._scores
+        ]
+        self.show(
+            [Heading(row.title) for row in self._rigs],
+            [Heading("Rig", is_left=True), Heading("Sensors", is_left=True), *scores],
+            [[*_about(row), *(self._cell(row, column) for column in self._scores)] for row in self._rigs],
+            anew,
+        )
+
+    def _cell(self, row: CompareRow, column: ScoreColumn) -> Figure:
+        value = self.figure(row, column)
+        if value is None or math.isnan(value):
+            return _UNKNOWN if value is None else _NONE
+        shown = Figure(self.figure_text(column, value), (value,), exact_text(column.score, value))
+        if self._kind == "values":
+            return replace(
+                shown, bar=self._bar_share(column, value), bar_colour=CLASS_COLOURS[column.class_name]
+            )
+        if not value or not column.score.is_share:
+            return shown
+        return replace(shown, tone="more" if looks_at_more(value, column.score, self._reading) else "less")
 
     def _bar_share(self, column: ScoreColumn, value: float) -> float:
         """Return the length of a value beside the largest of its column; shares are of the whole."""
         if column.score.is_share:
             return value
-        values = [column.value(row.scores, row.figures) for row in self._rows]
+        values = [column.value(row.scores, row.figures) for row in self._rigs]
         largest = max(abs(value) for value in values if value is not None)
         return abs(value) / largest if largest else 0.0
 
 
-def _rig_data(row: CompareRow, column: int, role: int) -> Any:
-    """Return the name and sensors of a rig."""
-    if role == _ROLE.DisplayRole and column == RIG:
-        return row.title
-    if role in (_ROLE.DisplayRole, _ROLE.EditRole, SORT):
-        return row.name if column == RIG else row.sensors
-    if role == _ROLE.ToolTipRole:
-        return plain_tip(f"{row.name}: {ORIGIN_TITLES[row.origin]}{f', {row.where}' if row.where else ''}")
-    if role == _ROLE.FontRole and row.origin == "current":
-        font = QFont()
-        font.setBold(True)
-        return font
-    if role == _ROLE.ForegroundRole and column == SENSORS:
-        return QBrush(QColor(tones().muted))
-    return None
-
-
-def _waiting_data(role: int, text: str = FOLLOWS) -> Any:
-    """Return the data of a cell without a number, or without one yet; it sorts before all others."""
-    if role == _ROLE.DisplayRole:
-        return text
-    if role == _ROLE.ForegroundRole:
-        return QBrush(QColor(tones().muted))
-    return float("-inf") if role == SORT else None
+def _about(row: CompareRow) -> tuple[Figure, Figure]:
+    """Return the name and the sensors of a rig."""
+    tip = f"{row.name}: {ORIGIN_TITLES[row.origin]}{f', {row.where}' if row.where else ''}"
+    name = Figure(row.title, tip=tip, is_bold=row.origin == "current")
+    return name, Figure(row.sensors, tip=tip, tone="muted", is_bold=name.is_bold)

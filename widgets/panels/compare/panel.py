@@ -15,7 +15,6 @@ from PySide6.QtWidgets import (
     QProgressBar,
     QPushButton,
     QSplitter,
-    QTableView,
     QToolButton,
     QVBoxLayout,
     QWidget,
@@ -30,17 +29,17 @@ from riglens.widgets.panels.compare.model import (
     FIRST_SCORE,
     RIG,
     SENSORS,
-    SORT,
     CompareModel,
     CompareRow,
     Shown,
     table_text,
 )
 from riglens.widgets.panels.controls.icons import icon
-from riglens.widgets.panels.controls.item_views import BarDelegate, OwnKeys, StandardKey, give_context_menu
+from riglens.widgets.panels.controls.item_views import OwnKeys, StandardKey, give_context_menu
 from riglens.widgets.panels.controls.menus import add_entry
-from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel, numbers_font
+from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel
 from riglens.widgets.panels.fields.form import ChoiceBox
+from riglens.widgets.panels.figures.table import SORT, FigureTable
 from riglens.widgets.panels.scores.text import SIGN_NOTE
 
 _NAME_PX, _SENSORS_PX, _SCORE_PX = 132, 84, 84
@@ -49,7 +48,7 @@ _WIDEST_NAME_PX = 240
 _NARROW_PX = 1600
 
 
-class CompareTable(QTableView):
+class CompareTable(FigureTable):
     """Shows a CompareModel; the visible rows share its height, so that none is cut off."""
 
     open_wanted = Signal(str)
@@ -60,7 +59,7 @@ class CompareTable(QTableView):
     order_changed = Signal()
 
     def __init__(self, model: CompareModel, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+        super().__init__("Compare: rigs and their scores", model, parent)
         self._rigs = model
         self._sorted = QSortFilterProxyModel(self)
         self._sorted.setSourceModel(model)
@@ -76,19 +75,13 @@ class CompareTable(QTableView):
             changed.connect(lambda *_: self._fit_names())
 
     def _set_up(self) -> None:
-        self.setItemDelegate(BarDelegate(self))
         self.setSortingEnabled(True)
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         self.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
         self.setEditTriggers(QAbstractItemView.EditTrigger.EditKeyPressed)
-        self.setAlternatingRowColors(True)
-        self.setShowGrid(False)
-        self.setTabKeyNavigation(False)
-        self.setFont(numbers_font(self.font()))
         self.verticalHeader().hide()
         self.verticalHeader().setMinimumSectionSize(_ROW_PX)
         header = self.horizontalHeader()
-        header.setHighlightSections(False)
         header.setTextElideMode(Qt.TextElideMode.ElideRight)
         header.setMinimumSectionSize(_SCORE_PX)
         header.setSortIndicatorClearable(True)
@@ -143,10 +136,8 @@ class CompareTable(QTableView):
 
     def text_of(self, name: str, title: str) -> str:
         """Return what a cell shows: of the rig of that name, in the column of that title."""
-        columns = range(self._rigs.columnCount())
-        titles = [self._rigs.headerData(c, Qt.Orientation.Horizontal) for c in columns]
-        names = [row.name for row in self.shown_rows()]
-        return str(self._sorted.index(names.index(name), titles.index(title)).data())
+        row = [rig.name for rig in self._rigs.rows].index(name)
+        return self._rigs.cell(row, self._rigs.column_titles.index(title)).text
 
     # ------------------------------------------------------------------ what the user does
     def take_keys(self, copy: Callable[[], None]) -> None:

@@ -38,8 +38,8 @@ from riglens.widgets.panels.controls.item_views import (
     StandardKey,
 )
 from riglens.widgets.panels.controls.style import numbers_font, plain_tip, tones
+from riglens.widgets.panels.scores.text import NONE
 
-NONE = "–"
 Tone = Literal["text", "muted", "more", "less"]
 Index = QModelIndex | QPersistentModelIndex
 FIGURE = Qt.ItemDataRole.UserRole.value
@@ -68,7 +68,6 @@ class Figure:
     is_italic: bool = False
     bar: float | None = None
     bar_colour: str | None = None
-    is_left: bool = False
 
 
 NOTHING = Figure(tone="muted")
@@ -76,14 +75,19 @@ NOTHING = Figure(tone="muted")
 
 @dataclass(frozen=True)
 class Heading:
-    """Title of a row or a column; copied: titles of the exact numbers of a column, with none its texts are copied; or
-    the name of a row where it is copied."""
+    """Title of a row or a column.
+
+    copied: titles of the exact numbers of a column, with none its texts are copied; or the name of a row where it is
+    copied. is_left: whether the texts of a column, which are no numbers, begin at the left.
+    """
 
     title: str
     tip: str = ""
     short: str = ""
     colour: str = ""
     copied: tuple[str, ...] = ()
+    is_left: bool = False
+    is_muted: bool = False
 
 
 class FigureModel(QAbstractTableModel):
@@ -98,10 +102,14 @@ class FigureModel(QAbstractTableModel):
         self._is_narrow = False
 
     def show(
-        self, rows: Sequence[Heading], columns: Sequence[Heading], figures: Sequence[Sequence[Figure]]
+        self,
+        rows: Sequence[Heading],
+        columns: Sequence[Heading],
+        figures: Sequence[Sequence[Figure]],
+        anew: bool = False,
     ) -> None:
-        """Show cells, none of them grey; a table of the same size keeps its selection and scroll position."""
-        is_resized = (len(rows), len(columns)) != (len(self._rows), len(self._columns))
+        """Show cells, none of them grey; selection and scroll position stay, unless it is `anew` or of another size."""
+        is_resized = anew or (len(rows), len(columns)) != (len(self._rows), len(self._columns))
         if is_resized:
             self.beginResetModel()
         self._rows, self._columns = tuple(rows), tuple(columns)
@@ -113,14 +121,19 @@ class FigureModel(QAbstractTableModel):
             self.headerDataChanged.emit(Qt.Orientation.Horizontal, 0, len(columns) - 1)
         self._changed()
 
-    def show_column(self, column: int, figures: Sequence[Figure]) -> None:
-        """Show other cells in one column."""
+    def show_columns(self, first: int, figures: Sequence[Sequence[Figure]]) -> None:
+        """Show other cells in some columns, from the first of them on; they are not grey any more."""
         self._figures = [
-            (*row[:column], figure, *row[column + 1 :])
-            for row, figure in zip(self._figures, figures, strict=True)
+            (*row[:first], *cells, *row[first + len(cells) :])
+            for row, cells in zip(self._figures, figures, strict=True)
         ]
-        self._grey -= {column}
+        self._grey -= set(range(first, first + len(figures[0])))
         self._changed()
+
+    def set_row_titles(self, rows: Sequence[Heading]) -> None:
+        """Show other titles of the rows."""
+        self._rows = tuple(rows)
+        self.headerDataChanged.emit(Qt.Orientation.Vertical, 0, len(rows) - 1)
 
     def grey(self, columns: Iterable[int] | None = None) -> None:
         """Show in the muted colour that all columns, or some, are out of date."""
@@ -139,16 +152,16 @@ class FigureModel(QAbstractTableModel):
         self._is_narrow = is_narrow
 
     @property
-    def rows(self) -> tuple[Heading, ...]:
-        """The headings of the rows."""
-        return self._rows
+    def row_titles(self) -> tuple[str, ...]:
+        """Titles of the rows."""
+        return tuple(heading.title for heading in self._rows)
 
     @property
-    def columns(self) -> tuple[Heading, ...]:
-        """The headings of the columns."""
-        return self._columns
+    def column_titles(self) -> tuple[str, ...]:
+        """Titles of the columns, in full."""
+        return tuple(heading.title for heading in self._columns)
 
-    def figure(self, row: int, column: int) -> Figure:
+    def cell(self, row: int, column: int) -> Figure:
         """Return a cell."""
         return self._figures[row][column]
 
@@ -171,8 +184,10 @@ class FigureModel(QAbstractTableModel):
             return heading.tip
         if role == _ROLE.DecorationRole and heading.colour:
             return swatch(heading.colour)
-        if role == _ROLE.TextAlignmentRole and is_column and self._figures:
-            return _LEFT if self._figures[0][section].is_left else _RIGHT
+        if role == _ROLE.TextAlignmentRole:
+            return _RIGHT if is_column and not heading.is_left else _LEFT
+        if role == _ROLE.ForegroundRole and heading.is_muted:
+            return QBrush(QColor(tones().muted))
         return None
 
     def data(self, index: Index, role: int = _ROLE.DisplayRole) -> Any:
@@ -184,11 +199,11 @@ class FigureModel(QAbstractTableModel):
         if role == _ROLE.ToolTipRole:
             return plain_tip(figure.tip)
         if role == _ROLE.TextAlignmentRole:
-            return _LEFT if figure.is_left else _RIGHT
+            return _LEFT if self._columns[index.column()].is_left else _RIGHT
         if role == _ROLE.ForegroundRole:
             return QBrush(self.colour(index.column(), figure.tone))
         if role == SORT:
-            return figure.values[0] if figure.values else figure.text
+            return float("-inf") if figure.values[:1] == (None,) else (*figure.values, figure.text)[0]
         if role == _ROLE.FontRole and (figure.is_bold or figure.is_italic):
             font = numbers_font(QFont())
             font.setBold(figure.is_bold)
@@ -221,7 +236,7 @@ def exact(value: float | int | None) -> str:
     return "" if value is None else repr(value)
 
 
-def delimited(lines: Iterable[Sequence[str | int]], delimiter: str) -> str:
+def delimited(lines: Iterable[Iterable[object]], delimiter: str) -> str:
     """Return lines of cells for spreadsheets."""
     stream = io.StringIO()
     csv.writer(stream, delimiter=delimiter, lineterminator="\n").writerows(lines)
@@ -233,9 +248,9 @@ class FigureTable(QTableView):
 
     row_chosen = Signal()
 
-    def __init__(self, name: str, corner: str = "class", parent: QWidget | None = None) -> None:
+    def __init__(self, name: str, model: FigureModel | None = None, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.figures, self._corner = FigureModel(), corner
+        self.figures = FigureModel() if model is None else model
         self.setModel(self.figures)
         self.setAccessibleName(name)
         self.setItemDelegate(BarDelegate(self))
@@ -267,21 +282,19 @@ class FigureTable(QTableView):
         """The row that is chosen, or else the first."""
         return max(self.currentIndex().row(), 0)
 
-    def choose(self, row: int) -> None:
+    def choose_row(self, row: int) -> None:
         """Choose a row."""
         flags = QItemSelectionModel.SelectionFlag
         self.selectionModel().setCurrentIndex(self.model().index(row, 0), flags.ClearAndSelect | flags.Rows)
 
-    def text_of(self, title: str, column: str) -> str:
+    def text_of(self, name: str, title: str) -> str:
         """Return what a cell shows: of the row of that name, in the column of that title."""
-        rows, columns = (
-            [heading.title for heading in part] for part in (self.figures.rows, self.figures.columns)
-        )
-        return self.figures.figure(rows.index(title), columns.index(column)).text
+        row, place = self.figures.row_titles.index(name), self.figures.column_titles.index(title)
+        return self.figures.cell(row, place).text
 
     def as_text(self) -> str:
         """Return titles and exact values with tabs between columns; nothing while there are no figures."""
-        return self.figures.as_text(self._corner) if self.figures.rows else ""
+        return self.figures.as_text("class") if self.figures.rowCount() else ""
 
     def copy(self) -> None:
         """Copy all of the table."""

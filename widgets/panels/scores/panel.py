@@ -168,7 +168,7 @@ class ScoresPanel(QWidget):
 
     def text_of(self, class_name: str, column: str) -> str:
         """Return what a cell shows; `column` is a key of a figure, or a key followed by " change"."""
-        return self._table.cell(class_name, column).text()
+        return self._table.cell(class_name, column).text
 
     def as_text(self) -> str:
         """Return the table in full precision, columns separated by tabs."""

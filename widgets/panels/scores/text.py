@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from riglens.core.metric.scores import ClassScores, Reading
+from riglens.core.sensors.registry import AnyKind, kinds
 from riglens.core.study.evidence import EVIDENCE
 
 MINUS, NONE = "\u2212", "–"
@@ -83,36 +84,35 @@ DETECTED = Column(
     "Share of the road users with at least as many LiDAR points as the panel Targets says; more is better",
     is_share=True,
 )
-COLUMNS = (
-    MetricColumn(
-        "seen",
-        "Seen by any",
-        "Seen",
-        SEEN_NOTE,
-        is_share=True,
-        value=lambda c: c.any_seen if c.h_total > 0.0 else math.nan,
-    ),
-    MetricColumn("s_ms", "S-MS", "S-MS", SIGN_NOTE, value=lambda c: c.s_ms),
-    MetricColumn(
-        "camera",
-        "Cameras S-MIG",
-        "S-MIG cam.",
-        "S-MIG of all enabled cameras together",
-        value=lambda c: c.camera.s_mig,
-    ),
-    MetricColumn(
-        "lidar",
-        "LiDARs S-MIG",
-        "S-MIG LiD.",
-        "S-MIG of all enabled LiDARs together",
-        value=lambda c: c.lidar.s_mig,
-    ),
+SEEN = MetricColumn(
+    "seen",
+    "Seen by any",
+    "Seen",
+    SEEN_NOTE,
+    is_share=True,
+    value=lambda c: c.any_seen if c.h_total > 0.0 else math.nan,
 )
+S_MS = MetricColumn("s_ms", "S-MS", "S-MS", SIGN_NOTE, value=lambda c: c.s_ms)
+
+
+def columns() -> tuple[MetricColumn, ...]:
+    """Return the scores: seen, S-MS, and the S-MIG of each kind of sensor that S-MS is made of."""
+    return (SEEN, S_MS, *(_s_mig(kind) for kind in sorted(kinds(), key=lambda kind: kind.name)))
+
+
+def _s_mig(kind: AnyKind) -> MetricColumn:
+    return MetricColumn(
+        kind.name,
+        f"{kind.heading} S-MIG",
+        f"S-MIG {kind.title[:3]}.",
+        f"S-MIG of all enabled {kind.plural} together",
+        value=lambda c: c.kinds[kind.name].s_mig,
+    )
 
 
 def column_of(key: str) -> MetricColumn:
     """Return the column of that key."""
-    return next(column for column in COLUMNS if column.key == key)
+    return next(column for column in columns() if column.key == key)
 
 
 def rough_text(column: Column, value: float) -> str:
