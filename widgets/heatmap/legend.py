@@ -1,6 +1,11 @@
-"""The colour bar of the heatmap: title, unit, round numbers, and which grid and slice are shown."""
+"""The colour bar of the heatmap: title, unit, round numbers, and which grid and slice are shown.
+
+Folded it is smaller and shows title, bar and the numbers at its ends.
+"""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 import pyvista as pv
@@ -22,12 +27,39 @@ from riglens.widgets.theme import Palette, rgb
 _WIDTH_PX, _MARGIN_PX, _INSET_PX = 284, 12, 14
 _LINE_PX, _HEAD_PX, _FOOT_PX, _BAR_PX, _TICK_PX = 16, 24, 30, 12, 4
 _TITLE_PX, _SMALL_PX = 13, 11
+_FOLDED_WIDTH_PX, _FOLDED_BAR_PX, _FOLDED_HEAD_PX, _FOLDED_FOOT_PX = 190, 7, 20, 22
 _MOST_TICKS = 11
 NO_CELLS = "no boxes of this class"
 
 
+class Spot(NamedTuple):
+    """Whether the legend is folded, and its corner of the view."""
+
+    is_folded: bool = False
+    is_left: bool = False
+    is_high: bool = False
+
+
+class Box(NamedTuple):
+    """A rectangle of pixels, counted from the lower left."""
+
+    left: float
+    low: float
+    width: float
+    height: float
+
+    def meets(self, other: Box, margin_px: float = 0.0) -> bool:
+        """Whether two rectangles overlap or are closer than a margin."""
+        return (
+            self.left - margin_px < other.left + other.width
+            and other.left < self.left + self.width + margin_px
+            and self.low - margin_px < other.low + other.height
+            and other.low < self.low + self.height + margin_px
+        )
+
+
 class LegendLayer:
-    """A colour bar with title and numbers on a plate in the lower right corner; hidden without a heatmap."""
+    """A colour bar with title and numbers on a plate in a corner; hidden without a heatmap."""
 
     def __init__(self, renderer: vtkRenderer) -> None:
         self._bar = ColourBar()
@@ -92,28 +124,49 @@ class LegendLayer:
         is_coarse = cell_m > 1.001 * self._data.cell_m
         set_words(self._note, f"cells of {cell_m:.3g} m while it moves" if is_coarse else self._data.note)
 
-    def place(self, size: Size, pixel_ratio: float, crowded: bool = False) -> None:
-        """Keep the legend in the corner of a view of this size in pixels; small views get a small one."""
-        if self._data is None or self._placed == (size, pixel_ratio):
-            return
-        self._placed = size, pixel_ratio
-        unit, lines = unit_px(size, pixel_ratio, crowded), 2 if self._slice.GetInput() else 1
-        height_px = _FOOT_PX + _BAR_PX + lines * _LINE_PX + _HEAD_PX
-        left, low = size[0] - (_MARGIN_PX + _WIDTH_PX) * unit, _MARGIN_PX * unit
-        self._top_px = low + height_px * unit
-        self._plate.cover(left, low, _WIDTH_PX * unit, height_px * unit)
-        x, y, width = left + _INSET_PX * unit, low + _FOOT_PX * unit, (_WIDTH_PX - 2 * _INSET_PX) * unit
-        self._bar.cover(x, y, width, _BAR_PX * unit)
-        over = y + (_BAR_PX + 5) * unit
-        place_text(self._slice, x, over, _SMALL_PX * unit)
-        place_text(self._note, x, over + (lines - 1) * _LINE_PX * unit, _SMALL_PX * unit)
-        place_text(self._title, x, over + lines * _LINE_PX * unit + unit, _TITLE_PX * unit)
-        self._place_ticks(x, y, width, unit)
+    def box(self, size: Size, pixel_ratio: float, crowded: bool, spot: Spot) -> Box:
+        """Return what the legend covers of a view of this size in pixels."""
+        unit = unit_px(size, pixel_ratio, crowded)
+        if spot.is_folded:
+            width, height = (
+                _FOLDED_WIDTH_PX * unit,
+                (_FOLDED_FOOT_PX + _FOLDED_BAR_PX + _FOLDED_HEAD_PX) * unit,
+            )
+        else:
+            lines = 2 if self._slice.GetInput() else 1
+            width, height = _WIDTH_PX * unit, (_FOOT_PX + _BAR_PX + lines * _LINE_PX + _HEAD_PX) * unit
+        margin = _MARGIN_PX * unit
+        left = margin if spot.is_left else size[0] - margin - width
+        return Box(left, size[1] - margin - height if spot.is_high else margin, width, height)
 
-    def _place_ticks(self, x: float, y: float, width: float, unit: float) -> None:
+    def place(self, size: Size, pixel_ratio: float, crowded: bool, spot: Spot) -> None:
+        """Keep the legend in a corner of a view of this size in pixels; small views get a small one."""
+        if self._data is None or self._placed == (size, pixel_ratio, spot):
+            return
+        self._placed = size, pixel_ratio, spot
+        unit, box = unit_px(size, pixel_ratio, crowded), self.box(size, pixel_ratio, crowded, spot)
+        self._top_px = 0.0 if spot.is_left or spot.is_high else box.low + box.height
+        self._plate.cover(*box)
+        foot, bar = (_FOLDED_FOOT_PX, _FOLDED_BAR_PX) if spot.is_folded else (_FOOT_PX, _BAR_PX)
+        x, y, width = box.left + _INSET_PX * unit, box.low + foot * unit, box.width - 2 * _INSET_PX * unit
+        self._bar.cover(x, y, width, bar * unit)
+        over = y + (bar + 5) * unit
+        lines = 0 if spot.is_folded else 2 if self._slice.GetInput() else 1
+        place_text(self._slice, x, over, _SMALL_PX * unit)
+        place_text(self._note, x, over + max(lines - 1, 0) * _LINE_PX * unit, _SMALL_PX * unit)
+        place_text(
+            self._title, x, over + lines * _LINE_PX * unit + unit, (_TITLE_PX if lines else _SMALL_PX) * unit
+        )
+        for text in (self._slice, self._note):
+            text.SetVisibility(not spot.is_folded)
+        self._place_ticks(x, y, width, bar, unit)
+        for number in self._numbers[1 : len(self._ticks) - 1]:
+            number.SetVisibility(not spot.is_folded or self._data.scale == "steps")
+
+    def _place_ticks(self, x: float, y: float, width: float, bar: float, unit: float) -> None:
         """A frame around the bar, marks under it and their numbers; numbers at the ends stay under the bar."""
         assert self._data is not None
-        high, right = y + _BAR_PX * unit, x + width
+        high, right = y + bar * unit, x + width
         corners = [(x, y), (right, y), (right, high), (x, high)]
         lines = [[corner, corners[row - 1]] for row, corner in enumerate(corners)]
         if self._data.scale != "steps":

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
 from vtkmodules.vtkRenderingCore import vtkActor2D, vtkRenderer, vtkTextActor
 
 from riglens.widgets.drawing.camera import Pixel, Size
 from riglens.widgets.drawing.label import Plate, place_text, set_words, text_actor, text_width_px, unit_px
-from riglens.widgets.heatmap.legend import LegendLayer
+from riglens.widgets.heatmap.legend import Box, LegendLayer, Spot
 from riglens.widgets.sensors.ray_key import KeyEntry, RayKeyLayer, entries_of
 from riglens.widgets.theme import Palette, mix, rgb
 from riglens.widgets.viewport.scene_state import NO_CAPTION, Caption, SceneState
@@ -151,6 +152,25 @@ def text_size_px(text: str, pixel_ratio: float) -> tuple[float, float]:
     return letter * (0.62 * max(map(len, lines)) + 1.0), letter * (1.6 * len(lines) + 0.4)
 
 
+SPOTS = (Spot(), Spot(True), Spot(True, True), Spot(True, False, True), Spot(True, True, True))
+"""Where the legend stands, from the best place to the last: it folds and moves rather than cover the car."""
+_AWAY_PX, _KEY_PX = 14.0, 30.0
+"""How far from the car a new place has to be, and how much the key of the rays adds to the whole legend."""
+
+
+def car_box(state: SceneState, size: Size) -> Box:
+    """Return the rectangle of a view of this size in pixels that holds the car."""
+    vehicle = state.vehicle
+    x, y, z = np.meshgrid(
+        (-vehicle.length / 2, vehicle.length / 2),
+        (-vehicle.width / 2, vehicle.width / 2),
+        (0.0, vehicle.height),
+    )
+    pixels = state.camera.project(np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1), size)[:, :2]
+    (left, top), (right, bottom) = pixels.min(axis=0), pixels.max(axis=0)
+    return Box(left, size[1] - bottom, right - left, bottom - top)
+
+
 class WordsLayer:
     """Legend, caption and echo over the scene; `arrange` puts them into their places before each frame."""
 
@@ -162,6 +182,7 @@ class WordsLayer:
         )
         self._key, self._ground_key = RayKeyLayer(overlay), RayKeyLayer(overlay)
         self._echo_at: tuple[str, Pixel] = ("", (0.0, 0.0))
+        self._spot, self._entries = SPOTS[0], list[KeyEntry]()
 
     @property
     def legend_texts(self) -> tuple[str, ...]:
@@ -196,7 +217,12 @@ class WordsLayer:
         look = state.ray_look
         casting = state.enabled if state.show_legend and (look.shown or look.fill != "none") else []
         chosen = state.selected_sensor if state.show_selection else None
-        self._key.set_entries(entries_of(casting, chosen, state.palette), state.palette)
+        self._entries = entries_of(casting, chosen, state.palette)
+        self._show_key(state.palette)
+
+    def _show_key(self, palette: Palette) -> None:
+        """The key of the rays gives way where the legend is folded."""
+        self._key.set_entries([] if self._spot.is_folded else self._entries, palette)
 
     def show_caption(self, state: SceneState) -> None:
         """Say what the picture of a state is called, and its scores."""
@@ -209,9 +235,24 @@ class WordsLayer:
     def arrange(self, state: SceneState, drawn_cell_m: float | None, size: Size, pixel_ratio: float) -> None:
         """Fit everything to a view of this size, and say which cells of the heatmap are drawn."""
         self._legend.set_drawn(drawn_cell_m)
-        self._legend.place(size, pixel_ratio, crowded=bool(state.caption.table))
+        self._spot = self._free_spot(state, size, pixel_ratio)
+        self._legend.place(size, pixel_ratio, bool(state.caption.table), self._spot)
+        self._show_key(state.palette)
         self._key.place(size, pixel_ratio, self._legend.top_px, crowded=bool(state.caption.table))
         above_px = max(self._legend.top_px, self._key.top_px)
         self._ground_key.place(size, pixel_ratio, above_px, crowded=bool(state.caption.table))
         self._caption.place(size, pixel_ratio)
         self._echo.show(*self._echo_at, size, pixel_ratio, state.palette)
+
+    def _free_spot(self, state: SceneState, size: Size, pixel_ratio: float) -> Spot:
+        """Return the best place of the legend beside the car; the last one is kept as long as it is as good."""
+        if state.heatmap is None or not state.show_legend:
+            return SPOTS[0]
+        car = car_box(state, size)
+        for spot in SPOTS:
+            box = self._legend.box(size, pixel_ratio, bool(state.caption.table), spot)
+            if not spot.is_folded:
+                box = box._replace(height=box.height + _KEY_PX * pixel_ratio)
+            if not box.meets(car, 0.0 if spot == self._spot else _AWAY_PX * pixel_ratio):
+                return spot
+        return SPOTS[1]

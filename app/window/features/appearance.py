@@ -20,6 +20,8 @@ from riglens.widgets.theme import palette
 LEFT_PX, RIGHT_PX, BOTTOM_PX = 328, 320, 200
 SIDE_SHARE, SIDE_LESS_PX, BELOW_SHARE = 0.28, 26, 0.25
 """The most of a small window that a panel beside or below the view takes at first; beside it less by some pixels."""
+COMPACT_PX = 800
+"""In a lower window the scores get no more room than their rows need."""
 FRAME = QSize(16, 44)
 """Room for the frame and the title bar that a desktop puts around a window; how large they are is known too late."""
 VERSION = 2
@@ -107,6 +109,8 @@ class Layout(Feature):
         most_px = round(size.width() * SIDE_SHARE) - SIDE_LESS_PX
         wide_px = [min(wanted, most_px) for wanted in (LEFT_PX, RIGHT_PX)]
         high_px = min(BOTTOM_PX, round(size.height() * BELOW_SHARE))
+        if size.height() < COMPACT_PX:
+            high_px = self.bench.panels.scores.minimumSizeHint().height()
         sides = [docks["Sensors"], docks["Inspector"]]
         self.bench.window.resizeDocks(sides, wide_px, Qt.Orientation.Horizontal)
         self.bench.window.resizeDocks([docks["Scores"]], [high_px], Qt.Orientation.Vertical)

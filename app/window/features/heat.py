@@ -48,6 +48,9 @@ class Heat(Feature):
             for name in CLASSES
         ),
         Spec(
+            "legend", "Legends", "Show the keys of heatmap, rays and ground", menu="view/shown", is_checkable=True
+        ),
+        Spec(
             "next_class", "Next class of traffic", "Heatmap and map of the next class of traffic", "T",
             menu="view",
         ),
@@ -70,6 +73,7 @@ class Heat(Feature):
         self._add_menus([*modes.values()], [*classes.values(), self.actions["next_class"]])
         self.bind(
             next_class=self.next_class,
+            legend=lambda: self.set_legend(self.actions["legend"].isChecked()),
             **{f"heat_{mode}": partial(self.set_mode, mode) for mode in modes},
             **{f"class_{name}": partial(self.set_class, name) for name in classes},
         )
@@ -77,6 +81,7 @@ class Heat(Feature):
         self.session.heat_changed.connect(self._show)
         bench.answers.answered.connect(self._show_result)
         self._show()
+        self.set_legend(True)
         self._modes.keep_room(TITLES.values())
         self._classes.keep_room(CLASSES)
 
@@ -91,6 +96,11 @@ class Heat(Feature):
             menu = QMenu(title, self.bench.window)
             menu.addActions(actions)
             self.bench.places.add_to_menu("view/shown", menu)
+
+    def set_legend(self, shown: bool) -> None:
+        """Show the keys of heatmap, rays and ground, or none of them."""
+        self.actions["legend"].setChecked(shown)
+        self.viewport.show_state(replace(self.viewport.state, show_legend=shown))
 
     def next_class(self) -> None:
         """Choose the class after the one that is shown, after the last the first."""
@@ -111,6 +121,7 @@ class Heat(Feature):
         name = settings.read("heat/class", heat.class_name)
         self.set_mode(mode if mode in TITLES else heat.mode)
         self.set_class(name if name in CLASSES else heat.class_name)
+        self.set_legend(settings.read("heat/legend", True))
         look = look_of(settings.read("heat/look", {}))
         if look is not None:
             self.panel.set_look(look)
@@ -118,6 +129,7 @@ class Heat(Feature):
     def keep(self, settings: Settings) -> None:
         settings.write("heat/mode", self.session.heat.mode)
         settings.write("heat/class", self.session.heat.class_name)
+        settings.write("heat/legend", self.actions["legend"].isChecked())
         look = replace(self.panel.look, slice_m=None)  # a slice left over would hide what is expected
         settings.write("heat/look", asdict(look))
 

@@ -10,6 +10,7 @@ from riglens.app.background.counting import CountAnswer, CountRequest
 from riglens.app.window.feature import Feature
 from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
+from riglens.widgets.panels.controls.scrolled import scrolled
 from riglens.widgets.panels.targets.panel import MOST_POINTS, TargetsPanel
 from riglens.widgets.timers import Timers, single_shot
 
@@ -32,7 +33,7 @@ class Targets(Feature):
         """The last answer that was shown."""
         self._asked: CountRequest | None = None
         self.dock = bench.docks.add(
-            "Targets", self.panel, Qt.DockWidgetArea.BottomDockWidgetArea, beside="Scores"
+            "Targets", scrolled(self.panel), Qt.DockWidgetArea.BottomDockWidgetArea, beside="Scores"
         )
         queued = Qt.ConnectionType.QueuedConnection
         self.counter.answered.connect(self._take, queued)

@@ -15,6 +15,7 @@ from riglens.widgets.heatmap.scale import HeatmapData, Scale
 from riglens.widgets.theme import DARK, LIGHT, Palette
 from riglens.widgets.viewport.drawn_scene import DrawnScene
 from riglens.widgets.viewport.scene_state import SceneState
+from riglens.widgets.viewport.words_layer import car_box
 from tests.widgets.viewport.test_still import wall
 
 SIZES = [(900, 600), (1920, 1080)]
@@ -31,7 +32,9 @@ def heat(scale: Scale) -> HeatmapData:
 
 @pytest.fixture(params=[1.0, 2.0], ids=["normal", "dense"])
 def scene(request: pytest.FixtureRequest) -> Iterator[DrawnScene]:
-    plotter = pv.Plotter(off_screen=True, window_size=[900, 600], lighting="none")
+    plotter = pv.Plotter(
+        off_screen=True, window_size=[round(side * request.param) for side in (900, 600)], lighting="none"
+    )
     render_window(plotter).SetMultiSamples(0)
     made = DrawnScene(plotter, DARK, request.param)
     made.show(SceneState())
@@ -60,7 +63,7 @@ def is_whole(pixels: np.ndarray, palette: Palette) -> bool:
 def test_the_colour_bar_is_whole_after_every_switch_of_theme(
     scene: DrawnScene, scale: Scale, size: tuple[int, int]
 ) -> None:
-    render_window(scene._stage._plotter).SetSize(*size)
+    render_window(scene._stage._plotter).SetSize(*(round(side * scene.pixel_ratio) for side in size))
     scene.show(replace(scene.state, heatmap=heat(scale)))
     scene.prepare()
     assert is_whole(bar(scene), DARK)
@@ -78,3 +81,25 @@ def test_the_colour_bar_is_whole_when_another_heatmap_comes(scene: DrawnScene) -
             assert is_whole(bar(scene), DARK), "before the next frame is prepared"
         scene.prepare()
         assert is_whole(bar(scene), DARK)
+
+
+@pytest.mark.parametrize("size", [(1280, 720), (630, 420), (440, 300), (380, 200)], ids=str)
+def test_the_legend_folds_or_moves_rather_than_cover_the_car(
+    scene: DrawnScene, size: tuple[int, int]
+) -> None:
+    pixels = tuple(round(side * scene.pixel_ratio) for side in size)
+    render_window(scene._stage._plotter).SetSize(*pixels)
+    scene.show(replace(scene.state, heatmap=heat("ramp")))
+    scene.prepare()
+    words = scene._words
+    box = words._legend.box(scene.size, scene.pixel_ratio, False, words._spot)
+    assert not box.meets(car_box(scene.state, scene.size))
+    assert len(scene.legend_texts) >= (3 if words._spot.is_folded else 4)
+
+
+def test_the_legend_unfolds_once_there_is_room(scene: DrawnScene) -> None:
+    for size, is_folded in (((400, 240), True), ((1600, 1000), False)):
+        render_window(scene._stage._plotter).SetSize(*(round(side * scene.pixel_ratio) for side in size))
+        scene.show(replace(scene.state, heatmap=heat("ramp")))
+        scene.prepare()
+        assert scene._words._spot.is_folded == is_folded

@@ -5,7 +5,8 @@ Estimates can be shown in their place for a moment: marked ≈, in italics, with
 
 from __future__ import annotations
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
     QCheckBox,
     QHBoxLayout,
@@ -58,10 +59,11 @@ class ScoresPanel(QWidget):
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
         layout.addWidget(self._table, 1)
-        layout.addLayout(self._controls())
+        self._below = self._controls()
+        layout.addWidget(self._below)
         self._show_details(False)
 
-    def _controls(self) -> QHBoxLayout:
+    def _controls(self) -> QWidget:
         self._weight.setObjectName("camera_weight")
         self._weight.setFixedWidth(64)
         self._weight.set_value(self._settings.camera_weight)
@@ -78,7 +80,8 @@ class ScoresPanel(QWidget):
         self._note.setObjectName("hint")
         self._note.setTextFormat(Qt.TextFormat.PlainText)
         self._note.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-        row = QHBoxLayout()
+        below = QWidget()
+        row = QHBoxLayout(below)
         row.setContentsMargins(MARGIN, 5, MARGIN, 6)
         row.setSpacing(SPACING)
         row.addWidget(self._details)
@@ -90,7 +93,17 @@ class ScoresPanel(QWidget):
         row.addWidget(self._help_button())
         self._weight.setToolTip("Weight of the cameras in S-MS, 0.1 in the paper")
         self._show_note()
-        return row
+        return below
+
+    def minimumSizeHint(self) -> QSize:
+        """The table alone: where there is no room, what stands below it gives way."""
+        return QSize(super().minimumSizeHint().width(), self._table.minimumHeight())
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Hide what stands below the table where it would cost a row."""
+        super().resizeEvent(event)
+        needed = self._table.minimumHeight() + self._below.sizeHint().height()
+        self._below.setVisible(event.size().height() >= needed)
 
     def _help_button(self) -> QToolButton:
         button = QToolButton()
