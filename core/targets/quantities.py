@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -136,6 +136,10 @@ class Cells:
     se: Doubles
     change: Doubles
     change_se: Doubles
+
+    def anchored(self, exact: Cells) -> Cells:
+        """Return exact values of the same baseline plus the changes of this sample, whose errors are those of pairs."""
+        return replace(self, value=exact.value - exact.change + self.change, se=self.change_se)
 
 
 @dataclass(frozen=True)

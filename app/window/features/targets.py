@@ -10,6 +10,7 @@ from riglens.app.background.counting import CountAnswer, CountRequest
 from riglens.app.window.feature import Feature
 from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
+from riglens.core.targets.quantities import Cells
 from riglens.widgets.panels.controls.scrolled import scrolled
 from riglens.widgets.panels.targets.panel import MOST_POINTS, TargetsPanel
 from riglens.widgets.timers import Timers, single_shot
@@ -31,6 +32,8 @@ class Targets(Feature):
         self.panel, self.counter = TargetsPanel(self.session.targets), bench.counter
         self.answer: CountAnswer | None = None
         """The last answer that was shown."""
+        self._exact: CountAnswer | None = None
+        """The last answer from all frames."""
         self._asked: CountRequest | None = None
         self.dock = bench.docks.add(
             "Targets", scrolled(self.panel), Qt.DockWidgetArea.BottomDockWidgetArea, beside="Scores"
@@ -96,6 +99,8 @@ class Targets(Feature):
         if shown is not None and answer.request.revision < shown.request.revision:
             return
         self.answer = answer
+        if answer.is_whole:
+            self._exact = answer
         if self.document.is_dragging and self._pause.isActive():
             self._is_behind = True
         else:
@@ -117,9 +122,20 @@ class Targets(Feature):
             baseline = LAST_SAVED if pinned is None else pinned.name
             answer = self.answer
             self.panel.show_counts(answer.traffic, answer.scores, answer.baseline, baseline)
-            self.bench.panels.scores.show_on_target(answer.on_target)
+            self.bench.panels.scores.show_on_target(self._on_target(answer))
             if answer.request is not self._asked:
                 self._grey()
+
+    def _on_target(self, answer: CountAnswer) -> Cells:
+        """What stands beside the scores: of a sample, the last exact value plus the change in the same frames."""
+        exact, asked = self._exact, answer.request
+        if exact is None or answer.is_whole or exact.request.scene is not asked.scene:
+            return answer.on_target
+        known = exact.request
+        is_same = (known.settings, known.baseline_rig, known.mesh) == (
+            asked.settings, asked.baseline_rig, asked.mesh,
+        )  # fmt: skip
+        return answer.on_target.anchored(exact.on_target) if is_same else answer.on_target
 
     def _grey(self) -> None:
         self.panel.set_stale()

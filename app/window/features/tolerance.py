@@ -17,6 +17,7 @@ from riglens.app.window.features.targets import Targets
 from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
 from riglens.core.errors import InputError
+from riglens.core.review.draws import chance_bounds
 from riglens.core.review.tolerance import (
     PROFILES,
     Spread,
@@ -233,8 +234,15 @@ def below_of(
 
 
 def _below(spread: Spread, limit: float, at_most: float | None) -> Below:
-    share, error = spread.below(limit)
-    return Below(100.0 * limit, 100.0 * share, 100.0 * error, None if at_most is None else 100.0 * at_most)
+    below, draws = sum(value < limit for value in spread.values), len(spread.values)
+    low, high = chance_bounds(below, draws)
+    return Below(
+        100.0 * limit,
+        100.0 * below / draws,
+        100.0 * low,
+        100.0 * high,
+        None if at_most is None else 100.0 * at_most,
+    )
 
 
 def range_of(spread: Spread, floor_spread: Spread, below: Below | None = None) -> Range:

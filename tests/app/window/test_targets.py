@@ -12,6 +12,7 @@ from riglens.app.window.features.scores import ScoresShown
 from riglens.app.window.features.targets import PAUSE_MS, Targets
 from riglens.core.geometry import Pose
 from riglens.core.rig.model import Rig
+from riglens.core.targets.quantities import WHO
 from riglens.widgets.panels.scores.text import FIGURES_HELP, sampled_text
 from tests.app.window.counts import answer
 from tests.app.window.desk import Desk, open_desk
@@ -52,6 +53,33 @@ def test_scores_of_the_same_rig_ask_for_nothing_new(desk: Desk, targets: Targets
     start(desk)
     desk.answer(0.7)
     assert len(desk.counter.requests) == 1
+
+
+def test_while_a_sample_grows_the_exact_value_and_the_paired_change_stand_there(
+    desk: Desk, targets: Targets
+) -> None:
+    first = answer(start(desk))
+    take(targets, first)
+    exact = desk.panels.scores.text_of("car", "on_target")
+    desk.drag("roof", (0.4, 0.0, 2.3))
+    sample, whole = answer(desk.counter.requests[-1], 3), answer(desk.counter.requests[-1])
+    take(targets, sample)
+    row = WHO.index("car")
+    change, change_se = (float(part[row]) for part in (sample.on_target.change, sample.on_target.change_se))
+    assert change != 0.0
+    wanted = sampled_text(float(first.on_target.value[row]) + change, change_se)
+    assert (
+        desk.panels.scores.text_of("car", "on_target")
+        == wanted
+        != sampled_text(float(sample.on_target.value[row]), float(sample.on_target.se[row]))
+    )
+    take(targets, whole)
+    assert desk.panels.scores.text_of("car", "on_target") == sampled_text(
+        float(whole.on_target.value[row]), 0.0
+    )
+    desk.document.undo()
+    take(targets, answer(desk.counter.requests[-1], 3))
+    assert desk.panels.scores.text_of("car", "on_target") == exact, "the baseline itself is known exactly"
 
 
 def test_a_drag_asks_for_previews_and_its_end_for_all_frames(desk: Desk, targets: Targets) -> None:

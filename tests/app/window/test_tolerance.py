@@ -11,9 +11,10 @@ from pytestqt.qtbot import QtBot
 
 from riglens.app.background.background_requests import ToleranceProgress
 from riglens.app.window.features.tolerance import DRAWS, Tolerance, magnified, range_of
+from riglens.core.review.draws import chance_bounds
 from riglens.core.review.tolerance import PROFILES, Spread, ToleranceRun, profile_called
 from riglens.core.scene.boxes import CLASSES
-from riglens.widgets.panels.checks.tolerance import points_text, range_text
+from riglens.widgets.panels.checks.tolerance import Below, points_text, range_text
 from tests.app.window.desk import FullDesk, full_desk
 
 
@@ -113,6 +114,14 @@ def test_the_choice_is_kept_and_one_that_is_no_more_is_none(qtbot: QtBot, desk: 
         assert feature(again).profile is None
 
 
+@pytest.mark.parametrize(
+    ("below", "draws", "verdict"), [(0, 8, "not shown"), (0, 64, "met"), (40, 64, "NOT MET")]
+)
+def test_a_chance_is_judged_by_its_bounds_as_the_command_does(below: int, draws: int, verdict: str) -> None:
+    low, high = chance_bounds(below, draws)
+    assert Below(50.0, 100.0 * below / draws, 100.0 * low, 100.0 * high, 5.0).verdict == verdict
+
+
 def test_ranges_read_in_percentage_points_beside_the_rig_as_designed() -> None:
     wide, floor = Spread(0.5, 0.49, 0.47, 0.51, 0.4, 3, ()), Spread(0.5, 0.5, 0.499, 0.501, 0.49, 0, ())
     found = range_of(wide, floor)
@@ -146,15 +155,20 @@ def test_draws_below_what_a_file_requires_are_told_with_their_error(desk: FullDe
     assert strip.required.text() == "Without required.yaml", desk.workbench.errors.message
     result = feature(desk).answer
     assert result is not None and result.result is not None
-    share, error = result.result.spreads["seen car"].below(0.475)
-    text = f"{100 * share:.1f} ± {100 * error:.1f} % of draws < 47.5 % (≤ 10 %)"
-    assert 0.1 < share < 1.0 and strip.below_of("car") == text
+    values = result.result.spreads["seen car"].values
+    below = sum(value < 0.475 for value in values)
+    low, high = chance_bounds(below, len(values))
+    assert low > 0.1
+    share = f"{100 * below / len(values):.1f} % of draws < 47.5 %, at most {100 * high:.1f} %"
+    assert strip.below_of("car") == f"{share} (≤ 10 %): NOT MET"
     assert strip._below["car"].styleSheet() != "" and strip.below_of("pedestrian") == ""
-    assert strip.below_of("bicycle").endswith("% of draws < 47 %")
+    assert "% of draws < 47 %, at most " in strip.below_of("bicycle")
     assert strip.required.text() == "Without required.yaml"
     choose(desk, "ride")
     tell(desk, 81)
-    assert strip.below_of("car").endswith("of draws < 90 %")  # of this profile, seen alone is required
-    assert strip.below_of("pedestrian").endswith("< 10 % (≤ 5 %)")
+    assert "of draws < 90 %, at most 100.0 %" in strip.below_of(
+        "car"
+    )  # of this profile, seen alone is required
+    assert strip.below_of("pedestrian").endswith("(≤ 5 %): met")
     strip.required.click()
     assert strip.below_of("car") == "" and strip.required.text() == "Requirements…"

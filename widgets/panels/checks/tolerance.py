@@ -29,24 +29,27 @@ WAITING = "measured when nobody edits"
 REQUIRE = "Requirements…"
 REQUIRE_TIP = (
     "A file as for riglens check: how many of the draws fall below what it requires of a class (tolerance, else seen "
-    "and on_target), with the standard error of the share. Less is better"
+    "and on_target), the upper 95 % bound of the chance, and the verdict. Less is better"
 )
 
 
 @dataclass(frozen=True)
 class Below:
-    """A limit that is required of a figure, in percent; the share of draws below it with its standard error, in
-    percent; and the largest share that is accepted, where that is said."""
+    """A limit that is required of a figure, in percent; the share of draws below it with the bounds of the chance that
+    they show, 95 % confidence each, in percent; and the largest chance that is accepted, where that is said."""
 
     limit: float
     share: float
-    error: float
+    low: float
+    high: float
     at_most: float | None = None
 
     @property
-    def is_too_much(self) -> bool:
-        """Whether more draws than accepted fall below the limit."""
-        return self.at_most is not None and self.share > self.at_most
+    def verdict(self) -> str:
+        """The verdict of `riglens check` on as many draws; empty where no chance is required."""
+        if self.at_most is None:
+            return ""
+        return "met" if self.high <= self.at_most else "NOT MET" if self.low > self.at_most else "not shown"
 
 
 @dataclass(frozen=True)
@@ -245,8 +248,8 @@ class TolerancePanel(QWidget):
     def _show_below(self, label: QLabel, below: Below | None) -> None:
         label.setEnabled(True)
         label.setText("" if below is None else below_text(below))
-        too_much = below is not None and below.is_too_much
-        label.setStyleSheet(f"color: {tones().less}" if too_much else "")
+        is_met = below is None or below.verdict in ("", "met")
+        label.setStyleSheet("" if is_met else f"color: {tones().less}")
 
     def grey(self, head: str) -> None:
         """What is shown belongs to an earlier rig."""
@@ -267,9 +270,9 @@ def range_text(found: Range) -> str:
 
 
 def below_text(below: Below) -> str:
-    """How many of the draws are below a limit, with the error of so few draws, and how many may be."""
-    accepted = "" if below.at_most is None else f" (≤ {below.at_most:g} %)"
-    return f"{below.share:.1f} ± {below.error:.1f} % of draws < {below.limit:g} %{accepted}"
+    """Say how many of the draws are below a limit, the upper bound of the chance, and the verdict on it."""
+    text = f"{below.share:.1f} % of draws < {below.limit:g} %, at most {below.high:.1f} %"
+    return f"{text} (≤ {below.at_most:g} %): {below.verdict}" if below.at_most is not None else text
 
 
 def points_text(points: float, digits: int = 2) -> str:

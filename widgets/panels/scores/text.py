@@ -13,6 +13,8 @@ from riglens.core.metric.scores import ClassScores, Reading
 from riglens.core.sensors.registry import AnyKind, kinds
 from riglens.core.study.evidence import EVIDENCE
 
+SURE = 2.0
+"""What stands behind ± is so many standard errors: 95 % of samples are nearer to the exact value."""
 MINUS, NONE = "\u2212", "–"
 
 SIGN_NOTE = (
@@ -49,7 +51,7 @@ NOT_COUNTED_NOTE = "Road users are being counted"
 ON_TARGET_NOTE = (
     "Mean over the road users of the class of 1 - exp(-cells / 5), with the cells of 0.2 m on each that LiDARs hit, of "
     "all of them together; more is better.\n"
-    "Behind the traffic before it. While you drag it is estimated from a sample of frames, ± standard error; by "
+    "Behind the traffic before it. While you drag it is estimated from a sample of frames, ± two standard errors; by "
     "distance and direction in the panel Targets"
 )
 SEEN_NOTE = (
@@ -130,22 +132,22 @@ def value_text(column: Column, value: float) -> str:
 
 
 def sampled_text(share: float, se: float) -> str:
-    """Return a fraction as percent, with one decimal and its standard error where it was estimated."""
+    """Return a fraction as percent, with one decimal and its error where it was estimated."""
     if math.isnan(share) or se == 0.0:
         return NONE if math.isnan(share) else share_text(share)
     return f"{100 * share:.1f} ±{error_digits(se)} %"
 
 
 def sampled_change_text(change: float, se: float) -> str:
-    """Return a signed change of a fraction, with its standard error where it was estimated."""
+    """Return a signed change of a fraction, with its error where it was estimated."""
     if math.isnan(change) or se == 0.0:
         return NONE if math.isnan(change) else change_text(change, ON_TARGET)
     return _signed(f"{abs(100 * change):.1f}", change, plus="+") + f" ±{error_digits(se)} pp"
 
 
 def error_digits(se: float) -> str:
-    """Return the standard error of a fraction in percent with one decimal, never as none."""
-    return f"{max(100 * se, 0.05):.1f}"
+    """Return how far a fraction may be off, in percent with one decimal, never as none."""
+    return f"{max(100 * SURE * se, 0.05):.1f}"
 
 
 def kilo_text(value_nat: float) -> str:

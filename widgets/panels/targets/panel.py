@@ -233,4 +233,4 @@ def _note(scores: TargetScores) -> str:
     users = f"{len(scores.objects.box):,} road users within {scores.within_m:g} m"
     if scores.frames_used == scores.frames:
         return f"{users}, all {scores.frames:,} frames"
-    return f"{users}, sample of {scores.frames_used:,} of {scores.frames:,} frames, ± standard error"
+    return f"{users}, sample of {scores.frames_used:,} of {scores.frames:,} frames, ± two standard errors"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from riglens.core.targets.quantities import Cells, Quantity
-from riglens.widgets.panels.scores.text import MINUS, NONE, error_digits
+from riglens.widgets.panels.scores.text import MINUS, NONE, SURE, error_digits
 
 UNITS = {"share": "%", "points": "points", "px": "px"}
 CHANGE_UNITS = {"share": "pp", "points": "points", "px": "px"}
@@ -19,10 +19,10 @@ def value_text(quantity: Quantity, value: float) -> str:
 
 
 def error_text(quantity: Quantity, se: float) -> str:
-    """Return a standard error as "±0.3", empty where all frames were used."""
+    """Return two standard errors as "±0.3", empty where all frames were used."""
     if se == 0.0 or math.isnan(se):
         return ""
-    return f"±{error_digits(se)}" if quantity.unit == "share" else f"±{se:.1f}"
+    return f"±{error_digits(se)}" if quantity.unit == "share" else f"±{SURE * se:.1f}"
 
 
 def change_text(quantity: Quantity, change: float) -> str:
@@ -48,11 +48,11 @@ def tip_text(
     if not objects:
         return f"{where}: no road users in these frames"
     unit, scale = UNITS[quantity.unit], 100.0 if quantity.unit == "share" else 1.0
-    sure = f" ± {scale * se:.2g} (standard error of a sample of frames)" if se else ""
+    sure = f" ± {scale * SURE * se:.2g} (two standard errors of a sample of frames)" if se else ""
     lines = [f"{where}: {scale * value:.4g}{sure} {unit}", f"{quantity.title} of {objects:,} road users"]
     change, change_se = float(cells.change[place]), float(cells.change_se[place])
     if change:
-        sure = f" ± {scale * change_se:.2g}" if change_se else ""
+        sure = f" ± {scale * SURE * change_se:.2g}" if change_se else ""
         better = "better" if is_better(quantity, change) else "worse"
         told = CHANGE_UNITS[quantity.unit]
         lines.append(f"{scale * change:+.3g}{sure} {told} against {baseline}: {better}")
