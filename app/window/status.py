@@ -68,6 +68,14 @@ class StatusBar(QStatusBar):
         self.insertPermanentWidget(2, strip)  # behind state and time
         return strip
 
+    def add_busy(self, words: str) -> ProgressStrip:
+        """Make room for work of unknown length that cannot be cancelled."""
+        strip = self.add_strip("")
+        strip.bar.setRange(0, 0)
+        strip.cancel.hide()
+        strip.left.setText(words)
+        return strip
+
     def show_task(self, task: Task) -> None:
         """Show the progress of a task until it ends, with a button to cancel it."""
         queued = Qt.ConnectionType.QueuedConnection

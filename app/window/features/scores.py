@@ -9,13 +9,20 @@ from riglens.app.window.feature import Feature
 from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
 from riglens.widgets.panels.scores.text import FIGURES_HELP, FIGURES_TITLE
+from riglens.widgets.timers import Timers, single_shot
+
+PATIENCE_MS = 1500
+"""Figures of an earlier rig stand greyed for so long."""
+BUSY = "Computing scores: the first use of a sensor compiles"
 
 
 class ScoresShown(Feature):
     """Shows the answers in the score table, and says in the status bar how far they are."""
 
-    def __init__(self, bench: Workbench) -> None:
+    def __init__(self, bench: Workbench, timers: Timers = single_shot) -> None:
         super().__init__(bench)
+        self._patience = timers(self, PATIENCE_MS, self._show_busy)
+        self._busy = bench.status.add_busy(BUSY)
         self.panel, self.answers = bench.panels.scores, bench.answers
         bench.recompute.failed.connect(bench.report_error, Qt.ConnectionType.QueuedConnection)
         self.answers.asked.connect(self._show_waiting)
@@ -37,10 +44,23 @@ class ScoresShown(Feature):
 
     def _show_waiting(self) -> None:
         self.panel.set_stale()
+        if not self._patience.isActive():
+            self._patience.start()
         self.bench.status.set_updating()
+
+    def _show_busy(self) -> None:
+        """Show no figures of an earlier rig while an answer takes long, as where a kernel is compiled for it."""
+        if self.answers.result is not None:
+            self.panel.show_pending()
+            self._busy.begin()
+
+    def _end_busy(self) -> None:
+        self._patience.stop()
+        self._busy.end()
 
     def _show(self, result: Result) -> None:
         """Show an answer; greyed when the rig has moved on meanwhile."""
+        self._end_busy()
         is_asked = self.answers.is_last_asked(result)
         self.panel.show_scores(result.evaluation.scores, result.baseline_scores)
         if not is_asked:
@@ -49,6 +69,7 @@ class ScoresShown(Feature):
 
     def _show_approximation(self, first: Approximation) -> None:
         """Show coarse scores, marked as such; the heatmap waits for exact ones."""
+        self._end_busy()
         self.panel.show_estimate(first.scores)
         self.bench.status.show_approximation(first)
 

@@ -148,7 +148,6 @@ class Sensors(Feature):
         for key in SELECTED_ONLY:
             actions[key].setEnabled(bool(chosen))
         actions["select_all"].setEnabled(bool(document.rig.sensors))
-        actions["delete"].setEnabled(not document.locked.issuperset(chosen))
         actions["rename"].setEnabled(len(chosen) == 1 and document.selected not in document.locked)
         all_hidden = bool(chosen) and document.hidden.issuperset(chosen)
         actions["hide"].setIcon(icon("eye-off" if all_hidden else "eye"))

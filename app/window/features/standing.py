@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +19,9 @@ from riglens.core.rig.model import Sensor
 from riglens.core.vehicle.solid import CarBody
 from riglens.core.vehicle.standing import Stand
 from riglens.widgets.viewport.masts import Stubs, masts_of
+
+SAME_PLACE_M = 0.02
+"""Sensors whose origins are nearer than this are in one place."""
 
 
 class Standing(Feature):
@@ -83,7 +88,8 @@ class Standing(Feature):
             self.viewport.show_state(replace(self.viewport.state, solid_body=body))
 
     def _show(self, stands: Mapping[str, Stand]) -> None:
-        problems = {name: found.problem for name, found in stands.items() if found.problem}
+        problems = shared_places(self.document.rig.sensors) if stands else {}
+        problems |= {name: found.problem for name, found in stands.items() if found.problem}
         self.bench.panels.tree.show_problems(problems)
         self.bench.panels.inspector.show_stands(stands)
         masts = masts_of(stands)
@@ -100,3 +106,13 @@ class Standing(Feature):
     def _show_stubs(self, stubs: Stubs | None) -> None:
         if stubs is not self.viewport.state.stubs:
             self.viewport.show_state(replace(self.viewport.state, stubs=stubs))
+
+
+def shared_places(sensors: Sequence[Sensor]) -> dict[str, str]:
+    """Return a warning for each sensor that stands where another one does: two housings do not fit there."""
+    found: dict[str, str] = {}
+    for one, other in combinations(sensors, 2):
+        if math.dist(one.position, other.position) < SAME_PLACE_M:
+            found.setdefault(one.name, f"in the same place as {other.name}")
+            found.setdefault(other.name, f"in the same place as {one.name}")
+    return found

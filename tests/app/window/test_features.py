@@ -27,7 +27,7 @@ from riglens.app.window.features.maps import Map
 from riglens.app.window.features.marginals import Marginals
 from riglens.app.window.features.pick import Pick
 from riglens.app.window.features.scene_data import SceneData
-from riglens.app.window.features.scores import ScoresShown
+from riglens.app.window.features.scores import BUSY, ScoresShown
 from riglens.app.window.features.sensors import LOCKED_KEY, Locks, Placing, Sensors
 from riglens.app.window.features.targets import Targets
 from riglens.app.window.features.views import Views
@@ -39,8 +39,9 @@ from riglens.core.scene.grid import VoxelGrid
 from riglens.widgets.drawing.camera import ViewRay
 from riglens.widgets.heatmap.pick import PickedCell
 from riglens.widgets.heatmap.scale import HeatLook
+from riglens.widgets.panels.controls.messages import ProgressStrip
 from riglens.widgets.panels.fields.quantity import DEGREES, MILLIMETRES
-from riglens.widgets.panels.scores.table import ScoreTable
+from riglens.widgets.panels.scores.table import FOLLOWS, ScoreTable
 from riglens.widgets.theme import DARK, LIGHT
 from tests.app.window.desk import GRID, Desk, heatmap, open_desk
 from tests.app.window_bench import CAMERA, LIDAR, RIG
@@ -123,6 +124,25 @@ def test_the_settings_that_the_user_wants_are_the_sessions_and_shown(desk: Desk)
     desk.panels.scores.settings_wanted.emit(wanted)
     assert desk.session.settings == replace(wanted, body=None)
     assert "rises" in desk.panels.scores.note
+
+
+def test_an_answer_that_takes_long_has_a_bar_and_no_figure_until_it_is_there(desk: Desk) -> None:
+    timers = HandTimers()
+    ScoresShown(asking(desk).workbench, timers)
+    desk.answer(0.25)
+    desk.document.set_enabled(("roof",), False)
+    strip = next(
+        each for each in desk.workbench.status.findChildren(ProgressStrip) if each.left.text() == BUSY
+    )
+    assert desk.panels.scores.text_of("car", "seen") == "25.00 %" and not strip.is_running
+    timers.run_out()
+    assert desk.panels.scores.text_of("car", "seen") == FOLLOWS and strip.is_running
+    desk.answer(0.5)
+    assert desk.panels.scores.text_of("car", "seen") == "50.00 %" and not strip.is_running
+    desk.document.set_enabled(("roof",), True)
+    desk.answer(0.25)
+    timers.run_out()
+    assert desk.panels.scores.text_of("car", "seen") == "25.00 %" and not strip.is_running
 
 
 def test_paper_details_are_folded_until_wanted_and_kept(desk: Desk) -> None:
@@ -356,7 +376,7 @@ def test_what_is_done_to_sensors_depends_on_selection_and_locks(desk: Desk) -> N
     desk.act("hide")
     assert desk.document.hidden == {"roof"} and not desk.is_enabled("place")
     desk.act("lock")
-    assert desk.document.locked == {"roof"} and not desk.is_enabled("delete")
+    assert desk.document.locked == {"roof"} and not desk.is_enabled("rename")
 
 
 # ---------------------------------------------------------------------- files, traffic, looks

@@ -12,7 +12,7 @@ from pytestqt.qtbot import QtBot
 from riglens.app.background.standing import StandRequest, Stands, stopped_rays
 from riglens.app.background.worker import BackgroundWorker
 from riglens.app.window.features.follow import Follow
-from riglens.app.window.features.standing import Standing
+from riglens.app.window.features.standing import Standing, shared_places
 from riglens.core.geometry import Pose
 from riglens.core.kernels.runtime.codes import BODY
 from riglens.core.rig.model import Rig
@@ -186,3 +186,22 @@ def test_stopped_rays_of_the_selected_sensor_are_shown_at_rest_while_the_car_is_
     desk.document.apply(desk.document.rig.replace(self_occlusion=False))
     settle(standing)
     assert desk.viewport.state.stubs is None and desk.viewport.state.solid_body is None
+
+
+def test_two_sensors_in_one_place_are_marked_until_they_part(desk: Desk, standing: Standing) -> None:
+    start(desk, standing)
+    desk.document.move(
+        {"front": Pose((*RIG.sensor("roof").position[:2], 0.01 + RIG.sensor("roof").position[2]))}
+    )
+    settle(standing)
+    assert shared_places(desk.document.rig.sensors) == {
+        "roof": "in the same place as front",
+        "front": "in the same place as roof",
+    }
+    desk.document.move({"roof": Pose(ON_ROOF), "front": Pose(ON_ROOF)})
+    settle(standing)
+    assert marked(desk) == shared_places(desk.document.rig.sensors)
+    desk.document.undo()
+    desk.document.undo()
+    settle(standing)
+    assert not any("same place" in text for text in marked(desk).values())

@@ -163,6 +163,11 @@ class ScoresPanel(QWidget):
         self._is_stale = self._is_estimate = True
         self._table.show_estimate(scores)
 
+    def show_pending(self) -> None:
+        """Show no scores until there are some."""
+        self._is_stale, self._is_estimate = True, False
+        self._table.show_pending()
+
     def set_stale(self) -> None:
         """Grey the numbers: they belong to an earlier state."""
         if not self._is_stale:

@@ -147,6 +147,11 @@ class ScoreTable(FigureTable):
         ]
         self.figures.show_columns(_SCORES, shown)
 
+    def show_pending(self) -> None:
+        """Show no values: none is known of this rig."""
+        follows = Figure(FOLLOWS, (None,), ESTIMATE_NOTE, tone="muted", is_italic=True)
+        self.figures.show_columns(_SCORES, [[follows] * (2 * len(self._columns)) for _ in CLASSES])
+
     def show_on_target(self, cells: Cells) -> None:
         """Show what is on target by class and its change against the baseline, ± where frames were sampled."""
         self.figures.show_columns(_ON_TARGET, [self._on_target(cells, name) for name in CLASSES])
