@@ -36,6 +36,9 @@ Hit = tuple[Vector, Vector]
 """Where a ray meets the car: a point (3,) in metres, and the unit normal there (3,), outwards."""
 Cast = Callable[[Vector, Vector], Hit | None]
 """What a ray meets first, from an origin (3,) along a unit direction (3,)."""
+FAR_M = 0.1
+"""A sensor farther than this from every surface needs something to stand on: our choice."""
+_SPARE_M = 0.005
 _OFF_M = 0.3
 _MISSED_M = 0.002
 _ROUNDS = 6
@@ -119,7 +122,8 @@ _OFF_ROOF: Hit = (np.full(3, np.nan), np.array([0.0, 0.0, -1.0]))
 
 
 def placed_on(point_m: Vector, normal: Vector, kind: str, box_m: Vector, upright: bool = False) -> Pose:
-    """The pose of a sensor whose body touches a surface at a point with unit normal (3,), from outside.
+    """The pose of a sensor whose body touches a surface at a point with unit normal (3,), from outside; a deep housing
+    is let into the surface, so that the sensor needs no bracket.
 
     How it is turned is a matter of its kind; an `upright` sensor is level and looks ahead, or away from the surface.
     `box_m` (2, 3) are the lowest and highest corner of the body in the sensor's frame.
@@ -132,6 +136,7 @@ def placed_on(point_m: Vector, normal: Vector, kind: str, box_m: Vector, upright
     roll, pitch, yaw = (round(angle, 2) + 0.0 for angle in angles)
     turned = Pose((0.0, 0.0, 0.0), (roll, pitch, yaw))
     corners = np.stack(np.meshgrid(*np.asarray(box_m).T), axis=-1).reshape(-1, 3) @ turned.rotation().T
-    position = np.asarray(point_m) - float((corners @ normal).min()) * np.asarray(normal)
+    off_m = min(-float((corners @ normal).min()), FAR_M - _SPARE_M)
+    position = np.asarray(point_m) + off_m * np.asarray(normal)
     x, y, z = (round(float(value), 4) + 0.0 for value in position)
     return Pose((x, y, z), turned.rpy_deg)

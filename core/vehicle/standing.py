@@ -11,10 +11,9 @@ from numpy.typing import NDArray
 
 from riglens.core.geometry import Vec3
 from riglens.core.rig.model import Rig
+from riglens.core.vehicle.placing import FAR_M
 from riglens.core.vehicle.solid import MATERIALS, CarBody, Solid
 
-FAR_M = 0.1
-"""A sensor farther than this from every surface needs something to stand on: our choice."""
 ALL_ROUND, LEVEL = 0.95, 0.8
 """A place is inside when this share of the directions above the horizon, and of those near it, meets the body."""
 NEAR_HORIZON = 0.2

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from riglens.core.vehicle.placing import FREE, PlacingRules, placed, placed_on
+from riglens.core.vehicle.placing import FAR_M, FREE, PlacingRules, placed, placed_on
 
 BOX = np.array([[-0.13, -0.065, -0.05], [0.06, 0.065, 0.067]])
 metres = st.floats(-3.0, 3.0)
@@ -24,11 +24,14 @@ def normals(draw: st.DrawFn) -> np.ndarray:
 
 @pytest.mark.parametrize("kind", ["lidar", "camera"])
 @given(point=points, normal=normals())
-def test_the_body_touches_the_surface_and_nothing_of_it_is_inside(kind, point, normal):
+def test_the_body_touches_the_surface_or_is_let_into_it_so_as_to_need_no_bracket(kind, point, normal):
     pose = placed_on(point, normal, kind, BOX)
+    off_m = (np.array(pose.position_m) - point) @ normal
+    assert 0.0 < off_m <= FAR_M
     corners = np.stack(np.meshgrid(*BOX.T), axis=-1).reshape(-1, 3)
     heights = (corners @ pose.rotation().T + pose.position_m - point) @ normal
-    assert heights.min() == pytest.approx(0.0, abs=ROUNDING_M)
+    is_let_in = off_m > FAR_M - 0.006
+    assert heights.min() == pytest.approx(0.0, abs=ROUNDING_M) or (is_let_in and heights.min() < 0.0)
 
 
 @given(points, normals())

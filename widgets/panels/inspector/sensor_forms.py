@@ -13,7 +13,7 @@ from riglens.core.geometry import Pose
 from riglens.core.rig.library import default_library
 from riglens.core.rig.model import Sensor
 from riglens.core.sensors.registry import AnyKind
-from riglens.core.vehicle.standing import FAR_M
+from riglens.core.vehicle.placing import FAR_M
 from riglens.widgets.panels.controls.scrolled import breakable
 from riglens.widgets.panels.controls.style import numbers_font, plain_tip
 from riglens.widgets.panels.fields.edits import NumberEdit, TextEdit
