@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
@@ -14,6 +13,7 @@ from riglens.core.engine.fans import farthest, is_near, is_tame
 from riglens.core.engine.frustums import SHORTEST_DEPTH
 from riglens.core.kernels.cameras.frustum import BALL
 from riglens.core.kernels.cameras.lens_mesh import NO_BINS, SECTORS, WIDEST, Mesh, lay_border
+from riglens.core.kernels.cameras.triangles import SIZES, measure_triangles
 from riglens.core.kernels.rays.bins import Bins
 from riglens.core.kernels.rays.cast import Cast
 from riglens.core.kernels.runtime.codes import LISTED
@@ -22,7 +22,6 @@ from riglens.core.sensing.image_bins import bins_of
 from riglens.core.sensing.rays import lattice, rotate
 from riglens.core.sensors.base import NOWHERE
 
-ROWS_AT_ONCE = 64
 OVERHEAD = 1e-6
 """Directions of the border closer to the vertical have no bearing."""
 ROOM = 2.0
@@ -102,7 +101,7 @@ def outermost_directions(camera: Camera) -> Doubles:
     return rotate(camera.pose.rotation(), local)
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=16)
 def ray_mesh(camera: Camera) -> RayMesh | None:
     """The mesh of a camera without its place: the same one through a whole drag; None where rays drift apart, are too
     far to the side, or do not form a surface."""
@@ -132,20 +131,6 @@ _LOWER, _UPPER = ((0, 0), (1, 1), (1, 0)), ((1, 1), (0, 0), (0, 1))
 last one it is one step of the lattice to each of the others."""
 
 
-def _triangles(
-    rows: Doubles, numbers: Ids, lower: NDArray[np.bool_], upper: NDArray[np.bool_]
-) -> Iterator[Doubles]:
-    """Corners of all triangles, (n, 3, 3), some rows at a time."""
-    for start in range(0, len(lower), ROWS_AT_ONCE):
-        part = slice(start, min(start + ROWS_AT_ONCE, len(lower)))
-        for wanted, corners in ((lower, _LOWER), (upper, _UPPER)):
-            at = [
-                numbers[part.start + down : part.stop + down, right : right + wanted.shape[1]]
-                for down, right in corners
-            ]
-            yield np.stack([rows[ids[wanted[part]]] for ids in at], axis=1)
-
-
 def _widest(
     rows: Doubles, numbers: Ids, lower: NDArray[np.bool_], upper: NDArray[np.bool_]
 ) -> tuple[float, Doubles, Doubles] | None:
@@ -154,20 +139,10 @@ def _widest(
     A place in a triangle is its last corner and shares of the two steps that begin there, together at most one. So it
     is at most half of each step away from one of the corners.
     """
-    radius, steps, apart = 0.0, np.zeros(3), np.zeros(2)
-    for corners in _triangles(rows, numbers, lower, upper):
-        sides = np.stack([corners[:, k - 2] - corners[:, k - 1] for k in range(3)])
-        normal = np.cross(sides[2], -sides[1])
-        if not ((normal * corners[:, 0]).sum(axis=1) > 0.0).all():
-            return None
-        lengths = np.sort(np.sqrt((sides * sides).sum(axis=2)), axis=0)
-        around = lengths.prod(axis=0) / (2.0 * np.sqrt((normal * normal).sum(axis=1)))
-        is_obtuse = lengths[2] ** 2 >= lengths[0] ** 2 + lengths[1] ** 2
-        radius = max(radius, float(np.where(is_obtuse, 0.5 * lengths[2], around).max(initial=0.0)))
-        place = corners[:, :, 1:] / corners[:, :, :1]
-        apart = np.maximum(apart, np.ptp(place, axis=1).max(axis=0, initial=0.0))
-        steps = np.maximum(steps, (0.5 * (np.abs(sides[0]) + np.abs(sides[1]))).max(axis=0, initial=0.0))
-    return (radius, steps, apart * (1.0 + 1e-9)) if radius > 0.0 else None
+    sizes = np.zeros(SIZES)
+    if not measure_triangles(rows, numbers, lower, upper, sizes) or not sizes[0]:
+        return None
+    return float(sizes[0]), sizes[1:4], sizes[4:] * (1.0 + 1e-9)
 
 
 def _border(numbers: Ids, lower: NDArray[np.bool_], upper: NDArray[np.bool_]) -> Ids:

@@ -28,7 +28,7 @@ def _bins_of(camera: Camera) -> Bins | None:
     return _bins(rays_of(camera).model_copy(update=NOWHERE))
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=16)
 def _bins(camera: Camera) -> Bins | None:
     """The bins of a camera without its place: the same ones through a whole drag."""
     rows = lattice(camera).rows

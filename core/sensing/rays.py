@@ -66,7 +66,7 @@ def _by_offset(lidar: Lidar) -> tuple[tuple[Ids, Lattice], ...]:
     return tuple(parts)
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=16)
 def _listed(sensor: Sensor) -> Lattice:
     """The lattice of a listed sensor without its place: the same one through a whole drag."""
     parts = []

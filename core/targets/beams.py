@@ -67,7 +67,7 @@ def stops_of(sensor: Sensor, barrier: Barrier, workers: int = 1) -> Doubles:
     if len(found) == sensor.ray_count:
         return found
     every = np.full(sensor.ray_count, np.inf)
-    every[~np.isnan(local_directions(sensor, np.arange(sensor.ray_count))[:, 0])] = found
+    every[lattice(sensor).exists] = found
     return every
 
 
@@ -140,8 +140,11 @@ def _listed(sensor: Sensor) -> Beams:
     """Any rays, looked for in short runs along their rows."""
     columns, rows = sensor.resolution
     beams = _beams(sensor, np.zeros(0), np.arange(rows), np.zeros(0), np.arange(columns))
-    directions = local_directions(sensor, np.arange(sensor.ray_count))
-    known = directions[~np.isnan(directions[:, 0])]
+    table = lattice(sensor)
+    known = directions = table.directions()
+    if table.exists is not None:
+        directions = np.full((sensor.ray_count, 3), np.nan)
+        directions[table.exists] = known
     cos = float(known[:, 0].min()) - 1e-12 if len(known) else 1.0
     field = np.array([cos, math.sqrt(max(0.0, 1.0 - cos * cos))])
     return _with_listed(beams, directions)._replace(blocks=_blocks(directions, columns), field=field)
