@@ -174,7 +174,7 @@ def mounts_of(
     for sensor in sensors:
         standing, materials = footing[sensor.position]
         where = standing.nearest_m or sensor.position
-        zones = tuple(zone.name for zone in keep_out if _is_in(zone, where, materials, rig, outline))
+        zones = tuple(zone.name for zone in keep_out if is_in_zone(zone, where, materials, rig, outline))
         zones += (PAINTED,) * is_painted(rig, where)
         beyond = _beyond_m(sensor, rig, outline)
         found.append(
@@ -242,7 +242,7 @@ def is_painted(rig: Rig, at_m: tuple[float, float, float]) -> bool:
     return bool((np.linalg.norm(spots[:, :3] - at_m, axis=1) <= spots[:, 3]).any())
 
 
-def _is_in(
+def is_in_zone(
     zone: KeepOut, at_m: tuple[float, float, float], materials: frozenset[str], rig: Rig, outline: Outline
 ) -> bool:
     """Whether a sensor that stands on the skin at a place is in a zone."""

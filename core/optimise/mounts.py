@@ -1,0 +1,354 @@
+"""Candidate mounts: spots on the car's skin, poses of a sensor there, and which of them may stand together."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from riglens.core.errors import Cancelled, InputError
+from riglens.core.geometry import Pose, rpy_deg_from_rotation
+from riglens.core.review.mounts import (
+    SIDES,
+    USUAL_KEEP_OUT,
+    Box,
+    KeepOut,
+    MountLimits,
+    housing_corners_m,
+    is_in_zone,
+    is_painted,
+)
+from riglens.core.review.outline import Outline
+from riglens.core.rig.edits import with_mirror_image
+from riglens.core.rig.library import default_library
+from riglens.core.rig.model import Lidar, Rig, Sensor, Vehicle
+from riglens.core.sensors.registry import kind_of
+from riglens.core.targets.engine import never_stale
+from riglens.core.vehicle.mesh import BodyMesh
+from riglens.core.vehicle.profiles import PROFILES
+from riglens.core.vehicle.solid import MATERIALS, CarBody, Solid
+from riglens.core.vehicle.standing import materials_at, stand
+
+Doubles = NDArray[np.float64]
+SKIN = ("paint", "panel", "trim")
+"""Materials that carry sensors; the bodies of mesh files are of paint."""
+LEVELS_DEG = (0.0, 8.0, 15.0)
+"""How far sensors lean outwards."""
+USUAL_RULES = MountLimits(height_m=(0.4, 100.0), spacing_m=0.25)
+"""Our choice: dirt and kerbs below, housings side by side."""
+_SAMPLES_A_M2 = 4000.0
+_MOST_SAMPLES = 400_000
+_UNDERSIDE, _FLAT = -0.35, 0.1
+_LIFT_M, _NEAR_M = 0.005, 0.3
+_MIRROR_GAP_M = 0.03
+_FULL_TURN_DEG = 300.0
+
+
+@dataclass(frozen=True)
+class Spot:
+    """A place on the skin and its outward unit normal, both (3,)."""
+
+    point_m: Doubles
+    normal: Doubles
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """Sensors that are added together, a mirror pair or one, and what they cost.
+
+    Random draws depend on the names, so a candidate keeps them from the table to the rig. `spot`: number of the spot;
+    tilt_deg: how far it leans outwards.
+    """
+
+    sensors: tuple[Sensor, ...]
+    cost: float
+    spot: int
+    tilt_deg: float
+
+    @property
+    def places_m(self) -> Doubles:
+        """Places of the sensors, (sensors, 3)."""
+        return np.array([sensor.position for sensor in self.sensors])
+
+
+@dataclass(frozen=True)
+class Additions:
+    """What may be added: models of the library, in mirror pairs or alone, `count` of them, within a budget.
+
+    costs: of one sensor by model, 1 where nothing is said. rules: limits of each mount; without zones of their own the
+    usual ones and door mirrors keep sensors out. spots_m: distance between neighbouring spots.
+    """
+
+    models: tuple[str, ...]
+    count: int = 1
+    mirrored: bool = True
+    costs: Mapping[str, float] = field(default_factory=dict)
+    budget: float = math.inf
+    rules: MountLimits = USUAL_RULES
+    spots_m: float = 0.2
+    tilts_deg: tuple[float, ...] = LEVELS_DEG
+
+    def __post_init__(self) -> None:
+        if not self.models:
+            raise InputError("--add: name at least one sensor model")
+        if not 1 <= self.count <= 20:
+            raise InputError(f"--count must be between 1 and 20 (got {self.count})")
+        if not self.budget > 0.0:
+            raise InputError(f"--budget must be above 0 (got {self.budget:g})")
+        if not 0.05 <= self.spots_m <= 2.0:
+            raise InputError(f"--spots must be between 0.05 and 2 m (got {self.spots_m:g})")
+        for model in self.models:
+            entry = default_library().entry(model)
+            if entry.kind != "lidar":
+                raise InputError(f"--add {model}: must be a LiDAR (got a {entry.kind})")
+        for model, cost in self.costs.items():
+            if model not in self.models:
+                raise InputError(f"--cost {model}: not among the models to add, {', '.join(self.models)}")
+            if not 0.0 < cost < math.inf:
+                raise InputError(f"--cost {model} must be above 0 (got {cost:g})")
+
+    def cost_of(self, model: str) -> float:
+        """Cost of one candidate of a model: a pair costs twice as much as a sensor."""
+        return self.costs.get(model, 1.0) * (2 if self.mirrored else 1)
+
+
+def skin_spots(vehicle: Vehicle, spacing_m: float, mesh: BodyMesh | None = None, seed: int = 0) -> list[Spot]:
+    """Return spots on the left half of a car's skin, at least `spacing_m` apart, in the order of their draw.
+
+    Points are drawn evenly by area; each one that sees the sky or the road straight ahead of the surface and keeps its
+    distance is taken (Poisson-disk sampling by dart throwing).
+    """
+    solid = CarBody(vehicle, mesh).solid()
+    corners = solid.triangles_m[np.isin(solid.materials, [MATERIALS.index(name) for name in SKIN])]
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    double = np.linalg.norm(across, axis=1)
+    if not len(corners):
+        return []
+    rng = np.random.default_rng(seed)
+    number = min(_MOST_SAMPLES, math.ceil(double.sum() / 2.0 * _SAMPLES_A_M2 * (0.2 / spacing_m) ** 2))
+    chosen = rng.choice(len(corners), number, p=double / double.sum())
+    share = rng.random((number, 2))
+    share = np.where(share.sum(axis=1, keepdims=True) > 1.0, 1.0 - share, share)
+    a, b, c = corners[chosen].transpose(1, 0, 2)
+    points = a + share[:, :1] * (b - a) + share[:, 1:] * (c - a)
+    normals = (across / double[:, None])[chosen]
+    alive = (points[:, 1] >= 0.0) & (normals[:, 2] > _UNDERSIDE)
+    spots: list[Spot] = []
+    for place in range(number):
+        if alive[place] and _is_free(points[place], normals[place], solid):
+            spots.append(Spot(points[place], normals[place]))
+            alive &= ((points - points[place]) ** 2).sum(axis=1) >= spacing_m**2
+    return spots
+
+
+def _is_free(point_m: Doubles, normal: Doubles, solid: Solid) -> bool:
+    """Whether nothing of the car lies ahead of a surface."""
+    from riglens.core.kernels.body.solid import meet_listed  # the compiler
+
+    every, most = np.ones(solid.count, np.bool_), np.full(1, np.inf)
+    met = meet_listed(point_m + _LIFT_M * normal, normal[None], solid.tree, every, most, 0.0)[0]
+    return bool(np.isinf(met[0]))
+
+
+def door_mirrors(vehicle: Vehicle) -> tuple[KeepOut, ...]:
+    """Return the zone of the door mirrors of a built-in body, with a margin; what sticks out of any body's width."""
+    boxes = [Box(y=(1.001, 10.0)), Box(y=(-10.0, -0.001))]
+    profile = PROFILES.get(vehicle.body)
+    if profile is not None:
+        scale = np.array([vehicle.length, vehicle.width, vehicle.height])
+        size = [profile.length_m, profile.width_m, profile.height_m]
+        middle = np.array(profile.mirror_m) / size
+        reach = np.array(profile.mirror_radii_m) / size + _MIRROR_GAP_M / scale
+        (x0, y0, z0), (x1, _, z1) = (middle - reach).tolist(), (middle + reach).tolist()
+        spans = {"x": (0.5 + x0, 0.5 + x1), "z": (z0, z1)}
+        boxes += [Box(y=(0.5 + y0, 10.0), **spans), Box(y=(-10.0, 0.5 - y0), **spans)]
+    return (KeepOut(name="door mirror", boxes=tuple(boxes)),)
+
+
+def rules_for(rig: Rig, rules: MountLimits) -> MountLimits:
+    """Return the rules with the zones that they leave open: the usual ones and the door mirrors."""
+    if rules.keep_out is not None:
+        return rules
+    return rules.model_copy(update={"keep_out": (*USUAL_KEEP_OUT, *door_mirrors(rig.vehicle))})
+
+
+def candidates(
+    rig: Rig,
+    additions: Additions,
+    mesh: BodyMesh | None = None,
+    seed: int = 0,
+    is_stale: Callable[[], bool] = never_stale,
+) -> tuple[Candidate, ...]:
+    """Return every pose on the skin that keeps the rules, with each model and tilt, cheap enough for the budget.
+
+    Raise InputError where there is none, and Cancelled as soon as `is_stale` returns True.
+    """
+    rules, outline = rules_for(rig, additions.rules), Outline.of(rig.vehicle, mesh)
+    models = [model for model in additions.models if additions.cost_of(model) <= additions.budget]
+    if not models:
+        cheapest = min(map(additions.cost_of, additions.models))
+        raise InputError(
+            f"--budget must be at least {cheapest:g}, the cheapest addition (got {additions.budget:g})"
+        )
+    spots = skin_spots(rig.vehicle, additions.spots_m, mesh, seed)
+    if not additions.mirrored:
+        flip = np.array([1.0, -1.0, 1.0])
+        spots += [Spot(spot.point_m * flip, spot.normal * flip) for spot in spots if spot.point_m[1] > 0.05]
+    taken = np.array([s.position for s in rig.sensors if s.enabled]).reshape(-1, 3)
+    found: list[Candidate] = []
+    solid = CarBody(rig.vehicle, mesh).solid()
+    boxes = solid.triangles_m.min(axis=1), solid.triangles_m.max(axis=1)
+    for number, spot in enumerate(spots):
+        if is_stale():
+            raise Cancelled
+        skin = _around(spot, solid, boxes)
+        for model, tilt_deg in product(models, additions.tilts_deg):
+            name = f"{model} {number}.{tilt_deg:g}"
+            sensors = _sensors_at(spot, model, tilt_deg, name, additions.mirrored)
+            one = Candidate(sensors, additions.cost_of(model), number, tilt_deg)
+            if sensors and _keeps(one, skin, mesh is None, rules, rig, outline, taken):
+                found.append(one)
+    if not found:
+        raise InputError(
+            "no mount on the car's skin keeps all limits: relax height, spacing, beyond or keep-out"
+        )
+    return tuple(found)
+
+
+def _sensors_at(spot: Spot, model: str, tilt_deg: float, name: str, mirrored: bool) -> tuple[Sensor, ...]:
+    """Return a sensor that touches the skin at a spot, with its mirror image; none where both would be one."""
+    entry = default_library().entry(model)
+    outwards = spot.normal[:2]
+    if np.linalg.norm(outwards) < _FLAT:
+        outwards = np.array([0.0, math.copysign(1.0, spot.point_m[1])])
+    x, y = (outwards / np.linalg.norm(outwards)).tolist()
+    plain = entry.sensor(name, Pose())
+    heading = math.degrees(math.atan2(y, x)) if _looks_one_way(plain) else 0.0
+    # z leans towards (x, y): a turn about (-y, x, 0)
+    turn = (
+        _turn_about(np.array([-y, x, 0.0]), tilt_deg) @ Pose((0.0, 0.0, 0.0), (0.0, 0.0, heading)).rotation()
+    )
+    roll, pitch, yaw = (round(angle, 2) + 0.0 for angle in rpy_deg_from_rotation(turn))
+    turned = plain.with_pose(Pose((0.0, 0.0, 0.0), (roll, pitch, yaw)))
+    position = spot.point_m - float((housing_corners_m(turned) @ spot.normal).min()) * spot.normal
+    px, py, pz = (round(float(value), 4) + 0.0 for value in position)
+    sensor = entry.sensor(name, Pose((px, py, pz), (roll, pitch, yaw)))
+    if not mirrored:
+        return (sensor,)
+    if py <= 0.0:
+        return ()
+    left = sensor.model_copy(update={"name": f"{name} left"})
+    pair: tuple[Sensor, ...] = with_mirror_image(Rig(sensors=(left,)), left.name, f"{name} right").sensors
+    return pair
+
+
+def _looks_one_way(sensor: Sensor) -> bool:
+    if not isinstance(sensor, Lidar):
+        return kind_of(sensor).placement.away_when_level
+    azimuths = sensor.azimuths()
+    return float(azimuths.max() - azimuths.min()) < _FULL_TURN_DEG
+
+
+def _turn_about(axis: Doubles, angle_deg: float) -> Doubles:
+    """Return the rotation (3, 3) about a unit axis (Rodrigues)."""
+    x, y, z = axis.tolist()
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    angle = math.radians(angle_deg)
+    return np.asarray(np.eye(3) + math.sin(angle) * cross + (1.0 - math.cos(angle)) * cross @ cross)
+
+
+def _around(spot: Spot, solid: Solid, boxes: tuple[Doubles, Doubles]) -> Solid:
+    """Return what of a car lies near a spot, by the lowest and highest corners of its triangles: all that decides on
+    what sensors stand there."""
+    low, high = boxes
+    near = ((low <= spot.point_m + _NEAR_M) & (high >= spot.point_m - _NEAR_M)).all(axis=1)
+    return Solid.of(solid.triangles_m[near], solid.materials[near])
+
+
+def _keeps(
+    one: Candidate,
+    skin: Solid,
+    has_materials: bool,
+    rules: MountLimits,
+    rig: Rig,
+    outline: Outline,
+    taken: Doubles,
+) -> bool:
+    """Whether a candidate by itself keeps the rules beside the rig's own sensors; a car is the same on both sides."""
+    places = one.places_m
+    low, high = rules.height_m or (-math.inf, math.inf)
+    if (places[:, 2] < low).any() or (places[:, 2] > high).any():
+        return False
+    if rules.spacing_m is not None:
+        others = np.concatenate([taken, places])
+        away = np.linalg.norm(places[:, None] - others[None], axis=2)
+        away[np.arange(len(places)), len(taken) + np.arange(len(places))] = np.inf
+        if away.min() < rules.spacing_m:
+            return False
+    for sensor in one.sensors:
+        out = _out_m(sensor, rig, outline)
+        most = [getattr(rules.beyond_m, name) for name in SIDES]
+        if any(limit is not None and far > limit for far, limit in zip(out, most, strict=True)):
+            return False
+    both = np.maximum(_outs(rig, outline, rig.sensors), _outs(rig, outline, one.sensors))
+    if _grows(both, rules, rig, outline):
+        return False
+    foot = stand(one.sensors[0].position, skin)
+    if foot.nearest_m is None or (rules.gap_m is not None and foot.gap_m > rules.gap_m):
+        return False
+    materials = materials_at(foot.nearest_m, skin) if has_materials else frozenset()
+    x, y, z = foot.nearest_m
+    for at_m in ((x, y, z), (x, -y, z))[: len(one.sensors)]:
+        zones = rules.keep_out or ()
+        if is_painted(rig, at_m) or any(is_in_zone(zone, at_m, materials, rig, outline) for zone in zones):
+            return False
+    return True
+
+
+def _out_m(sensor: Sensor, rig: Rig, outline: Outline) -> Doubles:
+    """How far a housing sticks out by SIDES, (5,)."""
+    corners = housing_corners_m(sensor)
+    (x0, y0, _), (x1, y1, z1) = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
+    sides = x1 - outline.front_m, outline.rear_m - x0, y1 - outline.left_m, outline.right_m - y0
+    return np.array([*sides, z1 - rig.vehicle.height])
+
+
+def _outs(rig: Rig, outline: Outline, sensors: Sequence[Sensor]) -> Doubles:
+    """How far the farthest housing sticks out by SIDES, (5,), at least 0."""
+    enabled = [sensor for sensor in sensors if sensor.enabled]
+    return np.asarray(np.max([np.zeros(5), *(_out_m(sensor, rig, outline) for sensor in enabled)], axis=0))
+
+
+def _grows(out: Doubles, rules: MountLimits, rig: Rig, outline: Outline) -> NDArray[np.bool_]:
+    """Whether housings that stick out so far (..., 5) make the car larger than the rules allow, (...)."""
+    sizes = (
+        (outline.length_m + out[..., 0] + out[..., 1], rules.length_m),
+        (outline.width_m + out[..., 2] + out[..., 3], rules.width_m),
+        (rig.vehicle.height + out[..., 4], rules.total_height_m),
+    )
+    over = [size > most for size, most in sizes if most is not None]
+    return np.asarray(np.any([np.zeros(out.shape[:-1], np.bool_), *over], axis=0))
+
+
+def conflicts(
+    listed: Sequence[Candidate], rig: Rig, rules: MountLimits, mesh: BodyMesh | None = None
+) -> NDArray[np.bool_]:
+    """Return which candidates may not stand together (n, n): too near to each other, or too large with both."""
+    count, outline = len(listed), Outline.of(rig.vehicle, mesh)
+    found = np.eye(count, dtype=np.bool_)
+    if rules.spacing_m is not None:
+        places = np.array([place for one in listed for place in one.places_m])
+        owner = np.repeat(np.arange(count), [len(one.sensors) for one in listed])
+        for place, one in zip(places, owner, strict=True):
+            near = owner[((places - place) ** 2).sum(axis=1) < rules.spacing_m**2]
+            found[one, near] = found[near, one] = True
+    if any(most is not None for most in (rules.length_m, rules.width_m, rules.total_height_m)):
+        outs = np.maximum(
+            _outs(rig, outline, rig.sensors), [_outs(rig, outline, one.sensors) for one in listed]
+        )
+        found |= _grows(np.maximum(outs[:, None], outs[None]), rules, rig, outline)
+    return found
