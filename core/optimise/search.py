@@ -1,0 +1,118 @@
+"""Sets of candidates by greedy choice and exchange, within limits. Ties go to the lower number."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from riglens.core.optimise.tables import UNIT, SetFunction
+
+Ids = NDArray[np.int64]
+Flags = NDArray[np.bool_]
+ROUNDING = 1e-9
+"""Of sums of costs, relative to the budget."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Which sets are allowed: at most `count` candidates, costs (n,) within a budget, no two in conflict (n, n)."""
+
+    count: int
+    costs: NDArray[np.float64]
+    budget: float
+    conflicts: Flags
+
+    def open_to(self, chosen: Sequence[int]) -> Flags:
+        """Return which candidates may join a set, (n,)."""
+        if len(chosen) >= self.count:
+            return np.zeros(len(self.costs), np.bool_)
+        fits = self.costs <= self.budget * (1.0 + ROUNDING) - float(self.costs[list(chosen)].sum())
+        return np.asarray(fits & ~self.conflicts[list(chosen)].any(axis=0))
+
+    def allow(self, chosen: Sequence[int]) -> bool:
+        """Whether a set is allowed."""
+        return all(self.open_to(chosen[:place])[one] for place, one in enumerate(chosen))
+
+
+def greedy(f: SetFunction, limits: Limits, start: Sequence[int] = (), per_cost: bool = False) -> list[int]:
+    """Add the candidate with the largest gain, or gain per cost, to a set until none fits or adds anything."""
+    chosen = list(start)
+    while (ids := np.flatnonzero(limits.open_to(chosen))).size:
+        gains = f.gains(chosen, ids)
+        best = int(np.argmax(gains / limits.costs[ids] if per_cost else gains))
+        if gains[best] <= 0:
+            break
+        chosen.append(int(ids[best]))
+    return chosen
+
+
+def swap(f: SetFunction, limits: Limits, chosen: list[int]) -> Generator[None, None, list[int]]:
+    """Exchange one candidate for another, the best exchange first, until none helps; yield after each sweep."""
+    while True:
+        value, best = f.value(chosen), (0, chosen)
+        for place in range(len(chosen)):
+            others = chosen[:place] + chosen[place + 1 :]
+            ids = np.flatnonzero(limits.open_to(others))
+            gains = f.gains(others, ids)
+            at = int(np.argmax(gains))
+            more = f.value(others) + int(gains[at]) - value
+            if more > best[0]:
+                best = more, [*others, int(ids[at])]
+            yield
+        if best[0] <= 0:
+            return chosen
+        chosen = greedy(f, limits, best[1])  # a cheaper one may leave room in a budget
+
+
+def search(f: SetFunction, limits: Limits) -> Generator[None, None, list[int]]:
+    """Return the better of both greedy sets after exchanges, sorted."""
+    starts = [greedy(f, limits)]
+    if np.isfinite(limits.budget) and len(np.unique(limits.costs)) > 1:
+        starts.append(greedy(f, limits, per_cost=True))
+    best: list[int] = []
+    for start in starts:
+        found = yield from swap(f, limits, start)
+        if not best or f.value(found) > f.value(best):
+            best = found
+    return sorted(best)
+
+
+class AtLeast:
+    """A function that counts after a second one, in whole units such as columns, has reached a level."""
+
+    def __init__(self, first: SetFunction, second: SetFunction, level: int) -> None:
+        self._first, self._second, self._level, self.size = first, second, level, first.size
+
+    def value(self, chosen: Sequence[int]) -> int:
+        """Return the value of a set."""
+        return self._first.value(chosen) + UNIT * min(self._second.value(chosen), self._level)
+
+    def gains(self, chosen: Sequence[int], ids: Ids) -> Ids:
+        """Return what each of some candidates adds to a set."""
+        before = self._second.value(chosen)
+        after = np.minimum(before + self._second.gains(chosen, ids), self._level)
+        return np.asarray(self._first.gains(chosen, ids) + UNIT * (after - min(before, self._level)))
+
+
+def front(
+    first: SetFunction, second: SetFunction, limits: Limits, chosen: list[int], points: int
+) -> Generator[None, None, list[list[int]]]:
+    """Return sets of which none is better than another in both goals, beside one chosen by the first goal alone.
+
+    Epsilon constraint: the first goal at levels of the second one, up to the most that is found of that alone.
+    """
+    most = yield from search(second, limits)
+    low, high = second.value(chosen), second.value(most)
+    found = []
+    for level in np.unique(np.linspace(low + 1, high, points).round().astype(np.int64)).tolist():
+        found.append((yield from search(AtLeast(first, second, level), limits)))
+    found.sort(key=lambda one: (-first.value(one), -second.value(one)))
+    kept, best = list[list[int]](), low
+    for one in found:
+        if second.value(one) > best:
+            kept.append(one)
+            best = second.value(one)
+    return kept

@@ -1,0 +1,47 @@
+"""Random set functions and limits, and generators run to their end."""
+
+from collections.abc import Callable, Generator
+from typing import TypeVar
+
+import numpy as np
+
+from riglens.core.optimise.search import Limits
+from riglens.core.optimise.tables import CoverTable, hit_worth
+
+T, Y = TypeVar("T"), TypeVar("Y")
+
+
+def done(steps: Generator[Y, None, T], see: Callable[[Y], object] = lambda _: None) -> T:
+    """What a generator returns at its end; `see` gets what it yields."""
+    while True:
+        try:
+            see(next(steps))
+        except StopIteration as end:
+            return end.value  # type: ignore[no-any-return]
+
+
+def random_table(rng: np.random.Generator, size: int, workers: int = 1) -> CoverTable:
+    """Candidates that hit some cells of some objects of all classes."""
+    objects = int(rng.integers(1, 30))
+    owner = np.repeat(np.arange(objects), rng.integers(1, 15, objects)).astype(np.int32)
+    reach = rng.random(size) * 0.6
+    cells = [np.flatnonzero(rng.random(len(owner)) < share).astype(np.int32) for share in reach]
+    cls = rng.integers(0, 3, objects).astype(np.uint8)
+    known = rng.integers(0, 6, objects).astype(np.int32)
+    return CoverTable(cells, owner, known, cls, hit_worth(cls), workers)
+
+
+def random_columns(rng: np.random.Generator, size: int) -> CoverTable:
+    """Candidates that see some of 60 columns, each worth 1."""
+    cells = [np.flatnonzero(rng.random(60) < share).astype(np.int32) for share in rng.random(size) * 0.6]
+    worth = np.arange(61, dtype=np.int64)[None]
+    return CoverTable(cells, np.zeros(60, np.int32), np.zeros(1, np.int32), np.zeros(1, np.uint8), worth, 1)
+
+
+def random_limits(rng: np.random.Generator, size: int, count: int) -> Limits:
+    """Conflicts of some pairs, and a budget that most single candidates fit in."""
+    conflicts = rng.random((size, size)) < 0.2
+    conflicts = conflicts | conflicts.T | np.eye(size, dtype=np.bool_)
+    costs = np.round(rng.uniform(0.5, 3.0, size), 1)
+    budget = float(rng.choice([np.inf, 1.0, 2.0, 4.0, 6.0]))
+    return Limits(count, costs, budget, conflicts)

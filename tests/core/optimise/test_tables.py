@@ -1,0 +1,82 @@
+"""Cells of candidates against the engine of targets, bit for bit, and ground against the blind map."""
+
+import numpy as np
+import pytest
+
+from riglens.core.errors import Cancelled
+from riglens.core.optimise.tables import UNIT, GroundTableMaker, HitTableMaker, hit_worth
+from riglens.core.review.blind import BlindEngine, BlindSettings
+from riglens.core.rig.model import EvenAngles, Lidar, Rig, Vehicle
+from riglens.core.targets.engine import TargetEngine, never_stale
+from riglens.core.targets.settings import TargetSettings
+from riglens.core.vehicle.solid import CarBody
+from tests.core.targets.cases import random_rig, random_traffic
+
+SETTINGS = (
+    TargetSettings(body="ignored"),
+    TargetSettings(body="blocks", seed=3),
+    TargetSettings(body="ignored", range_law=False, phase="0", shape="box"),
+)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_cells_of_a_set_are_those_that_the_engine_counts(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    traffic, rig, settings = random_traffic(rng, 8), random_rig(rng, 7), SETTINGS[seed % 3]
+    solid = CarBody(rig.vehicle).solid() if settings.body == "blocks" else None
+    maker = HitTableMaker(traffic, 6, settings, solid, 2)
+    lidars = rig.lidars()
+    base, rest = lidars[:1], lidars[1:]
+    cells = [maker.cells_of([one], never_stale) for one in rest]
+    table = maker.table(maker.cells_of(base, never_stale), cells)
+    chosen = [place for place in range(len(rest)) if rng.random() < 0.6]
+    sensors = (*base, *(rest[place] for place in chosen))
+    engine = TargetEngine(traffic, 1)
+    objects = engine.evaluate(rig.model_copy(update={"sensors": sensors}), settings, 6).objects
+    assert (table.state(chosen).known == objects.cells).all()
+    cls = traffic.cls[objects.box]
+    there = np.unique(cls)
+    value = float(np.mean([objects.on_target[cls == one].mean() for one in there])) if len(there) else 0.0
+    assert table.value(chosen) / UNIT == pytest.approx(value, abs=1e-9)
+
+
+def test_a_pair_is_the_union_of_its_sensors() -> None:
+    rng = np.random.default_rng(4)
+    traffic, lidars = random_traffic(rng, 6), random_rig(rng, 8).lidars()[:2]
+    maker = HitTableMaker(traffic, 6, SETTINGS[0], None)
+    one, other, both = (maker.cells_of(some, never_stale) for some in (lidars[:1], lidars[1:], lidars))
+    assert len(lidars) == 2
+    assert (both == np.union1d(one, other)).all()
+
+
+def test_casting_ends_when_nobody_waits_any_more() -> None:
+    rng = np.random.default_rng(4)
+    maker = HitTableMaker(random_traffic(rng, 6), 6, SETTINGS[0], None)
+    with pytest.raises(Cancelled):
+        maker.cells_of(random_rig(rng, 8).lidars(), lambda: True)
+
+
+def test_worth_rises_by_ever_less_and_ends_at_one() -> None:
+    worth = hit_worth(np.array([0, 0, 1, 2, 2, 2], np.uint8))
+    steps = np.diff(worth, axis=1)
+    assert (steps >= 0).all() and (np.diff(steps, axis=1) <= 0).all()
+    assert (worth[:, -1] * [2, 1, 3]).sum() == pytest.approx(UNIT, rel=1e-9)
+
+
+def test_ground_that_a_set_sees_is_what_it_takes_from_the_blind_map() -> None:
+    def lidar(name: str, x_m: float, y_m: float) -> Lidar:
+        turn = EvenAngles(from_=-180.0, to=180.0, count=180)
+        return Lidar(
+            name=name, position=(x_m, y_m, 1.2), elevations_deg=(-30.0, -20.0, -10.0), azimuths_deg=turn
+        )
+
+    rig = Rig(vehicle=Vehicle(), sensors=(lidar("front", 2.0, 0.0),))
+    added = [(lidar("left", 0.0, 1.0), lidar("right", 0.0, -1.0)), (lidar("rear", -2.2, 0.0),)]
+    settings = BlindSettings(voxel_m=0.25, within_m=5.0)
+    maker = GroundTableMaker(rig, BlindEngine(rig.vehicle, settings), 0.3)
+    table = maker.table([maker.cells_of(sensors) for sensors in added])
+    for chosen in ([], [0], [1], [0, 1]):
+        whole = rig.replace(sensors=(*rig.sensors, *(s for one in chosen for s in added[one])))
+        unseen = float(BlindEngine(rig.vehicle, settings).evaluate(whole).area_m2(0.3).sum())
+        assert maker.blind_m2 - table.value(chosen) * maker.column_m2 == pytest.approx(unseen)
+    assert table.value([0, 1]) > table.value([0]) > 0
