@@ -1,0 +1,180 @@
+"""How much better any allowed set of candidates could be: a bound by cutting planes, or a proof by branch and bound.
+
+Both count steps, never seconds, so that the same problem gives the same bound on any machine.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from riglens.core.kernels.optimise import gains as kernel
+from riglens.core.optimise.search import ROUNDING, Limits
+from riglens.core.optimise.tables import CoverTable, SetFunction
+
+Doubles = NDArray[np.float64]
+Ids = NDArray[np.int64]
+CUTS, MOST_GAINS = 24, 100_000
+_AT_ONCE = 16
+_SLACK = 1e-9
+"""Rounding of sums of doubles, relative; the bound is raised by it."""
+
+
+@dataclass(frozen=True)
+class Bound:
+    """No allowed set is worth more than `value`; "proven": the set that was found is worth as much."""
+
+    value: int
+    kind: Literal["cuts", "proven"]
+
+
+def most_that_fit(limits: Limits) -> int:
+    """Return an upper limit of the number of candidates in any allowed set."""
+    spent = np.cumsum(np.sort(limits.costs)[: limits.count])
+    return int((spent <= limits.budget * (1.0 + ROUNDING)).sum())
+
+
+def fractional_bound(
+    table: CoverTable, limits: Limits, incumbent: Sequence[int], cuts: int = CUTS
+) -> Generator[None, None, int]:
+    """Bound the value of every allowed set from above; yield after each cut.
+
+    A candidate may be taken in part: a cell is covered by the sum of the shares that hit it, at most 1, and an object's
+    worth is taken linearly between whole cells. That function of the shares is concave and equals the table's value
+    for whole candidates, so its supergradients are cuts. A linear program maximises the least cut over shares within
+    count and budget (Kelley's method, next point half-way). The bound comes from the program's dual values, and any
+    values >= 0 give a valid one: no tolerance of a solver enters. Conflicts are left out, which only raises the bound.
+    """
+    from scipy.optimize import linprog  # slow to load
+
+    fits = limits.costs <= limits.budget * (1.0 + ROUNDING)
+    most = most_that_fit(limits)
+    point = np.zeros(table.size)
+    point[list(incumbent)] = 1.0
+    best_point, best_height, bound = point, -np.inf, np.inf
+    offsets, slopes = list[float](), list[Doubles]()
+    for _ in range(cuts):
+        height, slope = _cut(table, point)
+        if height > best_height:
+            best_point, best_height = point, height
+        offsets.append(height - float(slope @ point))
+        slopes.append(np.where(fits, slope, 0.0))
+        unit = max(best_height, 1.0)
+        rows = np.column_stack([-np.array(slopes) / unit, np.ones(len(slopes))])
+        rights = np.array(offsets) / unit
+        extra = [np.append(np.ones(table.size), 0.0)]
+        ends = [float(most)]
+        if np.isfinite(limits.budget):
+            extra.append(np.append(limits.costs / limits.budget, 0.0))
+            ends.append(1.0)
+        found = linprog(
+            np.append(np.zeros(table.size), -1.0),
+            np.vstack([rows, *extra]),
+            np.concatenate([rights, ends]),
+            bounds=[*((0.0, float(fit)) for fit in fits), (None, None)],
+            method="highs-ds",
+        )
+        if found.x is None:
+            break
+        dual = np.maximum(-found.ineqlin.marginals, 0.0)
+        price = float(dual[-1]) * unit / limits.budget if len(extra) == 2 else 0.0
+        bound = min(
+            bound, _certified(np.array(offsets), np.array(slopes), dual[: len(slopes)], price, limits, most)
+        )
+        if bound <= best_height:
+            break
+        point = (best_point + np.clip(found.x[:-1], 0.0, 1.0)) / 2.0
+        yield
+    start = _certified(np.array(offsets), np.array(slopes), np.eye(len(slopes))[0], 0.0, limits, most)
+    return int(np.floor(min(bound, start) * (1.0 + _SLACK))) + 1
+
+
+def _cut(table: CoverTable, point: Doubles) -> tuple[float, Doubles]:
+    """Height and supergradient (n,) of the concave function at shares (n,)."""
+    cover, most = table.cover, table.cover.worth.shape[1] - 1
+    sums = np.zeros(len(table.owner))
+    kernel.add_shares(cover, point, sums)
+    cells = table.known + np.bincount(table.owner, np.minimum(sums, 1.0), len(table.known))
+    whole = np.minimum(np.floor(cells), most).astype(np.int64)
+    steps = np.diff(cover.worth, append=cover.worth[:, -1:])[cover.row, whole].astype(np.float64)
+    height = float((cover.worth[cover.row, whole] + steps * (cells - whole)).sum())
+    slope = np.empty(table.size)
+    kernel.slopes(cover, sums, steps, table.workers, slope)
+    return height, slope
+
+
+def _certified(
+    offsets: Doubles, slopes: Doubles, dual: Doubles, price: float, limits: Limits, most: int
+) -> float:
+    """Bound of a mixture of cuts: the largest shares times what each candidate adds beyond its price."""
+    if dual.sum() <= 0.0:
+        return float("inf")
+    mixture = dual / dual.sum()
+    gain = mixture @ slopes - price * limits.costs
+    largest = np.sort(np.maximum(gain, 0.0))[-most:] if most else np.zeros(0)
+    budget = price * limits.budget * (1.0 + 2.0 * ROUNDING) if price > 0.0 else 0.0
+    return float(mixture @ offsets + largest.sum() + budget)
+
+
+def branch_and_bound(
+    f: SetFunction, limits: Limits, incumbent: list[int], most_gains: int = MOST_GAINS
+) -> Generator[None, None, tuple[list[int], bool]]:
+    """Look for a better set until there is none or so many gains have been computed; the best set, and whether proven.
+
+    Gains never grow with the set, so gains of a smaller set bound what candidates can add: a branch whose value with
+    its largest gains does not exceed the best is cut. Yield after each branch.
+    """
+    search = _Branches(f, limits, sorted(incumbent), most_gains)
+    ids = np.flatnonzero(limits.open_to([]))
+    gains = search.gains([], ids)
+    yield from search.explore([], ids, gains, most_that_fit(limits))
+    return search.best, search.left >= 0
+
+
+class _Branches:
+    def __init__(self, f: SetFunction, limits: Limits, best: list[int], most_gains: int) -> None:
+        self._f, self._limits, self.best, self._value = f, limits, best, f.value(best)
+        self.left = most_gains
+
+    def gains(self, chosen: list[int], ids: Ids) -> Ids:
+        """Return gains, and count them."""
+        self.left -= len(ids)
+        return self._f.gains(chosen, ids)
+
+    def _take(self, chosen: list[int], value: int) -> None:
+        if value > self._value:
+            self.best, self._value = sorted(chosen), value
+
+    def explore(self, chosen: list[int], ids: Ids, stale: Ids, room: int) -> Generator[None, None, None]:
+        """Search the sets that add up to `room` of some candidates, whose gains are at most `stale`, to a set."""
+        order = np.lexsort((ids, -stale))
+        ids, stale = ids[order], stale[order]
+        value = self._f.value(chosen)
+        if room == 1:
+            for place in range(0, len(ids), _AT_ONCE):
+                if self.left < 0 or value + int(stale[place]) <= self._value:
+                    return
+                some = ids[place : place + _AT_ONCE]
+                gains = self.gains(chosen, some)
+                best = int(np.argmax(gains))
+                self._take([*chosen, int(some[best])], value + int(gains[best]))
+            return
+        # with the largest other gains, at most one of which is its own
+        hopeful = value + stale + int(stale[: room - 1].sum()) > self._value
+        ids, gains = ids[hopeful], self.gains(chosen, ids[hopeful])
+        order = np.lexsort((ids, -gains))
+        ids, gains = ids[order], gains[order]
+        if len(ids):
+            self._take([*chosen, int(ids[0])], value + int(gains[0]))
+        for place, one in enumerate(ids.tolist()):
+            if self.left < 0 or value + int(gains[place : place + room].sum()) <= self._value:
+                return
+            larger = [*chosen, one]
+            rest = place + 1 + np.flatnonzero(self._limits.open_to(larger)[ids[place + 1 :]])
+            yield
+            if len(rest):
+                yield from self.explore(larger, ids[rest], gains[rest], room - 1)

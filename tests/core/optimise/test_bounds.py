@@ -1,0 +1,131 @@
+"""Search and bounds against brute force over all allowed sets of few candidates."""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from riglens.core.optimise.bounds import branch_and_bound, fractional_bound
+from riglens.core.optimise.search import AtLeast, Limits, front, greedy, search, swap
+from riglens.core.optimise.tables import CoverTable, hit_worth
+from tests.core.optimise.problems import done, random_columns, random_limits, random_table
+
+
+def best_of_all(table: CoverTable, limits: Limits) -> int:
+    """The largest value of any allowed set."""
+    sets = (
+        chosen
+        for count in range(limits.count + 1)
+        for chosen in combinations(range(table.size), count)
+        if limits.allow(chosen)
+    )
+    return max(table.value(chosen) for chosen in sets)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 1 << 32), st.integers(2, 12), st.integers(1, 4))
+def test_no_set_beats_the_bound_and_branch_and_bound_finds_the_best(seed: int, size: int, count: int) -> None:
+    rng = np.random.default_rng(seed)
+    table, limits = random_table(rng, size), random_limits(rng, size, count)
+    best, found = best_of_all(table, limits), done(search(table, limits))
+    assert limits.allow(found)
+    assert table.value(found) <= best
+    assert done(fractional_bound(table, limits, found, cuts=8)) >= best
+    proven, is_proven = done(branch_and_bound(table, limits, found))
+    assert is_proven
+    assert limits.allow(proven)
+    assert table.value(proven) == best
+
+
+def test_branch_and_bound_says_when_it_gives_up() -> None:
+    rng = np.random.default_rng(1)
+    table = random_table(rng, 16)
+    limits = Limits(4, np.ones(16), np.inf, np.eye(16, dtype=np.bool_))
+    found, is_proven = done(branch_and_bound(table, limits, [0], most_gains=16))
+    assert not is_proven
+    assert table.value(found) >= table.value([0])
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_gains_are_differences_of_values_and_shrink_as_sets_grow(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    table, ids = random_table(rng, 10), np.arange(10)
+    chosen: list[int] = []
+    before = table.gains(chosen, ids)
+    for one in rng.permutation(10)[:6].tolist():
+        chosen.append(one)
+        gains = table.gains(chosen, ids)
+        assert (gains <= before).all() and (gains >= 0).all()
+        assert [table.value([*chosen, c]) - table.value(chosen) for c in range(10) if c not in chosen] == [
+            gains[c] for c in range(10) if c not in chosen
+        ]
+        before = gains
+    assert table.value([]) == table.empty().value
+
+
+def test_gains_do_not_depend_on_the_number_of_workers() -> None:
+    one, two = (random_table(np.random.default_rng(7), 30, workers) for workers in (1, 2))
+    assert (one.gains([3, 5], np.arange(30)) == two.gains([3, 5], np.arange(30))).all()
+    limits = Limits(4, np.ones(30), np.inf, np.eye(30, dtype=np.bool_))
+    assert done(search(one, limits)) == done(search(two, limits))
+    assert done(fractional_bound(one, limits, [1])) == done(fractional_bound(two, limits, [1]))
+
+
+def test_ties_go_to_the_lower_number() -> None:
+    cells = [np.arange(3, dtype=np.int32)] * 4
+    one = np.zeros(1, np.uint8)
+    table = CoverTable(cells, np.zeros(3, np.int32), np.zeros(1, np.int32), one, hit_worth(one), 1)
+    assert greedy(table, Limits(2, np.ones(4), np.inf, np.eye(4, dtype=np.bool_))) == [0]
+
+
+def test_an_exchange_leaves_the_trap_of_greedy_choice() -> None:
+    """0 covers 4 cells; 1 and 2 cover 3 + 3, and more together than with 0."""
+    cells = [np.array(c, np.int32) for c in ([0, 1, 3, 4], [0, 1, 2], [3, 4, 5])]
+    worth = np.arange(7, dtype=np.int64)[None]
+    table = CoverTable(cells, np.zeros(6, np.int32), np.zeros(1, np.int32), np.zeros(1, np.uint8), worth, 1)
+    limits = Limits(2, np.ones(3), np.inf, np.eye(3, dtype=np.bool_))
+    start = greedy(table, limits)
+    assert start == [0, 1]
+    assert table.value(start) == 5
+    assert sorted(done(swap(table, limits, start))) == [1, 2]
+
+
+def test_a_second_goal_comes_first_until_its_level() -> None:
+    rng = np.random.default_rng(3)
+    first, second = random_table(rng, 12), random_columns(rng, 12)
+    limits = Limits(2, np.ones(12), np.inf, np.eye(12, dtype=np.bool_))
+    most = max(second.value(chosen) for chosen in combinations(range(12), 2))
+    strict = AtLeast(first, second, most)
+    found = max(combinations(range(12), 2), key=strict.value)
+    assert second.value(found) == most
+    assert done(search(AtLeast(first, second, 0), limits)) == done(search(first, limits))
+
+
+def test_a_budget_does_not_buy_half_a_candidate() -> None:
+    rng = np.random.default_rng(5)
+    table = random_table(rng, 8)
+    costs = np.array([1.0, 1.0, 1.0, 9.0, 9.0, 9.0, 9.0, 9.0])
+    limits = Limits(2, costs, 2.0, np.eye(8, dtype=np.bool_))
+    cheap = Limits(2, np.ones(3), 2.0, np.eye(3, dtype=np.bool_))
+    bound = done(fractional_bound(table, limits, [0]))
+    assert bound >= best_of_all(table, limits)
+    assert bound <= table.value([0, 1, 2])
+    assert limits.open_to([]).tolist() == [True] * 3 + [False] * 5
+    assert cheap.open_to([0]).tolist() == [False, True, True]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_no_set_beats_a_point_of_the_front_of_single_candidates(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    first, second = random_table(rng, 14), random_columns(rng, 14)
+    limits = Limits(1, np.ones(14), np.inf, np.eye(14, dtype=np.bool_))
+    chosen = done(search(first, limits))
+    found = [chosen, *done(front(first, second, limits, chosen, 6))]
+    points = [(first.value(one), second.value(one)) for one in found]
+    assert points == sorted(points, key=lambda point: (-point[0], point[1]))
+    for one in range(14):
+        a, b = first.value([one]), second.value([one])
+        assert not any(a > x and b >= y for x, y in points)
+    assert points[-1][1] == max(second.value([one]) for one in range(14))
