@@ -1,0 +1,205 @@
+"""What is asked of a search for rigs, and what it finds, as data and as files."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from riglens.core.errors import InputError
+from riglens.core.files import atomic_write
+from riglens.core.optimise.bounds import Bound
+from riglens.core.optimise.guard import Kept, Verdict, verdict, weak_cases
+from riglens.core.optimise.mounts import Additions, Candidate
+from riglens.core.optimise.tables import UNIT
+from riglens.core.rig.model import Rig
+from riglens.core.rig.yaml.file import new_rig_file
+from riglens.core.shown_text import spreadsheet_cell
+from riglens.core.targets.settings import TargetSettings
+from riglens.core.targets.traffic import Traffic
+from riglens.core.vehicle.mesh import BodyMesh
+
+OBJECTIVES = ("on_target",)
+TABLE = "proposals.csv"
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What is asked: a rig, what may be added, traffic, and the frames to choose by and to check in.
+
+    Every sensor of the rig stays as it is. reference: the rig that gains are told over; without it the best of some
+    mounts that a person would choose. blind_m: height of the object whose blind area is the second goal of the
+    front; without it there is none.
+    """
+
+    rig: Rig
+    traffic: Traffic
+    additions: Additions
+    objective: str = "on_target"
+    frames: int = 100
+    held_out: int = 1000
+    seed: int = 0
+    mesh: BodyMesh | None = None
+    reference: Rig | None = None
+    blind_m: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.objective not in OBJECTIVES:
+            raise InputError(f"--objective must be {' or '.join(OBJECTIVES)} (got '{self.objective}')")
+        if not 2 <= self.frames <= 1000:
+            raise InputError(f"--frames must be between 2 and 1000 (got {self.frames})")
+        if self.held_out < 2:
+            raise InputError(f"--held-out must be at least 2 (got {self.held_out})")
+        if not 0 <= self.seed < 1 << 62:
+            raise InputError(f"--seed must be between 0 and 2^62 - 1 (got {self.seed})")
+        if self.frames + 2 > self.traffic.frames:
+            most = self.traffic.frames - 2
+            raise InputError(
+                f"--frames must be at most {most}, to leave frames for checking (got {self.frames})"
+            )
+        if self.blind_m is not None and not 0.05 <= self.blind_m <= 2.0:
+            raise InputError(f"--blind must be between 0.05 and 2 m (got {self.blind_m:g})")
+
+    @property
+    def settings(self) -> TargetSettings:
+        """Settings of the counting, in which a candidate keeps its draws."""
+        return TargetSettings(seed=self.seed, body=self.rig.body)
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """A rig with added candidates: value in the frames of choice, blind area if asked for, the guard's cases."""
+
+    rig: Rig
+    added: tuple[Candidate, ...]
+    value: float
+    blind_m2: float | None = None
+    guard: tuple[Kept, ...] = ()
+
+    @property
+    def cost(self) -> float:
+        """Cost of what is added."""
+        return math.fsum(one.cost for one in self.added)
+
+    @property
+    def verdict(self) -> Verdict:
+        """Whether the gain over the reference is one."""
+        return verdict(self.guard)
+
+    @property
+    def weak(self) -> tuple[Kept, ...]:
+        """Cases that keep less than half of the gain."""
+        return weak_cases(self.guard)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The proposal as plain data, by the names of the JSON."""
+        sensors = [sensor for one in self.added for sensor in one.sensors]
+        return {
+            "name": self.rig.name,
+            "value": self.value,
+            "cost": self.cost,
+            "sensors": [
+                {"name": s.name, "model": s.model, "position": list(s.position), "rpy_deg": list(s.rpy_deg)}
+                for s in sensors
+            ],
+            "guard": [{"case": k.case, "gain": k.gain, "se": k.se, "share": k.share} for k in self.guard],
+            "verdict": self.verdict,
+        }
+
+
+@dataclass(frozen=True)
+class OptimiseResult:
+    """Proposals, the best first, then those of the front; no allowed set exceeds `bound` in the frames of choice.
+
+    before, reference_value: values of the rig itself and of the one that gains are told over, in the same frames.
+    """
+
+    problem: Problem
+    candidates: int
+    before: float
+    before_blind_m2: float | None
+    reference: Rig
+    reference_value: float
+    bound: Bound
+    proposals: tuple[Proposal, ...]
+    front: tuple[int, ...] = ()
+
+    @property
+    def best(self) -> Proposal:
+        """The proposal with the largest value."""
+        return self.proposals[0]
+
+    @property
+    def bound_value(self) -> float:
+        """The bound as a value."""
+        return (
+            self.best.value if self.bound.kind == "proven" else max(self.best.value, self.bound.value / UNIT)
+        )
+
+    @property
+    def gap(self) -> float:
+        """By how much of its value the best proposal could be beaten at most."""
+        return self.bound_value / self.best.value - 1.0 if self.best.value > 0.0 else 0.0
+
+    def sentence(self) -> str:
+        """What the bound says, in one sentence."""
+        additions = self.problem.additions
+        what = "pair" if additions.mirrored else "sensor"
+        some = f"set of {additions.count} {what}s" if additions.count > 1 else what
+        where = f"on these {self.candidates} mounts"
+        if self.bound.kind == "proven":
+            return f"no {some} {where} is better in these {self.problem.frames} frames (proven)"
+        gap = math.ceil(self.gap * 1000.0) / 10.0
+        return f"no {some} {where} is better by more than {gap:.1f} % in these {self.problem.frames} frames"
+
+    def to_dict(self) -> dict[str, Any]:
+        """The result as plain data, by the names of the JSON."""
+        return {
+            "riglens": 1,
+            "objective": self.problem.objective,
+            "before": self.before,
+            "reference": {"name": self.reference.name, "value": self.reference_value},
+            "candidates": self.candidates,
+            "frames": self.problem.frames,
+            "held_out": self.problem.held_out,
+            "seed": self.problem.seed,
+            "bound": {"value": self.bound_value, "kind": self.bound.kind, "gap": self.gap},
+            "proposals": [one.to_dict() for one in self.proposals],
+            "front": [
+                {"value": self.proposals[n].value, "blind_m2": self.proposals[n].blind_m2, "proposal": n}
+                for n in self.front
+            ],
+        }
+
+    def save(self, folder: str | os.PathLike[str]) -> tuple[Path, ...]:
+        """Write the proposals as rig files, and their figures as CSV; return the files."""
+        path = Path(folder)
+        check_folder(path)
+        try:
+            path.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(f"--out {path}: cannot be made ({error.strerror})") from error
+        files = [path / f"proposal-{number}.yaml" for number in range(1, len(self.proposals) + 1)]
+        text = io.StringIO()
+        table = csv.writer(text, lineterminator="\n")
+        table.writerow(["file", "name", "on_target", "blind_m2", "cost", "verdict"])
+        for file, one in zip(files, self.proposals, strict=True):
+            new_rig_file(one.rig).save(file)
+            blind = "" if one.blind_m2 is None else one.blind_m2
+            table.writerow(
+                [file.name, spreadsheet_cell(one.rig.name), one.value, blind, one.cost, one.verdict]
+            )
+        with atomic_write(path / TABLE, "w") as stream:
+            stream.write(text.getvalue())
+        return (*files, path / TABLE)
+
+
+def check_folder(folder: str | os.PathLike[str]) -> None:
+    """Raise InputError where proposals cannot be written into a folder."""
+    path = Path(folder)
+    if path.exists() and not path.is_dir():
+        raise InputError(f"--out {path}: must be a folder")

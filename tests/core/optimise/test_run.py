@@ -1,0 +1,185 @@
+"""Whole runs in small traffic: what is proposed, its bound, its guard, and what is refused."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from riglens.core.errors import Cancelled, InputError
+from riglens.core.optimise.guard import HELD_OUT, Evaluator, Kept, guard, verdict
+from riglens.core.optimise.mounts import Additions
+from riglens.core.optimise.results import OptimiseResult, Problem
+from riglens.core.optimise.run import finished, optimise
+from riglens.core.review.blind import BlindEngine, BlindSettings
+from riglens.core.rig.model import EvenAngles, Lidar, Rig
+from riglens.core.rig.yaml.file import load_rig
+from riglens.core.targets.engine import TargetEngine
+from riglens.core.targets.settings import TargetSettings
+from riglens.core.targets.traffic import Traffic
+from tests.core.optimise.problems import done
+from tests.core.targets.cases import random_traffic
+
+ADDED = Additions(("generic-16",), 2, spots_m=0.7, tilts_deg=(0.0, 15.0))
+OWN = Lidar(
+    name="own",
+    position=(0.0, 0.0, 1.8),
+    elevations_deg=EvenAngles(from_=-20.0, to=5.0, count=4),
+    azimuths_deg=EvenAngles(from_=-180.0, to=180.0, count=90),
+)
+RIG = Rig(name="car", sensors=(OWN,))
+
+
+@pytest.fixture(scope="module")
+def traffic() -> Traffic:
+    """Objects in 60 frames."""
+    return random_traffic(np.random.default_rng(0), 60)
+
+
+@pytest.fixture(scope="module")
+def result(traffic: Traffic) -> OptimiseResult:
+    """Two pairs added to one LiDAR, with a front."""
+    return finished(Problem(RIG, traffic, ADDED, frames=12, held_out=40, blind_m=0.3), 2)
+
+
+def test_the_proposal_keeps_the_rig_and_its_value_is_that_of_the_engine(
+    result: OptimiseResult, traffic: Traffic
+) -> None:
+    best = result.best
+    assert best.rig.sensors[0] == OWN
+    assert len(best.rig.sensors) == 1 + 2 * len(best.added) == 5
+    objects = TargetEngine(traffic, 1).evaluate(best.rig, TargetSettings(body="blocks"), 12).objects
+    cls = traffic.cls[objects.box]
+    classes = [objects.on_target[cls == one].mean() for one in np.unique(cls)]
+    assert best.value == pytest.approx(float(np.mean(classes)))
+    assert result.before < result.reference_value <= best.value <= result.bound_value
+    assert best.cost == 4.0
+
+
+def test_the_bound_is_said_in_one_sentence(result: OptimiseResult) -> None:
+    assert result.bound.kind == "proven"
+    assert result.gap == 0.0
+    sentence = result.sentence()
+    assert f"no set of 2 pairs on these {result.candidates} mounts is better" in sentence
+    loose = replace(result, bound=replace(result.bound, kind="cuts", value=int(result.bound.value * 1.02)))
+    assert 0.019 < loose.gap < 0.021
+    assert "by more than 2." in loose.sentence()
+
+
+def test_the_front_begins_with_the_best_and_leaves_less_blind(result: OptimiseResult) -> None:
+    assert result.front[0] == 0
+    assert result.before_blind_m2 is not None and result.best.blind_m2 is not None
+    assert result.best.blind_m2 < result.before_blind_m2
+    engine = BlindEngine(result.best.rig.vehicle, BlindSettings())
+    unseen = float(engine.evaluate(result.best.rig).area_m2(0.3).sum())
+    assert result.best.blind_m2 == pytest.approx(unseen)
+
+
+def test_the_guard_covers_every_case_and_the_json_says_all(result: OptimiseResult) -> None:
+    cases = [one.case for one in result.best.guard]
+    assert cases[0] == HELD_OUT
+    assert len(set(cases)) == len(cases) >= 5
+    document = result.to_dict()
+    assert {"objective", "before", "candidates", "frames", "seed", "bound", "proposals", "front"} <= set(
+        document
+    )
+    assert set(document["bound"]) == {"value", "kind", "gap"}
+    assert set(document["proposals"][0]["guard"][0]) == {"case", "gain", "se", "share"}
+    assert [point["proposal"] for point in document["front"]] == list(result.front)
+
+
+def test_proposals_are_saved_as_rigs(result: OptimiseResult, tmp_path: Path) -> None:
+    *rigs, table = result.save(tmp_path / "out")
+    assert [load_rig(path).rig for path in rigs] == [one.rig for one in result.proposals]
+    assert len(table.read_text().splitlines()) == 1 + len(rigs)
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="must be a folder"):
+        result.save(tmp_path / "file")
+
+
+def test_the_result_does_not_depend_on_the_number_of_threads(traffic: Traffic) -> None:
+    problem = Problem(RIG, traffic, replace(ADDED, count=1), frames=8, held_out=10)
+    one, two = (finished(problem, threads).to_dict() for threads in (1, 2))
+    assert one == two
+
+
+def test_a_run_ends_when_nobody_waits_any_more(traffic: Traffic) -> None:
+    waits = [False]
+    steps = optimise(Problem(RIG, traffic, ADDED, frames=8), 1, lambda: waits[0])
+    next(steps)
+    waits[0] = True
+    with pytest.raises(Cancelled):
+        next(steps)
+
+
+def test_gains_over_a_rig_of_ones_own(traffic: Traffic) -> None:
+    problem = Problem(RIG, traffic, replace(ADDED, count=1), frames=8, held_out=10, reference=RIG)
+    found = finished(problem, 1)
+    assert found.reference_value == found.before
+    assert found.best.guard[0].gain > 0.0
+
+
+def test_what_cannot_be_is_refused_in_one_line(traffic: Traffic) -> None:
+    for wrong, said in (
+        ({"objective": "beauty"}, "--objective must be on_target"),
+        ({"frames": 1}, "--frames"),
+        ({"frames": 59}, "--frames must be at most 58"),
+        ({"held_out": 1}, "--held-out"),
+        ({"blind_m": math.nan}, "--blind"),
+        ({"seed": -1}, "--seed"),
+    ):
+        with pytest.raises(InputError, match=said) as caught:
+            Problem(RIG, traffic, ADDED, **{"frames": 8, **wrong})
+        assert "\n" not in str(caught.value)
+
+
+def stack(turns_deg: tuple[float, ...]) -> Rig:
+    """Four LiDARs in one place, each turned."""
+    sensors = [
+        Lidar(
+            name=f"L{number}",
+            position=(0.0, 0.0, 2.0),
+            rpy_deg=(0.0, 0.0, turn),
+            elevations_deg=EvenAngles(from_=-25.0, to=15.0, count=8),
+            azimuths_deg=EvenAngles(from_=-180.0, to=180.0, count=120),
+        )
+        for number, turn in enumerate(turns_deg)
+    ]
+    return Rig(self_occlusion=False, sensors=tuple(sensors))
+
+
+def test_a_stagger_that_lives_on_a_fixed_phase_is_not_resolved(traffic: Traffic) -> None:
+    """Azimuths of four LiDARs interleave only as long as nobody turns them."""
+    staggered, aligned = stack((0.0, 0.75, 1.5, 2.25)), stack((0.0,) * 4)
+    settings = TargetSettings(phase="0", body="ignored")
+    kept: list[Kept] = []
+    steps = guard(staggered, aligned, traffic, settings, 20, 40)
+    in_sample = done(steps, kept.append)
+    assert in_sample > 0.0
+    assert verdict(kept) == "not resolved"
+    assert next(one for one in kept if one.case == "fixed phase").share > 0.5
+
+
+def test_a_gain_that_stays_is_resolved_and_one_that_halves_is_not() -> None:
+    assert verdict([Kept(HELD_OUT, 0.02, 0.005, 0.8)]) == "resolved"
+    assert verdict([Kept(HELD_OUT, 0.02, 0.011, 0.8)]) == "not resolved"
+    assert verdict([Kept(HELD_OUT, 0.02, 0.005, 0.4)]) == "not resolved"
+    assert verdict([Kept(HELD_OUT, 0.0, 0.0, 0.0)]) == "not resolved"
+    assert verdict([]) == "not checked"
+
+
+def test_the_paired_error_is_that_of_frames(traffic: Traffic) -> None:
+    """Against the spread of the gain over random halves of the frames."""
+    better = RIG.replace(sensors=(OWN, OWN.replace(name="other", position=(1.0, 0.0, 1.9))))
+    evaluator = Evaluator(traffic)
+    one, other = (evaluator.sample(rig, TargetSettings(), (0, 60)) for rig in (better, RIG))
+    gain, se = one.gain_over(other)
+    rng, found = np.random.default_rng(0), []
+    for _ in range(400):
+        frames = rng.integers(0, 60, 60)
+        picks = np.concatenate([np.flatnonzero(one.frame == frame) for frame in frames])
+        more, cls = (one.on_target - other.on_target)[picks], one.cls[picks]
+        found.append(np.mean([more[cls == c].mean() for c in range(3)]))
+    assert gain == pytest.approx(np.mean(found), abs=2.0 * se)
+    assert se == pytest.approx(np.std(found), rel=0.25)
