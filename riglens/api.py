@@ -31,6 +31,7 @@ from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import Phase, TargetSettings
 from riglens.core.targets.shapes import Shape
 from riglens.core.targets.traffic import WITHIN_M, Traffic
+from riglens.optimising import OptimiseResult, optimise
 from riglens.results import AuditResult, ClassResult, RigResult, TargetResult
 from riglens.scenes import Scene, SceneEngine, audit, blocking_mesh, load_scene, score
 
@@ -46,6 +47,7 @@ __all__ = [
     "EvenAngles",
     "InputError",
     "Lidar",
+    "OptimiseResult",
     "Pose",
     "Rig",
     "RigLensWarning",
@@ -60,6 +62,7 @@ __all__ = [
     "load_scene",
     "load_traffic",
     "open_rig",
+    "optimise",
     "presets",
     "render",
     "save_rig",

@@ -75,7 +75,7 @@ Json = Annotated[str | None, Parameter(allow_leading_hyphen=True, metavar="FILE|
 Profiles = Annotated[tuple[Path, ...], Parameter(name="--profile", metavar="FILE", show_default=False)]
 Surroundings = Annotated[Literal["ignored", "block"] | None, Parameter(name="--surroundings", group=SCENE)]
 SolidBody = Annotated[Literal["ignored", "blocks"] | None, Parameter(name="--body", show=False)]
-"""Where the car is always solid: `blocks` is taken, `ignored` refused (`require_solid`)."""
+"""Where the car is always solid: `blocks` is taken, `ignored` refused (`ScoreOptions.solid`)."""
 Libraries = Annotated[
     tuple[Path, ...],
     Parameter(
@@ -144,6 +144,7 @@ if TYPE_CHECKING:
     ReadingArguments = SceneOptions
     GridArguments = SceneOptions
     BoxArguments = SceneOptions
+    SourceArguments = SceneOptions
     TrafficArguments = SceneOptions
     SceneArguments = SceneOptions
     EverythingArguments = SceneOptions
@@ -158,6 +159,7 @@ else:
     ReadingArguments = _arguments(SceneOptions, SCENE, *_READING)
     GridArguments = _arguments(SceneOptions, SCENE, *_GRID)
     BoxArguments = _arguments(SceneOptions, SCENE, "boxes", *_READING)
+    SourceArguments = _arguments(SceneOptions, SCENE, "boxes", "origin_m", "classes", "find_ground")
     TrafficArguments = _arguments(SceneOptions, SCENE, "boxes", *_READING, "occluders")
     SceneArguments = _arguments(SceneOptions, SCENE, "boxes", *_GRID, "pog", "tolerance_pp")
     EverythingArguments = _arguments(SceneOptions, SCENE, "boxes", *_GRID, "pog", "tolerance_pp", "occluders")

@@ -29,6 +29,10 @@ COMMANDS = {
     "review": Command(
         "review:review", "Blind zones, detection range, redundancy, tolerance, rays and mounts of a rig."
     ),
+    "optimise": Command(
+        "optimise:optimise",
+        "Propose where to add LiDARs, with a bound on any other choice and checks of the gain.",
+    ),
     "check": Command(
         "check:check",
         "Check rigs against requirements; exit code 1 when one is not met.\n\n"

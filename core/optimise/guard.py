@@ -126,7 +126,7 @@ def guard(
     last = min(frames + held_out, traffic.frames)
     if frames < 2 or last - frames < 2:
         raise InputError(
-            f"--held-out needs 2 frames beyond the {frames} to choose by (the data has {traffic.frames})"
+            f"needs 2 frames beyond the {frames} to choose by (the data has {traffic.frames})", "held_out"
         )
     in_sample, _ = gain([(settings, proposal, reference)], (0, frames))
     usual, few = replace(settings, phase="random"), (frames, min(last, frames + FEW))

@@ -94,22 +94,24 @@ class Additions:
 
     def __post_init__(self) -> None:
         if not self.models:
-            raise InputError("--add: name at least one sensor model")
+            raise InputError("must name at least one sensor model", "add")
         if not 1 <= self.count <= 20:
-            raise InputError(f"--count must be between 1 and 20 (got {self.count})")
+            raise InputError(f"must be between 1 and 20 (got {self.count})", "count")
         if not self.budget > 0.0:
-            raise InputError(f"--budget must be above 0 (got {self.budget:g})")
+            raise InputError(f"must be above 0 (got {self.budget:g})", "budget")
         if not 0.05 <= self.spots_m <= 2.0:
-            raise InputError(f"--spots must be between 0.05 and 2 m (got {self.spots_m:g})")
+            raise InputError(f"must be between 0.05 and 2 m (got {self.spots_m:g})", "spots_m")
         for model in self.models:
             entry = default_library().entry(model)
             if entry.kind != "lidar":
-                raise InputError(f"--add {model}: must be a LiDAR (got a {entry.kind})")
+                raise InputError(f"{model} must be a LiDAR (got a {entry.kind})", "add")
         for model, cost in self.costs.items():
             if model not in self.models:
-                raise InputError(f"--cost {model}: not among the models to add, {', '.join(self.models)}")
+                raise InputError(
+                    f"{model} must be one of the models to add: {', '.join(self.models)}", "cost"
+                )
             if not 0.0 < cost < math.inf:
-                raise InputError(f"--cost {model} must be above 0 (got {cost:g})")
+                raise InputError(f"{model} must be above 0 (got {cost:g})", "cost")
 
     def cost_of(self, model: str) -> float:
         """Cost of one candidate of a model: a pair costs twice as much as a sensor."""
@@ -192,7 +194,7 @@ def candidates(
     if not models:
         cheapest = min(map(additions.cost_of, additions.models))
         raise InputError(
-            f"--budget must be at least {cheapest:g}, the cheapest addition (got {additions.budget:g})"
+            f"must be at least {cheapest:g}, the cheapest addition (got {additions.budget:g})", "budget"
         )
     spots = skin_spots(rig.vehicle, additions.spots_m, mesh, seed)
     if not additions.mirrored:

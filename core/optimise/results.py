@@ -49,20 +49,20 @@ class Problem:
 
     def __post_init__(self) -> None:
         if self.objective not in OBJECTIVES:
-            raise InputError(f"--objective must be {' or '.join(OBJECTIVES)} (got '{self.objective}')")
+            raise InputError(f"must be {' or '.join(OBJECTIVES)} (got '{self.objective}')", "objective")
         if not 2 <= self.frames <= 1000:
-            raise InputError(f"--frames must be between 2 and 1000 (got {self.frames})")
+            raise InputError(f"must be between 2 and 1000 (got {self.frames})", "frames")
         if self.held_out < 2:
-            raise InputError(f"--held-out must be at least 2 (got {self.held_out})")
+            raise InputError(f"must be at least 2 (got {self.held_out})", "held_out")
         if not 0 <= self.seed < 1 << 62:
-            raise InputError(f"--seed must be between 0 and 2^62 - 1 (got {self.seed})")
+            raise InputError(f"must be between 0 and 2^62 - 1 (got {self.seed})", "seed")
         if self.frames + 2 > self.traffic.frames:
             most = self.traffic.frames - 2
             raise InputError(
-                f"--frames must be at most {most}, to leave frames for checking (got {self.frames})"
+                f"must be at most {most}, to leave frames for checking (got {self.frames})", "frames"
             )
         if self.blind_m is not None and not 0.05 <= self.blind_m <= 2.0:
-            raise InputError(f"--blind must be between 0.05 and 2 m (got {self.blind_m:g})")
+            raise InputError(f"must be between 0.05 and 2 m (got {self.blind_m:g})", "blind_m")
 
     @property
     def settings(self) -> TargetSettings:
@@ -182,7 +182,7 @@ class OptimiseResult:
         try:
             path.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise InputError(f"--out {path}: cannot be made ({error.strerror})") from error
+            raise InputError(f"{path} cannot be made ({error.strerror})", "out") from error
         files = [path / f"proposal-{number}.yaml" for number in range(1, len(self.proposals) + 1)]
         text = io.StringIO()
         table = csv.writer(text, lineterminator="\n")
@@ -202,4 +202,4 @@ def check_folder(folder: str | os.PathLike[str]) -> None:
     """Raise InputError where proposals cannot be written into a folder."""
     path = Path(folder)
     if path.exists() and not path.is_dir():
-        raise InputError(f"--out {path}: must be a folder")
+        raise InputError(f"{path} must be a folder", "out")

@@ -1,0 +1,81 @@
+"""`riglens optimise`: a table for people, JSON for programs, rigs in a folder, and refusals in one line."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+import riglens as rl
+from riglens.core.rig.yaml.file import load_rig
+
+FEW = ("--add", "generic-16", "--spots", "0.9", "--frames", "6", "--held-out", "12", "--threads", "1")
+
+
+@pytest.fixture(scope="module")
+def town(tmp_path_factory):
+    """Objects in 20 frames."""
+    path, rng = tmp_path_factory.mktemp("town") / "boxes.csv", np.random.default_rng(0)
+    with open(path, "w", newline="") as stream:
+        table = csv.writer(stream)
+        table.writerow(["seq", "frame", "cls", "x", "y", "z", "length", "width", "height", "yaw"])
+        for frame in range(20):
+            for cls, size in (
+                ("car", (4.5, 1.9, 1.6)),
+                ("bicycle", (1.8, 0.6, 1.7)),
+                ("pedestrian", (0.6, 0.6, 1.8)),
+            ):
+                for _ in range(2):
+                    turn = rng.uniform(0.0, 6.28)
+                    x, y = rng.uniform(6.0, 40.0) * np.array([np.cos(turn), np.sin(turn)])
+                    table.writerow(["s", frame, cls, f"{x:.2f}", f"{y:.2f}", 0.9, *size, 0])
+    return path
+
+
+def test_the_json_the_folder_and_python_say_the_same(riglens, town, tmp_path):
+    out = tmp_path / "proposals"
+    found = riglens("optimise", "KITTI car", *FEW, "--boxes", town, "--out", out, "--json", "-")
+    assert found.code == 0
+    document = json.loads(found.out)
+    assert document["riglens"] == 1 and document["objective"] == "on_target" and document["frames"] == 6
+    best = document["proposals"][0]
+    assert document["before"] < best["value"] <= document["bound"]["value"]
+    assert len(best["sensors"]) == 2 and best["verdict"] in ("resolved", "not resolved")
+    rig = load_rig(out / "proposal-1.yaml").rig
+    assert [list(s.position) for s in rig.sensors[-2:]] == [s["position"] for s in best["sensors"]]
+    assert (out / "proposals.csv").is_file()
+    traffic = rl.load_traffic(town)
+    result = rl.optimise(
+        rl.open_rig("KITTI car"), traffic, add="generic-16", spots_m=0.9, frames=6, held_out=12, threads=2
+    )
+    assert result.to_dict() == document
+    assert result.proposals[0].rig == rig
+    assert rl.targets(rig, traffic, sample=6)["car"].total.on_target.value > 0.0
+
+
+def test_the_table_says_the_bound_and_the_verdict(riglens, town):
+    found = riglens("optimise", "KITTI car", *FEW, "--boxes", town, "--blind", "0.3")
+    assert found.code == 0
+    for said in ("No pair on these", "held-out frames", "Verdict:", "Front:"):
+        assert said in found.out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("--add", "velodyne-vlp-61"), "unknown sensor model"),
+        (("--add", "nuscenes-front"), "must be a LiDAR"),
+        ((*FEW, "--count", "0"), "--count must be between 1 and 20 (got 0)"),
+        ((*FEW, "--objective", "beauty"), "--objective must be on_target (got 'beauty')"),
+        ((*FEW, "--budget", "1"), "--budget must be at least 2, the cheapest addition (got 1)"),
+        ((*FEW, "--cost", "generic-16"), "--cost must be MODEL=COST"),
+        ((*FEW, "--lowest", "2.9"), "no mount on the car's skin keeps all limits"),
+        ((*FEW, "--lowest", "nan"), "--lowest must be between"),
+        ((*FEW[:4], "--frames", "19"), "--frames must be at most 18"),
+        ((*FEW, "--seed", "-1"), "--seed"),
+        ((*FEW, "--json", "--out"), "--json"),
+        ((), "--add"),
+    ],
+)
+def test_what_cannot_be_asked_is_refused_in_one_line(riglens, town, arguments, said):
+    assert said in riglens("optimise", "KITTI car", *arguments, "--boxes", town).refused()
