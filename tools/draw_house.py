@@ -79,6 +79,7 @@ HOUSE = (
         ("the model and", "the mathematics"),
         "#fff8e1",
         (
+            (Room("optimise", "proposed rigs, with a bound and a guard"),),
             (
                 Room("study", "measuring methods, rigs and grids"),
                 Room("review", "blind zones, redundancy, tolerance, mounts"),

@@ -138,12 +138,15 @@ def print_proposals(found: OptimiseResult) -> None:
     console.print(f"{heading} (in the {problem.frames} frames of choice)", soft_wrap=True)
     console.print(_sensors(found))
     console.print(Text(f"{found.sentence()[0].upper()}{found.sentence()[1:]}."), soft_wrap=True)
+    console.print(Text(f"Gain over {visible(found.reference.name)}:"), soft_wrap=True)
     console.print(_checks(found))
     weak = ", ".join(f"{one.case} ({one.share:.0%})" for one in found.best.weak)
     console.print(
         Text(f"Verdict: {found.best.verdict}." + (f" Less than half is left with: {weak}." if weak else ""))
     )
     if found.front:
+        unseen = f"ground where an object of {problem.blind_m:g} m is unseen ({found.before_blind_m2:.1f} m² now)"
+        console.print(Text(f"Front of hit coverage and {unseen}:"), soft_wrap=True)
         console.print(_front(found))
 
 
@@ -161,9 +164,7 @@ def _sensors(found: OptimiseResult) -> Table:
 
 
 def _checks(found: OptimiseResult) -> Table:
-    table = Table(
-        box=box.SIMPLE_HEAD, title=f"Gain over {visible(found.reference.name)}", title_justify="left"
-    )
+    table = Table(box=box.SIMPLE_HEAD)
     table.add_column("checked in")
     for name in ("gain", "± 1 SE", "kept"):
         table.add_column(name, justify="right")
@@ -175,8 +176,7 @@ def _checks(found: OptimiseResult) -> Table:
 
 
 def _front(found: OptimiseResult) -> Table:
-    title = f"Front: hit coverage against ground where {found.problem.blind_m:g} m is unseen"
-    table = Table(box=box.SIMPLE_HEAD, title=title, title_justify="left")
+    table = Table(box=box.SIMPLE_HEAD)
     for name in ("proposal", "hit coverage", "unseen [m²]", "cost"):
         table.add_column(name, justify="right")
     for place in found.front:
