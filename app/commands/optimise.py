@@ -145,7 +145,9 @@ def print_proposals(found: OptimiseResult) -> None:
         Text(f"Verdict: {found.best.verdict}." + (f" Less than half is left with: {weak}." if weak else ""))
     )
     if found.front:
-        unseen = f"ground where an object of {problem.blind_m:g} m is unseen ({found.before_blind_m2:.1f} m² now)"
+        unseen = (
+            f"ground where an object of {problem.blind_m:g} m is unseen ({found.before_blind_m2:.1f} m² now)"
+        )
         console.print(Text(f"Front of hit coverage and {unseen}:"), soft_wrap=True)
         console.print(_front(found))
 

@@ -25,7 +25,8 @@ from riglens.core.review.mounts import (
 from riglens.core.review.outline import Outline
 from riglens.core.rig.edits import with_mirror_image
 from riglens.core.rig.library import default_library
-from riglens.core.rig.model import Lidar, Rig, Sensor, Vehicle
+from riglens.core.rig.model import Rig, Sensor, Vehicle
+from riglens.core.sensors.lidar import LIDAR
 from riglens.core.sensors.registry import kind_of
 from riglens.core.targets.engine import never_stale
 from riglens.core.vehicle.mesh import BodyMesh
@@ -103,7 +104,7 @@ class Additions:
             raise InputError(f"must be between 0.05 and 2 m (got {self.spots_m:g})", "spots_m")
         for model in self.models:
             entry = default_library().entry(model)
-            if entry.kind != "lidar":
+            if entry.kind != LIDAR.name:
                 raise InputError(f"{model} must be a LiDAR (got a {entry.kind})", "add")
         for model, cost in self.costs.items():
             if model not in self.models:
@@ -249,10 +250,7 @@ def _sensors_at(spot: Spot, model: str, tilt_deg: float, name: str, mirrored: bo
 
 
 def _looks_one_way(sensor: Sensor) -> bool:
-    if not isinstance(sensor, Lidar):
-        return kind_of(sensor).placement.away_when_level
-    azimuths = sensor.azimuths()
-    return float(azimuths.max() - azimuths.min()) < _FULL_TURN_DEG
+    return kind_of(sensor).view_deg(sensor)[0] < _FULL_TURN_DEG
 
 
 def _turn_about(axis: Doubles, angle_deg: float) -> Doubles:

@@ -118,16 +118,16 @@ def test_painted_zones_and_named_ones_keep_candidates_out() -> None:
 
 def test_what_cannot_be_asked_is_refused_in_one_line() -> None:
     for wrong, said in (
-        ({"models": ()}, "--add"),
-        ({"count": 0}, "--count"),
+        ({"models": ()}, "add"),
+        ({"count": 0}, "count"),
         ({"models": ("nuscenes-front",)}, "must be a LiDAR"),
         ({"models": ("velodyne-vlp-61",)}, "unknown sensor model"),
-        ({"costs": {"other": 2.0}}, "--cost other"),
-        ({"budget": 0.0}, "--budget"),
-        ({"spots_m": 0.0}, "--spots"),
+        ({"costs": {"other": 2.0}}, "cost other"),
+        ({"budget": 0.0}, "budget"),
+        ({"spots_m": 0.0}, "spots_m"),
     ):
         with pytest.raises(InputError, match=said) as caught:
             Additions(**{"models": (MODEL,), **wrong})
         assert "\n" not in str(caught.value)
-    with pytest.raises(InputError, match="--budget must be at least 6"):
+    with pytest.raises(InputError, match="budget must be at least 6"):
         candidates(Rig(), Additions((MODEL,), costs={MODEL: 3.0}, budget=5.0))

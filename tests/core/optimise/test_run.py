@@ -122,12 +122,12 @@ def test_gains_over_a_rig_of_ones_own(traffic: Traffic) -> None:
 
 def test_what_cannot_be_is_refused_in_one_line(traffic: Traffic) -> None:
     for wrong, said in (
-        ({"objective": "beauty"}, "--objective must be on_target"),
-        ({"frames": 1}, "--frames"),
-        ({"frames": 59}, "--frames must be at most 58"),
-        ({"held_out": 1}, "--held-out"),
-        ({"blind_m": math.nan}, "--blind"),
-        ({"seed": -1}, "--seed"),
+        ({"objective": "beauty"}, "objective must be on_target"),
+        ({"frames": 1}, "frames"),
+        ({"frames": 59}, "frames must be at most 58"),
+        ({"held_out": 1}, "held_out"),
+        ({"blind_m": math.nan}, "blind_m"),
+        ({"seed": -1}, "seed"),
     ):
         with pytest.raises(InputError, match=said) as caught:
             Problem(RIG, traffic, ADDED, **{"frames": 8, **wrong})
