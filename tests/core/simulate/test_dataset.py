@@ -170,7 +170,7 @@ def test_a_run_killed_before_anything_was_done_goes_on(tmp_path: Path, whole: di
 @pytest.mark.parametrize(
     ("spoil", "message"),
     [
-        (lambda path: (path / "letter.txt").write_text("x"), "the folder holds 'letter.txt'"),
+        (lambda path: (path / "letter.txt").write_text("x"), r"must be a new or an empty folder \(holds 'letter.txt'\)"),
         (lambda path: make(path, replace(dataset(), settings=replace(SETTINGS, seed=4))), "simulated seed"),
         (lambda path: make(path, dataset(of=rig(lidar("left", 0.1)))), "rig sha256"),
         (lambda path: (path / "riglens.json").write_bytes(b"\xff{"), "riglens.json cannot be read"),
@@ -189,7 +189,7 @@ def test_a_folder_with_something_else_is_left_alone(
 
 def test_a_file_is_no_folder(tmp_path: Path) -> None:
     (tmp_path / "set").write_text("x")
-    with pytest.raises(InputError, match="this is a file"):
+    with pytest.raises(InputError, match="must be a folder, not a file"):
         DatasetFolder(tmp_path / "set", dataset())
 
 
@@ -202,7 +202,7 @@ def test_the_estimate_of_room_is_near_the_truth_and_too_little_is_refused(
     monkeypatch.setattr(module.shutil, "disk_usage", lambda _: _Usage(needed * 2))
     require_room(needed, tmp_path / "new" / "set")
     monkeypatch.setattr(module.shutil, "disk_usage", lambda _: _Usage(needed))
-    with pytest.raises(InputError, match=r"--out .*: needs about [\d.]+ MB, found [\d.]+ MB free"):
+    with pytest.raises(InputError, match=r"set: needs about [\d.]+ MB, but only [\d.]+ MB are free"):
         require_room(needed, tmp_path / "new" / "set")
 
 

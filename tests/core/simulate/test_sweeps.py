@@ -224,12 +224,12 @@ def test_the_ground_lies_under_the_road_users() -> None:
 @pytest.mark.parametrize(
     ("changes", "name"),
     [
-        ({"seed": -1}, "--seed"),
-        ({"noise_m": float("nan")}, "--noise"),
-        ({"noise_m": -0.1}, "--noise"),
-        ({"dropout": 1.0}, "--dropout"),
-        ({"clutter": -1}, "--clutter"),
-        ({"clutter": 10_000_000}, "--clutter"),
+        ({"seed": -1}, "seed"),
+        ({"noise_m": float("nan")}, "noise_m"),
+        ({"noise_m": -0.1}, "noise_m"),
+        ({"dropout": 1.0}, "dropout"),
+        ({"clutter": -1}, "clutter"),
+        ({"clutter": 10_000_000}, "clutter"),
     ],
 )
 def test_settings_that_make_no_sense_are_refused(changes: dict[str, float], name: str) -> None:
