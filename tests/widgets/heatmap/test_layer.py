@@ -31,7 +31,7 @@ def heat(values, centres=CENTRES, **more) -> HeatmapData:
 
 @pytest.fixture
 def plotter():
-    made = pv.Plotter(off_screen=True, window_size=[320, 200], lighting="none")
+    made = pv.Plotter(off_screen=True, window_size=[960, 600], lighting="none")
     yield made
     made.close()
 
