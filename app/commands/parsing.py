@@ -46,8 +46,8 @@ COMMANDS = {
         "simulate:simulate",
         "Simulate sweeps and pictures of rigs in traffic, in nuScenes' format.\n\n"
         "Sweeps of all LiDARs together and of each, pictures of the cameras with labels and depth, and the tables that "
-        "the official development kit loads and evaluates. After an interruption the same command goes on where it "
-        "See docs/simulate.md.",
+        "the official development kit loads and evaluates. After an interruption the same command goes on where "
+        "it was. See docs/simulate.md.",
     ),
 }
 GROUPS = {

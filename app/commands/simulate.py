@@ -119,7 +119,7 @@ def simulate(
     out
         A new or an empty folder; with several rigs, each gets a folder of its name in it.
     surroundings
-        Whether what was given around the streets hides objects (block, where it is known).
+        Let houses, walls and poles hide objects (block, where they are known).
     every
         Simulate one in so many frames of each sequence (1).
     sequences

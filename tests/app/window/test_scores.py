@@ -185,7 +185,7 @@ def test_a_voxel_edge_that_does_not_divide_the_region_is_refused(bench: Bench) -
     line = voxel.lineEdit()
     assert line is not None
     type_into(bench.qtbot, line, "0.3")
-    assert "not a multiple" in bench.panels.scene.problem
+    assert "Voxel: L must be a multiple" in bench.panels.scene.problem
     assert bench.panels.scene.choice.voxel_m == 0.5
 
 

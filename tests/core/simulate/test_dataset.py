@@ -170,7 +170,10 @@ def test_a_run_killed_before_anything_was_done_goes_on(tmp_path: Path, whole: di
 @pytest.mark.parametrize(
     ("spoil", "message"),
     [
-        (lambda path: (path / "letter.txt").write_text("x"), r"must be a new or an empty folder \(holds 'letter.txt'\)"),
+        (
+            lambda path: (path / "letter.txt").write_text("x"),
+            r"must be a new or an empty folder \(holds 'letter.txt'\)",
+        ),
         (lambda path: make(path, replace(dataset(), settings=replace(SETTINGS, seed=4))), "simulated seed"),
         (lambda path: make(path, dataset(of=rig(lidar("left", 0.1)))), "rig sha256"),
         (lambda path: (path / "riglens.json").write_bytes(b"\xff{"), "riglens.json cannot be read"),

@@ -334,7 +334,7 @@ def reason_of(error: Exception) -> str:
         if said.startswith("Input should be "):
             return f"found {first['input']}, accepted is {said.removeprefix('Input should be ')}"
         return said.removeprefix("Value error, ")
-    return str(error)
+    return error.message if isinstance(error, InputError) else str(error)
 
 
 def _check_shows(check: QCheckBox) -> tuple[Callable[[Any], None], Callable[[Sequence[Any]], None]]:

@@ -14,7 +14,7 @@ from riglens.core.scene.grid import DEFAULT_ROI_M, DEFAULT_VOXEL_M, VoxelGrid
 from riglens.core.study.voxel_choice import LADDER_M, ladder_grids
 from riglens.widgets.panels.controls.style import MARGIN, plain_tip
 from riglens.widgets.panels.fields.edits import IntegerEdit, NumberEdit
-from riglens.widgets.panels.fields.form import ChoiceBox, Form, read, write
+from riglens.widgets.panels.fields.form import ChoiceBox, Form, read, reason_of, write
 from riglens.widgets.panels.fields.quantity import full_number, parse_number
 
 AUTO = "Auto"
@@ -182,7 +182,7 @@ class ScenePanel(Form):
             voxel_m = None if text.lower() == AUTO.lower() else parse_number(text)
             self.show_subject(self.choice.replace(voxel_m=voxel_m))
         except (InputError, ValueError) as error:
-            self.show_problem(f"Voxel: {error}")
+            self.show_problem(f"Voxel: {reason_of(error)}")
 
     def show_subject(self, subject: SceneChoice) -> None:
         """Show a choice; enable the button when it differs from what is in use, or chooses the voxel edge."""
@@ -197,5 +197,5 @@ class ScenePanel(Form):
 
 def _write_frames(choice: SceneChoice, frames: int | None) -> SceneChoice:
     if frames is not None and frames < 1:
-        raise InputError(f"found {frames}, accepted is a whole number of at least 1")
+        raise InputError(f"must be an integer ≥ 1 (got {frames})")
     return choice.replace(frames=frames)
