@@ -144,7 +144,8 @@ def test_lenses_come_in_with_their_distortion() -> None:
     assert other.distortion == KannalaBrandt(k1=0.01, k2=-0.02, k3=0.003, k4=0.0)
     (front,) = read_files(PANDASET).rig.cameras()
     assert front.distortion == BrownConrady(k1=-0.5894, k2=0.66, p1=0.0011, p2=-0.001, k3=-1.0088)
-    assert read_files(KITTI_RAW).rig.sensor("cam1").distortion is None
+    cam1 = read_files(KITTI_RAW).rig.sensor("cam1")
+    assert isinstance(cam1, Camera) and cam1.distortion is None
 
 
 def test_an_f_theta_lens_keeps_the_angle_of_every_pixel() -> None:

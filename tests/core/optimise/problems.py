@@ -8,7 +8,8 @@ import numpy as np
 from riglens.core.optimise.search import Limits
 from riglens.core.optimise.tables import CoverTable, hit_worth
 
-T, Y = TypeVar("T"), TypeVar("Y")
+T = TypeVar("T")
+Y = TypeVar("Y")
 
 
 def done(steps: Generator[Y, None, T], see: Callable[[Y], object] = lambda _: None) -> T:
