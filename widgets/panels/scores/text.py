@@ -28,21 +28,21 @@ SIGN_NOTE = (
 THREE_FIGURES = (
     (
         "On target",
-        "says how many distinct spots of each road user in the data the LiDARs really hit, behind traffic and "
-        "a solid car's body; it misleads where data lack what the recording car did not see, and leaves out cameras.",
+        "counts the distinct spots on each object that the LiDARs hit, behind traffic and a solid car's body. "
+        "It leaves out cameras and objects that the recording car did not see.",
     ),
     (
         "Seen",
-        "says at which share of the places where traffic is uncertain any ray looks; it misleads where something "
-        "stands in the way, since traffic blocks no ray in it, and near 100 %, where further sensors hardly change it.",
+        "is the share of uncertain space that any ray reaches. It ignores occlusion by traffic and hardly "
+        "changes near 100 %.",
     ),
     (
         "S-MS",
-        "says how much of that uncertainty the rays meet by the paper's formula, so as to compare with the paper; it "
-        "misleads as a mark, since it falls as a rig sees more, and its order of rigs changes with voxels and rays.",
+        "is the paper's score, for comparison with the paper. It decreases as coverage grows: do not read it "
+        "as a mark. Its order of rigs depends on voxels and rays.",
     ),
 )
-"""What each figure answers and when it misleads, one sentence each; README and docs/metric.md say the same."""
+"""The question each figure answers and its limits; README and docs/metric.md say the same."""
 FIGURES_TITLE = "Three figures, three questions"
 FIGURES_HELP = "".join(f"<p><b>{name}</b> {said}</p>" for name, said in THREE_FIGURES)
 FIGURES_HELP += f"<p><b>Against a detector</b> {' '.join(EVIDENCE.values())}</p>"
