@@ -221,7 +221,7 @@ class Session(QObject):
                 self.asked_changed.emit()
 
     def look_around(self, who: str, is_wanted: bool) -> None:
-        """Have blind zones found as long as anybody wants them; who wants no more asks for no new answer."""
+        """Enable blind zones while at least one client needs them."""
         before, self._look_around = self._look_around, self._look_around - {who}
         if is_wanted:
             self._look_around |= {who}

@@ -64,7 +64,7 @@ def _sector(centre_m: Doubles) -> Counts:
 
 @dataclass(frozen=True)
 class _Figures:
-    """One number per road user (k,), of the rig and of the baseline, each reckoned once for all cells of a table."""
+    """One number per road user (k,), of the rig and of the baseline, each computed once for all cells of a table."""
 
     quantity: Quantity
     mine: Doubles

@@ -55,7 +55,7 @@ class Sensors(Feature):
             "Ctrl+A", menu="edit/clipboard",
         ),
         Spec(
-            "enable", "Count or not", "Count the selected sensors in the scores, or not", "Ctrl+E",
+            "enable", "Include in scores", "Include the selected sensors in the scores, or leave them out", "Ctrl+E",
             menu="sensor/edit",
         ),
         Spec(

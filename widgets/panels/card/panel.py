@@ -93,7 +93,7 @@ class CardPanel(QWidget):
         for box, name, ends, prefix, suffix, tip in (
             (self._points, "card_points", (1, MOST_POINTS), "≥ ", " points", ENOUGH_TIP),
             (self._px, "card_px", (1, MOST_PX), "≥ ", " px", ENOUGH_TIP),
-            (self._to, "card_to", (LEAST_TO_M, int(FARTHEST_M)), "up to ", " m", "How far is looked"),
+            (self._to, "card_to", (LEAST_TO_M, int(FARTHEST_M)), "up to ", " m", "Maximum distance"),
             (self._reaction, "card_reaction", (0, 60), "reaction ", " s", STOP_TIP),
             (self._brake, "card_brake", (1, 20), "brakes ", " m/s²", STOP_TIP),
         ):
