@@ -216,7 +216,8 @@ def _classes(scores: Scores | None) -> list[Heading]:
 def _headings(column: Column) -> tuple[Heading, Heading]:
     unit = "fraction" if column.is_share else "nat"
     copied = (f"{column.title} ({unit})", *(("standard error",) if column is ON_TARGET else ()))
+    shown = "" if column.is_share else ", 10³ nat"
     return (
-        Heading(column.title, column.tip, column.short, copied=copied),
+        Heading(f"{column.title}{shown}", column.tip, f"{column.short}{shown}", copied=copied),
         Heading("change", CHANGE_TIP, copied=(f"change ({unit})",)),
     )
