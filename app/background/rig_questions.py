@@ -39,12 +39,12 @@ def object_verdicts(
 ) -> tuple[ProfileVerdict, ...]:
     """Return which objects of every bundled profile a rig sees, its body in the way or not."""
     from riglens.core.review.profiles import bundled_profiles
-    from riglens.core.review.verdicts import Onlooker
+    from riglens.core.review.verdicts import ObjectVisibility
 
-    onlooker, found = Onlooker(request.rig, request.options, request.mesh), []
+    visibility, found = ObjectVisibility(request.rig, request.options, request.mesh), []
     for profile in bundled_profiles():
         context.stop_if_closing()
-        found.append(onlooker.verdict(profile))
+        found.append(visibility.verdict(profile))
     return tuple(found)
 
 

@@ -45,7 +45,7 @@ from riglens.core.review.sections import (
     WorstCase,
 )
 from riglens.core.review.tolerance import Figures, standing
-from riglens.core.review.verdicts import Onlooker, ProfileVerdict
+from riglens.core.review.verdicts import ObjectVisibility, ProfileVerdict
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES, Progress
 from riglens.core.sensors.lidar import LIDAR
@@ -160,12 +160,12 @@ class Check:
         return self._blind_engine.evaluate(self._subject.rig)
 
     @cached_property
-    def _onlooker(self) -> Onlooker:
-        return self._onlooker_of(self._subject.rig, Pose())
+    def _visibility(self) -> ObjectVisibility:
+        return self._visibility_of(self._subject.rig, Pose())
 
-    def _onlooker_of(self, rig: Rig, stance: Pose) -> Onlooker:
+    def _visibility_of(self, rig: Rig, stance: Pose) -> ObjectVisibility:
         subject = self._subject
-        return Onlooker(rig, "blocks", subject.mesh, jit.use_threads(subject.threads), stance)
+        return ObjectVisibility(rig, "blocks", subject.mesh, jit.use_threads(subject.threads), stance)
 
     @cached_property
     def _voxels(self) -> Coverage:
@@ -232,7 +232,7 @@ class Check:
             return missing(lack)
         if one.under is not None:
             return self._worst_draw(one, one.under)
-        designed = self._onlooker.verdict(profile)
+        designed = self._visibility.verdict(profile)
         if one.failing is None:
             return Finding(len(designed.failed), details=_unseen(designed))
         failing = self._failing(one.failing)
@@ -261,8 +261,8 @@ class Check:
             blind = self._blind_engine.evaluate(moved, stance=stance)
             found |= {_key(one): _area(blind, one) for one in areas}
         if objects:
-            onlooker = self._onlooker_of(moved, stance)
-            found |= {_key(one): len(onlooker.verdict(self._profile(one)).failed) for one in objects}
+            visibility = self._visibility_of(moved, stance)
+            found |= {_key(one): len(visibility.verdict(self._profile(one)).failed) for one in objects}
         return found
 
     # ------------------------------------------------------------ redundancy

@@ -85,7 +85,7 @@ def _judged(
     return ObjectVerdict(target, total >= profile.rays and best >= profile.share, total, best, rays, shares)
 
 
-class Onlooker:
+class ObjectVisibility:
     """Where the rays of a rig's enabled sensors end; keeps what sensors that stay have found of each object."""
 
     def __init__(
@@ -103,25 +103,46 @@ class Onlooker:
         self._ends = {s.name: _ends(s, self._barriers[s.name], workers) for s in self._sensors}
 
     def verdict(self, profile: Profile) -> ProfileVerdict:
-        """Which objects of a profile the rig sees."""
-        targets = targets_of(profile, self._outline)
-        sensors = [s for s in self._sensors if profile.by in ("any", s.kind)]
-        rays = {s.name: ray_counts(s, targets, self._ends[s.name])[:, 0] for s in sensors}
-        shares = {s.name: [surface_share(s, t, self._barriers[s.name]) for t in targets] for s in sensors}
-        objects = []
-        for place, target in enumerate(targets):
-            own = {name: int(counts[place]) for name, counts in rays.items()}
-            parts = {name: found[place] for name, found in shares.items()}
-            objects.append(_judged(profile, target, own, parts))
-        return ProfileVerdict(profile, tuple(objects))
+        """Return which objects of a profile the rig sees."""
+        (found,) = self.verdicts([profile])
+        return found
+
+    def verdicts(self, profiles: Sequence[Profile]) -> tuple[ProfileVerdict, ...]:
+        """Return which objects of profiles the rig sees; the rays of each sensor are made once for all of them."""
+        targets = [targets_of(profile, self._outline) for profile in profiles]
+        rays: list[list[dict[str, int]]] = [[{} for _ in mine] for mine in targets]
+        shares: list[list[dict[str, float]]] = [[{} for _ in mine] for mine in targets]
+        for sensor in self._sensors:
+            places = [
+                (number, place)
+                for number, profile in enumerate(profiles)
+                if profile.by in ("any", sensor.kind)
+                for place in range(len(targets[number]))
+            ]
+            looked_at = [targets[number][place] for number, place in places]
+            counts = ray_counts(sensor, looked_at, self._ends[sensor.name])[:, 0]
+            for (number, place), target, count in zip(places, looked_at, counts.tolist(), strict=True):
+                rays[number][place][sensor.name] = count
+                shares[number][place][sensor.name] = surface_share(
+                    sensor, target, self._barriers[sensor.name]
+                )
+        return tuple(
+            ProfileVerdict(
+                profile,
+                tuple(
+                    _judged(profile, target, own, parts)
+                    for target, own, parts in zip(mine, by_rays, by_share, strict=True)
+                ),
+            )
+            for profile, mine, by_rays, by_share in zip(profiles, targets, rays, shares, strict=True)
+        )
 
 
 def verdicts(
     rig: Rig, profiles: Sequence[Profile], body: Body, mesh: BodyMesh | None = None, workers: int = 1
 ) -> tuple[ProfileVerdict, ...]:
-    """What a rig makes of profiles; with more than one worker only the thread of the parallel kernels may call it."""
-    onlooker = Onlooker(rig, body, mesh, workers)
-    return tuple(onlooker.verdict(profile) for profile in profiles)
+    """Return what a rig makes of profiles; with several workers only the thread of the parallel kernels may call it."""
+    return ObjectVisibility(rig, body, mesh, workers).verdicts(profiles)
 
 
 def _ends(sensor: Sensor, barrier: Barrier | None, workers: int) -> Doubles:

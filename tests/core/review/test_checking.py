@@ -22,7 +22,7 @@ from riglens.core.review.measures import Measures
 from riglens.core.review.profiles import bundled_profiles
 from riglens.core.review.requirements import SECTIONS, Requirements, requirements_in
 from riglens.core.review.tolerance import disturbed, errors_count, profile_called, standing, unit_draws
-from riglens.core.review.verdicts import Onlooker
+from riglens.core.review.verdicts import ObjectVisibility
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.grid import VoxelGrid
@@ -219,7 +219,7 @@ def test_blind_zones_and_objects_with_a_failure_are_those_of_the_worst_rig_witho
         assert found == [
             pytest.approx(max(one.area_m2(0.8).sum() for one in maps)),
             pytest.approx(max(one.area_m2(0.3, "lidar")[4, :3].sum() for one in maps)),
-            max(len(Onlooker(one, "blocks").verdict(profile).failed) for one in rigs),
+            max(len(ObjectVisibility(one, "blocks").verdict(profile).failed) for one in rigs),
         ]
 
 
@@ -227,8 +227,8 @@ def test_a_verdict_on_objects_without_sensors_is_that_of_the_rig_without_them() 
     rig = some_rig(5)
     gone = (rig.sensors[0].name, rig.sensors[3].name)
     for profile in bundled_profiles():
-        shortened = Onlooker(rig, "blocks").verdict(profile).without(gone)
-        assert shortened == Onlooker(without(rig, gone), "blocks").verdict(profile)
+        shortened = ObjectVisibility(rig, "blocks").verdict(profile).without(gone)
+        assert shortened == ObjectVisibility(without(rig, gone), "blocks").verdict(profile)
 
 
 def test_blind_zones_and_objects_at_the_worst_draw_are_those_of_a_rig_and_car_with_its_errors() -> None:
@@ -244,8 +244,8 @@ def test_blind_zones_and_objects_at_the_worst_draw_are_those_of_a_rig_and_car_wi
         moved, stance = disturbed(rig, profile, errors)
         engine = BlindEngine(rig.vehicle, asked.blind_settings)
         areas.append(engine.evaluate(standing(moved, stance), stance=stance).area_m2(0.8).sum())
-        onlooker = Onlooker(standing(moved, stance), "blocks", stance=stance)
-        unseen.append(len(onlooker.verdict(objects).failed))
+        visibility = ObjectVisibility(standing(moved, stance), "blocks", stance=stance)
+        unseen.append(len(visibility.verdict(objects).failed))
     area, objects_found = Check(subject(rig), asked).verdicts()
     assert area.finding.value == pytest.approx(max(areas)) and len(set(areas)) > 1
     assert objects_found.finding.value == max(unseen)

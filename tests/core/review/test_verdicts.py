@@ -6,7 +6,7 @@ import pytest
 from riglens.core.errors import InputError
 from riglens.core.review.outline import Outline
 from riglens.core.review.profiles import Profile, Shape, Target, bundled_profiles, read_profiles, targets_of
-from riglens.core.review.verdicts import ObjectVerdict, Onlooker, ray_counts, surface_share, verdicts
+from riglens.core.review.verdicts import ObjectVerdict, ObjectVisibility, ray_counts, surface_share, verdicts
 from riglens.core.rig.model import EvenAngles, Lidar, Rig, Sensor, Vehicle
 from riglens.core.sensing.body_ends import barrier_of
 from riglens.core.sensing.rays import sensor_rays
@@ -179,9 +179,9 @@ def test_every_profile_names_its_source_and_judges_by_its_own_numbers() -> None:
     assert {"un-r166-front", "fmvss-111-far"} <= light and "un-r158-camera" not in light | heavy
     assert {one.name for one in profiles if one.from_memory} == {"fmvss-111-near", "fmvss-111-far"}
     rig = Rig(vehicle=BOX_FILE, sensors=(dense_lidar(3.0), camera((-2.0, 0.0, 1.6), 180.0, 20.0)))
-    onlooker = Onlooker(rig, "blocks", box_mesh())
+    visibility = ObjectVisibility(rig, "blocks", box_mesh())
     for verdict in verdicts(rig, profiles, "blocks", box_mesh()):
-        assert verdict == onlooker.verdict(verdict.profile)
+        assert verdict == visibility.verdict(verdict.profile)
         for one in verdict.objects:
             assert one.is_seen == (one.rays >= verdict.profile.rays and one.share >= verdict.profile.share)
             assert one.rays == sum(one.rays_by_sensor.values())
