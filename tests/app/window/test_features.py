@@ -154,7 +154,7 @@ def test_paper_details_are_folded_until_wanted_and_kept(desk: Desk) -> None:
     assert table is not None and weight is not None
     titles = table.figures.column_titles
     hidden = [title for place, title in enumerate(titles) if table.isColumnHidden(place)]
-    assert hidden == ["Cameras S-MIG", "change", "LiDARs S-MIG", "change"]
+    assert hidden == ["Cameras S-MIG, 10³ nat", "change", "LiDARs S-MIG, 10³ nat", "change"]
     assert weight.isHidden()
     desk.panels.scores.set_details(True)
     assert (
