@@ -39,7 +39,7 @@ class Task(QObject):
 
     progressed = Signal(float)
     staged = Signal(str)
-    """What is being done now."""
+    """Name of the current stage."""
     succeeded = Signal(object)
     failed = Signal(str, str)
     """One line for the user, and details for the person who mends it (empty for bad input)."""

@@ -1,4 +1,4 @@
-"""Where the rays of each sensor go; part of `riglens review`, alone as `riglens audit`."""
+"""Audit of the rays of each sensor: part of `riglens review`, alone as `riglens audit`."""
 
 from __future__ import annotations
 

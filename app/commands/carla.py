@@ -17,7 +17,7 @@ from riglens.core.simulate.settings import SimulationSettings
 from riglens.core.simulate.units import Extras
 
 USUAL = (200, 10)
-"""Frames, and one in so many ticks."""
+"""Number of frames, and ticks per frame."""
 
 
 def collect(

@@ -57,7 +57,7 @@ class Asked(NamedTuple):
 
 
 class Scene(NamedTuple):
-    """What is needed of the traffic."""
+    """Parts of the traffic that requirements need."""
 
     field: EntropyField | None
     traffic: Traffic | None
@@ -146,7 +146,7 @@ def _checked(
 
 
 def _sources(asked: Asked, scene: Scene, mesh: BodyMesh | None) -> dict[str, Any]:
-    """What verdicts depend on besides the rig, with hashes."""
+    """Return the inputs of verdicts besides the rig, with their SHA-256."""
     files = asked.profiles or (asset_path("review/blind.yaml"),)
     field, required = scene.field, asked.required
     return {

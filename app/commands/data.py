@@ -100,7 +100,7 @@ def _stored(pog: Pog, paths: Sequence[Path], out: Path) -> Pog:
 
 @contextmanager
 def _parts_folder(out: Path) -> Iterator[Path]:
-    """Where finished parts are kept: beside the output, in a name that fits; nothing can stand beside a pipe."""
+    """Return the folder of finished parts, beside the output; a pipe or device has none beside it."""
     if is_stream(out):
         with tempfile.TemporaryDirectory(prefix="riglens-") as folder:
             yield Path(folder) / "parts"

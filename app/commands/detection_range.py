@@ -53,11 +53,11 @@ def card(
     rig
         Rig file or preset name.
     min_points
-        So many LiDAR points are enough.
+        LiDAR points that detect an object.
     min_height
-        So many native pixels of height in a camera are enough.
+        Height in native pixels at which a camera detects an object.
     directions
-        So many directions around the car, the first one ahead.
+        Number of directions around the car, the first one ahead.
     to
         Maximum distance, in metres.
     reaction
@@ -117,7 +117,7 @@ def print_range(card: Card) -> None:
 
 
 def _explanation(card: Card) -> Iterator[str]:
-    """What the figures are."""
+    """Yield the lines that explain the figures."""
     plan = card.plan
     yield (
         f"LiDARs: fewer than {plan.min_points} points, as least-median-most over where the road user falls between the "

@@ -1,4 +1,4 @@
-"""Where sensors sit on the car, as a part of `riglens review`."""
+"""Mounts of the sensors on the car: part of `riglens review`."""
 
 from __future__ import annotations
 

@@ -75,7 +75,7 @@ Json = Annotated[str | None, Parameter(allow_leading_hyphen=True, metavar="FILE|
 Profiles = Annotated[tuple[Path, ...], Parameter(name="--profile", metavar="FILE", show_default=False)]
 Surroundings = Annotated[Literal["ignored", "block"] | None, Parameter(name="--surroundings", group=SCENE)]
 SolidBody = Annotated[Literal["ignored", "blocks"] | None, Parameter(name="--body", show=False)]
-"""Where the car is always solid: `blocks` is taken, `ignored` refused (`ScoreOptions.solid`)."""
+"""For commands with a solid car: `blocks` is accepted, `ignored` rejected (`ScoreOptions.solid`)."""
 Libraries = Annotated[
     tuple[Path, ...],
     Parameter(

@@ -66,7 +66,7 @@ def redundancy(
     road_users
         Also count objects, not only voxels; a stored POG has none.
     min_points
-        So many LiDAR points detect an object; a camera does by 25 px of height.
+        LiDAR points that detect an object; a camera detects it from 25 px of height on.
     within
         Count objects within this distance of the car, in metres.
     json

@@ -78,7 +78,7 @@ def review(
     only
         Some parts alone: blind, range, redundancy, tolerance, audit, mounts (all).
     min_points
-        So many LiDAR points detect an object.
+        LiDAR points that detect an object.
     profiles
         A file of blind zone profiles of your own, instead of those that ship; may be given many times.
     errors
@@ -115,7 +115,7 @@ def review(
 
 @dataclass(frozen=True)
 class _Asked:
-    """What the parts go by."""
+    """Settings of the parts."""
 
     min_points: int
     plan: CardPlan

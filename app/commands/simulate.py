@@ -62,10 +62,10 @@ _Switch = Parameter(group=SWEEPS)
 @Parameter(name="*")
 @dataclass(frozen=True)
 class SweepArguments:
-    """How sensors measure."""
+    """Settings of the simulated measurements."""
 
     clutter: Annotated[int, _Number] = 60
-    """So many bushes, bins, poles and walls are strewn around the car in each frame, the same for every rig."""
+    """Number of bushes, bins, poles and walls around the car in each frame, the same for every rig."""
     road: Annotated[Literal["uneven", "flat", "none"], _Switch] = "uneven"
     """uneven: with waves of a few centimetres; flat; or none."""
     noise: Annotated[float, Parameter(group=SWEEPS, metavar="M")] = 0.02
@@ -79,7 +79,7 @@ class SweepArguments:
     phase: Annotated[Literal["random", "0"], _Switch] = "random"
     """random turns each LiDAR in each frame by a part of its azimuth step; 0 casts azimuths as listed."""
     seed: Annotated[int, _Number] = 0
-    """What all random draws follow from."""
+    """Seed of all random draws."""
 
     @property
     def settings(self) -> SimulationSettings:

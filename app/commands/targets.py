@@ -46,7 +46,7 @@ COUNT = Group("Hit coverage", sort_key=25)
 @Parameter(name="*")
 @dataclass(frozen=True)
 class CountArguments:
-    """How points and pixels on objects are counted."""
+    """Settings of counting points and pixels on objects."""
 
     within_m: Annotated[float, Parameter(name="--within", group=COUNT, metavar="M")] = 60.0
     """Objects count up to this distance from the car, in metres."""
@@ -59,7 +59,7 @@ class CountArguments:
     phase: Annotated[Literal["random", "0"], Parameter(group=COUNT)] = "random"
     """random turns each LiDAR in each frame by a part of its azimuth step; 0 casts azimuths as listed."""
     seed: Annotated[int, number(COUNT)] = 0
-    """What the random draws follow from."""
+    """Seed of the random draws."""
     min_points: Annotated[int, number(COUNT)] = 5
     """An object with so many LiDAR points counts as detectable."""
     objects: Annotated[Path | None, Parameter(group=COUNT, metavar="FILE.csv|.parquet")] = None
@@ -200,7 +200,7 @@ def _heading(traffic: Traffic, every: Sequence[TargetScores]) -> Iterator[Text]:
 
 
 def _explanation(scores: TargetScores) -> Iterable[str]:
-    """What the columns are."""
+    """Yield the lines that explain the columns."""
     points = scores.settings.min_points
     yield (
         "on target = mean of 1 - exp(-cells/5), cells of 0.2 m hit by LiDARs; visible = pixels seen of those it would "
