@@ -95,16 +95,7 @@ def optimise(
     json
         Also write the result as JSON to a file; with - to standard output, instead of the table.
     """
-    for name, value, most in (
-        ("lowest", lowest, 3.0),
-        ("spacing", spacing, 5.0),
-        ("beyond", beyond or 0.0, 5.0),
-    ):
-        if not 0.0 <= value <= most:
-            raise InputError(f"must be between 0 and {most:g} m (got {value:g})", name)
-    sides = Beyond() if beyond is None else Beyond(front=beyond, rear=beyond, left=beyond, right=beyond)
-    rules = MountLimits(height_m=(lowest, 100.0), spacing_m=spacing, beyond_m=sides)
-    limit = float("inf") if budget is None else budget
+    limit, rules = float("inf") if budget is None else budget, _rules(lowest, spacing, beyond)
     additions = Additions(add, count, not singles, _costs(cost), limit, rules, spots)
     (opened,), (mesh,) = load_rigs([rig], score.solid(), libraries)
     reference = None if against is None else load_rig(against)
@@ -118,6 +109,21 @@ def optimise(
     if out is not None:
         found.save(out)
     deliver(found.to_dict(), json, lambda: print_proposals(found))
+
+
+def _rules(lowest_m: float, spacing_m: float, beyond_m: float | None) -> MountLimits:
+    """Return the rules of mounts in metres; raise InputError for a number outside its limits."""
+    for name, value, most in (
+        ("lowest", lowest_m, 3.0),
+        ("spacing", spacing_m, 5.0),
+        ("beyond", beyond_m or 0.0, 5.0),
+    ):
+        if not 0.0 <= value <= most:
+            raise InputError(f"must be between 0 and {most:g} m (got {value:g})", name)
+    out = (
+        Beyond() if beyond_m is None else Beyond(front=beyond_m, rear=beyond_m, left=beyond_m, right=beyond_m)
+    )
+    return MountLimits(height_m=(lowest_m, 100.0), spacing_m=spacing_m, beyond_m=out)
 
 
 def _costs(words: tuple[str, ...]) -> dict[str, float]:

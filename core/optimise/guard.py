@@ -89,9 +89,10 @@ class Evaluator:
         self, rig: Rig, settings: TargetSettings, frames: tuple[int, int], is_stale: IsStale = never_stale
     ) -> Sample:
         """Evaluate the LiDARs of a rig in frames first..end-1 of the sampling order; raise Cancelled when stale."""
-        lidars = rig.model_copy(update={"sensors": rig.lidars()})
         first, end = frames
-        objects = self._engine.evaluate(lidars, settings, end, self._mesh, cancel=is_stale).objects
+        objects = self._engine.evaluate(
+            rig.with_lidars_alone(), settings, end, self._mesh, cancel=is_stale
+        ).objects
         frame = self._traffic.frame_of_box[objects.box]
         used = frame >= first
         box = objects.box[used]

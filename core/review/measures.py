@@ -69,7 +69,7 @@ class Measures:
         whole = sample = None
         if self._designed is not None and used < most:
             whole, sample = self._base = self._base or self._counts_as_designed(self._designed, cancel)
-        moved = _lidars_of(standing(rig, stance))
+        moved = standing(rig, stance).with_lidars_alone()  # pixels take most of the time and play no part
         counts = self._targets.evaluate(moved, self._how, self._frames, self._mesh, stance, cancel)
         totals = {name: counts.classes[name].total.on_target for name in CLASSES}
         if whole is not None and sample is not None:
@@ -87,12 +87,7 @@ class Measures:
         """Count for the rig as designed in all frames, and in the sample."""
         assert self._targets is not None
         whole, sample = (
-            self._targets.evaluate(_lidars_of(rig), self._how, frames, self._mesh, cancel=cancel)
+            self._targets.evaluate(rig.with_lidars_alone(), self._how, frames, self._mesh, cancel=cancel)
             for frames in (None, self._frames)
         )
         return whole, sample
-
-
-def _lidars_of(rig: Rig) -> Rig:
-    """Return the rig with the only sensors that hit coverage counts: pixels of cameras take most of the time."""
-    return rig.model_copy(update={"sensors": tuple(rig.lidars())})

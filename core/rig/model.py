@@ -180,3 +180,7 @@ class Rig(Frozen):
     def lidars(self) -> tuple[Lidar, ...]:
         """Return the enabled LiDARs, in order."""
         return self.enabled_of(Lidar)
+
+    def with_lidars_alone(self) -> Self:
+        """Return the rig with its enabled LiDARs and no other sensor."""
+        return self.model_copy(update={"sensors": self.lidars()})

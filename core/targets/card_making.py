@@ -49,10 +49,7 @@ def card_of(
     `is_serial`: for a thread that must not call parallel kernels.
     `progress` gets the share that is done, from 0 to 1, again every few milliseconds; what it raises ends the work.
     """
-    steps_deg, lidars = (
-        lattice_steps_deg(rig.lidars()),
-        rig.model_copy(update={"sensors": tuple(rig.lidars())}),
-    )
+    steps_deg, lidars = lattice_steps_deg(rig.lidars()), rig.with_lidars_alone()
     solid = CarBody(rig.vehicle, mesh).solid() if plan.settings.body == "blocks" else None
     counting = _Counting(lidars, plan, steps_deg, threads, is_serial, mesh)
     others = {

@@ -143,7 +143,7 @@ class Entrant:
     @property
     def lidars_key(self) -> str:
         """What decides its points: the same for rigs that differ in cameras alone."""
-        return Entrant(self.name, self.rig.model_copy(update={"sensors": self.rig.lidars()}), self.mesh).key
+        return Entrant(self.name, self.rig.with_lidars_alone(), self.mesh).key
 
     @property
     def rays(self) -> int:
