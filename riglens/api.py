@@ -33,7 +33,7 @@ from riglens.core.targets.shapes import Shape
 from riglens.core.targets.traffic import WITHIN_M, Traffic
 from riglens.optimising import OptimiseResult, optimise
 from riglens.results import AuditResult, ClassResult, RigResult, TargetResult
-from riglens.scenes import Scene, SceneEngine, audit, blocking_mesh, load_scene, score
+from riglens.scenes import Scene, SceneEngine, audit, load_scene, score, with_blocking_mesh
 
 if TYPE_CHECKING:
     from riglens.app.evaluation.options import HeatMode
@@ -230,8 +230,8 @@ def targets(
     settings = TargetSettings(shape, range_law, phase, seed, min_points, options.body_of(rig))
     if sample is not None and sample < 1:
         raise InputError(f"must be an integer ≥ 1 (got {sample})", "sample")
-    mesh = blocking_mesh(rig, options.body_of(rig), mesh_folder)
-    return TargetResult(traffic, TargetEngine(traffic, threads).evaluate(rig, settings, sample, mesh))
+    rig = with_blocking_mesh(rig, options.body_of(rig), mesh_folder)
+    return TargetResult(traffic, TargetEngine(traffic, threads).evaluate(rig, settings, sample))
 
 
 # ---------------------------------------------------------------- pictures
@@ -280,7 +280,7 @@ def render(
     Raises InputError when a value is not accepted or the file cannot be written.
     """
     from riglens.app.launch.display import prepare_drawing
-    from riglens.app.rendering.render import RenderRequest, body_of, drawn_score, score_and_draw
+    from riglens.app.rendering.render import RenderRequest, as_drawn, drawn_score, score_and_draw
     from riglens.core.files import require_writable
 
     picture = RenderRequest(
@@ -289,6 +289,6 @@ def render(
     )  # fmt: skip
     require_writable(out)
     prepare_drawing()
-    mesh = body_of(rig, Path(mesh_folder), lambda line: warnings.warn(line, RigLensWarning, stacklevel=4))
-    settings = settings_of(drawn_score(rig, mesh, body))
-    score_and_draw(rig, scene.pog, scene.field, picture, mesh, baseline, settings)
+    rig = as_drawn(rig, Path(mesh_folder), lambda line: warnings.warn(line, RigLensWarning, stacklevel=4))
+    settings = settings_of(drawn_score(rig, body))
+    score_and_draw(rig, scene.pog, scene.field, picture, baseline, settings)

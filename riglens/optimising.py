@@ -13,7 +13,7 @@ from riglens.core.review.mounts import MountLimits
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import Progress
 from riglens.core.targets.traffic import Traffic
-from riglens.core.vehicle.mesh_file import mesh_of
+from riglens.core.vehicle.mesh_file import with_mesh_read
 
 __all__ = ["OptimiseResult", "optimise"]
 
@@ -73,6 +73,8 @@ def optimise(
     """
     models = (add,) if isinstance(add, str) else tuple(add)
     additions = Additions(models, count, mirrored, cost or {}, budget, limits, spots_m, tuple(tilts_deg))
-    mesh = mesh_of(rig.vehicle, Path(mesh_folder), lambda _: None)
-    problem = Problem(rig, traffic, additions, objective, frames, held_out, seed, mesh, against, blind_m)
+    rig = with_mesh_read(rig, Path(mesh_folder), lambda _: None)
+    if against is not None:
+        against = with_mesh_read(against, Path(mesh_folder), lambda _: None)
+    problem = Problem(rig, traffic, additions, objective, frames, held_out, seed, against, blind_m)
     return finished(problem, threads, progress)

@@ -17,12 +17,12 @@ from riglens.core.engine.engine import Engine, evaluate_from_scratch
 from riglens.core.geometry import Vec3
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import DEFAULT_LAMBDA, Body, Method, Reading
+from riglens.core.rig.body_mesh import BodyMesh
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import DataReport, Progress
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import Pog
-from riglens.core.vehicle.mesh import BodyMesh
-from riglens.core.vehicle.mesh_file import mesh_of
+from riglens.core.vehicle.mesh_file import with_mesh_read
 from riglens.results import AuditResult, RigResult
 
 
@@ -142,8 +142,8 @@ def score(
     Raises InputError when a number is out of its range, or when the mesh of a body that blocks cannot be read.
     """
     options = ScoreOptions(method, reading, camera_weight, threads, body)
-    mesh = blocking_mesh(rig, options.body_of(rig), mesh_folder)
-    (found,) = evaluate_from_scratch(scene.field, [rig], settings_of(options), threads, meshes=[mesh])
+    rig = with_blocking_mesh(rig, options.body_of(rig), mesh_folder)
+    (found,) = evaluate_from_scratch(scene.field, [rig], settings_of(options), threads)
     return RigResult(scene.field, found)
 
 
@@ -171,15 +171,15 @@ def audit(
     Raises InputError when a number is out of its range, or when the mesh of the body cannot be read.
     """
     ScoreOptions(threads=threads).solid(body)
-    mesh = blocking_mesh(rig, "blocks", mesh_folder)
-    return AuditResult(audit_rig(scene.field, rig, "blocks", mesh, threads))
+    rig = with_blocking_mesh(rig, "blocks", mesh_folder)
+    return AuditResult(audit_rig(scene.field, rig, "blocks", threads))
 
 
-def blocking_mesh(rig: Rig, body: Body | None, folder: StrPath) -> BodyMesh | None:
-    """The mesh of a body that blocks, where a file holds it; a size that is not a car's is told the user's own call."""
+def with_blocking_mesh(rig: Rig, body: Body | None, folder: StrPath) -> Rig:
+    """The rig with the mesh of a body that blocks; a size that is not a car's is told the user's own call."""
     if body != "blocks":
-        return None
-    return mesh_of(rig.vehicle, Path(folder), lambda line: warnings.warn(line, RigLensWarning, stacklevel=5))
+        return rig
+    return with_mesh_read(rig, Path(folder), lambda line: warnings.warn(line, RigLensWarning, stacklevel=5))
 
 
 class SceneEngine:
@@ -215,11 +215,12 @@ class SceneEngine:
         if self._engine is None:
             raise RuntimeError("this engine was closed at the end of its with block")
         options = ScoreOptions(method, reading, camera_weight, None, body)
-        vehicle, folder = rig.vehicle, Path(mesh_folder)
-        if (vehicle.body, folder) not in self._meshes:
-            mesh = blocking_mesh(rig, options.body_of(rig), folder)
-            if mesh is not None:
-                self._meshes[vehicle.body, folder] = mesh
-        mesh = self._meshes.get((vehicle.body, folder))
-        found = self._engine.evaluate(rig, settings_of(options), with_seen=False, mesh=mesh)
+        place = (rig.vehicle.body, Path(mesh_folder))
+        if place in self._meshes:
+            rig = rig.with_body_mesh(self._meshes[place])
+        else:
+            rig = with_blocking_mesh(rig, options.body_of(rig), mesh_folder)
+            if rig.vehicle.body_mesh is not None:
+                self._meshes[place] = rig.vehicle.body_mesh
+        found = self._engine.evaluate(rig, settings_of(options), with_seen=False)
         return RigResult(self._engine.field, found)

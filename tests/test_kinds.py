@@ -56,7 +56,7 @@ from riglens.core.targets.object_table import object_table
 from riglens.core.targets.settings import EXACT, USUAL
 from riglens.core.targets.targets_json import targets_document
 from riglens.core.vehicle.placing import placed_on
-from riglens.core.vehicle.solid import CarBody
+from riglens.core.vehicle.solid import solid_of
 from riglens.widgets.maps.map_panel import lowest_choices, seen_by_choices
 from riglens.widgets.panels.fields.edits import NumberEdit
 from riglens.widgets.panels.fields.quantity import DEGREES
@@ -197,7 +197,7 @@ def test_the_cars_body_stops_its_rays_and_the_audit_says_which() -> None:
     field, inside = field_of(GRID), rig_with(probe(position=(0.0, 0.0, 0.8)))
     (found,) = audit(field, inside).sensors
     assert found.kind == "probe" and found.counts["hits_car"] > 0 and found.lost_nat["car"] > 0.0
-    ends = body_ends(inside.sensors[0], CarBody(LOW).solid())
+    ends = body_ends(inside.sensors[0], solid_of(LOW))
     assert np.isfinite(ends).sum() == found.counts["hits_car"]
     free, blocked = (
         Engine(field, 1).evaluate(inside, MetricSettings(body=body)).scores.classes["car"].kinds["probe"]
@@ -424,7 +424,7 @@ def test_a_report_shows_it_beside_the_others(tmp_path: Path) -> None:
     path.write_text("\n".join(rows) + "\n")
     scene = SceneOptions(boxes=path, voxel_m=0.5, roi_m=(20.0, 20.0, 4.0))
     rig = rig_with(TOP, EYE, probe(rpy_deg=(0.0, 20.0, 0.0)))
-    plan = ReportPlan((rig,), (None,), scene, ScoreOptions(), draws=1, seed=0)
+    plan = ReportPlan((rig,), scene, ScoreOptions(), draws=1, seed=0)
     document = document_of(plan, report_of(plan, lambda share, stage: None))
     page, (printed, _) = report_page(document), printed_page(document)
     for text in (page, printed):

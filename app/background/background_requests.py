@@ -14,7 +14,6 @@ if TYPE_CHECKING:  # made by the engine's thread, which loads the compiler
     from riglens.core.review.tolerance import ToleranceProfile, ToleranceResult
     from riglens.core.targets.settings import TargetSettings
     from riglens.core.targets.traffic import Traffic
-    from riglens.core.vehicle.mesh import BodyMesh
 
 EMIT_EVERY = 4
 """Steps between two progress reports of a tolerance."""
@@ -35,9 +34,7 @@ class ScoreRequest(RigInScene):
 
 @dataclass(frozen=True)
 class AuditRequest(RigInScene):
-    """Answered by the RigAudit: where the rays end. `mesh` is that of the vehicle's file, if it has one."""
-
-    mesh: BodyMesh | None = None
+    """Answered by the RigAudit: where the rays end."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,11 +45,10 @@ class ToleranceRequest(RigInScene):
     draws: int
     targets: TargetSettings
     traffic: Traffic | None = None
-    mesh: BodyMesh | None = None
 
     def asks_same(self, other: ToleranceRequest) -> bool:
         """Return whether both requests have the same answer."""
-        is_same = self.scene is other.scene and self.traffic is other.traffic and self.mesh is other.mesh
+        is_same = self.scene is other.scene and self.traffic is other.traffic
         wanted = (self.rig, self.profile, self.draws, self.settings, self.targets)
         return is_same and wanted == (other.rig, other.profile, other.draws, other.settings, other.targets)
 

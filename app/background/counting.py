@@ -27,7 +27,6 @@ if TYPE_CHECKING:  # made by the thread, which loads the compiler
     from riglens.core.targets.ground import GroundView
     from riglens.core.targets.scores import TargetScores
     from riglens.core.targets.traffic import Traffic
-    from riglens.core.vehicle.mesh import BodyMesh
 
 NO_BOXES = "A stored POG holds no road users: load the box data set to count what sensors get onto them."
 BUDGET_MS = 16.0
@@ -38,7 +37,7 @@ FEWEST_FRAMES, FIRST_FRAMES, GROWTH = 16, 32, 4
 
 @dataclass(frozen=True)
 class CountRequest:
-    """What to count; `baseline_rig` is what changes are counted from, `mesh` the vehicle's body of a file."""
+    """What to count; `baseline_rig` is what changes are counted from."""
 
     revision: int
     rig: Rig
@@ -46,19 +45,12 @@ class CountRequest:
     settings: TargetSettings
     scene: LoadedScene
     is_preview: bool = False
-    mesh: BodyMesh | None = None
 
     def asks_same(self, other: CountRequest) -> bool:
         """Whether the answer to both is the same, whatever revision they belong to."""
-        same_data = self.scene is other.scene and self.mesh is other.mesh
-        return same_data and (self.rig, self.baseline_rig, self.settings) == (
+        return self.scene is other.scene and (self.rig, self.baseline_rig, self.settings) == (
             other.rig, other.baseline_rig, other.settings,
         )  # fmt: skip
-
-    @property
-    def baseline_mesh(self) -> BodyMesh | None:
-        """The baseline's body, where it is the same file; another one has not been read."""
-        return self.mesh if self.baseline_rig.vehicle.body == self.rig.vehicle.body else None
 
 
 @dataclass(frozen=True)
@@ -105,7 +97,6 @@ class OtherCount(BackgroundRequest):
     rig: Rig
     settings: TargetSettings
     scene: LoadedScene
-    mesh: BodyMesh | None = None
     is_variant: bool = False
 
 
@@ -148,8 +139,8 @@ class Counting:
         data = self._data_of(request.scene.options, context)
         if isinstance(request, OtherCount):
             engine = data.engine if request.is_variant else data.others
-            settings = with_known_body(request.settings, request.rig, request.mesh)
-            scores = engine.evaluate(request.rig, settings, mesh=request.mesh, cancel=context.is_stale)
+            settings = with_known_body(request.settings, request.rig)
+            scores = engine.evaluate(request.rig, settings, cancel=context.is_stale)
             return figures_of(scores)
         # the first sample is never given up, so that a drag shows numbers
         frames = min(self._frames, data.traffic.frames)
@@ -187,11 +178,10 @@ class Counting:
 
 def _counted(data: _Data, request: CountRequest, frames: int, cancel: Callable[[], bool]) -> CountAnswer:
     """Count the rig and the baseline in the same frames."""
-    settings = with_known_body(request.settings, request.rig, request.mesh)
-    scores = data.engine.evaluate(request.rig, settings, frames, request.mesh, cancel=cancel)
+    settings = with_known_body(request.settings, request.rig)
+    scores = data.engine.evaluate(request.rig, settings, frames, cancel=cancel)
     baseline = scores
     if request.baseline_rig != request.rig:
-        rig, mesh = request.baseline_rig, request.baseline_mesh
-        settings = with_known_body(request.settings, rig, mesh)
-        baseline = data.baseline.evaluate(rig, settings, frames, mesh, cancel=cancel)
+        settings = with_known_body(request.settings, request.baseline_rig)
+        baseline = data.baseline.evaluate(request.baseline_rig, settings, frames, cancel=cancel)
     return CountAnswer.of(request, data.traffic, scores, baseline)

@@ -14,7 +14,7 @@ import numpy as np
 from riglens.app.background.worker import Context
 from riglens.core.rig.model import Rig
 from riglens.core.targets.settings import TargetSettings
-from riglens.core.vehicle.solid import CarBody, Solid
+from riglens.core.vehicle.solid import Solid, solid_of
 from riglens.core.view.frames import FrameBoxes
 
 if TYPE_CHECKING:  # made by the thread, which loads the compiler
@@ -31,13 +31,12 @@ COARSE_RAYS, ALL_RAYS = 60_000, 400_000
 
 @dataclass(frozen=True, eq=False)
 class FrameRequest:
-    """Which frame to show: its place in the traffic. `body` is that of the rig's vehicle; the settings say whether it
-    blocks. `explain`: the box whose few points are to be explained."""
+    """Which frame to show: its place in the traffic. The settings say whether the car's body blocks; `explain`: the box
+    whose few points are to be explained."""
 
     rig: Rig
     traffic: Traffic
     place: int
-    body: CarBody
     settings: TargetSettings
     explain: int | None = None
     is_preview: bool = False
@@ -48,7 +47,7 @@ class FrameRequest:
 
     @property
     def _rest(self) -> tuple[object, ...]:
-        return self.rig, self.place, self.body, self.settings, self.explain, self.is_preview
+        return self.rig, self.place, self.settings, self.explain, self.is_preview
 
 
 def boxes_of(traffic: Traffic, place: int) -> FrameBoxes:
@@ -86,7 +85,7 @@ class FrameCasting:
         from riglens.core.view.frame_scene import frame_scene, why_missed  # loads the compiler
 
         boxes, settings = boxes_of(request.traffic, request.place), request.settings
-        body = request.body.solid() if settings.body == "blocks" else Solid.of(np.zeros((0, 3, 3)))
+        body = solid_of(request.rig.vehicle) if settings.body == "blocks" else Solid.of(np.zeros((0, 3, 3)))
         context.stop_if_closing()
         most = COARSE_RAYS if request.is_preview else ALL_RAYS
         frame = int(request.traffic.frame[request.place])
@@ -108,4 +107,4 @@ class FrameCasting:
         if self._counted is None or self._counted[0] is not traffic or self._counted[1] != place:
             self._counted = traffic, place, TargetEngine(traffic.frame_alone(place), is_serial=True)
         lidars = request.rig.with_lidars_alone()
-        return self._counted[2].evaluate(lidars, request.settings, None, request.body.mesh).objects
+        return self._counted[2].evaluate(lidars, request.settings).objects

@@ -13,8 +13,8 @@ from PySide6.QtCore import QObject
 from riglens.app.background.worker import CLOSE_S, BackgroundWorker, Context
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.requests import LoadedScene
-from riglens.core.rig.model import Camera, Lidar, Sensor
-from riglens.core.vehicle.solid import CarBody, Solid
+from riglens.core.rig.model import Camera, Lidar, Sensor, Vehicle
+from riglens.core.vehicle.solid import Solid, solid_of
 from riglens.core.view.camera_picture import CameraPicture, camera_picture
 from riglens.core.view.frames import FrameBoxes, FrameStore
 from riglens.core.view.range_image import RangeImage, range_image
@@ -30,11 +30,11 @@ class PictureRequest:
     sensor: Sensor
     frame: int
     scene: LoadedScene
-    body: CarBody
+    vehicle: Vehicle
 
     def asks_same(self, other: PictureRequest) -> bool:
         """Whether the answer to both is the same picture."""
-        same_data = self.scene is other.scene and self.body == other.body
+        same_data = self.scene is other.scene and self.vehicle == other.vehicle
         return same_data and (self.sensor, self.frame) == (other.sensor, other.frame)
 
 
@@ -82,7 +82,7 @@ class FramePictures:
     def __call__(self, request: PictureRequest, context: Context[SensorPicture]) -> SensorPicture:
         """Return the picture of a request."""
         boxes, note = self._boxes(request, context)
-        solid = request.body.solid()
+        solid = solid_of(request.vehicle)
         context.stop_if_closing()
         return SensorPicture(_image_of(request.sensor, request, boxes, solid), note)
 

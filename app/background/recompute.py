@@ -304,7 +304,7 @@ class Recompute(QObject):
         if isinstance(request, AuditRequest):
             from riglens.core.engine.audit import audit  # takes a second or two, and cannot be given up
 
-            return audit(request.scene.field, request.rig, "blocks", request.mesh, self._threads)
+            return audit(request.scene.field, request.rig, "blocks", self._threads)
         if isinstance(request, ToleranceRequest):
             from riglens.app.background.tolerating import Tolerating
 

@@ -9,7 +9,6 @@ from riglens.app.background.worker import Context
 from riglens.core.metric.scores import Body
 from riglens.core.rig.model import Rig
 from riglens.core.targets.card import Card, CardPlan
-from riglens.core.vehicle.mesh import BodyMesh
 
 if TYPE_CHECKING:  # loads the compiler, which a window that opens does not need
     from riglens.core.review.mounts import Footings, MountLimits, Violation
@@ -20,18 +19,17 @@ Options = TypeVar("Options")
 
 @dataclass(frozen=True)
 class RigRequest(Generic[Options]):
-    """A rig, options of the question, and the mesh of the vehicle's file, if it has one."""
+    """A rig and options of the question."""
 
     rig: Rig
     options: Options
-    mesh: BodyMesh | None = None
 
 
 def detection_card(request: RigRequest[CardPlan], context: Context[Card]) -> Card:
     """Return the card of a rig."""
     from riglens.core.targets.card_making import card_of
 
-    return card_of(request.rig, request.options, is_serial=True, progress=context.report, mesh=request.mesh)
+    return card_of(request.rig, request.options, is_serial=True, progress=context.report)
 
 
 def object_verdicts(
@@ -41,7 +39,7 @@ def object_verdicts(
     from riglens.core.review.profiles import bundled_profiles
     from riglens.core.review.verdicts import ObjectVisibility
 
-    visibility, found = ObjectVisibility(request.rig, request.options, request.mesh), []
+    visibility, found = ObjectVisibility(request.rig, request.options), []
     for profile in bundled_profiles():
         context.stop_if_closing()
         found.append(visibility.verdict(profile))
@@ -61,4 +59,4 @@ class MountCheck:
         from riglens.core.review.mounts import USUAL_LIMITS, Footings, violations
 
         self._footings = self._footings or Footings()
-        return violations(request.rig, request.options or USUAL_LIMITS, request.mesh, self._footings)
+        return violations(request.rig, request.options or USUAL_LIMITS, self._footings)

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from riglens.app.background.worker import Context
 from riglens.core.geometry import Vec3
-from riglens.core.rig.model import Sensor
+from riglens.core.rig.model import Sensor, Vehicle
 from riglens.core.sensing.rays import sensor_rays
-from riglens.core.vehicle.solid import CarBody
+from riglens.core.vehicle.solid import solid_of
 from riglens.core.vehicle.standing import Stand, stand
 
 MOST_RAYS = 3000
@@ -21,9 +21,9 @@ NONE_M = np.zeros((0, 3), np.float32)
 
 @dataclass(frozen=True)
 class StandRequest:
-    """A body, sensors by name with their places, metres, and the sensor whose stopped rays are wanted, if any."""
+    """A car, sensors by name with their places, metres, and the sensor whose stopped rays are wanted, if any."""
 
-    body: CarBody
+    vehicle: Vehicle
     places_m: tuple[tuple[str, Vec3], ...]
     stopped_of: Sensor | None = None
 
@@ -41,23 +41,23 @@ def stopped_rays(request: StandRequest) -> NDArray[np.float32]:
     directions = sensor_rays(sensor, rows).directions
     from riglens.core.sensing.body_ends import listed_ends  # the compiler
 
-    met_m = listed_ends(sensor, directions, request.body.solid())
+    met_m = listed_ends(sensor, directions, solid_of(request.vehicle))
     stopped = np.isfinite(met_m)
     return np.asarray(np.array(sensor.position) + met_m[stopped, None] * directions[stopped], np.float32)
 
 
 class Stands:
-    """How sensors stand; kept as long as body and place are asked for, so a drag costs the moved sensor only."""
+    """How sensors stand; kept as long as car and place are asked for, so a drag costs the moved sensor only."""
 
     def __init__(self) -> None:
-        self._body: CarBody | None = None
+        self._vehicle: Vehicle | None = None
         self._known: dict[Vec3, Stand] = {}
 
     def __call__(self, request: StandRequest, context: Context[StandAnswer]) -> StandAnswer:
         """Return the answer to a request."""
-        if request.body != self._body:
-            self._body, self._known = request.body, {}
-        solid, known = request.body.solid(), {}
+        if request.vehicle != self._vehicle:
+            self._vehicle, self._known = request.vehicle, {}
+        solid, known = solid_of(request.vehicle), {}
         for _, place_m in request.places_m:
             context.stop_if_closing()
             known[place_m] = self._known.get(place_m) or stand(place_m, solid)

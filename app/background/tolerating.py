@@ -37,7 +37,7 @@ class Tolerating:
         self._request = request
         self._run = ToleranceRun(request.rig, request.profile, request.draws)
         self._measures = Measures(
-            request.scene.field, request.traffic, request.settings, request.mesh, FRAMES, self._threads,
+            request.scene.field, request.traffic, request.settings, FRAMES, self._threads,
             request.targets, request.rig,
         )  # fmt: skip
 

@@ -46,11 +46,11 @@ def audit(
         Also write the figures as JSON to a file; with - to standard output, instead of the table.
     """
     score = score.solid(body)
-    (opened,), (mesh,) = load_rigs([rig], score, libraries)
+    (opened,) = load_rigs([rig], score, libraries)
     require_outputs((rig, *scene.files), json)
     _, field = load_scene(scene, [opened], score)
     with progress_bar("Following rays"):
-        found = audit_rig(field, opened, "blocks", mesh, score.threads)
+        found = audit_rig(field, opened, "blocks", score.threads)
     deliver(audit_document(found), json, lambda: print_audit(found))
 
 

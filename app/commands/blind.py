@@ -27,7 +27,6 @@ from riglens.core.review.profiles import ONLY_GEOMETRY, Profile, bundled_profile
 from riglens.core.review.verdicts import ProfileVerdict, verdicts
 from riglens.core.rig.model import Rig
 from riglens.core.shown_text import visible
-from riglens.core.vehicle.mesh import BodyMesh
 
 ZONES = Group("Blind zones", sort_key=20)
 
@@ -73,12 +72,12 @@ def blind(
     """
     score = score.solid(body)
     settings = BlindSettings(voxel, width, within_m=within)
-    (opened,), (mesh,) = load_rigs([rig], score, libraries)
+    (opened,) = load_rigs([rig], score, libraries)
     asked = profiles_of(profiles)
     require_ending("out", out, ".csv", ".png")
     require_outputs((rig, *profiles), out, json)
     note_missing_rays([opened])
-    found, judged = blind_zones(opened, mesh, settings, asked, score.threads)
+    found, judged = blind_zones(opened, settings, asked, score.threads)
     if out is not None:
         _write_map(out, found, by, sensors)
     deliver(blind_document(found, judged), json, lambda: print_blind(found, judged, by, sensors))
@@ -90,17 +89,13 @@ def profiles_of(files: Sequence[Path]) -> tuple[Profile, ...]:
 
 
 def blind_zones(
-    rig: Rig,
-    mesh: BodyMesh | None,
-    settings: BlindSettings,
-    profiles: Sequence[Profile],
-    threads: int | None,
+    rig: Rig, settings: BlindSettings, profiles: Sequence[Profile], threads: int | None
 ) -> tuple[BlindMap, tuple[ProfileVerdict, ...]]:
     """Find blind zones of a rig and judge test objects."""
     with progress_bar("Casting rays") as progress:
-        found = BlindEngine(rig.vehicle, settings, mesh, threads).evaluate(rig)
+        found = BlindEngine(rig.vehicle, settings, threads).evaluate(rig)
         progress(0.5)
-        return found, verdicts(rig, profiles, settings.body, mesh, jit.use_threads(threads))
+        return found, verdicts(rig, profiles, settings.body, jit.use_threads(threads))
 
 
 def _write_map(path: Path, found: BlindMap, by: By, k: int) -> None:

@@ -35,7 +35,6 @@ from riglens.core.rig.model import FORMAT_VERSION, Rig
 from riglens.core.rig.yaml.nodes import read_text, shown_path
 from riglens.core.shown_text import visible
 from riglens.core.targets.traffic import WITHIN_M, Traffic
-from riglens.core.vehicle.mesh import BodyMesh
 from riglens.version import installed_version
 
 MARKS: dict[Status, tuple[str, str]] = {
@@ -101,16 +100,16 @@ def check(
     judged = profiles_of(profiles)
     loaded = load_rigs(rigs, score.solid(), libraries)
     text = read_text(requirements, ACCEPTED)
-    required = requirements_in(text, shown_path(requirements), loaded.rigs, judged)
+    required = requirements_in(text, shown_path(requirements), loaded, judged)
     score = score.as_required(required.body, requirements)
     asked = Asked(requirements, text, required, profiles, date.today())
     require_outputs((*rigs, requirements, *profiles, *scene.files), json, junit)
-    note_missing_rays(loaded.rigs)
-    needed = _scene(scene, loaded.rigs, score, required)
+    note_missing_rays(loaded)
+    needed = _scene(scene, loaded, score, required)
     checks, sources = [], []
-    for rig, mesh in zip(loaded.rigs, loaded.meshes, strict=True):
-        checks.append(_checked(rig, mesh, score, needed, required, judged))
-        sources.append(_sources(asked, needed, mesh))
+    for rig in loaded:
+        checks.append(_checked(rig, score, needed, required, judged))
+        sources.append(_sources(asked, needed, rig))
     if junit is not None:
         _write_junit(junit, checks, sources[0], asked)
     deliver(_document(checks, sources, asked.day), json, lambda: _print(checks, required, asked.day))
@@ -132,23 +131,18 @@ def _scene(scene: SceneOptions, rigs: Sequence[Rig], score: ScoreOptions, requir
 
 
 def _checked(
-    rig: Rig,
-    mesh: BodyMesh | None,
-    score: ScoreOptions,
-    scene: Scene,
-    required: Requirements,
-    profiles: tuple[Profile, ...],
+    rig: Rig, score: ScoreOptions, scene: Scene, required: Requirements, profiles: tuple[Profile, ...]
 ) -> RigCheck:
     body = score.body_of(rig)
     with progress_bar(f"Checking {visible(rig.name)}") as progress:
-        subject = Subject(rig, body, mesh, scene.field, scene.traffic, profiles, score.threads)
+        subject = Subject(rig, body, scene.field, scene.traffic, profiles, score.threads)
         return RigCheck(rig, body, Check(subject, required).verdicts(progress))
 
 
-def _sources(asked: Asked, scene: Scene, mesh: BodyMesh | None) -> dict[str, Any]:
+def _sources(asked: Asked, scene: Scene, rig: Rig) -> dict[str, Any]:
     """Return the inputs of verdicts besides the rig, with their SHA-256."""
     files = asked.profiles or (asset_path("review/blind.yaml"),)
-    field, required = scene.field, asked.required
+    field, required, mesh = scene.field, asked.required, rig.vehicle.body_mesh
     return {
         "version": installed_version(),
         "mesh_sha256": None if mesh is None else mesh.sha256,

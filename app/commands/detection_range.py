@@ -24,7 +24,6 @@ from riglens.core.targets.card_making import card_of
 from riglens.core.targets.card_table import card_document, card_lines
 from riglens.core.targets.card_text import HEADINGS, bearing_text, reach_text, stop_text
 from riglens.core.targets.engine import warm_up
-from riglens.core.vehicle.mesh import BodyMesh
 
 LOOK = Group("Look", sort_key=20)
 STOP = Group("Stop", sort_key=21)
@@ -81,10 +80,10 @@ def card(
         deceleration_mps2=deceleration,
     )
     require_ending("chart", chart, ".png", ".svg")
-    (opened,), (mesh,) = load_rigs([rig], score, libraries)
+    (opened,) = load_rigs([rig], score, libraries)
     require_outputs((rig,), csv, chart, json)
     note_missing_rays([opened])
-    found = detection_range(opened, mesh, plan, score.threads)
+    found = detection_range(opened, plan, score.threads)
     if csv is not None:
         write_text(csv, csv_text(card_lines(found)))
     if chart is not None:
@@ -92,10 +91,10 @@ def card(
     deliver(card_document(found), json, lambda: print_range(found))
 
 
-def detection_range(rig: Rig, mesh: BodyMesh | None, plan: CardPlan, threads: int | None) -> Card:
+def detection_range(rig: Rig, plan: CardPlan, threads: int | None) -> Card:
     """Find the detection ranges of a rig."""
     warm_up(threads)
-    return card_of(rig, plan, threads, mesh=mesh)
+    return card_of(rig, plan, threads)
 
 
 def _draw(path: Path, found: Card) -> None:

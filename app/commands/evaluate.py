@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Annotated
 
 from cyclopts import Parameter
@@ -19,10 +19,10 @@ from riglens.app.commands.options import (
 from riglens.app.commands.output import deliver
 from riglens.app.evaluation.scenario import settings_of
 from riglens.app.terminal.console import note
-from riglens.app.terminal.loading import Rigs, load_rigs, load_scene, note_missing_rays
+from riglens.app.terminal.loading import load_rigs, load_scene, note_missing_rays
 from riglens.app.terminal.scores import print_scores, score_rigs
 from riglens.core.engine.evaluation_json import evaluation_document
-from riglens.core.vehicle.solid import CarBody
+from riglens.core.rig.model import Rig
 from riglens.core.vehicle.standing import problems_in_short, stands_of
 
 
@@ -52,12 +52,12 @@ def evaluate(
     if not targets:
         count.require_unused(scene, surroundings)
     loaded = load_rigs(rigs, score, libraries)
-    count.require_outputs(loaded.rigs, (*rigs, *scene.files), json)
-    note_missing_rays(loaded.rigs)
-    _, field = load_scene(scene, loaded.rigs, score)
+    count.require_outputs(loaded, (*rigs, *scene.files), json)
+    note_missing_rays(loaded)
+    _, field = load_scene(scene, loaded, score)
     for line in wrong_places(loaded):  # what is refused is refused in one line
         note(line)
-    evaluations = score_rigs(loaded.rigs, field, score, meshes=loaded.meshes)
+    evaluations = score_rigs(loaded, field, score)
     document = evaluation_document(field, settings_of(score), evaluations)
     found = None
     if targets:
@@ -72,9 +72,9 @@ def evaluate(
     deliver(document, json, show)
 
 
-def wrong_places(loaded: Rigs) -> Iterator[str]:
+def wrong_places(rigs: Sequence[Rig]) -> Iterator[str]:
     """Yield one line for each sensor that cannot stand where it is; nothing of a body that was not read."""
-    for rig, mesh in zip(loaded.rigs, loaded.meshes, strict=True):
-        if mesh is not None or not rig.vehicle.has_mesh_file:
-            for line in problems_in_short(stands_of(rig, CarBody(rig.vehicle, mesh))):
+    for rig in rigs:
+        if not rig.vehicle.lacks_mesh:
+            for line in problems_in_short(stands_of(rig)):
                 yield f"{rig.name}: {line}"

@@ -14,17 +14,16 @@ from riglens.core.review.mounts import USUAL_LIMITS, Mount, Violation, mounts_of
 from riglens.core.rig.model import FORMAT_VERSION, Rig
 from riglens.core.rig.yaml.file import rig_sha256
 from riglens.core.shown_text import visible
-from riglens.core.vehicle.mesh import BodyMesh
 
 
-def mounts_document(rig: Rig, mesh: BodyMesh | None) -> dict[str, Any]:
+def mounts_document(rig: Rig) -> dict[str, Any]:
     """Return the mounts of the enabled sensors, and what is wrong with them by the usual limits, as plain data."""
     return {
         "riglens": FORMAT_VERSION,
         "rig": {"name": rig.name, "sha256": rig_sha256(rig)},
         "gap_limit_m": USUAL_LIMITS.gap_m,
-        "sensors": [_plain(mount) for mount in mounts_of(rig, mesh)],
-        "problems": [{"sensor": one.sensor, "text": one.text} for one in violations(rig, USUAL_LIMITS, mesh)],
+        "sensors": [_plain(mount) for mount in mounts_of(rig)],
+        "problems": [{"sensor": one.sensor, "text": one.text} for one in violations(rig, USUAL_LIMITS)],
     }
 
 
@@ -48,7 +47,7 @@ def _finite(value: float) -> float | None:
     return value if np.isfinite(value) else None
 
 
-def print_mounts(rig: Rig, mesh: BodyMesh | None) -> None:
+def print_mounts(rig: Rig) -> None:
     """Print height, gap and neighbour of each mount, and what is wrong, on standard output."""
     console = results()
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
@@ -56,8 +55,8 @@ def print_mounts(rig: Rig, mesh: BodyMesh | None) -> None:
     for title in ("height (m)", "off the skin (m)", "to the nearest (m)"):
         table.add_column(title, justify="right")
     table.add_column("problems")
-    wrong = violations(rig, USUAL_LIMITS, mesh)
-    for mount in mounts_of(rig, mesh):
+    wrong = violations(rig, USUAL_LIMITS)
+    for mount in mounts_of(rig):
         figures = (mount.height_m, mount.stand.gap_m, mount.neighbour_m)
         cells = (f"{value:.3f}" if np.isfinite(value) else "–" for value in figures)
         table.add_row(Text(visible(mount.name)), *cells, Text(_of(mount.name, wrong)))

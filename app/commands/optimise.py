@@ -13,7 +13,7 @@ from rich.text import Text
 from riglens.app.commands.options import Json, Libraries, RigName, SourceArguments, ThreadArguments, number
 from riglens.app.commands.output import deliver, require_outputs
 from riglens.app.terminal.console import progress_bar, results
-from riglens.app.terminal.loading import load_rig, load_rigs, load_traffic
+from riglens.app.terminal.loading import load_rigs, load_traffic
 from riglens.core.errors import InputError
 from riglens.core.optimise.mounts import Additions
 from riglens.core.optimise.results import OptimiseResult, Problem, check_folder
@@ -97,13 +97,14 @@ def optimise(
     """
     limit, rules = float("inf") if budget is None else budget, _rules(lowest, spacing, beyond)
     additions = Additions(add, count, not singles, _costs(cost), limit, rules, spots)
-    (opened,), (mesh,) = load_rigs([rig], score.solid(), libraries)
-    reference = None if against is None else load_rig(against)
+    score = score.solid()
+    (opened,) = load_rigs([rig], score, libraries)
+    reference = None if against is None else load_rigs([against], score, libraries)[0]
     require_outputs((rig, *scene.files), json)
     if out is not None:
         check_folder(out)
     traffic = load_traffic(scene, WITHIN_M)
-    problem = Problem(opened, traffic, additions, objective, frames, held_out, seed, mesh, reference, blind)
+    problem = Problem(opened, traffic, additions, objective, frames, held_out, seed, reference, blind)
     with progress_bar("Casting, choosing, checking") as progress:
         found = finished(problem, score.threads, progress)
     if out is not None:

@@ -36,7 +36,6 @@ from riglens.core.shown_text import visible
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import Traffic
-from riglens.core.vehicle.mesh import BodyMesh
 
 FAILING = Group("Redundancy", sort_key=15)
 SHOWN = 5
@@ -73,7 +72,7 @@ def redundancy(
         Also write the figures as JSON to a file; with - to standard output, instead of the table.
     """
     counting = TargetSettings(min_points=min_points)
-    (opened,), (mesh,) = load_rigs([rig], score, libraries)
+    (opened,) = load_rigs([rig], score, libraries)
     require_outputs((rig, *scene.files), json)
     note_missing_rays([opened])
     _, field = load_scene(scene, [opened], score)
@@ -82,7 +81,7 @@ def redundancy(
         traffic = load_traffic(scene, within)
     elif road_users:
         note(NOT_COUNTED)
-    found = redundancy_of(opened, mesh, field, traffic, score, counting)
+    found = redundancy_of(opened, field, traffic, score, counting)
     deliver(found.document(), json, found.show)
 
 
@@ -118,7 +117,6 @@ class Redundancy:
 
 def redundancy_of(
     rig: Rig,
-    mesh: BodyMesh | None,
     field: EntropyField,
     traffic: Traffic | None,
     score: ScoreOptions,
@@ -128,12 +126,12 @@ def redundancy_of(
     settings, targets = settings_of(score), None
     with progress_bar("Casting rays"):
         engine = Engine(field, score.threads)
-        engine.evaluate(rig, settings, False, mesh)
+        engine.evaluate(rig, settings, False)
         voxels = voxel_coverage(engine, rig, settings.method, score.threads)
     if traffic is not None:
         with progress_bar("Counting objects"):
             how = replace(counting, body=settings.body)
-            counts = TargetEngine(traffic, score.threads).evaluate(rig, how, mesh=mesh)
+            counts = TargetEngine(traffic, score.threads).evaluate(rig, how)
             targets = target_coverage(traffic, rig, counts.objects, how.min_points)
     return Redundancy(rig, score.body_of(rig), field, voxels, targets, counting.min_points)
 

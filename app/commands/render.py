@@ -12,7 +12,7 @@ from cyclopts import Parameter
 from riglens.app.commands.options import BodyArguments, Libraries, Out, RigName, SceneArguments, number
 from riglens.app.evaluation.scenario import settings_of
 from riglens.app.launch.display import prepare_drawing
-from riglens.app.rendering.render import RenderRequest, body_of, drawn_score, score_and_draw
+from riglens.app.rendering.render import RenderRequest, as_drawn, drawn_score, score_and_draw
 from riglens.app.terminal.console import results
 from riglens.app.terminal.loading import load_rig, load_scene
 from riglens.core.errors import InputError
@@ -114,10 +114,10 @@ def render(
     require_writable(out)
     opened = load_rig(rig)
     baseline = load_rig(picture.baseline) if picture.baseline is not None else None
-    mesh = body_of(opened, Path(rig).parent)
-    score = drawn_score(opened, mesh, score.body)
+    opened = as_drawn(opened, Path(rig).parent)
+    score = drawn_score(opened, score.body)
     pog, field = load_scene(scene, [opened], score)
-    score_and_draw(opened, pog, field, picture, mesh, baseline, settings_of(score))
+    score_and_draw(opened, pog, field, picture, baseline, settings_of(score))
     width, height = (side * picture.scale for side in picture.size_px)
     results(out).print(f"{out}: {width} x {height} pixels", soft_wrap=True, markup=False)
 

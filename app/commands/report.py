@@ -39,8 +39,7 @@ from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.file import loads
 from riglens.core.rig.yaml.nodes import read_text
 from riglens.core.shown_text import visible
-from riglens.core.vehicle.mesh import BodyMesh
-from riglens.core.vehicle.mesh_file import mesh_of
+from riglens.core.vehicle.mesh_file import with_mesh_read
 
 if TYPE_CHECKING:  # Qt
     from riglens.app.rendering.pdf import Header
@@ -110,16 +109,14 @@ def report(
     require_draws(draws, seed, 0)
     loaded = load_rigs(rigs, score.solid(), libraries)
     require_outputs((*rigs, *scene.files, *([requirements] if requirements else [])), out)
-    note_missing_rays(loaded.rigs)
+    note_missing_rays(loaded)
     text = required = None
     if requirements is not None:
         text = read_text(requirements, "a file of requirements")
-        required = _requirements(text, str(requirements), loaded.rigs)
+        required = _requirements(text, str(requirements), loaded)
         score = score.as_required(required.body, requirements)
     labels = labels_of(project, revision, author)
-    plan = ReportPlan(
-        tuple(loaded.rigs), tuple(loaded.meshes), scene, score, draws, seed, required, text, labels
-    )
+    plan = ReportPlan(tuple(loaded), scene, score, draws, seed, required, text, labels)
     with stage_bar("Making the report") as tell:
         document = document_of(plan, report_of(plan, tell))
     _write(out, rendered(document, out.suffix.lower()))
@@ -129,8 +126,8 @@ def report(
 
 def prepare(job: ReportJob, tell: Tell) -> None:
     """Write page, PDF and pictures of its pages into the folder of a job of the window."""
-    meshes = tuple(mesh_of(rig.vehicle, job.folder, note) for rig in job.rigs)
-    plan = ReportPlan(job.rigs, meshes, job.scene, job.score, USUAL_DRAWS, 0)
+    rigs = tuple(with_mesh_read(rig, job.folder, note) for rig in job.rigs)
+    plan = ReportPlan(rigs, job.scene, job.score, USUAL_DRAWS, 0)
     document = document_of(plan, report_of(plan, tell))
     tell(1.0, "Drawing the pages")
     for name in (PAGE, PDF):
@@ -224,8 +221,7 @@ def _plan_of(
         raise InputError(f"must name {name}, as {path} was made of it", "boxes")
     length, width, height = inputs.roi_m
     return ReportPlan(
-        rigs,
-        tuple(_mesh(rig, folder) for rig in rigs),
+        tuple(_with_mesh(rig, folder) for rig in rigs),
         replace(scene, voxel_m=inputs.voxel_m, roi_m=(length, width, height), tolerance_pp=None),
         ScoreOptions(inputs.method, inputs.reading, inputs.camera_weight, score.threads, inputs.body),
         inputs.draws,
@@ -236,8 +232,8 @@ def _plan_of(
     )
 
 
-def _mesh(rig: Rig, folder: Path) -> BodyMesh | None:
-    """The mesh of a report's rig, from below a folder alone: a report may name any file of this machine."""
+def _with_mesh(rig: Rig, folder: Path) -> Rig:
+    """A report's rig with its mesh, from below a folder alone: a report may name any file of this machine."""
     body = rig.vehicle.body
     named = PurePath(body)
     if named.is_absolute() or ".." in named.parts or body.startswith("~"):
@@ -246,4 +242,5 @@ def _mesh(rig: Rig, folder: Path) -> BodyMesh | None:
         raise InputError(
             f"{folder / body}: no such file; name the folder of the report's car bodies", other="meshes"
         )
-    return mesh_of(rig.vehicle.model_copy(update={"body": body}), folder, note)
+    there = rig.model_copy(update={"vehicle": rig.vehicle.model_copy(update={"body": body})})
+    return rig.with_body_mesh(with_mesh_read(there, folder, note).vehicle.body_mesh)

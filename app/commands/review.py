@@ -46,7 +46,6 @@ from riglens.core.targets.card import CardPlan
 from riglens.core.targets.card_table import card_document
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import WITHIN_M, Traffic
-from riglens.core.vehicle.mesh import BodyMesh
 
 REVIEW = Group("Review", sort_key=5)
 Part = tuple[dict[str, Any], Callable[[], None]]
@@ -98,10 +97,10 @@ def review(
         min_points, CardPlan(min_points), profiles_of(profiles), profile_called(errors), draws, seed, sample
     )
     counting = TargetSettings(min_points=min_points)
-    (opened,), (mesh,) = load_rigs([rig], score.solid(), libraries)
+    (opened,) = load_rigs([rig], score.solid(), libraries)
     require_outputs((rig, *profiles, *scene.files), json)
     note_missing_rays([opened])
-    found = Review(opened, mesh, scene, score, asked, counting)
+    found = Review(opened, scene, score, asked, counting)
     made = {name: PARTS[name](found) for name in parts}
     document = {"riglens": FORMAT_VERSION} | {name: part for name, (part, _) in made.items()}
 
@@ -131,7 +130,6 @@ class Review:
     """A rig under review; scene and traffic are loaded once, when the first part needs them."""
 
     rig: Rig
-    solid_mesh: BodyMesh | None
     scene: SceneOptions
     score: ScoreOptions
     asked: _Asked
@@ -150,27 +148,20 @@ class Review:
             return None
         return load_traffic(self.scene, WITHIN_M)
 
-    @property
-    def mesh(self) -> BodyMesh | None:
-        """The mesh of the body where it stops rays in scores."""
-        return self.solid_mesh if self.score.body_of(self.rig) == "blocks" else None
-
     def blind(self) -> Part:
         """Find blind zones and judge test objects."""
         settings = BlindSettings()
-        found, judged = blind_zones(
-            self.rig, self.solid_mesh, settings, self.asked.profiles, self.score.threads
-        )
+        found, judged = blind_zones(self.rig, settings, self.asked.profiles, self.score.threads)
         return blind_document(found, judged), lambda: print_blind(found, judged, "any", 1)
 
     def range(self) -> Part:
         """Find detection ranges."""
-        found = detection_range(self.rig, self.solid_mesh, self.asked.plan, self.score.threads)
+        found = detection_range(self.rig, self.asked.plan, self.score.threads)
         return card_document(found), lambda: print_range(found)
 
     def redundancy(self) -> Part:
         """Find what failures cost."""
-        found = redundancy_of(self.rig, self.mesh, self.field, self.traffic, self.score, self.counting)
+        found = redundancy_of(self.rig, self.field, self.traffic, self.score, self.counting)
         return found.document(), found.show
 
     def tolerance(self) -> Part:
@@ -181,7 +172,6 @@ class Review:
                 self.field,
                 traffic,
                 settings_of(self.score),
-                self.mesh,
                 asked.sample,
                 self.score.threads,
                 designed=self.rig,
@@ -193,12 +183,12 @@ class Review:
     def audit(self) -> Part:
         """Follow every ray."""
         with progress_bar("Following rays"):
-            found = audit_rig(self.field, self.rig, "blocks", self.solid_mesh, self.score.threads)
+            found = audit_rig(self.field, self.rig, "blocks", self.score.threads)
         return audit_document(found), lambda: print_audit(found)
 
     def mounts(self) -> Part:
         """Say where sensors sit."""
-        return mounts_document(self.rig, self.solid_mesh), lambda: print_mounts(self.rig, self.solid_mesh)
+        return mounts_document(self.rig), lambda: print_mounts(self.rig)
 
 
 PARTS: dict[str, Callable[[Review], Part]] = {

@@ -148,15 +148,15 @@ def simulate(
         return
     where, settings, scene = Where(workers, dask), sweeps.settings, _with_surroundings(scene, surroundings)
     loaded = load_rigs(rigs, score, libraries)
-    paths = _paths(out, loaded.rigs)
-    for rig, path in zip(loaded.rigs, paths, strict=True):
+    paths = _paths(out, loaded)
+    for rig, path in zip(loaded, paths, strict=True):
         require_channels(rig, extras)
         require_own(path)
     traffic, scenes = _load(scene, every or 1, sequences)
     poses = _poses(scene, traffic)
     sets = [
-        Dataset(rig, mesh, replace(settings, body=score.body_of(rig)), extras, traffic, scenes, poses)
-        for rig, mesh in zip(loaded.rigs, loaded.meshes, strict=True)
+        Dataset(rig, replace(settings, body=score.body_of(rig)), extras, traffic, scenes, poses)
+        for rig in loaded
     ]
     for one in sets:
         _remark_on(one)

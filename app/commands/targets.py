@@ -26,7 +26,7 @@ from riglens.app.commands.output import deliver, require_ending, require_outputs
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.evaluation.scenario import remarks_on
 from riglens.app.terminal.console import note, progress_bar, results
-from riglens.app.terminal.loading import Rigs, load_rigs, load_traffic, note_missing_rays
+from riglens.app.terminal.loading import load_rigs, load_traffic, note_missing_rays
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
 from riglens.core.metric.scores import common_body
@@ -131,8 +131,8 @@ def targets(
         Also write the figures as JSON to a file; with - to standard output, instead of the table.
     """
     loaded = load_rigs(rigs, score, libraries)
-    count.require_outputs(loaded.rigs, (*rigs, *scene.files), json)
-    note_missing_rays(loaded.rigs)
+    count.require_outputs(loaded, (*rigs, *scene.files), json)
+    note_missing_rays(loaded)
     found = count_hits(loaded, with_surroundings(scene, surroundings), count, score)
     deliver(found.document(), json, found.show)
 
@@ -142,7 +142,9 @@ def with_surroundings(scene: SceneOptions, said: str | None) -> SceneOptions:
     return replace(scene, surroundings=said == "block" or (said is None and scene.occluders is not None))
 
 
-def count_hits(loaded: Rigs, scene: SceneOptions, count: CountArguments, score: ScoreOptions) -> HitCoverage:
+def count_hits(
+    rigs: Sequence[Rig], scene: SceneOptions, count: CountArguments, score: ScoreOptions
+) -> HitCoverage:
     """Load the traffic and count for each rig from scratch, so that their times can be compared."""
     if scene.pog is not None:
         raise InputError("needs a box data set: a stored POG holds no objects", "targets")
@@ -153,10 +155,10 @@ def count_hits(loaded: Rigs, scene: SceneOptions, count: CountArguments, score: 
     found = []
     warm_up(score.threads)
     with progress_bar("Casting rays") as progress:
-        for number_, (rig, mesh) in enumerate(zip(loaded.rigs, loaded.meshes, strict=True), 1):
+        for number_, rig in enumerate(rigs, 1):
             engine = TargetEngine(traffic, score.threads)
-            found.append(engine.evaluate(rig, how, count.sample, mesh))
-            progress(number_ / len(loaded.rigs))
+            found.append(engine.evaluate(rig, how, count.sample))
+            progress(number_ / len(rigs))
     if count.objects is not None:
         _write_objects(count.objects, object_table(traffic, found[0]))
     return HitCoverage(traffic, found)

@@ -88,7 +88,7 @@ def tolerance(
     """
     profile = profile_called(errors)
     require_draws(draws, seed, 1)
-    (opened,), (mesh,) = load_rigs([rig], score, libraries)
+    (opened,) = load_rigs([rig], score, libraries)
     require_outputs((rig, *scene.files), worst, json)
     figures = [f"{kind} {cls}" for kind in (SEEN, ON_TARGET) for cls in CLASSES]
     if figure not in figures:
@@ -97,7 +97,7 @@ def tolerance(
     _, field = load_scene(scene, [opened], score)
     traffic = load_traffic(scene, WITHIN_M) if sample != 0 and scene.pog is None else None
     with progress_bar("Drawing errors") as progress:
-        measure = Measures(field, traffic, settings_of(score), mesh, sample, score.threads, designed=opened)
+        measure = Measures(field, traffic, settings_of(score), sample, score.threads, designed=opened)
         found = tolerance_of(opened, profile, measure, draws, seed, sensitivities, progress)
     if worst is not None:
         write_text(worst, dumps(worst_rig(found, figure)))

@@ -3,27 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 from riglens.core.metric.scores import Body, MetricSettings
 from riglens.core.rig.model import Rig
 from riglens.core.targets.settings import TargetSettings
 
-if TYPE_CHECKING:
-    from riglens.core.vehicle.mesh import BodyMesh
-
 _Settings = TypeVar("_Settings", MetricSettings, TargetSettings)
 
 
-def known_body(rig: Rig, mesh: BodyMesh | None, said: Body | None = None) -> Body:
+def known_body(rig: Rig, said: Body | None = None) -> Body:
     """Return whether rays end at a rig's car: as `said` for all rigs, else as the rig says.
 
     They pass through a body whose mesh has not been read.
     """
-    is_missing = rig.vehicle.has_mesh_file and mesh is None
-    return "ignored" if is_missing else said or rig.body
+    return "ignored" if rig.vehicle.lacks_mesh else said or rig.body
 
 
-def with_known_body(settings: _Settings, rig: Rig, mesh: BodyMesh | None) -> _Settings:
+def with_known_body(settings: _Settings, rig: Rig) -> _Settings:
     """Return the settings for one rig: its body mode in place of that of all rigs."""
-    return replace(settings, body=known_body(rig, mesh, settings.body))
+    return replace(settings, body=known_body(rig, settings.body))

@@ -19,7 +19,6 @@ if TYPE_CHECKING:  # made by the background thread, which loads what computes th
     from riglens.core.metric.voxel import Voxel, VoxelFacts
     from riglens.core.review.blind import BlindMap
     from riglens.core.study.voxel_choice import VoxelChoice
-    from riglens.core.vehicle.mesh import BodyMesh
     from riglens.core.view.outlook import Gap
     from riglens.core.view.top_view import SeenBy, TopView
     from riglens.widgets.heatmap.scale import HeatmapData
@@ -62,8 +61,8 @@ def fixed_options(scene: LoadedScene) -> SceneOptions:
 
 @dataclass(frozen=True)
 class EvaluationRequest:
-    """Everything one evaluation depends on; `baseline_rig` is what the changes are counted from, `voxel` is picked,
-    `mesh` is the vehicle's body where a file holds it; `blind`: blind zones around the car are wanted, too."""
+    """Everything one evaluation depends on; `baseline_rig` is what the changes are counted from, `voxel` is picked;
+    `blind`: blind zones around the car are wanted, too."""
 
     revision: int
     rig: Rig
@@ -74,7 +73,6 @@ class EvaluationRequest:
     is_preview: bool = False
     map_by: SeenBy | None = None
     voxel: Voxel | None = None
-    mesh: BodyMesh | None = None
     blind: bool = False
 
     def asks_same(self, other: EvaluationRequest) -> bool:

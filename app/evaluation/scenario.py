@@ -143,8 +143,8 @@ def _try(field: EntropyField, options: SceneOptions, report: Progress) -> Tried:
     settings = settings_of(options.score)
     scores = []
     for rig in options.rigs:
-        how = with_known_body(settings, rig, None)  # a mesh is not read for this
-        evaluation = engine.evaluate(rig, how, cancel=never)
+        without = rig.with_body_mesh(None)  # a mesh is not read for this
+        evaluation = engine.evaluate(without, with_known_body(settings, without), cancel=never)
         scores.append((rig.name, evaluation.scores))
     return Tried(field.grid.voxel_m, tuple(scores))
 

@@ -34,8 +34,7 @@ from riglens.core.scene.boxes import CLASSES, Progress
 from riglens.core.scene.columns import Words
 from riglens.core.scene.pog import Pog, coarse_pog
 from riglens.core.sensing.body_ends import barrier_of
-from riglens.core.vehicle.mesh import BodyMesh
-from riglens.core.vehicle.solid import CarBody, Solid
+from riglens.core.vehicle.solid import Solid, solid_of
 from riglens.core.view.display import DisplayGrid
 from riglens.core.view.outlook import widest_gap
 from riglens.core.view.top_view import TopView
@@ -84,16 +83,14 @@ class Scoring:
         self._others: Engine | None = None
         self._was_slow = False
         self._known: tuple[MetricSettings, Scores, Scores] | None = None
-        self._meshes: dict[str, BodyMesh] = {}
         self._around = Surroundings(threads)
 
     # ------------------------------------------------------------------ exact
     def exact(self, request: EvaluationRequest, cancel: Cancel) -> Result:
         """The exact answer; raise Cancelled when `cancel` returns True half-way."""
-        self._keep_mesh(request)
         has_seen = needs_seen(request.heat) or request.map_by is not None
-        settings, mesh = self._settings_for(request.rig, request.settings), self._mesh_of(request.rig)
-        evaluation = self._engine.evaluate(request.rig, settings, has_seen, mesh, cancel=cancel)
+        settings = with_known_body(request.settings, request.rig)
+        evaluation = self._engine.evaluate(request.rig, settings, has_seen, cancel=cancel)
         self._costs.note(request.rig, evaluation.elapsed_ms)
         marks = marks_for(request.heat, self._engine, evaluation)
         top_view = self._top_view(request, evaluation)
@@ -105,17 +102,6 @@ class Scoring:
         return Result(
             request, self.scene, evaluation, baseline.scores, heatmap, top_view, picked, marks, blind
         )
-
-    def _keep_mesh(self, request: EvaluationRequest) -> None:
-        """Remember the mesh of a body: the baseline and rigs beside it stand on the same car, as a rule."""
-        if request.mesh is not None:
-            self._meshes[request.rig.vehicle.body] = request.mesh
-
-    def _mesh_of(self, rig: Rig) -> BodyMesh | None:
-        return self._meshes.get(rig.vehicle.body)
-
-    def _settings_for(self, rig: Rig, settings: MetricSettings) -> MetricSettings:
-        return with_known_body(settings, rig, self._mesh_of(rig))
 
     def _top_view(self, request: EvaluationRequest, evaluation: Evaluation) -> TopView | None:
         """The map from above, if it is asked for, of the evaluation that has just been made."""
@@ -131,7 +117,7 @@ class Scoring:
         if voxel is None or any(i >= n for i, n in zip(voxel, self.scene.field.grid.shape, strict=True)):
             return None
         blocks = evaluation.settings.body == "blocks"
-        solid = CarBody(request.rig.vehicle, self._mesh_of(request.rig)).solid() if blocks else None
+        solid = solid_of(request.rig.vehicle) if blocks else None
         asked = AskedVoxel(request.settings.method, voxel, solid, request.is_preview)
         return self._reporter.report(self._engine, request.rig, asked)
 
@@ -144,9 +130,7 @@ class Scoring:
         if known is None or not is_known or (wants_seen and not known.seen.size):
             found = evaluation
             if request.rig != rig:
-                found = self._engine.evaluate(
-                    rig, self._settings_for(rig, settings), wants_seen, self._mesh_of(rig)
-                )
+                found = self._engine.evaluate(rig, with_known_body(settings, rig), wants_seen)
                 self._costs.note(rig, found.elapsed_ms)
             known = _Baseline(rig, settings, found.scores, seen_words(found) if wants_seen else NO_WORDS)
             self._baseline = known
@@ -159,8 +143,7 @@ class Scoring:
         """
         if self._others is None:
             self._others = Engine(self.scene.field, self._threads)
-        how = self._settings_for(rig, settings)
-        return self._others.evaluate(rig, how, False, self._mesh_of(rig), cancel=cancel).scores
+        return self._others.evaluate(rig, with_known_body(settings, rig), False, cancel=cancel).scores
 
     # ------------------------------------------------------------------ coarse
     def is_slow(self, request: EvaluationRequest) -> bool:
@@ -177,8 +160,7 @@ class Scoring:
 
     def approximate(self, request: EvaluationRequest, cancel: Cancel) -> Approximation | None:
         """A coarse answer; None when there is nothing to estimate it from."""
-        self._keep_mesh(request)
-        settings = self._settings_for(request.rig, request.settings)
+        settings = with_known_body(request.settings, request.rig)
         if self._known is None or not _same_sets(self._known[0], settings):
             return None
         found = self._evaluate_coarse(request.rig, request.settings, cancel)
@@ -203,8 +185,8 @@ class Scoring:
         if self._coarse is None:
             self._coarse = Engine(self.scene.coarse, self._threads)
         # an estimate needs only what is seen
-        covered = replace(self._settings_for(rig, settings), reading="covered")
-        found = self._coarse.evaluate(rig, covered, False, self._mesh_of(rig), cancel=cancel)
+        covered = replace(with_known_body(settings, rig), reading="covered")
+        found = self._coarse.evaluate(rig, covered, False, cancel=cancel)
         self._coarse_costs.note(rig, found.elapsed_ms)
         return found
 

@@ -6,7 +6,6 @@ from riglens.app.evaluation.known_body import known_body
 from riglens.app.evaluation.requests import EvaluationRequest
 from riglens.core.review.blind import BlindEngine, BlindMap, BlindSettings
 from riglens.core.rig.model import Vehicle
-from riglens.core.vehicle.mesh import BodyMesh
 
 
 class Surroundings:
@@ -14,14 +13,14 @@ class Surroundings:
 
     def __init__(self, threads: int | None) -> None:
         self._threads = threads
-        self._car: tuple[Vehicle, BodyMesh | None] | None = None
+        self._car: Vehicle | None = None
         self._engine: BlindEngine | None = None
 
     def blind_map(self, request: EvaluationRequest) -> BlindMap:
         """How low the rig of a request looks around its car, which is solid once its mesh has been read."""
-        vehicle, mesh, known = request.rig.vehicle, request.mesh, self._car
-        if self._engine is None or known is None or known[1] is not mesh or known[0] != vehicle:
-            self._car = (vehicle, mesh)
-            body = known_body(request.rig, mesh, "blocks")
-            self._engine = BlindEngine(vehicle, BlindSettings(body=body), mesh, self._threads)
+        vehicle = request.rig.vehicle
+        if self._engine is None or self._car != vehicle:
+            self._car = vehicle
+            body = known_body(request.rig, "blocks")
+            self._engine = BlindEngine(vehicle, BlindSettings(body=body), self._threads)
         return self._engine.evaluate(request.rig)

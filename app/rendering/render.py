@@ -32,9 +32,7 @@ from riglens.core.plain import to_text
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.file import dumps
 from riglens.core.scene.pog import Pog
-from riglens.core.vehicle.mesh import BodyMesh
-from riglens.core.vehicle.mesh_file import mesh_of
-from riglens.core.vehicle.solid import CarBody
+from riglens.core.vehicle.mesh_file import with_mesh_read
 from riglens.core.vehicle.standing import stands_of
 from riglens.core.view.display import DisplayGrid
 from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, LEAST_DENSITY, MOST_DENSITY, RayLook
@@ -120,47 +118,41 @@ def score_and_draw(
     pog: Pog,
     field: EntropyField,
     picture: RenderRequest,
-    mesh: BodyMesh | None = None,
     baseline: Rig | None = None,
     settings: MetricSettings = PAPER_SETTINGS,
 ) -> None:
     """Evaluate a rig, and the baseline of a heatmap of changes, and draw it; call `prepare_drawing` before."""
     with progress_bar("Casting rays"):
         engine = Engine(field)
-        evaluation = engine.evaluate(rig, settings, mesh=mesh)
+        evaluation = engine.evaluate(rig, settings)
         marks = marks_for(picture.heat, engine, evaluation)
         if baseline is not None:
-            has_same_mesh = baseline.vehicle.body == rig.vehicle.body
-            before = engine.evaluate(baseline, settings, mesh=mesh if has_same_mesh else None)
+            if baseline.vehicle.body == rig.vehicle.body:
+                baseline = baseline.with_body_mesh(rig.vehicle.body_mesh)
+            before = engine.evaluate(baseline, settings)
             marks = replace(marks, baseline=seen_words(before), baseline_name=before.rig.name)
-    draw(pog, field, evaluation, marks, picture, mesh)
+    draw(pog, field, evaluation, marks, picture)
 
 
-def drawn_score(rig: Rig, mesh: BodyMesh | None, body: Body | None) -> ScoreOptions:
+def drawn_score(rig: Rig, body: Body | None) -> ScoreOptions:
     """How a picture is scored: where a box stands in for the car, it is ignored unless it is said to block."""
-    is_missing = rig.vehicle.has_mesh_file and mesh is None
-    return ScoreOptions(body="ignored" if is_missing and body is None else body)
+    return ScoreOptions(body="ignored" if rig.vehicle.lacks_mesh and body is None else body)
 
 
-def body_of(rig: Rig, folder: Path, tell: Callable[[str], object] = note) -> BodyMesh | None:
-    """Return the mesh that a rig of this folder names for its vehicle, None where a box has to stand in for it.
+def as_drawn(rig: Rig, folder: Path, tell: Callable[[str], object] = note) -> Rig:
+    """Return a rig of this folder with the mesh of its body, without it where a box has to stand in for the car.
 
     What is wrong with the file, or with the size of the car in it, is told in a line each.
     """
     try:
-        return mesh_of(rig.vehicle, folder, tell)
+        return with_mesh_read(rig, folder, tell)
     except InputError as error:
         tell(f"{error}; {STAND_IN}")
-        return None
+        return rig
 
 
 def draw(
-    pog: Pog,
-    field: EntropyField,
-    evaluation: Evaluation,
-    marks: VoxelMarks,
-    picture: RenderRequest,
-    body: BodyMesh | None = None,
+    pog: Pog, field: EntropyField, evaluation: Evaluation, marks: VoxelMarks, picture: RenderRequest
 ) -> None:
     """Draw an evaluated rig with its rays and the heatmap of a class; call `prepare_drawing` before."""
     from riglens.app.rendering.picture import Findings, PictureWords, with_words
@@ -178,10 +170,10 @@ def draw(
     with progress_bar("Drawing"):
         cells = Heatmaps(DisplayGrid.build(pog, field)).heatmap(picture.heat, picture.class_name, marks)
         rig = evaluation.rig
-        solid = CarBody(rig.vehicle, body) if evaluation.settings.body == "blocks" else None
+        solid = rig.vehicle if evaluation.settings.body == "blocks" else None
         state = SceneState(
-            vehicle=rig.vehicle, body_mesh=body, solid_body=solid, rig=rig, grid=field.grid, heatmap=cells,
-            heat_look=look, ray_look=picture.rays, masts=_masts(rig, body), palette=palette(picture.theme == "dark"),
+            vehicle=rig.vehicle, solid_body=solid, rig=rig, grid=field.grid, heatmap=cells,
+            heat_look=look, ray_look=picture.rays, masts=_masts(rig), palette=palette(picture.theme == "dark"),
             show_ground=picture.ground,
         )  # fmt: skip
         words = PictureWords(picture.legend, picture.title, picture.scores)
@@ -191,12 +183,11 @@ def draw(
         )
 
 
-def _masts(rig: Rig, body: BodyMesh | None) -> tuple[Mast, ...]:
+def _masts(rig: Rig) -> tuple[Mast, ...]:
     """What is drawn of sensors that are not on the car's surface; nothing where a box stands in for the car."""
     from riglens.widgets.viewport.masts import masts_of
 
-    is_missing = rig.vehicle.has_mesh_file and body is None
-    return () if is_missing else masts_of(stands_of(rig, CarBody(rig.vehicle, body)))
+    return () if rig.vehicle.lacks_mesh else masts_of(stands_of(rig))
 
 
 # ---------------------------------------------------------------- instead of the window
@@ -205,20 +196,21 @@ def _masts(rig: Rig, body: BodyMesh | None) -> tuple[Mast, ...]:
 def score_without_window(rigs: Sequence[Rig], folder: Path, scene: SceneOptions, score: ScoreOptions) -> None:
     """Score rigs of a folder, print the scores, and write them as JSON, with the first rig as a picture and as YAML."""
     prepare_drawing()
-    rig, meshes = rigs[0], [body_of(rig, folder) for rig in rigs]
+    rigs = [as_drawn(rig, folder) for rig in rigs]
+    rig = rigs[0]
     pog, field = load_scene(scene, rigs, score)
     screenshot, rig_file, scores = OUT / "screenshot.png", OUT / "rig.yaml", OUT / "scores.json"
     _make_folder(OUT)
     for path in (screenshot, rig_file, scores):
         require_writable(path)
-    evaluations = score_rigs(rigs, field, score, with_seen=True, meshes=meshes)
+    evaluations = score_rigs(rigs, field, score, with_seen=True)
     print_scores(evaluations, field, score)
     document = evaluation_document(field, settings_of(score), evaluations)
     with atomic_write(scores, "w") as stream:
         stream.write(to_text(document))
     with atomic_write(rig_file, "w") as stream:
         stream.write(dumps(rig))
-    draw(pog, field, evaluations[0], marks_of(evaluations[0]), RenderRequest(screenshot), meshes[0])
+    draw(pog, field, evaluations[0], marks_of(evaluations[0]), RenderRequest(screenshot))
     results().print(f"Written: {screenshot}, {rig_file}, {scores}", soft_wrap=True)
 
 

@@ -22,7 +22,7 @@ from riglens.core.targets.settings import TargetSettings
 
 if TYPE_CHECKING:  # loaded with the first scene
     from riglens.core.metric.voxel import Voxel
-    from riglens.core.vehicle.mesh import BodyMesh
+    from riglens.core.rig.body_mesh import BodyMesh
     from riglens.core.view.top_view import SeenBy
 
 
@@ -67,7 +67,7 @@ class Session(QObject):
         self._look_around: frozenset[str] = frozenset()
         self._scene: LoadedScene | None = None
         self._body: Body | None = body
-        self._mesh: tuple[str, BodyMesh] | None = None
+        self._meshes: dict[str, BodyMesh] = {}
         self._told_body = self.body
         document.rig_changed.connect(self._tell_body)
         document.rig_changed.connect(self.asked_changed)
@@ -86,7 +86,7 @@ class Session(QObject):
 
         A body in a mesh file is ignored as long as the file has not been read.
         """
-        return known_body(self.document.rig, self.mesh, self._body)
+        return known_body(self.rig, self._body)
 
     @property
     def body_wanted(self) -> Body:
@@ -96,13 +96,22 @@ class Session(QObject):
     @property
     def solid_body(self) -> Body:
         """The body of blind zones, test objects and ranges: solid, as soon as a mesh has been read."""
-        return known_body(self.document.rig, self.mesh, "blocks")
+        return known_body(self.rig, "blocks")
 
     @property
-    def mesh(self) -> BodyMesh | None:
-        """The mesh of the vehicle's body, where a file holds it and has been read."""
-        vehicle = self.document.rig.vehicle
-        return self._mesh[1] if self._mesh is not None and self._mesh[0] == vehicle.body else None
+    def rig(self) -> Rig:
+        """The rig of the document with the mesh of its body."""
+        return self.with_mesh(self.document.rig)
+
+    @property
+    def working_rig(self) -> Rig:
+        """The rig without what has failed, with the mesh of its body."""
+        return self.with_mesh(self.document.working_rig)
+
+    def with_mesh(self, rig: Rig) -> Rig:
+        """Return a rig with the mesh of its body as it was read last; the same rig where there is no other to add."""
+        mesh = self._meshes.get(rig.vehicle.body)
+        return rig if mesh is rig.vehicle.body_mesh else rig.with_body_mesh(mesh)
 
     @property
     def targets(self) -> TargetSettings:
@@ -144,8 +153,8 @@ class Session(QObject):
         document, heat = self.document, self._heat
         mode: HeatMode = heat.mode if heat.mode in HEAT_TITLES else "off"
         return EvaluationRequest(
-            document.revision, document.working_rig, self.baseline, self.settings, mode, heat.class_name,
-            document.is_dragging, self._map_source, self._voxel, self.mesh, bool(self._look_around),
+            document.revision, self.working_rig, self.with_mesh(self.baseline), self.settings, mode, heat.class_name,
+            document.is_dragging, self._map_source, self._voxel, bool(self._look_around),
         )  # fmt: skip
 
     # ------------------------------------------------------------------ what the user wants
@@ -159,10 +168,12 @@ class Session(QObject):
 
     def take_mesh(self, body: str, mesh: BodyMesh | None) -> None:
         """Take the mesh of the vehicle's body `body`, None when there is none, or none that can be read."""
-        known = self.mesh
-        self._mesh = None if mesh is None else (body, mesh)
+        known = self.rig.vehicle.body_mesh
+        self._meshes.pop(body, None)
+        if mesh is not None:
+            self._meshes[body] = mesh
         self._tell_body()
-        if self.mesh is not known:
+        if self.rig.vehicle.body_mesh is not known:
             self.asked_changed.emit()
 
     def _tell_body(self) -> None:

@@ -13,14 +13,14 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from riglens.app.evaluation.options import SceneOptions, ScoreOptions
+from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.scenario import load_scenario, remarks_on
 from riglens.app.evaluation.traffic import load_traffic
 from riglens.app.studies.detection_chart import chart, correlation, painted_words, pair_chart
 from riglens.app.studies.detection_files import as_json, pair_lines, rank_lines, rig_lines, seed_lines
 from riglens.app.studies.files import csv_text, require_folder, write_text
 from riglens.app.terminal.console import note, progress_bar, results
-from riglens.app.terminal.loading import meshes_of
+from riglens.app.terminal.loading import with_meshes
 from riglens.app.terminal.resumable import resumable
 from riglens.core.detect.net import Device, machine
 from riglens.core.engine.engine import Engine
@@ -104,8 +104,8 @@ def compare(
 ) -> None:
     """Run a study of rigs; those with the mesh of a file have it beside the files of these names."""
     protocol = plan.protocol()
-    meshes = meshes_of(names or ["."] * len(rigs), rigs, ScoreOptions(body=protocol.simulation.body))
-    compared = entrants(rigs, plan.cameras is not None, meshes)
+    rigs = with_meshes(rigs, names or ["."] * len(rigs), protocol.simulation.body)
+    compared = entrants(rigs, plan.cameras is not None)
     require_folder(out, NAMES)
     with progress_bar("Reading boxes") as progress:
         traffic = load_traffic(scene, WITHIN_M, progress)

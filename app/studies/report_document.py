@@ -46,9 +46,9 @@ def document_of(plan: ReportPlan, report: Report) -> ReportDocument:
         Drawings(
             card_png=picture(card_figure(card)),
             blind_png=picture(blind_figure(found, "any", 1)),
-            plans=plans(rig, mesh),
-            view=view_data(rig, mesh),
+            plans=plans(rig),
+            view=view_data(rig),
         )
-        for rig, mesh, found, card in zip(plan.rigs, plan.meshes, report.maps, report.cards, strict=True)
+        for rig, found, card in zip(plan.rigs, report.maps, report.cards, strict=True)
     )
     return ReportDocument(report.figures, plan.rigs, drawings, plan.labels.words)

@@ -22,8 +22,7 @@ from riglens.core.sensing.body_ends import body_ends
 from riglens.core.sensing.rays import sensor_rays
 from riglens.core.sensors.registry import kind_of
 from riglens.core.vehicle.body import body_parts
-from riglens.core.vehicle.mesh import BodyMesh
-from riglens.core.vehicle.solid import CarBody
+from riglens.core.vehicle.solid import solid_of
 
 Points = NDArray[np.float64]
 TONES = {
@@ -79,9 +78,9 @@ class Plans:
     labels: tuple[Label, ...]
 
 
-def plans(rig: Rig, mesh: BodyMesh | None) -> Plans:
+def plans(rig: Rig) -> Plans:
     """Lay out both plans of a rig."""
-    triangles = np.concatenate([points[triangles] for _, points, triangles in _surfaces(rig, mesh)])
+    triangles = np.concatenate([points[triangles] for _, points, triangles in _surfaces(rig)])
     spots = np.array([sensor.position for sensor in rig.sensors]).reshape(-1, 3)
     enabled = [sensor for sensor in rig.sensors if sensor.enabled]
     views = [_view(sensor) for sensor in enabled]
@@ -185,10 +184,10 @@ def _path(points: Points) -> str:
     return " ".join(f"{x:.1f},{y:.1f}" for x, y in points.tolist())
 
 
-def _surfaces(rig: Rig, mesh: BodyMesh | None) -> list[tuple[str, Points, NDArray[np.int64]]]:
+def _surfaces(rig: Rig) -> list[tuple[str, Points, NDArray[np.int64]]]:
     """Materials, points and triangles of the car."""
-    if mesh is not None:
-        placed = mesh.coarse(MESH_CELLS).placed(rig.vehicle.mesh)
+    if rig.vehicle.body_mesh is not None:
+        placed = rig.vehicle.body_mesh.coarse(MESH_CELLS).placed(rig.vehicle.mesh)
         return [("paint", placed.points.astype(np.float64), placed.triangles.astype(np.int64))]
     return [
         (part.material, part.surface.points.astype(np.float64), part.surface.triangles.astype(np.int64))
@@ -196,9 +195,9 @@ def _surfaces(rig: Rig, mesh: BodyMesh | None) -> list[tuple[str, Points, NDArra
     ]
 
 
-def view_data(rig: Rig, mesh: BodyMesh | None) -> dict[str, Any]:
+def view_data(rig: Rig) -> dict[str, Any]:
     """The car in 16 bits a coordinate, and some rays of each sensor up to the body, the ground or 12 m."""
-    surfaces = _surfaces(rig, mesh)
+    surfaces = _surfaces(rig)
     points = np.concatenate([points for _, points, _ in surfaces])
     low, size = points.min(axis=0), np.maximum(np.ptp(points, axis=0), 1e-9)
     steps = np.rint((points - low) / size * 65535.0).astype("<u2")
@@ -210,7 +209,7 @@ def view_data(rig: Rig, mesh: BodyMesh | None) -> dict[str, Any]:
     rays = [
         {
             "tone": (*to_rgb(kind_colour(sensor.kind)), RAY_OPACITY),
-            "ends": _text(_ends(rig, mesh, number).astype("<f4")),
+            "ends": _text(_ends(rig, number).astype("<f4")),
         }
         for number, sensor in enumerate(rig.sensors)
         if sensor.enabled
@@ -222,11 +221,11 @@ def view_data(rig: Rig, mesh: BodyMesh | None) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _ends(rig: Rig, mesh: BodyMesh | None, number: int) -> Points:
+def _ends(rig: Rig, number: int) -> Points:
     """Where some rays of a sensor begin and end, (2 n, 3)."""
     sensor = rig.sensors[number]
     every = sensor_rays(sensor).directions
-    stops = body_ends(sensor, CarBody(rig.vehicle, mesh).solid())
+    stops = body_ends(sensor, solid_of(rig.vehicle))
     chosen = np.unique(np.linspace(0, len(every) - 1, RAYS_SHOWN).astype(np.int64))
     ahead, origin = every[chosen], np.array(sensor.position)
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -45,7 +45,6 @@ from riglens.core.targets.scores import TargetScores
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.targets_json import targets_document
 from riglens.core.targets.traffic import WITHIN_M, Traffic
-from riglens.core.vehicle.mesh import BodyMesh
 from riglens.version import installed_version
 
 SAMPLE_FRAMES = 50
@@ -116,11 +115,10 @@ def labels_of(project: str | None, revision: str | None, author: str | None) -> 
 
 @dataclass(frozen=True)
 class ReportPlan:
-    """Of what a report is made: rigs with the meshes of their bodies, a scene, how scores are made, draws of the
+    """Of what a report is made: rigs whose meshes have been read, a scene, how scores are made, draws of the
     tolerance (0: none) and their seed, requirements with their text, if there are any, and labels."""
 
     rigs: tuple[Rig, ...]
-    meshes: tuple[BodyMesh | None, ...]
     scene: SceneOptions
     score: ScoreOptions
     draws: int
@@ -165,36 +163,34 @@ def report_of(plan: ReportPlan, tell: Stage) -> Report:
     field = load_scenario(plan.scene.for_rigs(plan.rigs, score), lambda _: None).field
     traffic = None if plan.scene.pog is not None else load_traffic(plan.scene, WITHIN_M)
     evaluations, counted, parts, maps, cards = [], [], [], [], []
-    for rig, mesh in zip(plan.rigs, plan.meshes, strict=True):
+    for rig in plan.rigs:
         stages.begin("Scoring", rig.name)
         engine = Engine(field, score.threads)
-        evaluation = engine.evaluate(rig, settings, False, mesh)
+        evaluation = engine.evaluate(rig, settings, False)
         evaluations.append(replace(evaluation, elapsed_ms=0.0))
         stages.begin("Counting points on objects", rig.name)
-        counts = _counts(traffic, rig, mesh, score)
+        counts = _counts(traffic, rig, score)
         if counts is not None:
             counted.append(counts)
         stages.begin("Finding blind zones", rig.name)
-        found = BlindEngine(rig.vehicle, BlindSettings(), mesh, score.threads).evaluate(rig)
+        found = BlindEngine(rig.vehicle, BlindSettings(), score.threads).evaluate(rig)
         maps.append(found)
         cards.append(
             card_of(
                 rig, USUAL_PLAN, score.threads,
-                progress=stages.begin("Finding detection ranges", rig.name), mesh=mesh,
+                progress=stages.begin("Finding detection ranges", rig.name),
             )
         )  # fmt: skip
-        parts.append(_parts(plan, rig, mesh, found, engine, field, traffic, counts, stages))
+        parts.append(_parts(plan, rig, found, engine, field, traffic, counts, stages))
         parts[-1]["card"] = card_document(cards[-1])
     figures = _figures(plan, field, traffic, evaluations, counted, parts, score)
     return Report(figures, tuple(maps), tuple(cards))
 
 
-def _counts(
-    traffic: Traffic | None, rig: Rig, mesh: BodyMesh | None, score: ScoreOptions
-) -> TargetScores | None:
+def _counts(traffic: Traffic | None, rig: Rig, score: ScoreOptions) -> TargetScores | None:
     if traffic is None:
         return None
-    counts = TargetEngine(traffic, score.threads).evaluate(rig, TargetSettings(body=score.body), mesh=mesh)
+    counts = TargetEngine(traffic, score.threads).evaluate(rig, TargetSettings(body=score.body))
     return replace(counts, elapsed_ms=0.0)
 
 
@@ -210,7 +206,6 @@ def report_profiles() -> tuple[tuple[Profile, ...], list[str]]:
 def _parts(
     plan: ReportPlan,
     rig: Rig,
-    mesh: BodyMesh | None,
     found: BlindMap,
     engine: Engine,
     field: EntropyField,
@@ -221,10 +216,10 @@ def _parts(
     """The figures of one rig on its own."""
     settings, threads = settings_of(plan.score), plan.score.threads
     body, profiles = plan.score.body_of(rig), report_profiles()[0]
-    judged = verdicts(rig, profiles, "blocks", mesh, jit.use_threads(threads))
-    mounted = mounts_document(rig, mounts_of(rig, mesh), violations(rig, USUAL_LIMITS, mesh))
+    judged = verdicts(rig, profiles, "blocks", jit.use_threads(threads))
+    mounted = mounts_document(rig, mounts_of(rig), violations(rig, USUAL_LIMITS))
     stages.begin("Following rays", rig.name)
-    audited = audit_document(audit(field, rig, "blocks", mesh, threads))
+    audited = audit_document(audit(field, rig, "blocks", threads))
     stages.begin("Counting redundancy", rig.name)
     voxels = voxel_coverage(engine, rig, settings.method, threads)
     users = None
@@ -233,14 +228,14 @@ def _parts(
     spread = None
     if plan.draws:
         progress = stages.begin("Drawing errors", rig.name)
-        measure = Measures(field, traffic, settings, mesh, SAMPLE_FRAMES, threads, designed=rig)
+        measure = Measures(field, traffic, settings, SAMPLE_FRAMES, threads, designed=rig)
         assembly = profile_called("assembly")
         drawn = tolerance(rig, assembly, measure, plan.draws, plan.seed, False, progress)
         spread = tolerance_document(drawn, body, measure)
     checked = None
     if plan.requirements is not None:
         progress = stages.begin("Checking requirements", rig.name)
-        subject = Subject(rig, body, mesh, field, traffic, profiles, threads)
+        subject = Subject(rig, body, field, traffic, profiles, threads)
         checked = check_document(rig, body, Check(subject, plan.requirements).verdicts(progress))
     return {
         "blind": blind_document(found, judged),

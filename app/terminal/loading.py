@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.evaluation.scenario import load_scenario, remarks_on
@@ -13,20 +12,13 @@ from riglens.app.evaluation.voxel_words import reason, tried_lines
 from riglens.app.terminal.console import note, note_report, progress_bar
 from riglens.core.formats.opening import open_rig
 from riglens.core.metric.entropy import EntropyField
+from riglens.core.metric.scores import Body
 from riglens.core.rig.library import use_libraries
 from riglens.core.rig.model import Rig
 from riglens.core.scene.pog import Pog
 from riglens.core.sensing.rays import missing_ray_count
 from riglens.core.targets.traffic import Traffic
-from riglens.core.vehicle.mesh import BodyMesh
-from riglens.core.vehicle.mesh_file import mesh_of
-
-
-class Rigs(NamedTuple):
-    """Rigs in the order of their names, and the mesh of each body that a file holds and that stops rays."""
-
-    rigs: list[Rig]
-    meshes: list[BodyMesh | None]
+from riglens.core.vehicle.mesh_file import with_mesh_read
 
 
 def load_rig(name: str) -> Rig:
@@ -36,20 +28,19 @@ def load_rig(name: str) -> Rig:
     return opened.rig
 
 
-def load_rigs(names: Sequence[str], score: ScoreOptions, libraries: Sequence[Path] = ()) -> Rigs:
-    """Open rigs with the meshes of bodies that stop rays; raise InputError for the first that cannot be read.
+def load_rigs(names: Sequence[str], score: ScoreOptions, libraries: Sequence[Path] = ()) -> list[Rig]:
+    """Open rigs with the meshes of bodies that stop rays; raise InputError for the first that cannot be read."""
+    use_libraries(libraries)
+    return with_meshes([load_rig(name) for name in names], names, score.body)
+
+
+def with_meshes(rigs: Sequence[Rig], names: Sequence[str], body: Body | None) -> list[Rig]:
+    """Return the rigs with the meshes of bodies that stop rays, found from the folders of their files.
 
     A size that is not a car's is noted.
     """
-    use_libraries(libraries)
-    rigs = [load_rig(name) for name in names]
-    return Rigs(rigs, meshes_of(names, rigs, score))
-
-
-def meshes_of(names: Sequence[str], rigs: Sequence[Rig], score: ScoreOptions) -> list[BodyMesh | None]:
-    """Return the mesh of each body that stops rays, found from the folder of the rig's file."""
     return [
-        mesh_of(rig.vehicle, Path(name).parent, note) if score.body_of(rig) == "blocks" else None
+        with_mesh_read(rig, Path(name).parent, note) if (body or rig.body) == "blocks" else rig
         for name, rig in zip(names, rigs, strict=True)
     ]
 

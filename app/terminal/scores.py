@@ -20,7 +20,6 @@ from riglens.core.metric.scores import Body, Reading, common_body
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES, DataReport
 from riglens.core.shown_text import visible
-from riglens.core.vehicle.mesh import BodyMesh
 
 EXPLANATION: dict[Reading, str] = {
     "covered": "S-MIG = minus the entropy that is seen, so S-MS falls as a rig sees more; "
@@ -41,18 +40,12 @@ def score_rigs(
     field: EntropyField,
     options: ScoreOptions,
     with_seen: bool = False,
-    meshes: Sequence[BodyMesh | None] | None = None,
 ) -> list[Evaluation]:
     """Evaluate the rigs in the order given, each from scratch so that their times can be compared."""
     evaluations = []
     with progress_bar("Casting rays") as progress:
         found = evaluate_from_scratch(
-            field,
-            [WARM_UP, *rigs],
-            settings_of(options),
-            options.threads,
-            with_seen,
-            [None, *(meshes or [None] * len(rigs))],
+            field, [WARM_UP, *rigs], settings_of(options), options.threads, with_seen
         )
         next(found)
         for evaluation in found:

@@ -33,8 +33,7 @@ from riglens.core.rig.yaml.file import rig_sha256
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.columns import Words
 from riglens.core.sensing.body_ends import barrier_ends, barrier_of
-from riglens.core.vehicle.mesh import BodyMesh
-from riglens.core.vehicle.solid import Barrier, CarBody
+from riglens.core.vehicle.solid import Barrier, solid_of
 from riglens.core.vehicle.standing import Stand, stand
 
 FATES = ("hits_car", "never_enters", "ground", "meets_nothing", "seen_by_others", "brings_new")
@@ -80,25 +79,19 @@ class RigAudit:
         return next((found for found in self.sensors if found.name == name), None)
 
 
-def audit(
-    field: EntropyField,
-    rig: Rig,
-    body: Body = "blocks",
-    mesh: BodyMesh | None = None,
-    threads: int | None = None,
-) -> RigAudit:
+def audit(field: EntropyField, rig: Rig, body: Body = "blocks", threads: int | None = None) -> RigAudit:
     """Follow every ray of the rig's enabled sensors through the region.
 
     A ray that meets the car counts for the car, wherever. Of the others, one that meets voxels which no other sensor
     of the rig sees brings something new; one that meets informative voxels, but only such, sees what others see; one
-    that meets none ends at the ground, or leaves the region by its sides or top, or never enters it. `mesh` is that of
-    the vehicle's file, if it has one; InputError where it is needed and missing.
+    that meets none ends at the ground, or leaves the region by its sides or top, or never enters it. InputError where
+    the mesh file of the car's body has not been read.
     """
     settings = MetricSettings(body=body)
-    solid = CarBody(rig.vehicle, mesh).solid()
+    solid = solid_of(rig.vehicle)
     workers = jit.use_threads(threads)
     engine = Engine(field, threads)
-    engine.evaluate(rig, settings, False, mesh)
+    engine.evaluate(rig, settings, False)
     enabled = [sensor for sensor in rig.sensors if sensor.enabled]
     marks = [np.array(engine.marks_of(sensor, "exact")) & field.index.words for sensor in enabled]
     once, twice = _seen_once_and_twice(field, marks)
@@ -108,7 +101,7 @@ def audit(
         barrier = barrier_of(sensor, solid) if body == "blocks" else None
         fates = _fates(caster, sensor, barrier, twice | (once & ~own))
         counts = {name: int(np.count_nonzero(fates == code)) for code, name in enumerate(FATES)}
-        lost = _lost(engine, rig, sensor, mesh)
+        lost = _lost(engine, rig, sensor)
         audits.append(SensorAudit(sensor.name, sensor.kind, counts, *lost, stand(sensor.position, solid)))
     return RigAudit(rig, body, tuple(audits))
 
@@ -175,13 +168,11 @@ def _sensor_document(found: SensorAudit) -> dict[str, Any]:
     }
 
 
-def _lost(
-    engine: Engine, rig: Rig, sensor: Sensor, mesh: BodyMesh | None
-) -> tuple[dict[str, float], dict[str, float]]:
+def _lost(engine: Engine, rig: Rig, sensor: Sensor) -> tuple[dict[str, float], dict[str, float]]:
     """What the body takes from a sensor on its own, in nat by class and as a share of H(Omega)."""
     alone = rig.model_copy(update={"sensors": (sensor,)})
     free, cut = (
-        engine.evaluate(alone, replace(MetricSettings(), body=body), False, mesh).scores
+        engine.evaluate(alone, replace(MetricSettings(), body=body), False).scores
         for body in ("ignored", "blocks")
     )
     lost = {name: _seen_nat(free, name, sensor) - _seen_nat(cut, name, sensor) for name in CLASSES}

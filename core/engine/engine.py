@@ -11,7 +11,6 @@ import time
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import reduce
-from itertools import repeat
 from typing import NamedTuple
 
 import numpy as np
@@ -30,8 +29,7 @@ from riglens.core.rig.model import Rig, Sensor, rays_of
 from riglens.core.scene.columns import Words
 from riglens.core.sensing.body_ends import housing_radius_m
 from riglens.core.sensors.registry import kind_names
-from riglens.core.vehicle.mesh import BodyMesh
-from riglens.core.vehicle.solid import Barrier, CarBody, Solid
+from riglens.core.vehicle.solid import Barrier, Solid, solid_of
 
 SPARE_SLOTS = 2
 FEWEST_DIGITS = 4
@@ -159,14 +157,13 @@ class Engine:
         rig: Rig,
         settings: MetricSettings = PAPER_SETTINGS,
         with_seen: bool = True,
-        mesh: BodyMesh | None = None,
         stance: Pose = Pose(),
         cancel: IsStale = never_stale,
     ) -> Evaluation:
         """Score a rig; the evaluation holds the seen voxels if they are asked for.
 
-        `mesh` is that of the vehicle's file, if it has one: without it such a body cannot block, which raises
-        InputError. `stance`: how the car's body stands on the ground; the sensors are where the rig says.
+        `stance`: how the car's body stands on the ground; the sensors are where the rig says. InputError where the body
+        blocks and its mesh file has not been read.
         Raise Cancelled as soon as `cancel`, which is called every few milliseconds, returns True: whatever was cast
         until then is undone, so the next evaluation is as good as any. The same holds when `cancel` raises.
         """
@@ -175,7 +172,7 @@ class Engine:
         if self._for_edits:
             self._caster.workers = self._processors.threads(self._threads, self._last_ms)
         jit.use_threads(self._caster.workers)
-        self._solid = CarBody(rig.vehicle, mesh, stance).solid() if settings.body == "blocks" else None
+        self._solid = solid_of(rig.vehicle, stance) if settings.body == "blocks" else None
         wanted = self._shapes_of(rig, settings.method)
         if not self._hold(wanted, cancel):
             raise Cancelled
@@ -386,12 +383,11 @@ def evaluate_from_scratch(
     settings: MetricSettings,
     threads: int | None = None,
     with_seen: bool = False,
-    meshes: Iterable[BodyMesh | None] = repeat(None),
 ) -> Iterator[Evaluation]:
     """Evaluate rigs one after another, each from scratch: nothing is carried over but memory.
 
-    The evaluations hold the seen voxels only if they are asked for. `meshes` are those of the rigs' bodies, None for
-    one without a file."""
+    The evaluations hold the seen voxels only if they are asked for.
+    """
     engine = Engine(field, threads, for_edits=False)
-    for rig, mesh in zip(rigs, meshes, strict=False):
-        yield engine.evaluate(rig, settings, with_seen, mesh)
+    for rig in rigs:
+        yield engine.evaluate(rig, settings, with_seen)

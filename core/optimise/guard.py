@@ -17,7 +17,6 @@ from riglens.core.scene.boxes import CLASSES
 from riglens.core.targets.engine import TargetEngine, never_stale
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import Traffic
-from riglens.core.vehicle.mesh import BodyMesh
 
 Doubles = NDArray[np.float64]
 IsStale = Callable[[], bool]
@@ -82,17 +81,15 @@ def _mean(values: Doubles, cls: NDArray[np.uint8]) -> tuple[float, Doubles]:
 class Evaluator:
     """Hit coverage of rigs in ranges of frames of one set of traffic."""
 
-    def __init__(self, traffic: Traffic, mesh: BodyMesh | None = None, threads: int | None = None) -> None:
-        self._traffic, self._mesh, self._engine = traffic, mesh, TargetEngine(traffic, threads)
+    def __init__(self, traffic: Traffic, threads: int | None = None) -> None:
+        self._traffic, self._engine = traffic, TargetEngine(traffic, threads)
 
     def sample(
         self, rig: Rig, settings: TargetSettings, frames: tuple[int, int], is_stale: IsStale = never_stale
     ) -> Sample:
         """Evaluate the LiDARs of a rig in frames first..end-1 of the sampling order; raise Cancelled when stale."""
         first, end = frames
-        objects = self._engine.evaluate(
-            rig.with_lidars_alone(), settings, end, self._mesh, cancel=is_stale
-        ).objects
+        objects = self._engine.evaluate(rig.with_lidars_alone(), settings, end, cancel=is_stale).objects
         frame = self._traffic.frame_of_box[objects.box]
         used = frame >= first
         box = objects.box[used]
@@ -106,7 +103,6 @@ def guard(
     settings: TargetSettings,
     frames: int,
     held_out: int,
-    mesh: BodyMesh | None = None,
     threads: int | None = None,
     is_stale: IsStale = never_stale,
 ) -> Generator[Kept, None, float]:
@@ -115,7 +111,7 @@ def guard(
     settings: those with which the proposal was chosen. Held-out frames follow the frames of choice; there the phases
     of LiDARs are random whatever was chosen with.
     """
-    evaluator = Evaluator(traffic, mesh, threads)
+    evaluator = Evaluator(traffic, threads)
 
     def gain(cases: Iterable[tuple[TargetSettings, Rig, Rig]], where: tuple[int, int]) -> tuple[float, float]:
         mine, theirs = list[Sample](), list[Sample]()

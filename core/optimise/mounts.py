@@ -29,9 +29,8 @@ from riglens.core.rig.model import Rig, Sensor, Vehicle
 from riglens.core.sensors.lidar import LIDAR
 from riglens.core.sensors.registry import kind_of
 from riglens.core.targets.engine import never_stale
-from riglens.core.vehicle.mesh import BodyMesh
 from riglens.core.vehicle.profiles import PROFILES
-from riglens.core.vehicle.solid import MATERIALS, CarBody, Solid
+from riglens.core.vehicle.solid import MATERIALS, Solid, solid_of
 from riglens.core.vehicle.standing import materials_at, stand
 
 Doubles = NDArray[np.float64]
@@ -119,13 +118,13 @@ class Additions:
         return self.costs.get(model, 1.0) * (2 if self.mirrored else 1)
 
 
-def skin_spots(vehicle: Vehicle, spacing_m: float, mesh: BodyMesh | None = None, seed: int = 0) -> list[Spot]:
+def skin_spots(vehicle: Vehicle, spacing_m: float, seed: int = 0) -> list[Spot]:
     """Return spots on the left half of a car's skin, at least `spacing_m` apart, in the order of their draw.
 
     Points are drawn evenly by area; each one that sees the sky or the road straight ahead of the surface and keeps its
     distance is taken (Poisson-disk sampling by dart throwing).
     """
-    solid = CarBody(vehicle, mesh).solid()
+    solid = solid_of(vehicle)
     corners = solid.triangles_m[np.isin(solid.materials, [MATERIALS.index(name) for name in SKIN])]
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     double = np.linalg.norm(across, axis=1)
@@ -182,7 +181,6 @@ def rules_for(rig: Rig, rules: MountLimits) -> MountLimits:
 def candidates(
     rig: Rig,
     additions: Additions,
-    mesh: BodyMesh | None = None,
     seed: int = 0,
     is_stale: Callable[[], bool] = never_stale,
 ) -> tuple[Candidate, ...]:
@@ -190,20 +188,20 @@ def candidates(
 
     Raise InputError where there is none, and Cancelled as soon as `is_stale` returns True.
     """
-    rules, outline = rules_for(rig, additions.rules), Outline.of(rig.vehicle, mesh)
+    rules, outline = rules_for(rig, additions.rules), Outline.of(rig.vehicle)
     models = [model for model in additions.models if additions.cost_of(model) <= additions.budget]
     if not models:
         cheapest = min(map(additions.cost_of, additions.models))
         raise InputError(
             f"must be at least {cheapest:g}, the cheapest addition (got {additions.budget:g})", "budget"
         )
-    spots = skin_spots(rig.vehicle, additions.spots_m, mesh, seed)
+    spots = skin_spots(rig.vehicle, additions.spots_m, seed)
     if not additions.mirrored:
         flip = np.array([1.0, -1.0, 1.0])
         spots += [Spot(spot.point_m * flip, spot.normal * flip) for spot in spots if spot.point_m[1] > 0.05]
     taken = np.array([s.position for s in rig.sensors if s.enabled]).reshape(-1, 3)
     found: list[Candidate] = []
-    solid = CarBody(rig.vehicle, mesh).solid()
+    solid = solid_of(rig.vehicle)
     boxes = solid.triangles_m.min(axis=1), solid.triangles_m.max(axis=1)
     for number, spot in enumerate(spots):
         if is_stale():
@@ -213,7 +211,7 @@ def candidates(
             name = f"{model} {number}.{tilt_deg:g}"
             sensors = _sensors_at(spot, model, tilt_deg, name, additions.mirrored)
             one = Candidate(sensors, additions.cost_of(model), number, tilt_deg)
-            if sensors and _keeps(one, skin, mesh is None, rules, rig, outline, taken):
+            if sensors and _keeps(one, skin, not rig.vehicle.has_mesh_file, rules, rig, outline, taken):
                 found.append(one)
     if not found:
         raise InputError(
@@ -334,11 +332,9 @@ def _grows(out: Doubles, rules: MountLimits, rig: Rig, outline: Outline) -> NDAr
     return np.asarray(np.any([np.zeros(out.shape[:-1], np.bool_), *over], axis=0))
 
 
-def conflicts(
-    listed: Sequence[Candidate], rig: Rig, rules: MountLimits, mesh: BodyMesh | None = None
-) -> NDArray[np.bool_]:
+def conflicts(listed: Sequence[Candidate], rig: Rig, rules: MountLimits) -> NDArray[np.bool_]:
     """Return which candidates may not stand together (n, n): too near to each other, or too large with both."""
-    count, outline = len(listed), Outline.of(rig.vehicle, mesh)
+    count, outline = len(listed), Outline.of(rig.vehicle)
     found = np.eye(count, dtype=np.bool_)
     if rules.spacing_m is not None:
         places = np.array([place for one in listed for place in one.places_m])

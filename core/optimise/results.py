@@ -21,7 +21,6 @@ from riglens.core.rig.yaml.file import new_rig_file
 from riglens.core.shown_text import spreadsheet_cell
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import Traffic
-from riglens.core.vehicle.mesh import BodyMesh
 
 OBJECTIVES = ("on_target",)
 TABLE = "proposals.csv"
@@ -43,7 +42,6 @@ class Problem:
     frames: int = 100
     held_out: int = 1000
     seed: int = 0
-    mesh: BodyMesh | None = None
     reference: Rig | None = None
     blind_m: float | None = None
 

@@ -20,7 +20,7 @@ from riglens.core.optimise.tables import Cells, CoverTable, GroundTableMaker, Hi
 from riglens.core.review.blind import BlindEngine, BlindSettings
 from riglens.core.rig.model import Rig
 from riglens.core.targets.engine import never_stale
-from riglens.core.vehicle.solid import CarBody
+from riglens.core.vehicle.solid import solid_of
 
 CASTING = "casting"
 FIRST = 100
@@ -60,7 +60,7 @@ def optimise(problem: Problem, threads: int | None = None, is_stale: IsStale = n
     sets = [chosen, *(yield from run.front(chosen))]
     reference = problem.reference or run.by_hand()
     proposals = [run.proposal(one, number) for number, one in enumerate(sets, 1)]
-    evaluator = Evaluator(problem.traffic, problem.mesh, threads)
+    evaluator = Evaluator(problem.traffic, threads)
     frames = 0, problem.frames
     values = list[float]()
     for rig in (problem.rig, reference, *(one.rig for one in proposals)):
@@ -69,7 +69,7 @@ def optimise(problem: Problem, threads: int | None = None, is_stale: IsStale = n
     proposals = [replace(one, value=value) for one, value in zip(proposals, values[2:], strict=True)]
     checks = guard(
         proposals[0].rig, reference, problem.traffic, problem.settings, problem.frames, problem.held_out,
-        problem.mesh, threads, is_stale,
+        threads, is_stale,
     )  # fmt: skip
     kept = list[Kept]()
     for one in checks:
@@ -96,12 +96,12 @@ class _Run:
 
     def __init__(self, problem: Problem, workers: int, is_stale: IsStale) -> None:
         self.problem, self._is_stale, rig = problem, is_stale, problem.rig
-        solid = CarBody(rig.vehicle, problem.mesh).solid() if rig.self_occlusion else None
-        self.candidates = candidates(rig, problem.additions, problem.mesh, problem.seed, is_stale)
+        solid = solid_of(rig.vehicle) if rig.self_occlusion else None
+        self.candidates = candidates(rig, problem.additions, problem.seed, is_stale)
         self._maker = HitTableMaker(problem.traffic, problem.frames, problem.settings, solid, workers)
         self.ground_maker = None
         if problem.blind_m is not None:
-            engine = BlindEngine(rig.vehicle, BlindSettings(), problem.mesh, workers)
+            engine = BlindEngine(rig.vehicle, BlindSettings(), workers)
             self.ground_maker = GroundTableMaker(rig, engine, problem.blind_m, workers)
         self._rules = rules_for(rig, problem.additions.rules)
         self.table: CoverTable
@@ -132,7 +132,7 @@ class _Run:
     def _limits(self, some: Sequence[int]) -> Limits:
         additions, listed = self.problem.additions, [self.candidates[one] for one in some]
         costs = np.array([one.cost for one in listed])
-        apart = conflicts(listed, self.problem.rig, self._rules, self.problem.mesh)
+        apart = conflicts(listed, self.problem.rig, self._rules)
         return Limits(additions.count, costs, additions.budget, apart)
 
     def solve(self) -> Generator[Progress, None, tuple[list[int], Bound]]:

@@ -33,8 +33,7 @@ from riglens.core.scene.columns import VoxelIndex, empty_words, words_per_column
 from riglens.core.scene.grid import DEFAULT_VOXEL_M, VoxelGrid
 from riglens.core.sensing.body_ends import housing_radius_m
 from riglens.core.sensors.registry import kind_named, kind_names, one_of
-from riglens.core.vehicle.mesh import BodyMesh
-from riglens.core.vehicle.solid import CarBody, Solid
+from riglens.core.vehicle.solid import Solid, solid_of
 
 
 def by_names() -> tuple[str, ...]:
@@ -250,15 +249,9 @@ class BlindEngine:
     Of each sensor the lowest levels around columns are kept, uint16 (rows, nx, ny), and no voxels. Call it from the
     thread that owns the parallel kernels."""
 
-    def __init__(
-        self,
-        vehicle: Vehicle,
-        settings: BlindSettings,
-        mesh: BodyMesh | None = None,
-        threads: int | None = None,
-    ) -> None:
-        self.settings, self._mesh, self._workers = settings, mesh, jit.use_threads(threads)
-        outline = Outline.of(vehicle, mesh)
+    def __init__(self, vehicle: Vehicle, settings: BlindSettings, threads: int | None = None) -> None:
+        self.settings, self._workers = settings, jit.use_threads(threads)
+        outline = Outline.of(vehicle)
         self.grid = grid_around(outline, settings)
         self.ground = Ground.of(self.grid, outline, settings.bands_m)
         self._field = whole_field(self.grid)
@@ -274,8 +267,7 @@ class BlindEngine:
         stance: of the car, where the rig's poses are those of a car that stands otherwise than on level ground."""
         jit.use_threads(self._workers)
         sensors = [sensor.finest() for sensor in rig.sensors if sensor.enabled]
-        body = CarBody(rig.vehicle, self._mesh, stance)
-        solid = body.solid() if self.settings.body == "blocks" else None
+        solid = solid_of(rig.vehicle, stance) if self.settings.body == "blocks" else None
         counted = [sensor.name not in failed for sensor in sensors]
         rows = self._rows_of(sensors, solid)[counted]
         kinds = np.array([by_names().index(sensor.kind) - 1 for sensor in sensors], np.int64)[counted]

@@ -53,7 +53,6 @@ from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.scores import Row, TargetScores
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import Traffic
-from riglens.core.vehicle.mesh import BodyMesh
 
 NO_ROAD_USERS = "requirements ask for objects, and a stored POG has none: name a box data set"
 
@@ -65,7 +64,6 @@ class Subject:
 
     rig: Rig
     body: Body
-    mesh: BodyMesh | None
     field: EntropyField | None
     traffic: Traffic | None
     profiles: tuple[Profile, ...]
@@ -136,24 +134,24 @@ class Check:
     @cached_property
     def _engine(self) -> Engine:
         engine = Engine(self._field, self._subject.threads)
-        engine.evaluate(self._subject.rig, self._settings, False, self._subject.mesh)
+        engine.evaluate(self._subject.rig, self._settings, False)
         return engine
 
     @cached_property
     def _scores(self) -> Scores:
-        return self._engine.evaluate(self._subject.rig, self._settings, False, self._subject.mesh).scores
+        return self._engine.evaluate(self._subject.rig, self._settings, False).scores
 
     @cached_property
     def _targets(self) -> TargetScores:
         how = TargetSettings(min_points=self._asked.min_points, body=self._subject.body)
         engine = TargetEngine(self._traffic, self._subject.threads)
-        return engine.evaluate(self._subject.rig, how, mesh=self._subject.mesh)
+        return engine.evaluate(self._subject.rig, how)
 
     @cached_property
     def _blind_engine(self) -> BlindEngine:
         subject = self._subject
         settings = self._asked.blind_settings
-        return BlindEngine(subject.rig.vehicle, settings, subject.mesh, subject.threads)
+        return BlindEngine(subject.rig.vehicle, settings, subject.threads)
 
     @cached_property
     def _map(self) -> BlindMap:
@@ -165,7 +163,7 @@ class Check:
 
     def _visibility_of(self, rig: Rig, stance: Pose) -> ObjectVisibility:
         subject = self._subject
-        return ObjectVisibility(rig, "blocks", subject.mesh, jit.use_threads(subject.threads), stance)
+        return ObjectVisibility(rig, "blocks", jit.use_threads(subject.threads), stance)
 
     @cached_property
     def _voxels(self) -> Coverage:
@@ -308,7 +306,7 @@ class Check:
             else:
                 users = subject.traffic if any(one.figure == "on_target" for one in asked.tolerance) else None
                 measure = Measures(
-                    self._field, users, self._settings, subject.mesh, asked.sample_frames, subject.threads,
+                    self._field, users, self._settings, asked.sample_frames, subject.threads,
                     TargetSettings(min_points=asked.min_points), subject.rig,
                 )  # fmt: skip
                 self._drawn[kind, profile] = Draws(subject.rig, asked.errors[profile], asked.seed, measure)
@@ -343,7 +341,7 @@ class Check:
 
     # ------------------------------------------------------------ mounts
     def _mounted(self, one: Mounts) -> Finding:
-        found = violations(self._subject.rig, one, self._subject.mesh)
+        found = violations(self._subject.rig, one)
         return Finding(len(found), details=tuple(f"{line.sensor}: {line.text}" for line in found))
 
 

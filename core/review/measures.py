@@ -16,7 +16,6 @@ from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.scores import Estimate, Groups, TargetScores
 from riglens.core.targets.settings import USUAL, TargetSettings
 from riglens.core.targets.traffic import Traffic
-from riglens.core.vehicle.mesh import BodyMesh
 
 SEEN, ON_TARGET = "seen", "on_target"
 
@@ -34,7 +33,6 @@ class Measures:
         field: EntropyField,
         traffic: Traffic | None,
         settings: MetricSettings = PAPER_SETTINGS,
-        mesh: BodyMesh | None = None,
         frames: int | None = None,
         threads: int | None = None,
         targets: TargetSettings = USUAL,
@@ -42,7 +40,7 @@ class Measures:
     ) -> None:
         self._engine = Engine(field, threads)
         self._targets = None if traffic is None else TargetEngine(traffic, threads)
-        self._settings, self._mesh, self._frames = settings, mesh, frames
+        self._settings, self._frames = settings, frames
         self._how = replace(targets, body=settings.body)
         self._designed = designed
         self._base: tuple[TargetScores, TargetScores] | None = None
@@ -56,7 +54,7 @@ class Measures:
     def __call__(self, rig: Rig, stance: Pose, cancel: IsStale = never_stale) -> dict[str, float]:
         """The figures of a rig whose car stands so; Cancelled as soon as `cancel` returns True."""
         moved = standing(rig, stance)
-        scores = self._engine.evaluate(moved, self._settings, False, self._mesh, stance, cancel).scores
+        scores = self._engine.evaluate(moved, self._settings, False, stance, cancel).scores
         found = {f"{SEEN} {name}": scores.classes[name].any_seen for name in CLASSES}
         counted = self.on_target(rig, stance, cancel)
         return found | {name: estimate.value for name, estimate in counted.items()}
@@ -70,7 +68,7 @@ class Measures:
         if self._designed is not None and used < most:
             whole, sample = self._base = self._base or self._counts_as_designed(self._designed, cancel)
         moved = standing(rig, stance).with_lidars_alone()  # pixels take most of the time and play no part
-        counts = self._targets.evaluate(moved, self._how, self._frames, self._mesh, stance, cancel)
+        counts = self._targets.evaluate(moved, self._how, self._frames, stance, cancel)
         totals = {name: counts.classes[name].total.on_target for name in CLASSES}
         if whole is not None and sample is not None:
             groups = Groups(self._targets.traffic, used)
@@ -87,7 +85,7 @@ class Measures:
         """Count for the rig as designed in all frames, and in the sample."""
         assert self._targets is not None
         whole, sample = (
-            self._targets.evaluate(rig.with_lidars_alone(), self._how, frames, self._mesh, cancel=cancel)
+            self._targets.evaluate(rig.with_lidars_alone(), self._how, frames, cancel=cancel)
             for frames in (None, self._frames)
         )
         return whole, sample

@@ -13,10 +13,9 @@ from riglens.core.errors import InputError
 from riglens.core.geometry import Vec3
 from riglens.core.review.outline import Outline
 from riglens.core.rig.library import Cylinder, default_library
-from riglens.core.rig.model import Frozen, Rig, Sensor
+from riglens.core.rig.model import Frozen, Rig, Sensor, Vehicle
 from riglens.core.sensors.registry import kind_of
-from riglens.core.vehicle.mesh import BodyMesh
-from riglens.core.vehicle.solid import MATERIALS, CarBody, Solid
+from riglens.core.vehicle.solid import MATERIALS, Solid, solid_of
 from riglens.core.vehicle.standing import Stand, materials_at, stand
 
 Doubles = NDArray[np.float64]
@@ -140,16 +139,16 @@ class Footings:
     sensor moves, the others cost nothing."""
 
     def __init__(self) -> None:
-        self._body: CarBody | None = None
+        self._vehicle: Vehicle | None = None
         self._known: dict[Vec3, tuple[Stand, frozenset[str]]] = {}
 
-    def of(self, rig: Rig, mesh: BodyMesh | None) -> dict[Vec3, tuple[Stand, frozenset[str]]]:
+    def of(self, rig: Rig) -> dict[Vec3, tuple[Stand, frozenset[str]]]:
         """Stands and materials by the places of a rig's enabled sensors. A mesh of a file has no materials."""
-        body = CarBody(rig.vehicle, mesh)
-        known, solid = self._known if body == self._body else {}, body.solid()
-        self._body, self._known = body, {}
+        vehicle = rig.vehicle
+        known, solid = self._known if vehicle == self._vehicle else {}, solid_of(vehicle)
+        self._vehicle, self._known = vehicle, {}
         for place_m in (sensor.position for sensor in rig.sensors if sensor.enabled):
-            self._known[place_m] = known.get(place_m) or _footing(place_m, solid, mesh is None)
+            self._known[place_m] = known.get(place_m) or _footing(place_m, solid, not vehicle.has_mesh_file)
         return self._known
 
 
@@ -161,14 +160,11 @@ def _footing(place_m: Vec3, solid: Solid, has_materials: bool) -> tuple[Stand, f
 
 
 def mounts_of(
-    rig: Rig,
-    mesh: BodyMesh | None = None,
-    keep_out: tuple[KeepOut, ...] = USUAL_KEEP_OUT,
-    footings: Footings | None = None,
+    rig: Rig, keep_out: tuple[KeepOut, ...] = USUAL_KEEP_OUT, footings: Footings | None = None
 ) -> tuple[Mount, ...]:
     """The mounts of the rig's enabled sensors. A mesh of a file has no materials: only boxes and what is painted keep
     out of it."""
-    outline, footing = Outline.of(rig.vehicle, mesh), (footings or Footings()).of(rig, mesh)
+    outline, footing = Outline.of(rig.vehicle), (footings or Footings()).of(rig)
     sensors = [sensor for sensor in rig.sensors if sensor.enabled]
     found = []
     for sensor in sensors:
@@ -260,14 +256,12 @@ def is_in_zone(
     return any(inside) if zone.boxes else True
 
 
-def violations(
-    rig: Rig, limits: MountLimits, mesh: BodyMesh | None = None, footings: Footings | None = None
-) -> tuple[Violation, ...]:
+def violations(rig: Rig, limits: MountLimits, footings: Footings | None = None) -> tuple[Violation, ...]:
     """What is wrong with the mounts of a rig, one line each, in the order of its sensors."""
     keep_out = USUAL_KEEP_OUT if limits.keep_out is None else limits.keep_out
-    mounts = mounts_of(rig, mesh, keep_out, footings)
+    mounts = mounts_of(rig, keep_out, footings)
     found = [Violation(mount.name, text) for mount in mounts for text in _complaints(mount, limits)]
-    return (*found, *_size_complaints(rig, mounts, limits, mesh))
+    return (*found, *_size_complaints(rig, mounts, limits))
 
 
 def _complaints(mount: Mount, limits: MountLimits) -> list[str]:
@@ -290,11 +284,9 @@ def _complaints(mount: Mount, limits: MountLimits) -> list[str]:
     return [*lines, *(f"stands where nothing may: {zone}" for zone in mount.zones)]
 
 
-def _size_complaints(
-    rig: Rig, mounts: tuple[Mount, ...], limits: MountLimits, mesh: BodyMesh | None
-) -> list[Violation]:
+def _size_complaints(rig: Rig, mounts: tuple[Mount, ...], limits: MountLimits) -> list[Violation]:
     """What the car measures with its sensors, where that is more than accepted."""
-    outline = Outline.of(rig.vehicle, mesh)
+    outline = Outline.of(rig.vehicle)
     out = {side: max([0.0, *(mount.beyond_m[side] for mount in mounts)]) for side in SIDES}
     sizes = (
         ("long", outline.length_m + out["front"] + out["rear"], limits.length_m),

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.rig.model import Vehicle
-from riglens.core.vehicle.mesh import BodyMesh
 
 Doubles = NDArray[np.float64]
 SECTORS = ("front", "front-left", "left", "rear-left", "rear", "rear-right", "right", "front-right")
@@ -28,12 +27,12 @@ class Outline:
     left_m: float
 
     @classmethod
-    def of(cls, vehicle: Vehicle, mesh: BodyMesh | None = None) -> Outline:
+    def of(cls, vehicle: Vehicle) -> Outline:
         """The outline of a vehicle: length by width around the origin, or what the mesh of a file spans."""
-        if mesh is None:
+        if vehicle.body_mesh is None:
             half_length, half_width = vehicle.length / 2, vehicle.width / 2
             return cls(-half_length, half_length, -half_width, half_width)
-        points = mesh.placed(vehicle.mesh).points
+        points = vehicle.body_mesh.placed(vehicle.mesh).points
         low, high = points.min(axis=0), points.max(axis=0)
         return cls(float(low[0]), float(high[0]), float(low[1]), float(high[1]))
 

@@ -24,8 +24,7 @@ from riglens.core.rig.model import Camera, Lidar, Rig, Sensor
 from riglens.core.sensing.body_ends import barrier_ends, barrier_of, rays_in_metres
 from riglens.core.sensors.camera import project_px
 from riglens.core.sensors.registry import kind_of
-from riglens.core.vehicle.mesh import BodyMesh
-from riglens.core.vehicle.solid import Barrier, CarBody
+from riglens.core.vehicle.solid import Barrier, solid_of
 
 Doubles = NDArray[np.float64]
 _AROUND, _UP, _RINGS = 24, 16, 3
@@ -88,16 +87,9 @@ def _judged(
 class ObjectVisibility:
     """Where the rays of a rig's enabled sensors end; keeps what sensors that stay have found of each object."""
 
-    def __init__(
-        self,
-        rig: Rig,
-        body: Body,
-        mesh: BodyMesh | None = None,
-        workers: int = 1,
-        stance: Pose = Pose(),
-    ) -> None:
-        self._outline = Outline.of(rig.vehicle, mesh)
-        solid = CarBody(rig.vehicle, mesh, stance).solid() if body == "blocks" else None
+    def __init__(self, rig: Rig, body: Body, workers: int = 1, stance: Pose = Pose()) -> None:
+        self._outline = Outline.of(rig.vehicle)
+        solid = solid_of(rig.vehicle, stance) if body == "blocks" else None
         self._sensors = [sensor.finest() for sensor in rig.sensors if sensor.enabled]
         self._barriers = {s.name: None if solid is None else barrier_of(s, solid) for s in self._sensors}
         self._ends = {s.name: _ends(s, self._barriers[s.name], workers) for s in self._sensors}
@@ -139,10 +131,10 @@ class ObjectVisibility:
 
 
 def verdicts(
-    rig: Rig, profiles: Sequence[Profile], body: Body, mesh: BodyMesh | None = None, workers: int = 1
+    rig: Rig, profiles: Sequence[Profile], body: Body, workers: int = 1
 ) -> tuple[ProfileVerdict, ...]:
     """Return what a rig makes of profiles; with several workers only the thread of the parallel kernels may call it."""
-    return ObjectVisibility(rig, body, mesh, workers).verdicts(profiles)
+    return ObjectVisibility(rig, body, workers).verdicts(profiles)
 
 
 def _ends(sensor: Sensor, barrier: Barrier | None, workers: int) -> Doubles:

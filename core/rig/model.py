@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Annotated, Literal, Self, TypeVar
 
-from pydantic import Field, PlainValidator, SerializeAsAny, model_validator
-from pydantic.config import JsonDict
+from pydantic import Field, PlainValidator, PrivateAttr, SerializeAsAny, model_validator
 
+from riglens.core.rig.body_mesh import METRES, BodyMesh, MeshPlacement
 from riglens.core.sensors.base import (
-    Angles3,
     Frozen,
     Length,
     Metres,
     Name,
-    Position,
     Positive,
     Sensor,
     rays_of,
@@ -40,49 +38,47 @@ SpotRadius = Annotated[float, Field(allow_inf_nan=False, ge=0.005, le=2.0)]
 Spot = tuple[Metres, Metres, Metres, SpotRadius]
 """A ball around a place on the car's skin: x, y, z and radius in metres."""
 S = TypeVar("S", bound=Sensor)
-_METRES: JsonDict = {"unit": "m", "step": 0.05}
 AnySensor = Annotated[SerializeAsAny[Sensor], PlainValidator(validated_sensor)]
-
-
-class MeshPlacement(Frozen):
-    """How a mesh file is placed in the vehicle frame: scaled about its origin, rotated, then moved (metres)."""
-
-    scale: Annotated[
-        float,
-        Field(
-            allow_inf_nan=False, ge=1e-6, le=1e6, title="Mesh scale", description="0.001 for a mesh in millimetres",
-            json_schema_extra={"step": 0.1},
-        ),
-    ] = 1.0  # fmt: skip
-    rpy_deg: Annotated[
-        Angles3, Field(title="Mesh turned", description="roll, pitch, yaw", json_schema_extra={"step": 5.0})
-    ] = (0.0, 0.0, 0.0)
-    offset: Annotated[
-        Position,
-        Field(title="Mesh moved", description="x, y, z; after scale and turn", json_schema_extra=_METRES),
-    ] = (0.0, 0.0, 0.0)
 
 
 class Vehicle(Frozen):
     """The ego car's body in metres; `body` is a parametric body or the path of a mesh file.
 
-    `mesh` places the mesh of a file; a parametric body does not use it.
+    `mesh` places the mesh of a file; a parametric body does not use it. The mesh itself is carried along once it has
+    been read: a vehicle equals only one that has the same, and `replace` gives one without it.
     """
 
     body: Name = "sedan"
-    length: Annotated[VehicleLength, Field(description="bumper to bumper", json_schema_extra=_METRES)] = 4.6
-    width: Annotated[VehicleLength, Field(description="without mirrors", json_schema_extra=_METRES)] = 1.9
-    height: Annotated[VehicleLength, Field(description="ground to roof", json_schema_extra=_METRES)] = 1.45
+    length: Annotated[VehicleLength, Field(description="bumper to bumper", json_schema_extra=METRES)] = 4.6
+    width: Annotated[VehicleLength, Field(description="without mirrors", json_schema_extra=METRES)] = 1.9
+    height: Annotated[VehicleLength, Field(description="ground to roof", json_schema_extra=METRES)] = 1.45
     rear_axle_x: Annotated[
         Metres,
-        Field(description="from the centre of the body, negative is behind it", json_schema_extra=_METRES),
+        Field(description="from the centre of the body, negative is behind it", json_schema_extra=METRES),
     ] = -1.35
     mesh: MeshPlacement = MeshPlacement()
+    _body_mesh: BodyMesh | None = PrivateAttr(default=None)
 
     @property
     def has_mesh_file(self) -> bool:
         """Whether `body` is the path of a mesh file."""
         return self.body not in PARAMETRIC_BODIES
+
+    @property
+    def body_mesh(self) -> BodyMesh | None:
+        """The mesh of the file; None for a parametric body, and until the file has been read."""
+        return self._body_mesh
+
+    @property
+    def lacks_mesh(self) -> bool:
+        """Whether the body is a mesh file that has not been read."""
+        return self.has_mesh_file and self._body_mesh is None
+
+    def with_body_mesh(self, mesh: BodyMesh | None) -> Self:
+        """Return the same vehicle with the mesh of its file, or without it."""
+        found = self.model_copy()
+        found._body_mesh = mesh
+        return found
 
 
 def mirror_problem(sensors: Iterable[tuple[str, str, str | None]]) -> tuple[int, str] | None:
@@ -168,6 +164,10 @@ class Rig(Frozen):
         """Return the rig with the sensor called `name` replaced by another, without validation."""
         sensors = tuple(sensor if old.name == name else old for old in self.sensors)
         return self.model_copy(update={"sensors": sensors})
+
+    def with_body_mesh(self, mesh: BodyMesh | None) -> Self:
+        """Return the rig on the same car with the mesh of its body's file, or without it."""
+        return self.model_copy(update={"vehicle": self.vehicle.with_body_mesh(mesh)})
 
     def enabled_of(self, model: type[S]) -> tuple[S, ...]:
         """Return the enabled sensors of a class, in order."""

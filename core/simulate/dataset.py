@@ -34,7 +34,6 @@ from riglens.core.simulate.tables import MAP_FILE, EgoPose, Record, Scene, Table
 from riglens.core.simulate.units import Extras, Notes, Unit, file_names, part_of, simulate_unit, unpacked
 from riglens.core.simulate.world import Worlds
 from riglens.core.targets.traffic import Traffic
-from riglens.core.vehicle.mesh import BodyMesh
 
 VERSION = "v1.0-trainval"
 """Folder of the tables: programs that read nuScenes know this name."""
@@ -58,7 +57,6 @@ class Dataset:
     """What is to be made: a rig in scenes of traffic; `poses` of the car by frame, where they are known."""
 
     rig: Rig
-    mesh: BodyMesh | None
     settings: SimulationSettings
     extras: Extras
     traffic: Traffic
@@ -95,7 +93,7 @@ class Dataset:
     def unit(self, span: Span) -> Unit:
         """Return a span with all that is needed to simulate it."""
         traffic = part_of(self.traffic, span.frames, self._place_of[list(span.frames)])
-        return Unit(self.rig, self.mesh, self.settings, self.extras, traffic, *span)
+        return Unit(self.rig, self.settings, self.extras, traffic, *span)
 
     def file_names(self, span: Span) -> set[str]:
         """Return the files of a span, by their paths in the data set."""
@@ -109,6 +107,7 @@ class Dataset:
     def plan(self) -> dict[str, Any]:
         """What the folder is made of, for riglens.json."""
         data, splits = self.traffic.data, self._tables({}).splits()
+        mesh = self.rig.vehicle.body_mesh
         return {
             "riglens": 1,
             "simulated": {
@@ -118,7 +117,7 @@ class Dataset:
             "rig": {
                 "name": self.rig.name,
                 "sha256": rig_sha256(self.rig),
-                "body_mesh": "" if self.mesh is None else self.mesh.sha256,
+                "body_mesh": "" if mesh is None else mesh.sha256,
             },
             "data": {
                 "source": data.short_source,

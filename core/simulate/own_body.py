@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from riglens.core.rig.model import Sensor, Vehicle
 from riglens.core.sensing.body_ends import barrier_of
 from riglens.core.targets.beams import stops_of
-from riglens.core.vehicle.mesh import BodyMesh
-from riglens.core.vehicle.solid import CarBody, Solid
+from riglens.core.vehicle.solid import Solid, solid_of
 
 
 @dataclass(frozen=True)
@@ -23,9 +22,9 @@ class OwnBody:
     solid: Solid = field(compare=False, repr=False)
 
 
-def own_body(vehicle: Vehicle, mesh: BodyMesh | None) -> OwnBody:
+def own_body(vehicle: Vehicle) -> OwnBody:
     """The body of a vehicle; InputError where it is a file whose mesh was not read."""
-    solid = CarBody(vehicle, mesh).solid()
+    solid = solid_of(vehicle)
     return OwnBody(solid.fingerprint, solid)
 
 

@@ -19,7 +19,6 @@ from riglens.core.sensors.camera import project_px
 from riglens.core.simulate.pictures import NO_RAY, OWN_CAR, CameraPicture, Cameras
 from riglens.core.simulate.world import Worlds
 from riglens.core.targets.draws import sensor_key
-from riglens.core.vehicle.mesh import BodyMesh
 
 Doubles = NDArray[np.float64]
 Ids = NDArray[np.int64]
@@ -78,12 +77,10 @@ class _Draws(NamedTuple):
 class Painter:
     """Tells points what a rig's enabled cameras say of them. For one thread, which may be any."""
 
-    def __init__(
-        self, rig: Rig, worlds: Worlds, segmentation: Segmentation, mesh: BodyMesh | None = None
-    ) -> None:
+    def __init__(self, rig: Rig, worlds: Worlds, segmentation: Segmentation) -> None:
         self._eyes = [_eye(camera) for camera in rig.cameras()]
         self._worlds, self._segmentation = worlds, segmentation
-        self._cameras = Cameras(rig.model_copy(update={"sensors": tuple(self._eyes)}), worlds, mesh, False)
+        self._cameras = Cameras(rig.model_copy(update={"sensors": tuple(self._eyes)}), worlds, False)
 
     def scores(self, frame: int, points_m: NDArray[np.float32]) -> Doubles:
         """What cameras say of points (n, 3) of a frame in the vehicle frame, (n, SCORES): whether one sees it, and the

@@ -17,7 +17,6 @@ from riglens.core.simulate.own_body import OwnBody, own_body, stopped_m
 from riglens.core.simulate.sweeps import canvas_for
 from riglens.core.simulate.world import World, Worlds
 from riglens.core.targets.beams import NOT_STOPPED, beams_of
-from riglens.core.vehicle.mesh import BodyMesh
 
 __all__ = ["NO_RAY", "OWN_CAR", "SKY", "CameraPicture", "Cameras", "class_labels"]
 
@@ -85,11 +84,9 @@ class CameraPicture:
 class Cameras:
     """Pictures of a rig's enabled cameras, at native size or as they are cast. For one thread, which may be any."""
 
-    def __init__(
-        self, rig: Rig, worlds: Worlds, mesh: BodyMesh | None = None, is_native: bool = True
-    ) -> None:
+    def __init__(self, rig: Rig, worlds: Worlds, is_native: bool = True) -> None:
         self._worlds = worlds
-        body = own_body(rig.vehicle, mesh) if (worlds.settings.body or rig.body) == "blocks" else None
+        body = own_body(rig.vehicle) if (worlds.settings.body or rig.body) == "blocks" else None
         self._beams = [_beams(camera, body, is_native) for camera in rig.cameras()]
         self._canvases = dict[tuple[int, int], Canvas]()
 

@@ -20,7 +20,6 @@ from riglens.core.targets.contribution import phases_rad
 from riglens.core.targets.draws import mixed, sensor_key
 from riglens.core.targets.range_law import REFLECTIVITY, WIDTH, anchors_of, range_for
 from riglens.core.targets.traffic import Traffic
-from riglens.core.vehicle.mesh import BodyMesh
 
 __all__ = ["GROUND", "STATIC", "Simulator", "Sweep", "points_inside"]
 
@@ -77,7 +76,7 @@ class Simulator:
     """Sweeps of a rig in traffic; frames by their number in the data. For one thread, which may be any. Worlds, which
     several rigs may share, bring their own settings.
 
-    `mesh` is that of the vehicle's file, if it has one; without it such a body cannot block: an InputError.
+    InputError where the car's body blocks and its mesh file has not been read.
     """
 
     def __init__(
@@ -85,11 +84,10 @@ class Simulator:
         rig: Rig,
         traffic: Traffic | Worlds,
         settings: SimulationSettings = USUAL_SIMULATION,
-        mesh: BodyMesh | None = None,
     ) -> None:
         self.worlds = traffic if isinstance(traffic, Worlds) else Worlds(traffic, settings)
         self.settings = self.worlds.settings
-        body = own_body(rig.vehicle, mesh) if (self.settings.body or rig.body) == "blocks" else None
+        body = own_body(rig.vehicle) if (self.settings.body or rig.body) == "blocks" else None
         self._sources = [_source(lidar, body, self.settings) for lidar in rig.lidars()]
         rays = max((lidar.ray_count for lidar in rig.lidars()), default=0)
         self._columns = (

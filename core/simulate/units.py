@@ -22,7 +22,6 @@ from riglens.core.simulate.settings import SimulationSettings
 from riglens.core.simulate.sweeps import Simulator, Sweep
 from riglens.core.simulate.world import TrueBoxes, Worlds
 from riglens.core.targets.traffic import Traffic
-from riglens.core.vehicle.mesh import BodyMesh
 
 JPEG_QUALITY = 92
 DEPTH_PER_M = 100
@@ -48,7 +47,6 @@ class Unit:
     """
 
     rig: Rig
-    mesh: BodyMesh | None
     settings: SimulationSettings
     extras: Extras
     traffic: Traffic
@@ -80,8 +78,8 @@ def part_of(traffic: Traffic, frames: tuple[int, ...], places: NDArray[np.int64]
 def simulate_unit(unit: Unit) -> bytes:
     """Files of a unit, and notes of each frame for the tables, as a ZIP archive; the same bytes each time."""
     worlds = Worlds(unit.traffic, unit.settings)
-    simulator = Simulator(unit.rig, worlds, mesh=unit.mesh)
-    cameras = Cameras(unit.rig, worlds, unit.mesh, is_native=unit.extras.pictures)
+    simulator = Simulator(unit.rig, worlds)
+    cameras = Cameras(unit.rig, worlds, is_native=unit.extras.pictures)
     channels, notes, stream = channels_of(unit.rig, unit.extras.pictures), [], BytesIO()
     with zipfile.ZipFile(stream, "w") as archive:
         for frame, stem in zip(unit.frames, unit.stems, strict=True):

@@ -21,8 +21,7 @@ from riglens.core.targets.beams import azimuth_step_rad
 from riglens.core.targets.card import SIZES_M, USUAL_PLAN, Card, CardPlan, CardRow, Case, Doubles, Reach
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.traffic import Traffic, traffic_of
-from riglens.core.vehicle.mesh import BodyMesh
-from riglens.core.vehicle.solid import CarBody, Solid
+from riglens.core.vehicle.solid import Solid, solid_of
 
 TURNS, RISES = 2, 12
 """Places within a step of azimuths, and within a gap between beams."""
@@ -42,16 +41,15 @@ def card_of(
     threads: int | None = None,
     is_serial: bool = False,
     progress: Progress = _unheard,
-    mesh: BodyMesh | None = None,
 ) -> Card:
-    """The card of a rig's enabled sensors; `mesh` is that of the vehicle's file, where such a body is to stop rays.
+    """The card of a rig's enabled sensors.
 
     `is_serial`: for a thread that must not call parallel kernels.
     `progress` gets the share that is done, from 0 to 1, again every few milliseconds; what it raises ends the work.
     """
     steps_deg, lidars = lattice_steps_deg(rig.lidars()), rig.with_lidars_alone()
-    solid = CarBody(rig.vehicle, mesh).solid() if plan.settings.body == "blocks" else None
-    counting = _Counting(lidars, plan, steps_deg, threads, is_serial, mesh)
+    solid = solid_of(rig.vehicle) if plan.settings.body == "blocks" else None
+    counting = _Counting(lidars, plan, steps_deg, threads, is_serial)
     others = {
         kind: counting._replace(sensors=only, steps_deg=(0.0, 0.0)) for kind, only in _counting_returns(rig)
     }
@@ -135,7 +133,6 @@ class _Counting(NamedTuple):
     steps_deg: tuple[float, float]
     threads: int | None
     is_serial: bool
-    mesh: BodyMesh | None
 
     def points(self, case: Case, tell: Callable[[], None]) -> NDArray[np.int64]:
         """Points or returns (places within the lattice, distances) on a road user; calls `tell` often."""
@@ -150,9 +147,7 @@ class _Counting(NamedTuple):
         found = np.zeros(len(places) * self.plan.distances_m().size, np.int64)
         if self.sensors.sensors:
             engine = TargetEngine(_alone(case.cls, places), self.threads, self.is_serial)
-            scores = engine.evaluate(
-                self.sensors, self.plan.settings, mesh=self.mesh, cancel=partial(_stays_wanted, tell)
-            )
+            scores = engine.evaluate(self.sensors, self.plan.settings, cancel=partial(_stays_wanted, tell))
             found[engine.traffic.row[scores.objects.box]] = (
                 scores.objects.all_points + scores.objects.all_returns
             )

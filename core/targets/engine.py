@@ -24,8 +24,7 @@ from riglens.core.targets.joining import Gatherer
 from riglens.core.targets.scores import Groups, TargetScores, scores_of
 from riglens.core.targets.settings import USUAL, TargetSettings
 from riglens.core.targets.traffic import Traffic, traffic_of
-from riglens.core.vehicle.mesh import BodyMesh
-from riglens.core.vehicle.solid import CarBody, Solid
+from riglens.core.vehicle.solid import Solid, solid_of
 
 _Shape = tuple[Sensor, TargetSettings, tuple[str, float] | None]
 """What decides a contribution: rays, settings, and the body: its fingerprint, and from what distance on it counts."""
@@ -62,14 +61,13 @@ class TargetEngine:
         rig: Rig,
         settings: TargetSettings = USUAL,
         frames: int | None = None,
-        mesh: BodyMesh | None = None,
         stance: Pose = Pose(),
         cancel: IsStale = never_stale,
     ) -> TargetScores:
         """Count for a rig in the first `frames` frames of the sampling order, in all of them without.
 
-        `mesh` is that of the vehicle's file, if it has one: without it such a body cannot block: an InputError.
-        `stance`: how the car's body stands on the ground; the sensors are where the rig says.
+        `stance`: how the car's body stands on the ground; the sensors are where the rig says. InputError where the body
+        blocks and its mesh file has not been read.
         Raise Cancelled as soon as `cancel`, which is called every few milliseconds, returns True; what was cast until
         then is kept where it is whole, so the next evaluation is as good as any.
         """
@@ -78,7 +76,7 @@ class TargetEngine:
         if not self._is_serial:
             jit.use_threads(self._workers)
         used = self._traffic.frames if frames is None else max(0, min(frames, self._traffic.frames))
-        solid = CarBody(rig.vehicle, mesh, stance).solid() if settings.body == "blocks" else None
+        solid = solid_of(rig.vehicle, stance) if settings.body == "blocks" else None
         wanted = {sensor.name: _shape_of(sensor, settings, solid) for sensor in rig.sensors if sensor.enabled}
         shown = self._shown | set(wanted.values())
         self._held = {shape: held for shape, held in self._held.items() if shape in shown}

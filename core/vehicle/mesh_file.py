@@ -15,9 +15,10 @@ from pathlib import Path
 import numpy as np
 
 from riglens.core.errors import InputError
-from riglens.core.rig.model import Rig, Vehicle
+from riglens.core.rig.body_mesh import BodyMesh
+from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.nodes import shortened
-from riglens.core.vehicle.mesh import BodyMesh, mesh_size_m, size_remark
+from riglens.core.vehicle.mesh import mesh_size_m, size_remark
 
 MAX_BYTES = 200_000_000
 SUFFIXES = (".glb", ".gltf", ".obj", ".ply", ".stl")
@@ -112,13 +113,14 @@ def _unpacked(packed: bytes, where: str) -> BodyMesh:
         ) from error
 
 
-def mesh_of(vehicle: Vehicle, folder: Path, tell: Callable[[str], object]) -> BodyMesh | None:
-    """Read the mesh that a rig of this folder names for its vehicle, None without one; a size that is not a car's is
-    told in one line. InputError when it cannot be read."""
+def with_mesh_read(rig: Rig, folder: Path, tell: Callable[[str], object]) -> Rig:
+    """Return a rig of this folder with the mesh of its body, the same rig where no file holds it; InputError when the
+    file cannot be read. A size that is not a car's is told in one line."""
+    vehicle = rig.vehicle
     if not vehicle.has_mesh_file:
-        return None
+        return rig
     mesh = read_mesh(mesh_path(vehicle.body, folder))
     remark = size_remark(mesh_size_m(mesh, vehicle.mesh), vehicle.mesh)
     if remark:
         tell(f"vehicle.body: {vehicle.body}: {remark}")
-    return mesh
+    return rig.with_body_mesh(mesh)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -15,7 +15,6 @@ from riglens.core.geometry import Pose
 from riglens.core.rig.model import Vehicle
 from riglens.core.sensors.registry import kinds
 from riglens.core.vehicle.body import body_parts
-from riglens.core.vehicle.mesh import BodyMesh
 
 if TYPE_CHECKING:
     from riglens.core.kernels.body.solid import Tree
@@ -32,21 +31,15 @@ def _clear_for(through_glass: tuple[str, ...] | None) -> tuple[str, ...]:
     return tuple(kind.name for kind in kinds() if kind.occlusion.sees_through_glass)
 
 
-@dataclass(frozen=True)
-class CarBody:
-    """What the ego car's body is: a vehicle and, where a file holds its body, the mesh of that file; `stance` is how
-    the car stands in the frame that its triangles are told in, where that is not its own."""
+def solid_of(vehicle: Vehicle, stance: Pose = Pose(), through_glass: tuple[str, ...] | None = None) -> Solid:
+    """The solid of a car's body; InputError where its mesh file has not been read.
 
-    vehicle: Vehicle = field(default_factory=Vehicle)
-    mesh: BodyMesh | None = None
-    stance: Pose = Pose()
-
-    def solid(self, through_glass: tuple[str, ...] | None = None) -> Solid:
-        """The solid of the body; InputError where the mesh of a file is needed and not there, or the body unknown."""
-        if self.mesh is None and self.vehicle.has_mesh_file:
-            raise InputError(f"vehicle.body: the mesh '{self.vehicle.body}' has not been read")
-        solid = _solid(self.vehicle, self.mesh, _clear_for(through_glass))
-        return solid if self.stance == Pose() else _standing(solid, self.stance)
+    `stance` is how the car stands in the frame that its triangles are told in, where that is not its own.
+    """
+    if vehicle.lacks_mesh:
+        raise InputError(f"vehicle.body: the mesh '{vehicle.body}' has not been read")
+    solid = _solid(vehicle, _clear_for(through_glass))
+    return solid if stance == Pose() else _standing(solid, stance)
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,10 +116,10 @@ def _standing(solid: Solid, stance: Pose) -> Solid:
 
 
 @lru_cache(maxsize=4)
-def _solid(vehicle: Vehicle, mesh: BodyMesh | None, through_glass: tuple[str, ...]) -> Solid:
+def _solid(vehicle: Vehicle, through_glass: tuple[str, ...]) -> Solid:
     """The same object for the same body: what is built from it need not be rebuilt."""
-    if mesh is not None:
-        placed = mesh.placed(vehicle.mesh)
+    if vehicle.body_mesh is not None:
+        placed = vehicle.body_mesh.placed(vehicle.mesh)
         return Solid.of(placed.points[placed.triangles], None, through_glass)
     parts = body_parts(vehicle)
     triangles = [part.surface.points[part.surface.triangles] for part in parts]

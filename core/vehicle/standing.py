@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from riglens.core.geometry import Vec3
 from riglens.core.rig.model import Rig
 from riglens.core.vehicle.placing import FAR_M
-from riglens.core.vehicle.solid import MATERIALS, CarBody, Solid
+from riglens.core.vehicle.solid import MATERIALS, Solid, solid_of
 
 ALL_ROUND, LEVEL = 0.95, 0.8
 """A place is inside when this share of the directions above the horizon, and of those near it, meets the body."""
@@ -85,9 +85,9 @@ def problems_in_short(stands: Mapping[str, Stand]) -> list[str]:
     return [f"{', '.join(names)}: {problem}" for problem, names in named.items()]
 
 
-def stands_of(rig: Rig, body: CarBody) -> dict[str, Stand]:
-    """How each sensor of a rig stands, by name; InputError where the mesh of a file is needed and not there."""
-    solid = body.solid()
+def stands_of(rig: Rig) -> dict[str, Stand]:
+    """How each sensor of a rig stands, by name; InputError where the mesh of its body has not been read."""
+    solid = solid_of(rig.vehicle)
     return {sensor.name: stand(sensor.position, solid) for sensor in rig.sensors}
 
 

@@ -199,7 +199,6 @@ class SlowEngine:
         rig: Any,
         settings: Any,
         with_seen: bool = True,
-        mesh: Any = None,
         cancel: Callable[[], bool] = lambda: False,
     ) -> Any:
         if self.gates:

@@ -21,8 +21,9 @@ from riglens.app.background.counting import make_counter
 from riglens.app.background.pictures import PictureRequest, SensorPicture, make_pictures
 from riglens.app.background.tasks import Tasks
 from riglens.app.evaluation.scoring import LoadedScene, load_scene
+from riglens.core.rig.model import Vehicle
 from riglens.core.targets.card import CardPlan
-from riglens.core.vehicle.solid import CarBody, Solid
+from riglens.core.vehicle.solid import Solid
 from tests.app.window_bench import CAMERA, open_bench, scene_options
 from tests.waiting import TIMEOUT_MS, TIMEOUT_S
 
@@ -107,7 +108,7 @@ def test_everything_in_the_window_calls_parallel_kernels_on_one_thread(
 # ---------------------------------------------------------------------- the end
 def request_for(folder: Path) -> PictureRequest:
     scene: LoadedScene = load_scene(scene_options(folder), lambda _: None)
-    return PictureRequest(CAMERA, 0, scene, CarBody())
+    return PictureRequest(CAMERA, 0, scene, Vehicle())
 
 
 def test_closing_ends_a_picture_of_a_very_fine_car_early(
@@ -116,13 +117,13 @@ def test_closing_ends_a_picture_of_a_very_fine_car_early(
     begun = threading.Event()
     pictures = make_pictures(close_s=TIMEOUT_S)
 
-    def slow_solid(body: CarBody) -> Solid:
+    def slow_solid(vehicle: Vehicle) -> Solid:
         begun.set()
         with pictures._queue.lock:
             assert pictures._queue.lock.wait_for(lambda: pictures._queue.is_closing, TIMEOUT_S)
         return Solid.of(np.zeros((0, 3, 3)))
 
-    monkeypatch.setattr(CarBody, "solid", slow_solid)
+    monkeypatch.setattr(riglens.app.background.pictures, "solid_of", slow_solid)
     drawn = list[object]()
     monkeypatch.setattr(riglens.app.background.pictures, "camera_picture", lambda *seen: drawn.append(seen))
     pictures.ask(request_for(tmp_path))

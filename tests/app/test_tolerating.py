@@ -70,7 +70,7 @@ def test_the_spread_is_that_of_the_command_bit_for_bit_and_fills_in_on_the_way(w
     request = worker.request()
     worker.recompute.ask_in_background([request])
     worker.qtbot.waitUntil(lambda: bool(worker.answers) and worker.answers[-1].is_whole, timeout=TIMEOUT_MS)
-    measure = Measures(worker.scene.field, worker.traffic, SETTINGS, None, FRAMES, 1, designed=RIG)
+    measure = Measures(worker.scene.field, worker.traffic, SETTINGS, FRAMES, 1, designed=RIG)
     assert worker.answers[-1].result == tolerance(RIG, SERVICE, measure, DRAWS, with_sensitivities=False)
     assert [answer.done for answer in worker.answers] == [4, 8, 11]
     assert all(asked is request for asked in worker.asked)

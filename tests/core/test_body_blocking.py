@@ -16,6 +16,7 @@ from riglens.core.errors import InputError
 from riglens.core.kernels.body.solid import ends_by_tree
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import METHODS, READINGS, MetricSettings
+from riglens.core.rig.body_mesh import BodyMesh
 from riglens.core.rig.model import BrownConrady, Camera, EvenAngles, Lidar, Rig, Sensor, Vehicle
 from riglens.core.sensing.body_ends import (
     barrier_ends,
@@ -25,8 +26,7 @@ from riglens.core.sensing.body_ends import (
     rays_in_metres,
 )
 from riglens.core.sensing.screens import screen_of
-from riglens.core.vehicle.mesh import BodyMesh
-from riglens.core.vehicle.solid import CarBody, Solid
+from riglens.core.vehicle.solid import Solid, solid_of
 from tests.core.builders import (
     camera,
     field_of,
@@ -61,8 +61,8 @@ def soup_around(sensor: Sensor, seed: int, count: int = 60) -> BodyMesh:
 
 
 def evaluated(field: EntropyField, mesh: BodyMesh, *sensors: Sensor, method: str = "exact") -> Evaluation:
-    rig = rig_of(*sensors).replace(vehicle=FILE)
-    return Engine(field).evaluate(rig, replace(BLOCKS, method=method), mesh=mesh)  # type: ignore[arg-type]
+    rig = rig_of(*sensors).replace(vehicle=FILE.with_body_mesh(mesh))
+    return Engine(field).evaluate(rig, replace(BLOCKS, method=method))  # type: ignore[arg-type]
 
 
 def seen_cut(field: EntropyField, mesh: BodyMesh, *sensors: Sensor, method: str = "exact") -> Mask:
@@ -72,7 +72,7 @@ def seen_cut(field: EntropyField, mesh: BodyMesh, *sensors: Sensor, method: str 
 
 def oracle_cut(field: EntropyField, mesh: BodyMesh, sensor: Sensor) -> Mask:
     """Every ray against every triangle in plain numpy, then against every voxel in rational numbers."""
-    solid = CarBody(FILE, mesh).solid()
+    solid = solid_of(FILE.with_body_mesh(mesh))
     barrier = barrier_of(sensor, solid)
     grid = field.grid
     rays = grid_rays(grid, sensor)
@@ -91,7 +91,7 @@ def oracle_cut(field: EntropyField, mesh: BodyMesh, sensor: Sensor) -> Mask:
 def ray_by_ray(field: EntropyField, mesh: BodyMesh, sensor: Sensor) -> Mask:
     """The same with the product's walk of single rays, each cut off at its own end."""
     caster, marks = Caster(field), np.zeros_like(field.index.words)
-    solid = CarBody(FILE, mesh).solid()
+    solid = solid_of(FILE.with_body_mesh(mesh))
     ends = body_ends(sensor, solid) / field.grid.voxel_m
     caster._mark_rays(caster.rays(sensor, "exact")._replace(ends=ends), marks, lambda: False)
     return unpack(field.grid, marks & field.index.words)
@@ -181,10 +181,8 @@ def test_triangles_offered_to_rays_and_the_tree_find_the_same_ends(rays: int) ->
     while cast < rays:
         rng = np.random.default_rng(seed)
         sensor = dense_lidar(rng) if seed % 2 else dense_sensor(rng)
-        barrier = (
-            CarBody(FILE, soup_around(sensor, seed, int(rng.integers(1, 120))))
-            .solid()
-            .barrier(sensor.kind, 0.1)
+        barrier = solid_of(FILE.with_body_mesh(soup_around(sensor, seed, int(rng.integers(1, 120))))).barrier(
+            sensor.kind, 0.1
         )
         assert screen_of(sensor) is not None
         found = barrier_ends(sensor, barrier)
@@ -221,7 +219,7 @@ def test_bent_lenses_see_what_single_rays_see_and_stay_in_their_mesh(seed: int) 
     field, sensor = random_field(FINE, rng, share=float(rng.choice([0.1, 0.6]))), bent_camera(rng)
     ahead = np.array(sensor.position) + sensor.pose.rotation()[:, 0]
     mesh = mesh_of(soup(seed, int(rng.integers(10, 60)), size_m=0.6, spread_m=0.9).triangles_m + ahead)
-    free, *_ = Caster(field)._casts(sensor, "exact", barrier_of(sensor, CarBody(FILE, mesh).solid()))
+    free, *_ = Caster(field)._casts(sensor, "exact", barrier_of(sensor, solid_of(FILE.with_body_mesh(mesh))))
     assert make_mesh(sensor, free) is not None and free.is_stopped.any()
     np.testing.assert_array_equal(seen_cut(field, mesh, sensor), ray_by_ray(field, mesh, sensor))
 
@@ -256,7 +254,8 @@ def test_an_empty_body_blocks_nothing_to_the_last_bit(method: str, reading: str)
     rig = rig_of(*(random_sensor(GRID, rng) for _ in range(5))).replace(vehicle=FILE)
     free = MetricSettings(method, reading)  # type: ignore[arg-type]
     expected = Engine(field).evaluate(rig, free)
-    found = Engine(field).evaluate(rig, replace(free, body="blocks"), mesh=mesh_of(np.zeros((0, 3, 3))))
+    empty = rig.with_body_mesh(mesh_of(np.zeros((0, 3, 3))))
+    found = Engine(field).evaluate(empty, replace(free, body="blocks"))
     assert found.scores == expected.scores
     np.testing.assert_array_equal(found.seen["camera"], expected.seen["camera"])
     np.testing.assert_array_equal(found.seen["lidar"], expected.seen["lidar"])
@@ -273,10 +272,10 @@ def test_a_body_in_the_way_takes_from_every_method_and_reading() -> None:
             assert free[behind].any() and not cut[behind].any()
             if method == "exact":  # a line of Bresenham's with another end runs through other voxels
                 np.testing.assert_array_equal(cut & free, cut)
-        rig = rig_of(sensor).replace(vehicle=FILE)
+        rig = rig_of(sensor).replace(vehicle=FILE.with_body_mesh(wall))
         hits = [
             Engine(field)
-            .evaluate(rig, MetricSettings("exact", "hits", body=body), mesh=wall)  # type: ignore[arg-type]
+            .evaluate(rig, MetricSettings("exact", "hits", body=body))  # type: ignore[arg-type]
             .scores.classes["car"]
             .s_ms
             for body in ("ignored", "blocks")
@@ -288,9 +287,9 @@ def test_the_sum_over_hits_counts_each_cut_ray() -> None:
     """One ray along x, cut off in the middle of a voxel that still counts."""
     field = random_field(GRID, np.random.default_rng(2), share=1.0)
     ray = Lidar(name="L", position=(-2.9, 0.1, 1.1), elevations_deg=(0.0,), azimuths_deg=(0.0,))
-    rig = rig_of(ray).replace(vehicle=FILE)
+    rig = rig_of(ray).replace(vehicle=FILE.with_body_mesh(mesh_of(plate(0.3))))
     both = [
-        Engine(field).evaluate(rig, MetricSettings("exact", reading, body="blocks"), mesh=mesh_of(plate(0.3)))  # type: ignore[arg-type]
+        Engine(field).evaluate(rig, MetricSettings("exact", reading, body="blocks"))  # type: ignore[arg-type]
         for reading in ("covered", "hits")
     ]
     assert both[0].scores.covered_voxels["any"] == 7  # x from -2.9 to 0.3 in voxels of half a metre
@@ -363,9 +362,9 @@ def test_another_model_with_a_larger_housing_is_another_sensor() -> None:
     near = spinning((0.0, 0.0, 1.0), beams=1).replace(elevations_deg=(88.0,))
     known = near.replace(model="velodyne-vlp-16")
     assert housing_radius_m(known) < 0.08 < housing_radius_m(near)
-    engine = Engine(field)
+    engine, car = Engine(field), FILE.with_body_mesh(lid)
     free, cut = (
-        engine.evaluate(rig_of(sensor).replace(vehicle=FILE), BLOCKS, mesh=lid).scores.covered_voxels["any"]
+        engine.evaluate(rig_of(sensor).replace(vehicle=car), BLOCKS).scores.covered_voxels["any"]
         for sensor in (near, known)
     )
     assert cut < free
@@ -394,7 +393,7 @@ ROOF_EDGE: list[Sensor] = [
 def test_dense_sensors_on_the_car_see_what_single_rays_see(sensor: Sensor) -> None:
     """Sensors just above a sedan's roof, which takes a part of their rays and leaves others free."""
     field = random_field(grid_of(60, 60, 20, 0.4), np.random.default_rng(3), share=0.4)
-    solid, window = CarBody(Vehicle(), None).solid(), Caster(field).window(sensor)
+    solid, window = solid_of(Vehicle()), Caster(field).window(sensor)
     barrier, found = barrier_of(sensor, solid), []
     for workers in (1, 2):
         caster, marks = Caster(field, workers), np.zeros_like(field.index.words)

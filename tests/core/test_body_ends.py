@@ -12,7 +12,7 @@ from riglens.core.sensing.body_ends import body_ends, housing_radius_m
 from riglens.core.sensing.rays import sensor_rays
 from riglens.core.sensors.registry import kind_of
 from riglens.core.vehicle.profiles import reference_vehicle
-from riglens.core.vehicle.solid import CarBody, Solid
+from riglens.core.vehicle.solid import Solid, solid_of
 from tests.core.vehicle.solids import brute_force, plate, soup
 
 BEAMS: dict[str, Any] = {"elevations_deg": EvenAngles(from_=-60.0, to=60.0, count=13)}
@@ -87,7 +87,7 @@ def test_the_housing_has_the_size_of_the_library_or_the_usual_one() -> None:
 @pytest.mark.parametrize(("body", "least"), [("suv", 1.0), ("van", 0.998)])
 def test_no_beam_leaves_a_closed_car_and_a_camera_looks_out_of_its_windows(body: str, least: float) -> None:
     """But for the slot between wing and wheel housing, which a few beams find from the van's seat."""
-    solid = CarBody(reference_vehicle(body)).solid()
+    solid = solid_of(reference_vehicle(body))
     inside = (0.2, 0.0, 1.3)
     lidar = Lidar(name="in", position=inside, elevations_deg=EvenAngles(from_=-60, to=85, count=64))
     assert np.isfinite(body_ends(lidar, solid)).mean() >= least
@@ -113,4 +113,4 @@ def test_the_edge_of_a_roof_throws_its_shadow_where_geometry_says() -> None:
 def test_the_sensors_of_the_paper_stand_above_the_roof_of_the_usual_car() -> None:
     """At 2.2 m, 0.75 m above a sedan: hardly a beam is lost."""
     lidar = Lidar(name="l", position=(-0.4, 0.2, 2.2), elevations_deg=EvenAngles(from_=-25, to=25, count=16))
-    assert np.isinf(body_ends(lidar, CarBody(Vehicle()).solid())).mean() > 0.95
+    assert np.isinf(body_ends(lidar, solid_of(Vehicle()))).mean() > 0.95

@@ -21,7 +21,7 @@ from riglens.core.sensing.body_ends import (
 from riglens.core.sensing.image_bins import bins_of
 from riglens.core.sensing.rays import sensor_rays
 from riglens.core.vehicle.profiles import reference_vehicle
-from riglens.core.vehicle.solid import Barrier, CarBody, Solid
+from riglens.core.vehicle.solid import Barrier, Solid, solid_of
 from tests.core.vehicle.solids import box, soup
 
 LIBRARY = load_library(asset_path("library.yaml"))
@@ -99,7 +99,7 @@ def test_every_model_of_the_library_ends_at_a_car_where_single_rays_do(model: st
     """Above the roof, at a corner, and inside, tilted."""
     entry, body = LIBRARY.entry(model), ("sedan", "suv", "van")[MODELS.index(model) % 3]
     vehicle = reference_vehicle(body)
-    solid, half = CarBody(vehicle).solid(), (vehicle.length / 2, vehicle.width / 2)
+    solid, half = solid_of(vehicle), (vehicle.length / 2, vehicle.width / 2)
     for place in ((0.1, 0.0, vehicle.height + 0.12), (half[0] - 0.3, half[1] + 0.05, 0.9), (0.2, 0.1, 1.3)):
         sensor = entry.sensor("a", Pose(position_m=place, rpy_deg=(2.0, 6.0, 40.0)))
         if isinstance(sensor, Camera):
@@ -133,7 +133,7 @@ def test_rays_that_end_in_the_void_are_over_and_all_others_keep_their_ends(seed:
 
 def test_any_number_of_workers_finds_the_same_shadow() -> None:
     use_threads(3)
-    solid = CarBody(reference_vehicle("sedan")).solid()
+    solid = solid_of(reference_vehicle("sedan"))
     for model in ("velodyne-vls-128", "hesai-xt32"):
         sensor = LIBRARY.entry(model).sensor("a", Pose(position_m=(1.9, 0.9, 0.9), rpy_deg=(1.0, 2.0, 3.0)))
         barrier = barrier_of(sensor, solid)

@@ -10,7 +10,6 @@ from vtkmodules.vtkFiltersCore import vtkClipPolyData
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from riglens.core.rig.model import Spot, Vehicle
-from riglens.core.vehicle.mesh import BodyMesh
 from riglens.widgets.car.keep_out import KeepOut, Zone
 from riglens.widgets.car.layer import mesh_surface
 from riglens.widgets.car.parts import drawn_parts
@@ -24,9 +23,9 @@ _OPACITY, _OFF_M = 0.62, 0.004
 class _Skin:
     """The surfaces of a car, by material where it has any, and pieces cut out of them."""
 
-    def __init__(self, vehicle: Vehicle, mesh: BodyMesh | None) -> None:
-        if mesh is not None:
-            self.parts = {"": mesh_surface(mesh.placed(vehicle.mesh))}
+    def __init__(self, vehicle: Vehicle) -> None:
+        if vehicle.body_mesh is not None:
+            self.parts = {"": mesh_surface(vehicle.body_mesh.placed(vehicle.mesh))}
         else:
             self.parts = {part.material: part.mesh for part in drawn_parts(vehicle)}
         self.whole = join(list(self.parts.values()))
@@ -102,19 +101,19 @@ class KeepOutLayer:
             actor.prop.opacity, actor.visibility = _OPACITY, False
             renderer.AddActor(actor)
             self._actors.append(actor)
-        self._of: tuple[Vehicle, BodyMesh | None] | None = None
+        self._of: Vehicle | None = None
         self._skin: _Skin | None = None
         self._zones: tuple[Zone, ...] | None = None
         self._pieces: dict[Spot, pv.PolyData] = {}
 
-    def show(self, vehicle: Vehicle, mesh: BodyMesh | None, shown: KeepOut | None) -> None:
+    def show(self, vehicle: Vehicle, shown: KeepOut | None) -> None:
         """Paint something on a car, or nothing; on a car whose mesh is not at hand, nothing."""
-        if shown is None or (mesh is None and vehicle.has_mesh_file):
+        if shown is None or vehicle.lacks_mesh:
             for actor in self._actors:
                 actor.visibility = False
             return
-        if self._skin is None or self._of != (vehicle, mesh):
-            self._of, self._skin = (vehicle, mesh), _Skin(vehicle, mesh)
+        if self._skin is None or self._of != vehicle:
+            self._of, self._skin = vehicle, _Skin(vehicle)
             self._zones, self._pieces = None, {}
         if shown.zones != self._zones:
             self._zones = shown.zones

@@ -10,8 +10,8 @@ from vtkmodules.vtkCommonCore import mutable
 from vtkmodules.vtkCommonDataModel import vtkStaticCellLocator
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
+from riglens.core.rig.body_mesh import BodyMesh
 from riglens.core.rig.model import Vehicle
-from riglens.core.vehicle.mesh import BodyMesh
 from riglens.widgets.car.materials import baked_actors, car_materials
 from riglens.widgets.car.parts import drawn_parts
 from riglens.widgets.car.stand_in import stand_in_parts
@@ -36,10 +36,11 @@ class BodyLayer:
         self._solid = pv.PolyData()
         self._locator: vtkStaticCellLocator | None = None
 
-    def set_vehicle(self, vehicle: Vehicle, palette: Palette, mesh: BodyMesh | None = None) -> None:
+    def set_vehicle(self, vehicle: Vehicle, palette: Palette) -> None:
         """Draw a vehicle, with the mesh of its file; where that is not at hand, a plain box stands in for it."""
+        mesh = vehicle.body_mesh
         if mesh is None:
-            parts = stand_in_parts(vehicle) if vehicle.has_mesh_file else drawn_parts(vehicle)
+            parts = stand_in_parts(vehicle) if vehicle.lacks_mesh else drawn_parts(vehicle)
             actors = [surface_actor(part.mesh, car_materials(palette)[part.material]) for part in parts]
             solid, quick = join([part.mesh for part in parts]), baked_actors(parts, palette)
         else:

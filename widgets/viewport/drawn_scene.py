@@ -40,7 +40,7 @@ from riglens.widgets.viewport.under_mouse import UnderMouse
 from riglens.widgets.viewport.words_layer import WordsLayer
 
 # What each part of the scene is made from, by the names of SceneState's fields.
-_CAR = {"vehicle", "body_mesh"}
+_CAR = {"vehicle"}
 _GROUND = {"grid", "palette"}
 _BODIES = {"rig", "hidden", "failed", "selected", "also_selected", "show_selection", "palette"}
 _MASTS = {*_BODIES, "masts"} - {"failed"}
@@ -138,7 +138,7 @@ class DrawnScene:
         if changed & {"ghosts", "palette"}:
             self._rig.show_ghosts(state)
         if changed & {*_CAR, "keep_out"}:
-            self._keep_out.show(state.vehicle, state.body_mesh, state.keep_out)
+            self._keep_out.show(state.vehicle, state.keep_out)
         if changed & _MASTS:
             self._masts.show(state)
         if changed & _STUBS:
@@ -170,7 +170,7 @@ class DrawnScene:
             self._marker.set_marker(state.marker, palette)
 
     def _show_car(self) -> None:
-        self._body.set_vehicle(self._state.vehicle, self._state.palette, self._state.body_mesh)
+        self._body.set_vehicle(self._state.vehicle, self._state.palette)
         self._has_car = True
 
     def _bring_car(self) -> None:

@@ -9,8 +9,6 @@ from riglens.core.geometry import Pose, Vec3
 from riglens.core.rig.groups import Poses, centre_m
 from riglens.core.rig.model import Rig, Sensor, Vehicle
 from riglens.core.scene.grid import VoxelGrid
-from riglens.core.vehicle.mesh import BodyMesh
-from riglens.core.vehicle.solid import CarBody
 from riglens.widgets.car.keep_out import KeepOut
 from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.gizmo.drag import GizmoMode, Space
@@ -66,15 +64,13 @@ class SceneState:
 
     The sensor named `selected` is shown with its rays and handles, those `also_selected` in the same colour, those
     that have `failed` as ghosts without rays, the `hidden` ones not at all. Those in `fixed` cannot be dragged: they
-    get no handles. Without a `body_mesh` the vehicle's parametric body is drawn, or a plain box where its body is a
-    mesh file. Rays end at the `solid_body`, where there is one. Without `show_selection` the selected sensor has the
-    colour of its kind, but still the rays of a selected one. `ghosts` are sensors that are not in the rig, to be seen
-    beside those that are.
+    get no handles. A plain box is drawn of a vehicle whose mesh file has not been read. Rays end at the `solid_body`,
+    where there is one. Without `show_selection` the selected sensor has the colour of its kind, but still the rays of a
+    selected one. `ghosts` are sensors that are not in the rig, to be seen beside those that are.
     """
 
     vehicle: Vehicle = field(default_factory=Vehicle)
-    body_mesh: BodyMesh | None = None
-    solid_body: CarBody | None = None
+    solid_body: Vehicle | None = None
     rig: Rig = field(default_factory=Rig)
     hidden: frozenset[str] = frozenset()
     failed: frozenset[str] = frozenset()

@@ -47,8 +47,7 @@ class Audit(Feature):
         session = self.session
         if session.scene is None:
             return
-        rig = self.document.working_rig
-        self._asked = AuditRequest(GROUP, "", rig, session.settings, session.scene, session.mesh)
+        self._asked = AuditRequest(GROUP, "", session.working_rig, session.settings, session.scene)
         self.bench.recompute.ask_in_background([self._asked])
         self._show()
 
@@ -73,8 +72,7 @@ class Audit(Feature):
 
     def _is_current(self, request: AuditRequest) -> bool:
         session = self.session
-        same = request.settings == session.settings and request.mesh is session.mesh
-        return same and _same_rays(request.rig, self.document.working_rig)
+        return request.settings == session.settings and _same_rays(request.rig, session.working_rig)
 
 
 def _same_rays(one: Rig, other: Rig) -> bool:

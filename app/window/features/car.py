@@ -10,10 +10,10 @@ from riglens.app.background.tasks import Task
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.workbench import Workbench
+from riglens.core.rig.body_mesh import BodyMesh
 from riglens.core.rig.model import Vehicle
 from riglens.core.scene.boxes import Progress
 from riglens.core.vehicle.mesh import (
-    BodyMesh,
     fitted_scale,
     is_car_size,
     mesh_size_m,
@@ -67,7 +67,7 @@ class Car(Feature):
 
     def _show(self, vehicle: Vehicle) -> None:
         mesh = self.mesh
-        self.viewport.show_state(replace(self.viewport.state, vehicle=vehicle, body_mesh=mesh))
+        self.viewport.show_state(replace(self.viewport.state, vehicle=vehicle.with_body_mesh(mesh)))
         self.session.take_mesh(vehicle.body, mesh)
         said = STAND_IN if mesh is None else size_text(mesh_size_m(mesh, vehicle.mesh))
         self.bench.panels.inspector.set_mesh_size(said, can_fit=mesh is not None)

@@ -82,8 +82,8 @@ class CardShown(Feature):
         """The rig as it is now; how the car brakes decides nothing that has to be counted."""
         session = self.session
         plan = self._plan.braking_as(USUAL_PLAN).with_body(session.solid_body)
-        rig = self.document.working_rig.model_copy(update={"keep_out": ()})
-        return RigRequest(rig, plan, session.mesh)
+        rig = session.working_rig.model_copy(update={"keep_out": ()})
+        return RigRequest(rig, plan)
 
     @property
     def is_current(self) -> bool:

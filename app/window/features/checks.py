@@ -61,7 +61,7 @@ class LiveCheck(Feature, Generic[Page, Request, Answer]):
 
     def _ask(self) -> None:
         """Ask, unless nobody looks, the same was asked, or the mesh of the car's file is not there yet."""
-        if not self.in_sight or (self.document.rig.vehicle.has_mesh_file and self.session.mesh is None):
+        if not self.in_sight or self.session.rig.vehicle.lacks_mesh:
             return
         request = self._request()
         if request != self._asked:

@@ -34,7 +34,7 @@ class ComparedRigs(QObject):
 
     def __init__(self, bench: Workbench) -> None:
         super().__init__(bench)
-        self._recompute, self._counter = bench.recompute, bench.counter
+        self._recompute, self._counter, self._session = bench.recompute, bench.counter, bench.session
         self._rows: dict[str, CompareRow] = {}
         self._numbers = count(1)
         self._scored_on: tuple[LoadedScene, MetricSettings] | None = None
@@ -136,7 +136,10 @@ class ComparedRigs(QObject):
 
     # ------------------------------------------------------------------ asking for the others
     def _ask(self) -> None:
-        """Ask for what is missing, once the traffic and the settings are known."""
+        """Ask for what is missing, once the traffic and the settings are known; with the meshes that are known now."""
+        self._rows = {
+            key: replace(row, rig=self._session.with_mesh(row.rig)) for key, row in self._rows.items()
+        }
         if self._scored_on is not None and not self.is_given_up:
             scene, settings = self._scored_on
             new = [row for row in self.missing if row.key not in self._asked]
@@ -149,8 +152,7 @@ class ComparedRigs(QObject):
         self.changed.emit()
 
     def _ask_counts(self, counted: CountRequest) -> None:
-        """Ask for what the other rigs get onto road users; a mesh that was not read is none of theirs."""
-        body = counted.rig.vehicle.body
+        """Ask for what the other rigs get onto road users."""
         new = [
             row
             for row in self._rows.values()
@@ -158,14 +160,8 @@ class ComparedRigs(QObject):
         ]
         self._asked_counts.update(row.key for row in new)
         self._counter.ask_in_background(
-            [
-                OtherCount(
-                    GROUP, row.key, row.rig, counted.settings, counted.scene,
-                    counted.mesh if row.rig.vehicle.body == body else None,
-                )
-                for row in new
-            ]
-        )  # fmt: skip
+            [OtherCount(GROUP, row.key, row.rig, counted.settings, counted.scene) for row in new]
+        )
 
     def _take_count(self, request: OtherCount, figures: Figures | None) -> None:
         counted = self._counted

@@ -20,7 +20,6 @@ from riglens.app.window.workbench import Workbench
 from riglens.core.kernels.runtime.codes import BODY, GROUND
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.targets.settings import HEIGHT_PX
-from riglens.core.vehicle.solid import CarBody
 from riglens.widgets.panels.targets.rose import bearing_word
 from riglens.widgets.timers import Timers, single_shot
 from riglens.widgets.traffic.frame import ShownFrame
@@ -209,11 +208,10 @@ class FrameView(Feature):
         traffic, shown = self._traffic, self._shown
         if shown is None or traffic is None:
             return
-        session, document = self.session, self.document
-        body = CarBody(document.rig.vehicle, session.mesh)
+        session = self.session
         settings = replace(session.targets, body=session.body)
         request = FrameRequest(
-            document.working_rig, traffic, shown.place, body, settings, shown.explain, document.is_dragging
+            session.working_rig, traffic, shown.place, settings, shown.explain, self.document.is_dragging
         )
         if self._last is None or not request.asks_same(self._last):
             self._last = self._asked = request

@@ -107,14 +107,14 @@ class KeepOutZones(Feature):
 
     def _zones_now(self) -> tuple[Zone, ...]:
         """The zones that the limits on mounts say, in metres of the car of now; none while its mesh is not there."""
-        vehicle, mesh, asked = self.document.rig.vehicle, self.session.mesh, self._mounts.keep_out
-        if vehicle.has_mesh_file and mesh is None:
+        vehicle, asked = self.session.rig.vehicle, self._mounts.keep_out
+        if vehicle.lacks_mesh:
             return ()
-        key = (vehicle, mesh, asked)
+        key = (vehicle, asked)
         if self._zones is None or self._zones[0] != key:
             from riglens.core.review.outline import Outline
 
-            outline = Outline.of(vehicle, mesh)
+            outline = Outline.of(vehicle)
             self._zones = (key, tuple(zone_of(one, outline, vehicle.height) for one in asked))
         return self._zones[1]
 

@@ -17,7 +17,6 @@ from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
 from riglens.core.rig.model import Rig, Sensor
 from riglens.core.sensors.registry import kind_named, kind_of
-from riglens.core.vehicle.solid import CarBody
 from riglens.core.view.camera_picture import CameraPicture
 from riglens.core.view.top_view import TopView
 from riglens.widgets.maps.lowest_items import Lowest
@@ -214,17 +213,12 @@ class SensorView(Feature):
             why = self._no_scene if scene is None else NOTHING_SELECTED if has_sensors else NO_SENSORS
             self.panel.show_text(why)
             return
-        request = PictureRequest(sensor, self.panel.chosen_frame, scene, self._body())
+        request = PictureRequest(sensor, self.panel.chosen_frame, scene, self.viewport.state.vehicle)
         if self._asked is None or not request.asks_same(self._asked):
             self._asked, self._is_answered = request, False
             if self.panel.page is self.panel.text:
                 self.panel.show_text(WAITING)
             self.pictures.ask(request)
-
-    def _body(self) -> CarBody:
-        """The car as it is drawn: the vehicle of the rig, but while its mesh is read, or missing, the one before."""
-        state = self.viewport.state
-        return CarBody(state.vehicle, state.body_mesh)
 
     def _show(self, request: PictureRequest, picture: SensorPicture) -> None:
         """Show a picture of the selected sensor; one of an earlier pose too, until the next is there."""

@@ -107,7 +107,7 @@ class Marginals(Feature):
         self.bench.counter.ask_in_background(
             [
                 OtherCount(
-                    GROUP, name, with_enabled(asked.rig, (name,), False), asked.settings, asked.scene, asked.mesh, True
+                    GROUP, name, with_enabled(asked.rig, (name,), False), asked.settings, asked.scene, True
                 )
                 for name in self._names(asked.rig)
             ]

@@ -65,7 +65,7 @@ class Mounts(LiveCheck[MountsPanel, "RigRequest[MountLimits | None]", "tuple[Vio
         return USUAL_KEEP_OUT if asked is None else asked
 
     def _request(self) -> RigRequest[MountLimits | None]:
-        return RigRequest(self.document.rig, self._limits, self.session.mesh)
+        return RigRequest(self.session.rig, self._limits)
 
     def _show(self, answer: tuple[Violation, ...]) -> None:
         self.page.show_lines([(found.sensor, found.text) for found in answer])

@@ -53,8 +53,8 @@ class Objects(LiveCheck[ObjectsPanel, RigRequest[Body], "tuple[ProfileVerdict, .
             self._point_out()
 
     def _request(self) -> RigRequest[Body]:
-        rig = self.document.working_rig.model_copy(update={"keep_out": ()})
-        return RigRequest(rig, self.session.solid_body, self.session.mesh)
+        rig = self.session.working_rig.model_copy(update={"keep_out": ()})
+        return RigRequest(rig, self.session.solid_body)
 
     def _show(self, answer: tuple[ProfileVerdict, ...]) -> None:
         self._profiles = answer

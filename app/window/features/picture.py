@@ -64,7 +64,7 @@ class Picture(Feature):
             return
         self._state = self.viewport.state
         result = self.bench.answers.result
-        is_known = result is not None and result.request.rig == self.document.working_rig
+        is_known = result is not None and result.request.rig == self.session.working_rig
         self._found = None
         if result is not None and is_known:
             self._found = Findings(

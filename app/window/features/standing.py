@@ -15,8 +15,7 @@ from riglens.app.background.standing import StandAnswer, StandRequest, Stands
 from riglens.app.background.worker import BackgroundWorker
 from riglens.app.window.feature import Feature
 from riglens.app.window.workbench import Workbench
-from riglens.core.rig.model import Sensor
-from riglens.core.vehicle.solid import CarBody
+from riglens.core.rig.model import Sensor, Vehicle
 from riglens.core.vehicle.standing import Stand
 from riglens.widgets.viewport.masts import Stubs, masts_of
 
@@ -33,7 +32,7 @@ class Standing(Feature):
         super().__init__(bench)
         self.worker = worker or BackgroundWorker("places of sensors", Stands(), self)
         self._asked: StandRequest | None = None
-        self._answered: CarBody | None = None
+        self._answered: Vehicle | None = None
         queued = Qt.ConnectionType.QueuedConnection
         self.worker.answered.connect(self._take, queued)
         self.worker.failed.connect(bench.report_error, queued)
@@ -45,16 +44,16 @@ class Standing(Feature):
 
     def _ask(self) -> None:
         """Ask how the sensors of the rig stand now; nothing happens when that was asked already."""
-        rig, mesh = self.document.rig, self.session.mesh
+        rig = self.session.rig
         if self.bench.answers.result is None:
             return
-        if rig.vehicle.has_mesh_file and mesh is None:
+        if rig.vehicle.lacks_mesh:
             self._asked = None
             self._show({})
             self._end_rays(None)
             return
         places_m = tuple((sensor.name, sensor.position) for sensor in rig.sensors)
-        request = StandRequest(CarBody(rig.vehicle, mesh), places_m, self._stopped_of())
+        request = StandRequest(rig.vehicle, places_m, self._stopped_of())
         if self._answered is not None:
             self._end_rays(self._answered)
         if request != self._asked:
@@ -71,14 +70,14 @@ class Standing(Feature):
 
     def _take(self, request: StandRequest, answer: StandAnswer) -> None:
         """Show an answer; one to an earlier pose too, until the next is there."""
-        if self._asked is not None and request.body == self._asked.body:
+        if self._asked is not None and request.vehicle == self._asked.vehicle:
             stands, ends_m = answer
             self._show(stands)
             self._show_stopped(request.stopped_of, ends_m)
-            self._answered = request.body
+            self._answered = request.vehicle
             self._end_rays(self._answered)
 
-    def _end_rays(self, body: CarBody | None) -> None:
+    def _end_rays(self, body: Vehicle | None) -> None:
         """Have all rays that are drawn end at the body, while the car is solid; None: have them drawn through it.
 
         The first answer says that what is needed for it has been compiled.

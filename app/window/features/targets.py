@@ -81,8 +81,8 @@ class Targets(Feature):
             return  # scores come first: both would compile at once
         settings = replace(session.targets, body=session.settings.body)
         request = CountRequest(
-            document.revision, document.working_rig, session.baseline, settings, session.scene, document.is_dragging,
-            session.mesh,
+            document.revision, session.working_rig, session.with_mesh(session.baseline), settings, session.scene,
+            document.is_dragging,
         )  # fmt: skip
         asked = self._asked
         if asked is not None and asked.asks_same(request) and asked.is_preview == request.is_preview:
@@ -132,9 +132,7 @@ class Targets(Feature):
         if exact is None or answer.is_whole or exact.request.scene is not asked.scene:
             return answer.on_target
         known = exact.request
-        is_same = (known.settings, known.baseline_rig, known.mesh) == (
-            asked.settings, asked.baseline_rig, asked.mesh,
-        )  # fmt: skip
+        is_same = (known.settings, known.baseline_rig) == (asked.settings, asked.baseline_rig)
         return answer.on_target.anchored(exact.on_target) if is_same else answer.on_target
 
     def _grey(self) -> None:

@@ -112,8 +112,8 @@ class Tolerance(Feature):
         count, settings = self._targets.answer, replace(session.settings, body=session.body)
         traffic = count.traffic if count is not None and count.request.scene is session.scene else None
         return ToleranceRequest(
-            GROUP, "", self.document.working_rig, settings, session.scene, profile=self.profile,
-            draws=DRAWS, targets=session.targets, traffic=traffic, mesh=session.mesh,
+            GROUP, "", session.working_rig, settings, session.scene, profile=self.profile,
+            draws=DRAWS, targets=session.targets, traffic=traffic,
         )  # fmt: skip
 
     def _ask(self) -> None:

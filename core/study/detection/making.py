@@ -72,8 +72,8 @@ class _Looks:
     @classmethod
     def of(cls, entrant: Entrant, worlds: Worlds, cameras: Quality | None) -> _Looks:
         how = None if cameras is None else QUALITIES[cameras]
-        painter = None if how is None else Painter(entrant.rig, worlds, how, entrant.mesh)
-        return cls(Simulator(entrant.rig, worlds, mesh=entrant.mesh), painter)
+        painter = None if how is None else Painter(entrant.rig, worlds, how)
+        return cls(Simulator(entrant.rig, worlds), painter)
 
     def at(self, frame: int) -> tuple[TrueBoxes, Sweep, NDArray[np.float64] | None]:
         sweep = self.simulator.sweep(frame)

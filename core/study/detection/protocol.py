@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
-from itertools import repeat
 from typing import Literal
 
 import numpy as np
@@ -24,7 +23,6 @@ from riglens.core.rig.yaml.file import rig_sha256
 from riglens.core.scene.boxes import DataReport
 from riglens.core.simulate.painting import QUALITIES, Quality
 from riglens.core.simulate.settings import SimulationSettings
-from riglens.core.vehicle.mesh import BodyMesh
 
 Mode = Literal["shared", "per-rig"]
 Ids = NDArray[np.int64]
@@ -125,25 +123,21 @@ def split(data: DataReport, protocol: Protocol) -> Split:
 
 @dataclass(frozen=True)
 class Entrant:
-    """A rig of the study, under the name that is shown: its LiDARs, and its cameras where points are painted. `mesh`
-    is that of the car's file, if it has one and rays end at the body."""
+    """A rig of the study, under the name that is shown: its LiDARs, and its cameras where points are painted."""
 
     name: str
     rig: Rig
-    mesh: BodyMesh | None = field(default=None, compare=False, repr=False)
 
     @cached_property
     def key(self) -> str:
         """What decides its sweeps."""
-        plain = rig_sha256(self.rig.model_copy(update={"name": "rig"}))
-        return (
-            plain if self.mesh is None else hashlib.sha256(f"{plain} {self.mesh.sha256}".encode()).hexdigest()
-        )
+        plain, mesh = rig_sha256(self.rig.model_copy(update={"name": "rig"})), self.rig.vehicle.body_mesh
+        return plain if mesh is None else hashlib.sha256(f"{plain} {mesh.sha256}".encode()).hexdigest()
 
     @property
     def lidars_key(self) -> str:
         """What decides its points: the same for rigs that differ in cameras alone."""
-        return Entrant(self.name, self.rig.with_lidars_alone(), self.mesh).key
+        return Entrant(self.name, self.rig.with_lidars_alone()).key
 
     @property
     def rays(self) -> int:
@@ -151,16 +145,14 @@ class Entrant:
         return sum(lidar.ray_count for lidar in self.rig.lidars())
 
 
-def entrants(
-    rigs: Sequence[Rig], with_cameras: bool = False, meshes: Iterable[BodyMesh | None] = repeat(None)
-) -> tuple[Entrant, ...]:
+def entrants(rigs: Sequence[Rig], with_cameras: bool = False) -> tuple[Entrant, ...]:
     """The rigs as they take part, with switched-off sensors left out, and cameras unless asked for; names are made
-    unique. `meshes` are those of the rigs' bodies, where files hold them and rays end at them.
+    unique.
 
     Raise InputError for a rig without LiDARs.
     """
     found: list[Entrant] = []
-    for rig, mesh in zip(rigs, meshes, strict=False):
+    for rig in rigs:
         if not rig.lidars():
             raise InputError(
                 f"rig '{rig.name}' must have an enabled LiDAR: hit coverage says what cameras see"
@@ -169,7 +161,7 @@ def entrants(
         name = f"{rig.name} ({taken + 1})" if taken else rig.name
         cameras = rig.cameras() if with_cameras else ()
         taking_part = rig.model_copy(update={"name": name, "sensors": (*rig.lidars(), *cameras)})
-        found.append(Entrant(name, taking_part, mesh))
+        found.append(Entrant(name, taking_part))
     return tuple(found)
 
 

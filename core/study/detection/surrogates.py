@@ -65,11 +65,11 @@ def _of(
     found: dict[str, list[float]] = {}
     for name, reading in _READINGS.items():
         metric = replace(PAPER_SETTINGS, reading=reading, body=settings.body)
-        classes = engine.evaluate(entrant.rig, metric, mesh=entrant.mesh).scores.classes
+        classes = engine.evaluate(entrant.rig, metric).scores.classes
         found[name] = [classes[cls].s_ms for cls in CLASSES]
         if name == "s_ms":
             found["seen"] = [classes[cls].any_seen for cls in CLASSES]
-    counted = targets.evaluate(entrant.rig, settings, mesh=entrant.mesh).classes
+    counted = targets.evaluate(entrant.rig, settings).classes
     totals = [counted[cls].total for cls in CLASSES]
     found["on_target"] = [row.on_target.value for row in totals]
     found["share_5"] = [row.share_5.value for row in totals]

@@ -15,10 +15,10 @@ from riglens.app.session.result_store import ResultStore
 from riglens.app.session.session import HeatChoice, Session
 from riglens.core.geometry import Pose
 from riglens.core.metric.scores import MetricSettings
+from riglens.core.rig.body_mesh import BodyMesh
 from riglens.core.rig.model import Vehicle
 from riglens.core.rig.presets import preset
 from riglens.core.scene.grid import VoxelGrid
-from riglens.core.vehicle.mesh import BodyMesh
 from tests.app.window.desk import FakeRecompute, loaded, open_desk
 from tests.app.window_bench import LIDAR, RIG
 
@@ -216,6 +216,6 @@ def test_a_body_in_a_file_is_ignored_until_its_mesh_has_been_read() -> None:
     points = np.zeros((3, 3), np.float32)
     mesh = BodyMesh(points, points, np.array([[0, 1, 2]], np.int32))
     session.take_mesh("other.glb", mesh)
-    assert session.body == "ignored" and session.request().mesh is None
+    assert session.body == "ignored" and session.request().rig.vehicle.lacks_mesh
     session.take_mesh("car.glb", mesh)
-    assert session.body == "blocks" and session.request().mesh is mesh
+    assert session.body == "blocks" and session.request().rig.vehicle.body_mesh is mesh

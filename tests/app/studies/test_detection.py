@@ -236,8 +236,8 @@ def test_a_body_of_a_file_takes_part(
     (tmp_path / "car.stl").write_bytes(stl())
 
     def ends(asked: Study, scene: object) -> Surrogates:
-        (one,) = asked.compared
-        raise InputError(f"{one.mesh is not None and len(one.mesh.triangles)} triangles")
+        mesh = asked.compared[0].rig.vehicle.body_mesh
+        raise InputError(f"{mesh is not None and len(mesh.triangles)} triangles")
 
     monkeypatch.setattr(detection, "_surrogates", ends)
     assert "4 triangles" in refused(riglens, *words)

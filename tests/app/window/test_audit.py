@@ -26,7 +26,7 @@ FIELD = random_field(grid_of(40, 40, 8, 0.5), np.random.default_rng(3), share=0.
 
 
 def audited(rig: Rig) -> RigAudit:
-    return audit(FIELD, rig, "blocks", None, 1)
+    return audit(FIELD, rig, "blocks", 1)
 
 
 @pytest.fixture
@@ -103,6 +103,6 @@ def test_the_thread_follows_rays_as_the_command_does(qtbot: QtBot, tmp_path: Pat
         bench.document.select("roof")
         bench.features.audit.follow_rays()
         qtbot.waitUntil(lambda: bench.features.audit.answer is not None, timeout=TIMEOUT_MS)
-        expected = audit(bench.scenes[-1].field, RIG, bench.session.body, None, 1)
+        expected = audit(bench.scenes[-1].field, RIG, bench.session.body, 1)
         found = bench.features.audit.answer[1]
         assert [s.counts for s in found.sensors] == [s.counts for s in expected.sensors]

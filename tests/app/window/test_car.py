@@ -138,7 +138,7 @@ TETRAHEDRON = "v 0 0 0\nv 2 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 
 
 
 def vehicles_shown(bench: FullDesk) -> list[tuple]:
-    return bench.viewport.values("vehicle", "body_mesh")
+    return [(vehicle, vehicle.body_mesh) for (vehicle,) in bench.viewport.values("vehicle")]
 
 
 def test_a_mesh_file_chosen_in_the_inspector_becomes_the_body_named_from_the_rigs_folder(bench, tmp_path):

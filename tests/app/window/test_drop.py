@@ -56,7 +56,7 @@ def test_a_dropped_mesh_becomes_the_body(bench: FullDesk, tmp_path: Path) -> Non
     mesh.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n")
     assert drop(bench, mesh)
     assert bench.document.rig.vehicle.body == mesh.as_posix()
-    bench.qtbot.waitUntil(lambda: bench.viewport.state.body_mesh is not None, timeout=TIMEOUT_MS)
+    bench.qtbot.waitUntil(lambda: bench.viewport.state.vehicle.body_mesh is not None, timeout=TIMEOUT_MS)
     bench.act("undo")
     assert bench.document.rig == RIG
 

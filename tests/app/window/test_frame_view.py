@@ -24,7 +24,7 @@ from riglens.core.metric.voxel import VoxelFacts
 from riglens.core.rig.model import Rig
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import USUAL, TargetSettings
-from riglens.core.vehicle.solid import CarBody, Solid
+from riglens.core.vehicle.solid import Solid
 from riglens.core.view.frame_scene import FrameScene, Missed, frame_scene
 from riglens.widgets.traffic.frame import ShownFrame
 from tests.app.window.desk import Desk, full_desk, open_desk
@@ -239,7 +239,7 @@ def test_reasons_are_whole_sentences(missed: Missed, end: str) -> None:
 def test_the_thread_answers_the_latest_frame_and_ends(qtbot: QtBot) -> None:
     caster = BackgroundWorker("frame view", FrameCasting(), close_s=TIMEOUT_S)
     with qtbot.waitSignal(caster.answered, timeout=TIMEOUT_MS) as told:
-        caster.ask(FrameRequest(RIG, TRAFFIC, 0, CarBody(), USUAL, explain=0))
+        caster.ask(FrameRequest(RIG, TRAFFIC, 0, USUAL, explain=0))
     scene, missed = told.args[1]
     assert missed is not None and scene.frame == int(TRAFFIC.frame[0])
     caster.close()
@@ -253,9 +253,7 @@ def test_every_road_user_of_a_frame_has_the_points_that_the_panel_counts(qtbot: 
     caster = BackgroundWorker("frame view", FrameCasting(), close_s=TIMEOUT_S)
     for place in range(many.frames):
         with qtbot.waitSignal(caster.answered, timeout=TIMEOUT_MS) as told:
-            caster.ask(
-                FrameRequest(rig, many, place, CarBody(rig.vehicle), settings, is_preview=place % 2 == 0)
-            )
+            caster.ask(FrameRequest(rig, many, place, settings, is_preview=place % 2 == 0))
         first, end = int(many.starts[place]), int(many.starts[place + 1])
         here = (counted.box >= first) & (counted.box < end)
         points = told.args[1][0].points
@@ -274,7 +272,7 @@ def test_why_somebody_is_missed_is_told_in_the_points_of_the_panel(qtbot: QtBot)
         place = int(many.frame_of_box[counted.box[k]])
         number = int(counted.box[k] - many.starts[place])
         with qtbot.waitSignal(caster.answered, timeout=TIMEOUT_MS) as told:
-            caster.ask(FrameRequest(RIG, many, place, CarBody(), USUAL, explain=number))
+            caster.ask(FrameRequest(RIG, many, place, USUAL, explain=number))
         missed = told.args[1][1]
         assert (missed.points, missed.alone) == (counted.all_points[k], counted.points_alone[k])
         assert missed.verdict == ("hidden" if missed.alone >= USUAL.min_points else "between beams")

@@ -54,7 +54,7 @@ def settle(objects: Objects) -> None:
 
 
 def expected(desk: Desk) -> tuple[ProfileVerdict, ...]:
-    return verdicts(desk.document.rig, bundled_profiles(), desk.session.body, desk.session.mesh)
+    return verdicts(desk.session.rig, bundled_profiles(), desk.session.body)
 
 
 def shown(objects: Objects) -> list[tuple[str, str]]:

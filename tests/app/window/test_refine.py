@@ -124,7 +124,6 @@ class TimedEngine:
         rig: Any,
         settings: Any,
         with_seen: bool = True,
-        mesh: Any = None,
         cancel: Any = lambda: False,
     ) -> Any:
         if self._is_exact and self.gate is not None:

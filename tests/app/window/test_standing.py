@@ -18,7 +18,7 @@ from riglens.core.kernels.runtime.codes import BODY
 from riglens.core.rig.model import Rig
 from riglens.core.sensing.body_ends import barrier_of
 from riglens.core.sensing.rays import sensor_rays
-from riglens.core.vehicle.solid import CarBody
+from riglens.core.vehicle.solid import solid_of
 from riglens.core.vehicle.standing import stand
 from riglens.core.view.frames import FrameBoxes
 from riglens.core.view.hits import cast
@@ -72,7 +72,7 @@ def test_nothing_is_said_before_the_first_scores(desk: Desk, standing: Standing)
 def test_a_sensor_in_the_air_is_marked_in_list_view_and_inspector(desk: Desk, standing: Standing) -> None:
     start(desk, standing)
     rig = desk.document.rig
-    problem = stand(rig.sensor("roof").position, CarBody(rig.vehicle).solid()).problem
+    problem = stand(rig.sensor("roof").position, solid_of(rig.vehicle)).problem
     assert "above the body: needs a bracket" in problem and marked(desk)["roof"] == problem
     assert problem.capitalize() in desk.panels.tree.item_of("roof").toolTip(NAME)
     mast = next(mast for mast in desk.viewport.state.masts if mast.name == "roof")
@@ -83,7 +83,7 @@ def test_a_sensor_in_the_air_is_marked_in_list_view_and_inspector(desk: Desk, st
 
 
 def test_the_line_about_the_rig_names_the_heights_that_the_view_does() -> None:
-    solid = CarBody(RIG.vehicle).solid()
+    solid = solid_of(RIG.vehicle)
     above = {name: stand((-0.9, 0.3, z_m), solid) for name, z_m in (("low", 1.9), ("high", 2.2))}
     assert all(found.gap_m < found.away_m for found in above.values())  # the roof slopes
     said = f"low, high: {above['low'].height.split()[0]} to {above['high'].height} off the body"
@@ -131,7 +131,7 @@ def test_only_what_moved_is_found_anew(standing: Standing, monkeypatch: pytest.M
         return stand(place_m, solid)
 
     monkeypatch.setattr("riglens.app.background.standing.stand", counted)
-    body, still = CarBody(Rig().vehicle), ("a", (0.0, 0.0, 2.0))
+    body, still = Rig().vehicle, ("a", (0.0, 0.0, 2.0))
     for x in (0.1, 0.2):
         standing.worker.ask(StandRequest(body, (still, ("b", (x, 0.0, 2.0)))))
         settle(standing)
@@ -140,8 +140,8 @@ def test_only_what_moved_is_found_anew(standing: Standing, monkeypatch: pytest.M
 
 def test_rays_end_where_they_first_meet_the_car_and_beyond_the_housing() -> None:
     sensor = LIDAR.replace(position=(0.0, 0.0, 1.6))
-    body = CarBody(RIG.vehicle)
-    barrier = barrier_of(sensor, body.solid())
+    body = RIG.vehicle
+    barrier = barrier_of(sensor, solid_of(body))
     hits = cast(
         sensor.position,
         sensor_rays(sensor).directions,
@@ -176,7 +176,7 @@ def test_stopped_rays_of_the_selected_sensor_are_shown_at_rest_while_the_car_is_
     desk.viewport.release("roof")
     settle(standing)
     assert desk.viewport.state.stubs is not None
-    assert desk.viewport.state.solid_body == CarBody(RIG.vehicle), "drawn rays end where those cast do"
+    assert desk.viewport.state.solid_body == RIG.vehicle, "drawn rays end where those cast do"
     desk.document.set_failed(("roof",), True)
     settle(standing)
     assert desk.viewport.state.stubs is None, "a failed sensor draws nothing"

@@ -12,14 +12,14 @@ from riglens.core.rig.edits import mirrored_pose
 from riglens.core.rig.library import default_library
 from riglens.core.rig.model import PARAMETRIC_BODIES, Rig, Vehicle
 from riglens.core.vehicle.profiles import PROFILES
-from riglens.core.vehicle.solid import CarBody
+from riglens.core.vehicle.solid import solid_of
 from riglens.core.vehicle.standing import materials_at
 
 MODEL = "generic-16"
 
 
 def test_spots_lie_on_the_outer_skin_and_keep_their_distance() -> None:
-    solid = CarBody(Vehicle()).solid()
+    solid = solid_of(Vehicle())
     spots = skin_spots(Vehicle(), 0.4)
     points = np.array([spot.point_m for spot in spots])
     away = np.linalg.norm(points[:, None] - points[None], axis=2) + 9.0 * np.eye(len(points))

@@ -9,7 +9,7 @@ from riglens.core.review.blind import BlindEngine, BlindSettings
 from riglens.core.rig.model import EvenAngles, Lidar, Rig, Vehicle
 from riglens.core.targets.engine import TargetEngine, never_stale
 from riglens.core.targets.settings import TargetSettings
-from riglens.core.vehicle.solid import CarBody
+from riglens.core.vehicle.solid import solid_of
 from tests.core.targets.cases import random_rig, random_traffic
 
 SETTINGS = (
@@ -23,7 +23,7 @@ SETTINGS = (
 def test_cells_of_a_set_are_those_that_the_engine_counts(seed: int) -> None:
     rng = np.random.default_rng(seed)
     traffic, rig, settings = random_traffic(rng, 8), random_rig(rng, 7), SETTINGS[seed % 3]
-    solid = CarBody(rig.vehicle).solid() if settings.body == "blocks" else None
+    solid = solid_of(rig.vehicle) if settings.body == "blocks" else None
     maker = HitTableMaker(traffic, 6, settings, solid, 2)
     lidars = rig.lidars()
     base, rest = lidars[:1], lidars[1:]

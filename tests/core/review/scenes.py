@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from riglens.core.rig.body_mesh import BodyMesh
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Sensor, Vehicle
-from riglens.core.vehicle.mesh import BodyMesh
 
 BOX_FILE = Vehicle(body="box.stl", length=4.0, width=2.0, height=1.5)
 
@@ -17,6 +17,9 @@ def box_mesh(length_m: float = 4.0, width_m: float = 2.0, height_m: float = 1.5)
     quads = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
     triangles = np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))], np.int32)
     return BodyMesh(points, np.zeros_like(points), triangles)
+
+
+BOX = BOX_FILE.with_body_mesh(box_mesh())
 
 
 def dense_lidar(z_m: float, beams: int = 901, turns: int = 720, x_m: float = 0.0) -> Lidar:

@@ -21,7 +21,7 @@ from riglens.core.review.outline import SECTORS, Outline, sector_of
 from riglens.core.rig.model import Rig, Vehicle
 from riglens.core.scene.columns import unpack
 from riglens.core.scene.grid import VoxelGrid
-from tests.core.review.scenes import BOX_FILE, box_mesh, camera, dense_lidar, random_rig
+from tests.core.review.scenes import BOX, box_mesh, camera, dense_lidar, random_rig
 
 SINGLE = BlindSettings(width_m=0.0, body="ignored", within_m=10.0)
 
@@ -83,16 +83,16 @@ def test_a_beam_meets_the_ground_at_height_over_tangent_and_rises_towards_the_ca
 
 def test_the_roof_edge_throws_a_shadow_of_the_known_length() -> None:
     h_s, h_roof, dx = 2.0, 1.5, 2.0
-    rig = Rig(vehicle=BOX_FILE, sensors=(dense_lidar(h_s),))
+    rig = Rig(vehicle=BOX, sensors=(dense_lidar(h_s),))
     settings = BlindSettings(width_m=0.0, within_m=8.0)
-    found = BlindEngine(rig.vehicle, settings, box_mesh()).evaluate(rig)
+    found = BlindEngine(rig.vehicle, settings).evaluate(rig)
     x, lowest = along_x(found)
     shadow = h_s * dx / (h_s - h_roof)
     assert shadow == 8.0
     over_roof = np.maximum(h_s - x * (h_s - h_roof) / dx, 0.0)
     assert np.all(lowest >= over_roof - 1e-9)
     assert np.all(lowest[x > 2.3] <= over_roof[x > 2.3] + 2.0 * found.grid.voxel_m)
-    free = BlindEngine(rig.vehicle, BlindSettings(width_m=0.0, within_m=8.0, body="ignored"), box_mesh())
+    free = BlindEngine(rig.vehicle, BlindSettings(width_m=0.0, within_m=8.0, body="ignored"))
     assert np.all(along_x(free.evaluate(rig))[1] <= 0.1 + 1e-9)
 
 
@@ -233,8 +233,8 @@ def test_the_largest_hole_is_the_larger_of_two() -> None:
 
 
 def test_the_outline_of_a_mesh_is_what_it_spans_and_grids_hold_whole_voxels() -> None:
-    assert Outline.of(BOX_FILE, box_mesh(5.0, 3.0)) == Outline(-2.5, 2.5, -1.5, 1.5)
-    grid = BlindEngine(BOX_FILE, BlindSettings(0.3), box_mesh()).grid
+    assert Outline.of(BOX.with_body_mesh(box_mesh(5.0, 3.0))) == Outline(-2.5, 2.5, -1.5, 1.5)
+    grid = BlindEngine(BOX, BlindSettings(0.3)).grid
     assert isinstance(grid, VoxelGrid) and grid.roi_m[0] >= 44.0
     for wrong in ({"width_m": -1.0}, {"within_m": 0.5}, {"width_m": float("nan")}):
         with pytest.raises(InputError, match=r"must be between .* m"):

@@ -52,7 +52,7 @@ def required(text: str) -> Requirements:
 def subject(rig: Rig, seed: int = 4) -> Subject:
     rng = np.random.default_rng(seed)
     field, traffic = random_field(SMALL, rng), some_traffic(rng)
-    return Subject(rig, "ignored", None, field, traffic, bundled_profiles())
+    return Subject(rig, "ignored", field, traffic, bundled_profiles())
 
 
 def verdicts(rig: Rig, text: str) -> tuple[Verdict, ...]:
@@ -112,7 +112,7 @@ def test_a_class_that_the_scene_has_not_is_not_applicable(text: str) -> None:
     counts[..., CLASSES.index("car")] = 0
     field = EntropyField.from_pog(synthetic_pog(SMALL, counts, 50))
     nobody = replace(traffic, cls=np.full_like(traffic.cls, CLASSES.index("bicycle")))
-    asked = Subject(some_rig(), "ignored", None, field, nobody, bundled_profiles())
+    asked = Subject(some_rig(), "ignored", field, nobody, bundled_profiles())
     for verdict in Check(asked, required(text)).verdicts():
         assert (verdict.status, verdict.passes) == ("not applicable", False)
 

@@ -24,7 +24,7 @@ from riglens.core.rig.yaml.file import dumps, loads, rig_sha256
 from riglens.core.vehicle.body import body_parts
 from riglens.core.vehicle.solid import Solid
 from riglens.core.vehicle.standing import Stand, stand
-from tests.core.review.scenes import BOX_FILE, box_mesh, camera, dense_lidar
+from tests.core.review.scenes import BOX, camera, dense_lidar
 
 SEDAN = Vehicle()
 
@@ -48,8 +48,8 @@ def on_material(material: str) -> tuple[float, float, float]:
 def test_distances_over_a_box_are_those_of_a_pencil() -> None:
     roof = dense_lidar(1.8)
     side = camera((0.0, 1.3, 1.0), 90.0)
-    rig = Rig(vehicle=BOX_FILE, sensors=(roof, side, camera((9.0, 0.0, 1.0), 5.0).replace(enabled=False)))
-    top, left = mounts_of(rig, box_mesh())
+    rig = Rig(vehicle=BOX, sensors=(roof, side, camera((9.0, 0.0, 1.0), 5.0).replace(enabled=False)))
+    top, left = mounts_of(rig)
     assert (top.height_m, top.stand.gap_m) == pytest.approx((1.8, 0.3))
     assert left.stand.gap_m == pytest.approx(0.3) and left.neighbour == roof.name
     assert left.neighbour_m == pytest.approx(np.hypot(1.3, 0.8))
@@ -58,13 +58,13 @@ def test_distances_over_a_box_are_those_of_a_pencil() -> None:
         half - 0.5
     )
     assert tuple(left.beyond_m) == SIDES and left.materials == frozenset()
-    alone = mounts_of(Rig(vehicle=BOX_FILE, sensors=(roof,)), box_mesh())[0]
+    alone = mounts_of(Rig(vehicle=BOX, sensors=(roof,)))[0]
     assert alone.neighbour is None and alone.neighbour_m == np.inf
 
 
 def test_a_housing_sticks_out_as_its_own_size_turned_says() -> None:
     lying = sensor_from_model("velodyne-vlp-16", "v", Pose((-2.3, -1.2, 0.9), (0.0, 90.0, 0.0)))
-    (mount,) = mounts_of(Rig(vehicle=BOX_FILE, sensors=(lying,)), box_mesh())
+    (mount,) = mounts_of(Rig(vehicle=BOX, sensors=(lying,)))
     across, along = 0.1032 / 2, 0.0717 / 2
     out = (-4.3 + along, 0.3 + along, -2.2 + across, 0.2 + across, 0.9 + across - 1.5)
     assert [mount.beyond_m[side] for side in SIDES] == pytest.approx(out)
@@ -73,18 +73,16 @@ def test_a_housing_sticks_out_as_its_own_size_turned_says() -> None:
 def test_a_car_measures_what_sticks_out_on_both_of_its_sides() -> None:
     half = 0.05 / np.sqrt(3.0)
     around = [(2.1, 0.0, 1.0), (-2.2, 0.0, 1.0), (0.0, 1.3, 1.0), (0.0, -1.4, 1.0)]
-    rig = Rig(vehicle=BOX_FILE, sensors=tuple(camera(place, 90.0 * i) for i, place in enumerate(around)))
+    rig = Rig(vehicle=BOX, sensors=tuple(camera(place, 90.0 * i) for i, place in enumerate(around)))
     limits = MountLimits(length_m=4.0, width_m=2.0, total_height_m=1.5, spacing_m=1.2, keep_out=())
-    assert [violation.text for violation in violations(rig, limits, box_mesh())] == [
+    assert [violation.text for violation in violations(rig, limits)] == [
         f"{4.3 + 2 * half:.3f} m long with its sensors; accepted are at most 4 m",
         f"{2.7 + 2 * half:.3f} m wide with its sensors; accepted are at most 2 m",
     ]
 
 
 def test_every_limit_that_is_broken_gives_one_line_that_says_by_how_much() -> None:
-    rig = Rig(
-        vehicle=BOX_FILE, sensors=(dense_lidar(1.8), camera((0.0, 1.3, 1.0), 90.0), camera((0.0, 0.0, 0.7)))
-    )
+    rig = Rig(vehicle=BOX, sensors=(dense_lidar(1.8), camera((0.0, 1.3, 1.0), 90.0), camera((0.0, 0.0, 0.7))))
     limits = MountLimits(
         height_m=(0.8, 1.5),
         gap_m=0.2,
@@ -94,7 +92,7 @@ def test_every_limit_that_is_broken_gives_one_line_that_says_by_how_much() -> No
         length_m=4.0,
         total_height_m=1.6,
     )
-    lines = [(v.sensor, v.text) for v in violations(rig, limits, box_mesh())]
+    lines = [(v.sensor, v.text) for v in violations(rig, limits)]
     texts = [text for _, text in lines]
     assert ("lidar 0", "1.800 m over the ground; accepted are 0.8 to 1.5 m") in lines
     assert ("lidar 0", "0.300 m over the skin; accepted are at most 0.2 m") in lines
@@ -108,7 +106,7 @@ def test_every_limit_that_is_broken_gives_one_line_that_says_by_how_much() -> No
         "2.329 m wide with its sensors; accepted are at most 2.1 m",
         "1.861 m high with its sensors; accepted are at most 1.6 m",
     ]
-    assert violations(rig, MountLimits(keep_out=()), box_mesh()) == violations(rig, MountLimits(), box_mesh())
+    assert violations(rig, MountLimits(keep_out=())) == violations(rig, MountLimits())
 
 
 @pytest.mark.parametrize(

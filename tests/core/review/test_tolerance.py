@@ -31,9 +31,9 @@ from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import TargetSettings
-from riglens.core.vehicle.solid import CarBody
+from riglens.core.vehicle.solid import solid_of
 from tests.core.builders import random_field
-from tests.core.review.scenes import BOX_FILE, box_mesh, random_rig
+from tests.core.review.scenes import BOX, random_rig
 from tests.core.review.test_redundancy import some_traffic
 
 SMALL = VoxelGrid(0.5, (20.0, 16.0, 4.0))
@@ -160,8 +160,7 @@ def test_a_pitching_car_takes_body_and_sensors_along_and_leaves_the_traffic() ->
     moved = standing(rig, stance)
     for sensor, was in zip(moved.sensors, rig.sensors, strict=True):
         np.testing.assert_allclose(sensor.position, stance.transform(was.position), atol=1e-12)
-    mesh = box_mesh()
-    solid, turned = (CarBody(BOX_FILE, mesh, how).solid() for how in (Pose(), stance))
+    solid, turned = (solid_of(BOX, how) for how in (Pose(), stance))
     np.testing.assert_allclose(turned.triangles_m, stance.transform(solid.triangles_m), atol=1e-9)
     assert turned.fingerprint != solid.fingerprint
     blocked = MetricSettings(body="blocks")

@@ -10,8 +10,8 @@ from riglens.core.review.verdicts import ObjectVerdict, ObjectVisibility, ray_co
 from riglens.core.rig.model import EvenAngles, Lidar, Rig, Sensor, Vehicle
 from riglens.core.sensing.body_ends import barrier_of
 from riglens.core.sensing.rays import sensor_rays
-from riglens.core.vehicle.solid import CarBody
-from tests.core.review.scenes import BOX_FILE, box_mesh, camera, dense_lidar, random_rig
+from riglens.core.vehicle.solid import solid_of
+from tests.core.review.scenes import BOX, camera, dense_lidar, random_rig
 from tests.core.vehicle.solids import brute_force
 
 
@@ -42,7 +42,7 @@ def counted(sensor: Sensor, target: Target, ends: np.ndarray) -> tuple[int, int]
 
 def test_rays_on_objects_are_those_of_a_search_through_all_rays_and_triangles() -> None:
     rng = np.random.default_rng(5)
-    solid = CarBody(BOX_FILE, box_mesh()).solid()
+    solid = solid_of(BOX)
     blocked = 0
     for sensor in random_rig(rng, 6).sensors:
         ranged = sensor.replace(range_m=(0.3, 6.0))
@@ -98,7 +98,7 @@ def test_the_share_in_view_is_that_of_the_surface() -> None:
     far = ahead.replace(range_m=(0.0, 2.0))
     assert surface_share(far, whole, None) == 0.0
     behind = camera((0.0, 0.0, 1.0))  # inside the box of sheet metal
-    barrier = barrier_of(behind, CarBody(BOX_FILE, box_mesh()).solid())
+    barrier = barrier_of(behind, solid_of(BOX))
     assert surface_share(behind, whole, barrier) == 0.0 and surface_share(behind, whole, None) == 1.0
 
 
@@ -137,12 +137,12 @@ def test_a_field_beside_the_car_lies_outwards_of_its_side(side: str, ys: set[flo
 
 def test_an_object_is_seen_from_just_enough_rays_and_share_on() -> None:
     level = dense_lidar(1.0, 301, 720).replace(elevations_deg=EvenAngles(from_=-30.0, to=0.0, count=301))
-    rig, half = Rig(vehicle=BOX_FILE, sensors=(level,)), {"x": 0.0, "left": 5.0}
+    rig, half = Rig(vehicle=BOX, sensors=(level,)), {"x": 0.0, "left": 5.0}
 
     def judged(rays: int, share: float) -> ObjectVerdict:
         shape = Shape(height=2.0, diameter=0.4)
         profile = Profile(name="a", title="t", source="s", object=shape, at=(half,), rays=rays, share=share)  # type: ignore[arg-type]
-        (one,) = verdicts(rig, [profile], "ignored", box_mesh())[0].objects
+        (one,) = verdicts(rig, [profile], "ignored")[0].objects
         return one
 
     found = judged(1, 0.0)
@@ -152,10 +152,10 @@ def test_an_object_is_seen_from_just_enough_rays_and_share_on() -> None:
 
 
 def test_the_body_hides_objects_only_where_it_blocks() -> None:
-    rig = Rig(vehicle=BOX_FILE, sensors=(camera((0.0, 0.0, 1.0)),))
+    rig = Rig(vehicle=BOX, sensors=(camera((0.0, 0.0, 1.0)),))
     shape, at = Shape(height=1.0, diameter=0.3), ({"ahead": 2.0, "y": 0.0},)
     profile = Profile(name="a", title="t", source="s", object=shape, at=at)  # type: ignore[arg-type]
-    seen = [verdicts(rig, [profile], body, box_mesh())[0].passes for body in ("ignored", "blocks")]  # type: ignore[arg-type]
+    seen = [verdicts(rig, [profile], body)[0].passes for body in ("ignored", "blocks")]  # type: ignore[arg-type]
     assert seen == [True, False]
 
 
@@ -164,7 +164,7 @@ def test_an_object_is_met_by_all_pixels_of_a_camera_whatever_it_casts() -> None:
     profile = Profile(name="a", title="t", source="s", object=shape, at=at)  # type: ignore[arg-type]
     eye = camera((0.0, 0.0, 1.0))
     rays = [
-        verdicts(Rig(vehicle=BOX_FILE, sensors=(one,)), [profile], "ignored", box_mesh())[0].objects[0].rays
+        verdicts(Rig(vehicle=BOX, sensors=(one,)), [profile], "ignored")[0].objects[0].rays
         for one in (eye, eye.replace(cast=(8, 6)))
     ]
     assert rays[0] == rays[1] > 48
@@ -178,9 +178,9 @@ def test_every_profile_names_its_source_and_judges_by_its_own_numbers() -> None:
     light = {one.name for one in profiles if not one.is_for(Vehicle(body="truck"))}
     assert {"un-r166-front", "fmvss-111-far"} <= light and "un-r158-camera" not in light | heavy
     assert {one.name for one in profiles if one.from_memory} == {"fmvss-111-near", "fmvss-111-far"}
-    rig = Rig(vehicle=BOX_FILE, sensors=(dense_lidar(3.0), camera((-2.0, 0.0, 1.6), 180.0, 20.0)))
-    visibility = ObjectVisibility(rig, "blocks", box_mesh())
-    for verdict in verdicts(rig, profiles, "blocks", box_mesh()):
+    rig = Rig(vehicle=BOX, sensors=(dense_lidar(3.0), camera((-2.0, 0.0, 1.6), 180.0, 20.0)))
+    visibility = ObjectVisibility(rig, "blocks")
+    for verdict in verdicts(rig, profiles, "blocks"):
         assert verdict == visibility.verdict(verdict.profile)
         for one in verdict.objects:
             assert one.is_seen == (one.rays >= verdict.profile.rays and one.share >= verdict.profile.share)
@@ -188,7 +188,7 @@ def test_every_profile_names_its_source_and_judges_by_its_own_numbers() -> None:
             kinds = {rig.sensor(name).kind for name in one.rays_by_sensor}
             assert verdict.profile.by == "any" or kinds == {verdict.profile.by}
         assert verdict.passes == all(one.is_seen for one in verdict.objects)
-    nobody = verdicts(Rig(vehicle=BOX_FILE), profiles, "ignored", box_mesh())
+    nobody = verdicts(Rig(vehicle=BOX), profiles, "ignored")
     assert not any(verdict.passes for verdict in nobody)
 
 

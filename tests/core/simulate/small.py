@@ -62,7 +62,7 @@ def dataset(traffic: Traffic | None = None, of: Rig | None = None, points: bool 
     poses = {frame: EgoPose((100.0 + 3.0 * frame, 50.0, 0.0), 0.3 * frame) for frame in range(world.frames)}
     scenes = scenes_of(world)
     scenes = [replace(scene, number=4 * scene.number) for scene in scenes]
-    return Dataset(of or rig(), None, SETTINGS, Extras(True, points), world, scenes, poses)
+    return Dataset(of or rig(), SETTINGS, Extras(True, points), world, scenes, poses)
 
 
 def points_m(path: Path) -> NDArray[np.float64]:

@@ -15,7 +15,7 @@ from riglens.core.simulate.settings import BARE, SimulationSettings
 from riglens.core.simulate.world import Worlds
 from riglens.core.targets.beams import stops_of
 from riglens.core.targets.engine import TargetEngine
-from riglens.core.vehicle.solid import CarBody
+from riglens.core.vehicle.solid import solid_of
 from tests.core.simulate import every_ray
 from tests.core.simulate.small import CAMERA, rig, road_users
 from tests.core.targets.cases import random_rig, random_traffic
@@ -35,7 +35,7 @@ def test_every_pixel_against_everything_that_stands_there(seed: int) -> None:
     of = Rig(name="cameras", sensors=cameras)
     world = random_traffic(rng, 2)
     worlds = Worlds(replace(world, size_m=world.size_m.clip(max=4.0)), settings)
-    solid, seen = CarBody(of.vehicle).solid() if seed % 2 else None, set[int]()
+    solid, seen = solid_of(of.vehicle) if seed % 2 else None, set[int]()
     drawn = Cameras(of, worlds, is_native=False)
     assert cameras
     for number, camera in enumerate(cameras):

@@ -13,7 +13,7 @@ from riglens.core.simulate.sweeps import GROUND, STATIC, Simulator, Sweep, point
 from riglens.core.simulate.world import Worlds
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.traffic import Traffic
-from riglens.core.vehicle.solid import CarBody
+from riglens.core.vehicle.solid import solid_of
 from tests.core.simulate import every_ray
 from tests.core.targets.cases import random_rig, random_traffic, traffic
 
@@ -48,7 +48,7 @@ def test_every_ray_against_everything_that_stands_there(seed: int) -> None:
     )
     rig, solid = Rig(name="some", sensors=(LIDAR, *random_rig(rng, 6).lidars())), None
     if seed % 4 == 3:
-        settings, solid = replace(settings, body="blocks"), CarBody(rig.vehicle).solid()
+        settings, solid = replace(settings, body="blocks"), solid_of(rig.vehicle)
     simulator, seen = Simulator(rig, tame(random_traffic(rng, 3)), settings), set[int]()
     for frame in range(3):
         found, expected = simulator.sweep(frame), every_ray.sweep(rig, simulator.worlds, frame, solid)

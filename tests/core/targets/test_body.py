@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from riglens.core.errors import InputError
+from riglens.core.rig.body_mesh import BodyMesh
 from riglens.core.rig.model import Rig, Vehicle
 from riglens.core.sensing.body_ends import body_ends
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import EXACT, USUAL, TargetSettings
-from riglens.core.vehicle.mesh import BodyMesh
-from riglens.core.vehicle.solid import CarBody
+from riglens.core.vehicle.solid import solid_of
 from tests.core.builders import camera, lidar, rig_of
 from tests.core.targets import brute_force
 from tests.core.targets.cases import random_rig, random_traffic, traffic
@@ -56,7 +56,7 @@ def test_a_sensor_high_above_the_car_loses_nothing_ahead() -> None:
 def test_rays_that_the_body_stops_are_left_out_ray_by_ray(case: int) -> None:
     """The oracle leaves out the rays that meet the body before the box."""
     rig = low(random_rig(np.random.default_rng(case)))
-    solid = CarBody(rig.vehicle).solid()
+    solid = solid_of(rig.vehicle)
     expected = brute_force.count(TRAFFIC, rig, BLOCKED, solid=solid)
     found = TargetEngine(TRAFFIC, 1).evaluate(rig, BLOCKED).objects
     rays = {sensor.name: expected.rays[found.box, k] for k, sensor in enumerate(rig.sensors)}
@@ -115,4 +115,6 @@ def test_a_mesh_blocks_as_a_parametric_body_does() -> None:
     triangles = np.arange(6, dtype=np.int32).reshape(2, 3)
     mesh = BodyMesh(wall.reshape(-1, 3).astype(np.float32), normals, triangles)
     assert TargetEngine(AHEAD, 1).evaluate(rig, EXACT).objects.all_points.tolist() == [1]
-    assert TargetEngine(AHEAD, 1).evaluate(rig, BLOCKED, mesh=mesh).objects.all_points.tolist() == [0]
+    assert TargetEngine(AHEAD, 1).evaluate(rig.with_body_mesh(mesh), BLOCKED).objects.all_points.tolist() == [
+        0
+    ]

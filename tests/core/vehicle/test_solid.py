@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 
 from riglens.core.errors import InputError
 from riglens.core.kernels.body.solid import meet_listed
+from riglens.core.rig.body_mesh import BodyMesh
 from riglens.core.rig.model import PARAMETRIC_BODIES, Vehicle
-from riglens.core.vehicle.mesh import BodyMesh
 from riglens.core.vehicle.profiles import reference_vehicle
-from riglens.core.vehicle.solid import GLASS, MATERIALS, CarBody, Solid
+from riglens.core.vehicle.solid import GLASS, MATERIALS, Solid, solid_of
 from tests.core.vehicle.solids import box, brute_force, plate, soup
 
 
@@ -52,7 +52,7 @@ def test_on_a_million_rays_the_tree_and_a_search_over_all_triangles_agree() -> N
 
 @pytest.mark.parametrize("body", PARAMETRIC_BODIES)
 def test_on_a_car_the_tree_and_a_search_over_all_triangles_agree(body: str) -> None:
-    solid = CarBody(reference_vehicle(body)).solid()
+    solid = solid_of(reference_vehicle(body))
     rng = np.random.default_rng(1)
     directions = random_directions(rng, 25)
     barrier = solid.barrier("lidar", 0.0)
@@ -103,8 +103,8 @@ def test_triangles_without_an_area_are_left_out_and_none_at_all_stop_nothing() -
 
 @pytest.mark.parametrize("body", PARAMETRIC_BODIES)
 def test_glass_lets_cameras_through_and_stops_lidars_unless_it_is_said_to_be_clear(body: str) -> None:
-    car = CarBody(reference_vehicle(body))
-    solid, clear = car.solid(), car.solid(through_glass=("camera", "lidar"))
+    car = reference_vehicle(body)
+    solid, clear = solid_of(car), solid_of(car, through_glass=("camera", "lidar"))
     glass = solid.materials == GLASS
     assert 0.005 < glass.mean() < 0.2
     np.testing.assert_array_equal(solid.barrier("camera", 0.0).stops, ~glass)
@@ -114,11 +114,9 @@ def test_glass_lets_cameras_through_and_stops_lidars_unless_it_is_said_to_be_cle
 
 
 def test_the_same_body_gives_the_same_solid_and_every_difference_another_fingerprint() -> None:
-    car = CarBody(Vehicle())
-    assert car.solid() is CarBody(Vehicle()).solid()
+    assert solid_of(Vehicle()) is solid_of(Vehicle())
     prints = {
-        CarBody(vehicle).solid().fingerprint
-        for vehicle in (Vehicle(), Vehicle(length=4.601), Vehicle(body="suv"))
+        solid_of(vehicle).fingerprint for vehicle in (Vehicle(), Vehicle(length=4.601), Vehicle(body="suv"))
     }
     assert len(prints) == 3
     one = plate(1.0)
@@ -129,7 +127,7 @@ def test_a_mesh_of_a_file_is_placed_and_one_that_is_missing_is_said_to_be() -> N
     points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], np.float32)
     mesh = BodyMesh(points, np.zeros((3, 3), np.float32), np.array([[0, 1, 2]], np.int32))
     vehicle = Vehicle(body="car.glb", mesh={"scale": 2.0, "offset": (0.0, 0.0, 1.0)})  # type: ignore[arg-type]
-    solid = CarBody(vehicle, mesh).solid()
+    solid = solid_of(vehicle.with_body_mesh(mesh))
     np.testing.assert_allclose(solid.triangles_m, [[[0, 0, 1], [2, 0, 1], [0, 2, 1]]])
     with pytest.raises(InputError, match=r"^vehicle\.body: the mesh 'car\.glb' has not been read$"):
-        CarBody(vehicle).solid()
+        solid_of(vehicle)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from riglens.core.rig.model import PARAMETRIC_BODIES, Vehicle
 from riglens.core.rig.presets import preset
 from riglens.core.vehicle.profiles import reference_vehicle
-from riglens.core.vehicle.solid import CarBody, Solid
+from riglens.core.vehicle.solid import Solid, solid_of
 from riglens.core.vehicle.standing import problems_in_short, stand
 from tests.core.vehicle.solids import box, plate
 
@@ -17,7 +17,7 @@ ROOM = Solid.of(box((-2.0, -1.0, 0.3), (2.0, 1.0, 1.5)))
 
 def test_the_lidars_of_the_papers_rig_float_three_quarters_of_a_metre_above_a_sedans_roof() -> None:
     rig = preset("W+T")
-    solid = CarBody(rig.vehicle).solid()
+    solid = solid_of(rig.vehicle)
     found = {s.name: stand(s.position, solid) for s in rig.sensors}
     assert found["LIDAR_1"].drop_m == pytest.approx(0.75, abs=0.02)
     assert found["LIDAR_1"].problem == f"{found['LIDAR_1'].drop_m:.2f} m above the body: needs a bracket"
@@ -27,7 +27,7 @@ def test_the_lidars_of_the_papers_rig_float_three_quarters_of_a_metre_above_a_se
 @pytest.mark.parametrize("body", PARAMETRIC_BODIES)
 def test_the_cabin_is_inside_and_all_around_the_car_is_not(body: str) -> None:
     vehicle = reference_vehicle(body)
-    solid = CarBody(vehicle).solid()
+    solid = solid_of(vehicle)
     seat = (2.9 if body == "truck" else 0.1, 0.0, 0.72 * vehicle.height)
     assert stand(seat, solid).inside and stand(seat, solid).problem == "inside the body"
     for place in (
@@ -88,8 +88,8 @@ def test_the_gap_to_a_large_triangle_is_not_to_its_corners() -> None:
 
 def test_another_car_changes_where_a_sensor_stands() -> None:
     place = (-0.4, 0.2, 1.6)
-    assert not stand(place, CarBody(Vehicle()).solid()).inside
-    assert stand(place, CarBody(Vehicle(body="van", height=2.3)).solid()).inside
+    assert not stand(place, solid_of(Vehicle())).inside
+    assert stand(place, solid_of(Vehicle(body="van", height=2.3))).inside
 
 
 def distances_m(place: np.ndarray, triangles: np.ndarray) -> float:

@@ -12,7 +12,6 @@ import pyvista as pv
 
 from riglens.core.rig.model import EvenAngles, Lidar, Rig, Vehicle
 from riglens.core.scene.grid import VoxelGrid
-from riglens.core.vehicle.solid import CarBody
 from riglens.widgets.car.keep_out import KeepOut, Zone
 from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.heatmap.scale import HeatLook, HeatmapData
@@ -102,7 +101,7 @@ CHANGES: list[tuple[dict[str, Any], set[str]]] = [
     ({"show_selection": False}, {"masts.show", "rig.show_bodies", "rig.show_fans of the selected sensor"}),
     ({"fixed": frozenset({"roof"})}, set()),
     ({"vehicle": Vehicle(length=5.0)}, {"body.set_vehicle", "keep_out.show"}),
-    ({"solid_body": CarBody(Vehicle())}, {"rig.show_fans"}),
+    ({"solid_body": Vehicle()}, {"rig.show_fans"}),
     ({"keep_out": KeepOut((Zone("glass"),))}, {"keep_out.show"}),
     (
         {"grid": VoxelGrid(0.5, (10.0, 10.0, 4.0))},
@@ -149,8 +148,8 @@ def test_a_change_is_told_to_the_layers_that_show_it(scene, told, change, expect
     assert scene.state == after
 
 
-def test_every_field_but_the_mesh_of_a_file_is_changed_by_a_case_above():
-    assert {name for change, _ in CHANGES for name in change} == ALL_FIELDS - {"body_mesh"}
+def test_every_field_is_changed_by_a_case_above():
+    assert {name for change, _ in CHANGES for name in change} == ALL_FIELDS
 
 
 def test_a_body_that_is_not_at_hand_never_leaves_the_car_before(scene, told):

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from riglens.core.rig.model import Camera, EvenAngles, Lidar
+from riglens.core.rig.model import Camera, EvenAngles, Lidar, Vehicle
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.sensing.body_ends import body_ends
 from riglens.core.sensing.rays import clip_to_roi, sensor_rays
-from riglens.core.vehicle.solid import CarBody
+from riglens.core.vehicle.solid import solid_of
 from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.heatmap.levels import DRAG_CELLS, coarse_level, full_level
 from riglens.widgets.sensors.ray_look import (
@@ -65,7 +65,7 @@ def test_every_drawn_ray_ends_where_the_metric_says_it_leaves_the_roi(sensor):
 
 @pytest.mark.parametrize("sensor", [LIDAR, CAMERA])
 def test_drawn_rays_end_at_a_solid_body(sensor):
-    inside, solid = sensor.replace(position=(0.0, 0.0, 0.7)), CarBody().solid()
+    inside, solid = sensor.replace(position=(0.0, 0.0, 0.7)), solid_of(Vehicle())
     strokes = Strokes(200, 0.3)
     rays, stopped = (fan_of(inside, GRID, strokes, "#ff0000", solid=body).rays for body in (None, solid))
     away_m = [

@@ -11,7 +11,6 @@ import pyvista as pv
 from riglens.core.geometry import Pose
 from riglens.core.rig.model import Lidar, Rig
 from riglens.core.rig.presets import preset
-from riglens.core.vehicle.solid import CarBody
 from riglens.core.vehicle.standing import stands_of
 from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.viewport.drawn_scene import DrawnScene
@@ -32,7 +31,7 @@ def drawn(state: SceneState) -> DrawnScene:
 
 def floating() -> SceneState:
     rig = preset("W+T")
-    return SceneState(rig=rig, masts=masts_of(stands_of(rig, CarBody(rig.vehicle))), camera=SIDE)
+    return SceneState(rig=rig, masts=masts_of(stands_of(rig)), camera=SIDE)
 
 
 def test_every_lidar_of_the_papers_rig_has_a_mast_down_to_the_roof() -> None:

@@ -66,7 +66,6 @@ def test_spots_and_boxes_are_cut_exactly_out_of_the_skin() -> None:
     box = ((-0.5, -2.0, 0.3), (0.5, 2.0, 0.6))
     layer.show(
         vehicle,
-        None,
         KeepOut((Zone(None, (box,)), Zone("glass", (((0.0, -2.0, 0.0), (9.0, 2.0, 9.0)),))), spots),
     )
     zones, painted = (np.asarray(actor.mapper.GetInput().points) for actor in layer._actors)
@@ -78,8 +77,8 @@ def test_spots_and_boxes_are_cut_exactly_out_of_the_skin() -> None:
     )
     assert door[:, 2].min() >= 0.29 and zones[zones[:, 2] > 0.7][:, 0].min() >= -0.006
     pieces = dict(layer._pieces)
-    layer.show(vehicle, None, KeepOut((), (*spots, (0.5, 0.0, 1.4, 0.1))))
+    layer.show(vehicle, KeepOut((), (*spots, (0.5, 0.0, 1.4, 0.1))))
     assert all(layer._pieces[spot] is pieces[spot] for spot in spots)  # a brush costs one spot
     assert not layer._actors[0].visibility and layer._actors[1].visibility
-    layer.show(vehicle, None, None)
+    layer.show(vehicle, None)
     assert not any(actor.visibility for actor in layer._actors)

@@ -137,7 +137,7 @@ def test_a_body_of_a_file_stops_rays_and_decides_the_sweeps() -> None:
     low = rig("low", height_m=1.6).replace(vehicle=BOX_FILE)
     protocol = replace(PROTOCOL, mode="per-rig", simulation=replace(PROTOCOL.simulation, body="blocks"))
     unread, boxed, taller = (
-        Study(entrants([low], meshes=[mesh]), protocol, traffic(), NOWHERE)
+        Study(entrants([low.with_body_mesh(mesh)]), protocol, traffic(), NOWHERE)
         for mesh in (None, box_mesh(), box_mesh(height_m=1.55))
     )
     assert len({one.compared[0].key for one in (unread, boxed, taller)}) == 3
