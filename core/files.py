@@ -44,7 +44,7 @@ def _require_regular(path: str | os.PathLike[str], status: os.stat_result, accep
     if stat.S_ISDIR(status.st_mode):
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     if not stat.S_ISREG(status.st_mode):
-        raise InputError(f"{_shown(path)}: found {_kind(status.st_mode)}, accepted is {accepted}")
+        raise InputError(f"{_shown(path)}: must be {accepted} (got {_kind(status.st_mode)})")
 
 
 def _kind(mode: int) -> str:
@@ -169,11 +169,9 @@ def _require_replaceable(target: Path, path: str | os.PathLike[str], files: Mapp
     problem = "" if target.parent.is_dir() else f"no such folder: {_shown(target.parent)}"
     if not problem and target.is_dir():
         others = [entry.name for entry in target.iterdir() if entry.name not in files or not entry.is_file()]
-        problem = (
-            f"the folder holds {_shown(others[0])}; accepted is a new or an empty folder" if others else ""
-        )
+        problem = f"must be a new or an empty folder (holds {_shown(others[0])})" if others else ""
     elif not problem and target.exists():
-        problem = "this is a file, accepted is the name of a folder"
+        problem = "must be a folder (got a file)"
     if problem:
         raise InputError(f"{_shown(path)}: cannot be written: {problem}")
 
@@ -268,7 +266,7 @@ def _problem(target: Path) -> str:
     if not target.parent.is_dir():
         return f"no such folder: {_shown(target.parent)}"
     if target.is_dir():
-        return "this is a folder, accepted is the name of a file"
+        return "must be a file (got a folder)"
     if target.exists() and not os.access(target, os.W_OK):
         return "the file is write-protected"
     with contextlib.suppress(FileNotFoundError):

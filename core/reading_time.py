@@ -39,6 +39,4 @@ class ReadingTime:
     def check(self) -> None:
         """Raise InputError when it has taken too long."""
         if self.taken_s > self._most_s:
-            raise InputError(
-                f"{self._where}: reading took more than {self._most_s:g} s; accepted is what can be read in less"
-            )
+            raise InputError(f"{self._where}: reading took longer than {self._most_s:g} s")

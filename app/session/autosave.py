@@ -177,7 +177,7 @@ def _path(said: object) -> Path | None:
     if said is None:
         return None
     if not isinstance(said, str) or "\0" in said or not os.path.isabs(said):
-        raise ValueError("path: accepted is an absolute path")
+        raise ValueError("path must be absolute")
     os.fsencode(said)  # a ValueError for what no file can be called
     return Path(said)
 

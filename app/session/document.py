@@ -145,7 +145,7 @@ class Document(OpenRig):
     def rename(self, name: str, new_name: str) -> None:
         """Give a sensor another name; InputError when it is empty or taken."""
         if not new_name.strip():
-            raise InputError("name: found nothing, accepted is any text that no other sensor uses")
+            raise InputError("name must not be empty")
         self.replace_sensor(name, self.rig.sensor(name).replace(name=new_name.strip()))
 
     def set_enabled(self, names: Names, enabled: bool) -> None:

@@ -90,7 +90,7 @@ class Plan:
 def study(rigs: Sequence[str], scene: SceneOptions, plan: Plan, out: Path) -> None:
     """Run what is not done yet of a study, print what came out, and write tables and charts."""
     if plan.published == bool(rigs):
-        raise InputError("RIG: accepted are rigs to compare, or --published for those of the published study")
+        raise InputError("specify rigs to compare, or --published for those of the published study")
     machine(plan.device)  # what it lacks is told first
     compare(plan.rigs(rigs), rigs, scene, plan, out)
 

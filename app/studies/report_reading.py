@@ -33,9 +33,9 @@ def read_report(path: Path) -> bytes:
         with open_regular(path, _ACCEPTED) as stream:
             content = stream.read(MAX_BYTES + 1)
     except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}; accepted is {_ACCEPTED}") from error
+        raise InputError(f"{path}: cannot be read: {error.strerror} (must be {_ACCEPTED})") from error
     if len(content) > MAX_BYTES:
-        raise InputError(f"{path}: larger than {MAX_BYTES / 1e6:g} MB; accepted is {_ACCEPTED}")
+        raise InputError(f"{path}: too large for {_ACCEPTED} (at most {MAX_BYTES / 1e6:g} MB)")
     return content
 
 
@@ -54,7 +54,7 @@ def attached_figures(content: bytes, where: str) -> dict[str, Any]:
         begin = text.find('<script type="application/json" id="figures">')
         end = text.find("</script>", begin)
         if begin < 0 or end < 0:
-            raise InputError(f"{where}: found no attached figures; accepted is a page made by riglens report")
+            raise InputError(f"{where}: must be a page made by riglens report (no attached figures)")
         text = text[text.index(">", begin) + 1 : end]
     try:
         found = json.loads(text)
@@ -86,7 +86,7 @@ def first_difference(content: bytes, again: bytes) -> str | None:
     if form_of(content) == ".pdf":
         return f"byte {here}, {_part_of_pdf(content, here)}"
     line = content.count(b"\n", 0, here) + 1
-    return f"line {line}: found {_around(content, here)}, made again {_around(again, here)}"
+    return f"line {line}: report has {_around(content, here)}, recomputed {_around(again, here)}"
 
 
 def _around(content: bytes, here: int) -> str:
@@ -117,7 +117,7 @@ def figures_in_pdf(content: bytes, where: str) -> str:
             if zlib.decompressobj().decompress(head, len(FIGURES_START)) == FIGURES_START:
                 return _unpacked(content[found.end() :], where).decode("utf-8", errors="replace")
     raise InputError(
-        f"{where}: found no attached {FIGURES_NAME}; accepted is a PDF made by riglens report. If a PDF viewer shows "
+        f"{where}: must be a PDF made by riglens report (no attached {FIGURES_NAME}). If a PDF viewer shows "
         f"that attachment, save it and verify that"
     )
 

@@ -47,7 +47,7 @@ WORDS = {"ok": "holds", "fails": "fails", "n.a.": "n.a."}
 def study(scene: SceneOptions, score: ScoreOptions, folder: Path, quick: bool, edits: int | None) -> None:
     """Run both parts of the study and write the results into a folder."""
     if edits is not None and not 1 <= edits <= MAX_EDITS:
-        raise InputError(f"--edits: found {edits}, accepted is a whole number from 1 to {MAX_EDITS}")
+        raise InputError(f"--edits must be an integer from 1 to {MAX_EDITS} (got {edits})")
     require_folder(folder, FILES)
     field = load_scene(scene)[1]
     plan = replace(

@@ -54,14 +54,16 @@ def study(
     """Print how predictions agree with a recording; write the tables and a chart."""
     assert scene.boxes is not None
     if (rig is None) == (rigs is None):
-        raise InputError("--rig and --rigs: accepted is one of the two")
+        raise InputError("specify exactly one of --rig and --rigs")
     require_folder(out, NAMES)
     placed = rigs_by_sequence(rigs, recorder) if rigs is not None else open_rig(str(rig)).rig
     with progress_bar("Reading boxes") as progress:
         traffic = load_traffic(scene, 60.0, progress)
     true = true_points(scene.boxes, parse_class_map(scene.classes))
     if len(true) != len(traffic.row):
-        raise InputError(f"{scene.boxes}: found {len(true)} points for {len(traffic.row)} boxes")
+        raise InputError(
+            f"{scene.boxes}: needs one point count per box (got {len(true)} for {len(traffic.row)})"
+        )
     labels = traffic.data.labels
     _check_rigs(placed, labels.names if labels is not None else ("all",))
     for line in remarks_on(traffic.data):

@@ -99,7 +99,7 @@ def average_precision(truth: Truth, found: Detections, classes: Sequence[int], f
     Equal to the devkit's `calc_ap` over the four distances. Raise ValueError for a score that is not finite.
     """
     if not np.isfinite(found.score).all():
-        raise ValueError("scores of detections: accepted are finite numbers")
+        raise ValueError("scores of detections must be finite")
     one = np.zeros(frames, np.int64)
     return np.concatenate([Matched.of(truth, found, number, one).precision() for number in classes])
 

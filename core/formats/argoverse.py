@@ -49,9 +49,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
     """Return cameras and LiDARs."""
     folder = _folder(source)
     if folder is None:
-        raise InputError(
-            f"{source.where}: {POSES} is missing beside it; accepted are both files of a calibration"
-        )
+        raise InputError(f"{source.where}: a calibration needs {POSES} in the same folder")
     notes = Notes()
     vehicle = options.vehicle_or(FUSION)
     origin_m = options.origin_m or (vehicle.rear_axle_x, 0.0, REAR_AXLE_M[2])

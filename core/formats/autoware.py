@@ -141,7 +141,7 @@ def _root_place(tree: FrameTree, base_m: Vec3, vehicle: Vehicle, options: ReadOp
         return base_m
     if len(roots) > 1:
         raise InputError(
-            f"{tree.where}: frames have several roots: {shortened(', '.join(sorted(roots)), 160)}; accepted is one tree"
+            f"{tree.where}: frames must form one tree (got roots {shortened(', '.join(sorted(roots)), 160)})"
         )
     if roots == {BASE} or options.origin_m is not None:
         return base_m

@@ -74,7 +74,7 @@ def _entries(source: Source, token: str | None, notes: Notes) -> tuple[list[ast.
         found = {"the file": _sensors_in(tree)}
     if token is not None and token not in found:
         raise InputError(
-            f"{source.where}: token: found '{shortened(token)}'; accepted is a class with sensors()"
+            f"{source.where}: token: must be the name of a class with sensors() (got '{shortened(token)}')"
         )
     agent = token or next((name for name, sensors in found.items() if sensors), next(iter(found)))
     for name in found.keys() - {agent}:

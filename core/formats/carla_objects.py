@@ -76,9 +76,7 @@ def _vehicle(source: Source, token: str | None, notes: Notes) -> Value:
             notes.ignored("object that is not the vehicle", shortened(name, 40))
     if chosen is None:
         named = "" if token is None else f" with id '{shortened(token)}'"
-        raise InputError(
-            f"{source.where}: objects: no vehicle with sensors{named}; accepted is one that has some"
-        )
+        raise InputError(f"{source.where}: objects: must hold a vehicle with sensors{named}")
     return chosen
 
 

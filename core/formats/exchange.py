@@ -60,7 +60,7 @@ def detect(source: Source) -> Format:
             return found
     if not source.is_folder and source.suffix not in _FOREIGN_ENDINGS:
         return RIGLENS
-    raise InputError(f"{source.where}: not a rig in a known format; accepted are {', '.join(READABLE)}")
+    raise InputError(f"{source.where}: not a rig in a known format (known: {', '.join(READABLE)})")
 
 
 def may_be_foreign(path: Path) -> bool:
@@ -112,8 +112,8 @@ def format_called(name: str, accepted: tuple[str, ...]) -> Format:
     if name in accepted:
         return FORMATS[name]
     close = difflib.get_close_matches(name, accepted, n=1)
-    hint = f"did you mean {close[0]}? " if close else ""
-    raise InputError(f"format: found '{shortened(name)}'; {hint}accepted are {', '.join(accepted)}")
+    hint = f"did you mean {close[0]}?; " if close else ""
+    raise InputError(f"unknown format '{shortened(name)}' ({hint}known: {', '.join(accepted)})")
 
 
 def format_for(path: Path) -> Format:

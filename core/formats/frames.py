@@ -145,7 +145,7 @@ def nearest_rotation(value: Value, matrix: Matrix) -> tuple[Matrix, float]:
     rotation: Matrix = left @ right
     error = float(np.abs(rotation - matrix).max())
     if np.linalg.det(rotation) < 0.0 or error > _WORST_ROTATION:
-        value.refuse("a rotation matrix, orthonormal and right-handed", "one that is not")
+        value.refuse("a rotation matrix, orthonormal and right-handed", "another matrix")
     return rotation, error
 
 
@@ -160,7 +160,7 @@ class FrameTree:
         """Attach a frame to another; raise InputError when it is attached already, or to itself."""
         if child in self._parents or child == parent:
             raise InputError(
-                f"{self.where}: frame '{shortened(child, 80)}' has two parents; accepted is a tree"
+                f"{self.where}: frame '{shortened(child, 80)}' has two parents: frames must form a tree"
             )
         self._parents[child] = (parent, parent_SE3_child)
 
@@ -181,7 +181,7 @@ class FrameTree:
             place = self._parents[place][0]
             if place in seen:
                 raise InputError(
-                    f"{self.where}: frame '{shortened(frame, 80)}' is its own ancestor; accepted is a tree"
+                    f"{self.where}: frame '{shortened(frame, 80)}' is its own ancestor: frames must form a tree"
                 )
             seen.add(place)
             found.append(place)

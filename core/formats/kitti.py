@@ -77,7 +77,7 @@ def _table(source: Source) -> _Table:
     """Return the numbers of every line `name: numbers` or `name numbers`; other lines are left out."""
     lines = source.text.splitlines()
     if len(lines) > _MAX_LINES:
-        raise InputError(f"{source.where}: {len(lines)} lines; accepted are at most {_MAX_LINES}")
+        raise InputError(f"{source.where}: must be at most {_MAX_LINES} lines (got {len(lines)})")
     table: _Table = {}
     for line in lines:
         name, *words = line.replace(":", " ", 1).split()[:50] or [""]
@@ -131,7 +131,7 @@ def _add_projection(
         not (k[0, 0] > 0.0 and k[1, 1] > 0.0 and abs(k[2, 2] - 1.0) < 1e-6)
         or np.abs(np.tril(k, -1)).max() > 1e-6
     ):
-        value.refuse("a projection matrix K [I | t]", "one that is not")
+        value.refuse("a projection matrix K [I | t]", "another matrix")
     centre = -np.linalg.solve(k, projection[:, 3])
     pose = velo_SE3_rectified @ se3(np.eye(3), centre)
     lens = {"fx": float(k[0, 0]), "fy": float(k[1, 1]), "cx": float(k[0, 2]), "cy": float(k[1, 2])}
@@ -142,7 +142,7 @@ def _read_raw(source: Source, mounting: Mounting) -> None:
     """Unrectified cameras of a raw drive, through camera 0."""
     cameras, velo = (source.sibling(name) for name in (CAM_TO_CAM, VELO_TO_CAM))
     if cameras is None or velo is None:
-        raise InputError(f"{source.where}: accepted are {CAM_TO_CAM} and {VELO_TO_CAM} in one folder")
+        raise InputError(f"{source.where}: a raw drive needs {CAM_TO_CAM} and {VELO_TO_CAM} in one folder")
     table, notes = _table(cameras), mounting.notes
     velo_table = _table(velo)
     value, rotation = _matrix(velo_table, ("R",), 3, 3)

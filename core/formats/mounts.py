@@ -90,7 +90,7 @@ class Mounting:
     def rig(self, name: str, may_be_empty: bool = False) -> Rig:
         """Return the rig of all sensors so far; raise InputError when there is none and that is not allowed."""
         if not self.sensors and not may_be_empty:
-            raise InputError(f"{self.where}: no LiDAR and no camera found; accepted is a rig with sensors")
+            raise InputError(f"{self.where}: a rig needs at least one LiDAR or camera")
         counts = [sum(s.kind == kind for s in self.sensors) for kind in ("camera", "lidar")]
         self.notes.read(f"{_count(counts[0], 'camera')}, {_count(counts[1], 'LiDAR')}")
         return Rig(name=shortened(name, 190) or "imported", vehicle=self.vehicle, sensors=tuple(self.sensors))
@@ -112,7 +112,7 @@ class Mounting:
         self, kind: type[Lidar] | type[Camera], name: str, root_SE3_sensor: Matrix, **fields: Any
     ) -> None:
         if len(self.sensors) >= MAX_SENSORS:
-            raise InputError(f"{self.where}: more than {MAX_SENSORS} sensors; accepted are at most that many")
+            raise InputError(f"{self.where}: too many sensors (at most {MAX_SENSORS})")
         pose = self.pose(root_SE3_sensor)
         unique = self._unique(name)
         data = {"name": unique, "position": pose.position_m, "rpy_deg": pose.rpy_deg, **fields}

@@ -132,7 +132,7 @@ def _table(source: Source, name: str) -> Source:
     if found is None:
         place = "in it" if source.is_folder else "beside it"
         raise InputError(
-            f"{source.where}: {name}.json is missing {place}; accepted are {' and '.join(_TABLES)}"
+            f"{source.where}: {name}.json is missing {place}: {' and '.join(_TABLES)} are both needed"
         )
     return found
 
@@ -174,7 +174,7 @@ def _chosen(rigs: list[list[Value]], token: str | None, where: str) -> tuple[lis
     for number, rows in enumerate(rigs, 1):
         if any(row.item("token").text() == token for row in rows):
             return rows, f"rig {number} of {len(rigs)}, the one with row {shortened(token, 40)}"
-    raise InputError(f"{where}: token: found '{shortened(token)}'; accepted is a token of calibrated_sensor")
+    raise InputError(f"{where}: token: must be a token of calibrated_sensor (got '{shortened(token)}')")
 
 
 @dataclass(frozen=True)

@@ -95,7 +95,7 @@ def _add_chain(source: Source, mounting: Mounting) -> None:
     notes.approximated("the IMU's axes are taken as x forward, y left, z up")
     if not mounting.sensors:
         raise InputError(
-            f"{source.where}: no file with intrinsics beside it; accepted is cam0_calib: FILE for body_T_cam0"
+            f"{source.where}: intrinsics are missing: name their file by cam0_calib: FILE for body_T_cam0"
         )
 
 

@@ -68,7 +68,7 @@ def numbers_in(element: Element, text: str, count: int) -> list[float]:
         found = []
     if len(found) != count or not all(abs(number) <= 1e6 for number in found):
         accepted = "is a number" if count == 1 else f"are {count} numbers"
-        raise element.error(f"found '{shortened(text, 40)}'; accepted {accepted} within ±1e6")
+        raise element.error(f"must be {accepted} within ±1e6 (got '{shortened(text, 40)}')")
     return found
 
 
@@ -102,7 +102,7 @@ def _number(root: Element, *path: str, default: float | None = None) -> float:
 def _whole(root: Element, *path: str, most: int) -> int:
     value = _number(root, *path)
     if not (1 <= value <= most and value == int(value)):
-        raise root.error(f"<{'/'.join(path)}>: found {value:g}; accepted is a whole number, 1 to {most}")
+        raise root.error(f"<{'/'.join(path)}>: must be an integer from 1 to {most} (got {value:g})")
     return int(value)
 
 
@@ -137,7 +137,7 @@ def _lens_of_type(
     if said == PINHOLE:
         return {"hfov_deg": math.degrees(hfov_rad)}
     if not 0.0 < hfov_rad <= 2.0 * math.pi:
-        raise camera.error(f"<horizontal_fov>: found {hfov_rad:g}; accepted is a number above 0, to 2 pi")
+        raise camera.error(f"<horizontal_fov>: must be above 0, at most 2 pi (got {hfov_rad:g})")
     if said != EQUIDISTANT:
         mounting.notes.approximated(
             f"lens of type '{shortened(said, 30)}' as an equidistant one of its field of view", name

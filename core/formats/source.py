@@ -38,10 +38,10 @@ class Value:
         self._path = path
 
     def refuse(self, accepted: str, found: str | None = None) -> NoReturn:
-        """Raise InputError `file: field: found ...; accepted is ...`."""
+        """Raise InputError `file: field: must be ... (got ...)`."""
         said = self._shown() if found is None else found
         place = f"{self._path}: " if self._path else ""
-        raise InputError(f"{self._where}: {place}found {said}; accepted is {accepted}")
+        raise InputError(f"{self._where}: {place}must be {accepted} (got {said})")
 
     @property
     def place(self) -> tuple[str, str]:
@@ -110,7 +110,7 @@ class Value:
         """Return a whole number in [low, high]."""
         value = self.number(low, high, quoted)
         if value != int(value):
-            self.refuse(f"a whole number from {low} to {high}")
+            self.refuse(f"an integer from {low} to {high}")
         return int(value)
 
     def numbers(self, count: int | None = None, limit: float = MAX_METRES) -> list[float]:
@@ -309,7 +309,7 @@ class Source:
         """Return the files of the folder that match a pattern, by name; refused when they are very many."""
         paths = sorted(path for path in self.folder.glob(pattern) if path.is_file())
         if len(paths) > most:
-            raise InputError(f"{self.where}: {len(paths)} files {pattern}; accepted are at most {most}")
+            raise InputError(f"{self.where}: must be at most {most} files {pattern} (got {len(paths)})")
         return [self.another(path) for path in paths]
 
     def another(self, path: Path) -> Source:
@@ -322,13 +322,13 @@ class Source:
         self.time.check()
         content = _content(self.path, self.where, self.is_packed, MAX_BYTES.get(self.suffix, MAX_TEXT_BYTES))
         if b"\0" in content:
-            raise InputError(f"{self.where}: not a text file; accepted is text in UTF-8")
+            raise InputError(f"{self.where}: must be a text file in UTF-8")
         try:
             return content.decode("utf-8").removeprefix(_BOM)
         except UnicodeDecodeError as error:
             line = content.count(b"\n", 0, error.start) + 1
-            found = f"found byte 0x{content[error.start]:02x}"
-            raise InputError(f"{self.where}:{line}: not UTF-8 text, {found}; accepted is UTF-8") from error
+            found = f"got byte 0x{content[error.start]:02x}"
+            raise InputError(f"{self.where}:{line}: must be UTF-8 text ({found})") from error
 
     @cached_property
     def json(self) -> Value:
@@ -339,7 +339,7 @@ class Source:
     def yaml(self) -> Value:
         """The YAML document, plain data only, also as OpenCV writes it; raise InputError with the line."""
         if len(self.text) > MAX_YAML_BYTES:
-            raise InputError(f"{self.where}: larger than {MAX_YAML_BYTES / 1e3:g} kB; accepted is a rig file")
+            raise InputError(f"{self.where}: too large for a rig file (at most {MAX_YAML_BYTES / 1e3:g} kB)")
         return Value(plain_value(parse_yaml(_without_opencv(self.text), self.where)), self.where)
 
     @cached_property
@@ -347,9 +347,7 @@ class Source:
         """The TOML document; raise InputError with what is wrong."""
         for number, line in enumerate(self.text.split("\n"), 1):
             if line.count(".") > MAX_DOTS:
-                raise InputError(
-                    f"{self.where}:{number}: more than {MAX_DOTS} dots in a line; accepted is a rig file"
-                )
+                raise InputError(f"{self.where}:{number}: too many dots in a line (at most {MAX_DOTS})")
         return Value(self._parsed(tomllib.loads), self.where)
 
     @cached_property
@@ -364,7 +362,7 @@ class Source:
             problem = f"not valid JSON: {error.msg}"
             raise InputError(f"{self.where}:{error.lineno}: {problem}") from error
         except RecursionError as error:
-            raise InputError(f"{self.where}: nested too deeply; accepted is a rig file") from error
+            raise InputError(f"{self.where}: nested too deeply for a rig file") from error
         except ValueError as error:
             raise InputError(f"{self.where}: {shortened(str(error), 160)}") from error
 
@@ -381,19 +379,19 @@ def _content(path: Path, where: str, is_packed: bool, limit: int) -> bytes:
     except FileNotFoundError as error:
         raise InputError(f"{where}: no such file") from error
     except IsADirectoryError as error:
-        raise InputError(f"{where}: this is a folder; accepted is a file") from error
+        raise InputError(f"{where}: must be a file (got a folder)") from error
     except (gzip.BadGzipFile, EOFError, zlib.error) as error:
         raise InputError(f"{where}: not a complete gzip file") from error
     except OSError as error:
         raise InputError(f"{where}: cannot be read: {error.strerror or error}") from error
     if len(content) > limit:
-        raise InputError(f"{where}: larger than {limit / 1e6:g} MB; accepted is a rig file")
+        raise InputError(f"{where}: too large for a rig file (at most {limit / 1e6:g} MB)")
     return content
 
 
 def _load_json(text: str) -> Any:
     if sum(map(text.count, ",[{")) > MAX_JSON_VALUES:
-        raise ValueError(f"more than {MAX_JSON_VALUES} values; accepted is a rig file")
+        raise ValueError(f"too many values for a rig file (at most {MAX_JSON_VALUES})")
     return json.loads(text, object_pairs_hook=_unique, parse_constant=_refuse_constant)
 
 
@@ -409,4 +407,4 @@ def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _refuse_constant(word: str) -> Any:
-    raise ValueError(f"found {word}; accepted are finite numbers")
+    raise ValueError(f"numbers must be finite (got {word})")

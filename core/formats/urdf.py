@@ -212,7 +212,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
     """Return the sensors of a robot, chained to base_link."""
     root, notes = source.xml, Notes()
     if root.tag != "robot":
-        raise root.error("accepted is <robot>")
+        raise root.error("the root must be <robot>")
     if is_xacro(root):
         root = expanded(source, notes)
     tree = _joints(root, notes)
@@ -241,7 +241,7 @@ def _joints(root: Element, notes: Notes) -> FrameTree:
     tree = FrameTree(root.where)
     joints = list(root.all("joint"))
     if len(joints) > MAX_JOINTS:
-        raise root.error(f"{len(joints)} joints; accepted are at most {MAX_JOINTS}")
+        raise root.error(f"must be at most {MAX_JOINTS} joints (got {len(joints)})")
     for joint in joints:
         parent, child = joint.first("parent"), joint.first("child")
         if parent is None or child is None:
@@ -265,7 +265,7 @@ def _base(root: Element, tree: FrameTree) -> str:
     """Return the frame that stands for the vehicle: base_footprint, base_link, or the root of the tree."""
     links = [link.attribute("name") for link in root.all("link")]
     if not links:
-        raise root.error("no <link>; accepted is a robot with links")
+        raise root.error("a robot needs at least one <link>")
     named = next((base for base in BASES if base in links), None)
     return named or tree.root_of(links[0])
 

@@ -97,7 +97,7 @@ class _Expander:
         self._source.time.check()
         if self.steps > MAX_STEPS or depth > MAX_DEPTH:
             raise element.error(
-                f"xacro makes more than {MAX_STEPS} elements, or goes more than {MAX_DEPTH} deep; accepted is a rig"
+                f"xacro expands to more than {MAX_STEPS} elements or more than {MAX_DEPTH} levels"
             )
         if not element.tag.startswith(PREFIX):
             attributes = {key: self.text(value, element, scope) for key, value in element.attributes.items()}
@@ -198,7 +198,7 @@ class _Expander:
     def _count_file(self, element: Element) -> None:
         self.files += 1
         if self.files > MAX_FILES:
-            raise element.error(f"more than {MAX_FILES} files included; accepted are at most that many")
+            raise element.error(f"too many included files (at most {MAX_FILES})")
 
     def _spend(self, entries: int) -> None:
         self._entries += entries
@@ -306,7 +306,7 @@ class _Expander:
             if isinstance(error, InputError):
                 raise
             shown = shortened(expression, 60)
-            raise element.error(f"found '${{{shown}}}'; accepted are {ACCEPTED}") from error
+            raise element.error(f"'${{{shown}}}' may only use {ACCEPTED}") from error
 
 
 _DEFINITIONS: dict[str, Callable[[_Expander, Element, _Scope], None]] = {
@@ -319,7 +319,7 @@ _DEFINITIONS: dict[str, Callable[[_Expander, Element, _Scope], None]] = {
 def _truth(value: Worked, element: Element) -> bool:
     truth = typed(value)
     if isinstance(truth, str):
-        raise element.error(f"found '{shortened(truth, 60)}'; accepted is true, false or a number")
+        raise element.error(f"must be true, false or a number (got '{shortened(truth, 60)}')")
     return bool(truth)
 
 

@@ -39,7 +39,7 @@ FUNCTIONS: dict[str, Callable[..., float]] = {
     "abs": abs, "min": min, "max": max, "float": float, "int": int, "round": _rounded,
 }  # fmt: skip
 ACCEPTED = (
-    "sums of numbers and properties, entries of lists and dictionaries, load_yaml of a file beside the rig, and "
+    "sums of numbers and properties, entries of lists and dictionaries, load_yaml of a file in the rig's folder, and "
     + ", ".join(FUNCTIONS)
 )
 _CONSTANTS: dict[str, Worked] = {

@@ -41,7 +41,7 @@ def checked(
     root = parse_yaml(text, where)
     data = plain_value(root)
     if not isinstance(root, MappingNode):
-        raise InputError(f"{where}:{nodes.line_of(root, ())}: found no mapping, accepted is {accepted}")
+        raise InputError(f"{where}:{nodes.line_of(root, ())}: must be {accepted}, a mapping")
     try:
         found = model.model_validate(data)
     except ValidationError as error:

@@ -54,7 +54,7 @@ class KeepOut(Frozen):
         if self.material is None and not self.boxes:
             raise ValueError("give material, boxes or both")
         if self.material is not None and self.material not in MATERIALS:
-            raise ValueError(f"material: found '{self.material}', accepted is one of {', '.join(MATERIALS)}")
+            raise ValueError(f"material must be one of {', '.join(MATERIALS)} (got '{self.material}')")
         return self
 
 
@@ -268,20 +268,22 @@ def _complaints(mount: Mount, limits: MountLimits) -> list[str]:
     lines = []
     if limits.height_m is not None and not limits.height_m[0] <= mount.height_m <= limits.height_m[1]:
         low, high = limits.height_m
-        lines.append(f"{mount.height_m:.3f} m over the ground; accepted are {low:g} to {high:g} m")
+        lines.append(f"height over the ground must be {low:g} to {high:g} m (is {mount.height_m:.3f} m)")
     if mount.stand.inside or mount.stand.below_ground:
         lines.append(mount.stand.problem)
     elif limits.gap_m is not None and mount.stand.gap_m > limits.gap_m:
-        lines.append(f"{mount.stand.gap_m:.3f} m over the skin; accepted are at most {limits.gap_m:g} m")
+        lines.append(
+            f"height over the skin must be at most {limits.gap_m:g} m (is {mount.stand.gap_m:.3f} m)"
+        )
     if limits.spacing_m is not None and mount.neighbour_m < limits.spacing_m:
         lines.append(
-            f"{mount.neighbour_m:.3f} m from {mount.neighbour}; accepted are at least {limits.spacing_m:g} m"
+            f"distance from {mount.neighbour} must be at least {limits.spacing_m:g} m (is {mount.neighbour_m:.3f} m)"
         )
     for side in SIDES:
         most = getattr(limits.beyond_m, side)
         if most is not None and mount.beyond_m[side] > most:
-            lines.append(f"sticks out {mount.beyond_m[side]:.3f} m ({side}); accepted are at most {most:g} m")
-    return [*lines, *(f"stands where nothing may: {zone}" for zone in mount.zones)]
+            lines.append(f"overhang ({side}) must be at most {most:g} m (is {mount.beyond_m[side]:.3f} m)")
+    return [*lines, *(f"is in the keep-out zone {zone}" for zone in mount.zones)]
 
 
 def _size_complaints(rig: Rig, mounts: tuple[Mount, ...], limits: MountLimits) -> list[Violation]:
@@ -289,12 +291,12 @@ def _size_complaints(rig: Rig, mounts: tuple[Mount, ...], limits: MountLimits) -
     outline = Outline.of(rig.vehicle)
     out = {side: max([0.0, *(mount.beyond_m[side] for mount in mounts)]) for side in SIDES}
     sizes = (
-        ("long", outline.length_m + out["front"] + out["rear"], limits.length_m),
-        ("wide", outline.width_m + out["left"] + out["right"], limits.width_m),
-        ("high", rig.vehicle.height + out["top"], limits.total_height_m),
+        ("length", outline.length_m + out["front"] + out["rear"], limits.length_m),
+        ("width", outline.width_m + out["left"] + out["right"], limits.width_m),
+        ("height", rig.vehicle.height + out["top"], limits.total_height_m),
     )
     return [
-        Violation("car", f"{size:.3f} m {word} with its sensors; accepted are at most {most:g} m")
+        Violation("car", f"{word} with sensors must be at most {most:g} m (is {size:.3f} m)")
         for word, size, most in sizes
         if most is not None and size > most
     ]

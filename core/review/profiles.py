@@ -180,7 +180,7 @@ def targets_of(profile: Profile, outline: Outline) -> tuple[Target, ...]:
     (x0, x1), (y0, y1) = profile.field.spans_m(outline)
     rows, columns = (math.ceil(round((b - a) / profile.spacing, 9)) + 1 for a, b in ((x0, x1), (y0, y1)))
     if rows * columns > MAX_OBJECTS:
-        raise InputError(f"{profile.name}: {rows * columns} objects, accepted are at most {MAX_OBJECTS}")
+        raise InputError(f"{profile.name}: must be at most {MAX_OBJECTS} objects (got {rows * columns})")
     xs, ys = np.linspace(x1, x0, rows).tolist(), np.linspace(y1, y0, columns).tolist()
     return tuple(
         Target(f"{row + 1}.{column + 1}", x, y, radius, height)

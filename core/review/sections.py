@@ -182,7 +182,7 @@ class BlindArea(WorstCase):
     @model_validator(mode="after")
     def _known_band(self) -> Self:
         if self.within_m is not None and self.within_m not in BANDS_M[1:]:
-            raise ValueError(f"within_m: accepted is one of {', '.join(f'{edge:g}' for edge in BANDS_M[1:])}")
+            raise ValueError(f"within_m must be one of {', '.join(f'{edge:g}' for edge in BANDS_M[1:])}")
         return self
 
     @property

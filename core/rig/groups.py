@@ -104,7 +104,7 @@ def spaced(rig: Rig, names: Collection[str]) -> Rig:
     a mirror pair cannot be spaced so.
     """
     if len(names) < 3:
-        raise InputError("even spacing: accepted are three or more selected sensors")
+        raise InputError("even spacing needs three or more selected sensors")
     axis = spacing_axis(rig, names)
     ordered = sorted(names, key=lambda name: rig.sensor(name).position[axis])
     first, last = (rig.sensor(name).position[axis] for name in (ordered[0], ordered[-1]))

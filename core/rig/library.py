@@ -176,7 +176,7 @@ def _numbers(text: str, place: str) -> tuple[float, ...]:
         try:
             numbers.append(float(word))
         except ValueError:
-            raise InputError(f"{place}: found '{shortened(word)}'; accepted are numbers of degrees") from None
+            raise InputError(f"{place}: must be angles in degrees (got '{shortened(word)}')") from None
     return tuple(numbers)
 
 
@@ -190,13 +190,14 @@ def _check_about(entry: Entry, place: str) -> None:
         near[1] > far[1] or near[0] == far[0] for near, far in pairwise(anchors)
     ):
         raise InputError(
-            f"{place}: range_at: accepted are at most {MAX_ANCHORS} ranges that rise with reflectivity"
+            f"{place}: range_at must be at most {MAX_ANCHORS} ranges that rise with reflectivity"
         )
     stated = {*entry.fields, *(key for key in _ABOUT if getattr(entry, key) is not None)}
     for figure in entry.unverified:
         if figure not in stated or figure in _WORDS:
-            found = f"found '{shortened(figure)}'"
-            raise InputError(f"{place}: unverified: {found}; accepted are figures that the entry states")
+            raise InputError(
+                f"{place}: unverified must be figures that the entry states (got '{shortened(figure)}')"
+            )
 
 
 def _complete(fields: dict[str, Any], sensor: Sensor) -> dict[str, Any]:
@@ -404,8 +405,8 @@ def _library(files: tuple[Path, ...]) -> Library:
         for entry in read_entries(path, where):
             if entry.name in origins:
                 raise InputError(
-                    f"{where}: {entry.name}: this name is taken by a model of the library ({origins[entry.name]}); "
-                    f"accepted is a name of its own, such as my-{entry.name}"
+                    f"{where}: {entry.name}: name already used in the library ({origins[entry.name]}): "
+                    f"choose another, such as my-{entry.name}"
                 )
             entries.append(entry)
             origins[entry.name] = where

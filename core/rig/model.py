@@ -94,13 +94,13 @@ def mirror_problem(sensors: Iterable[tuple[str, str, str | None]]) -> tuple[int,
             continue
         reason = ""
         if other not in kinds or other == name:
-            reason = "accepted is the name of another sensor"
+            reason = "must be the name of another sensor"
         elif kinds[other] != kind:
-            reason = f"that is a {kinds[other]}, accepted is a {kind}"
+            reason = f"must be a {kind}, not a {kinds[other]}"
         elif other in taken:
-            reason = "that sensor belongs to another mirror pair"
+            reason = "must not belong to another mirror pair"
         if reason:
-            return index, f"mirror_of: found '{other}'; {reason}"
+            return index, f"mirror_of: {reason} (got '{other}')"
         taken.add(other)
     return None
 

@@ -25,7 +25,7 @@ POSE_FORMATS: dict[PoseFormat, str] = {
     "matrix": "4 × 4 matrix, sensor to vehicle",
 }
 ACCEPTED = (
-    "accepted are `position: [x, y, z]` with `rpy_deg: [roll, pitch, yaw]`, the six numbers "
+    "must be `position: [x, y, z]` with `rpy_deg: [roll, pitch, yaw]`, the six numbers "
     "x y z roll pitch yaw, the seven x y z qx qy qz qw, or a 4 x 4 matrix"
 )
 MAX_CHARACTERS = 4000
@@ -52,7 +52,7 @@ def pose_text(pose: Pose, form: PoseFormat = "yaml") -> str:
 def parse_pose(text: str) -> Pose:
     """Return the pose in a text in one of POSE_FORMATS; raise InputError with what was found when there is none."""
     if len(text) > MAX_CHARACTERS:
-        raise InputError(f"pose: found a text of {len(text)} characters; {ACCEPTED}")
+        raise InputError(f"pose {ACCEPTED} (got a text of {len(text)} characters)")
     pose = _from_mapping(text) if _KEY_LINE.search(text) else None
     return _checked(pose or _from_numbers(text))
 
@@ -74,7 +74,7 @@ def rotation_from_quaternion(xyzw: tuple[float, ...]) -> NDArray[np.float64]:
     """Return the rotation matrix (3, 3) of a quaternion (x, y, z, w); raise InputError unless its length is about 1."""
     length = math.sqrt(sum(part * part for part in xyzw))
     if not abs(length - 1.0) <= 10 * _RIGID_TOLERANCE:
-        raise InputError(f"quaternion: found one of length {length:.4g}, accepted is one of length 1")
+        raise InputError(f"quaternion: length must be 1 (got {length:.4g})")
     x, y, z, w = (part / length for part in xyzw)
     return np.array(
         [
@@ -93,7 +93,7 @@ def _from_mapping(text: str) -> Pose:
     )
     found = plain_value(parse_yaml("\n".join(line[indent:] for line in dedented.splitlines()), "pose"))
     if not isinstance(found, dict):
-        raise InputError(f"pose: {ACCEPTED}")
+        raise InputError(f"pose {ACCEPTED}")
     position = _floats(found.get("position"), "position", 3)
     if "quaternion_xyzw" in found:
         turned = rotation_from_quaternion(_floats(found["quaternion_xyzw"], "quaternion_xyzw", 4))
@@ -106,7 +106,7 @@ def _from_numbers(text: str) -> Pose:
     rest = _NUMBER.sub(" ", text)
     numbers = tuple(float(match) for match in _NUMBER.findall(text))
     if len(numbers) not in (6, 7, 12, 16) or re.search(r"[^\s,;|()\[\]{}]", rest):
-        raise InputError(f"pose: found '{shortened(text.strip())}'; {ACCEPTED}")
+        raise InputError(f"pose {ACCEPTED} (got '{shortened(text.strip())}')")
     if len(numbers) == 6:
         return _pose(numbers[:3], numbers[3:])
     if len(numbers) == 7:
@@ -119,7 +119,7 @@ def _from_matrix(matrix: NDArray[np.float64]) -> Pose:
     rotation = matrix[:3, :3]
     is_rigid = np.abs(rotation @ rotation.T - np.eye(3)).max() <= _RIGID_TOLERANCE
     if not is_rigid or np.linalg.det(rotation) < 0:
-        raise InputError("pose: the matrix is not a rotation; accepted is one without scale or reflection")
+        raise InputError("pose: the matrix must be a rotation, without scale or reflection")
     if len(matrix) == 4 and np.abs(matrix[3] - (0.0, 0.0, 0.0, 1.0)).max() > _RIGID_TOLERANCE:
         raise InputError("pose: the last row of the matrix must be 0 0 0 1")
     left, _, right = np.linalg.svd(rotation)
@@ -129,7 +129,7 @@ def _from_matrix(matrix: NDArray[np.float64]) -> Pose:
 def _floats(values: Plain, field: str, count: int) -> tuple[float, ...]:
     numbers = [float(value) for value in values if _is_number(value)] if isinstance(values, tuple) else []
     if not isinstance(values, tuple) or not len(numbers) == len(values) == count:
-        raise InputError(f"pose: {field}: accepted are {count} numbers in brackets")
+        raise InputError(f"pose: {field} must be {count} numbers in brackets")
     return tuple(numbers)
 
 
@@ -145,5 +145,7 @@ def _pose(position_m: tuple[float, ...], rpy_deg: tuple[float, ...]) -> Pose:
 def _checked(pose: Pose) -> Pose:
     is_near = all(abs(metres) <= MAX_METRES for metres in pose.position_m)  # which no NaN is
     if not is_near or not all(abs(degrees) <= MAX_DEGREES for degrees in pose.rpy_deg):
-        raise InputError(f"pose: found a number that is not finite or too large; {ACCEPTED}")
+        raise InputError(
+            f"pose: numbers must be finite, and within ±{MAX_METRES:g} m and ±{MAX_DEGREES:g} degrees"
+        )
     return pose

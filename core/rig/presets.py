@@ -196,8 +196,8 @@ def preset(name: str) -> Rig:
     found = find_preset(name)
     if found is None:
         close = close_presets(name)
-        hint = f"did you mean {' or '.join(close)}? " if close else ""
-        raise InputError(f"preset: found '{shortened(name)}'; {hint}accepted are {', '.join(PRESETS)}")
+        hint = f"did you mean {' or '.join(close)}?; " if close else ""
+        raise InputError(f"unknown preset '{shortened(name)}' ({hint}known: {', '.join(PRESETS)})")
     return found.rig()
 
 

@@ -32,7 +32,7 @@ def empty_words(grid: VoxelGrid) -> Words:
 def require_words_of(grid: VoxelGrid, words: Words) -> None:
     """Raise ValueError unless the words are a set of voxels of this grid: kernels index by every bit that is set."""
     if words.dtype != np.uint64 or words.shape != (words_in(grid),):
-        raise ValueError(f"words: found {words.dtype} {words.shape}, which does not fit the grid")
+        raise ValueError(f"words must fit the grid (got {words.dtype} {words.shape})")
     levels, depth = grid.shape[2], words_per_column(grid)
     if levels % 64:
         top = int(np.bitwise_or.reduce(words.reshape(-1, depth)[:, -1], initial=np.uint64(0)))

@@ -24,13 +24,13 @@ MAX_FILES = 1_000_000
 def require_few_files(count: int, folder: Path) -> None:
     """Raise InputError when a folder holds more files than can be kept in mind."""
     if count > MAX_FILES:
-        raise InputError(f"{folder}: more than {MAX_FILES} files, accepted are fewer")
+        raise InputError(f"{folder}: too many files (at most {MAX_FILES})")
 
 
 def require_few_names(names: Sized, where: object) -> None:
     """Raise InputError when there are more distinct class names than any data set has."""
     if len(names) > MAX_NAMES:
-        raise InputError(f"{where}: more than {MAX_NAMES} class names, accepted are fewer")
+        raise InputError(f"{where}: too many class names (at most {MAX_NAMES})")
 
 
 def one_line(text: str, limit: int = 200) -> str:

@@ -106,10 +106,7 @@ class Occluders:
         pose = self.poses.get(frame)
         if pose is None:
             seq, number = frame
-            raise InputError(
-                f"{self.source}: found no pose of frame {number} of sequence {seq!r}, accepted is one for "
-                "each frame with boxes"
-            )
+            raise InputError(f"{self.source}: frame {number} of sequence {seq!r} has boxes, but no pose")
         near = self.maps.get(pose.map, _NO_MAP).around(pose, reach_m)
         return replace(near, centre_m=near.centre_m + np.asarray(self.origin_m))
 

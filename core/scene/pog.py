@@ -33,7 +33,9 @@ class Pog:
     def __post_init__(self) -> None:
         """Raise ValueError where a kernel would index by arrays that do not belong to each other."""
         if self.index.grid != self.grid or self.counts.shape != (self.index.count, len(CLASSES)):
-            raise ValueError(f"counts: found {self.counts.shape} for {self.index.count} voxels")
+            raise ValueError(
+                f"counts must have one row per voxel (got {self.counts.shape} for {self.index.count})"
+            )
 
     def probability(self, cls: int) -> NDArray[np.float64]:
         """p of the occupied voxels for one class, (n,)."""
@@ -57,7 +59,7 @@ class PogSum:
     def add(self, part: Pog) -> None:
         """Add the POG of some other frames; raise ValueError unless it is on the same grid."""
         if part.grid != self.grid:
-            raise ValueError(f"found a part on the grid {part.grid}, accepted is {self.grid}")
+            raise ValueError(f"the grid of a part must be {self.grid} (got {part.grid})")
         occupied = unpack(self.grid, part.index.words)  # in the order in which voxels are numbered
         for cls, dense in enumerate(self.counts):
             dense[occupied] += part.counts[:, cls]

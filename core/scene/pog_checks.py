@@ -51,7 +51,9 @@ class Content(NamedTuple):
         """Return the POG; raise ValueError when a voxel is occupied in more frames than there are."""
         most = int(self.counts.max(initial=0))
         if most > self.header.data.frames:
-            raise ValueError(f"counts: found {most}, which is more than the {self.header.data.frames} frames")
+            raise ValueError(
+                f"counts must be at most {self.header.data.frames}, the number of frames (got {most})"
+            )
         return Pog(self.header.grid, self.header.data, self.voxels, self.counts)
 
 
@@ -96,7 +98,7 @@ def _read_text(archive: zipfile.ZipFile, name: str, most_chars: int) -> str:
     with archive.open(_member(archive, name)) as stream:
         shape, _, dtype = _npy_header(stream)
         if shape != () or dtype.kind != "U" or not 0 < dtype.itemsize <= 4 * most_chars:
-            raise ValueError(f"{name}: no text of at most {most_chars} characters")
+            raise ValueError(f"{name} must be a text of at most {most_chars} characters")
         return str(_filled(stream, name, np.empty((), dtype)))
 
 
@@ -105,7 +107,7 @@ def _read_array(archive: zipfile.ZipFile, name: str, shape: tuple[int, ...], dty
     with archive.open(_member(archive, name)) as stream:
         found, is_fortran, dtype = _npy_header(stream)
         if dtype not in dtypes or is_fortran or found != shape:
-            raise ValueError(f"{name}: found {dtype} {found}, where the grid and its voxels need {shape}")
+            raise ValueError(f"{name} must be {shape}, by the grid and its voxels (got {dtype} {found})")
         needed, free = math.prod(shape) * dtype.itemsize, psutil.virtual_memory().available
         if needed > free:
             raise ValueError(f"{name}: needs {needed / 1e9:.1f} GB of memory, {free / 1e9:.1f} GB are free")
@@ -167,7 +169,7 @@ def _length(name: str, value: Any) -> float:
 
 def _whole(name: str, value: Any, low: int, high: int) -> int:
     fits = isinstance(value, int) and not isinstance(value, bool) and low <= value <= high
-    _require(fits, name, value, f"a whole number from {low} to {high}")
+    _require(fits, name, value, f"an integer from {low} to {high}")
     return int(value)
 
 
@@ -180,7 +182,7 @@ def _text(name: str, value: Any) -> str:
 
 def _require(fits: bool, name: str, found: Any, accepted: str) -> None:
     if not fits:
-        raise ValueError(f"{_clean(name)}: found {_shown(found)}, accepted is {accepted}")
+        raise ValueError(f"{_clean(name)} must be {accepted} (got {_shown(found)})")
 
 
 def _shown(value: Any) -> str:

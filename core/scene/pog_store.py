@@ -80,7 +80,7 @@ def load_pog(path: Path | str, is_part: bool = False) -> Pog:
         with open_regular(Path(path), _ACCEPTED) as file:
             return _read_named(file, path, is_part)
     except FileNotFoundError as error:
-        raise InputError(f"{path}: no such file; accepted is {_ACCEPTED}") from error
+        raise InputError(f"{path}: no such file (must be {_ACCEPTED})") from error
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from error
 
@@ -92,7 +92,7 @@ def _read_named(file: IO[bytes], path: Path | str, is_part: bool) -> Pog:
         raise
     except Exception as error:  # damaged bytes make numpy, zipfile and zlib raise a dozen kinds of error
         reason = one_line(str(error)) or type(error).__name__
-        raise InputError(f"{path}: not a readable POG ({reason}); accepted is {_ACCEPTED}") from error
+        raise InputError(f"{path}: not {_ACCEPTED}: {reason}") from error
 
 
 def read_pog(file: IO[bytes], is_part: bool = False) -> Pog:

@@ -81,7 +81,7 @@ class Camera(Sensor):
         if self.distortion is not None and self.hfov_deg is not None:
             raise ValueError("distortion needs the lens as fx, fy, cx, cy in pixels, not as hfov_deg")
         if self.distortion is not None and self.ray_count > MAX_LISTED_RAYS:
-            raise ValueError(f"distortion goes with at most {MAX_LISTED_RAYS} rays, found {self.ray_count}")
+            raise ValueError(f"distortion is limited to {MAX_LISTED_RAYS} rays (got {self.ray_count})")
         return self
 
     def intrinsics_px(self) -> tuple[float, float, float, float]:

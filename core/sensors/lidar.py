@@ -61,13 +61,13 @@ class Lidar(Sensor):
     @model_validator(mode="after")
     def _angles_sensible(self) -> Self:
         if not 0 < self.ray_count <= MAX_RAYS_PER_SENSOR:
-            raise ValueError(f"a LiDAR casts 1 to {MAX_RAYS_PER_SENSOR} rays, found {self.ray_count}")
+            raise ValueError(f"a LiDAR must cast 1 to {MAX_RAYS_PER_SENSOR} rays (got {self.ray_count})")
         beams, turn = self.elevations_deg, self.azimuths_deg
         if isinstance(beams, EvenAngles) and (beams.from_ < -90.0 or beams.to > 90.0):
-            raise ValueError(f"elevations_deg must lie in [-90, 90], found {beams.from_} to {beams.to}")
+            raise ValueError(f"elevations_deg must be within [-90, 90] (got {beams.from_} to {beams.to})")
         span_deg = turn.to - turn.from_ if isinstance(turn, EvenAngles) else max(turn) - min(turn)
         if span_deg > 360.0:
-            raise ValueError(f"azimuths_deg must not span more than 360 degrees, found {span_deg}")
+            raise ValueError(f"azimuths_deg must span at most 360 degrees (got {span_deg})")
         return self
 
     @model_validator(mode="after")
@@ -75,11 +75,11 @@ class Lidar(Sensor):
         offsets, beams = self.azimuth_offsets_deg, self.beam_count
         if offsets is not None and len(offsets) != beams:
             raise ValueError(
-                f"azimuth_offsets_deg must hold one offset per beam, {beams}, found {len(offsets)}"
+                f"azimuth_offsets_deg must hold one offset per beam, {beams} (got {len(offsets)})"
             )
         if offsets is not None and self.ray_count > MAX_LISTED_RAYS:
             raise ValueError(
-                f"azimuth_offsets_deg go with at most {MAX_LISTED_RAYS} rays, found {self.ray_count}"
+                f"azimuth_offsets_deg are limited to {MAX_LISTED_RAYS} rays (got {self.ray_count})"
             )
         return self
 

@@ -263,9 +263,7 @@ def _new_ego(world: Any, where: str) -> Any:
             if car is not None:
                 car.set_autopilot(True)
                 return car
-    raise InputError(
-        f"{where}: found no free place for a car, accepted is a town with one, or with a car named hero"
-    )
+    raise InputError(f"{where}: no free place for a car: choose another town, or spawn a car named hero")
 
 
 def _wheels(blueprint: Any) -> int:

@@ -148,8 +148,7 @@ def require_channels(rig: Rig, extras: Extras) -> list[Channel]:
     if not found:
         more = " while no pictures are drawn" if rig.cameras() else ""
         raise InputError(
-            f"rig {visible(rig.name)}: found no enabled LiDAR{more}, accepted is a rig with LiDARs, or with cameras "
-            "whose pictures are drawn"
+            f"rig {visible(rig.name)}: needs an enabled LiDAR, or cameras with pictures (no LiDAR{more})"
         )
     return found
 

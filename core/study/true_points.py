@@ -50,9 +50,9 @@ def true_points(path: Path, overrides: Mapping[str, str]) -> NDArray[np.int64]:
     try:
         points = np.asarray(table[column].cast(pa.int64()).to_numpy()[rows], np.int64)
     except (pa.ArrowInvalid, pa.ArrowNotImplementedError) as error:
-        raise InputError(f"{path}: column '{column}': accepted are whole numbers of points") from error
+        raise InputError(f"{path}: column '{column}': must be integers") from error
     if points.size and points.min() < 0:
-        raise InputError(f"{path}: column '{column}': found {points.min()}, accepted are numbers from 0 up")
+        raise InputError(f"{path}: column '{column}': must be integers ≥ 0 (got {points.min()})")
     return points
 
 
@@ -69,7 +69,7 @@ def _columns(path: Path, name: str, order: str | None) -> tuple[Any, str]:
         raise InputError(f"{path}: cannot be read: {str(error).splitlines()[0]}") from error
     found = next((column for column in COLUMNS if column in table.column_names), None)
     if found is None:
-        raise InputError(f"{path}: found no column of true points, accepted is {' or '.join(COLUMNS)}")
+        raise InputError(f"{path}: needs a column of true points: {' or '.join(COLUMNS)}")
     return table.select([name, found, *([order] if order else [])]), found
 
 
@@ -95,7 +95,7 @@ def rigs_by_sequence(path: Path, recorder: Recorder) -> dict[str, Rig]:
         with open_regular(path, "rigs by sequence in JSON") as file:
             content = file.read(MAX_RIGS_BYTES + 1)
         if len(content) > MAX_RIGS_BYTES:
-            raise InputError(f"{path}: larger than {MAX_RIGS_BYTES >> 20} MiB, accepted are rigs by sequence")
+            raise InputError(f"{path}: too large for rigs by sequence (at most {MAX_RIGS_BYTES >> 20} MiB)")
         document = json.loads(content)
         return {str(name): _rig(str(name), sensors, recorder) for name, sensors in document.items()}
     except OSError as error:
@@ -104,7 +104,7 @@ def rigs_by_sequence(path: Path, recorder: Recorder) -> dict[str, Rig]:
         if isinstance(error, InputError):
             raise
         raise InputError(
-            f"{path}: accepted is {{sequence: {{sensor: {{translation, rotation_wxyz}}}}}} in JSON"
+            f"{path}: must be {{sequence: {{sensor: {{translation, rotation_wxyz}}}}}} in JSON"
         ) from error
 
 

@@ -98,9 +98,7 @@ def read_traffic(
     for batch in source.batches(progress):
         held += len(batch.frame)
         if held > most:
-            raise InputError(
-                f"{source.name}: more than {most:,} boxes, accepted are fewer where single road users are counted"
-            )
+            raise InputError(f"{source.name}: too many boxes to count points per object (at most {most:,})")
         parts: tuple[NDArray[Any], ...] = (
             batch.frame,
             batch.cls,
@@ -144,9 +142,7 @@ class Standing(NamedTuple):
 def _standing(report: DataReport, boxes: _Boxes, occluders: Occluders, most: int) -> Standing:
     """What stands as near as the farthest road user, in each frame that has one."""
     if report.labels is None:
-        raise InputError(
-            f"{report.source}: occluders are given by sequence and frame, accepted is a table with seq and frame"
-        )
+        raise InputError(f"{report.source}: needs columns seq and frame, by which occluders are assigned")
     farthest_m = (
         np.hypot(boxes.centre_m[:, 0], boxes.centre_m[:, 1]) + np.linalg.norm(boxes.size_m, axis=1) / 2
     )
@@ -157,9 +153,7 @@ def _standing(report: DataReport, boxes: _Boxes, occluders: Occluders, most: int
         found.append((frame, near))
         held += len(near.row)
         if held > most:
-            raise InputError(
-                f"{occluders.source}: more than {most:,} occluders in all frames, accepted are fewer"
-            )
+            raise InputError(f"{occluders.source}: too many occluders in all frames (at most {most:,})")
     frames = [np.full(len(near.row), frame, np.int64) for frame, near in found]
     return Standing(
         np.concatenate([np.zeros(0, np.int64), *frames]),

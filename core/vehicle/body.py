@@ -58,7 +58,7 @@ def body_parts(vehicle: Vehicle) -> tuple[BodyPart, ...]:
     Door mirrors stick out beyond `width`, as in a registration document. InputError for an unknown body.
     """
     if vehicle.body not in PROFILES:
-        raise InputError(f"vehicle.body: found '{vehicle.body}', accepted is {' or '.join(sorted(PROFILES))}")
+        raise InputError(f"vehicle.body must be {' or '.join(sorted(PROFILES))} (got '{vehicle.body}')")
     return _parts(vehicle)
 
 

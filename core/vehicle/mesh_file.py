@@ -60,7 +60,7 @@ def read_mesh(path: Path, still_wanted: Callable[[], object] = lambda: None) -> 
     where = f"vehicle.body: {path}" if str(path).isprintable() else f"vehicle.body: {str(path)!r}"
     if path.suffix.lower() not in SUFFIXES:
         accepted = "sedan, suv, van, truck or the path of a mesh file: " + ", ".join(SUFFIXES)
-        raise InputError(f"vehicle.body: found '{path.name}', accepted is {accepted}")
+        raise InputError(f"vehicle.body must be {accepted} (got '{path.name}')")
     try:
         status = path.stat()
     except (OSError, ValueError) as error:

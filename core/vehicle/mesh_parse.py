@@ -63,7 +63,7 @@ class FolderResolver(Resolver):
         name = unquote(str(key)).strip().replace("\\", "/")
         path = (self._folder / name).resolve()
         if urlparse(name).scheme or not path.is_relative_to(self._folder):
-            self._refuse(f"names '{name[:80]}', accepted are files in its own folder")
+            self._refuse(f"must refer to files in its own folder (got '{name[:80]}')")
         if path.suffix.lower() in _PICTURES:
             raise FileNotFoundError(f"{name}: textures are not read")
         if not path.is_file():
@@ -143,7 +143,7 @@ def _check_indices(mesh: Any, name: str) -> None:
     if len(wrong):
         row, corner = wrong[0]
         where = f"mesh '{shortened(name, 40)}': triangle {row + 1} of {len(faces):,}"
-        raise InputError(f"{where} names vertex {faces[row, corner]}, accepted are 0 to {count - 1}")
+        raise InputError(f"{where}: vertex numbers must be 0 to {count - 1} (got {faces[row, corner]})")
 
 
 def _joined(parts: list[tuple[Any, NDArray[np.float64]]], upright: bool) -> Arrays:

@@ -43,13 +43,13 @@ def test_the_answer_arrives_on_the_interface_thread(qtbot: QtBot, tasks: Tasks) 
 
 def test_bad_input_is_one_line_without_details(qtbot: QtBot, tasks: Tasks) -> None:
     def refuse(progress: Progress) -> None:
-        raise InputError("boxes.csv: line 3: x: found 'a'")
+        raise InputError("boxes.csv: line 3: x must be a number (got 'a')")
 
     said: list[tuple[str, str]] = []
     tasks.failed.connect(lambda message, details: said.append((message, details)))
     tasks.run("Reading", refuse, lambda _: said.append(("done", "")))
     qtbot.waitUntil(lambda: not tasks.running, timeout=TIMEOUT_MS)
-    assert said == [("boxes.csv: line 3: x: found 'a'", "")]
+    assert said == [("boxes.csv: line 3: x must be a number (got 'a')", "")]
 
 
 def test_a_mistake_of_ours_names_the_task_and_has_a_traceback(qtbot: QtBot, tasks: Tasks) -> None:

@@ -47,7 +47,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     if only is None:
         return
     if only not in names:
-        raise pytest.UsageError(f"--only: found {only!r}, accepted are {', '.join(sorted(names))}")
+        raise pytest.UsageError(f"--only must be one of {', '.join(sorted(names))} (got {only!r})")
     items[:] = [item for item in items if _bar_name(item.path) == only]
 
 

@@ -73,7 +73,7 @@ def test_an_error_of_another_file_is_not_blamed_on_the_target(tmp_path: Path) ->
     ("name", "complaint"),
     [
         ("nowhere/out.json", "no such folder"),
-        ("folder", "this is a folder"),
+        ("folder", "got a folder"),
         ("file/out.json", "no such folder"),
         ("n" * 300, "cannot be written"),
     ],
@@ -191,7 +191,7 @@ def test_a_folder_with_other_files_is_left_alone(tmp_path: Path) -> None:
     target = tmp_path / "home"
     target.mkdir()
     (target / "thesis.tex").write_text("mine")
-    with pytest.raises(InputError, match=r"home: cannot be written: the folder holds thesis\.tex"):
+    with pytest.raises(InputError, match=r"home: cannot be written: .*holds thesis\.tex"):
         atomic_folder(target, {"a.yaml": b"one"})
     assert [path.name for path in target.iterdir()] == ["thesis.tex"]
 
@@ -204,7 +204,7 @@ def test_a_folder_that_cannot_be_filled_leaves_nothing_and_the_old_one_as_it_was
     assert (target / "a.yaml").read_bytes() == b"one" and list(tmp_path.iterdir()) == [target]
     for place, complaint in (
         (tmp_path / "no" / "kit", "no such folder"),
-        (target / "a.yaml", "this is a file"),
+        (target / "a.yaml", "must be a folder"),
     ):
         with pytest.raises(InputError, match=complaint):
             atomic_folder(place, {"a.yaml": b"two"})

@@ -94,9 +94,7 @@ def test_a_search_along_x_finds_what_a_look_at_each_finds(tmp_path: Path) -> Non
 
 
 def test_a_frame_without_a_pose_is_told(tmp_path: Path) -> None:
-    with pytest.raises(
-        InputError, match=r"poses.csv: found no pose of frame 2 of sequence 'a', accepted is one"
-    ):
+    with pytest.raises(InputError, match=r"poses.csv: frame 2 of sequence 'a' .*no pose"):
         read(tmp_path).around(("a", 2), 10.0)
 
 
@@ -124,37 +122,37 @@ def test_tables_may_be_packed(tmp_path: Path, ending: str) -> None:
             "occluders",
             "20,10,10",
             "20,0,10",
-            r"occluders.csv:3: column 'width': found 0, accepted is a number",
+            r"occluders.csv:3: column 'width': .*got 0",
         ),
-        ("occluders", "yard,pole,0", "yard,pole,inf", r"occluders.csv:4: column 'x': found inf, accepted is"),
-        ("occluders", "0.5", "nan", r"occluders.csv:3: column 'yaw': found nan, accepted is a finite"),
+        ("occluders", "yard,pole,0", "yard,pole,inf", r"occluders.csv:4: column 'x': .*got inf"),
+        ("occluders", "0.5", "nan", r"occluders.csv:3: column 'yaw': .*got nan"),
         (
             "occluders",
             "wall,10",
             "wall,ten",
-            r"occluders.csv:2: column 'x': found 'ten', accepted is a finite",
+            r"occluders.csv:2: column 'x': .*got 'ten'",
         ),
         (
             "occluders",
             "map,",
             "town,",
-            r"occluders.csv: column 'map' missing, accepted is a table with map,cls,x",
+            r"occluders.csv: column 'map' missing",
         ),
         (
             "occluders",
             "wall",
             "w" * 201,
-            r"column 'cls': found 201 characters, accepted is a name of at most",
+            r"column 'cls': .*got 201",
         ),
-        ("poses", "a,3,", "a,-3,", r"poses.csv:3: column 'frame': found -3, accepted is a whole number"),
+        ("poses", "a,3,", "a,-3,", r"poses.csv:3: column 'frame': .*got -3"),
         (
             "poses",
             "a,3,",
             "a,0,",
-            r"poses.csv:3: found a second pose of frame 0 of sequence 'a', accepted is one",
+            r"poses.csv:3: frame 0 of sequence 'a' .*one pose",
         ),
-        ("poses", "1.5707963267948966", "nan", r"poses.csv:3: column 'yaw': found nan, accepted"),
-        ("poses", "100,0,0,0", "1e9,0,0,0", r"poses.csv:4: column 'x': found 1e\+09, accepted is a finite"),
+        ("poses", "1.5707963267948966", "nan", r"poses.csv:3: column 'yaw': .*got nan"),
+        ("poses", "100,0,0,0", "1e9,0,0,0", r"poses.csv:4: column 'x': .*got 1e\+09"),
         ("poses", ",yaw", ",angle", r"poses.csv: column 'yaw' missing"),
     ],
 )
@@ -186,7 +184,7 @@ def test_a_pipe_or_device_is_refused(tmp_path: Path, victim: str) -> None:
     read(tmp_path)
     (tmp_path / victim).unlink()
     os.mkfifo(tmp_path / victim)
-    with pytest.raises(InputError, match="found a pipe"):
+    with pytest.raises(InputError, match="got a pipe"):
         open_occluders(tmp_path / "occluders.csv", tmp_path / "poses.csv")
     with pytest.raises(InputError, match=r"nowhere.csv: cannot be read"):
         open_occluders(tmp_path / "nowhere.csv", tmp_path / "poses.csv")
@@ -194,11 +192,11 @@ def test_a_pipe_or_device_is_refused(tmp_path: Path, victim: str) -> None:
 
 def test_there_are_limits(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(reader, "MAX_OCCLUDERS", 2)
-    with pytest.raises(InputError, match=r"occluders.csv: more than 2 occluders, accepted are fewer"):
+    with pytest.raises(InputError, match=r"occluders.csv: too many occluders"):
         read(tmp_path)
     monkeypatch.setattr(reader, "MAX_OCCLUDERS", 3)
     monkeypatch.setattr(reader, "MAX_POSES", 3)
-    with pytest.raises(InputError, match=r"poses.csv: more than 3 poses, accepted are fewer"):
+    with pytest.raises(InputError, match=r"poses.csv: too many poses"):
         read(tmp_path)
 
 

@@ -105,14 +105,14 @@ def test_counts_above_the_number_of_frames_are_refused(path: Path, dtype: type) 
     load_pog(path)
     counts[1, 2] = 4
     rewrite(path, counts=counts)
-    assert "counts: found 4, which is more than the 3 frames" in refused(path)
+    assert "counts must be at most 3, the number of frames (got 4)" in refused(path)
 
 
 @pytest.mark.parametrize("change", [1, -1])
 def test_counts_for_more_or_fewer_voxels_are_refused(path: Path, change: int) -> None:
     counts = np.ones((arrays_of(path)["counts"].shape[0] + change, 3), np.uint16)
     rewrite(path, counts=counts)
-    assert "counts: found" in refused(path)
+    assert "counts must" in refused(path)
 
 
 @pytest.mark.parametrize(
@@ -160,7 +160,7 @@ def test_counts_for_more_or_fewer_voxels_are_refused(path: Path, change: int) ->
 )
 def test_wrong_header_fields_are_refused_by_name(path: Path, name: str, value: Any) -> None:
     set_field(path, name, value)
-    assert f"({name}" in refused(path)
+    assert f": {name}" in refused(path)
 
 
 def test_header_fields_that_an_older_file_lacks_have_defaults(path: Path) -> None:
@@ -202,7 +202,7 @@ def test_sizes_are_known_before_memory_is_taken(
                     np.lib.format.write_array(member, array)
     tracemalloc.start()
     try:
-        assert f"({name}: " in refused(path)
+        assert f": {name} must be" in refused(path)
         assert tracemalloc.get_traced_memory()[1] < 20e6
     finally:
         tracemalloc.stop()
@@ -236,17 +236,17 @@ def test_other_compressions_are_refused(path: Path, kind: int) -> None:
 def test_arrays_of_other_layouts_are_refused(path: Path) -> None:
     arrays = arrays_of(path)
     rewrite(path, words=arrays["words"].astype(">u8"))
-    assert "words: found >u8" in refused(path)
+    assert "words must be" in refused(path)
     rewrite(path, words=arrays["words"], counts=np.asfortranarray(arrays["counts"]))
-    assert "counts: found" in refused(path)
+    assert "counts must" in refused(path)
 
 
 def test_devices_and_pipes_are_refused_at_once(path: Path, tmp_path: Path) -> None:
     (tmp_path / "zero.npz").symlink_to("/dev/zero")
     os.mkfifo(tmp_path / "pipe.npz")
-    assert "found a device, accepted is a POG" in refused(Path("/dev/zero"))
-    assert "found a device, accepted is a POG" in refused(tmp_path / "zero.npz")
-    assert "found a pipe, accepted is a POG" in refused(tmp_path / "pipe.npz")
+    assert "(got a device)" in refused(Path("/dev/zero"))
+    assert "(got a device)" in refused(tmp_path / "zero.npz")
+    assert "(got a pipe)" in refused(tmp_path / "pipe.npz")
     assert "cannot be read: Is a directory" in refused(tmp_path)
     (tmp_path / "link.npz").symlink_to(path)
     assert load_pog(tmp_path / "link.npz").data.frames == 3
@@ -258,7 +258,7 @@ def test_only_a_part_may_hold_no_frame(tmp_path: Path) -> None:
     empty = Pog(GRID, boxes_of(frames=0).report(), index, sound.counts[:0])
     save_pog(empty, tmp_path / "part.npz")
     assert load_pog(tmp_path / "part.npz", is_part=True).data.frames == 0
-    assert "frames: found 0" in refused(tmp_path / "part.npz")
+    assert "frames must be" in refused(tmp_path / "part.npz")
 
 
 def test_a_cached_file_of_another_grid_is_not_taken(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

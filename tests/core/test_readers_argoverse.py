@@ -1,5 +1,6 @@
 """Argoverse 2 logs: cuboids of the ego frame, one frame per sweep with annotations, logs of a folder together."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -107,12 +108,12 @@ def test_columns_and_numbers_that_do_not_fit_are_named(tmp_path: Path) -> None:
 
     assert "column 'qw' is missing" in change(qw=None)
     assert "column 'category' must hold text (got int64)" in change(category=[1] * 6)
-    assert "column 'timestamp_ns' must hold whole numbers (got double)" in change(timestamp_ns=[0.5] * 6)
+    assert "column 'timestamp_ns' must hold integers (got double)" in change(timestamp_ns=[0.5] * 6)
     assert "column 'tx_m' must have a value in every row" in change(tx_m=[1.0, None, 2.0, 3.0, 4.0, 5.0])
-    assert "row 4: column 'length_m': found -1" in change(length_m=[1.0, 1.0, 1.0, -1.0, 1.0, 1.0])
-    assert "row 2: column 'tz_m': found nan" in change(tz_m=[1.0, float("nan"), 1.0, 1.0, 1.0, 1.0])
-    assert "row 1: qw qx qy qz: found length" in change(qw=[7.0] * 6)
-    assert "found length inf" in change(qw=[1e308] * 6, qz=[1e308] * 6)
+    assert re.search("row 4: column 'length_m': .*got -1", change(length_m=[1.0, 1.0, 1.0, -1.0, 1.0, 1.0]))
+    assert re.search("row 2: column 'tz_m': .*got nan", change(tz_m=[1.0, float("nan"), 1.0, 1.0, 1.0, 1.0]))
+    assert "row 1: qw qx qy qz: " in change(qw=[7.0] * 6)
+    assert "got length inf" in change(qw=[1e308] * 6, qz=[1e308] * 6)
 
 
 def test_what_is_no_feather_file_is_refused(tmp_path: Path) -> None:
@@ -127,7 +128,7 @@ def test_a_log_without_any_sweep_is_refused_alone_but_not_among_others(tmp_path:
     none = {name: column[:0] for name, column in random_columns(1, 1).items()}
     none["category"] = pa.array([], pa.string())
     write_log(tmp_path / "x" / "empty", none)
-    with pytest.raises(InputError, match="found no boxes"):
+    with pytest.raises(InputError, match="at least one frame"):
         read_all = open_boxes(tmp_path / "x" / "empty")
         list(read_all.batches())
     write_log(tmp_path / "x" / "full", random_columns(2, 4))

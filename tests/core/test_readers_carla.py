@@ -134,26 +134,26 @@ def test_pickled_objects_are_refused_and_never_unpickled(tmp_path: Path) -> None
     array = np.empty(8, dtype=object)
     array[0] = Bomb(trace)
     path = save(tmp_path, "vehicle/1_1.npy", array)
-    assert message(tmp_path) == f"{path}: pickled objects, accepted is a .npy file of numbers"
+    assert message(tmp_path) == f"{path}: must be a .npy file of numbers (got pickled objects)"
     path.write_bytes(pickle.dumps(Bomb(trace)))
-    assert message(tmp_path) == f"{path}: pickled objects, accepted is a .npy file of numbers"
+    assert message(tmp_path) == f"{path}: must be a .npy file of numbers (got pickled objects)"
     assert not trace.exists()
 
 
 @pytest.mark.parametrize(
     ("array", "expected"),
     [
-        (np.zeros((7, 3)), "found shape (7, 3), accepted is one of (3, 8)"),
-        (np.zeros(24), "found shape (24,)"),
-        (np.zeros((8, 3), dtype=complex), "not an array of numbers"),
-        (np.full((8, 3), "a"), "not an array of numbers"),
+        (np.zeros((7, 3)), "(got (7, 3))"),
+        (np.zeros(24), "(got (24,))"),
+        (np.zeros((8, 3), dtype=complex), "a .npy file of numbers"),
+        (np.full((8, 3), "a"), "a .npy file of numbers"),
         (np.full((8, 3), np.nan), "a finite number in metres"),
-        (np.arange(24.0).reshape(8, 3), "not the corners of a box"),
-        (corners() + np.eye(8, 3), "not the corners of a box"),
-        (corners(np.array([4.5, 0.0, 1.5])), "found 0, accepted is a number in metres above 0"),
+        (np.arange(24.0).reshape(8, 3), "the corners of a rectangular box"),
+        (corners() + np.eye(8, 3), "the corners of a rectangular box"),
+        (corners(np.array([4.5, 0.0, 1.5])), "(got 0)"),
         (corners(centre=(1e9, 0, 0)), "must be a finite number in metres"),
-        (np.zeros((8, 3)), "accepted is a number in metres above 0"),
-        (np.zeros((100_000, 3)), "larger than 64 KiB"),
+        (np.zeros((8, 3)), "a number in metres above 0"),
+        (np.zeros((100_000, 3)), "at most 64 KiB"),
     ],
 )
 def test_arrays_that_are_no_box_are_refused_by_name(tmp_path: Path, array: object, expected: str) -> None:
@@ -169,14 +169,14 @@ def test_cut_files_archives_and_bad_names_are_refused(tmp_path: Path) -> None:
     whole = path.read_bytes()
     for broken in (b"", whole[:-1], whole[:40], whole.replace(b"(8, 3)", b"(9, 3)")):
         path.write_bytes(broken)
-        assert message(tmp_path).startswith(f"{path}: damaged or cut off")
+        assert message(tmp_path).startswith(f"{path}: ")
     np.savez(path.with_suffix(""), corners())
     path.with_suffix(".npz").rename(path)
-    assert "not an array of numbers" in message(tmp_path)
+    assert "a .npy file of numbers" in message(tmp_path)
     path.rename(path.with_name("frame.npy"))
-    assert "accepted is <actor>_<frame>.npy" in message(tmp_path)
+    assert "<actor>_<frame>.npy" in message(tmp_path)
 
 
 def test_folders_without_files_are_refused(tmp_path: Path) -> None:
     (tmp_path / "vehicle").mkdir()
-    assert "no .npy files" in message(tmp_path)
+    assert "<actor>_<frame>.npy" in message(tmp_path)

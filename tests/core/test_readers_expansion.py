@@ -65,7 +65,7 @@ def test_a_long_name_is_not_repeated_for_each_row(tmp_path: Path) -> None:
     path = write(tmp_path, content, compression="zstd", store_schema=False)
     assert path.stat().st_size < 20_000
     with arrow_memory_below(50e6):
-        assert "boxes.parquet: row 1: column 'cls': found 300000 characters" in refused(path)
+        assert "boxes.parquet: row 1: column 'cls': " in refused(path)
 
 
 @pytest.mark.parametrize("encoding", ["DELTA_BYTE_ARRAY", "DELTA_LENGTH_BYTE_ARRAY", "PLAIN"])
@@ -149,4 +149,4 @@ def test_very_many_names_are_refused_by_count(tmp_path: Path, make: Callable[...
         path = write_log(tmp_path, one | {"category": np.array(names)})
     else:
         path = write(tmp_path, make(10_001).drop_columns(["cls"]).append_column("cls", pa.array(names)))
-    assert "more than 10000 class names" in refused(path)
+    assert "too many class names" in refused(path)

@@ -3,6 +3,7 @@
 import csv
 import gzip
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -85,7 +86,7 @@ def test_without_an_origin_the_velodyne_stands_where_it_stands_on_the_kitti_car(
     np.testing.assert_allclose(shift, [[0.4, 0.0, 1.73]], atol=1e-12)
     source = open_boxes(path)
     list(source.batches())
-    assert "Velodyne stands at 0.4 0 1.73 m" in source.report().notes[0]
+    assert "Velodyne is at 0.4 0 1.73 m" in source.report().notes[0]
 
 
 def test_gaps_in_a_sequence_are_frames_without_boxes(tmp_path: Path) -> None:
@@ -132,39 +133,39 @@ def test_a_missing_calibration_is_named(tmp_path: Path) -> None:
     path = kitti_folder(tmp_path, {"0000": "", "0001": ""})
     missing = path / "calib" / "0001.txt"
     missing.unlink()
-    assert message(path).startswith(f"{missing}: missing, accepted is one calibration file per label file")
+    assert message(path).startswith(f"{missing}: missing")
 
 
 @pytest.mark.parametrize(
     ("line", "expected"),
     [
-        ("0 1 Car 1 2 3", "found 6 values, accepted are 17 or 18"),
-        ("x 1 " + CAR.format(x=0, y=1, z=9, ry=0), "frame: found 'x'"),
-        ("-1 1 " + CAR.format(x=0, y=1, z=9, ry=0), "frame: found '-1'"),
-        ("999999999 1 " + CAR.format(x=0, y=1, z=9, ry=0), "frame: found '999999999', accepted is a whole"),
-        ("0 1 " + CAR.format(x="abc", y=1, z=9, ry=0), "x: found 'abc', accepted is a finite number"),
-        ("0 1 " + CAR.format(x=0, y=1, z="nan", ry=0), "z: found 'nan'"),
-        ("0 1 " + CAR.format(x=0, y=1, z=9, ry=0).replace("4.5", "-1"), "length: found -1"),
-        ("0 1 " + CAR.format(x=0, y=1, z=9, ry=0) + "\N{DEGREE SIGN}", "not ASCII text"),
+        ("0 1 Car 1 2 3", "17 or 18 .*got 6"),
+        ("x 1 " + CAR.format(x=0, y=1, z=9, ry=0), "frame: .*got 'x'"),
+        ("-1 1 " + CAR.format(x=0, y=1, z=9, ry=0), "frame: .*got '-1'"),
+        ("999999999 1 " + CAR.format(x=0, y=1, z=9, ry=0), "frame: .*got '999999999'"),
+        ("0 1 " + CAR.format(x="abc", y=1, z=9, ry=0), "x: .*got 'abc'"),
+        ("0 1 " + CAR.format(x=0, y=1, z="nan", ry=0), "z: .*got 'nan'"),
+        ("0 1 " + CAR.format(x=0, y=1, z=9, ry=0).replace("4.5", "-1"), "length: .*got -1"),
+        ("0 1 " + CAR.format(x=0, y=1, z=9, ry=0) + "\N{DEGREE SIGN}", "ASCII text"),
     ],
 )
 def test_a_broken_label_is_named_with_its_line(tmp_path: Path, line: str, expected: str) -> None:
     path = kitti_folder(tmp_path, {"0000": f"0 -1 {DONT_CARE}\n\n{line}\n"})
     text = message(path)
     assert text.startswith(f"{path / 'label_02' / '0000.txt'}:3: ")
-    assert expected in text
+    assert re.search(expected, text)
 
 
 @pytest.mark.parametrize(
     ("calib", "expected"),
     [
-        ("", "no line R_rect or R0_rect"),
-        (f"R_rect {numbers(np.eye(3))}\n", "no line Tr_velo_cam or Tr_velo_to_cam"),
-        ("R0_rect: 1 2 3\n", ":1: R0_rect: found 3 numbers, accepted are 9"),
-        (calibration().replace("R0_rect: ", "R0_rect: abc "), "R0_rect: found 10 numbers"),
+        ("", "a line R_rect or R0_rect"),
+        (f"R_rect {numbers(np.eye(3))}\n", "a line Tr_velo_cam or Tr_velo_to_cam"),
+        ("R0_rect: 1 2 3\n", ":1: R0_rect: .*got 3"),
+        (calibration().replace("R0_rect: ", "R0_rect: abc "), "R0_rect: .*got 10"),
         (
             f"R0_rect: {numbers(2 * np.eye(3))}\nTr_velo_cam {numbers(np.eye(4)[:3])}",
-            "accepted is a rotation",
+            "R_rect: .*a rotation",
         ),
         (
             f"R0_rect: {numbers(np.eye(3))}\nTr_velo_cam {numbers(np.eye(4)[:3] + np.array([0, 0, 0, 9e18]))}",
@@ -177,14 +178,14 @@ def test_a_broken_calibration_is_named(tmp_path: Path, calib: str, expected: str
     path = kitti_folder(tmp_path, {"0000": "0 1 " + CAR.format(x=0, y=1, z=9, ry=0)}, calib=calib)
     text = message(path)
     assert text.startswith(str(path / "calib" / "0000.txt"))
-    assert expected in text
+    assert re.search(expected, text)
 
 
 def test_a_folder_without_labels_or_with_both_kinds_is_refused(tmp_path: Path) -> None:
     path = kitti_folder(tmp_path, {})
-    assert "no label files" in message(path)
+    assert "label files" in message(path)
     (path / "label_2").mkdir()
-    assert "both label_02 and label_2" in message(path)
+    assert "label_02 or label_2" in message(path)
 
 
 needs_shared = pytest.mark.skipif(

@@ -77,9 +77,9 @@ def test_no_reader_waits_for_a_pipe_or_reads_a_device(
         with memory_below(30e6):
             message = refused(sound.path)
         assert (
-            "found a" in message
+            "(got a" in message
             or "missing" in message
-            or "found no box data" in message
+            or "no box data" in message
             or ("neither a file nor a folder" in message)
         )
         victim.unlink()
@@ -90,7 +90,7 @@ def test_the_hash_of_a_data_set_waits_for_no_pipe(tmp_path: Path) -> None:
     source = open_boxes(csv_file(tmp_path).path)
     (tmp_path / "boxes.csv").unlink()
     os.mkfifo(tmp_path / "boxes.csv")
-    with pytest.raises(InputError, match="found a pipe"):
+    with pytest.raises(InputError, match="got a pipe"):
         _ = source.content_hash
 
 
@@ -107,7 +107,7 @@ def test_very_many_class_names_are_refused(tmp_path: Path) -> None:
     source = open_boxes(path)
     assert list(source.batches()) == []
     assert len(source.report().unmapped) == limits.MAX_NAMES
-    assert "boxes.csv: more than 10000 class names" in refused(table(tmp_path, "".join(rows)))
+    assert "boxes.csv: too many class names" in refused(table(tmp_path, "".join(rows)))
 
 
 def test_names_of_several_data_sets_are_counted_together() -> None:
@@ -117,7 +117,7 @@ def test_names_of_several_data_sets_are_counted_together() -> None:
         return DataReport("one", 1, dict.fromkeys(CLASSES, 0), tally.unmapped)
 
     assert len(added_up("all", "", [report(0), report(3000)]).unmapped) == 9000
-    with pytest.raises(InputError, match="all: more than 10000 class names"):
+    with pytest.raises(InputError, match="all: too many class names"):
         added_up("all", "", [report(0), report(6000)])
 
 
@@ -129,7 +129,7 @@ def test_names_of_absurd_length_are_refused_with_their_line(tmp_path: Path, colu
 
     assert len(list(open_boxes(table(tmp_path, rows(limits.MAX_NAME_CHARS))).batches())) > 0
     message = refused(table(tmp_path, rows(limits.MAX_NAME_CHARS + 1)))
-    assert f"boxes.csv:3: column '{column}': found 201 characters" in message
+    assert f"boxes.csv:3: column '{column}': " in message and "(got 201)" in message
 
 
 def test_very_many_sequences_are_refused_with_their_line(
@@ -138,7 +138,7 @@ def test_very_many_sequences_are_refused_with_their_line(
     monkeypatch.setattr(frames, "MAX_SEQUENCES", 3)
     rows = [f"q{number},0,car,1,2,3,4,5,6,0\n" for number in range(4)]
     assert sum(1 for _ in open_boxes(table(tmp_path, "".join(rows[:3]))).batches()) > 0
-    assert "boxes.csv:5: more than" in refused(table(tmp_path, "".join(rows)))
+    assert "boxes.csv:5: too many sequences" in refused(table(tmp_path, "".join(rows)))
 
 
 @pytest.mark.parametrize("count", [0, -1, limits.MAX_FRAMES + 1, 10**400])
@@ -147,7 +147,7 @@ def test_impossible_numbers_of_frames_are_refused(tmp_path: Path, count: int) ->
     for place in (path, tmp_path):
         assert "frames must be" in refused(place, frames=count)
     report = DataReport("x", limits.MAX_FRAMES + 1, dict.fromkeys(CLASSES, 0))
-    with pytest.raises(InputError, match="x: found 1000000001 frames"):
+    with pytest.raises(InputError, match=r"x: .*got 1000000001"):
         common.with_all_frames(report, None)
 
 
@@ -182,7 +182,7 @@ def test_kitti_lines_of_megabytes_are_refused_without_being_split(
     sound = make(tmp_path)
     sound.files[which].write_bytes(b"1 " * 8_000_000)
     with memory_below(5e6):
-        assert ":1: a line of more than 4096 bytes" in refused(sound.path)
+        assert ":1: line too long" in refused(sound.path)
 
 
 def test_kitti_files_of_very_many_lines_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -190,7 +190,7 @@ def test_kitti_files_of_very_many_lines_are_refused(tmp_path: Path, monkeypatch:
     monkeypatch.setattr(kitti, "MAX_LINES", len(LABEL.splitlines()))
     assert list(open_boxes(sound.path).batches())
     sound.files[0].write_bytes(LABEL * 2)
-    assert "0000.txt: more than 2 lines" in refused(sound.path)
+    assert "0000.txt: too many lines" in refused(sound.path)
 
 
 def test_kitti_files_beyond_their_size_are_refused_unread(tmp_path: Path) -> None:
@@ -198,13 +198,13 @@ def test_kitti_files_beyond_their_size_are_refused_unread(tmp_path: Path) -> Non
     with sound.files[1].open("wb") as file:
         file.truncate(kitti.MAX_FILE_BYTES + 1)
     with memory_below(5e6):
-        assert "0000.txt: larger than 64 MiB" in refused(sound.path)
+        assert "0000.txt: too large" in refused(sound.path)
 
 
 def test_kitti_types_of_absurd_length_are_refused(tmp_path: Path) -> None:
     sound = kitti_tracking(tmp_path)
     sound.files[0].write_bytes(LABEL.replace(b"Van", b"V" * 201))
-    assert "0000.txt:2: type: found 201 characters" in refused(sound.path)
+    assert "0000.txt:2: type: must be at most 200 characters (got 201)" in refused(sound.path)
 
 
 def test_carla_files_beyond_their_size_are_not_read(tmp_path: Path) -> None:
@@ -212,7 +212,7 @@ def test_carla_files_beyond_their_size_are_not_read(tmp_path: Path) -> None:
     with sound.files[0].open("wb") as file:
         file.truncate(1 << 30)
     with memory_below(5e6):
-        assert "larger than 64 KiB" in refused(sound.path)
+        assert "too large" in refused(sound.path)
 
 
 @pytest.mark.parametrize("make", [kitti_object, carla_file, csv_file], ids=lambda make: make.__name__)
@@ -224,7 +224,7 @@ def test_folders_of_very_many_files_are_refused(
     assert list(open_boxes(tmp_path).batches())
     first = sound.files[0]
     (first.parent / f"2_6{first.suffix}").write_bytes(first.read_bytes())
-    assert "more than 1 files" in refused(tmp_path)
+    assert "too many files" in refused(tmp_path)
 
 
 @pytest.mark.parametrize("name", ["sample", "instance", "category", "sensor", "calibrated_sensor"])
@@ -238,7 +238,7 @@ def test_nuscenes_tables_that_are_held_in_memory_are_bounded(
     monkeypatch.setattr(nuscenes_tables, "MAX_KEPT_RECORDS", 150)
     assert list(open_boxes(sound.path).batches())
     victim.write_text(json.dumps(records + extra))
-    assert f"{name}.json: more than 150 records" in refused(sound.path)
+    assert f"{name}.json: too many records" in refused(sound.path)
 
 
 def test_nuscenes_texts_of_absurd_length_are_refused(tmp_path: Path) -> None:
@@ -246,4 +246,4 @@ def test_nuscenes_texts_of_absurd_length_are_refused(tmp_path: Path) -> None:
     (victim,) = (file for file in sound.files if file.stem == "category")
     records = json.loads(victim.read_text())
     victim.write_text(json.dumps([*records[:-1], records[-1] | {"name": "n" * 201}]))
-    assert "'name': found" in refused(sound.path)
+    assert "'name'" in refused(sound.path)

@@ -3,6 +3,7 @@
 import gzip
 import json
 import math
+import re
 import tempfile
 from collections import Counter
 from pathlib import Path
@@ -132,9 +133,7 @@ def test_all_missing_tables_are_named(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"ego_pose\.json: missing \(and category\)"):
         open_boxes(tmp_path)
     (folder / "sample_annotation.json").unlink()
-    with pytest.raises(
-        InputError, match=r"sample_annotation\.json: missing, accepted is a folder with sample"
-    ):
+    with pytest.raises(InputError, match=r"sample_annotation\.json: missing: a nuScenes folder needs sample"):
         open_boxes(tmp_path)
 
 
@@ -178,10 +177,10 @@ def every(**fields: object):  # type: ignore[no-untyped-def]
     ("table", "edit", "found"),
     [
         ("ego_pose", every(rotation=[1, 2, 3, 4]), "quaternion"),
-        ("ego_pose", every(translation=[1, 2]), "'translation': found '[1, 2]'"),
+        ("ego_pose", every(translation=[1, 2]), r"'translation': .*got '?\[1, 2\]"),
         ("ego_pose", every(translation=[0, 10**400, 0]), "finite"),
         ("ego_pose", lambda r: r.clear(), "no pose"),
-        ("sensor", lambda r: r.pop(0) and None, "no sensor whose channel begins with LIDAR"),
+        ("sensor", lambda r: r.pop(0) and None, r"LiDARs.*got 0"),
         (
             "sample_data",
             every(is_key_frame=False),
@@ -190,22 +189,22 @@ def every(**fields: object):  # type: ignore[no-untyped-def]
         (
             "sample_data",
             every(sample_token="?"),
-            "'sample_token': found '?'",
+            r"'sample_token': .*got '?\?",
         ),
-        ("instance", every(category_token="?"), "'category_token': found '?'"),
-        ("sample_annotation", every(instance_token="?"), "'instance_token': found '?'"),
-        ("sample", lambda r: r[0].pop("timestamp") and None, "'timestamp': found nothing"),
-        ("sample", every(timestamp=math.nan), "'timestamp': found 'nan'"),
-        ("sample", every(timestamp=-1), "'timestamp': found '-1'"),
-        ("sample", every(timestamp=10**400), "'timestamp': found '1000"),
+        ("instance", every(category_token="?"), r"'category_token': .*got '?\?"),
+        ("sample_annotation", every(instance_token="?"), r"'instance_token': .*got '?\?"),
+        ("sample", lambda r: r[0].pop("timestamp") and None, "'timestamp': .*got '?nothing"),
+        ("sample", every(timestamp=math.nan), "'timestamp': .*got '?nan"),
+        ("sample", every(timestamp=-1), "'timestamp': .*got '?-1"),
+        ("sample", every(timestamp=10**400), "'timestamp': .*got '?1000"),
         ("sample", every(timestamp=5), "a time that no other sample of the scene has"),
-        ("category", every(name=7), "'name': found '7', accepted is text"),
-        ("sample_annotation", lambda r: "[1]", "record 1: found no '{'"),
-        ("sample_annotation", lambda r: "{}", "found no '['"),
-        ("sample_annotation", lambda r: "", "found no '['"),
+        ("category", every(name=7), "'name': .*got '?7"),
+        ("sample_annotation", lambda r: "[1]", "record 1: .*'{'"),
+        ("sample_annotation", lambda r: "{}", "starting with '"),
+        ("sample_annotation", lambda r: "", "starting with '"),
         ("sample_annotation", lambda r: json.dumps(r)[:-40], "broken or too long"),
         ("sample_annotation", lambda r: json.dumps(r) + "x", "after the closing"),
-        ("sample_annotation", lambda r: "[" + json.dumps(r[0]) + " 5]", "after record 1: found '5'"),
+        ("sample_annotation", lambda r: "[" + json.dumps(r[0]) + " 5]", "after record 1: .*got '5'"),
         ("sample_annotation", lambda r: '[{"a":' + "[" * 100_000, "RecursionError"),
         ("sample_annotation", lambda r: '[{"a": ' + "9" * 2_000_000, "broken or too long"),
         ("sample_annotation", lambda r: '[{"a": "' + "x" * 3_000_000, "broken or too long"),
@@ -214,7 +213,7 @@ def every(**fields: object):  # type: ignore[no-untyped-def]
 def test_what_is_wrong_is_named_with_table_and_record(broken, table, edit, found) -> None:  # type: ignore[no-untyped-def]
     message = broken(table, edit)
     assert f"{table}.json" in message
-    assert found in message
+    assert re.search(found, message)
 
 
 @pytest.mark.parametrize("value", ["NaN", "1e999", "true", "null"])
@@ -224,7 +223,7 @@ def test_numbers_that_are_none_are_refused(broken, value) -> None:  # type: igno
             record["size"] = ["@", 1, 1]
         return json.dumps(records).replace('"@"', value)
 
-    assert "'size': found" in broken("sample_annotation", edit)
+    assert "size" in broken("sample_annotation", edit)
 
 
 def test_a_missing_table_is_named(tmp_path: Path) -> None:
@@ -239,7 +238,7 @@ def test_a_cut_off_compressed_table_is_refused(tmp_path: Path) -> None:
     data = gzip.compress((folder / "ego_pose.json").read_bytes())
     (folder / "ego_pose.json").unlink()
     (folder / "ego_pose.json.gz").write_bytes(data[:-20])
-    with pytest.raises(InputError, match=r"ego_pose\.json\.gz: damaged or cut off"):
+    with pytest.raises(InputError, match=r"ego_pose\.json\.gz: damaged or truncated"):
         list(open_boxes(tmp_path).batches())
 
 

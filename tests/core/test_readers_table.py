@@ -182,32 +182,32 @@ def test_the_content_hash_follows_bytes_and_options_but_not_the_name(tmp_path: P
 # ---------------------------------------------------------------- bad input
 
 BAD_FIELDS = [
-    ("x", "abc", "column 'x': found 'abc', accepted is a finite number in metres"),
-    ("y", "", "column 'y': found ''"),
-    ("z", "nan", "column 'z': found nan"),
-    ("x", "inf", "column 'x': found inf"),
-    ("x", "1e7", "column 'x': found 1e+07"),
-    ("length", "-4.5", "column 'length': found -4.5, accepted is a number in metres above 0"),
-    ("width", "0", "column 'width': found 0"),
-    ("height", "1_0", "column 'height': found '1_0'"),
-    ("yaw", "-inf", "column 'yaw': found -inf, accepted is a finite number in radians"),
-    ("frame", "-1", "column 'frame': found -1, accepted is a whole number of at least 0"),
-    ("frame", "2.5", "column 'frame': found '2.5'"),
-    ("frame", "9" * 30, "column 'frame': found '999"),
+    ("x", "abc", "'abc'"),
+    ("y", "", "''"),
+    ("z", "nan", "nan"),
+    ("x", "inf", "inf"),
+    ("x", "1e7", "1e+07"),
+    ("length", "-4.5", "-4.5"),
+    ("width", "0", "0"),
+    ("height", "1_0", "'1_0'"),
+    ("yaw", "-inf", "-inf"),
+    ("frame", "-1", "-1"),
+    ("frame", "2.5", "'2.5'"),
+    ("frame", "9" * 30, "'999"),
 ]
 
 
-@pytest.mark.parametrize(("column", "value", "expected"), BAD_FIELDS)
+@pytest.mark.parametrize(("column", "value", "got"), BAD_FIELDS)
 @pytest.mark.parametrize("write", [write_csv, write_gzip])
 def test_a_broken_number_is_named_with_its_line(
-    tmp_path: Path, write: Writer, column: str, value: str, expected: str
+    tmp_path: Path, write: Writer, column: str, value: str, got: str
 ) -> None:
     rows = [ROW.format(frame=frame, cls="car") for frame in range(30_000)]
     fields = rows[4709].split(",")
     fields[HEADER.split(",").index(column)] = value
     rows[4709] = ",".join(fields)
     path = write(tmp_path, table(*rows))
-    assert message(path).startswith(f"{path}:4711: {expected}")
+    assert message(path).startswith(f"{path}:4711: column {column!r}: ") and f"(got {got}" in message(path)
 
 
 def test_the_line_is_right_behind_the_first_block_and_blank_lines(tmp_path: Path) -> None:
@@ -215,20 +215,20 @@ def test_the_line_is_right_behind_the_first_block_and_blank_lines(tmp_path: Path
     rows[29_000] = "a,29000,car,1,2,3,4,5,zero,0"
     path = write_csv(tmp_path, table(*rows))
     line = path.read_text().split("\n").index(rows[29_000]) + 1
-    assert message(path).startswith(f"{path}:{line}: column 'height': found 'zero'")
+    assert message(path).startswith(f"{path}:{line}: column 'height': ") and "(got 'zero')" in message(path)
 
 
 @pytest.mark.parametrize(
     ("row", "expected"),
     [
-        ("a,1,car,1,2,3", "found 6 values, accepted are 10"),
-        (ROW.format(frame=1, cls="car") + ",extra", "found 11 values, accepted are 10"),
-        ('"' + ROW.format(frame=1, cls="car"), "accepted is one row of a CSV table"),
+        ("a,1,car,1,2,3", "10 values, as in the header (got 6)"),
+        (ROW.format(frame=1, cls="car") + ",extra", "10 values, as in the header (got 11)"),
+        ('"' + ROW.format(frame=1, cls="car"), "one row of a CSV table"),
         (
             "a,0,car,1,2,3,4,5,6,0",
-            "found frame 0 after frame 1 of sequence 'a', accepted is a table grouped by",
+            "(got frame 0 after frame 1 of sequence 'a')",
         ),
-        ("z,0,car,1,2,3,4,5,6,0", "found sequence 'z' again"),
+        ("z,0,car,1,2,3,4,5,6,0", "(got sequence 'z' again)"),
     ],
 )
 def test_a_row_that_is_no_row_is_named_with_its_line(tmp_path: Path, row: str, expected: str) -> None:
@@ -249,24 +249,24 @@ def test_a_quote_cannot_swallow_lines(tmp_path: Path) -> None:
 def test_text_that_is_not_utf8_is_named_with_its_line(tmp_path: Path) -> None:
     path = tmp_path / "boxes.csv"
     path.write_bytes(table(ROW.format(frame=0, cls="car")).encode() + b"\xff\xfe,1,car,1,2,3,4,5,6,0\n")
-    assert message(path) == f"{path}:3: found bytes that are not UTF-8 text"
+    assert message(path) == f"{path}:3: must be UTF-8 text"
 
 
 @every_writer
 def test_missing_and_doubled_columns_are_named(tmp_path: Path, write: Writer) -> None:
     path = write(tmp_path, table("a,0,car,1,2,3,4,5,0", header=HEADER.replace("height,", "")))
-    assert f"column 'height' missing, accepted is a table with {HEADER}" in message(path)
+    assert f"column 'height' missing (a table needs {HEADER})" in message(path)
 
 
 def test_a_doubled_column_is_refused(tmp_path: Path) -> None:
     path = write_csv(tmp_path, table("a,0,car,1,2,3,4,5,6,0,1", header=HEADER + ",x"))
-    assert "column 'x' appears 2 times" in message(path)
+    assert "column 'x' must appear once" in message(path)
 
 
 @pytest.mark.parametrize("content", ["", HEADER, HEADER + "\n\n\n"])
 def test_an_empty_table_is_refused(tmp_path: Path, content: str) -> None:
     text = message(write_csv(tmp_path, content))
-    assert "empty" in text or "found no boxes" in text
+    assert "empty" in text or "at least one frame" in text
 
 
 @pytest.mark.parametrize("content", [b"", gzip.compress(b"", mtime=0)], ids=["no bytes", "no text"])
@@ -278,7 +278,7 @@ def test_an_empty_gzip_table_is_refused(tmp_path: Path, content: bytes) -> None:
 def test_an_empty_parquet_table_is_refused(tmp_path: Path) -> None:
     path = write_parquet(tmp_path, table(ROW.format(frame=0, cls="car")))
     pa.parquet.write_table(pa.parquet.read_table(path).slice(0, 0), path)
-    assert "found no boxes" in message(path)
+    assert "at least one frame" in message(path)
 
 
 def test_cut_and_damaged_gzip_is_refused(tmp_path: Path) -> None:
@@ -295,7 +295,7 @@ def test_a_gzip_bomb_is_refused_with_flat_memory(tmp_path: Path) -> None:
     path.write_bytes(gzip.compress(HEADER.encode() + b"\n" + b"1" * 200_000_000, compresslevel=1))
     tracemalloc.start()
     try:
-        assert "a line of more than" in message(path)
+        assert "line too long" in message(path)
         assert tracemalloc.get_traced_memory()[1] < 20_000_000
     finally:
         tracemalloc.stop()
@@ -303,11 +303,11 @@ def test_a_gzip_bomb_is_refused_with_flat_memory(tmp_path: Path) -> None:
 
 def test_parquet_columns_of_the_wrong_type_and_missing_values_are_named(tmp_path: Path) -> None:
     path = write_parquet(tmp_path, table(ROW.format(frame=0, cls="car").replace("1.5,", "wide,", 1)))
-    assert "column 'x': found type string, accepted are numbers" in message(path)
+    assert "column 'x': must be numbers (got type string)" in message(path)
     good = pa.parquet.read_table(write_parquet(tmp_path, table(*[ROW.format(frame=0, cls="car")] * 3)))
     holes = pa.array([1.0, None, 2.0])
     pa.parquet.write_table(good.set_column(good.schema.get_field_index("x"), "x", holes), path)
-    assert message(path).startswith(f"{path}: row 2: column 'x': found no value")
+    assert message(path).startswith(f"{path}: row 2: column 'x': ")
 
 
 def test_a_yaw_in_degrees_is_pointed_out(tmp_path: Path) -> None:
@@ -324,8 +324,8 @@ def test_bytes_that_are_no_table_are_refused(tmp_path: Path, name: str) -> None:
 
 
 def test_a_path_that_holds_nothing_readable_is_refused(tmp_path: Path) -> None:
-    assert "does not exist" in message(tmp_path / "missing.csv")
-    assert "found no box data in this folder" in message(tmp_path)
+    assert "no such file or folder" in message(tmp_path / "missing.csv")
+    assert "no box data in this folder" in message(tmp_path)
     assert "neither a file nor a folder" in message(Path("/dev/null"))
 
 

@@ -117,9 +117,9 @@ def test_parts_add_up_and_belong_to_one_grid() -> None:
     twice.add(pog)
     both = twice.pog(replace(pog.data, frames=2 * pog.data.frames))
     np.testing.assert_array_equal(both.counts, 2 * pog.counts)
-    with pytest.raises(ValueError, match="found a part on the grid"):
+    with pytest.raises(ValueError, match="the grid of a part"):
         PogSum(VoxelGrid(0.5, (4.0, 4.0, 2.0))).add(pog)
-    with pytest.raises(ValueError, match="counts: found"):
+    with pytest.raises(ValueError, match="counts must"):
         replace(pog, counts=pog.counts[1:])
 
 
@@ -141,7 +141,7 @@ def test_boxes_of_one_frame_are_counted_across_pieces(monkeypatch: pytest.Monkey
     piece = BoxBatch(np.zeros(2, np.int64), np.zeros(2, np.uint8), none, none, np.zeros((2, 3, 3)))
     whole = WholeFrames(Path("a.csv"))
     assert list(whole.push(piece, 0)) == []
-    with pytest.raises(InputError, match=r"a\.csv: more than 3 boxes in one frame"):
+    with pytest.raises(InputError, match=r"a\.csv: too many boxes in one frame"):
         list(whole.push(piece, 0))
 
 
@@ -193,13 +193,13 @@ def test_the_narrowest_field_of_view_is_stated() -> None:
 
 @pytest.mark.parametrize("text", ["-1e8 0 0 0 0 0", "0 0 -1e8 0 0 0", "0 0 1 0 0 -1e7"])
 def test_a_pose_far_behind_is_too_far_as_well(text: str) -> None:
-    with pytest.raises(InputError, match="too large"):
+    with pytest.raises(InputError, match="must be finite"):
         parse_pose(text)
 
 
 def test_a_text_with_a_nul_is_told_as_no_text(tmp_path: Path) -> None:
     (tmp_path / "a.json").write_bytes(b'{"a": "\0"}')
-    with pytest.raises(InputError, match=r"a\.json: not a text file; accepted is text in UTF-8"):
+    with pytest.raises(InputError, match=r"a\.json: must be a text file in UTF-8"):
         _ = Source(tmp_path / "a.json").json
 
 

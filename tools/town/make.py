@@ -110,7 +110,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=FOLDER, help="folder to write to")
     folder: Path = parser.parse_args().out
     if SUMO_VERSION not in libsumo.getVersion()[1]:
-        raise SystemExit(f"needs SUMO {SUMO_VERSION}, found {libsumo.getVersion()[1]}")
+        raise SystemExit(f"needs SUMO {SUMO_VERSION}, got {libsumo.getVersion()[1]}")
     scenario = simulated()
     files = {f"{name}.gz": packed(text) for name, text in tables(scenario).items()}
     for name, content in files.items():

@@ -164,7 +164,7 @@ def view_camera(
     the side views the car with its sensors.
     """
     if name not in _DIRECTION_DEG:
-        raise InputError(f"view: found '{name}', accepted is {', '.join(_DIRECTION_DEG)}")
+        raise InputError(f"view must be {', '.join(_DIRECTION_DEG)} (got '{name}')")
     azimuth, elevation = _DIRECTION_DEG[name]
     if name == "iso" and wide:
         return _fitted(OrbitCamera((0.0, 0.0, 0.0), 1.0, azimuth, elevation + 6.0), _corners_m(grid), aspect)

@@ -18,7 +18,7 @@ RIGS = (".yaml", ".yml", ".json", ".json.gz", ".urdf", ".toml")
 TABLES = (".csv", ".csv.gz", ".parquet", ".feather")
 POGS = (".npz",)
 ACCEPTED = (
-    "accepted are rigs (.yaml, .json, .urdf, .toml), box tables (.csv, .csv.gz, .parquet, .feather), "
+    "drop rigs (.yaml, .json, .urdf, .toml), box tables (.csv, .csv.gz, .parquet, .feather), "
     "stored POGs (.npz), box folders and meshes (.glb, .gltf, .obj, .ply, .stl)"
 )
 

@@ -64,7 +64,7 @@ class Edits(Feature):
             action.setText(f"{key.capitalize()} {label}" if label else key.capitalize())
 
 
-ACCEPTED = "accepted are sensors as rig YAML, as Copy writes them"
+REMEDY = "copy sensors first, or paste sensors as rig YAML"
 
 
 class Clipboard(Feature):
@@ -119,15 +119,15 @@ class Clipboard(Feature):
 def sensors_in(text: str) -> tuple[Sensor, ...]:
     """The sensors that a text says: a rig file, its part from "sensors:" on, or a list of sensors."""
     if not text.strip():
-        raise InputError(f"clipboard: there is no text on it; {ACCEPTED}")
+        raise InputError(f"clipboard: no text; {REMEDY}")
     if len(text) > MAX_BYTES:
-        raise InputError(f"clipboard: {len(text) / 1e6:.1f} MB of text; {ACCEPTED}")
+        raise InputError(f"clipboard: {len(text) / 1e6:.1f} MB of text is too much; {REMEDY}")
     try:
         sensors = loads(_whole(text), "clipboard").rig.sensors
     except InputError as error:
-        raise InputError(f"{error}; {ACCEPTED}") from error
+        raise InputError(f"{error}; {REMEDY}") from error
     if not sensors:
-        raise InputError(f"clipboard: the text has no sensors; {ACCEPTED}")
+        raise InputError(f"clipboard: no sensors in the text; {REMEDY}")
     return sensors
 
 

@@ -81,5 +81,5 @@ def limits_in(path: Path) -> MountLimits:
 
     limits = read_requirements(path).mounts
     if limits is None:
-        raise InputError(f"{path}: mounts: found nothing, accepted are limits as for riglens check")
+        raise InputError(f"{path}: needs a section 'mounts', as for riglens check")
     return limits

@@ -224,13 +224,13 @@ def read_text(path: str | os.PathLike[str], accepted: str) -> str:
     where = shown_path(path)
     content = _content(path, where, accepted)
     if b"\0" in content:
-        raise InputError(f"{where}: not a text file; accepted is {accepted} in UTF-8")
+        raise InputError(f"{where}: must be {accepted} in UTF-8 (got a file that is not text)")
     try:
         return content.decode("utf-8")
     except UnicodeDecodeError as error:
         line = content.count(b"\n", 0, error.start) + 1
-        found = f"found byte 0x{content[error.start]:02x}"
-        raise InputError(f"{where}:{line}: not UTF-8 text, {found}; accepted is UTF-8") from error
+        found = f"got byte 0x{content[error.start]:02x}"
+        raise InputError(f"{where}:{line}: must be UTF-8 text ({found})") from error
 
 
 def shown_path(path: str | os.PathLike[str]) -> str:
@@ -245,9 +245,9 @@ def _content(path: str | os.PathLike[str], where: str, accepted: str) -> bytes:
     except FileNotFoundError as error:
         raise InputError(f"{where}: no such file") from error
     except IsADirectoryError as error:
-        raise InputError(f"{where}: this is a folder; accepted is {accepted}") from error
+        raise InputError(f"{where}: must be {accepted} (got a folder)") from error
     except OSError as error:
         raise InputError(f"{where}: cannot be read: {error.strerror}") from error
     if len(content) > MAX_BYTES:
-        raise InputError(f"{where}: larger than {MAX_BYTES / 1e6:g} MB; accepted is {accepted}")
+        raise InputError(f"{where}: too large for {accepted} (at most {MAX_BYTES / 1e6:g} MB)")
     return content

@@ -18,7 +18,7 @@ _PLAIN_WORDS = {
     **dict.fromkeys(("list_type", "tuple_type"), "a list"),
     **dict.fromkeys(("string_type", "string_unicode"), "a text"),
     "bool_type": "true or false",
-    "int_type": "a whole number",
+    "int_type": "an integer",
 }
 """What a file should hold, where pydantic speaks of Python's types."""
 _PLAIN_RULES = {

@@ -81,9 +81,7 @@ def category_names(path: Path, column: pa.ChunkedArray) -> tuple[list[str], NDAr
     require_few_names(used, path)
     names = [str(name) for name in category.dictionary.take(pa.array(used)).to_pylist()]
     if any(len(name) > MAX_NAME_CHARS for name in names):
-        raise InputError(
-            f"{path}: column 'category': found a name of more than {MAX_NAME_CHARS} characters, accepted are fewer"
-        )
+        raise InputError(f"{path}: column 'category': names must be at most {MAX_NAME_CHARS} characters long")
     return names, code.astype(np.intp)
 
 
@@ -94,7 +92,7 @@ def _check_type(path: Path, column: pa.Field) -> None:
         value = kind.value_type if pa.types.is_dictionary(kind) else kind
         good, accepted = pa.types.is_string(value) or pa.types.is_large_string(value), "text"
     elif column.name == "timestamp_ns":
-        good, accepted = pa.types.is_integer(kind), "whole numbers"
+        good, accepted = pa.types.is_integer(kind), "integers"
     else:
         good, accepted = pa.types.is_floating(kind), "numbers"
     if not good:
@@ -117,15 +115,15 @@ def _boxes(
     if bad is not None:
         accepted = ACCEPTED_POSITION if bad.column < 3 else ACCEPTED_SIZE
         place = f"{path}: row {rows[bad.row] + 1}: column {NUMBERS[bad.column]!r}"
-        raise InputError(f"{place}: found {bad.value:g}, accepted is {accepted}")
+        raise InputError(f"{place}: must be {accepted} (got {bad.value:g})")
     with np.errstate(over="ignore"):
         length = np.linalg.norm(numbers[:, 6:10], axis=1)
     wrong = ~(np.abs(length - 1.0) <= _QUATERNION_TOLERANCE)
     if wrong.any():
         row = int(np.argmax(wrong))
         raise InputError(
-            f"{path}: row {rows[row] + 1}: qw qx qy qz: found length {length[row]:g}, accepted is a quaternion of "
-            "length 1"
+            f"{path}: row {rows[row] + 1}: qw qx qy qz: must be a quaternion of length 1 "
+            f"(got length {length[row]:g})"
         )
     rotation = rotations_from_quaternions(numbers[:, 6:10])
     return BoxBatch(

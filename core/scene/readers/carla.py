@@ -49,9 +49,7 @@ class CarlaSource(FileBoxSource):
             self._entries = _entries(path)
         if not self._entries:
             names = ", ".join(FOLDERS)
-            raise InputError(
-                f"{path}: no .npy files, accepted are <actor>_<frame>.npy in the folders {names}"
-            )
+            raise InputError(f"{path}: must hold files <actor>_<frame>.npy in the folders {names}")
 
     def _files(self) -> list[Path]:
         return [self.path / name for _, name in self._entries]
@@ -84,13 +82,11 @@ class CarlaSource(FileBoxSource):
         centre, size, rotation, sound = boxes_from_corners(flipped)
         if not sound.all():
             place = self.path / names[kept[int(np.argmin(sound))]]
-            raise InputError(
-                f"{place}: the 8 points are not the corners of a box, accepted is a rectangular box"
-            )
+            raise InputError(f"{place}: the 8 points must be the corners of a rectangular box")
         bad = first_bad_box(centre, size)
         if bad is not None:
             place = self.path / names[kept[bad.row]]
-            raise InputError(f"{place}: found {bad.value:g}, accepted is {accepted_number(bad.column)}")
+            raise InputError(f"{place}: must be {accepted_number(bad.column)} (got {bad.value:g})")
         return BoxBatch(frames[rows][kept], codes[kept].astype(np.uint8), centre, size, rotation)
 
 
@@ -100,20 +96,20 @@ def read_corners(path: Path) -> NDArray[np.float64]:
         data = file.read(MAX_FILE_BYTES + 1)
     if len(data) > MAX_FILE_BYTES:
         raise InputError(
-            f"{path}: larger than {MAX_FILE_BYTES >> 10} KiB, accepted are the 8 corners of one box"
+            f"{path}: too large for the 8 corners of one box (at most {MAX_FILE_BYTES >> 10} KiB)"
         )
     try:
         array = np.load(BytesIO(data), allow_pickle=False)
     except Exception as error:  # anything that numpy may raise for broken bytes
-        reason = "pickled objects" if b"|O" in data[:256] or data[:1] == b"\x80" else "damaged or cut off"
-        raise InputError(f"{path}: {reason}, accepted is a .npy file of numbers") from error
-    if not isinstance(array, np.ndarray) or array.dtype.kind not in "fiu":
-        raise InputError(
-            f"{path}: not an array of numbers, accepted is a .npy file with the 8 corners of one box"
+        reason = (
+            "pickled objects" if b"|O" in data[:256] or data[:1] == b"\x80" else "a damaged or truncated file"
         )
+        raise InputError(f"{path}: must be a .npy file of numbers (got {reason})") from error
+    if not isinstance(array, np.ndarray) or array.dtype.kind not in "fiu":
+        raise InputError(f"{path}: must be a .npy file of numbers, the 8 corners of one box")
     if array.shape not in _SHAPES:
         accepted = ", ".join(map(str, _SHAPES))
-        raise InputError(f"{path}: found shape {array.shape}, accepted is one of {accepted}")
+        raise InputError(f"{path}: shape must be one of {accepted} (got {array.shape})")
     corners = (array if array.shape[0] == 8 else array.T)[:, :3].astype(np.float64)
     if not (np.abs(corners) <= MAX_POSITION_M).all():
         raise InputError(f"{path}: corners must be {ACCEPTED_POSITION}")
@@ -155,7 +151,7 @@ def _entries(path: Path) -> list[tuple[int, str]]:
             if file.name.startswith("."):
                 continue
             if not frame.isdecimal() or not frame.isascii() or len(frame) > 18:
-                raise InputError(f"{file}: no frame number in the name, accepted is <actor>_<frame>.npy")
+                raise InputError(f"{file}: must be named <actor>_<frame>.npy")
             entries.append((int(frame), f"{folder}/{file.name}"))
             require_few_files(len(entries), path)
     return sorted(entries)

@@ -214,9 +214,9 @@ def with_all_frames(report: DataReport, frames: int | None) -> DataReport:
     Raise InputError when there are no frames, or more than that.
     """
     if report.frames == 0:
-        raise InputError(f"{report.source}: found no boxes, accepted is a data set with at least one frame")
+        raise InputError(f"{report.source}: must hold at least one frame with a box")
     if report.frames > MAX_FRAMES:
-        raise InputError(f"{report.source}: found {report.frames} frames, accepted are at most {MAX_FRAMES}")
+        raise InputError(f"{report.source}: must hold at most {MAX_FRAMES} frames (got {report.frames})")
     if frames is not None and frames < report.frames:
         raise InputError(
             f"must be at least {report.frames}, the frames that {report.source} holds (got {frames})",

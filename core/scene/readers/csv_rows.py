@@ -24,7 +24,7 @@ from riglens.core.scene.readers.text_blocks import TextBlock
 
 NUMBERS = ("x", "y", "z", "length", "width", "height", "yaw")
 ACCEPTED = {
-    "frame": "a whole number of at least 0",
+    "frame": "an integer ≥ 0",
     **dict.fromkeys(NUMBERS[:3], ACCEPTED_POSITION),
     **dict.fromkeys(NUMBERS[3:6], ACCEPTED_SIZE),
     "yaw": ACCEPTED_ANGLE,
@@ -33,7 +33,7 @@ ACCEPTED = {
 
 @dataclass(frozen=True)
 class Columns:
-    """The columns that a kind of table has, in the order in which they are told; `frame` holds whole numbers, those of
+    """The columns that a kind of table has, in the order of messages; `frame` holds integers, those of
     `texts` names, all others numbers."""
 
     needed: tuple[str, ...]
@@ -63,14 +63,12 @@ class Columns:
         """Return the columns that are not used; raise InputError when a needed one is missing or duplicated."""
         for name in self.needed:
             if names.count(name) > 1:
-                raise InputError(
-                    f"{path}: column {name!r} appears {names.count(name)} times, accepted is once"
-                )
+                raise InputError(f"{path}: column {name!r} must appear once (got {names.count(name)} times)")
         missing = [name for name in self.needed if name not in names]
         if missing:
             which = "columns" if len(missing) > 1 else "column"
             listed = ", ".join(map(repr, missing))
-            raise InputError(f"{path}: {which} {listed} missing, accepted is a table with {self.listed}")
+            raise InputError(f"{path}: {which} {listed} missing (a table needs {self.listed})")
         return [name for name in names if name not in self.needed]
 
     def header(self, path: Path, line: bytes) -> list[str]:
@@ -78,7 +76,7 @@ class Columns:
         try:
             names = next(csv.reader([line.decode("utf-8-sig")], strict=True), [])
         except (UnicodeDecodeError, csv.Error) as error:
-            raise InputError(f"{path}:1: no CSV header, accepted is {self.listed}") from error
+            raise InputError(f"{path}:1: must be a CSV header with {self.listed}") from error
         return [name.strip() for name in names]
 
 
@@ -141,17 +139,15 @@ class CsvParser:
         try:
             fields = next(csv.reader([line.decode()], strict=True), [])
         except UnicodeDecodeError:
-            return "found bytes that are not UTF-8 text"
+            return "must be UTF-8 text"
         except csv.Error:
-            return f"found {shown(line.decode(errors='replace'))}, accepted is one row of a CSV table"
+            return f"must be one row of a CSV table (got {shown(line.decode(errors='replace'))})"
         if len(fields) != len(self._header):
-            return f"found {len(fields)} values, accepted are {len(self._header)} as in the header"
+            return f"must be {len(self._header)} values, as in the header (got {len(fields)})"
         for name, value in zip(self._header, fields, strict=True):
             if name in ACCEPTED and not _is_number(value, whole=name == "frame"):
-                return f"column {name!r}: found {shown(value)}, accepted is {ACCEPTED[name]}"
-        return (
-            f"found {shown(line.decode())}, accepted is one row of a CSV table ({one_line(str(error), 80)})"
-        )
+                return f"column {name!r}: must be {ACCEPTED[name]} (got {shown(value)})"
+        return f"must be one row of a CSV table: {one_line(str(error), 80)} (got {shown(line.decode())})"
 
 
 def _is_number(text: str, whole: bool) -> bool:

@@ -18,7 +18,7 @@ MAX_BOXES_PER_FRAME = 1_000_000
 """More than this in one frame is not traffic but a broken table; this bounds the memory."""
 
 
-_TOO_MANY = f"more than {MAX_SEQUENCES} sequences, accepted are fewer"
+_TOO_MANY = f"too many sequences (at most {MAX_SEQUENCES})"
 
 
 class RowError(Exception):
@@ -99,9 +99,7 @@ class WholeFrames:
         held = join(self._pending)
         cut = int(np.searchsorted(held.frame, last_frame))
         if held.frame.size - cut > MAX_BOXES_PER_FRAME:
-            raise InputError(
-                f"{self._path}: more than {MAX_BOXES_PER_FRAME} boxes in one frame, accepted are fewer"
-            )
+            raise InputError(f"{self._path}: too many boxes in one frame (at most {MAX_BOXES_PER_FRAME})")
         self._pending = [select(held, slice(cut, None))]
         if cut:
             yield select(held, slice(0, cut))
@@ -116,4 +114,4 @@ class WholeFrames:
 def _disorder(sequence: str, frame: int, same: bool, before: int) -> str:
     name = shown(sequence)
     found = f"frame {frame} after frame {before} of sequence {name}" if same else f"sequence {name} again"
-    return f"found {found}, accepted is a table grouped by seq and sorted by frame"
+    return f"must be a table grouped by seq and sorted by frame (got {found})"

@@ -33,7 +33,7 @@ def json_records(path: Path, progress: Progress) -> Iterator[Record]:
     """
     text, number = _Text(path, progress), 1
     if text.next_char() != "[":
-        raise InputError(f"{path}: found no '[' at the beginning, accepted is {_ACCEPTED}")
+        raise InputError(f"{path}: must be {_ACCEPTED}, starting with '['")
     text.skip()
     if text.next_char() == "]":
         text.skip()
@@ -45,11 +45,11 @@ def json_records(path: Path, progress: Progress) -> Iterator[Record]:
             if separator == "]":
                 break
             if separator != ",":
-                found = f"found {separator!r}" if separator else "the file ends"
-                raise InputError(f"{path}: after record {number}: {found}, accepted is ',' or ']'")
+                found = repr(separator) if separator else "the end of the file"
+                raise InputError(f"{path}: after record {number}: must be ',' or ']' (got {found})")
             number += 1
     if text.next_char():
-        raise InputError(f"{path}: found more text after the closing ']', accepted is {_ACCEPTED}")
+        raise InputError(f"{path}: must be {_ACCEPTED}, with nothing after the closing ']'")
 
 
 class _Text:
@@ -79,7 +79,7 @@ class _Text:
     def record(self, number: int) -> dict[str, Any]:
         """Take one object; raise InputError for anything else, or for one that is cut off or absurdly long."""
         if self.next_char() != "{":
-            raise InputError(f"{self._path}: record {number}: found no '{{', accepted is a JSON object")
+            raise InputError(f"{self._path}: record {number}: must be a JSON object, starting with '{{'")
         while True:
             try:
                 fields, self._place = self._scan(self._text, self._place)
@@ -89,7 +89,7 @@ class _Text:
                     continue
                 reason = error.msg if isinstance(error, json.JSONDecodeError) else type(error).__name__
                 raise InputError(
-                    f"{self._path}: record {number}: broken or too long ({reason}), accepted is a JSON object"
+                    f"{self._path}: record {number}: must be a JSON object (broken or too long: {reason})"
                 ) from error
             return dict(fields)
 

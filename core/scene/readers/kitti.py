@@ -97,12 +97,10 @@ class KittiSource(FileBoxSource):
         with readable(path):
             self._labels = _label_files(path / layout.folder) if labels is None else list(labels)
         if not self._labels:
-            raise InputError(f"{path / layout.folder}: no label files, accepted are files named *.txt")
+            raise InputError(f"{path / layout.folder}: must hold label files named *.txt")
         for label in self._labels:
             if not self._calib(label).is_file():
-                raise InputError(
-                    f"{self._calib(label)}: missing, accepted is one calibration file per label file"
-                )
+                raise InputError(f"{self._calib(label)}: missing: each label file needs a calibration file")
 
     def parts(self) -> Sequence[KittiSource]:
         """Return one source per tracking sequence, or per some hundred object frames."""
@@ -182,15 +180,13 @@ def read_calibration(path: Path) -> NDArray[np.float64]:
             found[key] = _calibration_numbers(f"{path}:{number}: {name}", rest.split(), _CALIB_SIZES[key])
     for key, names in (("R_rect", "R_rect or R0_rect"), ("Tr_velo_cam", "Tr_velo_cam or Tr_velo_to_cam")):
         if key not in found:
-            raise InputError(f"{path}: no line {names}, accepted is a KITTI calibration file")
+            raise InputError(f"{path}: a KITTI calibration file needs a line {names}")
     rectify, camera_SE3_velodyne = np.eye(4), np.eye(4)
     rectify[:3, :3] = found["R_rect"].reshape(3, 3)
     camera_SE3_velodyne[:3] = found["Tr_velo_cam"].reshape(3, 4)
     for key, matrix in (("R_rect", rectify), ("Tr_velo_cam", camera_SE3_velodyne)):
         if not _is_rotation(matrix[:3, :3]):
-            raise InputError(
-                f"{path}: {key}: found a matrix that is not a pure rotation, accepted is a rotation"
-            )
+            raise InputError(f"{path}: {key}: must be a rotation without scale or shear")
     if not (np.abs(camera_SE3_velodyne[:3, 3]) <= MAX_POSITION_M).all():
         raise InputError(f"{path}: Tr_velo_cam: the shift must be {ACCEPTED_POSITION}")
     return rectify @ camera_SE3_velodyne
@@ -204,11 +200,12 @@ def read_labels(path: Path, layout: LabelLayout) -> Labels:
         first = layout.type_field
         if len(fields) - first not in (15, 16):
             accepted = f"{first + 15} or {first + 16}"
-            raise InputError(f"{path}:{number}: found {len(fields)} values, accepted are {accepted}")
+            raise InputError(f"{path}:{number}: must be {accepted} values (got {len(fields)})")
         place = f"{path}:{number}"
         if len(fields[first]) > MAX_NAME_CHARS:
-            found = f"type: found {len(fields[first])} characters"
-            raise InputError(f"{place}: {found}, accepted is a name of at most {MAX_NAME_CHARS}")
+            raise InputError(
+                f"{place}: type: must be at most {MAX_NAME_CHARS} characters (got {len(fields[first])})"
+            )
         frames.append(_frame(place, fields[0]) if layout.tracking else 0)
         names.append(fields[first])
         values = fields[first + 8 : first + 15]
@@ -233,25 +230,25 @@ def _text_lines(path: Path) -> Iterator[tuple[int, str]]:
     """Yield the numbered lines of a small text file that are not blank."""
     with open_regular(path, _TEXT_FILE) as file:
         if os.fstat(file.fileno()).st_size > MAX_FILE_BYTES:
-            raise InputError(f"{path}: larger than {MAX_FILE_BYTES >> 20} MiB, accepted is {_TEXT_FILE}")
+            raise InputError(f"{path}: too large for {_TEXT_FILE} (at most {MAX_FILE_BYTES >> 20} MiB)")
         for number, line in enumerate(iter(lambda: file.readline(MAX_LINE_BYTES + 1), b""), start=1):
             if len(line) > MAX_LINE_BYTES:
                 raise InputError(
-                    f"{path}:{number}: a line of more than {MAX_LINE_BYTES} bytes, accepted is {_TEXT_FILE}"
+                    f"{path}:{number}: line too long for {_TEXT_FILE} (at most {MAX_LINE_BYTES} bytes)"
                 )
             if number > MAX_LINES:
-                raise InputError(f"{path}: more than {MAX_LINES} lines, accepted is {_TEXT_FILE}")
+                raise InputError(f"{path}: too many lines for {_TEXT_FILE} (at most {MAX_LINES})")
             if line.strip():
                 try:
                     yield number, line.decode("ascii")
                 except UnicodeDecodeError as error:
-                    raise InputError(f"{path}:{number}: found bytes that are not ASCII text") from error
+                    raise InputError(f"{path}:{number}: must be ASCII text") from error
 
 
 def _frame(place: str, text: str) -> int:
     if not text.isdecimal() or len(text) > _FRAME_DIGITS:
-        accepted = f"a whole number of at least 0, of at most {_FRAME_DIGITS} digits"
-        raise InputError(f"{place}: frame: found {shown(text)}, accepted is {accepted}")
+        accepted = f"an integer ≥ 0 of at most {_FRAME_DIGITS} digits"
+        raise InputError(f"{place}: frame: must be {accepted} (got {shown(text)})")
     return int(text)
 
 
@@ -262,13 +259,13 @@ def _number(place: str, text: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value) or "_" in text:
-        raise InputError(f"{place}: found {shown(text)}, accepted is a finite number")
+        raise InputError(f"{place}: must be a finite number (got {shown(text)})")
     return value
 
 
 def _calibration_numbers(place: str, fields: list[str], count: int) -> NDArray[np.float64]:
     if len(fields) != count:
-        raise InputError(f"{place}: found {len(fields)} numbers, accepted are {count}")
+        raise InputError(f"{place}: must be {count} numbers (got {len(fields)})")
     return np.asarray([_number(place, text) for text in fields])
 
 
@@ -291,4 +288,4 @@ def _check(label: Path, labels: Labels, rows: NDArray[np.intp]) -> None:
     if bad is not None:
         name = ("x", "y", "z", "length", "width", "height")[bad.column]
         place = f"{label}:{labels.lines[int(rows[bad.row])]}: {name}"
-        raise InputError(f"{place}: found {bad.value:g}, accepted is {accepted_number(bad.column)}")
+        raise InputError(f"{place}: must be {accepted_number(bad.column)} (got {bad.value:g})")

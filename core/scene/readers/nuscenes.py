@@ -103,6 +103,6 @@ def _ego_boxes(table: Table, rows: _Rows, samples: Samples) -> BoxBatch:
     bad = first_bad_box(centre, size)
     if bad is not None:
         place = f"{table.path}: record {rows.record[bad.row]}: {_FIELDS[bad.column]}"
-        raise InputError(f"{place}: found {bad.value:g}, accepted is {accepted_number(bad.column)}")
+        raise InputError(f"{place}: must be {accepted_number(bad.column)} (got {bad.value:g})")
     rotation = ego_R_global @ rotations_from_quaternions(numbers[:, 6:10])
     return BoxBatch(sample, np.asarray(rows.cls, dtype=np.uint8), centre, size, rotation)

@@ -56,15 +56,13 @@ class Table:
         """Yield the records in the order of the file; raise InputError when there are more than `most`."""
         for record in json_records(self.path, progress):
             if record.number > most:
-                raise InputError(f"{self.path}: more than {most} records, accepted are fewer")
+                raise InputError(f"{self.path}: too many records (at most {most})")
             yield record
 
     def fail(self, record: Record, name: str, accepted: str) -> InputError:
         """Return the error for a field of a record."""
         found = shown(str(record.fields[name])) if name in record.fields else "nothing"
-        return InputError(
-            f"{self.path}: record {record.number}: {name!r}: found {found}, accepted is {accepted}"
-        )
+        return InputError(f"{self.path}: record {record.number}: {name!r}: must be {accepted} (got {found})")
 
     def text(self, record: Record, name: str) -> str:
         """Return a field that is text, a token or a name."""
@@ -204,8 +202,10 @@ class NuscenesTables:
         sensors = self._columns("calibrated_sensor", "sensor_token", progress)
         lidars = {token: name for token, name in channels.items() if name.upper().startswith("LIDAR")}
         if not lidars or len(set(lidars.values())) > MAX_CHANNELS:
-            found = "no sensor whose channel begins with LIDAR" if not lidars else "too many LiDARs"
-            raise InputError(f"{self.table('sensor').path}: {found}, accepted is one such as {CHANNELS[0]}")
+            raise InputError(
+                f"{self.table('sensor').path}: must hold 1 to {MAX_CHANNELS} LiDARs, channels such as {CHANNELS[0]} "
+                f"(got {len(set(lidars.values()))})"
+            )
         return {token: lidars[sensor] for token, sensor in sensors.items() if sensor in lidars}
 
     def _pose_tokens(
@@ -250,7 +250,7 @@ def tables_folder(path: Path) -> Path | None:
     """
     found = version_folder(path, ("sample_annotation",))
     if found is None and _has(path, ("sample", "instance")):
-        raise InputError(f"{path / 'sample_annotation.json'}: missing, {_ACCEPTED}")
+        raise InputError(f"{path / 'sample_annotation.json'}: missing: {_NEEDED}")
     return found
 
 
@@ -266,7 +266,7 @@ def version_folder(path: Path, names: Sequence[str]) -> Path | None:
         versions = sorted(folder for folder in places if _has(folder, names))
         if len(versions) > 1:
             shorter = ", ".join(str(folder.relative_to(path)) for folder in versions[:20])
-            raise InputError(f"{path}: found {shorter}, accepted is one of these folders")
+            raise InputError(f"{path}: holds several versions: choose one of {shorter}")
         if versions:
             return versions[0]
     return None
@@ -278,7 +278,7 @@ def table_file(folder: Path, name: str) -> Path | None:
     return next((file for file in files if file.is_file()), None)
 
 
-_ACCEPTED = f"accepted is a folder with {', '.join(TABLES)}"
+_NEEDED = f"a nuScenes folder needs {', '.join(TABLES)}"
 
 
 def _has(folder: Path, names: Sequence[str]) -> bool:
@@ -290,5 +290,5 @@ def _table_files(folder: Path) -> dict[str, Path]:
     missing = [name for name in TABLES if name not in files]
     if missing:
         also = f" (and {', '.join(missing[1:])})" if len(missing) > 1 else ""
-        raise InputError(f"{folder / missing[0]}.json: missing{also}, {_ACCEPTED}")
+        raise InputError(f"{folder / missing[0]}.json: missing{also}: {_NEEDED}")
     return files

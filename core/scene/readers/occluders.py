@@ -54,7 +54,7 @@ def _read_occluders(path: Path) -> tuple[list[str], dict[str, Map]]:
         cls += [name.distinct[code] for code in name.codes]
         numbers.append(values)
         if len(cls) > MAX_OCCLUDERS:
-            raise InputError(f"{path}: more than {MAX_OCCLUDERS} occluders, accepted are fewer")
+            raise InputError(f"{path}: too many occluders (at most {MAX_OCCLUDERS})")
     return cls, _maps(list(number_of), np.concatenate(codes), np.concatenate(numbers))
 
 
@@ -80,7 +80,7 @@ def _read_poses(path: Path) -> dict[FrameName, MapPose]:
         except RowError as error:
             raise InputError(f"{rows.place(error.row)}: {error}") from error
         if len(found) > MAX_POSES:
-            raise InputError(f"{path}: more than {MAX_POSES} poses, accepted are fewer")
+            raise InputError(f"{path}: too many poses (at most {MAX_POSES})")
     return found
 
 
@@ -93,7 +93,7 @@ def _take_poses(rows: Rows, found: dict[FrameName, MapPose]) -> None:
         name = (seq.distinct[seq.codes[row]], int(frame[row]))
         if name in found:
             raise RowError(
-                row, f"found a second pose of frame {name[1]} of sequence {shown(name[0])}, accepted is one"
+                row, f"frame {name[1]} of sequence {shown(name[0])} must have one pose (got a second)"
             )
         found[name] = MapPose(place.distinct[place.codes[row]], (x_m, y_m, z_m), yaw_rad)
 

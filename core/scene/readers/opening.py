@@ -30,7 +30,7 @@ _NO_SHIFT: Vec3 = (0.0, 0.0, 0.0)
 _ORIGINS = {
     "nuscenes": (nuscenes.REAR_AXLE_M, "the rear axle is"),
     "argoverse": (argoverse_files.REAR_AXLE_M, "the rear axle is"),
-    "kitti": (VELODYNE_M, "the Velodyne stands"),
+    "kitti": (VELODYNE_M, "the Velodyne is"),
 }
 """Place of a source's origin in the vehicle frame, metres, and what is there."""
 
@@ -120,8 +120,8 @@ def _layout(place: Path) -> str:
     if place.is_file():
         return "argoverse" if is_feather(place) else "table"
     if not place.is_dir():
-        found = "neither a file nor a folder" if place.exists() else "does not exist"
-        raise InputError(f"{place}: {found}, accepted is {ACCEPTED}")
+        found = "neither a file nor a folder" if place.exists() else "no such file or folder"
+        raise InputError(f"{place}: {found} (must be {ACCEPTED})")
     if tables_folder(place):
         return "nuscenes"
     if _kitti_layouts(place):
@@ -132,7 +132,7 @@ def _layout(place: Path) -> str:
         return "argoverse"
     if _box_tables(place):
         return "table"
-    raise InputError(f"{place}: found no box data in this folder, accepted is {ACCEPTED}")
+    raise InputError(f"{place}: no box data in this folder (must be {ACCEPTED})")
 
 
 def _refuse_pickles(place: Path) -> None:
@@ -166,7 +166,7 @@ def _open_folder(place: Path, layout: str, how: HowToRead, is_part: bool) -> Sou
     if layout == "kitti":
         kitti = _kitti_layouts(place)
         if len(kitti) > 1:
-            raise InputError(f"{place}: both label_02 and label_2, accepted is a folder with one of them")
+            raise InputError(f"{place}: must hold label_02 or label_2 (got both)")
         return KittiSource(place, kitti[0], how.options(KITTI, is_part, *_ORIGINS[layout]))
     if layout == "carla":
         return CarlaSource(place, how.options(CARLA, is_part))

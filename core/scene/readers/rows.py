@@ -62,15 +62,17 @@ class Rows:
         for code, name in enumerate(names.distinct):
             if len(name) > MAX_NAME_CHARS:
                 row = int(np.argmax(names.codes == code))
-                found = f"column {column!r}: found {len(name)} characters"
-                raise RowError(row, f"{found}, accepted is a name of at most {MAX_NAME_CHARS}")
+                raise RowError(
+                    row,
+                    f"column {column!r}: names must be at most {MAX_NAME_CHARS} characters (got {len(name)})",
+                )
         return names
 
     def frames(self) -> NDArray[np.int64]:
         """Return the column `frame`, (n,); raise RowError when one is below 0."""
         if self.frame.size and self.frame.min() < 0:
             row = int(np.argmax(self.frame < 0))
-            raise RowError(row, f"column 'frame': found {self.frame[row]}, accepted is {ACCEPTED['frame']}")
+            raise RowError(row, f"column 'frame': must be {ACCEPTED['frame']} (got {self.frame[row]})")
         return self.frame
 
 
@@ -106,7 +108,7 @@ class CsvFile(RowFile):
         with readable(path):
             first = next(text_blocks(path, lambda _: None), None)
         if first is None:
-            raise InputError(f"{path}: the file is empty, accepted is a table with {columns.listed}")
+            raise InputError(f"{path}: the file is empty (a table needs {columns.listed})")
         self._header = columns.header(path, first.data.split(b"\n", 1)[0].rstrip(b"\r"))
         self.unused = columns.unused(path, self._header)
 
@@ -172,12 +174,12 @@ class ParquetFile(RowFile):
         if name in self.columns.texts:
             good, accepted = text or whole, "text"
         elif name == "frame":
-            good, accepted = whole, "whole numbers"
+            good, accepted = whole, "integers"
         else:
             good, accepted = whole or pa.types.is_floating(kind) or pa.types.is_decimal(kind), "numbers"
         if not good:
             raise InputError(
-                f"{self.path}: column {name!r}: found type {one_line(str(kind), 60)}, accepted are {accepted}"
+                f"{self.path}: column {name!r}: must be {accepted} (got type {one_line(str(kind), 60)})"
             )
 
     def _check_no_nulls(self, batch: pa.RecordBatch, place: Callable[[int], str]) -> None:
@@ -186,7 +188,7 @@ class ParquetFile(RowFile):
             if column.null_count:
                 row = int(np.argmax(column.is_null().to_numpy(zero_copy_only=False)))
                 raise InputError(
-                    f"{place(row)}: column {name!r}: found no value, accepted is {ACCEPTED.get(name, 'a name')}"
+                    f"{place(row)}: column {name!r}: must be {ACCEPTED.get(name, 'a name')} (got nothing)"
                 )
 
 
@@ -250,6 +252,4 @@ def check_numbers(numbers: NDArray[np.float64], rows: NDArray[np.intp]) -> None:
         bad = BadBox(int(wild[0]), NUMBERS.index("yaw"), float(numbers[wild[0], 6]))
     if bad is not None:
         name = NUMBERS[bad.column]
-        raise RowError(
-            int(rows[bad.row]), f"column {name!r}: found {bad.value:g}, accepted is {ACCEPTED[name]}"
-        )
+        raise RowError(int(rows[bad.row]), f"column {name!r}: must be {ACCEPTED[name]} (got {bad.value:g})")

@@ -52,7 +52,7 @@ def text_blocks(path: Path, progress: Progress) -> Iterator[TextBlock]:
         if len(rest) > MAX_LINE_BYTES:
             number = line + data.count(b"\n")
             raise InputError(
-                f"{path}:{number}: a line of more than {MAX_LINE_BYTES} bytes; accepted is a CSV table"
+                f"{path}:{number}: line too long for a CSV table (at most {MAX_LINE_BYTES} bytes)"
             )
         if data:
             yield TextBlock(line, data)
@@ -83,8 +83,7 @@ def _decompressed(path: Path, raw: BinaryIO) -> Iterator[bytes]:
         while piece := stream.read(BLOCK_BYTES):
             total += len(piece)
             if compressed and total > max(FREE_EXPANSION_BYTES, MAX_EXPANSION * raw.tell()):
-                found = f"gzip data that expand more than {MAX_EXPANSION} times"
-                raise InputError(f"{path}: found {found}, accepted are those of a table")
+                raise InputError(f"{path}: gzip data must not expand more than {MAX_EXPANSION} times")
             yield piece
     except (EOFError, zlib.error, gzip.BadGzipFile) as error:
-        raise InputError(f"{path}: damaged or cut off gzip data ({error})") from error
+        raise InputError(f"{path}: damaged or truncated gzip data ({error})") from error

@@ -41,7 +41,7 @@ def make(study: Study, job: Job, folder: Path, state: State | None) -> bytes:
     use_one_thread()
     here = machine(study.machine.device)
     if here != study.machine:
-        raise InputError(f"found {here}, accepted is {study.machine}: figures of both are not mixed")
+        raise InputError(f"this machine must be {study.machine}, whose figures the study holds (got {here})")
     if job.net is None:
         assert job.rig is not None
         return packed(sweeps_of(study, job.rig))

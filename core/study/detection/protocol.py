@@ -106,8 +106,8 @@ def split(data: DataReport, protocol: Protocol) -> Split:
     if labels is None or frames < LEAST_FRAMES or len(there) < LEAST_SEQUENCES:
         count = max(1, len(there))
         raise InputError(
-            f"{data.source}: found {data.frames} frames in {count} sequence{'s' * (count > 1)}, accepted are "
-            f"{LEAST_FRAMES} or more in {LEAST_SEQUENCES} or more named sequences: two fifths are kept for the test"
+            f"{data.source}: must hold at least {LEAST_FRAMES} frames in at least {LEAST_SEQUENCES} named sequences, "
+            f"of which two fifths are kept for the test (got {data.frames} in {count})"
         )
     drawn = np.random.default_rng(0).permutation(there)
     count = min(len(there) - 2, round(TRAIN_SHARE * len(there)))

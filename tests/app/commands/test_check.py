@@ -72,7 +72,7 @@ def test_what_is_not_met_ends_with_1_and_says_by_how_much(riglens, tmp_path):
     document = json.loads(out.read_text())
     area, mounts = document["verdicts"]
     assert not document["passes"] and (area["status"], mounts["status"]) == ("not met", "not met")
-    assert any("sticks out" in line for line in mounts["details"])
+    assert any("overhang" in line for line in mounts["details"])
     assert (
         mounts["found"] == len(mounts["details"]) > 1
     )  # however many violations, mounts are one requirement

@@ -112,7 +112,7 @@ def test_folders_of_other_sources_say_where_their_origin_is(riglens, tmp_path):
 
 
 def test_bad_data_and_usage_end_in_one_line(riglens, tmp_path):
-    assert "does not exist" in riglens("data", tmp_path / "no").refused()
+    assert "no such file or folder" in riglens("data", tmp_path / "no").refused()
     assert "BOXES" in riglens("data", "show").refused()
     assert "--json" in riglens("data", tmp_path, "--json", "-x").refused()
     (tmp_path / "x.csv").write_text(HEADER + "s,0,car,1,2,3,4,5\n")

@@ -214,7 +214,7 @@ def test_a_bad_table_among_many_is_named_in_one_line(riglens, folder, tmp_path):
     bad.write_text(HEADER + "s,0,car,abc,0,0,1,1,1,0\n")
     outcome = riglens("pog", folder / "0.csv", bad, "--out", tmp_path / "o.npz", *GRID, "--workers", "2")
     assert outcome.refused() == (
-        f"riglens: {bad}:2: column 'x': found 'abc', accepted is a finite number in metres within ±1e+06"
+        f"riglens: {bad}:2: column 'x': must be a finite number in metres within ±1e+06 (got 'abc')"
     )
 
 

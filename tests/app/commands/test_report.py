@@ -170,11 +170,11 @@ def made_again(monkeypatch, made, document):
 
 
 EDITS = {
-    "a digit of a cell": (rb">(\d+\.\d+ %)</td>", b">0.01 %</td>", "found .*0.01 %"),
-    "a verdict": (rb"NOT MET", b"met", "found .*>met<"),
-    "a sentence": (rb"Rays are straight", b"Rays are curved", "found <li>Rays are curved"),
-    "a script": (rb"const canvas", b"const kanvas", "found .*kanvas"),
-    "the end": (rb"</html>\n$", b"</html>", "found .*, made again "),
+    "a digit of a cell": (rb">(\d+\.\d+ %)</td>", b">0.01 %</td>", "report has .*0.01 %"),
+    "a verdict": (rb"NOT MET", b"met", "report has .*>met<"),
+    "a sentence": (rb"Rays are straight", b"Rays are curved", "report has <li>Rays are curved"),
+    "a script": (rb"const canvas", b"const kanvas", "report has .*kanvas"),
+    "the end": (rb"</html>\n$", b"</html>", "report has .*, recomputed "),
 }
 
 
@@ -535,12 +535,12 @@ def test_figures_in_a_pdf_that_is_wrong_are_told_and_no_bomb_is_unpacked(monkeyp
     good = zlib.compress(figures.encode())
     assert figures_in_pdf(pdf_with(good), "a.pdf") == figures
     wrong = {
-        "found no attached figures.json": (b"", b"no zlib", zlib.compress(b"{}")),
+        "no attached figures.json": (b"", b"no zlib", zlib.compress(b"{}")),
         "are damaged": (good[: len(good) // 2], good[:100] + b"\0" * 9 + good[109:]),
     }
     for said, streams in wrong.items():
         for stream in streams:
-            with pytest.raises(InputError, match=f"^a.pdf: .*({said}|found no attached)"):
+            with pytest.raises(InputError, match=f"^a.pdf: .*({said}|no attached)"):
                 attached_figures(pdf_with(stream), "a.pdf")
     monkeypatch.setattr(report_reading, "MAX_FIGURES_BYTES", 1000)
     with pytest.raises(InputError, match=r"larger than 0\.001 MB"):

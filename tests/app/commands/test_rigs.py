@@ -120,13 +120,16 @@ def test_every_command_that_takes_a_rig_takes_a_foreign_one(riglens: Run, tmp_pa
             ("rig.json", "out.json"),
             "--to must name the format, which the ending of out.json does not: riglens,",
         ),
-        (("rig.json", "out.yaml", "--to", "nuscene"), "found 'nuscene'; did you mean nuscenes?"),
-        (("rig.json", "out.yaml", "--from", "osi"), "format: found 'osi'; accepted are riglens, nuscenes"),
+        (("rig.json", "out.yaml", "--to", "nuscene"), "unknown format 'nuscene' (did you mean nuscenes?"),
+        (("rig.json", "out.yaml", "--from", "osi"), "unknown format 'osi' (known: riglens, nuscenes"),
         (("no.json", "out.yaml"), "no.json: no such file or folder"),
         (("rig.json", "no/out.yaml"), "out.yaml: cannot be written: no such folder"),
         (("rig.json", "out.yaml", "--from", "kalibr"), "rig.json"),
         (("rig.json", "out.yaml", "--origin", "1", "nan", "0"), "--origin must be finite, in metres"),
-        (("W+T", "here", "--to", "autoware"), "here: cannot be written: the folder holds a.txt"),
+        (
+            ("W+T", "here", "--to", "autoware"),
+            "here: cannot be written: must be a new or an empty folder",
+        ),
     ],
 )
 def test_what_cannot_be_done_is_said_in_one_line(
@@ -143,7 +146,10 @@ def test_an_xacro_file_without_anything_is_refused_in_one_line(riglens: Run, tmp
     kit.write_text(
         '<robot name="kit" xmlns:xacro="http://ros.org/wiki/xacro"><xacro:include filename="a"/></robot>'
     )
-    assert "kit.xacro:1: <robot>: no <link>" in riglens("convert", kit, tmp_path / "rig.yaml").refused()
+    assert (
+        "kit.xacro:1: <robot>: a robot needs at least one <link>"
+        in riglens("convert", kit, tmp_path / "rig.yaml").refused()
+    )
 
 
 def test_an_autoware_kit_can_be_drawn_on_another_car(riglens: Run, tmp_path: Path) -> None:

@@ -106,7 +106,7 @@ def test_foreign_text_is_refused_in_one_line_and_changes_nothing(
     QApplication.clipboard().setText(text)
     bench.act("paste")
     message = bench.workbench.errors.message
-    assert reason in message and "accepted are sensors" in message and "\n" not in message
+    assert reason in message and "copy sensors first" in message and "\n" not in message
     assert bench.document.rig == RIG
 
 

@@ -76,7 +76,7 @@ def test_every_exporter_writes_what_is_shown(bench: FullDesk, tmp_path: Path, na
 def test_a_folder_with_other_files_is_not_overwritten_by_an_export(bench: FullDesk, tmp_path: Path) -> None:
     bench.dialogs.path = write_files(tmp_path / "home", {"thesis.tex": "mine"})
     export(bench, "autoware")
-    assert "the folder holds thesis.tex" in bench.workbench.errors.message
+    assert "holds thesis.tex" in bench.workbench.errors.message
     assert not bench.dialogs.shown
 
 

@@ -111,7 +111,7 @@ def test_closing_while_boxes_are_loaded_ends_the_thread(qtbot: QtBot, tmp_path: 
 
 
 def test_the_message_bar_goes_when_it_is_closed(bench: FullDesk) -> None:
-    bench.workbench.report_error("rig.yaml:3: found x, accepted is y")
+    bench.workbench.report_error("rig.yaml:3: must be y (got x)")
     assert bench.workbench.errors.isVisible()
     bench.workbench.errors.clear()
     assert not bench.workbench.errors.isVisible()

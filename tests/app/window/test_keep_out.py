@@ -75,9 +75,9 @@ def test_a_stroke_paints_spots_as_one_undo_step_and_the_check_says_who_stands_th
         "roof", desk.document.rig.sensor("roof").replace(position=(0.1, 0.2, 1.5))
     )
     said = [one.text for one in violations(rig, USUAL_LIMITS) if one.sensor == "roof"]
-    assert f"stands where nothing may: {PAINTED}" in said
+    assert f"is in the keep-out zone {PAINTED}" in said
     bare = rig.replace(keep_out=())
-    assert f"stands where nothing may: {PAINTED}" not in [one.text for one in violations(bare, USUAL_LIMITS)]
+    assert f"is in the keep-out zone {PAINTED}" not in [one.text for one in violations(bare, USUAL_LIMITS)]
     desk.document.undo()
     assert desk.document.rig.keep_out == () and desk.viewport.state.keep_out != shown
     desk.document.redo()

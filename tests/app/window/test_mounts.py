@@ -80,13 +80,13 @@ def test_limits_of_a_file_take_the_place_of_the_usual_ones_and_a_click_selects(
     desk.dialogs.path = tmp_path / "required.yaml"
     desk.dialogs.path.write_text("riglens_requirements: 1\nblind_areas: [{height_m: 0.3, at_most_m2: 0}]\n")
     page.file.click()
-    assert "mounts: found nothing" in desk.workbench.errors.message and lines(mounts) == usual
+    assert "'mounts'" in desk.workbench.errors.message and lines(mounts) == usual
     desk.dialogs.path.write_text(REQUIRED)
     page.file.click()
     limits = read_requirements(desk.dialogs.path).mounts
     assert limits is not None
     assert lines(mounts) == [f"{one.sensor}: {one.text}" for one in violations(desk.document.rig, limits)]
-    assert "1.900 m over the ground; accepted are 2.5 to 3 m" in lines(mounts)[0]
+    assert "height over the ground" in lines(mounts)[0] and "1.900 m" in lines(mounts)[0]
     assert page.source.text() == "Checked against: required.yaml"
     page.chosen.emit(page.lines.item(0).data(256))
     assert desk.document.selected == "roof"

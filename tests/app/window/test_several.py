@@ -218,5 +218,5 @@ def test_a_change_is_in_the_unit_of_the_field() -> None:
 
 @pytest.mark.parametrize("text", ["+=", "/=0", "*=x"])
 def test_a_wrong_change_is_refused(text: str) -> None:
-    with pytest.raises(ValueError, match="found"):
+    with pytest.raises(ValueError, match="must"):
         parse_change(text, METRES)

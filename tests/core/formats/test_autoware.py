@@ -134,7 +134,7 @@ def test_an_empty_kit_is_read(tmp_path: Path, empty: str) -> None:
 
 
 def test_a_kit_of_other_sensors_is_still_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="no LiDAR and no camera"):
+    with pytest.raises(InputError, match="at least one LiDAR or camera"):
         kit(tmp_path, "front/radar_link")
 
 
@@ -161,7 +161,7 @@ def test_vehicle_info_without_a_length_is_told_and_a_wrong_one_refused(tmp_path:
         imported.report, "ignored", "a length is missing", "vehicle_info"
     )
     write_files(tmp_path, {"vehicle_info.param.yaml": INFO.replace("2.8", "-2.8")})
-    with pytest.raises(InputError, match=r"vehicle_info.param.yaml: .*wheel_base: found -2.8"):
+    with pytest.raises(InputError, match=r"vehicle_info.param.yaml: .*wheel_base: .*got -2.8"):
         read_rig(tmp_path)
 
 

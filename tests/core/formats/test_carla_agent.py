@@ -64,7 +64,7 @@ def test_of_several_agents_one_is_chosen() -> None:
     files = {"agent.py": AGENT + second}
     assert read_files(files).rig.sensors[0].name == "rgb_left"
     assert read_files(files, options=ReadOptions(token="SecondAgent")).rig.sensors[0].name == "rgb_right"
-    with pytest.raises(InputError, match="token: found 'Third'; accepted is a class with sensors"):
+    with pytest.raises(InputError, match=r"token: .*got 'Third'"):
         read_files(files, options=ReadOptions(token="Third"))
 
 
@@ -72,13 +72,13 @@ def test_of_several_agents_one_is_chosen() -> None:
     ("text", "complaint"),
     [
         ("x = 'sensor.camera' +\n", ":1: not Python"),
-        ("# sensor.camera\n", "no LiDAR and no camera found"),
+        ("# sensor.camera\n", "at least one LiDAR or camera"),
         ("x = 'sensor.' + " + "(" * 300 + ")" * 300, "not Python"),
         ("x = 'sensor.' ; y = " + "-" * 5000 + "1", "not Python|no LiDAR"),
-        (agent(CAMERA % ("1e999", SIZE))["agent.py"], "x: found inf"),
-        (agent(CAMERA % ("'far'", SIZE))["agent.py"], "x: found far"),
+        (agent(CAMERA % ("1e999", SIZE))["agent.py"], "x: .*got inf"),
+        (agent(CAMERA % ("'far'", SIZE))["agent.py"], "x: .*got far"),
         (agent(CAMERA % ("1", ""))["agent.py"], "width: missing"),
-        (agent(CAMERA % ("1", SIZE.replace("800", "800000")))["agent.py"], "width: found 800000"),
+        (agent(CAMERA % ("1", SIZE.replace("800", "800000")))["agent.py"], "width: .*got 800000"),
         (agent(CAMERA % ("1", SIZE.replace("100", "400")))["agent.py"], "hfov_deg"),
     ],
 )

@@ -5,6 +5,7 @@ import io
 import json
 import os
 import pickle
+import re
 import sys
 from collections.abc import Callable
 from itertools import pairwise
@@ -103,26 +104,26 @@ def test_large_files_are_refused_before_they_are_parsed(tmp_path: Path) -> None:
     }
     for name, limit in sizes.items():
         (tmp_path / name).write_bytes(b" " * (limit + 1))
-        assert "larger than" in refusal(tmp_path / name, "kalibr" if name.endswith("yaml") else None)
+        assert "too large" in refusal(tmp_path / name, "kalibr" if name.endswith("yaml") else None)
     (tmp_path / "calibrated_sensor.json.gz").write_bytes(gzip.compress(b" " * (MAX_JSON_BYTES + 1)))
-    assert "larger than" in refusal(tmp_path / "calibrated_sensor.json.gz")
+    assert "too large" in refusal(tmp_path / "calibrated_sensor.json.gz")
 
 
 def test_keys_of_very_many_parts_are_refused_unparsed(tmp_path: Path) -> None:
     """The parser's time grows with their square: 80 kB took 18 s."""
     (tmp_path / "a.toml").write_text("b = 1\na" + ".a" * 40_000 + " = 1\n")
-    assert "a.toml:2: more than 500 dots in a line" in refusal(tmp_path / "a.toml")
+    assert "a.toml:2: too many dots" in refusal(tmp_path / "a.toml")
     numbers = ", ".join(["0.5"] * MAX_DOTS)
     (tmp_path / "b.toml").write_text(f"a = [{numbers}]\n")
     assert Source(tmp_path / "b.toml").toml.item("a").numbers() == [0.5] * MAX_DOTS
     (tmp_path / "b.toml").write_text(f"a = [{numbers}, 0.5]\n")
-    assert "more than 500 dots" in refusal(tmp_path / "b.toml")
+    assert "too many dots" in refusal(tmp_path / "b.toml")
 
 
 def test_json_of_very_many_values_is_refused_unparsed(tmp_path: Path) -> None:
     """Empty lists take thirty times as much memory as text."""
     (tmp_path / "a.json").write_text("[" + "[]," * 1_000_000 + "[]]")
-    assert "more than 2000000 values" in refusal(tmp_path / "a.json")
+    assert "at most 2000000" in refusal(tmp_path / "a.json")
 
 
 def test_json_at_the_limit_of_values_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -130,21 +131,17 @@ def test_json_at_the_limit_of_values_is_read(tmp_path: Path, monkeypatch: pytest
     monkeypatch.setattr(source, "MAX_JSON_VALUES", 6)
     assert Source(tmp_path / "a.json").json.item("x").elements(2)
     monkeypatch.setattr(source, "MAX_JSON_VALUES", 5)
-    assert "more than 5 values" in refusal(tmp_path / "a.json")
+    assert "at most 5" in refusal(tmp_path / "a.json")
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
 @pytest.mark.parametrize("name", ["a.yaml", "a.json", "a.toml", "a.urdf", "calib.txt", "a.json.gz"])
 def test_pipes_and_devices_are_refused_without_waiting(tmp_path: Path, name: str) -> None:
     os.mkfifo(tmp_path / name)
-    assert "found a pipe, accepted is a rig" in refusal(
-        tmp_path / name, "kitti" if name == "calib.txt" else None
-    )
+    assert "(got a pipe)" in refusal(tmp_path / name, "kitti" if name == "calib.txt" else None)
     (tmp_path / name).unlink()
     (tmp_path / name).symlink_to("/dev/zero")
-    assert "found a device, accepted is a rig" in refusal(
-        tmp_path / name, "kitti" if name == "calib.txt" else None
-    )
+    assert "(got a device)" in refusal(tmp_path / name, "kitti" if name == "calib.txt" else None)
 
 
 def test_many_elements_are_refused(tmp_path: Path) -> None:
@@ -153,7 +150,7 @@ def test_many_elements_are_refused(tmp_path: Path) -> None:
     sensor = {"type": "sensor.lidar.ray_cast", "id": "l"}
     vehicle = {"type": "vehicle.a", "id": "ego", "sensors": [sensor] * 300}
     (tmp_path / "a.json").write_text(json.dumps({"objects": [vehicle]}))
-    assert "more than 255 sensors" in refusal(tmp_path / "a.json")
+    assert "too many sensors (at most 255)" in refusal(tmp_path / "a.json")
 
 
 @pytest.mark.parametrize("ending", [".json", ".yaml", ".toml", ".urdf", ".txt", ".json.gz"])
@@ -175,50 +172,50 @@ def test_broken_gzip_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("files", "old", "new", "complaint"),
     [
-        (NUSCENES, "[1.7, 0.0, 1.5]", "[1.7, NaN, 1.5]", "found NaN; accepted are finite numbers"),
-        (NUSCENES, "[1.7, 0.0, 1.5]", "[1.7, 1e999, 1.5]", "translation[1]: found inf; accepted is a number"),
-        (NUSCENES, "[1.7, 0.0, 1.5]", f"[1.7, {'9' * 4000}, 1.5]", "translation[1]: found a very large number"),
-        (NUSCENES, "[1.7, 0.0, 1.5]", f"[1.7, {'9' * 9000}, 1.5]", "calibrated_sensor.json: "),
-        (NUSCENES, "[1.7, 0.0, 1.5]", '[1.7, "0", 1.5]', "translation[1]: found 0; accepted is a number"),
-        (NUSCENES, "[1.7, 0.0, 1.5]", "[1.7, true, 1.5]", "translation[1]: found True; accepted is a number"),
-        (NUSCENES, "[1.7, 0.0, 1.5]", "[1.7, 0.0]", "translation: found a list of 2; accepted is a list of 3"),
-        (NUSCENES, "[0.5, -0.5, 0.5, -0.5]", "[0, 0, 0, 0]", "rotation: found length 0; accepted is a quaternion"),
+        (NUSCENES, "[1.7, 0.0, 1.5]", "[1.7, NaN, 1.5]", r"numbers must be finite \(got NaN\)"),
+        (NUSCENES, "[1.7, 0.0, 1.5]", "[1.7, 1e999, 1.5]", r"translation\[1\]: .*got inf"),
+        (NUSCENES, "[1.7, 0.0, 1.5]", f"[1.7, {'9' * 4000}, 1.5]", r"translation\[1\]: .*got a very large number"),
+        (NUSCENES, "[1.7, 0.0, 1.5]", f"[1.7, {'9' * 9000}, 1.5]", r"calibrated_sensor\.json: "),
+        (NUSCENES, "[1.7, 0.0, 1.5]", '[1.7, "0", 1.5]', r"translation\[1\]: .*got 0"),
+        (NUSCENES, "[1.7, 0.0, 1.5]", "[1.7, true, 1.5]", r"translation\[1\]: .*got True"),
+        (NUSCENES, "[1.7, 0.0, 1.5]", "[1.7, 0.0]", "translation: .*got a list of 2"),
+        (NUSCENES, "[0.5, -0.5, 0.5, -0.5]", "[0, 0, 0, 0]", "rotation: .*got length 0"),
         (NUSCENES, '"token": "a1"', '"token": "a1", "token": "a2"', "key 'token' is given twice"),
-        (NUSCENES, '"s1", "translation"', '"s9", "translation"', "sensor_token: found s9; accepted is a token of"),
-        (AUTOWARE_KIT, "roll: -0.025", "roll: .nan", "camera0/camera_link.roll: found nan; accepted is a number"),
+        (NUSCENES, '"s1", "translation"', '"s9", "translation"', "sensor_token: .*got s9"),
+        (AUTOWARE_KIT, "roll: -0.025", "roll: .nan", r"camera0/camera_link\.roll: .*got nan"),
         (AUTOWARE_KIT, "gnss_link", "sensor_kit_base_link", "frame 'sensor_kit_base_link' has two parents"),
-        (AUTOWARE_KIT, "gnss_link: {x", "gnss_link: {X", "gnss_link.x: missing"),
-        (URDF, 'xyz="1 0 2"', 'xyz="1 0 nan"', "<origin>: found '1 0 nan'; accepted are 3 numbers"),
-        (URDF, 'xyz="1 0 2"', 'xyz="1 0"', "<origin>: found '1 0'; accepted are 3 numbers"),
+        (AUTOWARE_KIT, "gnss_link: {x", "gnss_link: {X", r"gnss_link\.x: missing"),
+        (URDF, 'xyz="1 0 2"', 'xyz="1 0 nan"', "<origin>: .*got '1 0 nan'"),
+        (URDF, 'xyz="1 0 2"', 'xyz="1 0"', "<origin>: .*got '1 0'"),
         (URDF, '<child link="mount"/>', '<child link="base_link"/>', "frame 'base_link' has two parents"),
-        (URDF, '<parent link="base_link"/>', '<parent link="puck"/>', "is its own ancestor; accepted is a tree"),
-        (URDF, '<child link="mount"/>', "", "a joint needs <parent link=...> and <child link=...>"),
-        (URDF, "<samples>4</samples>", "<samples>1e9</samples>", "<samples>: found '1e9'; accepted is a number"),
-        (URDF, "</robot>", "", "rig.urdf:32: not valid XML: no element found"),
-        (CARLA, '"channels": 32', '"channels": 0', "channels: found 0; accepted is a number from 1 to 1000"),
-        (CARLA, '"fov": 90.0', '"fov": 180.0', "sensor 'view': hfov_deg must be at most 179.9 (got 180.0)"),
-        (CARLA, '"points_per_second": 320000', '"points_per_second": 1e300', "points_per_second: found 1e+300"),
-        (CARLA_TOML, "x = [-0.2, 0.4, -0.2, -0.2]", "x = [0]", "lidar.y: found a list of 4; accepted is a list of 1"),
-        (CARLA_TOML, "channels = 16", "channels = 1.5", "channels: found 1.5; accepted is a whole number"),
-        (CARLA_TOML, "z = [2.2", "z = [inf", "lidar.z[0]: found inf; accepted is a number"),
+        (URDF, '<parent link="base_link"/>', '<parent link="puck"/>', "is its own ancestor"),
+        (URDF, '<child link="mount"/>', "", r"a joint needs <parent link=\.\.\.> and <child link=\.\.\.>"),
+        (URDF, "<samples>4</samples>", "<samples>1e9</samples>", "<samples>: .*got '1e9'"),
+        (URDF, "</robot>", "", r"rig\.urdf:32: not valid XML: no element found"),
+        (CARLA, '"channels": 32', '"channels": 0', "channels: .*got 0"),
+        (CARLA, '"fov": 90.0', '"fov": 180.0', r"sensor 'view': hfov_deg must be at most 179\.9 \(got 180\.0\)"),
+        (CARLA, '"points_per_second": 320000', '"points_per_second": 1e300', r"points_per_second: .*got 1e\+300"),
+        (CARLA_TOML, "x = [-0.2, 0.4, -0.2, -0.2]", "x = [0]", r"lidar\.y: .*got a list of 4"),
+        (CARLA_TOML, "channels = 16", "channels = 1.5", r"channels: .*got 1\.5"),
+        (CARLA_TOML, "z = [2.2", "z = [inf", r"lidar\.z\[0\]: .*got inf"),
         (CARLA_TOML, "num = 4", "num = 4\nnum = 5", "Cannot overwrite a value"),
-        (DRIVEWORKS, "[0.1, 0.4, 0.2]", "[0.1, 0.4]", "roll-pitch-yaw: found a list of 2; accepted is a list of 3"),
-        (DRIVEWORKS, "0.000545421498827636", "-0.0005", "accepted is an f-theta polynomial that rises"),
-        (DRIVEWORKS, "lidar:top", "lidar:\\ud800", "name: found 'lidar:\\ud800'; accepted is a text"),
+        (DRIVEWORKS, "[0.1, 0.4, 0.2]", "[0.1, 0.4]", "roll-pitch-yaw: .*got a list of 2"),
+        (DRIVEWORKS, "0.000545421498827636", "-0.0005", "an f-theta polynomial that rises"),
+        (DRIVEWORKS, "lidar:top", "lidar:\\ud800", "name: .*got 'lidar:.*ud800'"),
         (DRIVEWORKS, '"protocol": "lidar', '"\\ud800": "lidar', "a key is not UTF-8 text"),
-        (DRIVEWORKS, '"width": "1920"', '"width": "1e9"', "width: found 1e9; accepted is a number from 1 to 20000"),
-        (KALIBR, "[1.0, 0.0, 0.0, 0.3]", "[9.0, 0.0, 0.0, 0.3]", "cam0.T_cam_imu: found one that is not; accepted"),
+        (DRIVEWORKS, '"width": "1920"', '"width": "1e9"', "width: .*got 1e9"),
+        (KALIBR, "[1.0, 0.0, 0.0, 0.3]", "[9.0, 0.0, 0.0, 0.3]", r"cam0\.T_cam_imu: .*got another matrix"),
         (KALIBR, "[0.0, 0.0, -1.0, 0.2]", "[0.0, 0.0, 1.0, 0.2]", "a rotation matrix, orthonormal and right-handed"),
-        (KALIBR, "[752, 480]", "[752]", "cam0.resolution: found a list of 1; accepted is a list of 2"),
-        (KITTI, "P2: 700", "P2: -700", "P2: found one that is not; accepted is a projection matrix K [I | t]"),
-        (KITTI, "R0_rect: 1 0", "R0_rect: 1", "R0_rect: found a list of 8; accepted is a list of 9"),
+        (KALIBR, "[752, 480]", "[752]", r"cam0\.resolution: .*got a list of 1"),
+        (KITTI, "P2: 700", "P2: -700", "P2: .*got another matrix"),
+        (KITTI, "R0_rect: 1 0", "R0_rect: 1", "R0_rect: .*got a list of 8"),
         (KITTI, "P3:", "P2:", "P2: given twice"),
     ],
 )  # fmt: skip
 def test_wrong_values_are_refused_with_their_place(
     tmp_path: Path, files: object, old: str, new: str, complaint: str
 ) -> None:
-    assert complaint in refusal(broken(tmp_path, files, old, new))
+    assert re.search(complaint, refusal(broken(tmp_path, files, old, new)))
 
 
 def test_a_long_chain_of_frames_is_followed_without_recursion(tmp_path: Path) -> None:

@@ -99,7 +99,7 @@ def test_transforms_that_agree_are_not_told() -> None:
 
 def test_a_file_without_cameras_is_refused(tmp_path: Path) -> None:
     (tmp_path / "a.yaml").write_text("imu0: {rate: 200}\n")
-    with pytest.raises(InputError, match="no LiDAR and no camera"):
+    with pytest.raises(InputError, match="at least one LiDAR or camera"):
         read_rig(tmp_path / "a.yaml", "kalibr")
 
 
@@ -112,9 +112,9 @@ def test_a_chain_with_a_gap_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("matrix", "complaint"),
     [
-        ("[1, 2, 3]", "T_imu_cam: found a list of 3; accepted is a list of 4"),
-        ("{rows: 3, cols: 4, data: [1]}", "T_imu_cam.rows: found 3"),
-        ("{rows: 4, cols: 4, data: [1]}", "T_imu_cam.data: found a list of 1; accepted is a list of 16"),
+        ("[1, 2, 3]", "T_imu_cam: .*got a list of 3"),
+        ("{rows: 3, cols: 4, data: [1]}", "T_imu_cam.rows: .*got 3"),
+        ("{rows: 4, cols: 4, data: [1]}", "T_imu_cam.data: .*got a list of 1"),
         ("!!opencv-other [1]", "tags are not accepted"),
     ],
 )

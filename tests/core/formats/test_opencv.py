@@ -150,9 +150,7 @@ def test_a_configuration_reads_files_beside_it_only(
     folder.mkdir()
     (folder.parent / "left.yaml").write_text(PINHOLE)
     (folder / "config.yaml").write_text(f"cam0_calib: '{name}'\nbody_T_cam0: {opencv(ONE)}\n")
-    with pytest.raises(
-        InputError, match=r"cam0_calib: found .*; accepted is the name of a file in the same folder"
-    ):
+    with pytest.raises(InputError, match=r"cam0_calib: .*a file in the same folder"):
         read_rig(folder / "config.yaml")
 
 

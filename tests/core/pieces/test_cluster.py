@@ -194,7 +194,7 @@ def test_a_cluster_gives_the_same_bits(cluster: Cluster, build: Build) -> None:
 @pytest.mark.parametrize(
     ("spoil", "complaint"),
     [
-        (lambda path: path.write_text(HEADER + "s,0,car,abc,0,0,1,1,1,0\n"), r":2: column 'x': found 'abc'"),
+        (lambda path: path.write_text(HEADER + "s,0,car,abc,0,0,1,1,1,0\n"), r":2: column 'x': .*got 'abc'"),
         (Path.unlink, r": cannot be read \(No such file or directory"),
     ],
     ids=["bad data", "no file"],

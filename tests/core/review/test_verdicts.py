@@ -213,7 +213,7 @@ def test_every_profile_names_its_source_and_judges_by_its_own_numbers() -> None:
             * "  - {name: a, title: b, source: c, object: {height: 1, diameter: 1}, at: [{x: 1, y: 0}]}\n",
             "the profile 'a' is there twice",
         ),
-        ("- 1", "found no mapping"),
+        ("- 1", "a mapping"),
     ],
 )
 def test_a_wrong_file_is_refused_with_line_and_field(tmp_path, text: str, said: str) -> None:

@@ -312,11 +312,11 @@ def test_the_configuration_folder_is_looked_into(tmp_path: Path, monkeypatch: py
     [
         (
             OWN.replace("my-lidar", "generic-16"),
-            ": generic-16: this name is taken by a model of the library (bundled)",
+            ": generic-16: name already used in the library (bundled)",
         ),
         (
             OWN.replace("-10, 0", "-10, o"),
-            ":1: my-lidar: elevations_deg: found 'o'; accepted are numbers of degrees",
+            ":1: my-lidar: elevations_deg: must be angles in degrees (got 'o')",
         ),
         (OWN.replace("[1, 0, -1]", "[1, 0]"), ":9: my-lidar: azimuth_offsets_deg"),
         (OWN.replace("0.08", ".nan"), ":5: my-lidar: body_m"),
@@ -345,7 +345,7 @@ def test_a_missing_or_huge_library_is_refused(tmp_path: Path, monkeypatch: pytes
     with pytest.raises(InputError, match=r"none\.yaml: no such file"):
         default_library()
     monkeypatch.setenv("RIGLENS_LIBRARY", str(own_library(tmp_path, "#" * 4_100_000)))
-    with pytest.raises(InputError, match="larger than 1 MB; accepted is a sensor library"):
+    with pytest.raises(InputError, match="too large for a sensor library"):
         default_library()
 
 

@@ -97,9 +97,7 @@ def test_every_preset_has_a_description_and_survives_a_file() -> None:
 
 
 def test_an_unknown_preset_is_refused_with_the_nearest_ones() -> None:
-    with pytest.raises(
-        InputError, match=r"preset: found 'W\+X'; did you mean .*W\+T.*accepted are W\+C, W\+P"
-    ):
+    with pytest.raises(InputError, match=r"unknown preset 'W\+X' .did you mean .*W\+T.*known: W\+C, W\+P"):
         preset("W+X")
 
 

@@ -96,7 +96,7 @@ def test_the_files_these_tests_break_are_fine() -> None:
         (
             "count: 16",
             "count: 16.0",
-            '8: lidar "front": elevations_deg.count must be a whole number (got 16.0)',
+            '8: lidar "front": elevations_deg.count must be an integer (got 16.0)',
         ),
         (
             "count: 16",
@@ -117,12 +117,12 @@ def test_the_files_these_tests_break_are_fine() -> None:
         (
             "to: 25",
             "to: 95",
-            '8: lidar "front": elevations_deg must lie in [-90, 90], found -25.0 to 95.0',
+            '8: lidar "front": elevations_deg must be within [-90, 90] (got -25.0 to 95.0)',
         ),
         (
             "to: 180",
             "to: 181",
-            '12: lidar "rear": azimuths_deg must not span more than 360 degrees, found 361.0',
+            '12: lidar "rear": azimuths_deg must span at most 360 degrees (got 361.0)',
         ),
         (
             "[-10, 0, 10]",
@@ -133,7 +133,7 @@ def test_the_files_these_tests_break_are_fine() -> None:
         (
             "360}\n    elevations_deg: [-10, 0, 10]",
             "60000}\n    elevations_deg: {from: 1, to: 2, count: 60000}",
-            '9: lidar "rear": a LiDAR casts 1 to 67108864 rays, found 3600000000',
+            '9: lidar "rear": a LiDAR must cast 1 to 67108864 rays (got 3600000000)',
         ),
         ("[-10, 0, 10]", "10", '13: lidar "rear": elevations_deg must be a mapping or a list (got 10)'),
         (
@@ -248,7 +248,7 @@ def test_a_broken_rig_is_refused(old: str, new: str, expected: str) -> None:
         ("range_m: [-1, 2]", '11: lidar "rear": range_m[0] must be at least 0 (got -1)'),
         (
             "azimuth_offsets_deg: [1, 2]",
-            '11: lidar "rear": azimuth_offsets_deg must hold one offset per beam, 3, found 2',
+            '11: lidar "rear": azimuth_offsets_deg must hold one offset per beam, 3 (got 2)',
         ),
         (
             "azimuth_offsets_deg: [1, .inf, 2]",
@@ -318,7 +318,7 @@ def test_a_broken_field_of_a_sensor_is_refused(line: str, expected: str) -> None
         (
             "[1600, 900]",
             "[1600.5, 900]",
-            '7: camera "cam": image[0] must be a whole number (got 1600.5)',
+            '7: camera "cam": image[0] must be an integer (got 1600.5)',
         ),
         (
             "[1600, 900]",
@@ -420,10 +420,10 @@ def test_no_file_content_gives_anything_but_a_rig_or_one_line(
 @pytest.mark.parametrize(
     ("content", "expected"),
     [
-        (b"riglens: 1\nname: caf\xe9\n", ":2: not UTF-8 text, found byte 0xe9; accepted is UTF-8"),
-        ("riglens: 1\n".encode("utf-16"), ": not a text file; accepted is a rig YAML file in UTF-8"),
-        (b"\x89PNG\r\n\x1a\n\0\0", ": not a text file"),
-        (b"# " + b"x" * MAX_BYTES, ": larger than 1 MB; accepted is a rig YAML file"),
+        (b"riglens: 1\nname: caf\xe9\n", ":2: must be UTF-8 text (got byte 0xe9)"),
+        ("riglens: 1\n".encode("utf-16"), ": must be a rig YAML file in UTF-8"),
+        (b"\x89PNG\r\n\x1a\n\0\0", ": must be a rig YAML file in UTF-8"),
+        (b"# " + b"x" * MAX_BYTES, ": too large for a rig YAML file (at most 1 MB)"),
     ],
 )
 def test_a_file_that_is_no_text_is_refused(tmp_path: Path, content: bytes, expected: str) -> None:
@@ -437,7 +437,7 @@ def test_a_file_that_is_no_text_is_refused(tmp_path: Path, content: bytes, expec
 def test_a_missing_file_and_a_folder_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"nowhere\.yaml: no such file$"):
         load_rig(tmp_path / "nowhere.yaml")
-    with pytest.raises(InputError, match="this is a folder; accepted is a rig YAML file"):
+    with pytest.raises(InputError, match=r"a rig YAML file .got a folder"):
         load_rig(tmp_path)
 
 

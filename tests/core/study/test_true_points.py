@@ -105,9 +105,9 @@ def test_rank_and_ratio():
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        (TABLE.replace("num_lidar_pts", "points"), "found no column of true points"),
-        (TABLE.replace(",50\n", ",-1\n"), "found -1, accepted are numbers from 0 up"),
-        (TABLE.replace(",50\n", ",many\n"), "accepted are whole numbers"),
+        (TABLE.replace("num_lidar_pts", "points"), "a column of true points"),
+        (TABLE.replace(",50\n", ",-1\n"), "integers ≥ 0 .got -1"),
+        (TABLE.replace(",50\n", ",many\n"), "must be integers"),
     ],
 )
 def test_bad_tables(tmp_path, text, message):
@@ -122,5 +122,5 @@ def test_bad_tables(tmp_path, text, message):
 )  # fmt: skip
 def test_bad_rigs(tmp_path, text):
     (tmp_path / "rigs.json").write_text(text)
-    with pytest.raises(InputError, match=r"accepted is \{sequence"):
+    with pytest.raises(InputError, match=r"must be \{sequence"):
         rigs_by_sequence(tmp_path / "rigs.json", Recorder())

@@ -71,5 +71,5 @@ def test_frames_without_names_cannot_have_surroundings() -> None:
     )
     wall = Map.of(np.zeros(1, np.int64), np.zeros((1, 3)), np.ones((1, 3)), np.zeros(1))
     occluders = Occluders("poses.csv", ["wall"], {"m": wall}, {("s", 0): MapPose("m", (0.0, 0.0, 0.0), 0.0)})
-    with pytest.raises(InputError, match="occluders are given by sequence and frame, accepted is a table"):
+    with pytest.raises(InputError, match="needs columns seq and frame"):
         read_traffic(boxes, occluders=occluders)

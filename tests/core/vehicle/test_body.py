@@ -95,7 +95,7 @@ def test_shading_normals_point_outwards(vehicle):
 
 def test_an_unknown_body_is_refused_in_one_line_that_names_the_known_ones():
     with pytest.raises(
-        InputError, match=r"^vehicle\.body: found 'hovercraft', accepted is sedan or suv or truck or van$"
+        InputError, match=r"^vehicle\.body must be sedan or suv or truck or van .got 'hovercraft'.$"
     ):
         body_parts(Vehicle(body="hovercraft"))
 

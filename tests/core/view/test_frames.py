@@ -91,10 +91,10 @@ def test_unsound_data_are_refused_where_they_are_reached() -> None:
     class Broken:
         def batches(self) -> Iterator[BoxBatch]:
             yield from town().batches()
-            raise InputError("boxes.csv:9: column 'x': found nan")
+            raise InputError("boxes.csv:9: column 'x': must be a finite number (got nan)")
 
     store = FrameStore(Broken())  # type: ignore[arg-type]
     assert store.boxes(5) is not None
-    with pytest.raises(InputError, match="found nan"):
+    with pytest.raises(InputError, match="got nan"):
         store.boxes(100)
     store.close()

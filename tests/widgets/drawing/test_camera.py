@@ -85,7 +85,7 @@ def test_the_wide_iso_view_shows_the_whole_region_of_interest(aspect):
 
 
 def test_an_unknown_view_is_refused_with_the_known_ones():
-    with pytest.raises(InputError, match=r"view: found 'below', accepted is iso, top, front, left, rear"):
+    with pytest.raises(InputError, match=r"view must be iso, top, front, left, rear.*got 'below'"):
         view_camera("below", VoxelGrid(), 1.5)
     assert VIEWS == ("iso", "top", "front", "left", "rear")
 

@@ -60,12 +60,12 @@ def test_a_sum_is_worked_out(text: str, value: float) -> None:
     ],
 )
 def test_anything_but_a_sum_of_numbers_is_refused(text: str) -> None:
-    with pytest.raises(ValueError, match="accepted is a number"):
+    with pytest.raises(ValueError, match=r"must .*a number"):
         parse_number(text)
 
 
 def test_a_division_by_zero_says_so() -> None:
-    with pytest.raises(ValueError, match="divides by zero"):
+    with pytest.raises(ValueError, match="divide by zero"):
         parse_number("1/0")
 
 
@@ -92,7 +92,7 @@ def test_radians_become_degrees() -> None:
 
 @pytest.mark.parametrize("text", ["5 deg", "5 px", "5 furlongs"])
 def test_a_length_in_another_kind_of_unit_is_refused(text: str) -> None:
-    with pytest.raises(ValueError, match="accepted is a number"):
+    with pytest.raises(ValueError, match=r"must .*a number"):
         parse_quantity(text, METRES)
 
 

@@ -54,7 +54,7 @@ def test_numbers_are_read_as_people_write_them(text: str, value: float) -> None:
 
 @pytest.mark.parametrize("text", ["", "1,5", "nan", "abc", "1 2"])
 def test_what_is_no_number_is_refused_with_what_was_found(text: str) -> None:
-    with pytest.raises(ValueError, match="accepted is a number"):
+    with pytest.raises(ValueError, match="must be a number"):
         parse_number(text)
 
 

@@ -298,7 +298,7 @@ class NumberEdit(ValueEdit[float]):
         if change is None and self._mixed and text.lstrip().startswith("+"):
             plain = text.strip()[:40]
             raise ValueError(
-                f"found '{plain}': write +={plain[1:]} to add to each, or {plain[1:]} to set all"
+                f"ambiguous '{plain}': write +={plain[1:]} to add to each, or {plain[1:]} to set all"
             )
         if change is not None and not self._mixed:
             return change.of(self._value)
@@ -405,7 +405,7 @@ def _parse_integer(text: str) -> int:
     try:
         return int(text.strip())
     except ValueError:
-        raise ValueError(f"found '{text.strip()}', accepted is a whole number such as 16") from None
+        raise ValueError(f"must be an integer such as 16 (got '{text.strip()}')") from None
 
 
 def _parse_optional_integer(text: str) -> int | None:
@@ -414,5 +414,5 @@ def _parse_optional_integer(text: str) -> int | None:
 
 def _parse_name(text: str) -> str:
     if not text.strip():
-        raise ValueError("found nothing, accepted is any text that no other sensor uses")
+        raise ValueError("must not be empty")
     return text.strip()

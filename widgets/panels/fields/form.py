@@ -332,7 +332,7 @@ def reason_of(error: Exception) -> str:
         first = error.errors()[0]
         said = str(first["msg"])
         if said.startswith("Input should be "):
-            return f"found {first['input']}, accepted is {said.removeprefix('Input should be ')}"
+            return f"must be {said.removeprefix('Input should be ')} (got {first['input']})"
         return said.removeprefix("Value error, ")
     return error.message if isinstance(error, InputError) else str(error)
 

@@ -61,7 +61,7 @@ def parse_number(text: str) -> float:
     except ValueError:
         value = _evaluated(cleaned, shown)
     if math.isnan(value):
-        raise ValueError("found nan, accepted is a number such as 1.25")
+        raise ValueError("must be a number such as 1.25 (got nan)")
     return value
 
 
@@ -88,7 +88,7 @@ class Change:
     def of(self, value: object) -> float:
         """Return the number after the change; tenths stay tenths. Raise ValueError when there is no number."""
         if not isinstance(value, int | float) or isinstance(value, bool):
-            raise ValueError("found no number that could be changed, accepted is a number such as 1.25")
+            raise ValueError("must hold a number to change, such as 1.25")
         return round(value * self.times + self.plus, _DECIMALS)
 
 
@@ -106,7 +106,7 @@ def parse_change(text: str, unit: Unit) -> Change | None:
         return Change(plus=plus if sign == "+" else -plus)
     factor = parse_number(amount)
     if sign == "/" and factor == 0.0:
-        raise ValueError(f"found '{text.strip()[:40]}', which divides by zero")
+        raise ValueError(f"must not divide by zero (got '{text.strip()[:40]}')")
     return Change(times=factor if sign == "*" else 1.0 / factor)
 
 
@@ -115,13 +115,13 @@ def _to_base(value: float, unit: Unit) -> float:
 
 
 def _evaluated(text: str, shown: str) -> float:
-    problem = ValueError(f"found '{shown[:40]}', accepted is a number such as 1.25 or 1.2+0.05")
+    problem = ValueError(f"must be a number such as 1.25 or 1.2+0.05 (got '{shown[:40]}')")
     if len(text) > MAX_CHARACTERS:
         raise problem
     try:
         return _value(ast.parse(text.strip(), mode="eval").body)
     except ZeroDivisionError:
-        raise ValueError(f"found '{shown[:40]}', which divides by zero") from None
+        raise ValueError(f"must not divide by zero (got '{shown[:40]}')") from None
     except (SyntaxError, ValueError, OverflowError, RecursionError, MemoryError):
         raise problem from None
 

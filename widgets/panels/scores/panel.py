@@ -195,7 +195,7 @@ class ScoresPanel(QWidget):
     # ------------------------------------------------------------------ what the user does
     def _on_weight(self, value: float) -> None:
         if not 0.0 <= value <= MAX_LAMBDA:
-            self._weight.mark(f"λ: found {value:g}, accepted is a number from 0 to {MAX_LAMBDA:,.0f}")
+            self._weight.mark(f"λ must be from 0 to {MAX_LAMBDA:,.0f} (got {value:g})")
             return
         self._want(MetricSettings(self._settings.method, self._settings.reading, value))
 

@@ -329,7 +329,7 @@ class SensorTree(SensorList):
         wanted = item.text(NAME).strip()
         reason = ""
         if not wanted:
-            reason = "Name: found nothing, accepted is any text that no other sensor uses."
+            reason = "The name must not be empty."
         elif wanted != name and wanted in self._items:
             reason = f"Name: '{wanted}' is used by another sensor; names must be unique."
         if reason or wanted == name:

@@ -39,10 +39,7 @@ def test_too_few_frames_or_sequences_are_refused_in_one_line(sequences: int, eac
     with pytest.raises(InputError) as told:
         split(traffic(sequences, each).data, PROTOCOL)
     text = str(told.value)
-    assert (
-        f"found {sequences * each} frames in {sequences} sequence{'s' * (sequences > 1)}, " in text
-        and "\n" not in text
-    )
+    assert f"(got {sequences * each} in {sequences})" in text and "\n" not in text
 
 
 def test_data_without_named_sequences_are_refused() -> None:

@@ -142,7 +142,7 @@ def test_a_damaged_piece_is_made_again(whole: tuple[Pieces, list[Told]], tmp_pat
 
 def test_a_worker_with_another_pytorch_is_refused_in_one_line(tmp_path: Path) -> None:
     other = replace(small_study(), machine=replace(machine("cpu"), torch="1.0"))
-    with pytest.raises(InputError, match=r"found Machine.*accepted is Machine.*'1\.0'") as told:
+    with pytest.raises(InputError, match=r"must be Machine.*'1\.0'.*got Machine") as told:
         run(other, tmp_path, OwnProcess(), lambda told: None)
     assert "\n" not in str(told.value) and not list(tmp_path.iterdir())
 
