@@ -1,4 +1,4 @@
-"""Where things are kept that can be made again. Nothing depends on it: a full disk only costs time."""
+"""Locate the cache folder, for things that can be made again. Nothing depends on it: a full disk only costs time."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def tell_damaged(folder: Path, what: str) -> None:
 
 @lru_cache(maxsize=8)
 def _tell(folder: Path, reason: str) -> None:
-    """Warn on standard error, unless the program that uses RigLens handles its log; the same is not said twice."""
+    """Warn on standard error, unless the application handles the log; the same warning is not repeated."""
     shown = str(folder) if str(folder).isprintable() else repr(str(folder))
     logging.getLogger("riglens").warning(
         "note: the cache folder %s cannot be written (%s); going on without it, and slower: make room or permit "

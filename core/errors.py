@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 
 class InputError(ValueError):
-    """Bad input or usage, as one line: file and place, or field; what is wrong; what is accepted.
+    """Bad input or usage, as one line: file and place, or field; fact; remedy.
 
     Parameters
     ----------

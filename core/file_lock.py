@@ -65,7 +65,7 @@ def _is_file(descriptor: int, path: Path) -> bool:
 
 
 def is_locked(path: Path) -> bool:
-    """Return whether somebody holds the lock on this file; raise FileNotFoundError when there is no such file."""
+    """Return whether a process holds the lock on this file; raise FileNotFoundError when there is no such file."""
     descriptor = os.open(path, os.O_RDWR | getattr(os, "O_NONBLOCK", 0))
     try:
         _lock(descriptor)

@@ -81,7 +81,7 @@ def atomic_write(
 
 
 def is_stream(path: str | os.PathLike[str]) -> bool:
-    """Return whether this is a device, pipe or socket: nothing can stand beside it or take its place."""
+    """Return whether this is a device, pipe or socket: no file can be next to it or replace it."""
     try:
         mode = os.stat(path).st_mode  # /dev/fd/3 leads to a pipe, but to no path
     except OSError:
@@ -104,7 +104,7 @@ def require_writable(path: str | os.PathLike[str], reads: Iterable[str | os.Path
 
 
 def require_apart(path: str | os.PathLike[str], reads: Iterable[str | os.PathLike[str]]) -> None:
-    """Raise InputError when a file or folder to be written is one of those that are read, by whatever name."""
+    """Raise InputError when a file or folder to be written is also read, by whatever name."""
     for read in reads:
         with contextlib.suppress(OSError):
             if os.path.samefile(path, read):
@@ -137,7 +137,7 @@ def atomic_folder(path: str | os.PathLike[str], files: Mapping[str, bytes]) -> N
 
 
 def write_files(folder: str | os.PathLike[str], files: Mapping[str, bytes]) -> None:
-    """Write files by their paths in a folder, whose own folders are made; each appears at once and complete.
+    """Write files by their paths in a folder, creating folders; each appears at once and complete.
 
     What killed runs left in these folders is removed. InputError when something cannot be written.
     """
@@ -222,7 +222,7 @@ _NAME_BYTES = 80
 
 
 def _temporary(target: Path) -> Path:
-    """Return a new name beside the target that says which process writes there."""
+    """Return a new name next to the target that identifies the writing process."""
     owner = f"{_place()}-{os.getpid()}-{_RUN}"
     name = os.fsencode(target.name)[:_NAME_BYTES].decode("utf-8", "ignore")
     return target.parent / f".{name}.{owner}-{secrets.token_hex(6)}.tmp"
@@ -237,7 +237,7 @@ def _place() -> str:
 
 
 def _remove_leftovers(folder: Path) -> None:
-    """Remove temporary files and folders whose process is gone; give an old folder its name back if it lost it."""
+    """Remove temporary files and folders whose process is gone; rename an old folder back if it lost its name."""
     with contextlib.suppress(OSError):
         for entry in [Path(found) for found in os.scandir(folder) if found.name.startswith(".")]:
             found = _LEFTOVER.fullmatch(entry.name)

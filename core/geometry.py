@@ -59,7 +59,7 @@ class Pose:
         return _pose_from(rotation, -rotation @ np.array(self.position_m))
 
     def compose(self, part: Pose) -> Pose:
-        """The pose in the vehicle frame of a part whose pose in this sensor's frame is given: this one, then that.
+        """Return the pose in the vehicle frame of a part given in this sensor's frame: this pose, then that.
 
         `a.compose(b).transform(p)` is `a.transform(b.transform(p))`.
         """

@@ -1,4 +1,4 @@
-"""A limit in seconds for reading: the readers' own time, looked at where they loop, by a clock that is handed in."""
+"""Limit the seconds of reading: the readers' own time, checked in their loops, by an injected clock."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class ReadingTime:
         self._before_s = 0.0
 
     def pause(self) -> None:
-        """Let others do what they do with what has been read."""
+        """Stop the clock while others process the data."""
         self._before_s, self._since_s = self.taken_s, None
 
     def go_on(self) -> None:
@@ -33,7 +33,7 @@ class ReadingTime:
 
     @property
     def taken_s(self) -> float:
-        """How long it has been read until now."""
+        """Return the seconds spent reading so far."""
         return self._before_s + (0.0 if self._since_s is None else self._clock() - self._since_s)
 
     def check(self) -> None:

@@ -1,4 +1,4 @@
-"""The detector: a small U-Net over pillars that marks the centres of road users. The one module that knows PyTorch.
+"""Detector: a small U-Net over pillars that marks the centres of objects. The only module that uses PyTorch.
 
 PyTorch is an extra; it is imported when it is needed, and `require_torch` says what to install. Training on the CPU
 is the same to the last bit for the same seed, samples and machine: one thread, deterministic algorithms, and no draw
@@ -22,18 +22,19 @@ from riglens.core.scene.boxes import CLASSES
 
 Device = Literal["cpu", "cuda"]
 State = dict[str, NDArray[Any]]
-"""All that training goes on from: weights, running means, moments of the optimiser, and how far it is."""
+"""State of a training: weights, running means, moments of the optimiser, and progress."""
 
 WIDTHS = (16, 32, 64)
 _ANSWERS = len(CLASSES) + 2
 _MOST_PER_CLASS, _LEAST_SCORE = 50, 0.02
 _APART_CELLS = (5, 3, 3)
-"""A peak is the highest of so many cells of the answer across, of car, bicycle and pedestrian."""
+"""A peak is the highest of this many output cells across, of car, bicycle and pedestrian."""
 
 
 @dataclass(frozen=True)
 class Training:
-    """How to train: passes over the samples, samples per step, highest learning rate, and the seed of all draws."""
+    """Training settings: passes over the samples, samples per step, highest learning rate, and the seed of all
+    draws."""
 
     epochs: int = 12
     batch: int = 8
@@ -43,7 +44,7 @@ class Training:
 
 @dataclass(frozen=True)
 class Machine:
-    """What it is computed on: never mixed in one comparison. bf16: whether products are taken in 16 bits."""
+    """Machine of a computation: never mixed in one comparison. bf16: whether products are taken in 16 bits."""
 
     device: Device
     bf16: bool
@@ -51,7 +52,7 @@ class Machine:
 
 
 def require_torch() -> Any:
-    """Return the module torch; raise InputError that says what to install where it is missing."""
+    """Return the module torch; raise InputError that names the package to install where it is missing."""
     try:
         import torch
     except ImportError:
@@ -63,7 +64,7 @@ def require_torch() -> Any:
 
 
 def machine(device: Device | None = None) -> Machine:
-    """What there is: CUDA where it is and not refused; products in 16 bits where the processor has them."""
+    """Return the machine available: CUDA where it exists and is not refused; products in 16 bits where supported."""
     torch = require_torch()
     found = device or ("cuda" if torch.cuda.is_available() else "cpu")
     if found == "cuda" and not torch.cuda.is_available():
@@ -73,7 +74,7 @@ def machine(device: Device | None = None) -> Machine:
 
 
 def use_one_thread() -> None:
-    """Make this process compute with one thread and the same way each time; for a process of its own."""
+    """Make this process compute with one thread and deterministically; for a separate process."""
     os.environ.setdefault("CUBLAS_WORKSPACE_CONFIG", ":4096:8")
     torch = require_torch()
     torch.set_num_threads(1)
@@ -81,7 +82,7 @@ def use_one_thread() -> None:
 
 
 def weight_count() -> int:
-    """How many weights the net has."""
+    """Return the number of weights of the net."""
     return sum(weight.numel() for weight in _net(0).parameters())
 
 
@@ -106,7 +107,7 @@ def train(
 
 
 def detect(state: Mapping[str, NDArray[Any]], samples: Samples, region: Region, on: Machine) -> Detections:
-    """What a trained net finds in all samples, frames numbered by their place among them."""
+    """Return the detections of a trained net in all samples, frames numbered by their place among them."""
     torch = require_torch()
     net = _net(0, samples.features.shape[1])
     weights = net.state_dict()
@@ -196,7 +197,7 @@ def _rate(done: float) -> float:
 
 
 def _net(seed: int, features: int = FEATURES) -> Any:
-    """A new net for so many figures of each cell; its first weights are drawn from the seed."""
+    """Return a new net for `features` figures of each cell; its first weights are drawn from the seed."""
     torch = require_torch()
     nn = torch.nn
     with torch.random.fork_rng(devices=[]):
@@ -223,7 +224,8 @@ def _block(nn: Any, into: int, out: int, stride: int = 1) -> tuple[Any, ...]:
 
 
 def _answer(net: Any, images: Any, on: Machine) -> Any:
-    """What the net says to images (n, features, x, y): (n, classes and two places, x / 2, y / 2), single precision."""
+    """Return the net's output for images (n, features, x, y): (n, classes and two places, x / 2, y / 2), single
+    precision."""
     torch = require_torch()
     with torch.autocast(on.device, torch.bfloat16, enabled=on.bf16):
         near = net["near"](images)

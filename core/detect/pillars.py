@@ -1,4 +1,4 @@
-"""From a sweep to what the detector sees of it: figures per occupied column of the ground; what it shall find.
+"""Prepare the detector's input and target from a sweep: figures per occupied column of the ground, and peaks.
 
 No torch here: samples are packed as plain arrays, which files hold and processes share.
 """
@@ -30,7 +30,7 @@ _RADIUS_CELLS = (1.6, 1.0, 0.8)
 
 @dataclass(frozen=True)
 class Region:
-    """The ground that is looked at: centred on the car, cells of `cell_m`; the net answers on cells twice as wide."""
+    """Ground that is covered: centred on the car, cells of `cell_m`; the net's output has cells twice as wide."""
 
     length_m: float = 60.0
     width_m: float = 40.0
@@ -42,7 +42,7 @@ class Region:
         return round(self.length_m / self.cell_m), round(self.width_m / self.cell_m)
 
     def holds(self, centre_m: Doubles) -> NDArray[np.bool_]:
-        """Which of centres (n, 2) lie in the region, lower ends included."""
+        """Return which of the centres (n, 2) lie in the region, lower ends included."""
         half = np.array([self.length_m, self.width_m]) / 2
         return np.asarray(((centre_m >= -half) & (centre_m < half)).all(axis=1))
 
@@ -69,7 +69,8 @@ def pillars(
     region: Region,
     painted: Doubles | None = None,
 ) -> tuple[NDArray[np.int32], NDArray[np.float16]]:
-    """Occupied cells (k,) and their figures (k, FEATURES) of a sweep's points (n, 3) and intensities (n,), 0 to 255.
+    """Return the occupied cells (k,) and their figures (k, FEATURES) of a sweep's points (n, 3) and intensities (n,), 0
+    to 255.
 
     The figures: log of the count; highest, lowest and mean height; mean intensity; mean place within the cell across x
     and y; logs of the counts between SLICES_M. Points above 4 m are left out. painted (n, c): what cameras say of each
@@ -105,8 +106,8 @@ def pillars(
 
 
 def wanted(sample: Sample, region: Region) -> tuple[NDArray[np.float32], NDArray[np.float32], Ids]:
-    """What the net shall answer: peaks (classes, a, b) with 1 at each object that has a point; for the p cells with an
-    object where within its cell it stands, (p, 2), 0 to 1; and these cells (p,).
+    """Return the training target: peaks (classes, a, b) with 1 at each object that has a point; for the p cells with an
+    object its place within the cell, (p, 2), 0 to 1; and these cells (p,).
 
     Of two objects of any class in one cell the later one says where it stands.
     """

@@ -27,8 +27,8 @@ _REPLICAS_AT_ONCE = 200
 
 
 class Truth(NamedTuple):
-    """Objects of all frames, n: frame (n,), cls (n,) index into CLASSES, centre_m (n, 2) x and y; points (n,) that
-    LiDARs get onto each."""
+    """Objects of all frames, n: frame (n,), cls (n,) index into CLASSES, centre_m (n, 2) x and y; points (n,) of LiDARs
+    on each."""
 
     frame: Ids
     cls: NDArray[np.uint8]
@@ -41,7 +41,7 @@ class Truth(NamedTuple):
 
 
 class Detections(NamedTuple):
-    """What a detector found in all frames, m: frame (m,), cls (m,), centre_m (m, 2) x and y, score (m,)."""
+    """Detections in all frames, m: frame (m,), cls (m,), centre_m (m, 2) x and y, score (m,)."""
 
     frame: Ids
     cls: NDArray[np.uint8]
@@ -51,7 +51,7 @@ class Detections(NamedTuple):
 
 @dataclass(frozen=True)
 class Matched:
-    """Detections of one class, the best score first, m of them, and which are right.
+    """Detections of one class, the best score first, m of them, and whether they are right.
 
     group (m,): of the frame of each (its sequence); right (len(MATCH_M), m); objects (groups,): how many objects of the
     class each group has.
@@ -133,8 +133,8 @@ def _matches(near: _Near, within_m: float) -> list[bool]:
 
 
 class _Curve(NamedTuple):
-    """What precision over recall is made of, at the k right detections: how many right ones (k, groups) there are up to
-    each of them, and how many wrong ones (k + 1, groups) before each and in all; objects (groups,)."""
+    """Counts behind precision over recall, at the k right detections: right ones (k, groups) up to each of them, and
+    wrong ones (k + 1, groups) before each and in all; objects (groups,)."""
 
     right: Doubles
     wrong: Doubles

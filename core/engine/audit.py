@@ -1,4 +1,4 @@
-"""Where the rays of each sensor go: into the car, past the region, into the ground, or to what they are there for.
+"""Count the rays of each sensor that hit the car, miss the region, hit the ground or do useful work.
 
 Every ray counts once, in the first of these that fits, so the shares of a sensor add up to one.
 """
@@ -37,12 +37,12 @@ from riglens.core.vehicle.solid import Barrier, solid_of
 from riglens.core.vehicle.standing import Stand, stand
 
 FATES = ("hits_car", "never_enters", "ground", "meets_nothing", "seen_by_others", "brings_new")
-"""What becomes of a ray, in the order in which it is shown and by the numbers of `kernels.body.ray_outcomes`."""
+"""Outcomes of a ray, in display order and by the numbers of `kernels.body.ray_outcomes`."""
 
 
 @dataclass(frozen=True)
 class SensorAudit:
-    """Where the rays of one sensor go.
+    """Ray outcomes of one sensor.
 
     `counts` are rays by the names in FATES; `lost_nat` is the entropy by class that the sensor on its own would see but
     for the car's body, and `lost_share` the same as a share of H(Omega).
@@ -68,7 +68,7 @@ class SensorAudit:
 
 @dataclass(frozen=True)
 class RigAudit:
-    """Where the rays of a rig's enabled sensors go; `body` says whether the car was in their way."""
+    """Ray outcomes of a rig's enabled sensors; `body` says whether the car's body was considered."""
 
     rig: Rig
     body: Body
@@ -116,7 +116,7 @@ def _seen_once_and_twice(field: EntropyField, marks: list[Words]) -> tuple[Words
 
 
 def _fates(caster: Caster, sensor: Sensor, barrier: Barrier | None, others: Words) -> NDArray[np.int8]:
-    """What becomes of each ray of a sensor, when `others` is what the other sensors see."""
+    """Return the outcome of each ray of a sensor, where `others` is what the other sensors see."""
     words, (nx, ny, nz) = caster.field.index.words, caster.field.grid.shape
     rays = caster.rays(sensor, "exact")._replace(box=np.array([0, nx, 0, ny, 0, nz], np.int64))
     if barrier is not None:
@@ -169,7 +169,7 @@ def _sensor_document(found: SensorAudit) -> dict[str, Any]:
 
 
 def _lost(engine: Engine, rig: Rig, sensor: Sensor) -> tuple[dict[str, float], dict[str, float]]:
-    """What the body takes from a sensor on its own, in nat by class and as a share of H(Omega)."""
+    """Return what the body takes from a sensor on its own, in nat by class and as a share of H(Omega)."""
     alone = rig.model_copy(update={"sensors": (sensor,)})
     free, cut = (
         engine.evaluate(alone, replace(MetricSettings(), body=body), False).scores

@@ -1,4 +1,4 @@
-"""What the car's own body does to the rays of a sensor on a grid: which are not cast, and which only up to the body."""
+"""Find the rays of a sensor that the car's own body stops: those not cast at all, and those cast up to the body."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ INSET_M = 1e-6
 
 
 def void_around(field: EntropyField, sensor: Sensor, barrier: Barrier) -> NDArray[np.float64]:
-    """A box in metres (6,) around a sensor, as far as the car goes, in which no voxel is informative; `NO_VOID` where
-    there is none. Beyond the grid there are no voxels, so at its border the box has no end."""
+    """Return a box in metres (6,) around a sensor, as large as the car, in which no voxel is informative; `NO_VOID`
+    where there is none. Beyond the grid there are no voxels, so at its border the box has no end."""
     grid = field.grid
     shape, place = np.array(grid.shape, np.int64), np.array(sensor.position)
     cell = np.floor(grid.to_grid(sensor.position)).astype(np.int64)

@@ -1,4 +1,4 @@
-"""Casting one sensor: from its description to the set of informative voxels its rays traverse.
+"""Cast one sensor: from its description to the set of informative voxels that its rays traverse.
 
 Several ways lead to the same set. Fans walk all rays of a vertical plane together and serve upright sensors. Cameras
 that roll or pitch, or whose lens has distortion, are cast by walking the voxels near them, LiDARs that do by core and
@@ -51,7 +51,7 @@ from riglens.core.sensors.lattice import Lattice
 from riglens.core.vehicle.solid import Barrier
 
 RAYS_PER_CHUNK = 1 << 15
-"""Rays that a worker walks before it is asked whether the answer is still wanted; of rows below as many."""
+"""Rays that a worker walks between two checks for cancellation."""
 PLANES_PER_CHUNK = 512
 ROWS_PER_CHUNK = 128
 FEW_RAYS = 512
@@ -94,7 +94,7 @@ def _outermost_of_image(camera: Camera) -> NDArray[np.float64] | None:
 
 
 def never_stale() -> bool:
-    """For callers that want every answer."""
+    """Return False, for callers that want every result."""
     return False
 
 
@@ -141,7 +141,7 @@ class Caster:
     def _mark_quickly(
         self, _sensor: Sensor, _rays: Cast, _window: Window, _marks: Words, _is_stale: IsStale
     ) -> bool | None:
-        """In a way that only serves some sensors; None where there is no such way."""
+        """Cast by a method that only serves some sensors; return None where there is none."""
         return None
 
     @_mark_quickly.register
@@ -166,7 +166,7 @@ class Caster:
 
     @property
     def field(self) -> EntropyField:
-        """What sensors are cast against."""
+        """Return the entropy field that sensors are cast against."""
         return self._field
 
     def window(self, sensor: Sensor) -> Window:
@@ -202,7 +202,7 @@ class Caster:
         return True
 
     def _is_empty_near(self, rays: Cast) -> bool:
-        """Whether no voxel is informative in any column in which a ray may not have begun."""
+        """Return whether no voxel is informative in any column in which a ray may not have begun."""
         room = rays.reach[0] + 1e-3
         low = np.maximum(np.floor(rays.origin[:2] - room), 0.0).astype(np.int64)
         high = np.minimum(np.ceil(rays.origin[:2] + room), self._shape[:2]).astype(np.int64)
@@ -226,7 +226,8 @@ class Caster:
     def _mark_mesh(
         self, mesh: CameraMesh, rays: Cast, window: Window, marks: Words, is_stale: IsStale
     ) -> bool:
-        """Near voxels by their place in the mesh of rays; what is beyond, and rays outside of the mesh, ray by ray."""
+        """Mark near voxels by their place in the mesh of rays; those beyond, and rays outside of the mesh, ray by
+        ray."""
         keep, workers = self._field.index.words, self.workers
         for start, end in _chunks_of_rows(rays.box, workers, window):
             if is_stale():
@@ -251,7 +252,7 @@ class Caster:
         return self._mark_each([rays], marks, is_stale)
 
     def _mark_each(self, casts: list[Cast], marks: Words, is_stale: IsStale) -> bool:
-        """Ray by ray; every worker but the first marks a set of its own, and these are added at the end."""
+        """Mark ray by ray; every worker but the first marks a set of its own, and these are added at the end."""
         if len(self._spare) < self.workers - 1:
             self._spare = np.zeros((self.workers - 1, marks.size), np.uint64)
         spare = self._spare[: self.workers - 1]
@@ -262,7 +263,7 @@ class Caster:
                 cast.add_marks(spare, marks, self.workers)
 
     def _mark_all(self, rays: Cast, marks: Words, spare: NDArray[np.uint64], is_stale: IsStale) -> bool:
-        """In strides where they can be, and what is left one by one."""
+        """Mark in strides where possible, and the rest one by one."""
         left = np.ones(len(rays.rows) * len(rays.planes), np.bool_)
         if may_stride(rays):
             planes = planes_of(rays)
@@ -361,7 +362,7 @@ class Caster:
 def _chunks_of_rows(
     box: NDArray[np.int64], workers: int, window: Window | None = None
 ) -> Iterator[tuple[int, int]]:
-    """First and end row along x of the grid, a chunk at a time, of what is in a box of cells and in a window."""
+    """Yield first and end row along x of the grid, a chunk at a time, of the part in a box of cells and in a window."""
     first, last = int(box[0]), int(box[1])
     if window is not None:
         first, last = max(first, window.first_row), min(last, window.end_row)
@@ -370,7 +371,7 @@ def _chunks_of_rows(
 
 
 def _chunks_of_planes(planes: int, rows: int, workers: int) -> Iterator[tuple[int, int]]:
-    """First and end plane of a lattice of so many planes and rows, a chunk at a time."""
+    """Yield first and end plane of a lattice of `planes` planes and `rows` rows, a chunk at a time."""
     step = max(RAYS_PER_CHUNK // rows, STRIP) * workers
     for start in range(0, planes, step):
         yield start, min(start + step, planes)

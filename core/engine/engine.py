@@ -39,7 +39,7 @@ FEWEST_DIGITS = 4
 @dataclass(frozen=True)
 class Evaluation:
     """Answer to one request; `seen` are the informative voxels that the sensors of each kind cover, as words, empty
-    arrays where they were not asked for."""
+    arrays where they were not requested."""
 
     rig: Rig
     settings: MetricSettings
@@ -67,12 +67,13 @@ class Evaluation:
 
 
 _Wanted = tuple[int, Method, str | None]
-"""Identity of a sensor, method, fingerprint of the body: what a shape is looked up by."""
+"""Identity of a sensor, method, fingerprint of the body: the key of a shape."""
 
 
 class _Shape(NamedTuple):
-    """What decides the rays of a sensor: how they are walked, the sensor without name and switch, and what stops them:
-    the fingerprint of the car's body and how far from the sensor it begins to count, None where it is ignored."""
+    """Everything that determines the rays of a sensor: the casting method, the sensor without name and switch, and the
+    obstacle: the fingerprint of the car's body and the distance from the sensor at which it begins to count, None where
+    the body is ignored."""
 
     method: Method
     sensor: Sensor
@@ -81,7 +82,7 @@ class _Shape(NamedTuple):
 
 @dataclass(frozen=True)
 class _Held:
-    """A sensor whose contribution is in a slot."""
+    """Sensor whose contribution is in a slot."""
 
     shape: _Shape
     slot: int
@@ -94,16 +95,16 @@ class _Held:
 
 @dataclass
 class _Others:
-    """The sensors of a kind that stay while others move: the window of each by its slot; how many of them see each
+    """Sensors of a kind that stay while others move: the window of each by its slot; the number of them that see each
     voxel, in binary digits (digits, words), lowest first; and the informative voxels that none of them sees, `free`
-    (words,). An edit of the same sensors finds it as it is; when others move, some are counted more and some less."""
+    (words,). An edit of the same sensors reuses it; when others move, it is updated."""
 
     windows: dict[int, Window]
     counts: NDArray[np.uint64]
     free: NDArray[np.uint64]
 
     def digits(self, sensors: int) -> NDArray[np.uint64]:
-        """The digits that it takes to count so many sensors; untouched pages cost no memory."""
+        """Return the digits needed to count `sensors` sensors; untouched pages cost no memory."""
         digits = sensors.bit_length()
         if digits > len(self.counts):
             more = np.zeros((max(digits, FEWEST_DIGITS), self.free.size), np.uint64)
@@ -133,7 +134,7 @@ class Engine:
     """Incremental evaluation of rigs on one field with a number of threads (all processors by default).
 
     Short edits get fewer where other programs leave no processor for them. It cannot matter for what they find.
-    With `for_edits` False it starts anew for each rig, in the same memory: the sensors of a kind then share a slot,
+    With `for_edits` False it starts again for each rig, in the same memory: the sensors of a kind then share a slot,
     which saves most of the memory, and most of the time that the system takes to provide it.
     """
 
@@ -160,7 +161,7 @@ class Engine:
         stance: Pose = Pose(),
         cancel: IsStale = never_stale,
     ) -> Evaluation:
-        """Score a rig; the evaluation holds the seen voxels if they are asked for.
+        """Score a rig; the evaluation holds the seen voxels if requested.
 
         `stance`: how the car's body stands on the ground; the sensors are where the rig says. InputError where the body
         blocks and its mesh file has not been read.
@@ -187,12 +188,12 @@ class Engine:
 
     @property
     def field(self) -> EntropyField:
-        """What rigs are evaluated against."""
+        """Return the entropy field that rigs are evaluated against."""
         return self._field
 
     @property
     def workers(self) -> int:
-        """How many threads the parallel kernels may have."""
+        """Return the most threads that the parallel kernels may use."""
         return self._threads
 
     def marks_of(self, sensor: Sensor, method: Method) -> Words | None:
@@ -213,23 +214,23 @@ class Engine:
         return self._state.stack, np.array(slots, np.int64)
 
     def origins_of(self, sensors: Sequence[Sensor], method: Method) -> tuple[Hashable, ...]:
-        """What decides the set of voxels of each sensor of the rig evaluated last: of equals, the sets are equal."""
+        """Return a key for the voxel set of each sensor of the rig evaluated last: equal keys mean equal sets."""
         return tuple(self._shape_of(sensor, method) for sensor in sensors)
 
     def _shape_of(self, sensor: Sensor, method: Method) -> _Shape:
-        """What decides the rays of a sensor, beside the body of now; known for those of the rig evaluated last."""
+        """Return the shape of a sensor's rays, except for the current body; cached for the rig evaluated last."""
         stop = None if self._solid is None else self._solid.fingerprint
         known = self._shapes.get((id(sensor), method, stop))
         return known[1] if known is not None else _cast_shape(sensor, method, self._solid)
 
     def _barrier(self, shape: _Shape) -> Barrier | None:
-        """What stops the rays of a shape that was made for the body of now."""
+        """Return the barrier of a shape that was made for the current body."""
         if self._solid is None or shape.stop is None:
             return None
         return self._solid.barrier(shape.sensor.kind, shape.stop[1])
 
     def _shapes_of(self, rig: Rig, method: Method) -> list[_Shape]:
-        """What decides the rays of each enabled sensor; the same objects as last time for the same sensors."""
+        """Return the ray shape of each enabled sensor; the same objects as last time for unchanged sensors."""
         known, self._shapes = self._shapes, {}
         stop = None if self._solid is None else self._solid.fingerprint
         for sensor in rig.sensors:
@@ -240,7 +241,7 @@ class Engine:
         return [shape for _, shape in self._shapes.values()]
 
     def _hold(self, wanted: list[_Shape], is_stale: IsStale) -> bool:
-        """Cast and let go until exactly the wanted sensors are held; False when abandoned."""
+        """Cast and release until exactly the wanted sensors are held; return False when cancelled."""
         if not self._for_edits:
             self._forget()
         leaving = list(self._state.held)
@@ -318,7 +319,7 @@ class Engine:
         state.sums_q[-1] += change[1]
 
     def _free(self, kind: int, staying: dict[int, Window]) -> Words:
-        """The informative voxels that no sensor of a kind sees that stays, given by slot and window.
+        """Return the informative voxels that no staying sensor of a kind sees, given by slot and window.
 
         What is known is used again: a slot that is to hold another set is named among those that leave before, and so
         is no longer counted.
@@ -351,7 +352,7 @@ class Engine:
         )
 
     def _reserve(self, sensors: int) -> None:
-        """Room for that many sensors beside those held; untouched pages cost no memory."""
+        """Reserve room for `sensors` sensors besides those held; untouched pages cost no memory."""
         slots = sensors + len(self._state.held) if self._for_edits else len(self._state.union)
         if slots > len(self._state.stack):
             more = np.zeros((slots + SPARE_SLOTS * self._for_edits, self._field.index.words.size), np.uint64)
@@ -384,7 +385,7 @@ def evaluate_from_scratch(
     threads: int | None = None,
     with_seen: bool = False,
 ) -> Iterator[Evaluation]:
-    """Evaluate rigs one after another, each from scratch: nothing is carried over but memory.
+    """Evaluate rigs one after another, each from scratch: only memory is reused.
 
     The evaluations hold the seen voxels only if they are asked for.
     """

@@ -18,7 +18,7 @@ from riglens.core.sensors.registry import kind_names
 def evaluation_document(
     field: EntropyField, settings: MetricSettings, evaluations: Sequence[Evaluation]
 ) -> dict[str, Any]:
-    """Scores of some rigs on one scene as plain data; entropies in nats, `seen` as a fraction.
+    """Return scores of some rigs on one scene as plain data; entropies in nats, `seen` as a fraction.
 
     `body` is null where rigs differ, and then said of each.
     """

@@ -1,4 +1,4 @@
-"""When a sensor's rays can be walked as fans of vertical planes, the fans they make, and their profile."""
+"""Decide whether a sensor's rays can be walked as fans of vertical planes, and build the fans and their profile."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ FEWEST_BEAMS = 6
 """Of each azimuth offset on average, steep ones by the part of the way that they go: planes with fewer rays than that
 take longer than core and sheets."""
 MEAN_WAY = 0.55
-"""Of the way to the farthest corner of the box: how far level rays go on average."""
+"""Mean way of level rays, as a share of the way to the farthest corner of the box."""
 LEFT_ALONE_MOST = 4096
 """Rays that each worker notes before they are walked one by one."""
 
@@ -78,8 +78,8 @@ def _spans(rays: Cast, row_of: NDArray[np.int64]) -> tuple[NDArray[np.int64], ND
 
 
 def make_profile(fan: Fan, rays: Cast) -> Profile | None:
-    """Which levels the rays of a fan are in, by forward distance, as far as the box reaches; None where a range ends
-    so close to a face that only the exact walk can tell."""
+    """Return the levels of a fan's rays by forward distance, as far as the box reaches; None where a range ends so
+    close to a face that only the exact walk can tell."""
     low, high, depth = int(rays.box[4]), int(rays.box[5]), (int(rays.shape[2]) + 63) // 64
     most = 2 * (len(fan.slopes) + 2) * (high - low + 1)
     events = Events(np.empty(most), np.empty(most, np.int32))
@@ -126,13 +126,13 @@ def farthest(rays: Cast) -> float:
 
 
 def is_upright(rotation: NDArray[np.float64]) -> bool:
-    """Whether a sensor only yaws: its vertical planes stay vertical."""
+    """Return whether a sensor only yaws: its vertical planes stay vertical."""
     return bool(rotation[2, 2] == 1.0 and rotation[2, 0] == 0.0 and rotation[2, 1] == 0.0)
 
 
 def is_plain(rays: Cast) -> bool:
-    """Whether the short cuts hold: rays in rows and planes, from the origin to the end of the box for cameras, an
-    origin not too far away for their tolerance, and no number so small or large that a ray could need rational
+    """Return whether the short cuts hold: rays in rows and planes, from the origin to the end of the box for cameras,
+    an origin not too far away for their tolerance, and no number so small or large that a ray could need rational
     arithmetic."""
     if rays.kind == LISTED:
         return False
@@ -145,12 +145,12 @@ def is_plain(rays: Cast) -> bool:
 
 
 def has_few(offsets: Sequence[float]) -> bool:
-    """Whether so many beams share an azimuth offset that planes of each are worth it."""
+    """Return whether enough beams share an azimuth offset to make planes of each worthwhile."""
     return len(set(offsets)) * FEWEST_BEAMS <= len(offsets)
 
 
 def _level_beams(lidar: Lidar, rays: Cast) -> float:
-    """How many beams of an upright LiDAR there are, steep ones by the part of the way that they go in the box."""
+    """Return the number of beams of an upright LiDAR, steep ones weighted by the part of their way inside the box."""
     slopes = np.tan(np.radians(lidar.elevations()))
     below, above = rays.origin[2] - rays.box[4], rays.box[5] - rays.origin[2]
     room = np.maximum(np.where(slopes > 0.0, above, below), 0.0)
@@ -159,8 +159,8 @@ def _level_beams(lidar: Lidar, rays: Cast) -> float:
 
 
 def by_offset(lidar: Lidar, rays: Cast) -> list[Cast]:
-    """The rays of an upright LiDAR whose beams have few azimuth offsets, those of each offset for a fan of their own;
-    nothing of others."""
+    """Return the rays of an upright LiDAR whose beams have few azimuth offsets, those of each offset as a separate fan;
+    none for others."""
     offsets = lidar.azimuth_offsets_deg
     if (
         offsets is None
@@ -181,17 +181,17 @@ def by_offset(lidar: Lidar, rays: Cast) -> list[Cast]:
 
 
 def is_near(rays: Cast) -> bool:
-    """Whether places are small enough for tolerances in voxels."""
+    """Return whether places are small enough for tolerances in voxels."""
     return bool(max(np.abs(rays.origin).max(), rays.box.max()) <= FARTHEST_ORIGIN)
 
 
 def may_stride(rays: Cast) -> bool:
-    """Whether rays may be walked in strides."""
+    """Return whether rays may be walked in strides."""
     return is_near(rays) and not rays.bresenham
 
 
 def planes_of(rays: Cast) -> int:
-    """How many rays are in a row of the lattice; all of them where they are listed and no rows are known."""
+    """Return the number of rays per row of the lattice; all of them where rays are listed and rows are unknown."""
     if len(rays.planes) > 1:
         return len(rays.planes)
     is_whole = rays.in_row > 0 and len(rays.rows) % rays.in_row == 0
@@ -199,7 +199,7 @@ def planes_of(rays: Cast) -> int:
 
 
 def is_tame(*tables: NDArray[np.float64]) -> bool:
-    """Whether no number of some tables is so small or large that a ray could need rational arithmetic."""
+    """Return whether no number of some tables is so small or large that a ray could need rational arithmetic."""
     for table in tables:
         small = (table < TAMEST) & (table > -TAMEST)
         widest = max(table.max(initial=0.0), -table.min(initial=0.0))

@@ -1,4 +1,4 @@
-"""When a camera can be cast by voxel walking, and the frustum that describes it."""
+"""Decide whether a camera can be cast by voxel walking, and build its frustum."""
 
 from __future__ import annotations
 
@@ -37,14 +37,14 @@ def make_frustum(camera: Camera, rays: Cast) -> Frustum | None:
 
 
 def _farthest_ray(rotation: NDArray[np.float64], step_u: float, step_v: float) -> float:
-    """How far, at the distance 1, a place in the image may be from the ray next to it, along the axis of the grid on
-    which it is most, or in all. A ray as far as that from the centre of a voxel is inside while both are below BALL."""
+    """Return the largest distance, at depth 1, from a place in the image to the nearest ray: along the worst axis of
+    the grid, and in total. A ray as far as that from the centre of a voxel is inside while both are below BALL."""
     along_axes = float((np.abs(rotation[:, 1]) * step_u + np.abs(rotation[:, 2]) * step_v).max())
     return 0.5 * min(along_axes, float(np.hypot(step_u, step_v)))
 
 
 def _stopped_before(rays: Cast) -> NDArray[np.int64]:
-    """How many rays are stopped in tiles above and to the left, see `Frustum`."""
+    """Return the number of stopped rays in the tiles above and to the left, see `Frustum`."""
     if not rays.is_stopped.size:
         return NO_TILES
     rows, columns = len(rays.rows), len(rays.planes)
@@ -55,8 +55,8 @@ def _stopped_before(rays: Cast) -> NDArray[np.int64]:
 
 
 def _corners(normals: NDArray[np.float64], depth_limit: float) -> NDArray[np.float64]:
-    """Corners (8, 3), in voxels in the camera frame, of the view up to the depth limit, with the room all around that a
-    voxel takes whose centre is just outside. normals (4, 3): left, right, top, bottom, as in `Frustum.sides`."""
+    """Return the corners (8, 3), in voxels in the camera frame, of the view up to the depth limit, with a margin for
+    voxels whose centre is just outside. normals (4, 3): left, right, top, bottom, as in `Frustum.sides`."""
     corners = []
     for x in (-SPHERE, depth_limit):
         left, right, top, bottom = (-(n[0] * x + SPHERE) / (n[1] + n[2]) for n in normals)

@@ -1,4 +1,4 @@
-"""What an engine holds, read only: which sensors cover a voxel, and how many cover each.
+"""Inspect the state of an engine, read only: the sensors that cover a voxel, and the number that cover each.
 
 Call it on the engine's thread, after an evaluation and before the next.
 """
@@ -18,7 +18,7 @@ MOST_COUNTED = 3
 
 
 def sees_voxel(engine: Engine, sensor: Sensor, method: Method, voxel: Voxel) -> bool | None:
-    """Whether a sensor covers a voxel; None when the voxel is not informative or the sensor is not held."""
+    """Return whether a sensor covers a voxel; None when the voxel is not informative or the sensor is not held."""
     index = engine.field.index
     word, bit = word_and_bit(index.grid, voxel)
     words = engine.marks_of(sensor, method)

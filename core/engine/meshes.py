@@ -1,4 +1,4 @@
-"""When a camera with lens distortion can be cast by voxel walking, and the mesh of its rays."""
+"""Decide whether a camera with lens distortion can be cast by voxel walking, and build the mesh of its rays."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from riglens.core.sensors.base import NOWHERE
 OVERHEAD = 1e-6
 """Directions of the border closer to the vertical have no bearing."""
 ROOM = 2.0
-"""Voxels around the outline of what is seen: more than a column takes."""
+"""Margin in voxels around the outline of the view: more than a column takes."""
 Doubles = NDArray[np.float64]
 Ids = NDArray[np.int64]
 

@@ -1,4 +1,4 @@
-"""How many processors other programs leave to this one, and so how many threads an edit gets.
+"""Measure the processors that other programs leave idle, and limit the threads of an edit to them.
 
 Threads that share some milliseconds of work wait for each other at its end, and on a computer without a processor to
 spare for each that takes longer than the work: a LiDAR was moved in 18 ms by two threads, and in 13 ms by one.
@@ -14,11 +14,11 @@ from typing import NamedTuple
 import psutil
 
 PERIOD_S = 0.25
-"""How long what was found holds."""
+"""Seconds for which a measurement is reused."""
 LONG_MS = 20.0
-"""Edits that took so long gain by every thread, whoever else is at work: each takes what it gets done."""
+"""Edits at least this long gain by every thread, even beside other programs."""
 NOT_WORK = ("idle", "iowait", "guest", "guest_nice")
-"""Times of the system that are none of its processors' work, or are told twice."""
+"""Times of the system that are not work of its processors, or are counted twice."""
 
 
 class Work(NamedTuple):
@@ -35,7 +35,7 @@ def work_until_now() -> Work:
 
 
 class Processors:
-    """What other programs leave of the processors, looked up a few times a second."""
+    """Processors left idle by other programs, measured a few times a second."""
 
     def __init__(
         self,
@@ -47,7 +47,7 @@ class Processors:
         self._since, self._until_then, self._free = clock(), work(), float(self._count)
 
     def threads(self, most: int, last_ms: float) -> int:
-        """How many of so many threads an edit should get, if the last one took so many milliseconds."""
+        """Return the number of threads, `most` at most, for an edit if the last one took `last_ms` milliseconds."""
         if most == 1 or last_ms >= LONG_MS:
             return most
         return min(most, max(1, int(self._free_now() + 0.5)))

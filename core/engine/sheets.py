@@ -1,4 +1,4 @@
-"""When a LiDAR can be cast by core and sheets, and the cones that describe it."""
+"""Decide whether a LiDAR can be cast by core and beam cones, and build the cones."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ SMALLEST_CORE = 4.0
 
 
 class Sheets(NamedTuple):
-    """A LiDAR for `kernels.beams.beam_cones`: its cones and cores, as far as the radius in plan, the largest of all
+    """Cones and cores of a LiDAR for `kernels.beams.beam_cones`, as far as the radius in plan, the largest of all
     beams; `rest` are the casts of rays that are walked: those of steep beams, and those that go beyond."""
 
     spinner: Spinner
@@ -48,9 +48,9 @@ def make_sheets(
     worth: float = WORTH,
     fewest: int = FEWEST_AZIMUTHS,
 ) -> Sheets | None:
-    """The cones of a LiDAR in grid units, each as far as its rays are within `worth` voxels of each other or in a core;
-    None where walking its rays is simpler, or quicker because they drift apart within the `shortest` radius in voxels,
-    or because they are a sector of fewer azimuths than the `fewest`."""
+    """Return the cones of a LiDAR in grid units, each as far as its rays are within `worth` voxels of each other or in
+    a core; None where walking its rays is simpler, or faster because they drift apart within the `shortest` radius in
+    voxels, or because they are a sector of fewer azimuths than the `fewest`."""
     if not is_near(rays) or not is_tame(rays.rows, rays.planes, rays.rotation, rays.origin):
         return None
     spinner = _spinner(lidar, rays)
@@ -79,7 +79,7 @@ def _spinner(lidar: Lidar, rays: Cast) -> Spinner:
 
 
 def _stopped_before(spinner: Spinner, beams: Beams) -> NDArray[np.int32]:
-    """How many of the first azimuths of each beam are stopped, see `Spinner`."""
+    """Return the number of stopped rays among the first azimuths of each beam, see `Spinner`."""
     if not spinner.is_stopped.size:
         return NO_BEAMS
     table: NDArray[np.bool_] = spinner.is_stopped.reshape(len(beams.number), spinner.azimuths.size)
@@ -141,7 +141,7 @@ def _beams(lidar: Lidar, spinner: Spinner, upper: float) -> Beams:
 
 
 def _shells(beams: Beams, step: float) -> Shells:
-    """Cores between beams that are no farther apart than some of the gaps between them."""
+    """Return cores between beams that are no farther apart than some of the gaps between them."""
     gaps = np.diff(beams.elevation)
     is_flat = np.isfinite(beams.bend)
     gaps = np.where(is_flat[1:] & is_flat[:-1], gaps, np.inf)
@@ -165,8 +165,8 @@ def _shells(beams: Beams, step: float) -> Shells:
 
 
 def _radii(shells: Shells, worth: float, most: float) -> NDArray[np.float64]:
-    """How far the sheet of each beam is followed: as far as it is worth it, or to the end of a core that holds it by
-    then, or for its last fifth."""
+    """Return the radius to which the cone of each beam is followed: while it pays off, to the end of an enclosing core,
+    or for its last fifth."""
     until = shells.until[:, None]
     ends = np.where(shells.since <= np.maximum(worth, 0.8 * until), until, worth)
     radii: NDArray[np.float64] = np.minimum(ends.max(axis=0, initial=worth), most)
@@ -174,7 +174,8 @@ def _radii(shells: Shells, worth: float, most: float) -> NDArray[np.float64]:
 
 
 def _core_radius(gap: float, step: float) -> float:
-    """How far from the sensor every place between two beams is within BALL of a ray, in voxels."""
+    """Return the distance from the sensor, in voxels, up to which every place between two beams is within BALL of a
+    ray."""
     chord = 0.5 * float(np.hypot(0.5 * gap, 0.5 * step))
     angle = 2.0 * np.arcsin(min(chord, 1.0))
     return float(BALL / np.sin(angle)) if angle < 1.0 else 0.0
@@ -187,7 +188,8 @@ def _runs(close: NDArray[np.bool_]) -> list[tuple[int, int]]:
 
 
 def _rest(spinner: Spinner, beams: Beams, rays: Cast) -> list[Cast]:
-    """Rays to be walked: all of steep beams, and of the others what is beyond the tiles within their radius."""
+    """Return the rays to be walked: all of steep beams, and of the others those beyond the tiles within their
+    radius."""
     begin = beams.radius - 2.0 * HALF_COLUMN - SLACK
     rest = []
     steep = ~np.isfinite(beams.bend)

@@ -1,8 +1,8 @@
-"""Why a sensor does not see a voxel: from the very rays that it casts and the box of the voxel.
+"""Explain why a sensor does not see a voxel, from the rays that it casts and the box of the voxel.
 
 Whether it sees the voxel is the engine's answer (`riglens.core.engine.inspect`). Traffic hides nothing in the metric,
 so a voxel is missed for one of five reasons: the sensor is off, the voxel is outside its field of view, it is out of
-range, it lies between the rays, or the car's own body stands before it.
+range, it lies between the rays, or the car's own body hides it.
 """
 
 from __future__ import annotations
@@ -34,10 +34,10 @@ _WIDE_GAP = 3.0
 
 @dataclass(frozen=True)
 class Sight:
-    """What a sensor makes of a voxel, `distance_m` from the sensor to the voxel's centre.
+    """A sensor's view of a voxel; `distance_m` from the sensor to the voxel's centre.
 
     For "outside" and "between": `miss_m` is how far the nearest ray stays from the voxel's box and `miss_deg` the
-    angle from the nearest ray to its centre; `side` tells where the voxel lies outside the field of view.
+    angle from the nearest ray to its centre; `side` is the direction of the voxel outside the field of view.
     """
 
     sensor: str
@@ -111,7 +111,7 @@ def _nearest_rays(sensor: Sensor, centre: Points, radius_m: float) -> _Nearest:
 
 
 def _is_out_of_range(sensor: Sensor, low: Points, high: Points) -> bool:
-    """Whether all of the box is beyond the range, or before it."""
+    """Return whether all of the box is beyond the range, or before it."""
     near, far = sensor.range_m
     nearest = float(np.linalg.norm(np.clip(0.0, low, high)))
     farthest = float(np.linalg.norm(np.maximum(np.abs(low), np.abs(high))))
@@ -119,14 +119,14 @@ def _is_out_of_range(sensor: Sensor, low: Points, high: Points) -> bool:
 
 
 def _would_cross(sensor: Sensor, directions: Points, low: Points, high: Points) -> bool:
-    """Whether rays run through the box, but none within the range."""
+    """Return whether rays run through the box, but none within the range."""
     enter, leave = _passages(directions, low, high)
     crosses = leave > enter
     return bool(crosses.any() and not (crosses & _in_range(sensor, enter, leave)).any())
 
 
 def _is_behind(sensor: Sensor, directions: Points, low: Points, high: Points, barrier: Barrier) -> bool:
-    """Whether rays would run through the box within the range, and end at the car before they leave it."""
+    """Return whether rays would run through the box within the range, and end at the car before they leave it."""
     from riglens.core.kernels.body.solid import meet_listed
 
     enter, leave = _passages(directions, low, high)
@@ -139,7 +139,7 @@ def _is_behind(sensor: Sensor, directions: Points, low: Points, high: Points, ba
 
 
 def _passages(directions: Points, low: Points, high: Points) -> tuple[Points, Points]:
-    """Where rays (k, 3) from the sensor at zero enter and leave a box, metres; it is missed unless leave > enter."""
+    """Return where rays (k, 3) from the sensor at zero enter and leave a box, metres; missed unless leave > enter."""
     with np.errstate(divide="ignore", invalid="ignore"):
         first, second = low / directions, high / directions
     enter = np.maximum(np.nanmax(np.minimum(first, second), axis=1), 0.0)
@@ -175,7 +175,8 @@ def _distance(directions: Points, along: Points, low: Points, high: Points) -> P
 
 @singledispatch
 def _outside(_sensor: Sensor, _centre: Points, _by_angle: int) -> Side:
-    """On which side of the field of view a direction lies, "" within it, and of kinds whose field has no sides."""
+    """Return the side of the field of view on which a direction lies, "" within it, and for kinds whose field has no
+    sides."""
     return ""
 
 
@@ -200,7 +201,8 @@ def _outside_lidar(lidar: Lidar, centre: Points, _by_angle: int) -> Side:
 
 @_outside.register
 def _outside_camera(camera: Camera, centre: Points, by_angle: int) -> Side:
-    """A camera looks as far as its outermost rays, and half their spacing more: to the edge of the image."""
+    """Return the same for a camera, whose view reaches to its outermost rays and half their spacing more: the image's
+    edge."""
     columns, rows = camera.resolution
     row, column = divmod(by_angle, columns)
     pairs: list[tuple[int, Side]] = [

@@ -1,4 +1,4 @@
-"""Having kernels compiled, or loaded from disk, before they are needed: first those of one rig, then all others.
+"""Compile kernels, or load them from disk, before they are needed: first those of one rig, then all others.
 
 Run as a process of its own, this module compiles what is not yet on disk and ends; the priority is the lowest there is.
 With FANS_FIRST it begins, at the usual priority, with the one kernel that takes longest, while the first one to need
@@ -49,8 +49,8 @@ WARM_UP = Rig(
         ),
     )
 )
-"""Few rays: upright sensors, a tilted LiDAR whose rays are close, and a tilted camera dense enough for voxel walking
-and too sparse for it alone, of which the middle column runs in a face, where only the exact walk can tell."""
+"""Rig with few rays: upright sensors, a tilted LiDAR whose rays are close, and a tilted camera dense enough for voxel
+walking and too sparse for it alone, whose middle column runs in a face, where only the exact walk can tell."""
 BENT = Camera(
     name="bent", position=(0.0, 0.0, 2.0), image=(64, 64), cast=(64, 64), fx=64.0, fy=64.0, cx=32.0, cy=32.0,
     distortion=BrownConrady(k1=-0.1),
@@ -92,7 +92,7 @@ def warm_up(
 
 
 def _compile_edits(field: EntropyField) -> None:
-    """Have what an edit needs beside the first score: what the sensors that stay leave free."""
+    """Compile what an edit needs besides the first score: the voxels that the staying sensors leave free."""
     words, rows = field.index.words, field.grid.shape[0]
     region = update_coverage.Region(0, rows, 0, words.size // rows, words.size // rows)
     none, slot = np.zeros(0, np.int64), np.zeros(1, np.int64)
@@ -103,7 +103,7 @@ def _compile_edits(field: EntropyField) -> None:
 
 
 def needs_fans(rig: Rig) -> bool:
-    """Whether some sensor of a rig is cast by vertical planes."""
+    """Return whether some sensor of a rig is cast by vertical planes."""
     return any(
         sensor.enabled and sensor.rpy_deg[:2] == (0.0, 0.0) and _has_planes(sensor) for sensor in rig.sensors
     )
@@ -111,7 +111,8 @@ def needs_fans(rig: Rig) -> bool:
 
 @singledispatch
 def _has_planes(sensor: Sensor) -> bool:
-    """Whether an upright sensor is cast by vertical planes, those of each azimuth offset on their own if it has few."""
+    """Return whether an upright sensor is cast by vertical planes, those of each azimuth offset on their own if it has
+    few."""
     return not is_listed(sensor)
 
 
@@ -121,8 +122,8 @@ def _have_planes(lidar: Lidar) -> bool:
 
 
 def compile_fans(field: EntropyField) -> None:
-    """Have on disk how the planes of a fan are walked, and the rays that they leave alone: more than half of what the
-    usual rig needs. No plane is, and no ray."""
+    """Compile to disk the walk over the planes of a fan, and over single rays: more than half of what the usual rig
+    needs."""
     fan, rays = _least_fan(field)
     depth = words_per_column(field.grid)
     nothing = Profile(np.array([np.inf]), np.zeros(0, np.int32), np.zeros((1, depth), np.uint64), 0)
@@ -155,12 +156,12 @@ def _least_fan(field: EntropyField) -> tuple[Fan, Cast]:
 
 
 def are_fans_compiled() -> bool:
-    """Whether a process has compiled the walk through planes for these sources before."""
+    """Return whether a process has compiled the walk through planes for these sources before."""
     return FOLDER.read(FANS) is not None
 
 
 def is_everything_compiled() -> bool:
-    """Whether a process has compiled all kernels of these sources before."""
+    """Return whether a process has compiled all kernels of these sources before."""
     return FOLDER.read(MARKER) is not None
 
 
@@ -173,7 +174,8 @@ def compile_everything() -> None:
 
 
 def _tiny_field() -> EntropyField:
-    """A field of few voxels, wide enough for rays to drift apart; in half of them a box stands in one of two frames."""
+    """Return a field of few voxels, wide enough for rays to drift apart; in half of them a box is present in one of two
+    frames."""
     grid = VoxelGrid(1.0, (60.0, 60.0, 4.0))
     occupied = np.ones(grid.shape, np.bool_)
     occupied[::2] = False

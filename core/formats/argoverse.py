@@ -60,7 +60,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
     for name, row in poses.items():
         _add(name, row, lenses.get(name), mounting)
     for name in lenses.keys() - poses.keys():
-        notes.ignored(f"not in {POSES}: it is not known where it stands", name)
+        notes.ignored(f"not in {POSES}: its pose is unknown", name)
     _remark_on_frames(notes, origin_m, options)
     return Imported(mounting.rig(f"Argoverse 2 {_log(folder)}"), notes.report(TITLE))
 

@@ -54,7 +54,7 @@ FOOT = "_base_link"
 _PLAIN_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,100}")
 _MOUNT = re.compile(r"(^|_)(kit|unit)_base_link$|^base_link$")
 _CAMERA_INFOS = ("{}/camera_info.yaml", "{}_camera_info.yaml", "{}_info.yaml")
-"""Where intrinsics lie: the first as in tier4's individual_params, a folder for each camera."""
+"""Places of intrinsics: the first as in tier4's individual_params, a folder for each camera."""
 _PLACES = ("sensors_calibration.yaml", "sensor_kit_calibration.yaml")
 
 
@@ -112,7 +112,7 @@ def _files(source: Source) -> list[Source]:
 
 
 def _rows(file: Source, notes: Notes) -> Iterator[tuple[str, str, Matrix]]:
-    """Yield parent, child and pose of every frame of a file; an empty file, or a parent without frames, is told."""
+    """Yield parent, child and pose of every frame of a file; an empty file, or a parent without frames, is reported."""
     is_blank = not any(line.partition("#")[0].strip() for line in file.text.splitlines())
     if is_blank or file.yaml.raw == {}:
         notes.read("the file holds no frames", file.path.name)
@@ -152,7 +152,7 @@ def _root_place(tree: FrameTree, base_m: Vec3, vehicle: Vehicle, options: ReadOp
 
 
 def _add(frame: str, root_SE3_frame: Matrix, macro: str | None, source: Source, mounting: Mounting) -> None:
-    """Add the sensor of a frame: what the kit's xacro puts there, or else what its name says."""
+    """Add the sensor of a frame: the one of the kit's xacro, or else the one that its name suggests."""
     kind = kind_of(frame) if macro is None else kind_of_macro(macro)
     if kind == "camera":
         body = from_optical(root_SE3_frame) if is_optical(frame) else root_SE3_frame
@@ -171,7 +171,7 @@ def _add(frame: str, root_SE3_frame: Matrix, macro: str | None, source: Source, 
 
 
 def _lens(name: str, source: Source, notes: Notes) -> dict[str, Any]:
-    """Return image and lens of a camera_info file beside the calibration, or assumed ones."""
+    """Return image and lens of a camera_info file next to the calibration, or assumed ones."""
     is_plain = _PLAIN_NAME.fullmatch(name) is not None
     found = source.sibling(*(place.format(name) for place in _CAMERA_INFOS)) if is_plain else None
     if found is None:
@@ -206,7 +206,7 @@ def write(rig: Rig) -> Exported:
 
 
 def _frame(sensor: Sensor) -> str:
-    """Return the frame of a sensor as Autoware's kits call it; one whose name says nothing gets the word lidar."""
+    """Return the frame of a sensor by the naming of Autoware's kits; an ambiguous name gets the word lidar."""
     return _FRAMES[sensor.kind](sensor.name)
 
 

@@ -1,4 +1,4 @@
-"""What lies beside an Autoware kit's calibration: the xacro that says what stands where, and the vehicle's size.
+"""Read the files next to an Autoware kit's calibration: the xacro that chains the sensors, and the vehicle's size.
 
 Xacro is read as the XML that it is: calls such as <xacro:VLP-16 name="velodyne_top" .../> tell the macro of a frame.
 Nothing is expanded, included or computed. vehicle_info.param.yaml gives lengths in metres; base_link is its rear axle.
@@ -73,7 +73,7 @@ def find_macros(source: Source, notes: Notes) -> dict[str, str]:
 
 
 def _xacro_files(folder: Path) -> list[Path]:
-    """Return the xacro files beside the calibration, or in the urdf/ of its package."""
+    """Return the xacro files next to the calibration, or in the urdf/ of its package."""
     places = (folder, folder / "urdf", folder.parent / "urdf")
     found = [path for place in places if place.is_dir() for path in sorted(place.glob("*.xacro"))]
     return [path for path in found if path.is_file()][:_MOST_FILES]
@@ -104,13 +104,13 @@ def kind_of_macro(macro: str) -> SensorKind | None:
 
 
 def find_vehicle(source: Source, notes: Notes) -> Vehicle | None:
-    """Return the vehicle of vehicle_info.param.yaml beside the kit, in its config/ or in the one vehicle package."""
+    """Return the vehicle of vehicle_info.param.yaml next to the kit, in its config/ or in the one vehicle package."""
     paths = [source.folder / place / VEHICLE_INFO for place in _INFO_PLACES]
     found = [path for path in paths if path.is_file()][:1]
     if not found:
         found = [path for place in _INFO_PACKAGES for path in source.folder.glob(place + VEHICLE_INFO)]
     if len(found) > 1:
-        notes.ignored(f"{len(found)} files of that name beside the kit: none is taken", VEHICLE_INFO)
+        notes.ignored(f"{len(found)} files of that name next to the kit: none is used", VEHICLE_INFO)
     return _vehicle(source.another(found[0]), notes) if len(found) == 1 else None
 
 

@@ -94,7 +94,7 @@ def _type_of(node: ast.Dict) -> str:
 
 
 def _fields(node: ast.Dict) -> dict[str, Any]:
-    """Return what a dictionary has written out under text keys; _COMPUTED where the code would have to run."""
+    """Return the literal values of a dictionary under text keys; _COMPUTED where the code would have to run."""
     pairs = zip(node.keys, node.values, strict=True)
     return {
         key.value: _literal(value)

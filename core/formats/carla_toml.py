@@ -100,7 +100,7 @@ def _flat(table: Value, count: int) -> Iterator[dict[str, Value]]:
 
 
 def _members(table: Value, count: int, index: int) -> Iterator[dict[str, Value]]:
-    """Yield the LiDARs of a set: the first of its entries, as many as `num` says, or all of them."""
+    """Yield the LiDARs of a set: the first `num` of its entries, or all of them."""
     columns = _columns(table, count)
     one = {key: value.elements(count)[index] if value.is_list else value for key, value in columns.items()}
     size = len(one["x"].elements())

@@ -65,7 +65,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
 
 
 def _name(source: Source) -> str:
-    """Return the name of the file without its ending; a name that says nothing comes with that of the folder."""
+    """Return the name of the file without its ending; a generic name is combined with that of the folder."""
     stem = source.path.name.removesuffix(".gz")
     stem = stem[: -len(".json")] if stem.lower().endswith(".json") else stem
     return f"{source.path.resolve().parent.name} {stem}".strip() if stem.lower() in _PLAIN_NAMES else stem
@@ -110,7 +110,7 @@ def _rear_axle_x(sizes: Value, length: float, notes: Notes) -> float:
         x, y, _ = box.field_numbers("x", "y", "z") if box.is_mapping else box.vector(limit=100.0)
         what, rear_m = "boundingBoxPosition", -x
         if y != 0.0:
-            notes.ignored(f"the body's box is {y:g} m beside the rig's x axis: taken as centred")
+            notes.ignored(f"the body's box is {y:g} m off the rig's x axis: taken as centred")
     rear_axle_x = round(rear_m - length / 2, 12)
     notes.converted(f"{what} to the place of the rear axle: x = {rear_axle_x:g} m from the body centre")
     return rear_axle_x
@@ -185,7 +185,7 @@ def _lens(properties: Value | None, name: str, notes: Notes) -> dict[str, Any]:
 
 
 def _stretch(properties: Value, name: str, notes: Notes) -> float:
-    """Return linear-c, pixels along u for one along v; all three of linear-c, -d, -e zero stand for none."""
+    """Return linear-c, pixels along u for one along v; all three of linear-c, -d, -e zero mean none."""
     c, d, e = (_number(properties, key, usual) for key, usual in _LINEAR)
     if d != 0.0 or e != 0.0:
         notes.ignored(f"skew of the image (linear-d {d:g}, linear-e {e:g})", name)
@@ -285,7 +285,7 @@ _PROPERTIES: dict[str, Callable[[Any, Notes], dict[str, str]]] = {
     "camera": _camera_properties,
     "lidar": _lidar_properties,
 }
-"""How the properties of a sensor of each kind are written."""
+"""Writers of a sensor's properties, by kind."""
 
 
 def _lens_properties(camera: Camera, notes: Notes) -> dict[str, str]:

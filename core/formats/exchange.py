@@ -46,7 +46,7 @@ _DATA_ENDINGS = (".yaml", ".yml", *_FOREIGN_ENDINGS)
 
 
 def detect(source: Source) -> Format:
-    """Return the format of a file or folder; a YAML file of no other format is read as a rig, which says what is wrong.
+    """Return the format of a file or folder; an unknown YAML file is read as a rig, for its error message.
 
     Raise InputError when there is no such file, and when no format fits.
     """

@@ -106,12 +106,12 @@ def inverse(transform: Matrix) -> Matrix:
 
 
 def from_optical(parent_SE3_optical: Matrix) -> Matrix:
-    """Return the transform of a camera's body whose optical frame stands there."""
+    """Return the transform of a camera's body from that of its optical frame."""
     return parent_SE3_optical @ se3(BODY_R_OPTICAL.T, (0.0, 0.0, 0.0))
 
 
 def to_optical(parent_SE3_body: Matrix) -> Matrix:
-    """Return the transform of the optical frame of a camera whose body stands there."""
+    """Return the transform of a camera's optical frame from that of its body."""
     return parent_SE3_body @ se3(BODY_R_OPTICAL, (0.0, 0.0, 0.0))
 
 
@@ -140,7 +140,7 @@ def wxyz_from_rotation(rotation: Matrix) -> list[float]:
 
 
 def nearest_rotation(value: Value, matrix: Matrix) -> tuple[Matrix, float]:
-    """Return the rotation nearest to a matrix (3, 3), and how far off it was; refused when that is not a rotation."""
+    """Return the rotation nearest to a matrix (3, 3), and the difference; rejected when it is not a rotation."""
     left, _, right = np.linalg.svd(matrix)
     rotation: Matrix = left @ right
     error = float(np.abs(rotation - matrix).max())

@@ -51,10 +51,10 @@ _KNOWN = frozenset(
     }
     | {"rostopic", "cam_overlaps", "timeshift_cam_imu"}
 )
-"""Fields that are read, or that say nothing about where a camera stands and what it sees."""
+"""Fields that are read, or that do not affect the pose and view of a camera."""
 _SAME_M, _SAME_DEG = 1e-4, 0.01
 _EXTRA = {"omni": 1, "eucm": 2, "ds": 2}
-"""How many numbers precede fx, fy, cx, cy in other models."""
+"""Number of parameters before fx, fy, cx, cy in other models."""
 
 
 def recognises(source: Source) -> bool:
@@ -87,7 +87,8 @@ def _roof(vehicle: Vehicle) -> Vec3:
 
 
 def _poses(chain: Mapping[str, Value], notes: Notes) -> dict[str, Matrix]:
-    """Return where the optical frames stand: by the IMU, by the camera before or after, or the first straight ahead."""
+    """Return the poses of the optical frames: by the IMU, by the camera before or after, or the first straight
+    ahead."""
     if not chain:
         return {}
     by_imu = {
@@ -118,7 +119,7 @@ def _poses(chain: Mapping[str, Value], notes: Notes) -> dict[str, Matrix]:
 
 
 def _by_imu(value: Value, name: str, notes: Notes) -> Matrix | None:
-    """Return where the optical frame stands in the IMU's, None where the file does not say; name what is not read."""
+    """Return the pose of the optical frame in the IMU's, None where the file lacks it; report unread fields."""
     for key, _ in value.items():
         if key not in _KNOWN:
             what = "transform" if key.startswith("T_") else "field"
@@ -135,7 +136,7 @@ def _by_imu(value: Value, name: str, notes: Notes) -> Matrix | None:
 
 
 def _remark_apart(taken: Matrix, other: Matrix, what: str, name: str, notes: Notes) -> None:
-    """Report a second transform that leads elsewhere, with how far apart both are."""
+    """Report a second transform that differs, with the difference."""
     apart = inverse(taken) @ other
     apart_m = float(np.linalg.norm(apart[:3, 3]))
     apart_deg = math.degrees(math.acos(min(1.0, max(-1.0, (float(np.trace(apart[:3, :3])) - 1.0) / 2.0))))

@@ -66,7 +66,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
     notes.converted("cameras from optical axes, through the calibration, to the axes of the Velodyne")
     if options.origin_m is None:
         notes.approximated(
-            f"where the Velodyne stands is not in the file: {x:g} {y:g} {z:g} m", field="origin_m"
+            f"position of the Velodyne not in the file:  {x:g} {y:g} {z:g} m", field="origin_m"
         )
     if options.vehicle is None:
         notes.approximated("vehicle not in the file: size of a VW Passat, the car of KITTI", field="vehicle")

@@ -1,4 +1,4 @@
-"""A camera in a format that cannot hold its lens: the nearest that can be written, and how far off that is.
+"""Replace a camera's lens by the nearest one that a format can hold, and report the difference.
 
 The field of view is always that of the lens. Angles are in degrees from the optical axis, positive outwards.
 """
@@ -28,7 +28,7 @@ _SAMPLES = 400
 
 
 class Extent(NamedTuple):
-    """How far the image reaches along its middle row and its middle column, in degrees from the optical axis."""
+    """Extent of the image along its middle row and its middle column, in degrees from the optical axis."""
 
     left_deg: float
     right_deg: float
@@ -51,7 +51,7 @@ class Extent(NamedTuple):
 
 
 def extent(camera: Camera) -> Extent:
-    """Return how far the image reaches; where the lens images nothing at its edge, up to where it does."""
+    """Return the extent of the image; where the lens has no image at the edge, the extent of its image."""
     width_px, height_px = camera.image
     _, _, cx_px, cy_px = camera.intrinsics_px()
     centre = np.array([cx_px, cy_px])
@@ -132,7 +132,7 @@ def equidistant(camera: Camera) -> Camera:
 
 
 def report_lens(camera: Camera, written: Camera, what: str, notes: Notes) -> None:
-    """Report how far the lens that is written is from the camera's own; nothing when both are the same.
+    """Report how far the written lens differs from the camera's own; nothing when both are the same.
 
     what: the lens that the format has, such as "a pinhole in the middle of its image".
     """
@@ -172,7 +172,7 @@ def _nearest_radial(camera: Camera, found: BrownConrady) -> tuple[float, float, 
 
 
 def _farthest(camera: Camera, radial: Radial) -> float:
-    """Return what the image's farthest corner is for the lens: a radius at distance 1, or an angle in radians.
+    """Return the lens's input at the image's farthest corner: a radius at distance 1, or an angle in radians.
 
     Where the lens does not reach the corner, return nearly all that it reaches.
     """
@@ -184,7 +184,7 @@ def _farthest(camera: Camera, radial: Radial) -> float:
 
 
 def ftheta_polynomial(camera: Camera) -> tuple[list[float], float]:
-    """Return the coefficients, lowest first, from angles in radians to pixels along v, and how far off they are in px.
+    """Return the coefficients, lowest first, from angles in radians to pixels along v, and their error in px.
 
     Kannala-Brandt lenses with k1 and k2 alone are such polynomials; others are fitted over the image.
     """

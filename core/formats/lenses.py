@@ -85,7 +85,7 @@ class FTheta:
 def ftheta_fields(
     lens: FTheta, image: tuple[int, int], where: Value, name: str, notes: Notes
 ) -> dict[str, Any]:
-    """Return image and lens of the Kannala-Brandt camera nearest to an f-theta lens; report how far off it is."""
+    """Return image and lens of the Kannala-Brandt camera nearest to an f-theta lens; report the difference."""
     if lens.is_kannala_brandt():
         parts = [*lens.coefficients, *([0.0] * len(_POWERS) * 2)]
         focal_px, *rest = (parts[power] for power in _POWERS)
@@ -122,7 +122,7 @@ def _rising(
 def _nearest_kannala_brandt(
     lens: FTheta, image: tuple[int, int], where: Value
 ) -> tuple[float, list[float], float]:
-    """Return the focal length in pixels, the coefficients of the higher powers, and how far off they are in pixels."""
+    """Return the focal length in pixels, the coefficients of the higher powers, and the error in pixels."""
     angles, distances = _rising(*lens.samples(image))
     nearest_edge_px = min(lens.cx_px, image[0] - lens.cx_px, lens.cy_px, image[1] - lens.cy_px)
     if len(angles) < len(_POWERS) or not distances[-1] >= min(nearest_edge_px, image[0]) / 2.0:

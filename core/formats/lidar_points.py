@@ -48,7 +48,7 @@ def sweep_file(roots: tuple[Path, ...], said: object) -> Path | None:
 
 
 def rings_of(path: Path) -> Rings | str:
-    """Return the rings of a sweep, or words that say why it does not tell them."""
+    """Return the rings of a sweep, or the reason why it has none."""
     try:
         with open_regular(path, "a sweep of points") as file:
             content = file.read(MAX_BYTES + 1)

@@ -27,7 +27,7 @@ MAX_PIXELS = 20_000
 
 @dataclass(frozen=True)
 class ReadOptions:
-    """What the user may state about a foreign file that the file itself does not contain.
+    """Details of a foreign file that the user may state because the file does not contain them.
 
     vehicle: the car that the sensors are on; rear_axle_x: where its rear axle is, metres from the body centre;
     origin_m: where the origin of the file lies in the vehicle frame, metres; token: which rig to take of several.
@@ -62,26 +62,26 @@ class Mounting:
     sensors: list[Sensor] = field(default_factory=list)
 
     def pose(self, root_SE3_sensor: Matrix) -> Pose:
-        """Return the pose in the vehicle frame of a sensor that stands there in the file's root frame."""
+        """Return the pose in the vehicle frame from that in the file's root frame."""
         return pose_from_se3(se3(np.eye(3), self.origin_m) @ root_SE3_sensor)
 
     def add_lidar(self, name: str, root_SE3_sensor: Matrix, said: str | None = None, **fields: Any) -> None:
-        """Add a LiDAR there; beams from `fields`, or the library model that the words `said` name, or a default."""
+        """Add a LiDAR at a pose; beams from `fields`, or from the library model named by `said`, or a default."""
         entry = None if "elevations_deg" in fields else self._entry(name, said)
         supplied = entry.fields if entry else {}
         model = {"model": entry.name} if entry else {}
         self._add(Lidar, name, root_SE3_sensor, **(supplied | model | fields))
 
     def add_camera(self, name: str, root_SE3_sensor: Matrix, **fields: Any) -> None:
-        """Add a camera whose body frame (x forward, y left, z up) is there."""
+        """Add a camera at the pose of its body frame (x forward, y left, z up)."""
         self._add(Camera, name, root_SE3_sensor, **fields)
 
     def tell_assumed(self, options: ReadOptions) -> None:
-        """Tell what a file with nothing but sensors leaves open, where the options do not say it either."""
+        """Report the assumptions for a file with nothing but sensors, where the options do not replace them."""
         if options.origin_m is None:
             x, y, z = self.origin_m
             self.notes.approximated(
-                f"where the origin is on the vehicle is not in the file: {x:g} {y:g} {z:g} m",
+                f"position of the origin on the vehicle not in the file:  {x:g} {y:g} {z:g} m",
                 field="origin_m",
             )
         if options.vehicle is None:
@@ -184,13 +184,13 @@ def sensors_to_write(rig: Rig, notes: Notes, kinds: Collection[str]) -> list[Sen
     """Return the enabled sensors of these kinds; others are reported. Raise InputError when none is left."""
     for sensor in rig.sensors:
         if not sensor.enabled:
-            notes.ignored("switched off in the rig, not written", sensor.name)
+            notes.ignored("disabled in the rig, not written", sensor.name)
         elif sensor.kind not in kinds:
             notes.ignored(f"{kind_of(sensor).title}: the format cannot express it", sensor.name)
         elif sensor.mirror_of is not None:
             notes.ignored("mirror pair: the format cannot express it", sensor.name)
         if sensor.enabled and sensor.kind in kinds and sensor.fails_with is not None:
-            notes.ignored("what it fails with: the format cannot express it", sensor.name)
+            notes.ignored("failure groups: the format cannot express them", sensor.name)
     if not rig.self_occlusion:
         notes.ignored("rays through the car's own body: the format cannot express it", rig.name)
     if rig.keep_out:
@@ -202,7 +202,7 @@ def sensors_to_write(rig: Rig, notes: Notes, kinds: Collection[str]) -> list[Sen
 
 
 def root_SE3_body(sensor: Sensor, origin_m: Vec3) -> Matrix:
-    """Return the transform of a sensor in a frame whose origin lies at `origin_m` in the vehicle frame."""
+    """Return the transform of a sensor in a frame whose origin is at `origin_m` in the vehicle frame."""
     return inverse(se3(np.eye(3), origin_m)) @ sensor.pose.vehicle_SE3_sensor()
 
 

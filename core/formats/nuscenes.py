@@ -102,7 +102,7 @@ def _named(row: Value, channels: dict[str, tuple[str, str]]) -> tuple[str, str]:
 
 
 def _recorded(source: Source, tokens: list[str]) -> dict[str, dict[str, object]]:
-    """Return the first record of each calibrated sensor by its token, from sample_data where it is there."""
+    """Return the first record of each calibrated sensor by its token, from sample_data if present."""
     path = table_file(source.folder, "sample_data")
     wanted = set(tokens)
     found: dict[str, dict[str, object]] = {}
@@ -125,12 +125,12 @@ def _size(fields: dict[str, object]) -> tuple[int, int] | None:
 
 
 def _table(source: Source, name: str) -> Source:
-    """Return the table of that name beside, or in, what the user named."""
+    """Return the table of that name in the folder, or next to the file, that the user named."""
     if not source.is_folder and source.path.name.split(".")[0] == name:
         return source
     found = source.sibling(f"{name}.json", f"{name}.json.gz")
     if found is None:
-        place = "in it" if source.is_folder else "beside it"
+        place = "in it" if source.is_folder else "next to it"
         raise InputError(
             f"{source.where}: {name}.json is missing {place}: {' and '.join(_TABLES)} are both needed"
         )
@@ -179,7 +179,8 @@ def _chosen(rigs: list[list[Value]], token: str | None, where: str) -> tuple[lis
 
 @dataclass(frozen=True)
 class _Recorded:
-    """What recordings tell of a sensor: its images' size, if the car is that of nuScenes, a sweep of its points."""
+    """Details that a recording adds to a sensor: its images' size, if the car is that of nuScenes, a sweep of its
+    points."""
 
     size: tuple[int, int] | None
     is_own: bool
@@ -261,7 +262,7 @@ _LEFT_OUT = {
     "camera": ("pose, lens and image size", "ray lattice"),
     "lidar": ("pose", "beam angles, model"),
 }
-"""What is written of each kind, and what is not."""
+"""Fields that are written of each kind, and fields that are not."""
 
 
 def _sensor_row(rig: Rig, sensor: Sensor) -> dict[str, object]:

@@ -1,4 +1,4 @@
-"""Cameras as OpenCV, ROS and VINS write them in YAML (import).
+"""Read cameras as OpenCV, ROS and VINS write them in YAML (import).
 
 One camera: camera_matrix, distortion_coefficients and image size (OpenCV's calibration, ROS camera_info files), the
 fields of a CameraInfo message (K, D, height, width), or VINS' projection_parameters. Several: the configuration of
@@ -74,12 +74,12 @@ def read(source: Source, options: ReadOptions) -> Imported:
 def _add_one(root: Value, source: Source, mounting: Mounting) -> None:
     named = next((root.item(key) for key in ("camera_name", "frame_id") if key in root), None)
     name = source.name if named is None else named.text()
-    mounting.notes.approximated("where the camera stands is not in the file: it looks straight ahead", name)
+    mounting.notes.approximated("pose of the camera not in the file: it faces straight ahead", name)
     mounting.add_camera(name, np.eye(4), **read_lens(root, name, mounting.notes))
 
 
 def _add_chain(source: Source, mounting: Mounting) -> None:
-    """Add the cameras of a VINS configuration; each has its intrinsics in a file beside it."""
+    """Add the cameras of a VINS configuration; each has its intrinsics in a file next to it."""
     notes = mounting.notes
     cameras = {name: value for name, value in source.yaml.items() if _EXTRINSIC.fullmatch(name)}
     for name, value in cameras.items():
@@ -87,7 +87,8 @@ def _add_chain(source: Source, mounting: Mounting) -> None:
         lens = _beside(source, f"{camera}_calib")
         if lens is None:
             notes.ignored(
-                f"its intrinsics are missing: '{camera}_calib' names no file beside the configuration", camera
+                f"its intrinsics are missing: '{camera}_calib' names no file in the folder of the configuration",
+                camera,
             )
             continue
         pose = _rigid(value, camera, notes)

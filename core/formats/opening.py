@@ -1,4 +1,4 @@
-"""What a user may name as a rig: a preset, a rig file, or a file or folder in a format of another program."""
+"""Open anything that a user may name as a rig: a preset, a rig file, or a file or folder in a foreign format."""
 
 from __future__ import annotations
 

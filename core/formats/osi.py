@@ -41,7 +41,7 @@ def write(rig: Rig) -> Exported:
     messages = [_message(sensor, number, rig, notes) for number, sensor in enumerate(sensors, 1)]
     notes.converted("origin from the body centre to the rear axle; angles to radians")
     notes.approximated(f"height of the rear axle is not in the rig: {WHEEL_RADIUS_M:g} m above the ground")
-    notes.converted("names, for which OSI has no field, are kept beside the messages, by sensor_id")
+    notes.converted("names, for which OSI has no field, are kept next to the messages, by sensor_id")
     names = {str(number): sensor.name for number, sensor in enumerate(sensors, 1)}
     document = {"sensor_view_configuration": messages, "sensor_names": names}
     return Exported({"osi.json": json.dumps(document, indent=2) + "\n"}, notes.report(TITLE))
@@ -107,5 +107,5 @@ _VIEWS: dict[str, Callable[[Any, Notes], tuple[float, float, dict[str, int]]]] =
     "camera": _camera,
     "lidar": _lidar,
 }
-"""How a sensor of each kind is written."""
+"""Writers of a sensor, by kind."""
 OSI = Format("osi", TITLE, recognises, write=write)

@@ -62,7 +62,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
     x, y, z = mounting.origin_m
     if options.origin_m is None:
         notes.approximated(
-            f"where the Pandar64 stands is not in the file: {x:g} {y:g} {z:g} m", field="origin_m"
+            f"position of the Pandar64 not in the file:  {x:g} {y:g} {z:g} m", field="origin_m"
         )
     if options.vehicle is None:
         notes.approximated("vehicle not in the file: size of a Chrysler Pacifica, the car of PandaSet")

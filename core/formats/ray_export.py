@@ -1,4 +1,4 @@
-"""A LiDAR in a format that has only even rays, or rays symmetric about its axis: what is lost, and how much."""
+"""Report the losses of a LiDAR in a format that has only even rays, or rays symmetric about its axis."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def turn_ends_deg(lidar: Lidar) -> tuple[float, float]:
 
 
 def report_uneven(lidar: Lidar, who: str, notes: Notes) -> None:
-    """Report by how much beams, azimuths and offsets of beams differ from evenly spaced ones, which `who` has."""
+    """Report the difference of beams, azimuths and offsets from the evenly spaced ones of `who`."""
     kinds = {"beams": lidar.elevations_deg, "azimuths": lidar.azimuths_deg}
     uneven = [kind for kind, angles in kinds.items() if not isinstance(angles, EvenAngles)]
     if uneven:
@@ -60,6 +60,6 @@ def report_symmetric(
 
 
 def report_range(lidar: Lidar, who: str, notes: Notes) -> None:
-    """Report the smallest range, for which there is no place."""
+    """Report the smallest range, which the format cannot hold."""
     if lidar.range_m[0] > 0.0:
         notes.ignored(f"smallest range {lidar.range_m[0]:g} m: {who} has none", lidar.name)

@@ -30,7 +30,7 @@ class Remark:
         return f"{self.text} ({', '.join(self.about)})" if self.about else self.text
 
     def folded(self) -> str:
-        """Return the remark with few names, for where all of them stand in the details beside it."""
+        """Return the remark with few names, for use next to details with all of them."""
         if len(self.about) <= _NAMED:
             return self.sentence()
         return f"{self.text} ({', '.join(self.about[:_NAMED])} …: all {len(self.about)} are in the details)"

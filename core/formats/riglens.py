@@ -19,7 +19,7 @@ _HEAD = re.compile(r"^['\"]?riglens['\"]?\s*:", re.MULTILINE)
 
 
 def recognises(source: Source) -> bool:
-    """Return whether this is a YAML file with the key riglens, or an unreadable one, whose error says what is wrong."""
+    """Return whether this is a YAML file with the key riglens, or an unreadable one, for its error message."""
     if source.is_folder or source.suffix not in (".yaml", ".yml"):
         return False
     try:
@@ -30,7 +30,7 @@ def recognises(source: Source) -> bool:
 
 
 def read(source: Source, options: ReadOptions) -> Imported:
-    """Return the rig as it is, except for a vehicle or rear axle that the user names."""
+    """Return the rig unchanged, except for a vehicle or rear axle that the user names."""
     notes = Notes()
     rig = load_rig(source.path).rig
     vehicle = options.vehicle_or(rig.vehicle)

@@ -35,7 +35,7 @@ _RANGE_FINDER = "ros_range"
 
 
 def plugin_kind(holder: Element) -> SensorKind | None:
-    """Return what the plugins of a <gazebo> or <sensor> publish, None when their names do not say it."""
+    """Return the kind that the plugins of a <gazebo> or <sensor> publish, None when their names do not tell."""
     for plugin in holder.all("plugin"):
         said = f"{plugin.attributes.get('filename', '')} {plugin.attributes.get('name', '')}".lower()
         found = next((kind for word, kind in _PLUGINS if word in said), None)

@@ -50,12 +50,12 @@ class Value:
 
     @property
     def is_mapping(self) -> bool:
-        """Whether this has named fields."""
+        """Return whether this has named fields."""
         return isinstance(self.raw, dict)
 
     @property
     def is_list(self) -> bool:
-        """Whether this is a list."""
+        """Return whether this is a list."""
         return isinstance(self.raw, (list, tuple))
 
     def __contains__(self, key: str) -> bool:
@@ -273,7 +273,7 @@ _OPENCV_MATRIX = re.compile(r"(:[ \t]+)!!opencv-matrix(?=[ \t\r]*(?:[{#]|$))", r
 
 
 class Source:
-    """What the user named: a file, read at most once, or a folder with files of known names.
+    """File named by the user, read at most once, or a folder with files of known names.
 
     All files of a rig share one limit of `time`.
     """
@@ -344,7 +344,7 @@ class Source:
 
     @cached_property
     def toml(self) -> Value:
-        """The TOML document; raise InputError with what is wrong."""
+        """The TOML document; raise InputError with the reason."""
         for number, line in enumerate(self.text.split("\n"), 1):
             if line.count(".") > MAX_DOTS:
                 raise InputError(f"{self.where}:{number}: too many dots in a line (at most {MAX_DOTS})")

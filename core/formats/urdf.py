@@ -169,7 +169,7 @@ def _lidar(lidar: Lidar, notes: Notes) -> tuple[str, list[str], str]:
 
 
 _GAZEBO: dict[str, Callable[[Any, Notes], tuple[str, list[str], str]]] = {"camera": _camera, "lidar": _lidar}
-"""How a sensor of each kind is written."""
+"""Writers of a sensor, by kind."""
 
 
 def _scan(axis: str, low_deg: float, high_deg: float, count: int) -> list[str]:
@@ -262,7 +262,7 @@ def _origin(element: Element) -> Matrix:
 
 
 def _base(root: Element, tree: FrameTree) -> str:
-    """Return the frame that stands for the vehicle: base_footprint, base_link, or the root of the tree."""
+    """Return the frame of the vehicle: base_footprint, base_link, or the root of the tree."""
     links = [link.attribute("name") for link in root.all("link")]
     if not links:
         raise root.error("a robot needs at least one <link>")
@@ -271,7 +271,7 @@ def _base(root: Element, tree: FrameTree) -> str:
 
 
 def _sensors(root: Element, tree: FrameTree, notes: Notes) -> list[_Found]:
-    """Return Gazebo's sensors, then links told by their names; of a kind's links on one branch the outermost counts."""
+    """Return Gazebo's sensors, then links recognised by name; of a kind's links on one branch the outermost counts."""
     links = {link.attribute("name") for link in root.all("link")}
     found = [*_gazebo_sensors(root, links, notes)]
     taken = {sensor.link for sensor in found}
@@ -320,7 +320,7 @@ def _gazebo_sensors(root: Element, links: set[str], notes: Notes) -> Iterator[_F
                 where = (
                     "names no link"
                     if link is None
-                    else f"is on the link '{shortened(link, 40)}', which is not there"
+                    else f"is on the link '{shortened(link, 40)}', which does not exist"
                 )
                 notes.ignored(f"Gazebo sensor that {where}", name)
             else:
@@ -358,7 +358,7 @@ def _remark(root: Element, base: str, mounting: Mounting, options: ReadOptions) 
     notes.converted(f"{base} lies at {x:g} {y:g} {z:g} m in the vehicle frame; angles to degrees")
     if options.origin_m is None:
         notes.approximated(
-            f"where {base} is on the vehicle is not in the file: on the ground under the rear axle",
+            f"position of {base} on the vehicle not in the file: on the ground under the rear axle",
             field="origin_m",
         )
     meshes = sum(element.tag == "mesh" for element in _walk(root))

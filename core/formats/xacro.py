@@ -1,4 +1,4 @@
-"""xacro expanded: properties, arguments, macros, conditions, includes and sums, by a reader that runs no code.
+"""Expand xacro: properties, arguments, macros, conditions, includes and expressions, without running code.
 
 What stands in ${...} is worked out by `xacro_sums`. Files are included, and YAML is loaded, from the folder of the
 rig's file and below it, or from its ROS package, and only from there: of `$(find package)/urdf/wheel.xacro` the end
@@ -23,7 +23,7 @@ MAX_STEPS, MAX_TEXTS, MAX_DEPTH, MAX_FILES = 20_000, 200_000, 30, 60
 MAX_ENTRIES = 1_000_000
 """Entries of lists and dictionaries that all expressions of a file copy or compare."""
 MAX_PARENTS = 4
-"""Folders in which the description of the package is looked for, that of the rig's file the first."""
+"""Number of folders searched for the description of the package, starting with that of the rig's file."""
 PREFIX = "xacro:"
 _PIECES = re.compile(r"\$\$(?=[{(])|\$\{([^}]*)\}|\$\(([^)]*)\)")
 _PARAMETER = re.compile(r"(\*{0,2})([A-Za-z_]\w*)(?::?=(\^?\|?)('[^']*'|\"[^\"]*\"|\S*))?")
@@ -42,7 +42,7 @@ def is_xacro(root: Element) -> bool:
 
 
 def expanded(source: Source, notes: Notes) -> Element:
-    """Return the document without macros and expressions; raise InputError when that takes what is not accepted."""
+    """Return the document without macros and expressions; raise InputError for unsupported ones."""
     expander = _Expander(source, notes)
     made = list(expander.expand(source.xml, _Scope(), 0))
     notes.read(f"xacro, expanded here: {expander.steps} elements, {expander.files} files included")
@@ -51,7 +51,7 @@ def expanded(source: Source, notes: Notes) -> Element:
 
 @dataclass
 class _Scope:
-    """Names and what they stand for; what is not here is looked for in the scope outside."""
+    """Names and their values; missing ones are looked up in the outer scope."""
 
     outside: _Scope | None = None
     values: dict[str, Worked] = field(default_factory=dict)
@@ -65,7 +65,7 @@ class _Scope:
         return found
 
     def block(self, name: str) -> list[Element] | None:
-        """Return the elements that a name stands for."""
+        """Return the elements of a name."""
         found: _Scope | None = self
         while found is not None and name not in found.blocks:
             found = found.outside
@@ -80,7 +80,7 @@ class _Macro:
 
 
 class _Expander:
-    """Walks through a document and counts what it makes."""
+    """Expander that walks through a document and counts its output."""
 
     def __init__(self, source: Source, notes: Notes) -> None:
         folder = source.path.parent.resolve()
@@ -139,7 +139,7 @@ class _Expander:
             place.values[name] = self._kept(value, element, scope) if own or place is not scope else value
 
     def define_argument(self, element: Element, scope: _Scope) -> None:
-        """Keep the default of an argument: nobody is there to give another value."""
+        """Keep the default of an argument: there is no other value."""
         if "default" in element.attributes:
             self._arguments.setdefault(element.attribute("name"), element.attributes["default"])
 
@@ -238,7 +238,7 @@ class _Expander:
         return _text_of(self.value(said, element, scope, depth), element)
 
     def _kept(self, said: str, element: Element, scope: _Scope) -> Worked:
-        """Return what a name stands for from now on: a list, a dictionary, or a text."""
+        """Return the value of a name from now on: a list, a dictionary, or a text."""
         value = self.value(said, element, scope)
         return value if isinstance(value, (tuple, Mapping)) else _text_of(value, element)
 

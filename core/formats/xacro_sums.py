@@ -1,4 +1,4 @@
-"""What stands in ${...} of a xacro file, worked out without running anything.
+"""Evaluate the ${...} expressions of a xacro file without running any code.
 
 Expressions are parsed by `ast`, and only what is named here has a meaning: numbers, texts, names, arithmetic,
 comparisons, the functions of FUNCTIONS, lists and dictionaries with their entries. Source: ROS wiki "xacro".
@@ -19,9 +19,9 @@ MAX_LETTERS, MAX_NODES, MAX_SIZE = 2_000, 100, 1e12
 MAX_NESTED = 20
 """Lists and dictionaries within one another, where one is shown as a text."""
 MAX_KEPT = 256
-"""Expressions that are kept parsed: macros ask for the same ones again and again."""
+"""Number of parsed expressions that are cached: macros repeat them."""
 Worked: TypeAlias = "float | int | bool | str | tuple[Worked, ...] | Mapping[Key, Worked] | None"
-"""What an expression can be: plain data."""
+"""Value of an expression: plain data."""
 Key: TypeAlias = "float | int | bool | str"
 MAX_DIGITS = 15
 """Decimal digits of a rounding, either way: Python's round works out 10 to that power."""
@@ -58,7 +58,7 @@ _SIGNS = {ast.USub: -1, ast.UAdd: 1}
 
 @dataclass(frozen=True)
 class Names:
-    """What an expression may ask for: the value of a name, an argument of the file, the content of a YAML file."""
+    """Lookups of an expression: the value of a name, an argument of the file, the content of a YAML file."""
 
     value: Callable[[str], Worked]
     argument: Callable[[str], Worked]
@@ -134,7 +134,7 @@ def _shown(value: Worked, left: list[int], depth: int) -> Iterator[str]:
 
 
 def _evaluated(node: ast.expr, names: Names) -> Worked:
-    """Work out one node; KeyError or TypeError for what is not accepted."""
+    """Evaluate one node; KeyError or TypeError for unsupported ones."""
     if isinstance(node, ast.Constant) and isinstance(node.value, (int, float, str)):
         return node.value
     if isinstance(node, ast.Name):

@@ -37,7 +37,8 @@ def nats(quanta: int) -> float:
 
 
 def _runs_of(words: Words, rows: Counts) -> tuple[Runs, Counts, NDArray[np.int64]]:
-    """Runs of equal rows, the distinct rows (m, 3), most frequent first, and how many voxels use each (m,)."""
+    """Return runs of equal rows, the distinct rows (m, 3), most frequent first, and the number of voxels of each
+    (m,)."""
     starts, first = np.empty(len(words), np.uint64), np.empty(len(words) + 1, np.uint32)
     numbers = np.empty(entropy_codes.find_runs(words, rows, starts, first), np.uint32)
     most = 1 << 16
@@ -96,13 +97,14 @@ class EntropyField:
         return Entropies(self.index.words, *self.runs, self.palette_q)
 
     def codes(self) -> NDArray[np.unsignedinteger[Any]]:
-        """Row of the palette of every informative voxel, (n,); made anew each time."""
+        """Return the row of the palette of every informative voxel, (n,); a new array each time."""
         codes = np.empty(self.index.count, self.runs.codes.dtype)
         entropy_codes.voxel_codes(self.index.words, self.runs.starts, self.runs.codes, codes)
         return codes
 
     def entropy_q(self, cls: int) -> NDArray[np.uint32]:
-        """h of the informative voxels for one class of CLASSES in units of 2^-32 nat, (n,); made anew each time."""
+        """Return h of the informative voxels for one class of CLASSES in units of 2^-32 nat, (n,); a new array each
+        time."""
         result: NDArray[np.uint32] = np.ascontiguousarray(self.palette_q[:, cls])[self.codes()]
         return result
 

@@ -1,4 +1,4 @@
-"""Scores estimated from a coarser grid: how much more or less is seen there than for a rig known exactly.
+"""Estimate scores from a coarser grid: by the ratio of coverage there to that of a rig known exactly.
 
 The shares that are seen depend on the voxel edge, so those of a coarser grid cannot be shown as they are, but
 their ratio between two similar rigs depends on it less. For LiDARs larger voxels exaggerate it, because beams
@@ -16,7 +16,7 @@ from riglens.core.sensors.registry import kinds
 def estimated(
     coarse: Scores, coarse_known: Scores, exact_known: Scores, settings: MetricSettings
 ) -> Scores | None:
-    """Scores of a rig from its coarse ones, and from the coarse and the exact ones of a known rig.
+    """Return scores of a rig from its coarse ones, and from the coarse and the exact ones of a known rig.
 
     `covered_voxels` stays empty. None when they cannot be estimated: where the known rig sees nothing of what
     this one sees there is no ratio, and the reading `hits` counts something else than what is seen.

@@ -1,4 +1,4 @@
-"""What an evaluation says: entropies in nats, S-MIG, S-MS and `seen` per class (paper, eq. 15-17)."""
+"""Define the result of an evaluation: entropies in nats, S-MIG, S-MS and `seen` per class (paper, eq. 15-17)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Literal
 Reading = Literal["covered", "residual", "hits"]
 Method = Literal["exact", "bresenham"]
 Body = Literal["ignored", "blocks"]
-"""Whether rays pass through the car's own body, as in the paper, or end at it."""
+"""Effect of the car's own body on rays: they pass through it, as in the paper, or end at it."""
 READINGS: tuple[Reading, ...] = ("covered", "residual", "hits")
 METHODS: tuple[Method, ...] = ("exact", "bresenham")
 BODIES: tuple[Body, ...] = ("ignored", "blocks")
@@ -21,8 +21,8 @@ MAX_LAMBDA = 1e6
 
 @dataclass(frozen=True)
 class MetricSettings:
-    """How the score is computed: traversal method, reading of S-MIG, the camera weight lambda, the car's body (None:
-    as each rig says)."""
+    """Settings of the score: traversal method, reading of S-MIG, the camera weight lambda, the car's body (None: as
+    each rig says)."""
 
     method: Method = "exact"
     reading: Reading = "covered"

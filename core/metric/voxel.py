@@ -1,4 +1,4 @@
-"""One voxel: where it is, how likely each class is there, and which voxel of a display cell a click means."""
+"""Describe one voxel: its place, the probability of each class, and the voxel that a click on a display cell means."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Points = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class VoxelFacts:
-    """What the POG says of a voxel: centre (metres, vehicle frame), p and h (nat) per class of CLASSES."""
+    """Figures of a voxel in the POG: centre (metres, vehicle frame), p and h (nat) per class of CLASSES."""
 
     voxel: Voxel
     centre_m: Vec3
@@ -29,7 +29,7 @@ class VoxelFacts:
 
     @property
     def is_informative(self) -> bool:
-        """Whether it can change a score: h > 0 for some class."""
+        """Return whether it can change a score: h > 0 for some class."""
         return any(h > 0.0 for h in self.h_nat)
 
 
@@ -96,7 +96,7 @@ def _count(pog: Pog, cls: int, voxel: Voxel) -> int:
 
 
 def _is_uncertain(pog: Pog, cls: int, voxel: Voxel) -> bool:
-    """Whether h > 0: the class is there in some frames and not in others."""
+    """Return whether h > 0: the class is present in some frames and absent in others."""
     return 0 < _count(pog, cls, voxel) < pog.data.frames
 
 

@@ -1,4 +1,4 @@
-"""How much better any allowed set of candidates could be: a bound by cutting planes, or a proof by branch and bound.
+"""Bound the gain of any allowed set of candidates: by cutting planes, or by a proof with branch and bound.
 
 Both count steps, never seconds, so that the same problem gives the same bound on any machine.
 """
@@ -123,7 +123,8 @@ def _certified(
 def branch_and_bound(
     f: SetFunction, limits: Limits, incumbent: list[int], most_gains: int = MOST_GAINS
 ) -> Generator[None, None, tuple[list[int], bool]]:
-    """Look for a better set until there is none or so many gains have been computed; the best set, and whether proven.
+    """Search for a better set until there is none or the budget of gains is spent; return the best set, and whether it
+    is proven.
 
     Gains never grow with the set, so gains of a smaller set bound what candidates can add: a branch whose value with
     its largest gains does not exceed the best is cut. Yield after each branch.

@@ -1,4 +1,4 @@
-"""Whether a gain found in a few frames is one: the same comparison in other frames and under other assumptions."""
+"""Check a gain found in a few frames: the same comparison in other frames and under other assumptions."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ HELD_OUT = "held-out frames"
 SEEDS, DRAWS, FEW = 3, 4, 250
 """Other seeds, draws of mount errors, and frames of the cases that vary an assumption."""
 KEPT, STANDARD_ERRORS = 0.5, 2.0
-"""What a resolved gain keeps of the gain in the frames of choice, and by how many standard errors it exceeds 0."""
+"""Share of the gain in the frames of choice that a resolved gain keeps, and the standard errors by which it exceeds
+0."""
 
 
 @dataclass(frozen=True)

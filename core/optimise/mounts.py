@@ -1,4 +1,4 @@
-"""Candidate mounts: spots on the car's skin, poses of a sensor there, and which of them may stand together."""
+"""Generate candidate mounts: spots on the car's skin, sensor poses there, and conflicts between them."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ Doubles = NDArray[np.float64]
 SKIN = ("paint", "panel", "trim")
 """Materials that carry sensors; the bodies of mesh files are of paint."""
 LEVELS_DEG = (0.0, 8.0, 15.0)
-"""How far sensors lean outwards."""
+"""Outward tilts of sensors."""
 USUAL_RULES = MountLimits(height_m=(0.4, 100.0), spacing_m=0.25)
 """Our choice: dirt and kerbs below, housings side by side."""
 _SAMPLES_A_M2 = 4000.0
@@ -58,7 +58,7 @@ class Spot:
 
 @dataclass(frozen=True)
 class Candidate:
-    """Sensors that are added together, a mirror pair or one, and what they cost.
+    """Sensors that are added together, a mirror pair or one, and their cost.
 
     Random draws depend on the names, so a candidate keeps them from the table to the rig. `spot`: number of the spot;
     tilt_deg: how far it leans outwards.
@@ -77,7 +77,7 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Additions:
-    """What may be added: models of the library, in mirror pairs or alone, `count` of them, within a budget.
+    """Sensors that may be added: models of the library, in mirror pairs or single, `count` of them, within a budget.
 
     costs: of one sensor by model, 1 where nothing is said. rules: limits of each mount; without zones of their own the
     usual ones and door mirrors keep sensors out. spots_m: distance between neighbouring spots.
@@ -148,7 +148,7 @@ def skin_spots(vehicle: Vehicle, spacing_m: float, seed: int = 0) -> list[Spot]:
 
 
 def _is_free(point_m: Doubles, normal: Doubles, solid: Solid) -> bool:
-    """Whether nothing of the car lies ahead of a surface."""
+    """Return whether nothing of the car lies ahead of a surface."""
     from riglens.core.kernels.body.solid import meet_listed  # the compiler
 
     every, most = np.ones(solid.count, np.bool_), np.full(1, np.inf)
@@ -184,7 +184,7 @@ def candidates(
     seed: int = 0,
     is_stale: Callable[[], bool] = never_stale,
 ) -> tuple[Candidate, ...]:
-    """Return every pose on the skin that keeps the rules, with each model and tilt, cheap enough for the budget.
+    """Return every pose on the skin that keeps the rules, with each model and tilt, within the budget.
 
     Raise InputError where there is none, and Cancelled as soon as `is_stale` returns True.
     """
@@ -221,7 +221,7 @@ def candidates(
 
 
 def _sensors_at(spot: Spot, model: str, tilt_deg: float, name: str, mirrored: bool) -> tuple[Sensor, ...]:
-    """Return a sensor that touches the skin at a spot, with its mirror image; none where both would be one."""
+    """Return a sensor that touches the skin at a spot, with its mirror image; none where both would coincide."""
     entry = default_library().entry(model)
     outwards = spot.normal[:2]
     if np.linalg.norm(outwards) < _FLAT:
@@ -260,8 +260,8 @@ def _turn_about(axis: Doubles, angle_deg: float) -> Doubles:
 
 
 def _around(spot: Spot, solid: Solid, boxes: tuple[Doubles, Doubles]) -> Solid:
-    """Return what of a car lies near a spot, by the lowest and highest corners of its triangles: all that decides on
-    what sensors stand there."""
+    """Return the part of a car near a spot, by the lowest and highest corners of its triangles: all that matters for
+    sensors there."""
     low, high = boxes
     near = ((low <= spot.point_m + _NEAR_M) & (high >= spot.point_m - _NEAR_M)).all(axis=1)
     return Solid.of(solid.triangles_m[near], solid.materials[near])
@@ -276,7 +276,7 @@ def _keeps(
     outline: Outline,
     taken: Doubles,
 ) -> bool:
-    """Whether a candidate by itself keeps the rules beside the rig's own sensors; a car is the same on both sides."""
+    """Return whether a candidate by itself keeps the rules next to the rig's own sensors; a car is symmetric."""
     places = one.places_m
     low, high = rules.height_m or (-math.inf, math.inf)
     if (places[:, 2] < low).any() or (places[:, 2] > high).any():
@@ -308,7 +308,7 @@ def _keeps(
 
 
 def _out_m(sensor: Sensor, rig: Rig, outline: Outline) -> Doubles:
-    """How far a housing sticks out by SIDES, (5,)."""
+    """Return how far a housing sticks out by SIDES, (5,)."""
     corners = housing_corners_m(sensor)
     (x0, y0, _), (x1, y1, z1) = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
     sides = x1 - outline.front_m, outline.rear_m - x0, y1 - outline.left_m, outline.right_m - y0
@@ -316,13 +316,13 @@ def _out_m(sensor: Sensor, rig: Rig, outline: Outline) -> Doubles:
 
 
 def _outs(rig: Rig, outline: Outline, sensors: Sequence[Sensor]) -> Doubles:
-    """How far the farthest housing sticks out by SIDES, (5,), at least 0."""
+    """Return how far the farthest housing sticks out by SIDES, (5,), at least 0."""
     enabled = [sensor for sensor in sensors if sensor.enabled]
     return np.asarray(np.max([np.zeros(5), *(_out_m(sensor, rig, outline) for sensor in enabled)], axis=0))
 
 
 def _grows(out: Doubles, rules: MountLimits, rig: Rig, outline: Outline) -> NDArray[np.bool_]:
-    """Whether housings that stick out so far (..., 5) make the car larger than the rules allow, (...)."""
+    """Return whether housings that stick out so far (..., 5) make the car larger than the rules allow, (...)."""
     sizes = (
         (outline.length_m + out[..., 0] + out[..., 1], rules.length_m),
         (outline.width_m + out[..., 2] + out[..., 3], rules.width_m),
@@ -333,7 +333,7 @@ def _grows(out: Doubles, rules: MountLimits, rig: Rig, outline: Outline) -> NDAr
 
 
 def conflicts(listed: Sequence[Candidate], rig: Rig, rules: MountLimits) -> NDArray[np.bool_]:
-    """Return which candidates may not stand together (n, n): too near to each other, or too large with both."""
+    """Return which candidates exclude each other (n, n): too near to each other, or too large together."""
     count, outline = len(listed), Outline.of(rig.vehicle)
     found = np.eye(count, dtype=np.bool_)
     if rules.spacing_m is not None:

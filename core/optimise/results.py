@@ -1,4 +1,4 @@
-"""What is asked of a search for rigs, and what it finds, as data and as files."""
+"""Define the problem and the result of a search for rigs, as data and as files."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ TABLE = "proposals.csv"
 
 @dataclass(frozen=True)
 class Problem:
-    """What is asked: a rig, what may be added, traffic, and the frames to choose by and to check in.
+    """Problem of a search: a rig, the sensors that may be added, traffic, and the frames to choose by and to check in.
 
-    Every sensor of the rig stays as it is. reference: the rig that gains are told over; without it the best of some
+    Every sensor of the rig stays as it is. reference: the rig that gains refer to; without it the best of some
     mounts that a person would choose. blind_m: height of the object whose blind area is the second goal of the
     front; without it there is none.
     """
@@ -70,7 +70,7 @@ class Problem:
 
 @dataclass(frozen=True)
 class Proposal:
-    """A rig with added candidates: value in the frames of choice, blind area if asked for, the guard's cases."""
+    """A rig with added candidates: value in the frames of choice, blind area if requested, the guard's cases."""
 
     rig: Rig
     added: tuple[Candidate, ...]
@@ -80,12 +80,12 @@ class Proposal:
 
     @property
     def cost(self) -> float:
-        """Cost of what is added."""
+        """Return the cost of the added sensors."""
         return math.fsum(one.cost for one in self.added)
 
     @property
     def verdict(self) -> Verdict:
-        """Whether the gain over the reference is one."""
+        """Return whether the gain over the reference is one."""
         return verdict(self.guard)
 
     @property
@@ -113,7 +113,7 @@ class Proposal:
 class OptimiseResult:
     """Proposals, the best first, then those of the front; no allowed set exceeds `bound` in the frames of choice.
 
-    before, reference_value: values of the rig itself and of the one that gains are told over, in the same frames.
+    before, reference_value: values of the rig itself and of the one that gains refer to, in the same frames.
     """
 
     problem: Problem
@@ -140,11 +140,11 @@ class OptimiseResult:
 
     @property
     def gap(self) -> float:
-        """By how much of its value the best proposal could be beaten at most."""
+        """Return the largest share by which the best proposal could be beaten."""
         return self.bound_value / self.best.value - 1.0 if self.best.value > 0.0 else 0.0
 
     def sentence(self) -> str:
-        """What the bound says, in one sentence."""
+        """Return the bound as one sentence."""
         additions = self.problem.additions
         what = "pair" if additions.mirrored else "sensor"
         some = f"set of {additions.count} {what}s" if additions.count > 1 else what

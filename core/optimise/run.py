@@ -30,15 +30,14 @@ FRONT = 8
 _NOTHING = np.zeros(0, np.int32)
 _HAND_X = (0.5, 0.92, 0.08, 0.75)
 _HAND_Y, _HAND_Z = (0.7, 0.9, 0.9, 0.95), (1.0, 0.5, 0.6, 0.6)
-"""Where a person would put a pair: roof sides, front corners, rear corners, wings; shares of length, half width and
-height."""
+"""Usual places of a pair: roof sides, front corners, rear corners, wings; shares of length, half width and height."""
 IsStale = Callable[[], bool]
 T = TypeVar("T")
 
 
 @dataclass(frozen=True)
 class Progress:
-    """What is going on, how much of it is done, and the best rig so far."""
+    """Progress of a search: the current step, the share done, and the best rig so far."""
 
     stage: str
     share: float
@@ -109,7 +108,7 @@ class _Run:
         self.ground: CoverTable | None = None
 
     def cast(self) -> Generator[Progress, None, None]:
-        """Cast what the rig and each candidate cover, in an order drawn by the seed; make the tables."""
+        """Cast the coverage of the rig and of each candidate, in an order drawn by the seed; build the tables."""
         base = self._maker.cells_of(self.problem.rig.lidars(), self._is_stale)
         order = np.random.default_rng(self.problem.seed).permutation(len(self.candidates)).tolist()
         found: dict[int, tuple[Cells, Cells]] = {}
@@ -150,7 +149,7 @@ class _Run:
     def _told(
         self, stage: str, steps: Generator[None, None, T], best: Rig | None = None
     ) -> Generator[Progress, None, T]:
-        """Run steps, and tell of each; raise Cancelled between two of them."""
+        """Run steps and emit their progress; raise Cancelled between two of them."""
         while True:
             try:
                 next(steps)
@@ -162,7 +161,7 @@ class _Run:
             yield Progress(stage, 0.0, best)
 
     def front(self, chosen: list[int]) -> Generator[Progress, None, list[list[int]]]:
-        """Return the sets of the front beside the best one."""
+        """Return the sets of the front besides the best one."""
         if self.ground is None:
             return []
         steps = front(self.table, self.ground, self._all, chosen, FRONT - 1)

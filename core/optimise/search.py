@@ -18,7 +18,7 @@ ROUNDING = 1e-9
 
 @dataclass(frozen=True)
 class Limits:
-    """Which sets are allowed: at most `count` candidates, costs (n,) within a budget, no two in conflict (n, n)."""
+    """Constraints on a set: at most `count` candidates, costs (n,) within a budget, no two in conflict (n, n)."""
 
     count: int
     costs: NDArray[np.float64]
@@ -33,7 +33,7 @@ class Limits:
         return np.asarray(fits & ~self.conflicts[list(chosen)].any(axis=0))
 
     def allow(self, chosen: Sequence[int]) -> bool:
-        """Whether a set is allowed."""
+        """Return whether a set is allowed."""
         return all(self.open_to(chosen[:place])[one] for place, one in enumerate(chosen))
 
 
@@ -100,7 +100,7 @@ class AtLeast:
 def front(
     first: SetFunction, second: SetFunction, limits: Limits, chosen: list[int], points: int
 ) -> Generator[None, None, list[list[int]]]:
-    """Return sets of which none is better than another in both goals, beside one chosen by the first goal alone.
+    """Return sets of which none is better than another in both goals, besides one chosen by the first goal alone.
 
     Epsilon constraint: the first goal at levels of the second one, up to the most that is found of that alone.
     """

@@ -1,4 +1,4 @@
-"""What each candidate covers, kept once: gains of any set without casting again, exact in integers."""
+"""Store what each candidate covers: gains of any set without casting again, exact in integers."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ Ids = NDArray[np.int64]
 Cells = NDArray[np.int32]
 IsStale = Callable[[], bool]
 UNIT = 1 << 44
-"""Integers for a value of 1: rounding stays far below what is printed."""
+"""Integers for a value of 1: rounding stays far below the printed digits."""
 _MOST_CELLS = 256
 """More cells of one object add less than half an integer."""
 _HALF_CELLS = 1 << 20
-"""Where `kernels.objects.unique_cells` packs cell 0."""
+"""Index at which `kernels.objects.unique_cells` packs cell 0."""
 
 
 @dataclass
@@ -96,12 +96,12 @@ class CoverTable:
         return len(self.cover.starts) - 1
 
     def empty(self) -> State:
-        """Return the state of what is on the car already."""
+        """Return the state without added candidates."""
         covered = np.zeros(len(self.owner), np.uint8)
         return State(covered, self.known.copy(), self._worth_of(self.known))
 
     def state(self, chosen: Sequence[int]) -> State:
-        """Return the state of a set; what it shares with the set asked for before is not covered anew."""
+        """Return the state of a set; the part shared with the previous set is reused."""
         (before, state), wanted = self._kept, tuple(chosen)
         if before != wanted:
             pairs = zip(before, wanted, strict=False)
@@ -193,7 +193,7 @@ class HitTableMaker:
         return np.unique(np.concatenate(found))
 
     def table(self, base: Cells, cells: Sequence[Cells]) -> CoverTable:
-        """Return the table of candidates beside what the rig's own LiDARs hit; cells that these hit are left out."""
+        """Return the table of candidates, without the cells that the rig's own LiDARs hit."""
         used = np.zeros(self._space.size, np.bool_)
         for one in cells:
             used[one] = True
@@ -208,7 +208,7 @@ class HitTableMaker:
 
 
 class GroundTableMaker:
-    """Looks at the ground beside the car with candidates: columns where an object of a height is seen by any sensor."""
+    """Find the ground next to the car that candidates cover: columns where any sensor sees an object of a height."""
 
     def __init__(self, rig: Rig, engine: BlindEngine, height_m: float, workers: int = 1) -> None:
         self._rig, self._engine, self._height_m, self._workers = rig, engine, height_m, workers

@@ -1,6 +1,6 @@
-"""Workers of a Dask cluster, on as many machines as it has.
+"""Run workers on a Dask cluster, on as many machines as it has.
 
-The cluster that a user names is trusted, as Dask is made for: whoever takes part can run code on all the others
+The cluster that a user names is trusted, as Dask is made for: every participant can run code on all the others
 (docs/security.md). A piece whose worker dies is given to another one by Dask itself. Nothing here waits for ever: each
 wait has its limit.
 """
@@ -27,7 +27,7 @@ Result = TypeVar("Result")
 
 
 class Limits(NamedTuple):
-    """How long to wait, in seconds: for a scheduler and its first worker, for an answer, for new workers."""
+    """Timeouts in seconds: for a scheduler and its first worker, for an answer, for new workers."""
 
     connect_s: float = 10.0
     silent_s: float = 60.0
@@ -36,13 +36,13 @@ class Limits(NamedTuple):
 
 LIMITS = Limits()
 _POLL_S, _LOOK_S = 0.05, 2.0
-"""How often to look for finished pieces, and how often to ask the scheduler whether it still has workers."""
+"""Seconds between checks for finished pieces, and between checks that the scheduler still has workers."""
 _ADDRESS = re.compile(r"(tcp|tls)://[^\s/]+:\d{1,5}")
 _NUDGE = b"?\r\n\r\n"
-"""Makes servers of other protocols answer at once. Shorter than the 8 bytes with which a message to Dask begins, so
-that a scheduler goes on waiting for the rest."""
+"""Makes servers of other protocols answer at once. Shorter than the 8-byte header of a message to Dask, so that a
+scheduler keeps waiting."""
 _GREETING_BYTES, _GREETING_HOLDS = 1 << 16, b"pickle-protocol"
-_KEPT = "what is finished is kept: run the same command again"
+_KEPT = "finished parts are kept: run the same command again"
 
 
 class ClusterWorkers:
@@ -56,7 +56,7 @@ class ClusterWorkers:
         self._bare_since_s: float | None = None
 
     def call(self, work: Callable[..., bytes], *arguments: object) -> Future[bytes]:
-        """Begin to call a function on some worker; `wait` says when the result is there."""
+        """Start a call on some worker; `wait` returns when the result is there."""
         future = Future[bytes]()
         try:
             self._tasks[future] = self._client.submit(_called, work, *arguments, pure=False)
@@ -128,7 +128,8 @@ class ClusterWorkers:
 
 @contextmanager
 def cluster_workers(address: str, limits: Limits = LIMITS) -> Iterator[ClusterWorkers]:
-    """The workers of the cluster whose scheduler listens at `address`, tcp:// or tls://HOST:PORT, while the block runs.
+    """Yield the workers of the cluster whose scheduler is at `address`, tcp:// or tls://HOST:PORT, while the block
+    runs.
 
     Raises InputError when Dask is not installed, certificates are missing or nothing answers in time,
     ChildProcessError when the cluster goes away or several workers died of the same piece.
@@ -176,7 +177,7 @@ def _require_greeting(connection: socket.socket) -> None:
     connection.sendall(_NUDGE)
     size = int.from_bytes(_received(connection, 8), "little")
     if not 8 <= size <= _GREETING_BYTES or _GREETING_HOLDS not in _received(connection, size):
-        raise ConnectionError(None, "something else than Dask listens there")
+        raise ConnectionError(None, "another program than Dask listens there")
 
 
 def _received(connection: socket.socket, size: int) -> bytes:
@@ -245,7 +246,7 @@ def _within(limit_s: float, call: Callable[[], Result]) -> Result:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Keep Dask from logging tracebacks of what is told in one line here."""
+    """Suppress Dask's tracebacks for errors that are reported in one line here."""
     before = logging.root.manager.disable
     logging.disable(logging.CRITICAL)
     try:

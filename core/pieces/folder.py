@@ -20,7 +20,7 @@ _MAGIC = b"riglens piece 1 "
 
 
 class PieceFolder(Generic[Result]):
-    """A store of pieces, as files KEY.piece in a folder that is made when it is needed.
+    """Store of pieces, as files KEY.piece in a folder that is created when needed.
 
     read: makes the result of a key and its content, and raises whatever damaged or other content leads to.
     """
@@ -43,7 +43,7 @@ class PieceFolder(Generic[Result]):
             result = self._read(key, content)
         except Exception as error:
             raise ChildProcessError(
-                f"a worker returned something else than was requested ({error}); what is finished is kept"
+                f"a worker returned an unexpected result ({error}); finished parts are kept"
             ) from error
         self.folder.mkdir(parents=True, exist_ok=True)
         with atomic_write(self._file(key), "wb") as file:

@@ -50,7 +50,7 @@ def worker_processes(count: int) -> Iterator[WorkerProcesses]:
         pool.shutdown(cancel_futures=True)
         if isinstance(error, BrokenProcessPool):
             raise ChildProcessError(
-                "a worker process ended before its work was done (out of memory?); what is finished is kept: run "
+                "a worker process ended before its work was done (out of memory?); finished parts are kept: run "
                 "the same command again, with fewer workers"
             ) from error
         raise

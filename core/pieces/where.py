@@ -1,4 +1,4 @@
-"""Where pieces are computed, as a user chooses it."""
+"""Choose where pieces are computed, from the user's options."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ MOST_WORKERS = 1024
 
 @dataclass(frozen=True)
 class Where:
-    """Processes on this machine, None for one per core; or the Dask cluster whose scheduler listens at an address."""
+    """Place of the computation: processes on this machine, None for one per core; or a Dask cluster, by its scheduler's
+    address."""
 
     workers: int | None = None
     dask: str | None = None
@@ -33,7 +34,7 @@ class Where:
 
 @contextmanager
 def workers_at(where: Where, pieces: int) -> Iterator[Workers]:
-    """Start workers for so many pieces while the block runs; a single process is the calling one.
+    """Start workers for `pieces` pieces while the block runs; a single process is the calling one.
 
     Raise InputError when the cluster cannot be reached, ChildProcessError when workers are lost.
     """

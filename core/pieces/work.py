@@ -1,4 +1,4 @@
-"""Work in resumable pieces: what a piece is, where it is computed, where it is kept, and the loop over all of them.
+"""Work in resumable pieces: their definition, computation, storage, and the loop over all of them.
 
 A job is a list of pieces, each with a key that everything in its content decides and a pure function that returns the
 content as bytes. Whatever the order, the split or the number of workers, the store ends with the same bytes.
@@ -38,7 +38,7 @@ class Store(Protocol[Kept]):
         """Return a finished piece; None when it is missing, damaged or altered, so that it is made again."""
 
     def keep(self, key: str, content: bytes) -> Kept:
-        """Check and keep what a worker returned; ChildProcessError when it is not the content of this piece."""
+        """Check and store a worker's result; ChildProcessError when it is not the content of this piece."""
 
 
 class Finished(NamedTuple, Generic[Result]):
@@ -50,7 +50,7 @@ class Finished(NamedTuple, Generic[Result]):
 
 
 class Workers(Protocol):
-    """Where pieces are computed.
+    """Workers that compute pieces.
 
     ahead: how many pieces to hand in before waiting for the first. threads: how many threads a piece may use there,
     None for one per core.
@@ -84,7 +84,7 @@ class OwnProcess:
 
 
 def results(pieces: Sequence[Piece], store: Store[Result], workers: Workers) -> Iterator[Finished[Result]]:
-    """Yield every piece with its result: first those in the store, then the others as they are made and kept.
+    """Yield every piece with its result: first those in the store, then the others as they are computed and stored.
 
     Raise what a piece raised, after those that are done by then were yielded.
     """

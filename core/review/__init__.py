@@ -1,1 +1,1 @@
-"""What a safety review asks of a rig: blind zones, redundancy, tolerances, mounts, and requirements on all of them."""
+"""Review the safety of a rig: blind zones, redundancy, tolerances, mounts, and requirements on all of them."""

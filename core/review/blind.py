@@ -1,4 +1,4 @@
-"""Blind zones: how low the sensors look into each column beside the car, and where an object stands unseen.
+"""Blind zones: the lowest height that sensors see in each column around the car, and where objects are unseen.
 
 A sensor sees an object of a height and width that stands somewhere if one of its rays certainly passes through it: the
 lowest voxel that the sensor traverses in a column within the object's width lies wholly below the object's top.
@@ -46,16 +46,16 @@ def _known_by(name: str) -> str:
 
 
 By = Annotated[str, AfterValidator(_known_by)]
-"""Who counts: one of `by_names`."""
+"""Sensors that count: one of `by_names`."""
 HEIGHTS_M = (0.15, 0.30, 0.80, 1.15, 1.80)
-"""Heights of objects that areas are told for: a kerb or a child's toy, a crawling child, the test cylinder of UN R158
-and FMVSS 111, a child of six years, an adult. Which heights: our choice."""
+"""Heights of objects in the tables of areas: a kerb or a child's toy, a crawling child, the test cylinder of UN R158
+and FMVSS 111, a child of six years, an adult. The selection is our choice."""
 OVERLAP_HEIGHT_M = HEIGHTS_M[2]
 """Height of the object that sensors are counted for where fields of view overlap."""
 WIDTH_M = 0.30
 """Width of such an object: that of the test cylinder of UN R158 and FMVSS 111."""
 HEIGHT_M = 2.0
-"""How far up columns are looked at."""
+"""Height up to which columns are searched."""
 NONE = np.iinfo(np.uint16).max
 Levels = NDArray[np.uint16]
 Flags = NDArray[np.bool_]
@@ -65,7 +65,7 @@ _EPSILON_M = 1e-9
 @dataclass(frozen=True)
 class BlindSettings:
     """voxel_m: edge of the voxels; width_m: of the objects, 0 for single columns; body: whether the car blocks rays;
-    within_m: how far from the car's outline."""
+    within_m: largest distance from the car's outline."""
 
     voxel_m: float = DEFAULT_VOXEL_M
     width_m: float = WIDTH_M
@@ -80,12 +80,12 @@ class BlindSettings:
 
     @property
     def bands_m(self) -> tuple[float, ...]:
-        """Where the bands begin, and where the last one ends."""
+        """Return the edges of the distance bands, including the end of the last one."""
         return (*(edge for edge in BANDS_M if edge < self.within_m), self.within_m)
 
 
 def grid_around(outline: Outline, settings: BlindSettings) -> VoxelGrid:
-    """The voxels around a car as far as objects stand in blind zones; InputError for an edge that is too fine."""
+    """Return the voxels around a car up to the largest distance of objects; InputError for an edge that is too fine."""
     far = np.abs([outline.rear_m, outline.front_m, outline.right_m, outline.left_m])
     far = far + settings.within_m + settings.width_m / 2.0  # to the outer side of the farthest objects
     step = 2.0 * settings.voxel_m
@@ -110,8 +110,8 @@ def whole_field(grid: VoxelGrid) -> EntropyField:
 
 @dataclass(frozen=True)
 class Ground:
-    """What counts beside a car: places of the columns' centres along both axes, their sector and band (nx, ny), and
-    whether they count: beside the outline and within the last band."""
+    """Columns around a car that count: places of their centres along both axes, their sector and band (nx, ny), and
+    whether they count: next to the outline and within the last band."""
 
     outline: Outline
     x_m: NDArray[np.float64]
@@ -133,8 +133,8 @@ class Ground:
 
 @dataclass(frozen=True)
 class Hole:
-    """The largest connected patch of ground where an object stands unseen: its area, where its middle lies, and how
-    near to the car it comes."""
+    """Largest connected patch of ground on which an object is unseen: its area, its middle, and its distance from the
+    car."""
 
     area_m2: float
     x_m: float
@@ -144,8 +144,8 @@ class Hole:
 
 @dataclass(frozen=True)
 class BlindMap:
-    """How low each column is looked into: levels uint16 (kinds + 1, 3, nx, ny) for `by_names` and k = 1, 2, 3; NONE:
-    nobody looks."""
+    """Lowest level seen in each column: levels uint16 (kinds + 1, 3, nx, ny) for `by_names` and k = 1, 2, 3; NONE:
+    never seen."""
 
     rig: Rig
     settings: BlindSettings
@@ -162,11 +162,11 @@ class BlindMap:
         return np.where(levels == NONE, np.inf, (levels + 1.0) * self.grid.voxel_m)
 
     def unseen(self, height_m: float, by: By = "any", k: int = 1) -> Flags:
-        """Where (nx, ny) an object of that height stands, by its middle, without k sensors that see it."""
+        """Return where (nx, ny) an object of that height, by its middle, is seen by fewer than k sensors."""
         return np.asarray(self.ground.counts & (self.lowest_m(by, k) > height_m + _EPSILON_M))
 
     def steps(self, by: By = "any", k: int = 1) -> NDArray[np.uint8]:
-        """How many of HEIGHTS_M an object may have (nx, ny) and stand without k sensors that see it: 0 is best."""
+        """Return the number of HEIGHTS_M at which an object at (nx, ny) is seen by fewer than k sensors: 0 is best."""
         tops = (np.arange(self.grid.shape[2]) + 1.0) * self.grid.voxel_m
         step_of = np.searchsorted(np.array(HEIGHTS_M), tops - _EPSILON_M).astype(np.uint8)
         step_of = np.append(step_of, np.uint8(len(HEIGHTS_M)))
@@ -179,7 +179,8 @@ class BlindMap:
         return self.grid.voxel_m**2
 
     def area_m2(self, height_m: float, by: By = "any", k: int = 1) -> NDArray[np.float64]:
-        """Area in m² by sector and band (8, bands) where an object of that height stands unseen; less is better."""
+        """Return the area in m² by sector and band (8, bands) on which an object of that height is unseen; less is
+        better."""
         return self._by_place(self.unseen(height_m, by, k))
 
     def ground_m2(self) -> NDArray[np.float64]:
@@ -193,7 +194,8 @@ class BlindMap:
         return np.asarray(columns * self.column_m2, np.float64)
 
     def largest_hole(self, height_m: float, by: By = "any", k: int = 1) -> Hole | None:
-        """The largest patch where an object of that height stands unseen, connected by sides; None without any."""
+        """Return the largest patch on which an object of that height is unseen, connected by sides; None without
+        any."""
         labels, count = ndimage.label(self.unseen(height_m, by, k))
         if not count:
             return None
@@ -220,31 +222,32 @@ def seen_by(by: By, k: int) -> str:
 
 
 def called(by: By, are_several: bool = False) -> str:
-    """What those that count are called."""
+    """Return the name of the sensors that count."""
     kind = kind_named(by)
     one, several = ("sensor", "sensors") if kind is None else (kind.title, kind.plural)
     return several if are_several else one
 
 
 def unseen_by(by: By, k: int) -> str:
-    """Say what is lacking where k of them do not see: "unseen by any sensor", "seen by fewer than 2 LiDARs"."""
+    """Describe an object that fewer than k of them see: "unseen by any sensor", "seen by fewer than 2 LiDARs"."""
     return f"unseen by any {called(by)}" if k == 1 else f"seen by fewer than {seen_by(by, k)}"
 
 
 class _Looked(NamedTuple):
-    """A sensor, the fingerprint of the body that stopped its rays, and the row of what it sees around each column."""
+    """A sensor, the fingerprint of the body that stopped its rays, and the row of its lowest levels around each
+    column."""
 
     sensor: Sensor
     body: str | None
     row: int
 
     def is_of(self, sensor: Sensor, body: str | None) -> bool:
-        """Whether a sensor that stays needs no new look."""
+        """Return whether a sensor that stays needs no new look."""
         return self.body == body and (self.sensor is sensor or self.sensor == sensor)
 
 
 class BlindEngine:
-    """Finds the blind zones of rigs on one vehicle, and looks anew only with sensors that changed since the rig before.
+    """Compute the blind zones of rigs on one vehicle; only changed sensors are computed again.
 
     Of each sensor the lowest levels around columns are kept, uint16 (rows, nx, ny), and no voxels. Call it from the
     thread that owns the parallel kernels."""
@@ -262,7 +265,7 @@ class BlindEngine:
         self._around: Levels = np.empty((0, *self.grid.shape[:2]), np.uint16)
 
     def evaluate(self, rig: Rig, failed: Collection[str] = (), stance: Pose = Pose()) -> BlindMap:
-        """How low the rig's enabled sensors look around the car, without those that have failed.
+        """Return the lowest levels that the rig's enabled sensors see around the car, without those that have failed.
 
         stance: of the car, where the rig's poses are those of a car that stands otherwise than on level ground."""
         jit.use_threads(self._workers)
@@ -307,7 +310,7 @@ class BlindEngine:
 
 
 def _disc(radius: float) -> NDArray[np.int64]:
-    """Steps (m, 2) to the columns whose centres are within a radius, in columns, of a column's centre."""
+    """Return the steps (m, 2) to the columns whose centres are within a radius, in columns, of a column's centre."""
     reach = np.arange(-math.floor(radius), math.floor(radius) + 1)
     x, y = np.meshgrid(reach, reach, indexing="ij")
     inside = np.hypot(x, y) <= radius + 1e-9

@@ -17,8 +17,8 @@ from riglens.core.rig.model import FORMAT_VERSION, Rig
 from riglens.core.rig.yaml.file import rig_sha256
 
 SHARE_WITHIN_M = 10.0
-"""The distance within which the IIHS tells how much of the ground a driver sees (news of 26 June 2025); from what
-height on ground counts as seen is our choice: the lowest of HEIGHTS_M."""
+"""Distance within which the IIHS states the visible share of the ground (news of 26 June 2025); the height from which
+ground counts as seen is our choice: the lowest of HEIGHTS_M."""
 
 
 def share_seen(found: BlindMap, by: By = "any", k: int = 1) -> float:
@@ -29,7 +29,7 @@ def share_seen(found: BlindMap, by: By = "any", k: int = 1) -> float:
 
 
 def blind_document(found: BlindMap, profiles: Sequence[ProfileVerdict]) -> dict[str, Any]:
-    """The blind zones of a rig and what it makes of profiles."""
+    """Return the blind zones of a rig and its results for profiles."""
     settings = found.settings
     return {
         "riglens": FORMAT_VERSION,

@@ -19,7 +19,7 @@ def check_document(
     sources: Mapping[str, Any] | None = None,
     day: date | None = None,
 ) -> dict[str, Any]:
-    """Every verdict, and whether all requirements are met; waivers count as of a day, and not without one.
+    """Return every verdict, and whether all requirements are met; waivers count on a given day, and not without one.
 
     sources: what the verdicts depend on besides the rig."""
     return {

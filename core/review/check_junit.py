@@ -23,14 +23,14 @@ class RigCheck:
     verdicts: tuple[Verdict, ...]
 
     def unmet(self, day: date | None) -> list[Verdict]:
-        """What does not hold on a day."""
+        """Return the requirements that are not met on a day."""
         return [verdict for verdict in self.verdicts if not verdict.holds_on(day)]
 
 
 def junit_xml(
     checks: Sequence[RigCheck], file: str, lines: Mapping[str, int], properties: Mapping[str, str], day: date
 ) -> bytes:
-    """Return one test suite a rig and one test case a requirement; what is waived, or may be missing, is skipped.
+    """Return one test suite per rig and one test case per requirement; waived or optional ones are skipped.
 
     file: of the requirements; lines: of each by its id; properties: of every suite."""
     root = ET.Element("testsuites", name="riglens check")

@@ -1,4 +1,4 @@
-"""YAML of a user's own as checked data: limits as for rig files, and one line that says where a file is wrong."""
+"""Read users' YAML as checked data: limits as for rig files, and one line that locates an error."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from riglens.core.rig.yaml.problems import problems as problems_of
 M = TypeVar("M", bound=BaseModel)
 Location = tuple[str | int, ...]
 Problem = tuple[Location, str]
-"""A place in a document, and what is wrong there."""
+"""A place in a document, and the problem there."""
 
 
 def read_checked(path: str | os.PathLike[str], model: type[M], accepted: str) -> M:
@@ -37,7 +37,7 @@ def _none(_: object) -> Iterable[Problem]:
 def checked(
     text: str, model: type[M], accepted: str, where: str, problems: Callable[[M], Iterable[Problem]] = _none
 ) -> M:
-    """As `read_checked`, from a text; `where` names it in messages, `problems` finds what the model cannot."""
+    """Check a text as `read_checked` does; `where` names it in messages, `problems` finds errors beyond the model."""
     root = parse_yaml(text, where)
     data = plain_value(root)
     if not isinstance(root, MappingNode):

@@ -1,4 +1,4 @@
-"""Checking a rig against requirements: each figure is made by the code that shows it elsewhere, if it is asked for."""
+"""Check a rig against requirements: each figure is made by the code that shows it elsewhere, on request."""
 
 from __future__ import annotations
 
@@ -59,8 +59,8 @@ NO_ROAD_USERS = "requirements ask for objects, and a stored POG has none: name a
 
 @dataclass(frozen=True)
 class Subject:
-    """What is checked: a rig, in a scene where one is needed, by profiles of objects, with threads. `body` is that of
-    figures of the traffic; blind zones and test objects are always behind a solid one."""
+    """Subject of a check: a rig, in a scene where one is needed, by profiles of objects, with threads. `body` is that
+    of traffic figures; blind zones and test objects always use a solid one."""
 
     rig: Rig
     body: Body
@@ -108,7 +108,7 @@ class Check:
         return makers[type(one)](one)
 
     def _lacking(self, kinds: Sequence[str]) -> str | None:
-        """Why the rig has no figure that some kinds of sensors make; none: any of them."""
+        """Return why the rig lacks a figure that some kinds of sensors make; none: any of them."""
         enabled = {sensor.kind for sensor in self._subject.rig.sensors if sensor.enabled}
         absent = [kind for kind in by_names() if kind in kinds and kind not in enabled]
         if enabled and not absent:
@@ -212,7 +212,7 @@ class Check:
     # ------------------------------------------------------------ blind zones and objects
     def _blind_area(self, one: BlindArea) -> Finding:
         if not _in_place(self._map.ground_m2(), self._map, one):
-            return missing("there is no such ground beside the car")
+            return missing("there is no such ground around the car")
         if one.failing is not None:
             cases = [
                 (_area(self._blind_engine.evaluate(self._subject.rig, members), one), f"{name} failed")
@@ -366,14 +366,14 @@ def _area(found: BlindMap, one: BlindArea) -> float:
 
 
 def _in_place(table: Any, found: BlindMap, one: BlindArea) -> float:
-    """What a table of areas by sector and band holds where a requirement is about."""
+    """Return the entry that a requirement refers to in a table of areas by sector and band."""
     bands = found.settings.bands_m
     last = len(bands) - 1 if one.within_m is None else bands.index(one.within_m)
     return round(float(table[_rows(one.sector), :last].sum()), 9)
 
 
 def _key(one: WorstCase) -> str:
-    """Tells figures of blind zones under one profile apart."""
+    """Distinguish figures of blind zones under one profile."""
     return repr(sorted((name, repr(value)) for name, value in one.scope().items()))
 
 

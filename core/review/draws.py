@@ -1,4 +1,4 @@
-"""Draws of a tolerance profile, measured as far as a verdict needs them, and the bounds of a chance that they show."""
+"""Measure as many draws of a tolerance profile as a verdict needs, and bound the chance that they show."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Draws:
 
 
 def chance_bounds(count: int, draws: int) -> tuple[float, float]:
-    """Return the lower and the upper bound of a chance that showed `count` times in so many draws, each with 95 %
+    """Return the lower and the upper bound of a chance that occurred `count` times in `draws` draws, each with 95 %
     confidence (Clopper and Pearson, Biometrika 26, 1934, exact for independent draws)."""
     from scipy.stats import beta  # slow to load
 

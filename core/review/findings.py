@@ -1,4 +1,4 @@
-"""What a check finds of a requirement, the verdict that follows, and both in words with the digits that decide."""
+"""Record the finding for a requirement, the verdict that follows, and both in words with the digits that decide."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ MOST_DIGITS = 20
 
 @dataclass(frozen=True)
 class Finding:
-    """The figure that a requirement limits; None where rig or scene lack what it is about.
+    """Figure that a requirement limits; None where rig or scene lack its subject.
 
     `text` says which figure where that is known only now; bounds: of a figure that is an estimate; details: lines
     that explain the figure.
@@ -28,7 +28,7 @@ class Finding:
 
 
 def missing(reason: str) -> Finding:
-    """Return the finding where there is no figure, and why."""
+    """Return the finding without a figure, and the reason."""
     return Finding(None, details=(reason,))
 
 
@@ -41,7 +41,7 @@ class Verdict:
 
     @property
     def text(self) -> str:
-        """Which figure of what."""
+        """Return the figure and its subject in words."""
         return self.finding.text or self.item.requirement.text
 
     @property
@@ -60,7 +60,7 @@ class Verdict:
 
     @property
     def passes(self) -> bool:
-        """Whether it is met, or may be missing; waivers do not count."""
+        """Return whether it is met, or may be missing; waivers do not count."""
         return self.status == "met" or (
             self.status == "not applicable" and self.item.requirement.allow_missing
         )
@@ -76,7 +76,7 @@ class Verdict:
 
     @property
     def found_text(self) -> str:
-        """The figure with its unit, with as many digits as tell it from the limit; a dash without one."""
+        """Return the figure with its unit, with enough digits to tell it from the limit; a dash without one."""
         if self.finding.value is None:
             return "—"
         return amounts(self.finding.value, self.item.requirement.accepted, self.item.requirement.unit)[0]
@@ -89,7 +89,7 @@ class Verdict:
         return f"{one.relation} {amounts(value, one.accepted, one.unit)[1]}"
 
     def lines(self, day: date | None = None) -> tuple[str, ...]:
-        """What else there is to say: why it is required, details, its waiver."""
+        """Return further lines: why it is required, details, its waiver."""
         one = self.item.requirement
         why = () if one.why is None or self.passes else (f"why: {one.why}",)
         return (*self.finding.details, *why, *self._waiver_lines(day))

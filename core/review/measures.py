@@ -1,4 +1,4 @@
-"""Figures of a rig that tolerances spread: what it sees, and what it gets onto road users."""
+"""Measure the figures of a rig that tolerances spread: its coverage, and its hits on objects."""
 
 from __future__ import annotations
 
@@ -47,12 +47,12 @@ class Measures:
 
     @property
     def frames(self) -> tuple[int, int]:
-        """In how many frames objects are counted, of how many."""
+        """Return the number of frames in which objects are counted, and the total."""
         most = 0 if self._targets is None else self._targets.traffic.frames
         return (most if self._frames is None else min(self._frames, most)), most
 
     def __call__(self, rig: Rig, stance: Pose, cancel: IsStale = never_stale) -> dict[str, float]:
-        """The figures of a rig whose car stands so; Cancelled as soon as `cancel` returns True."""
+        """Return the figures of a rig with a stance of its car; Cancelled as soon as `cancel` returns True."""
         moved = standing(rig, stance)
         scores = self._engine.evaluate(moved, self._settings, False, stance, cancel).scores
         found = {f"{SEEN} {name}": scores.classes[name].any_seen for name in CLASSES}
@@ -60,7 +60,7 @@ class Measures:
         return found | {name: estimate.value for name, estimate in counted.items()}
 
     def on_target(self, rig: Rig, stance: Pose, cancel: IsStale = never_stale) -> dict[str, Estimate]:
-        """Return `on_target CLASS` and the standard error of what the sample adds to it; nothing without traffic."""
+        """Return `on_target CLASS` and the standard error that the sample adds to it; nothing without traffic."""
         if self._targets is None:
             return {}
         used, most = self.frames

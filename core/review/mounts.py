@@ -1,4 +1,4 @@
-"""Mounts: how high, how near to the skin and to each other, how far out, and on what of the car sensors stand."""
+"""Check mounts: height, distance from the skin and from each other, overhang, and material under the sensor."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Box(Frozen):
 
 
 class KeepOut(Frozen):
-    """Where on the car nothing may stand: on a material, in boxes, or on a material within boxes."""
+    """Keep-out zone on the car: on a material, in boxes, or on a material within boxes."""
 
     name: Annotated[str, Field(min_length=1, max_length=100)]
     material: str | None = None
@@ -67,15 +67,15 @@ USUAL_KEEP_OUT = (
     KeepOut(name="shut line", material="gap"),
     KeepOut(name="door", boxes=(Box(y=(0.9, 1.1), **_DOOR), Box(y=(-0.1, 0.1), **_DOOR))),
 )
-"""Where sensors usually may not stand: our choice, as are the shares of a car's sides that are doors."""
+"""Usual keep-out zones: our choice, as are the shares of a car's sides that are doors."""
 
 
 PAINTED = "painted keep-out zone"
-"""What the spots of a rig's own `keep_out` are called."""
+"""Name of the zones painted in a rig's own `keep_out`."""
 
 
 class Beyond(Frozen):
-    """How far housings may stick out of the car's outline and above its roof, metres."""
+    """Limits of the overhang of housings over the car's outline and roof, metres."""
 
     front: Limit | None = None
     rear: Limit | None = None
@@ -85,7 +85,7 @@ class Beyond(Frozen):
 
 
 class MountLimits(Frozen):
-    """What is asked of every mount, metres; what is not said is not asked.
+    """Limits of every mount, metres; a limit that is not given does not apply.
 
     height_m: lowest and highest place over the ground; gap_m: how far from the skin at most; spacing_m: least distance
     between two sensors' middles; within [width, length, height]_m: what the car with its sensors may measure.
@@ -108,13 +108,13 @@ class MountLimits(Frozen):
 
 
 USUAL_LIMITS = MountLimits(gap_m=0.1)
-"""What is asked without a file: our choice. Farther off the skin a sensor needs a bracket."""
+"""Limits that apply without a file: our choice. Farther off the skin a sensor needs a bracket."""
 
 
 @dataclass(frozen=True)
 class Mount:
-    """A sensor as it is mounted: over the ground, over the skin, its nearest neighbour, how far its housing sticks out
-    by SIDES (below 0: it does not), what it stands on, and in which zones it may not."""
+    """Mount of a sensor: height over the ground and over the skin, its nearest neighbour, the overhang of its housing
+    by SIDES (below 0: none), the material under it, and the keep-out zones that it is in."""
 
     name: str
     height_m: float
@@ -128,15 +128,15 @@ class Mount:
 
 @dataclass(frozen=True)
 class Violation:
-    """One line: which sensor, what was found, what is accepted."""
+    """Violation in one line: the sensor, the fact, the limit."""
 
     sensor: str
     text: str
 
 
 class Footings:
-    """How places stand by a car, and on what of it. What the rig before stood on is not looked for again: while one
-    sensor moves, the others cost nothing."""
+    """Footings of places on a car: gap and material. Those of the previous rig are kept: while one sensor moves, the
+    others cost nothing."""
 
     def __init__(self) -> None:
         self._vehicle: Vehicle | None = None
@@ -162,8 +162,8 @@ def _footing(place_m: Vec3, solid: Solid, has_materials: bool) -> tuple[Stand, f
 def mounts_of(
     rig: Rig, keep_out: tuple[KeepOut, ...] = USUAL_KEEP_OUT, footings: Footings | None = None
 ) -> tuple[Mount, ...]:
-    """The mounts of the rig's enabled sensors. A mesh of a file has no materials: only boxes and what is painted keep
-    out of it."""
+    """Return the mounts of the rig's enabled sensors. A mesh file has no materials: only boxes and painted zones
+    apply."""
     outline, footing = Outline.of(rig.vehicle), (footings or Footings()).of(rig)
     sensors = [sensor for sensor in rig.sensors if sensor.enabled]
     found = []
@@ -188,7 +188,7 @@ def mounts_of(
 
 
 def _neighbour(sensor: Sensor, sensors: list[Sensor]) -> tuple[str | None, float]:
-    """The nearest other sensor, and how far apart their middles are."""
+    """Return the nearest other sensor, and the distance of their middles."""
     others = [other for other in sensors if other.name != sensor.name]
     if not others:
         return None, float("inf")
@@ -231,7 +231,7 @@ def _beyond_m(sensor: Sensor, rig: Rig, outline: Outline) -> dict[str, float]:
 
 
 def is_painted(rig: Rig, at_m: tuple[float, float, float]) -> bool:
-    """Whether a place on the skin lies within a spot of the rig's own keep-out zones."""
+    """Return whether a place on the skin lies within a spot of the rig's own keep-out zones."""
     if not rig.keep_out:
         return False
     spots = np.array(rig.keep_out)
@@ -241,7 +241,7 @@ def is_painted(rig: Rig, at_m: tuple[float, float, float]) -> bool:
 def is_in_zone(
     zone: KeepOut, at_m: tuple[float, float, float], materials: frozenset[str], rig: Rig, outline: Outline
 ) -> bool:
-    """Whether a sensor that stands on the skin at a place is in a zone."""
+    """Return whether a sensor on the skin at a place is in a zone."""
     if zone.material is not None and zone.material not in materials:
         return False
     shares = (
@@ -257,7 +257,7 @@ def is_in_zone(
 
 
 def violations(rig: Rig, limits: MountLimits, footings: Footings | None = None) -> tuple[Violation, ...]:
-    """What is wrong with the mounts of a rig, one line each, in the order of its sensors."""
+    """Return the violations of a rig's mounts, one line each, in the order of its sensors."""
     keep_out = USUAL_KEEP_OUT if limits.keep_out is None else limits.keep_out
     mounts = mounts_of(rig, keep_out, footings)
     found = [Violation(mount.name, text) for mount in mounts for text in _complaints(mount, limits)]
@@ -287,7 +287,7 @@ def _complaints(mount: Mount, limits: MountLimits) -> list[str]:
 
 
 def _size_complaints(rig: Rig, mounts: tuple[Mount, ...], limits: MountLimits) -> list[Violation]:
-    """What the car measures with its sensors, where that is more than accepted."""
+    """Return the violations of the car's size with its sensors."""
     outline = Outline.of(rig.vehicle)
     out = {side: max([0.0, *(mount.beyond_m[side] for mount in mounts)]) for side in SIDES}
     sizes = (

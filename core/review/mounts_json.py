@@ -1,4 +1,4 @@
-"""Mounts as plain data: metres, and what is wrong with each in words."""
+"""Return mounts as plain data: metres, and violations in words."""
 
 from __future__ import annotations
 

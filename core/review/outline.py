@@ -13,7 +13,7 @@ Doubles = NDArray[np.float64]
 SECTORS = ("front", "front-left", "left", "rear-left", "rear", "rear-right", "right", "front-right")
 """Sectors of 45 degrees around the origin of the vehicle frame, the first one centred on straight ahead."""
 BANDS_M = (0.0, 1.0, 2.0, 5.0, 10.0, 20.0)
-"""Where bands of distance from the car's outline begin, and where the last one ends: our choice."""
+"""Edges of the bands of distance from the car's outline, including the end of the last one: our choice."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Outline:
 
     @classmethod
     def of(cls, vehicle: Vehicle) -> Outline:
-        """The outline of a vehicle: length by width around the origin, or what the mesh of a file spans."""
+        """Return the outline of a vehicle: length by width around the origin, or the extent of the mesh of a file."""
         if vehicle.body_mesh is None:
             half_length, half_width = vehicle.length / 2, vehicle.width / 2
             return cls(-half_length, half_length, -half_width, half_width)

@@ -1,4 +1,4 @@
-"""Profiles of objects that sensors are to see: which cylinders stand where, measured from the car's outermost points.
+"""Profiles of objects that sensors must see: cylinders placed relative to the car's outermost points.
 
 A profile is data: those that ship with the program are in `assets/review/blind.yaml`, and a user's own are files of the
 same form. Every profile names its source.
@@ -37,7 +37,7 @@ class Shape(Frozen):
 
 
 class Place(Frozen):
-    """Where the middle of an object is: one of ahead, behind, x and one of left, right, y, metres."""
+    """Place of an object's middle: one of ahead, behind, x and one of left, right, y, metres."""
 
     name: Text | None = None
     ahead: Along | None = None
@@ -62,7 +62,7 @@ class Place(Frozen):
 
 
 def _first(said: tuple[tuple[float | None, float, float], ...]) -> float:
-    """The place that is said: an offset from an edge, outwards by its sign."""
+    """Return the given place: an offset from an edge, outwards by its sign."""
     return next(edge_m + sign * offset_m for offset_m, edge_m, sign in said if offset_m is not None)
 
 
@@ -106,11 +106,11 @@ class Area(Frozen):
 
 
 class Profile(Frozen):
-    """Objects of one shape, what it takes to see one, and who says so.
+    """Objects of one shape, the condition for seeing one, and the source.
 
     An object is seen by `rays` rays or more of the sensors in `by`, and with `share` by one of them that has so much of
     the surface that faces it in view. `vehicles`: the UN categories that the source is about, none for any.
-    `from_memory`: places or sizes were not compared with the source; such a profile does not stand in a report.
+    `from_memory`: places or sizes were not compared with the source; such a profile is not used in reports.
     """
 
     name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]{0,59}$")]
@@ -170,7 +170,8 @@ class Target:
 
 
 def targets_of(profile: Profile, outline: Outline) -> tuple[Target, ...]:
-    """The objects of a profile around a car; those of a field stand evenly from edge to edge, the car's left first."""
+    """Return the objects of a profile around a car; those of a field are spaced evenly from edge to edge, the car's
+    left first."""
     radius, height = profile.object.diameter / 2, profile.object.height
     if profile.field is None:
         return tuple(

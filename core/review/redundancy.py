@@ -1,8 +1,8 @@
-"""Redundancy: what how many sensors see, and what is lost when one, two or a group of them fail.
+"""Redundancy: coverage by number of sensors, and the loss when one, two or a group of them fail.
 
-Nothing is cast again: of the sets of voxels that the sensors traverse, and of the points and pixels that each gets onto
-road users, the same figures follow as from rigs without the sensors, to the last bit. It is a count of views, and no
-evidence of any safety integrity level: nothing is known here of why sensors fail, or how likely.
+Nothing is cast again: of the sets of voxels that the sensors traverse, and of their points and pixels on objects,
+the same figures follow as from rigs without the sensors, to the last bit. It is a count of views, not evidence of a
+safety integrity level: causes and probabilities of failures are unknown here.
 """
 
 from __future__ import annotations
@@ -39,14 +39,14 @@ COVERED = ("1", "2", "3", "two kinds")
 EVERYBODY = 0
 """Rows of crowds: all sensors, those of either kind, and groups from there on."""
 MOST_MOVED = 2
-"""The sets of so many sensors that moved are kept, for they move again: of one, or of a mirrored pair."""
+"""Number of moved sensors whose sets are kept, since they move again: one, or a mirror pair."""
 MOST_PAIRED = 40
-"""Pairs are told of rigs with at most so many enabled sensors: 780 pairs."""
+"""Largest number of enabled sensors for which pairs are reported: 780 pairs."""
 
 
 @dataclass(frozen=True)
 class Failure:
-    """Sensors that fail together, and what is lost then: (sectors, classes) in the unit of the coverage."""
+    """Sensors that fail together, and the loss: (sectors, classes) in the unit of the coverage."""
 
     what: What
     name: str
@@ -56,7 +56,7 @@ class Failure:
 
 @dataclass(frozen=True)
 class Coverage:
-    """What there is, what of it 1, 2 or 3 sensors or more, or two kinds, cover, and what failures cost.
+    """Coverage by 1, 2, 3 sensors or more and by two kinds, the total, and the losses by failures.
 
     total (sectors, classes) and covered (sectors, 4, classes), the middle axis by COVERED: whole numbers of entropy in
     units of 2^-32 nat, or of road users. Sensors cover a road user that each detects alone; the first of COVERED
@@ -74,7 +74,7 @@ class Coverage:
 
 
 def lost_of(failure: Failure, cls: int, sector: int | None = None) -> int:
-    """What a failure costs of a class, everywhere or in one sector."""
+    """Return the loss of a class by a failure, everywhere or in one sector."""
     return int(failure.lost[:, cls].sum() if sector is None else failure.lost[sector, cls])
 
 
@@ -97,8 +97,8 @@ def sectors_of_columns(grid: VoxelGrid) -> NDArray[np.uint8]:
 
 
 class _Shares(NamedTuple):
-    """What is covered, by who does it, (s, ..., 4): alone (s, n, 4); by exactly two, both (s, n, n, 4) with the first
-    before the second; by three or more of a crowd and nobody else, many (s, g, 4). Views of `sums`."""
+    """Coverage by the sensors that provide it, (s, ..., 4): one alone (s, n, 4); exactly two (s, n, n, 4) with the
+    first before the second; three or more of one crowd and no others, many (s, g, 4). Views of `sums`."""
 
     sums: Sums
     alone: Sums
@@ -113,9 +113,10 @@ class _Shares(NamedTuple):
         return cls(sums, sums[:, :n], both, sums[:, n + n * n :])
 
     def after(self, move: _Shares, place: int, crowds: Flags) -> _Shares:
-        """The shares after a sensor has moved; `move`: what `change_views` counts of it, by who of the others sees it.
+        """Return the shares after a sensor has moved; `move`: its changes as counted by `change_views`, by the other
+        sensors that see them.
 
-        What it sees anew and nobody else sees is its own; what one other sees is of both and no longer that one's own;
+        Voxels that it sees newly and alone are its own; what one other sees is of both and no longer that one's own;
         and so on. What it no longer sees is counted with a minus.
         """
         n = self.alone.shape[1]
@@ -128,7 +129,7 @@ class _Shares(NamedTuple):
         return after
 
     def within(self, crowds: Flags) -> Sums:
-        """What exactly two see, both of each crowd (g, n), and nobody else: (s, g, 4)."""
+        """Return the coverage by exactly two sensors, both of the crowd (g, n), and no others: (s, g, 4)."""
         return np.stack([self.both[:, who][:, :, who].sum(axis=(1, 2)) for who in crowds], axis=1)
 
 
@@ -149,8 +150,8 @@ class _Counted(NamedTuple):
 
 
 class VoxelRedundancy:
-    """Coverage of the entropy of one field. Where those sensors move again that moved last, as in a drag, only what
-    they see anew or no more is counted. Call it from the thread of the parallel kernels."""
+    """Coverage of the entropy of one field. Where the last sensors move again, as in a drag, only their changes are
+    counted. Call it from the thread of the parallel kernels."""
 
     def __init__(self, field: EntropyField, threads: int | None = None) -> None:
         self._workers, self._depth = jit.use_threads(threads), words_per_column(field.grid)
@@ -160,7 +161,7 @@ class VoxelRedundancy:
         self._counted: _Counted | None = None
 
     def coverage(self, engine: Engine, rig: Rig, method: Method = "exact") -> Coverage:
-        """What the rig that an engine on this field evaluated last covers of the entropy of each class."""
+        """Return how much entropy of each class the rig covers that an engine on this field evaluated last."""
         sensors = [sensor for sensor in rig.sensors if sensor.enabled]
         groups = groups_of(sensors)
         crowds = _crowds(sensors, list(groups.values()))
@@ -180,7 +181,7 @@ class VoxelRedundancy:
         return Coverage(self._total[:, : len(CLASSES)], covered, tuple(failures))
 
     def _covered(self, shares: _Shares, of_kind: Flags) -> Sums:
-        """What 1, 2, 3 sensors or two kinds cover, (s, 4, classes); of_kind (kinds, sensors)."""
+        """Return the coverage by 1, 2, 3 sensors or two kinds, (s, 4, classes); of_kind (kinds, sensors)."""
         thrice, of_one_kind = shares.many[:, EVERYBODY], shares.many[:, _by_kind()].sum(axis=1)
         mixed = (of_kind[:, :, None] != of_kind[:, None, :]).any(axis=0)
         kinds = thrice - of_one_kind + shares.both[:, mixed].sum(axis=1)
@@ -189,7 +190,7 @@ class VoxelRedundancy:
         return np.stack(levels, axis=1)[..., : len(CLASSES)]
 
     def _count(self, engine: Engine, sensors: list[Sensor], crowds: Flags, method: Method) -> _Counted:
-        """The shares of now: the last ones, or those with a change, or from scratch."""
+        """Return the current shares: the last ones, or those with a change, or from scratch."""
         known, self._counted = self._counted, None
         origins = engine.origins_of(sensors, method)
         stack, slots = engine.stack_of(sensors, method)
@@ -206,7 +207,7 @@ class VoxelRedundancy:
         return _Counted(_Shares.of(sums.sum(axis=0), n), origins, crowds, again, before)
 
     def _moved(self, known: _Counted, views: kernel.Views, entropies: Entropies) -> _Shares:
-        """The shares after the sensors that had moved before have moved again; their sets become those of now."""
+        """Return the shares after the last sensors have moved again; their sets are updated."""
         n, shares, moved = len(views.slots), known.shares, list(known.moved)
         sums = self._room(len(moved), n, len(known.crowds))
         rest = np.delete(views.places, moved)
@@ -227,7 +228,7 @@ class VoxelRedundancy:
 def voxel_coverage(
     engine: Engine, rig: Rig, method: Method = "exact", threads: int | None = None
 ) -> Coverage:
-    """What the rig that an engine evaluated last covers of the entropy of its field."""
+    """Return how much entropy of an engine's field the rig evaluated last covers."""
     return VoxelRedundancy(engine.field, threads).coverage(engine, rig, method)
 
 
@@ -241,7 +242,7 @@ def _by_kind() -> slice:
 
 
 def _crowds(sensors: Sequence[Sensor], groups: Sequence[tuple[str, ...]]) -> Flags:
-    """Who belongs to which crowd, (1 + kinds + groups, sensors): to all, to each kind, to each group."""
+    """Return the members of the crowds, (1 + kinds + groups, sensors): of all, of each kind, of each group."""
     rows = [[True] * len(sensors)]
     rows += [[sensor.kind == kind for sensor in sensors] for kind in kind_names()]
     rows += [[sensor.name in group for sensor in sensors] for group in groups]
@@ -252,8 +253,8 @@ def _crowds(sensors: Sequence[Sensor], groups: Sequence[tuple[str, ...]]) -> Fla
 
 
 def target_coverage(traffic: Traffic, rig: Rig, objects: ObjectCounts, min_points: int) -> Coverage:
-    """How many road users the rig detects, by `min_points` points of its LiDARs 25 px of height in a camera, or what
-    is enough for another kind."""
+    """Count the objects that the rig detects, by `min_points` points of its LiDARs, 25 px of height in a camera, or the
+    threshold of another kind."""
     place = traffic.centre_m[objects.box]
     where = sector_of(place[:, 0], place[:, 1]).astype(np.int64) * len(CLASSES) + traffic.cls[objects.box]
 
@@ -274,5 +275,5 @@ def target_coverage(traffic: Traffic, rig: Rig, objects: ObjectCounts, min_point
 
 
 def _detected(objects: ObjectCounts, failed: tuple[str, ...], min_points: int) -> Flags:
-    """Which road users are detected without some sensors, (k,)."""
+    """Return which objects are detected without some sensors, (k,)."""
     return np.asarray(np.any(list(objects.detected(min_points, failed).values()), axis=0))

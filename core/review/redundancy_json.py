@@ -13,7 +13,7 @@ WHAT: tuple[What, ...] = ("sensor", "pair", "group")
 
 
 def coverage_document(found: Coverage, unit: str) -> dict[str, Any]:
-    """A coverage by class; `unit` says of what there is so much in `total`: nat or road users."""
+    """Return a coverage by class; `unit` is that of `total`: nat or road users."""
     return {
         "unit": unit,
         "sectors": list(SECTORS),
@@ -60,7 +60,7 @@ def _failure_document(found: Coverage, failure: Failure) -> dict[str, Any]:
 
 
 def lost_share(found: Coverage, failure: Failure, cls: int, sector: int | None = None) -> float:
-    """What a failure costs, as a share of all there is of a class, everywhere or in one sector; less is better."""
+    """Return the loss by a failure as a share of the total of a class, everywhere or in one sector; less is better."""
     total = found.total[:, cls].sum() if sector is None else found.total[sector, cls]
     return share(lost_of(failure, cls, sector), int(total))
 

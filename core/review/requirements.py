@@ -1,4 +1,4 @@
-"""A file of requirements: how figures are made, what is required of them, and the id of each requirement."""
+"""Define a file of requirements: settings of the figures, limits, and the id of each requirement."""
 
 from __future__ import annotations
 
@@ -86,24 +86,24 @@ class Requirements(Frozen):
 
     @property
     def needs_scene(self) -> bool:
-        """Whether anything is asked that depends on traffic."""
+        """Return whether any requirement depends on traffic."""
         return bool(self.seen or self.on_target or self.losses or self.covered or self.tolerance)
 
     @property
     def needs_road_users(self) -> bool:
-        """Whether anything is asked of road users."""
+        """Return whether any requirement is on objects of the traffic."""
         counted = [*(one.of for one in self.losses), *(one.of for one in self.covered)]
         of_users = "road_users" in counted
         return bool(self.on_target) or of_users or any(one.figure == "on_target" for one in self.tolerance)
 
     @property
     def blind_settings(self) -> BlindSettings:
-        """How blind zones are looked for."""
+        """Return the settings of the blind-zone search."""
         return BlindSettings(self.blind_voxel_m, self.blind_width_m)
 
     def items(self) -> tuple[Item, ...]:
-        """Every requirement in the order of the sections. An id that the file does not say follows from what the
-        requirement is about, whatever its limit and its place; equal ones are numbered."""
+        """Return every requirement in the order of the sections. A missing id is derived from the requirement's
+        subject, whatever its limit and its place; equal ones are numbered."""
         placed = list(self._placed())
         taken = {one.id for _, one in placed if one.id is not None}
         found = []

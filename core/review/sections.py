@@ -25,7 +25,7 @@ Area = Annotated[float, Field(allow_inf_nan=False, ge=0.0, le=1e6)]
 Words = Annotated[str, Field(min_length=1, max_length=500)]
 Id = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,99}$")]
 MOST_RAISED = 1024
-"""Draws up to which a chance is followed unless a requirement says otherwise: the upper bound of none is 0.3 % then."""
+"""Draws up to which a chance is measured by default: the upper bound of none is 0.3 % then."""
 Relation = Literal["at least", "at most"]
 assert set(Sector.__args__) == set(SECTORS)  # type: ignore[attr-defined]
 
@@ -51,7 +51,7 @@ class Waiver(Frozen):
 
 
 class Requirement(Frozen):
-    """One figure with a limit. `allow_missing`: a rig or scene that lacks what it is about meets it."""
+    """Figure with a limit. `allow_missing`: a rig or scene without its subject meets it."""
 
     id: Id | None = None
     name: Words | None = None
@@ -82,7 +82,7 @@ class Requirement(Frozen):
         return ()
 
     def scope(self) -> dict[str, object]:
-        """What identifies the figure: neither its limit nor its labels."""
+        """Return what identifies the figure: neither its limit nor its labels."""
         return self.model_dump(exclude_defaults=True, exclude=_NOT_SCOPE)
 
 
@@ -114,7 +114,7 @@ class Seen(Requirement):
 
 
 class OnTarget(Requirement):
-    """A share of road users of a class within distances, or all: on target, or with 5 points, at least."""
+    """Least share of objects of a class within distances, or of all: on target, or with 5 points."""
 
     cls: Annotated[Class, Field(alias="class")]
     ring_m: tuple[Metres, Metres] | None = None
@@ -162,7 +162,7 @@ class WorstCase(Requirement):
 
     @property
     def case_text(self) -> str:
-        """Which case counts; nothing for the rig as designed."""
+        """Return the case that counts; nothing for the rig as designed."""
         if self.failing is not None:
             return f", worst {self.failing} failed"
         return "" if self.under is None else f", worst of {self.draws:,} draws under {self.under}"
@@ -201,7 +201,7 @@ class BlindArea(WorstCase):
 
 
 class BlindObjects(WorstCase):
-    """Objects of a profile that are not seen, at most so many."""
+    """Most objects of a profile that may be unseen."""
 
     profile: str
     at_most_unseen: Annotated[int, Field(ge=0)] = 0
@@ -217,7 +217,7 @@ class BlindObjects(WorstCase):
 
 
 class Loss(Requirement):
-    """What the worst failure of a kind costs of a class, at most; or one failure by its `name`, with a `title`."""
+    """Limit of the loss of a class by the worst failure of a kind; or by one failure by its `name`, with a `title`."""
 
     of: Literal["voxels", "road_users"]
     cls: Annotated[Class, Field(alias="class")]
@@ -251,7 +251,7 @@ class Loss(Requirement):
 
 
 class Covered(Requirement):
-    """Share of a class that so many sensors, or two kinds, cover, at least."""
+    """Least share of a class that a number of sensors, or two kinds, cover."""
 
     of: Literal["voxels", "road_users"]
     cls: Annotated[Class, Field(alias="class")]
@@ -270,7 +270,7 @@ class Covered(Requirement):
 
 
 class Tolerated(Requirement):
-    """How likely a figure may fall below a limit under errors of a profile, at most.
+    """Limit of the chance that a figure falls below a value under errors of a profile.
 
     There are at least `draws` draws, and more, up to `max_draws`, until the bounds of the chance decide."""
 

@@ -1,7 +1,7 @@
-"""Tolerance: what small errors of mounts and a car that pitches make of a rig's figures.
+"""Tolerance: the spread of a rig's figures under small errors of mounts and pitch of the car.
 
 Errors of a profile are drawn evenly within its limits, by a scrambled Sobol sequence, so that two rigs with the same
-sensors meet the same errors. Beside the spread stands that of errors which nobody could avoid, the noise floor: what
+sensors meet the same errors. Beside the spread stands that of unavoidable errors, the noise floor: what
 remains there is the lattice of rays and voxels, not the mounts.
 """
 
@@ -24,7 +24,7 @@ from riglens.core.scene.boxes import Progress
 Doubles = NDArray[np.float64]
 Figures = Mapping[str, float]
 Measure = Callable[[Rig, Pose], Figures]
-"""Figures by name of a rig whose car stands as a pose says, in the frame of the traffic; of each, more is better."""
+"""Figures by name of a rig with a pose of its car in the frame of the traffic; of each, more is better."""
 AXES = ("x", "y", "z", "roll", "pitch", "yaw")
 MAX_DRAWS = 4096
 Millimetres = Annotated[float, Field(allow_inf_nan=False, ge=0.0, le=1000.0)]
@@ -61,7 +61,7 @@ PROFILES = (
     ToleranceProfile(name="ride", source=OUR_CHOICE, car_pitch_deg=0.5, car_roll_deg=0.5, car_heave_mm=20.0),
     ToleranceProfile(name="load", source=OUR_CHOICE, car_pitch_deg=1.5, car_heave_mm=60.0),
 )
-"""What ships with the program; a file of requirements may hold others."""
+"""Bundled profiles; a file of requirements may hold others."""
 NOISE_FLOOR = ToleranceProfile(name="noise floor", source=OUR_CHOICE, position_mm=1.0, angle_deg=0.01)
 
 
@@ -94,7 +94,7 @@ class Spread:
         return cls(nominal, middle, low, high, float(values[worst]), worst, tuple(values))
 
     def below(self, limit: float) -> tuple[float, float]:
-        """Share of the draws below a limit, and its standard error as of independent draws; less is better.
+        """Return the share of the draws below a limit, and its standard error as of independent draws; less is better.
 
         The error is that of (k + 1) / (n + 2), the rule of succession: none of 64 draws is no proof of none at all.
         """
@@ -106,8 +106,8 @@ class Spread:
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """What an error of one sensor at the profile's limit changes, by central differences: half the difference between
-    plus and minus, by figure."""
+    """Change by an error of one sensor at the profile's limit, by central differences: half the difference between plus
+    and minus, by figure."""
 
     sensor: str
     axis: str
@@ -117,7 +117,7 @@ class Sensitivity:
 
 @dataclass(frozen=True)
 class ToleranceResult:
-    """What a profile makes of a rig: the spread of each figure, that of the noise floor, and sensitivities."""
+    """Result of a profile for a rig: the spread of each figure, that of the noise floor, and sensitivities."""
 
     rig: Rig
     profile: ToleranceProfile
@@ -129,7 +129,7 @@ class ToleranceResult:
 
 
 def errors_count(rig: Rig) -> int:
-    """How many errors are drawn for a rig: six of each sensor and bracket, three of the car."""
+    """Return the number of errors drawn for a rig: six for each sensor and bracket, three for the car."""
     return 6 * (len(rig.sensors) + len(brackets_of(rig))) + 3
 
 
@@ -154,7 +154,7 @@ def unit_draws(count: int, errors: int, seed: int) -> Doubles:
 
 
 def disturbed(rig: Rig, profile: ToleranceProfile, errors: Doubles) -> tuple[Rig, Pose]:
-    """A rig with errors (n,) in units of the profile's limits, and how its car stands then."""
+    """Return a rig with errors (n,) in units of the profile's limits, and the stance of its car."""
     own = _limits(profile.position_mm, profile.angle_deg)
     shared = _limits(profile.bracket_position_mm, profile.bracket_angle_deg)
     count, brackets = len(rig.sensors), brackets_of(rig)
@@ -186,7 +186,7 @@ def _moved(sensor: Sensor, error: Doubles, about_m: Sequence[float] | Doubles) -
 
 
 def standing(rig: Rig, stance: Pose) -> Rig:
-    """The rig in the frame of the traffic when its car stands as `stance` says."""
+    """Return the rig in the frame of the traffic for a `stance` of its car."""
     if stance == Pose():
         return rig
     sensors = tuple(sensor.with_pose(stance.compose(sensor.pose)) for sensor in rig.sensors)
@@ -194,7 +194,7 @@ def standing(rig: Rig, stance: Pose) -> Rig:
 
 
 class ToleranceRun:
-    """The draws of a rig one after another, for whoever measures them when there is time.
+    """Draws of a rig one after another, for a caller that measures them when there is time.
 
     Draws of the noise floor, a quarter as many, come in between, so that what is known half-way is known of both."""
 
@@ -211,25 +211,25 @@ class ToleranceRun:
 
     @property
     def steps(self) -> int:
-        """How many measurements there are."""
+        """Return the number of measurements."""
         return len(self._steps)
 
     @property
     def done(self) -> int:
-        """How many of them have been taken."""
+        """Return the number of measurements taken."""
         return len(self._found)
 
     def wanted(self) -> tuple[Rig, Pose]:
-        """The rig to measure next, and how its car stands; IndexError when all is done."""
+        """Return the rig to measure next, and the stance of its car; IndexError when all is done."""
         is_floor, errors = self._steps[self.done]
         return disturbed(self.rig, NOISE_FLOOR if is_floor else self.profile, errors)
 
     def take(self, figures: Figures) -> None:
-        """Take the figures of what was wanted."""
+        """Store the figures of the rig that `wanted` returned."""
         self._found.append(figures)
 
     def result(self, sensitivities: Sequence[Sensitivity] = ()) -> ToleranceResult | None:
-        """What is known by now; None before the first draw of both kinds."""
+        """Return the result so far; None before the first draw of both kinds."""
         drawn: tuple[list[Figures], list[Figures]] = ([], [])
         for figures, (is_floor, _) in zip(self._found[1:], self._steps[1:], strict=False):
             drawn[is_floor].append(figures)
@@ -301,15 +301,15 @@ def _sensitivity(
 
 
 def rig_of_draw(result: ToleranceResult, draw: int, magnified: float = 1.0) -> tuple[Rig, Pose]:
-    """Return the rig of a draw, its errors so many times as large, and how its car stands."""
+    """Return the rig of a draw, its errors magnified, and the stance of its car."""
     errors = unit_draws(result.draws, errors_count(result.rig), result.seed)[draw]
     return disturbed(result.rig, result.profile, magnified * errors)
 
 
 def worst_rig(result: ToleranceResult, figure: str, magnified: float = 1.0) -> Rig:
-    """The rig of the draw in which a figure is least, as it stands then; InputError for an unknown figure.
+    """Return the rig of the draw with the least value of a figure, with its stance; InputError for an unknown figure.
 
-    `magnified`: its errors so many times as large, to be seen beside the rig as designed."""
+    `magnified`: its errors so many times as large, to be visible next to the rig as designed."""
     if figure not in result.spreads:
         known = ", ".join(result.spreads)
         raise InputError(f"must be one of {known} (got '{figure}')", "figure")

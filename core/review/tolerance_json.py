@@ -31,8 +31,8 @@ def tolerance_document(found: ToleranceResult, body: str, measures: Measures | N
 
 
 def _sample(found: ToleranceResult, measures: Measures) -> dict[str, Any]:
-    """In how many frames objects were counted, and the standard error of each worst draw's change from the rig as
-    designed, whose figures are those of all frames."""
+    """Return the number of frames in which objects were counted, and the standard error of each worst draw's change
+    from the rig as designed, whose figures are those of all frames."""
     frames, of_frames = measures.frames
     worst_se = {}
     for cls in CLASSES:

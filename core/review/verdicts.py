@@ -1,4 +1,4 @@
-"""Which objects of a profile a rig sees: exact rays against upright cylinders, never voxels.
+"""Decide which objects of a profile a rig sees: exact rays against upright cylinders, never voxels.
 
 Each object stands alone; the car's own body is in the way where it blocks. Two things are told for every sensor: how
 many of its rays meet the object, of a camera those of all its pixels, and which share of the surface that faces it lies
@@ -30,12 +30,12 @@ Doubles = NDArray[np.float64]
 _AROUND, _UP, _RINGS = 24, 16, 3
 """Points on the side of a cylinder, around and upwards, and rings of points on its top."""
 _OFF_M = 1e-3
-"""How far before a point a ray must be free: what the car touches there is not in the way."""
+"""Length before a point over which a ray need not be free: contact with the car there is not in the way."""
 
 
 @dataclass(frozen=True)
 class ObjectVerdict:
-    """Whether an object is seen: `rays` of the sensors that count, the best `share`, and both by sensor."""
+    """Visibility of an object: `rays` of the sensors that count, the best `share`, and both by sensor."""
 
     target: Target
     is_seen: bool
@@ -59,7 +59,7 @@ class ProfileVerdict:
 
     @property
     def passes(self) -> bool:
-        """Whether all objects are seen."""
+        """Return whether all objects are seen."""
         return not self.failed
 
     def without(self, failed: Collection[str]) -> ProfileVerdict:
@@ -85,7 +85,7 @@ def _judged(
 
 
 class ObjectVisibility:
-    """Where the rays of a rig's enabled sensors end; keeps what sensors that stay have found of each object."""
+    """Visibility of objects by a rig's enabled sensors; results of unchanged sensors are kept."""
 
     def __init__(self, rig: Rig, body: Body, workers: int = 1, stance: Pose = Pose()) -> None:
         self._outline = Outline.of(rig.vehicle)
@@ -133,12 +133,12 @@ class ObjectVisibility:
 def verdicts(
     rig: Rig, profiles: Sequence[Profile], body: Body, workers: int = 1
 ) -> tuple[ProfileVerdict, ...]:
-    """Return what a rig makes of profiles; with several workers only the thread of the parallel kernels may call it."""
+    """Return a rig's verdicts on profiles; with several workers only the thread of the parallel kernels may call it."""
     return ObjectVisibility(rig, body, workers).verdicts(profiles)
 
 
 def _ends(sensor: Sensor, barrier: Barrier | None, workers: int) -> Doubles:
-    """Where the car stops each ray (rays,), metres; empty where it stops none."""
+    """Return the distance at which the car stops each ray (rays,), metres; empty where it stops none."""
     found = np.zeros(0) if barrier is None else barrier_ends(sensor, barrier, workers)
     return found if np.isfinite(found).any() else np.zeros(0)
 
@@ -187,7 +187,7 @@ def surface_share(sensor: Sensor, target: Target, barrier: Barrier | None) -> fl
 
 
 def in_view(sensor: Sensor, local_m: Doubles, distance_m: Doubles) -> NDArray[np.bool_]:
-    """Whether points (n, 3) in the sensor frame lie in its field of view and in its range."""
+    """Return whether points (n, 3) in the sensor frame lie in its field of view and in its range."""
     near, far = sensor.range_m
     ranged = (distance_m > near) & (distance_m <= far)
     return np.asarray(ranged & _in_field(sensor, local_m, distance_m))
@@ -195,7 +195,7 @@ def in_view(sensor: Sensor, local_m: Doubles, distance_m: Doubles) -> NDArray[np
 
 @singledispatch
 def _in_field(sensor: Sensor, local_m: Doubles, _: Doubles) -> NDArray[np.bool_]:
-    """Whether points lie between outermost rays: of any kind, within the angles that its field of view spans."""
+    """Return whether points lie between outermost rays: of any kind, within the angles that its field of view spans."""
     wide, high = kind_of(sensor).view_deg(sensor)
     across = np.degrees(np.abs(np.arctan2(local_m[:, 1], local_m[:, 0])))
     up = np.degrees(np.abs(np.arctan2(local_m[:, 2], np.hypot(local_m[:, 0], local_m[:, 1]))))
@@ -226,7 +226,7 @@ def _between_beams(lidar: Lidar, local_m: Doubles, distance_m: Doubles) -> NDArr
 
 
 def _facing(origin: Doubles, target: Target) -> tuple[Doubles, Doubles]:
-    """Even points on the surface of a cylinder that face a place, (n, 3), and the area that each stands for (n,)."""
+    """Return even points on the surface of a cylinder that face a place, (n, 3), and the area of each (n,)."""
     x, y, radius, bottom, top = target.cylinder
     turn = (np.arange(_AROUND) + 0.5) * 2.0 * math.pi / _AROUND
     up = bottom + (np.arange(_UP) + 0.5) * (top - bottom) / _UP

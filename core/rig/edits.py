@@ -14,7 +14,7 @@ _LEFT, _RIGHT = ("left", "Left", "LEFT"), ("right", "Right", "RIGHT")
 _SAME_PLACE_M = 0.01
 _OTHER_SIDE = {"L": "R", "R": "L", "l": "r", "r": "l"}
 _SIDE_LETTER = re.compile(r"(?<![A-Z0-9])[FRBSMC]?[LR](?![A-Za-z])|(?<![A-Za-z0-9])[frbsmc]?[lr](?![A-Za-z])")
-"""L or R as a word of its own or after one letter for front, rear, back, side, middle, corner: FL, CAM_RR2, side_l."""
+"""L or R as a word or after one letter for front, rear, back, side, middle, corner: FL, CAM_RR2, side_l."""
 
 
 def mirrored_pose(pose: Pose) -> Pose:
@@ -37,7 +37,7 @@ def partner_of(rig: Rig, name: str) -> str | None:
 def mirrored_name(name: str, y_m: float = 0.0) -> str:
     """Return a name for the mirror image of a sensor at `y_m`, metres to the left of the middle plane.
 
-    Left becomes right and vice versa, in words (`left`) and in letters that stand alone (`CAM_FL`, `L2`). A name that
+    Left becomes right and vice versa, in words (`left`) and in single letters (`CAM_FL`, `L2`). A name that
     says no side gets the side of its image, such as `roof_right`; on the middle plane it stays as it is.
     """
     swap = dict(zip(_LEFT + _RIGHT, _RIGHT + _LEFT, strict=True))
@@ -57,9 +57,7 @@ def with_mirror_image(rig: Rig, name: str, image_name: str) -> Rig:
     """
     sensor = rig.sensor(name)
     if sensor.pose == mirrored_pose(sensor.pose):
-        raise ValueError(
-            f"{name} stands on the middle plane of the car: its mirror image is in the same place"
-        )
+        raise ValueError(f"{name} is on the centre plane of the car: its mirror image is in the same place")
     image = _image(sensor, sensor.model_copy(update={"name": image_name, "mirror_of": name}))
     place = [other.name for other in rig.sensors].index(name) + 1
     return rig.replace(sensors=(*rig.sensors[:place], image, *rig.sensors[place:]))
@@ -99,7 +97,7 @@ def without_sensor(rig: Rig, name: str) -> Rig:
 
 
 def in_step(before: Rig, after: Rig) -> Rig:
-    """Return `after` with its mirror pairs in step: what an edit of `before` changed in one sensor changes the other.
+    """Return `after` with its mirror pairs in step: a change of one sensor changes the other.
 
     Where both changed, or have just been paired, the sensor that the other names leads. A pair whose leader was
     renamed stays a pair; one whose leader is gone is dissolved.
@@ -183,7 +181,7 @@ def without(rig: Rig, names: Collection[str]) -> Rig:
 def duplicated(rig: Rig, names: Collection[str], left_m: float) -> tuple[Rig, tuple[str, ...]]:
     """Return the rig with a copy of each of these sensors, and the copies' names.
 
-    A mirror pair of which both are copied gives a linked pair in the same place, every other copy stands `left_m`
+    A mirror pair of which both are copied gives a linked pair in the same place, every other copy is `left_m`
     metres to the left. Raise InputError when the rig would hold too many sensors.
     """
     copied = [sensor for sensor in rig.sensors if sensor.name in names]
@@ -200,9 +198,9 @@ def duplicated(rig: Rig, names: Collection[str], left_m: float) -> tuple[Rig, tu
 
 
 def pasted(rig: Rig, sensors: Sequence[Sensor], step_m: float) -> tuple[Rig, tuple[str, ...]]:
-    """Return the rig with sensors of elsewhere added under free names, and those names; pairs among them stay linked.
+    """Return the rig with foreign sensors added under free names, and those names; pairs among them stay linked.
 
-    Where one of them would stand in a sensor of the rig, all are shifted by multiples of `step_m`: to the left, or
+    Where one of them would coincide with a sensor of the rig, all are shifted by multiples of `step_m`: to the left, or
     ahead when there is a pair among them, which has to stay symmetric. Raise InputError when the rig would hold too
     many sensors.
     """
@@ -251,7 +249,7 @@ def _grown(rig: Rig, copies: Sequence[Sensor]) -> Rig:
 
 
 def free_name(taken: Collection[str], wanted: str) -> str:
-    """Return `wanted`, with the first number appended that makes it unique where it is taken."""
+    """Return `wanted`, with the first number appended that makes it unique if it is taken."""
     if wanted not in taken:
         return wanted
     stem, _, tail = wanted.rpartition("_")
@@ -263,5 +261,5 @@ def free_name(taken: Collection[str], wanted: str) -> str:
 
 
 def list_text(names: Sequence[str]) -> str:
-    """Return a single name as it is, several as their number: for the labels of edits."""
+    """Return a single name unchanged, several as their number: for the labels of edits."""
     return names[0] if len(names) == 1 else f"{len(names)} sensors"

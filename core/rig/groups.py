@@ -37,10 +37,10 @@ def centre_m(places_m: Iterable[Vec3]) -> Vec3:
 
 
 def carried(poses: Mapping[str, Pose], before: Pose, after: Pose) -> Poses:
-    """Return the poses after the frame that holds them went from one pose to another, all as one rigid body.
+    """Return the poses after the frame that holds them moved from one pose to another, as one rigid body.
 
     Coordinates and angles that the motion does not touch keep every bit, others are rounded to 1e-9 m and degrees. A
-    sensor that stands in the frame itself takes its new pose as it is.
+    sensor at the frame itself takes its new pose unchanged.
     """
     return {name: after if pose == before else _carried(pose, before, after) for name, pose in poses.items()}
 
@@ -114,7 +114,7 @@ def spaced(rig: Rig, names: Collection[str]) -> Rig:
 
 
 def _with_coordinates(rig: Rig, axis: int, values: Mapping[str, float]) -> Rig:
-    """Return the rig with one coordinate of some sensors set; InputError where a mirror pair stands against it."""
+    """Return the rig with one coordinate of some sensors set; InputError where a mirror pair prevents it."""
     poses = {}
     for name, value in values.items():
         pose = rig.sensor(name).pose

@@ -129,7 +129,7 @@ class History:
 
     @property
     def marks(self) -> Marks:
-        """What is hidden and locked at the current step, possibly including names of sensors that no longer exist."""
+        """Return the hidden and locked sensors of the current step, possibly including names that no longer exist."""
         return self._steps[self._index].marks
 
     @property
@@ -139,12 +139,12 @@ class History:
 
     @property
     def is_dragging(self) -> bool:
-        """Whether a drag is open."""
+        """Return whether a drag is open."""
         return self._open_label is not None
 
     @property
     def is_modified(self) -> bool:
-        """Whether the rig shown differs from the saved one; editing it back makes it unmodified again."""
+        """Return whether the rig shown differs from the saved one; editing it back makes it unmodified again."""
         return self.rig is not self._saved and not same_rig(self.rig, self._saved)
 
     def begin(self, label: str) -> None:
@@ -231,12 +231,12 @@ class History:
 
     @property
     def can_undo(self) -> bool:
-        """Whether `undo` would do anything."""
+        """Return whether `undo` would do anything."""
         return self.undo_label is not None
 
     @property
     def can_redo(self) -> bool:
-        """Whether `redo` would do anything."""
+        """Return whether `redo` would do anything."""
         return self.redo_label is not None
 
     def mark_saved(self) -> None:

@@ -66,7 +66,7 @@ class Cuboid(Frozen):
 
 
 class Entry(Frozen):
-    """One sensor model: what it is, where its figures come from and the sensor fields it supplies.
+    """Sensor model: its description, the source of its figures and the sensor fields it supplies.
 
     `azimuth_step_deg`: revolutions per second to degrees between neighbouring azimuths; `pixel_um`: edge of a pixel;
     `range_at`: reflectivity of a diffuse target to the metres at which the maker still states a return;
@@ -108,7 +108,7 @@ class Entry(Frozen):
         return f"unverified: {', '.join(named)}" if named else ""
 
     def origin(self) -> str:
-        """Return where the figures come from, and on a line of its own which of them are unverified."""
+        """Return the source of the figures, and on a separate line the unverified ones."""
         return "\n".join(part for part in (self.source, self.caveat()) if part)
 
 
@@ -123,7 +123,7 @@ FIGURES = {
     "hfov_deg": "field of view",
     "image": "image size",
 }
-"""What the figures of an entry are called in sentences."""
+"""Names of an entry's figures in sentences."""
 _ABOUT = tuple(name for name in Entry.model_fields if name not in ("name", "fields"))
 _WORDS = ("kind", "title", "source", "maker", "note", "unverified")
 _ANGLES = ("elevations_deg", "azimuths_deg", "azimuth_offsets_deg")
@@ -373,7 +373,7 @@ def changed_fields(sensor: Sensor) -> tuple[str, ...]:
 
 
 def _same_field(name: str, one: Sensor, other: Sensor) -> bool:
-    """Whether a field says the same of two sensors of a kind; angles may be listed or evenly spaced."""
+    """Return whether a field is equal in two sensors of a kind; angles may be listed or evenly spaced."""
     if getattr(one, name) == getattr(other, name):
         return True
     spelled_out = kind_of(one).spelled_out.get(name)

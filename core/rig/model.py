@@ -61,7 +61,7 @@ class Vehicle(Frozen):
 
     @property
     def has_mesh_file(self) -> bool:
-        """Whether `body` is the path of a mesh file."""
+        """Return whether `body` is the path of a mesh file."""
         return self.body not in PARAMETRIC_BODIES
 
     @property
@@ -150,7 +150,7 @@ class Rig(Frozen):
 
     @property
     def body(self) -> Literal["ignored", "blocks"]:
-        """What the car's own body does to rays where the rig is scored."""
+        """Return the effect of the car's own body on rays where the rig is scored."""
         return "blocks" if self.self_occlusion else "ignored"
 
     def sensor(self, name: str) -> Sensor:

@@ -1,4 +1,4 @@
-"""Poses as text for the clipboard: YAML as in a rig file, numbers, a quaternion or a 4 x 4 matrix, both ways.
+"""Convert poses to and from text for the clipboard: YAML as in a rig file, numbers, a quaternion or a 4 x 4 matrix.
 
 All forms mean the sensor's pose in the vehicle frame, in metres and degrees, whatever a window displays.
 A copied YAML or numbers text reads back to the same doubles.

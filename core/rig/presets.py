@@ -218,7 +218,7 @@ def _plain(name: str) -> str:
 
 
 def _spellings() -> dict[str, str]:
-    """Return every accepted spelling and the preset it stands for."""
+    """Return every accepted spelling and its preset."""
     spellings: dict[str, str] = {}
     for name, found in PRESETS.items():
         spellings[_plain(name)] = name

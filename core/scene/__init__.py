@@ -1,1 +1,2 @@
-"""What surrounds the car (paper, sections III-A and III-C): voxel grid, box data sets, probabilistic occupancy grid."""
+"""Model the car's surroundings (paper, sections III-A and III-C): voxel grid, box data sets, probabilistic occupancy
+grid."""

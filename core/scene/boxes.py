@@ -35,15 +35,15 @@ class BoxBatch:
 
 @dataclass(frozen=True)
 class FrameLabels:
-    """What a table calls its frames: `names` of the sequences; of each frame (T,) its sequence, an index into them, and
-    its number within it."""
+    """Frame labels of a table: `names` of the sequences; of each frame (T,) its sequence, an index into them, and its
+    number within it."""
 
     names: tuple[str, ...]
     sequence: NDArray[np.int64]
     frame: NDArray[np.int64]
 
     def of(self, frame: int) -> tuple[str, int]:
-        """Sequence and number of a frame, whose number is counted over the whole data set."""
+        """Return sequence and number of a frame, by its number in the whole data set."""
         return self.names[self.sequence[frame]], int(self.frame[frame])
 
     def joined(self, more: FrameLabels) -> FrameLabels:
@@ -57,7 +57,7 @@ class FrameLabels:
 
 @dataclass(frozen=True)
 class DataReport:
-    """What a data set held: frames T (with and without boxes), boxes per class, and what was not mapped.
+    """Contents of a data set: frames T (with and without boxes), boxes per class, and names that were not mapped.
 
     `notes` are sentences for the user about how the data were read, such as columns that were not used;
     `sequences` counts the runs of frames that belong together (drives, scenes, logs);

@@ -30,7 +30,7 @@ def fill_batch(batch: BoxBatch, grid: VoxelGrid, counts: list[Counts], workers: 
 
 
 def near_grid(batch: BoxBatch, grid: VoxelGrid) -> NDArray[np.bool_]:
-    """Whether each box may reach a voxel, (n,): false only where it ends more than a voxel outside the grid."""
+    """Return whether each box may reach a voxel, (n,): false only where it ends more than a voxel outside the grid."""
     low, high = _extent(batch.centre_m, batch.size_m / 2, batch.rotation, grid)
     near = (high > -1.0) & (low < np.add(grid.shape, 1.0))
     return np.asarray(near.all(axis=1), dtype=np.bool_)
@@ -51,7 +51,7 @@ def _fill_class(
 def _fill_heavy_frame(
     boxes: NDArray[np.float64], voxels: NDArray[np.int64], grid: VoxelGrid, target: Counts, workers: int
 ) -> None:
-    """Add one frame box by box: mark on a grid of its own, as if each box were a frame, then count once."""
+    """Add one frame box by box: mark on a separate grid, as if each box were a frame, then count once."""
     marks = np.zeros_like(target)
     each = np.arange(len(boxes), dtype=np.int64)
     for start, end in _runs_of_frames(each, voxels):
@@ -71,7 +71,7 @@ def _packed(batch: BoxBatch, rows: NDArray[np.bool_]) -> NDArray[np.float64]:
 
 
 def voxels_within_reach(boxes: NDArray[np.float64], grid: VoxelGrid) -> NDArray[np.int64]:
-    """About how many voxels of the grid have to be looked at for each box, (n,), at least 1.
+    """Return about how many voxels of the grid must be tested for each box, (n,), at least 1.
 
     boxes (n, 15): centre, half size, rotation by rows, as the kernel takes them.
     """
@@ -94,7 +94,7 @@ def _is_heavy(voxels: NDArray[np.int64]) -> bool:
 
 
 def _runs_of_frames(frame: NDArray[np.int64], voxels: NDArray[np.int64]) -> Iterator[tuple[int, int]]:
-    """(start, end) of runs of whole frames, each for one call; a heavy frame is a run of its own."""
+    """Yield (start, end) of runs of whole frames, each for one call; a heavy frame is a run by itself."""
     starts = np.flatnonzero(np.diff(frame, prepend=frame[0] - 1))
     sizes = np.diff(starts, append=frame.size)
     work = np.add.reduceat(voxels, starts)

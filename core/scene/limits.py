@@ -1,4 +1,4 @@
-"""What a POG or a box data set may hold at most.
+"""Limit the size of POGs and box data sets.
 
 The limits lie far above any real data set. They exist so that a damaged or hostile file is refused in one line
 before it takes memory or hours. `docs/formats-boxes.md` lists them.

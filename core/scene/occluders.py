@@ -1,6 +1,6 @@
-"""What stands still around the car and hides what is behind it: walls, houses, poles; no road users.
+"""Model static occluders around the car: walls, houses, poles; no objects of the traffic.
 
-Occluders stand in a map; a pose per frame says where in it the vehicle frame is. Scores and POGs do not know them.
+Occluders are placed in a map; a pose per frame gives the vehicle frame in it. Scores and POGs do not know them.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ class Map:
 
 @dataclass(frozen=True)
 class MapPose:
-    """Where the boxes' frame is: name of the map, position in it in metres, yaw in radians, positive to the left."""
+    """Pose of the boxes' frame: name of the map, position in it in metres, yaw in radians, positive to the left."""
 
     map: str
     position_m: tuple[float, float, float]
@@ -87,7 +87,7 @@ class MapPose:
 
 @dataclass(frozen=True)
 class Occluders:
-    """What stands still, map by map, and where the vehicle frame is in each frame.
+    """Static occluders, map by map, and the pose of the vehicle frame in each frame.
 
     source: what the tables are called in messages; cls: the name of each occluder in the order of the table; sha256:
     of the tables. A pose is that of the frame in which the boxes are given; origin_m: where its origin is in the
@@ -102,7 +102,8 @@ class Occluders:
     sha256: str = ""
 
     def around(self, frame: FrameName, reach_m: float) -> StandingBoxes:
-        """Occluders of a frame within reach of its pose, in the vehicle frame; InputError where there is no pose."""
+        """Return the occluders of a frame within reach of its pose, in the vehicle frame; InputError where there is no
+        pose."""
         pose = self.poses.get(frame)
         if pose is None:
             seq, number = frame

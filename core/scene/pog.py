@@ -1,4 +1,4 @@
-"""The probabilistic occupancy grid (POG): per voxel, in how many frames a class is there (paper, eq. 7)."""
+"""Probabilistic occupancy grid (POG): the number of frames in which a class occupies each voxel (paper, eq. 7)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from riglens.core.scene.filling import fill_batch
 from riglens.core.scene.grid import VoxelGrid
 
 COARSE_STEPS = (2, 3)
-"""How many times as coarse a grid may be that gives a first answer; the first that the grid allows."""
+"""Coarsening factors for a quick first answer; the first one that the grid allows is used."""
 BYTES_PER_VOXEL = 4.0 * len(CLASSES) + 1.5
 Counts = NDArray[np.uint16] | NDArray[np.uint32]
 
@@ -44,7 +44,7 @@ class Pog:
 
 
 class PogSum:
-    """Adds up boxes and POGs of parts of a data set on one grid.
+    """Sum of boxes and POGs of parts of a data set on one grid.
 
     Counts are whole numbers, so the sum is the same to the last bit however the data were split and in
     whatever order the parts come. Memory depends on the grid alone: `counts` holds one dense array per class.
@@ -65,7 +65,7 @@ class PogSum:
             dense[occupied] += part.counts[:, cls]
 
     def pog(self, report: DataReport) -> Pog:
-        """The POG of everything that was added; `report` says how many frames that were."""
+        """Return the POG of the sum; `report` holds the number of frames."""
         words = empty_words(self.grid)
         for dense in self.counts:
             fill.pack_nonzero(dense, words)

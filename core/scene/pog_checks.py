@@ -32,7 +32,7 @@ _SHOWN = 40
 
 
 class Header(NamedTuple):
-    """What a POG file says about its arrays."""
+    """Description of the arrays in a POG file."""
 
     grid: VoxelGrid
     data: DataReport
@@ -135,7 +135,7 @@ def _npy_header(stream: Any) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
 
 
 def _filled(stream: Any, name: str, array: NDArray[Any]) -> NDArray[Any]:
-    """Fill an array with the rest of the stream, whose length has to be exactly that of the array."""
+    """Fill an array with the rest of the stream, whose length must be exactly that of the array."""
     flat, done = array.reshape(-1).view(np.uint8), 0
     while done < flat.size:
         piece = stream.read(min(_PIECE_BYTES, flat.size - done))

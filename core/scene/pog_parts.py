@@ -1,4 +1,4 @@
-"""Building the POG of a large data set part by part: in parallel, and so that an interrupted build goes on.
+"""Build the POG of a large data set part by part: in parallel, and resumable after an interruption.
 
 The parts of a data set (logs, sequences, tables) are put together into at most MAX_GROUPS groups. The POG of each
 group is kept until the whole is done, under a name that follows from its content and the grid; what exists already is
@@ -70,7 +70,7 @@ def _piece(group: BoxCollection, grid: VoxelGrid, threads: int | None) -> Piece:
 def group_file(group: BoxCollection, grid: VoxelGrid, threads: int | None = None) -> bytes:
     """Return the content of a group's POG file; InputError on bad input.
 
-    The content hash of the data is taken anew, so that other files under the same paths on a worker are noticed.
+    The content hash of the data is computed again, so that other files under the same paths on a worker are noticed.
     """
     stream = BytesIO()
     group.forget_hashes()

@@ -55,7 +55,7 @@ def save_pog(pog: Pog, path: Path | str) -> None:
 
 
 def write_pog(pog: Pog, file: IO[bytes], level: int = 6) -> None:
-    """Write a POG into an open file; `level` 1 to 9 says how much time to spend on compression."""
+    """Write a POG into an open file; `level` 1 to 9 sets the effort of compression."""
     header = json.dumps(_header(pog), sort_keys=True)
     digest = _digest(header, pog.index.words, pog.counts)
     arrays = {
@@ -96,7 +96,7 @@ def _read_named(file: IO[bytes], path: Path | str, is_part: bool) -> Pog:
 
 
 def read_pog(file: IO[bytes], is_part: bool = False) -> Pog:
-    """The POG in an open file; raises whatever its damaged bytes lead to."""
+    """Return the POG in an open file; damaged bytes may raise any error."""
     if not zipfile.is_zipfile(file):
         raise ValueError("no archive of numpy")
     file.seek(0)

@@ -1,4 +1,4 @@
-"""What a box data set holds, and where: counts by class, direction and distance, sizes, and the ground below it."""
+"""Survey a box data set: counts by class, direction and distance, sizes, and the ground below it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ RINGS_M = (0.0, 10.0, 20.0, 30.0, 50.0, math.inf)
 """Borders of the distances, horizontally from the car's middle to the middle of a box."""
 
 NEAR_M = 20.0
-"""Only boxes this near tell where the ground is: farther away the road may rise or fall."""
+"""Only boxes this near determine the ground: farther away the road may rise or fall."""
 
 BARE_SHARE = 0.01
 FEWEST_BOXES = 20
@@ -45,13 +45,13 @@ class Ground:
 
     @property
     def is_certain(self) -> bool:
-        """Whether there are enough boxes, and they agree."""
+        """Return whether there are enough boxes, and they agree."""
         low, high = self.between_m
         return self.boxes >= FEWEST_BOXES and high - low <= LARGEST_SPREAD_M and len(self.peaks_m) < 2
 
     @property
     def lift_m(self) -> float:
-        """What has to be added to z so that the ground is at 0, in whole centimetres."""
+        """Return the shift of z that puts the ground at 0, in whole centimetres."""
         return -round(self.height_m, 2)
 
     def text(self) -> str:
@@ -86,7 +86,7 @@ class Survey:
         return float(self.counts.sum() / max(self.data.frames, 1))
 
     def bare_sectors(self) -> dict[str, int]:
-        """Quarters around the car with next to no boxes while others have some, and how many they have."""
+        """Return the sectors around the car with almost no boxes while others have some, and their counts."""
         boxes = dict(zip(SECTORS, self.counts.sum(axis=(0, 2)).tolist(), strict=True))
         few = BARE_SHARE * sum(boxes.values())
         return {name: count for name, count in boxes.items() if count < few}
@@ -131,7 +131,7 @@ class _Histogram:
 
 
 class _Tally:
-    """What is counted while the boxes stream by."""
+    """Counters that are filled while the boxes stream by."""
 
     def __init__(self) -> None:
         self.counts = np.zeros((len(CLASSES), len(SECTORS), len(RINGS_M) - 1), np.int64)
@@ -168,7 +168,8 @@ def survey(source: BoxSource, progress: Progress | None = None) -> Survey:
 
 
 def _ground(bottoms: list[_Histogram]) -> Ground | None:
-    """From the first class with enough boxes near by: cars stand on the road, people on kerbs and stairs too."""
+    """Return the ground from the first class with enough nearby boxes: cars are on the road, people also on kerbs and
+    stairs."""
     classes = list(zip(CLASSES, bottoms, strict=True))
     enough = [pair for pair in classes if pair[1].total >= FEWEST_BOXES]
     name, heights = enough[0] if enough else max(classes, key=lambda pair: pair[1].total)

@@ -1,4 +1,4 @@
-"""Where the rays of a sensor end at the car's own body."""
+"""Find where the rays of a sensor end at the car's own body."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ NO_VOID = np.array([1.0, 1.0, 1.0, -1.0, -1.0, -1.0])
 
 
 def housing_radius_m(sensor: Sensor) -> float:
-    """Radius of the ball around a sensor that its housing fits in: what is nearer than this stops none of its rays.
+    """Return the radius of a ball around a sensor that contains its housing: nearer surfaces stop none of its rays.
 
     Half the diagonal of the housing in the sensor library.
     """
@@ -49,7 +49,7 @@ def _known_radius_m(model: str) -> float | None:
 
 
 def barrier_of(sensor: Sensor, solid: Solid) -> Barrier:
-    """What of the car stops the rays of a sensor."""
+    """Return the part of the car that stops the rays of a sensor."""
     return solid.barrier(sensor.kind, housing_radius_m(sensor))
 
 
@@ -118,7 +118,7 @@ def barrier_shadow(
     workers: int = 1,
     table: Lattice | None = None,
 ) -> Shadow:
-    """Which rays of a sensor end at a barrier, and where those do that meet it outside of the void only.
+    """Return which rays of a sensor end at a barrier, and where those do that meet it outside of the void only.
 
     void (6,): low and high corner of a box in metres that holds the sensor, or `NO_VOID`; table: the sensor's lattice,
     where it has been made before.

@@ -1,4 +1,4 @@
-"""The walk of a single ray in rational arithmetic, for rays whose numbers are too small or large for the kernels.
+"""Walk a single ray in rational arithmetic, for rays whose numbers are too small or large for the kernels.
 
 Directions with components below 2^-300 arise only from denormal angles; being right there costs a few
 milliseconds a ray and keeps the word "exact" true for any input.

@@ -37,7 +37,8 @@ def lattice(sensor: Sensor) -> Lattice:
 
 
 def is_listed(sensor: Sensor) -> bool:
-    """Whether rays have to be listed one by one, as those of a lens with distortion or beams with azimuth offsets."""
+    """Return whether rays have to be listed one by one, as those of a lens with distortion or beams with azimuth
+    offsets."""
     return kind_of(sensor).lattice(sensor) is None
 
 
@@ -78,7 +79,7 @@ def _listed(sensor: Sensor) -> Lattice:
 
 
 def local_directions(sensor: Sensor, rays: Ids) -> NDArray[np.float64]:
-    """Directions in the sensor frame of rays by number (row * planes + plane), (n, 3); NaN where there is none."""
+    """Return directions in the sensor frame of rays by number (row * planes + plane), (n, 3); NaN for missing ones."""
     found: NDArray[np.float64] = kind_of(sensor).directions(sensor, rays)
     return found
 
@@ -105,7 +106,8 @@ def sensor_rays(sensor: Sensor, rows: Ids | None = None) -> Rays:
 
 
 def clip_to_roi(grid: VoxelGrid, rays: Rays) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Where each ray enters and leaves the ROI and its range, metres along the ray, (n,) each; t1 <= t0: it misses.
+    """Return where each ray enters and leaves the ROI and its range, metres along the ray, (n,) each; t1 <= t0: it
+    misses.
 
     For drawing and culling; the metric clips exactly.
     """

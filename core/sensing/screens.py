@@ -62,7 +62,7 @@ def _of_camera(camera: Camera) -> Screen | None:
 
 
 def _finder(places: Doubles, low: float, high: float) -> tuple[NDArray[np.int64], Doubles]:
-    """How many of some rising places, all from low to high, are before low + k / pace, and (low, pace)."""
+    """Return the number of sorted places in [low, high] below low + k / pace for each k, and (low, pace)."""
     pace = _PLACES / (high - low) if high > low else 1.0
     known = np.searchsorted(places, low + np.arange(_PLACES + 1) / pace)
     return np.append(known, len(places)), np.array([low, pace])

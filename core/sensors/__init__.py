@@ -1,1 +1,1 @@
-"""Kinds of sensor, each in a file of its own: fields, rays, how it is placed and what it gets from an object."""
+"""Kinds of sensor, one file each: fields, rays, placement and hits on objects."""

@@ -1,4 +1,4 @@
-"""What sensors of all kinds have in common: frozen, validated fields, a name, a pose and a range."""
+"""Define the base of all sensors: frozen, validated fields, a name, a pose and a range."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ Angles3 = tuple[Degrees, Degrees, Degrees]
 
 
 class Sensor(Frozen):
-    """A sensor of any kind, told apart by `kind`, which the classes derived from this one fix."""
+    """Sensor of any kind; `kind` is fixed by the derived classes."""
 
     name: Name
     model: str | None = None
@@ -100,7 +100,7 @@ class Sensor(Frozen):
         return Pose(self.position, self.rpy_deg)
 
     def finest(self) -> Self:
-        """Return the sensor with all rays that it can cast, whatever it is set to cast."""
+        """Return the sensor with all rays that it can cast, whatever its setting."""
         return self
 
     def with_pose(self, pose: Pose) -> Self:
@@ -118,4 +118,4 @@ def rays_of(sensor: _S) -> _S:
 
 
 NOWHERE = {"position": (0.0, 0.0, 0.0), "rpy_deg": (0.0, 0.0, 0.0), "range_m": (0.0, math.inf)}
-"""What decides where the rays are, but none of their directions in the sensor frame."""
+"""Fields that move or cut rays, but leave their directions in the sensor frame unchanged."""

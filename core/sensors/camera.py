@@ -25,7 +25,7 @@ from riglens.core.sensors.mounting import outwards_rpy_deg
 Doubles = NDArray[np.float64]
 FieldOfView = Annotated[float, Field(allow_inf_nan=False, ge=0.001, le=179.9)]
 FocalLength = Annotated[float, Field(allow_inf_nan=False, ge=1e-4, le=1e10)]
-"""In pixels; any field of view that is accepted has such a one, whatever the image."""
+"""Focal length in pixels; every accepted field of view has one, whatever the image."""
 PrincipalPoint = Annotated[float, Field(allow_inf_nan=False, ge=-1e6, le=1e6)]
 Pixels = Annotated[int, Field(ge=1, le=20_000)]
 _PX: JsonDict = {"unit": "px"}
@@ -126,7 +126,7 @@ def cast_px(camera: Camera, rays: NDArray[np.int64]) -> Doubles:
 
 
 def pixel_directions(camera: Camera, pixels: Doubles) -> Doubles:
-    """Unit directions (n, 3) in the sensor frame that fall on native pixels (n, 2); NaN where there is none."""
+    """Return unit directions (n, 3) in the sensor frame of native pixels (n, 2); NaN for missing ones."""
     fx_px, fy_px, cx_px, cy_px = camera.intrinsics_px()
     x, y = (pixels[:, 0] - cx_px) / fx_px, (pixels[:, 1] - cy_px) / fy_px
     if camera.distortion is not None:

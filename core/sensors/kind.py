@@ -1,4 +1,4 @@
-"""What the program has to know about a kind of sensor: everything else follows from these entries."""
+"""Register the kinds of sensors: everything that depends on the kind follows from these entries."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ Doubles = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Occlusion:
-    """How the car's own body stops the rays: not within `housing_radius_m` of the sensor, the radius of a housing whose
-    model is not known, and not where it is of glass, if the sensor sees through that."""
+    """Self-occlusion of a kind: the body stops rays beyond `housing_radius_m` of the sensor, the radius of a housing
+    whose model is not known; glass does not, if the sensor sees through it."""
 
     housing_radius_m: float
     sees_through_glass: bool = False
@@ -28,8 +28,8 @@ class Occlusion:
 
 @dataclass(frozen=True)
 class Placement:
-    """How a new sensor is mounted: so far above the roof, and turned as the outward normal (3,) of a surface says, in
-    degrees; one that is kept level looks ahead, or `away_when_level` from the surface."""
+    """Default mount of a new sensor: its height above the roof, and its rotation, in degrees, from the outward normal
+    (3,) of a surface; one that is kept level faces ahead, or `away_when_level` from the surface."""
 
     above_roof_m: float
     rpy_deg: Callable[[Doubles], Vec3]
@@ -38,7 +38,7 @@ class Placement:
 
 @dataclass(frozen=True)
 class HitMeasure:
-    """What a sensor gets from an object that its rays reach.
+    """Measure of a sensor's hits on an object.
 
     `measure`: "points" counts the rays of LiDARs, "pixels" rows of a camera's image, "returns" the rays of any other
     kind. From `threshold` of them on, `label` in sentences and `unit` behind a number, an object is detected.

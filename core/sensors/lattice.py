@@ -35,7 +35,7 @@ class Lattice:
 def lattice_directions(
     kind: int, rows: NDArray[np.float64], planes: NDArray[np.float64], rays: Ids
 ) -> NDArray[np.float64]:
-    """Directions (n, 3) in the sensor frame of the rays `rays` (n,), ray = row * planes + plane.
+    """Return directions (n, 3) in the sensor frame of the rays `rays` (n,), ray = row * planes + plane.
 
     The same doubles as the compiled `kernels.rays.lattice.direction` gives, which says what the tables mean;
     in plain numpy, because the window draws some rays before the compiler is loaded.

@@ -55,11 +55,11 @@ _STEPS = 100
 _NEWTON_STEPS = 12
 """Then halving: near its end Newton may go to and fro between doubles that are equally good."""
 _NOTHING = 1e-100
-"""Coefficients below this bend no ray that a double can tell from a straight one."""
+"""Coefficients below this bend no ray measurably in doubles."""
 _SHORTEST_STEP = 2.0**-8
 _ROUNDING = 2.0**-52
 _REACHED = 1e-11
-"""Share of the image plane's unit within which a point found must fall on the one asked for."""
+"""Tolerance of a solution, as a share of the image plane's unit."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ class Radial:
         return ((n + 2.0 * s * dn) * d - 2.0 * s * n * dd) / (d * d)
 
     def inverse(self, g: Doubles) -> Doubles:
-        """t in [0, limit) with g(t) = g >= 0, (n,); NaN where there is none. Newton, kept between two bounds."""
+        """Return t in [0, limit) with g(t) = g >= 0, (n,); NaN for missing ones. Newton, kept between two bounds."""
         low, high = np.zeros_like(g), self._above(g)
         t = np.where(g <= high, g, 0.5 * high)
         todo = np.flatnonzero(np.isfinite(high) & (g > 0.0))
@@ -103,7 +103,7 @@ class Radial:
         return np.where(np.isfinite(high), t, np.nan)
 
     def _above(self, g: Doubles) -> Doubles:
-        """A t below or at the limit with g(t) >= g; NaN where there is none."""
+        """Return a t below or at the limit with g(t) >= g; NaN for missing ones."""
         if math.isfinite(self.limit):
             top = np.full_like(g, self.limit)
             return np.where(self.value(top) > g, top, np.nan)
@@ -179,13 +179,13 @@ def _jacobian(lens: BrownConrady, x: Doubles, y: Doubles) -> tuple[Doubles, Doub
 
 
 def _is_in_front_of_the_fold(lens: BrownConrady, radial: Radial, x: Doubles, y: Doubles) -> NDArray[np.bool_]:
-    """Whether the image grows outwards up to there, and is not turned over by the tangential terms."""
+    """Return whether the image grows outwards up to there, and is not turned over by the tangential terms."""
     xx, xy, yy = _jacobian(lens, x, y)
     return (np.hypot(x, y) < radial.limit) & (xx * yy - xy * xy > 0.0)
 
 
 def _without_tangential(lens: BrownConrady, at_x: Doubles, at_y: Doubles, x: Doubles, y: Doubles) -> Doubles:
-    """Points (n, 2) that fall on (at_x, at_y), from a first guess (x, y); NaN where there is none.
+    """Return the points (n, 2) that map to (at_x, at_y), from a first guess (x, y); NaN for missing ones.
 
     Newton in two dimensions; a step that leads farther away is halved.
     """

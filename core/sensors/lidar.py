@@ -1,4 +1,4 @@
-"""LiDARs: turning beams, each at an elevation of its own, fired at azimuths."""
+"""LiDARs: rotating beams, each with its own elevation, fired at azimuths."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a sensor is turned when it is put on a surface, given the outward unit normal (3,) in the vehicle frame."""
+"""Rotate a sensor that is put on a surface, from the outward unit normal (3,) in the vehicle frame."""
 
 from __future__ import annotations
 

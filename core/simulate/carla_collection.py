@@ -1,4 +1,4 @@
-"""What a session with CARLA measures, as a data set of the same files as a simulated one, and as tables of boxes.
+"""Write the measurements of a CARLA session as a data set of the same files as a simulated one, and as tables of boxes.
 
 The boxes and poses of the car are also written as tables that other commands read.
 """
@@ -53,12 +53,12 @@ _TAGS = {
 }
 """CARLA's tags (CityObjectLabel from version 0.9.14 on) that are not static; riders belong to their bicycle."""
 _FARTHEST_M = 1000.0
-"""Where CARLA's depth ends."""
+"""Largest depth of CARLA."""
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """What to collect: frames, one in `every` ticks."""
+    """Frames to collect: one in `every` ticks."""
 
     frames: int = 200
     every: int = 10
@@ -72,7 +72,7 @@ class Wanted:
 
 @dataclass
 class Collection:
-    """The frames collected so far, whose files are complete; `sequence` is what they are called."""
+    """Frames collected so far, whose files are complete; `sequence` is their name."""
 
     rig: Rig
     settings: SimulationSettings
@@ -126,7 +126,7 @@ class Collection:
             stream.write(json.dumps(self._plan(channels), indent=1) + "\n")
 
     def traffic(self) -> Traffic:
-        """The road users of all frames."""
+        """Return the objects of all frames."""
         truths = [true_boxes(tick) for tick in self.ticks]
         frames, numbers = len(truths), np.arange(len(truths))
         cls = np.concatenate([np.zeros(0, np.uint8), *(truth.cls for truth in truths)])
@@ -179,7 +179,7 @@ class Collection:
 
 
 def collect(session: Session, to: Collection, wanted: Wanted, progress: Progress) -> None:
-    """Collect frames until there are as many as wanted."""
+    """Collect frames up to the requested number."""
     while len(to.ticks) < wanted.frames:
         for _ in range(wanted.every - 1):
             session.tick()
@@ -195,7 +195,7 @@ def _near(tick: Tick) -> list[Any]:
 
 
 def true_boxes(tick: Tick) -> TrueBoxes:
-    """The road users around the car in the vehicle frame."""
+    """Return the objects around the car in the vehicle frame."""
     actors = _near(tick)
     centres = np.array([actor.centre_m for actor in actors]).reshape(-1, 3)
     return TrueBoxes(
@@ -208,7 +208,7 @@ def true_boxes(tick: Tick) -> TrueBoxes:
 
 
 def sweep_of(tick: Tick, rig: Rig) -> Sweep:
-    """The points of all LiDARs in the vehicle frame; nobody says what they are on: all are GROUND."""
+    """Return the points of all LiDARs in the vehicle frame; their surfaces are unknown: all are GROUND."""
     parts = [_points_of(lidar, tick.data[lidar.name]) for lidar in rig.lidars()]
     counts = [len(points) for points, _, _ in parts]
     empty = (np.zeros((0, 3)), np.zeros(0), np.zeros(0, np.int64))

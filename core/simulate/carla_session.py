@@ -29,7 +29,7 @@ Doubles = NDArray[np.float64]
 STEP_S = 0.05
 """Time of a tick; LiDARs turn once in it."""
 ANSWER_S = 20.0
-"""How long the simulator may take to answer, and a sensor to send what belongs to a tick."""
+"""Timeout for an answer of the simulator, and for a sensor to send the data of a tick."""
 CAMERAS = ("rgb", "semantic_segmentation", "depth")
 EGO_ROLES = ("hero", "ego_vehicle", "ego")
 _ADDRESS = re.compile(r"(?P<host>[^\s:/]+):(?P<port>\d{1,5})")
@@ -38,7 +38,7 @@ _MIRRORED = np.diag([1.0, -1.0, 1.0])
 
 @dataclass(frozen=True)
 class Address:
-    """Where the simulator listens."""
+    """Address of the simulator."""
 
     host: str
     port: int
@@ -54,7 +54,7 @@ class Address:
 
 @dataclass(frozen=True)
 class Actor:
-    """A road user at a tick: number in the simulator, place in CLASSES, and its box in the world, right-handed."""
+    """Object at a tick: number in the simulator, index into CLASSES, and its box in the world, right-handed."""
 
     number: int
     cls: int
@@ -65,8 +65,8 @@ class Actor:
 
 @dataclass(frozen=True)
 class Tick:
-    """What is there at a tick: pose of the car in the world, the other road users, what each sensor sent by its name,
-    cameras by name and kind."""
+    """State at a tick: pose of the car in the world, the other objects, the data of each sensor by its name, cameras by
+    name and kind."""
 
     rotation: Doubles
     place_m: Doubles
@@ -86,7 +86,8 @@ def mirrored(points: Doubles) -> Doubles:
 
 
 def castable(rig: Rig, notes: Notes) -> Rig:
-    """The rig as CARLA can have it: beams and azimuths evenly spaced, cameras as centred pinholes; `notes` says so."""
+    """Return the rig as CARLA can simulate it: beams and azimuths evenly spaced, cameras as centred pinholes; `notes`
+    reports it."""
     made = (_castable(sensor, notes) for sensor in rig.sensors if sensor.enabled)
     return rig.replace(sensors=tuple(sensor for sensor in made if sensor is not None))
 
@@ -162,7 +163,7 @@ class Session:
         sensor.listen(received.put)
 
     def tick(self) -> Tick:
-        """Let the world go on by STEP_S; what is there then. ChildProcessError when a sensor stays silent."""
+        """Advance the world by STEP_S and return its state. ChildProcessError when a sensor stays silent."""
         number = self._world.tick()
         data = {name: self._of_tick(name, number) for name in self._queues}
         rotation, place_m = world_pose(self._ego.get_transform())
@@ -178,7 +179,7 @@ class Session:
                 return sent
 
     def _actors(self) -> Iterator[Actor]:
-        """Everybody else, whose box has a size: that of some two-wheelers in old versions has none."""
+        """Yield all others whose box has a size: some two-wheelers in old versions have none."""
         actors = self._world.get_actors()
         for pattern in ("vehicle.*", "walker.pedestrian.*"):
             for actor in actors.filter(pattern):
@@ -210,10 +211,11 @@ def _class_of(actor: Any) -> int:
 
 @contextmanager
 def session(address: Address) -> Iterator[Session]:
-    """A session with a simulator that waits for our ticks while the block runs, and then goes on as before.
+    """Yield a session with a simulator that waits for our ticks while the block runs, and continues as before
+    afterwards.
 
     The car is the one called hero or ego_vehicle, else a new one that drives by itself. InputError when the package is
-    missing, nobody answers, or there is no place for a car.
+    missing, no simulator answers, or there is no place for a car.
     """
     carla = _carla()
     where = f"CARLA at {address.host}:{address.port}"

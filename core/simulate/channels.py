@@ -1,4 +1,4 @@
-"""The channels of a data set: what each sensor is called in it, where it stands, and which way its axes point.
+"""Channels of a data set: the name, pose and axes of each sensor in it.
 
 nuScenes' customs: the ego frame lies on the ground under the middle of the rear axle; a camera's x points to the right
 in the picture, y down and z ahead; LIDAR_TOP's x points to the right of the car and y ahead.
@@ -37,7 +37,7 @@ class Channel:
 
     @property
     def ending(self) -> str:
-        """How its file names end."""
+        """Return the file name extension."""
         return ".jpg" if self.modality == "camera" else ".pcd.bin"
 
     def to_sensor(self, ego_m: Doubles) -> Doubles:
@@ -50,7 +50,7 @@ class Channel:
 
 
 def ego_origin_m(rig: Rig) -> Doubles:
-    """Where the ego frame's origin lies in the vehicle frame (3,)."""
+    """Return the ego frame's origin in the vehicle frame (3,)."""
     return np.array([rig.vehicle.rear_axle_x, 0.0, 0.0])
 
 
@@ -86,7 +86,7 @@ def _camera(camera: Camera, number: int, name: str, origin_m: Doubles) -> Channe
 
 
 def _name(family: str, sensor: Sensor, taken: set[str]) -> str:
-    """A name of its own of capital letters, figures and _, that begins with LIDAR_ or CAM_."""
+    """Return a unique name of capital letters, digits and _ that begins with LIDAR_ or CAM_."""
     words = re.sub(r"[^A-Z0-9]+", "_", sensor.name.upper()).strip("_")[:60] or "ONE"
     name = words if words.startswith(f"{family}_") else f"{family}_{words}"
     number, free = 2, name

@@ -1,4 +1,4 @@
-"""What stands around and looks like road users from afar: bushes, bins, poles, walls, drawn anew for each frame.
+"""Draw clutter that looks like objects from afar: bushes, bins, poles, walls, separately for each frame.
 
 All figures are our choice.
 """
@@ -16,17 +16,17 @@ from riglens.core.targets.shapes import WHOLE, Part
 
 Doubles = NDArray[np.float64]
 WITHIN_M = 60.0
-"""Clutter stands within this distance of the car."""
+"""Largest distance of clutter from the car."""
 APART_M = 0.3
-"""And as far as this from the road users."""
+"""Least distance of clutter from objects."""
 OWN_PLACE_M = (8.0, 4.0)
-"""Length and width of the place around the car where nothing stands, whichever rig it carries."""
+"""Length and width of the area around the car without clutter, whichever rig it carries."""
 
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of clutter: its share, least and greatest length, width and height in metres, what it is made of, and how
-    deep rays get into it, metres."""
+    """Kind of clutter: its share, least and greatest length, width and height in metres, its parts, and the depth to
+    which rays enter it, metres."""
 
     name: str
     share: float
@@ -58,7 +58,7 @@ KINDS = (
 
 
 class Clutter(NamedTuple):
-    """Things on a flat ground: kind (n,), place in KINDS; foot_m (n, 2), where they stand; size_m (n, 3); yaw_rad
+    """Things on a flat ground: kind (n,), index into KINDS; foot_m (n, 2), their places; size_m (n, 3); yaw_rad
     (n,)."""
 
     kind: NDArray[np.int64]
@@ -80,7 +80,7 @@ class Footprints(NamedTuple):
 
 
 def scattered(rng: np.random.Generator, number: int, users: Footprints) -> Clutter:
-    """Draw things evenly over the disc around the car; those that would stand in road users or the car are left out."""
+    """Draw things uniformly over the disc around the car, except in objects or the car."""
     shares = np.array([kind.share for kind in KINDS])
     kind = np.searchsorted(np.cumsum(shares / shares.sum()), rng.random(number), side="right")
     least, most = np.array([one.least_m for one in KINDS]), np.array([one.most_m for one in KINDS])
@@ -103,7 +103,8 @@ def _with_own_place(users: Footprints) -> Footprints:
 
 
 def overlaps(some: Footprints, others: Footprints) -> NDArray[np.bool_]:
-    """Whether rectangles (k,) overlap others (n,), (k, n): unless an axis of one of the two lies between them."""
+    """Return whether rectangles (k,) overlap others (n,), (k, n): unless an axis of one of the two lies between
+    them."""
     apart = others.centre_m[None] - some.centre_m[:, None]
     cos = np.abs(some.ahead @ others.ahead.T)
     sin = np.abs(some.ahead @ _left(others.ahead).T)

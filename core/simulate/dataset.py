@@ -40,7 +40,7 @@ VERSION = "v1.0-trainval"
 PLAN, WORK, _LAST = "riglens.json", ".riglens", "splits.json"
 UNIT_FRAMES = 20
 TABLE_BYTES, TABLE_BYTES_2D = 1400, 700
-"""What tables hold of a road user, and of one in a picture, about."""
+"""Approximate size of an object in the tables, and of one in a picture."""
 SPARE = 1.1
 """So many times the estimate has to be free."""
 
@@ -54,7 +54,7 @@ class Span(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Dataset:
-    """What is to be made: a rig in scenes of traffic; `poses` of the car by frame, where they are known."""
+    """Data set to make: a rig in scenes of traffic; `poses` of the car by frame, where they are known."""
 
     rig: Rig
     settings: SimulationSettings
@@ -65,7 +65,7 @@ class Dataset:
 
     @cached_property
     def channels(self) -> list[Channel]:
-        """Where files come from; InputError for a rig without sensors."""
+        """Return the sources of files; InputError for a rig without sensors."""
         return require_channels(self.rig, self.extras)
 
     @property
@@ -105,7 +105,7 @@ class Dataset:
 
     @cached_property
     def plan(self) -> dict[str, Any]:
-        """What the folder is made of, for riglens.json."""
+        """Return the inputs of the folder, for riglens.json."""
         data, splits = self.traffic.data, self._tables({}).splits()
         mesh = self.rig.vehicle.body_mesh
         return {
@@ -143,7 +143,7 @@ class Dataset:
 
 
 def require_channels(rig: Rig, extras: Extras) -> list[Channel]:
-    """Where the files of a rig come from; InputError for one without sensors."""
+    """Return the sources of a rig's files; InputError for a rig without sensors."""
     found = channels_of(rig, extras.pictures)
     if not found:
         more = " while no pictures are drawn" if rig.cameras() else ""
@@ -177,7 +177,7 @@ def scenes_of(traffic: Traffic, every: int = 1, most: int | None = None) -> list
 
 
 def bytes_needed(dataset: Dataset, keys: Sequence[str]) -> int:
-    """Estimate what spans and the tables take: three frames are simulated, and stand for the others."""
+    """Estimate the size of spans and tables: three frames are simulated as a sample."""
     frames = [frame for key in keys for frame in dataset.spans[key].frames]
     if not frames:
         return 0
@@ -209,7 +209,7 @@ def _size(count: float) -> str:
 
 
 def require_own(path: Path) -> bool:
-    """Whether a folder holds a data set; InputError when it is a file, or holds something else."""
+    """Return whether a folder holds a data set; InputError when it is a file, or holds something else."""
     if path.exists() and not path.is_dir():
         raise InputError(f"{path}: must be a folder, not a file")
     held = sorted(entry.name for entry in path.iterdir()) if path.exists() else []
@@ -258,7 +258,7 @@ class DatasetFolder:
 
     @property
     def is_complete(self) -> bool:
-        """Whether all is there, with nothing left of a run that went on."""
+        """Return whether everything is complete, without remains of an interrupted run."""
         ends = (self.path / PLAN, self.path / VERSION / _LAST)
         if count_kept(self.work) or not all(path.exists() for path in ends):
             return False
@@ -266,7 +266,7 @@ class DatasetFolder:
         return all((self.path / name).exists() for span in spans for name in self._dataset.file_names(span))
 
     def begin(self) -> None:
-        """Write down what is planned."""
+        """Write the plan."""
         with atomic_write(self.path / PLAN, "w") as stream:
             stream.write(self._text)
 
@@ -280,7 +280,7 @@ class DatasetFolder:
         return found
 
     def load(self, key: str) -> Sequence[Notes] | None:
-        """Return the notes of a span whose files are complete and as they were written."""
+        """Return the notes of a span whose files are complete and unchanged."""
         kept = self._kept.load(key)
         if kept is None or not all(_is_as_written(self.path / name, kept.files[name]) for name in kept.files):
             return None
@@ -295,7 +295,7 @@ class DatasetFolder:
         return notes
 
     def finish(self) -> int:
-        """Write the tables, and forget how far the work had come; how many points there are."""
+        """Write the tables, delete the progress, and return the number of points."""
         notes = dict[int, Notes]()
         for key in self._dataset.spans:
             kept = self._kept.load(key)
@@ -317,7 +317,7 @@ class DatasetFolder:
 
 
 class _Kept(NamedTuple):
-    """What is known of a complete span: notes of its frames, and the SHA-256 of each of its files."""
+    """Record of a complete span: notes of its frames, and the SHA-256 of each of its files."""
 
     notes: Sequence[Notes]
     files: dict[str, str]
@@ -354,7 +354,7 @@ def _json_array(records: Iterator[Record]) -> Iterator[str]:
 
 
 def _plain_map() -> bytes:
-    """A map on which everything is road: nobody knows better."""
+    """Return a map on which everything is road: the real one is unknown."""
     from io import BytesIO
 
     from PIL import Image

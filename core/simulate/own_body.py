@@ -1,4 +1,4 @@
-"""Where the car's own body stops the rays of its sensors, worked out once for each sensor and body of a process."""
+"""Compute where the car's own body stops the rays of its sensors, once per sensor and body in a process."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class OwnBody:
 
 
 def own_body(vehicle: Vehicle) -> OwnBody:
-    """The body of a vehicle; InputError where it is a file whose mesh was not read."""
+    """Return the body of a vehicle; InputError where it is a file whose mesh was not read."""
     solid = solid_of(vehicle)
     return OwnBody(solid.fingerprint, solid)
 

@@ -1,4 +1,4 @@
-"""What the cameras of a rig tell of LiDAR points: each gets the class that a simulated segmentation shows at its pixel.
+"""Label LiDAR points with the cameras of a rig: each gets the class that a simulated segmentation shows at its pixel.
 
 As in PointPainting (Vora et al., CVPR 2020), but nothing is trained: labels are those of the simulated picture, spoilt
 by errors that are stated here. All numbers are our choice.
@@ -25,7 +25,7 @@ Ids = NDArray[np.int64]
 Quality = Literal["good", "usual", "poor"]
 
 STRIDE_PX = 4
-"""A segmented picture has a label for so many native pixels across: as segmenting nets answer."""
+"""Native pixels per label of a segmented picture, as in segmentation networks."""
 PATCH_LABELS = 8
 """Edge of the patches of a background in which false alarms are drawn, labels."""
 SCORES = 1 + len(CLASSES)
@@ -34,7 +34,7 @@ _UNSEEN, _OTHER = -1, 0
 
 @dataclass(frozen=True)
 class Segmentation:
-    """How well pictures are segmented, per road user and picture.
+    """Quality of the segmentation, per object and picture.
 
     A road user of h visible pixels in height is found with probability top / (1 + (half_px / h)^3), and then taken for
     one of the other classes with probability `mistaken`. false_alarms: share of patches of what stands around that are
@@ -53,7 +53,8 @@ class Segmentation:
         return asdict(self)
 
     def found(self, height_px: Doubles) -> Doubles:
-        """Probability (n,) that road users of so many visible pixels in height (n,) are found; 0 without pixels."""
+        """Return the probability (n,) that objects with these visible heights in pixels (n,) are found; 0 without
+        pixels."""
         ratio = np.divide(self.half_px, height_px, out=np.full(len(height_px), np.inf), where=height_px > 0)
         return np.asarray(self.top / (1.0 + ratio**3))
 
@@ -66,8 +67,8 @@ QUALITIES: dict[Quality, Segmentation] = {
 
 
 class _Draws(NamedTuple):
-    """Of one camera and frame: shift of its picture in native pixels (2,), what it says of each road user (n,), and of
-    each patch (rows, columns) that shows what stands around."""
+    """Draws of one camera and frame: shift of its picture in native pixels (2,), label of each object (n,), and of each
+    patch (rows, columns) that shows occluders."""
 
     shift_px: Doubles
     label: Ids
@@ -75,7 +76,7 @@ class _Draws(NamedTuple):
 
 
 class Painter:
-    """Tells points what a rig's enabled cameras say of them. For one thread, which may be any."""
+    """Label points with a rig's enabled cameras. For one thread, which may be any."""
 
     def __init__(self, rig: Rig, worlds: Worlds, segmentation: Segmentation) -> None:
         self._eyes = [_eye(camera) for camera in rig.cameras()]
@@ -83,8 +84,8 @@ class Painter:
         self._cameras = Cameras(rig.model_copy(update={"sensors": tuple(self._eyes)}), worlds, False)
 
     def scores(self, frame: int, points_m: NDArray[np.float32]) -> Doubles:
-        """What cameras say of points (n, 3) of a frame in the vehicle frame, (n, SCORES): whether one sees it, and the
-        share of those cameras that say car, bicycle and pedestrian."""
+        """Return the camera scores of points (n, 3) of a frame in the vehicle frame, (n, SCORES): whether a camera sees
+        it, and the share of those cameras that label it car, bicycle and pedestrian."""
         votes, points = np.zeros((len(points_m), SCORES)), points_m.astype(np.float64)
         for number, eye in enumerate(self._eyes):
             label = self._labels(number, eye, frame, points)
@@ -95,7 +96,7 @@ class Painter:
         return np.concatenate([np.minimum(votes[:, :1], 1.0), votes[:, 1:] / looks], axis=1)
 
     def _labels(self, number: int, eye: Camera, frame: int, points: Doubles) -> Ids:
-        """What a camera says of points (n, 3), (n,): _UNSEEN, _OTHER, or a place in CLASSES + 1."""
+        """Return the labels by a camera of points (n, 3), (n,): _UNSEEN, _OTHER, or an index of CLASSES + 1."""
         picture = self._cameras.picture(number, frame)
         cls = self._worlds.truth(frame).cls
         draws = self._draws(eye, frame, picture, cls)
@@ -132,7 +133,7 @@ def _eye(camera: Camera) -> Camera:
 
 
 def _pixels(eye: Camera, points: Doubles, shift_px: Doubles) -> tuple[Ids, Ids, Ids]:
-    """Which of points (n, 3) fall into the picture, and the rows and columns of their labels."""
+    """Return which of the points (n, 3) are in the picture, and the rows and columns of their labels."""
     local = (points - np.array(eye.position)) @ eye.pose.rotation()
     place = (project_px(eye, local) + shift_px) * np.array(eye.resolution) / np.array(eye.image)
     with np.errstate(invalid="ignore"):

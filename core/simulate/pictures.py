@@ -1,4 +1,4 @@
-"""What the cameras of a rig see in a frame: picture, labels and depth, drawn from the shapes that LiDAR rays meet."""
+"""Render the cameras of a rig in a frame: picture, labels and depth, from the shapes that LiDAR rays meet."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from riglens.core.targets.beams import NOT_STOPPED, beams_of
 __all__ = ["NO_RAY", "OWN_CAR", "SKY", "CameraPicture", "Cameras", "class_labels"]
 
 LABELS = ("none", "car", "bicycle", "pedestrian", "static", "ground", "sky", "own car")
-"""What the numbers of a class picture mean."""
+"""Meanings of the numbers in a class picture."""
 _CARS = (
     (196, 199, 205),
     (42, 45, 52),
@@ -61,12 +61,12 @@ _PLAIN = {
     "horizon": (206, 216, 224),
 }
 _VARIED = 0.12
-"""How far the colours of two things of a kind may be apart, as a share."""
+"""Largest difference between the colours of two things of a kind, as a share."""
 
 
 @dataclass(frozen=True)
 class CameraPicture:
-    """A frame as a camera sees it; rows from above, columns from the left.
+    """Frame as a camera sees it; rows from above, columns from the left.
 
     what (rows, columns) int32: place of a road user in the frame, GROUND, STATIC, SKY, OWN_CAR or NO_RAY; depth_m
     float32 along the camera's axis, inf: none; rgb (rows, columns, 3) uint8; of each road user (n,): pixels, pixels if
@@ -91,7 +91,7 @@ class Cameras:
         self._canvases = dict[tuple[int, int], Canvas]()
 
     def picture(self, camera: int, frame: int) -> CameraPicture:
-        """What a camera, by its place among `rig.cameras()`, sees in a frame."""
+        """Return the picture of a camera, by its index in `rig.cameras()`, in a frame."""
         beams, world = self._beams[camera], self._worlds.world(frame)
         rows, columns = beams.row_of.size, beams.columns
         if (rows, columns) not in self._canvases:
@@ -112,7 +112,7 @@ class Cameras:
 
 
 def class_labels(what: NDArray[np.int32], cls: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Places in LABELS (rows, columns) of what pixels show; cls (n,): classes of the frame's road users."""
+    """Return the indices into LABELS (rows, columns) of pixels; cls (n,): classes of the frame's objects."""
     table = np.zeros(5 + len(cls), np.uint8)
     for code, name in (
         (GROUND, "ground"),

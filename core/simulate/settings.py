@@ -1,4 +1,4 @@
-"""What is assumed when a rig's sweeps are simulated."""
+"""Collect the assumptions of simulated sweeps."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MOST_NOISE_M = 10.0
 
 @dataclass(frozen=True)
 class SimulationSettings:
-    """How sweeps come about; all numbers are our choice.
+    """Settings of simulated sweeps; all numbers are our choice.
 
     seed, shape, range_law, phase, body: as in `riglens.core.targets.settings.TargetSettings`, with the same draws.
     noise_m: standard deviation of a range, metres. dropout: share of returns that get lost, whatever they are on.
@@ -47,7 +47,7 @@ class SimulationSettings:
             raise InputError(f"must be an integer from 0 to {MOST_CLUTTER} (got {self.clutter})", "clutter")
 
     def targets(self) -> TargetSettings:
-        """The same for the counting of points on road users."""
+        """Return the same settings for counting points on objects."""
         return TargetSettings(self.shape, self.range_law, self.phase, self.seed, body=self.body)
 
     def as_dict(self) -> dict[str, object]:
@@ -67,4 +67,4 @@ class SimulationSettings:
 
 USUAL_SIMULATION = SimulationSettings()
 BARE = SimulationSettings(noise_m=0.0, dropout=0.0, clutter=0, ground="none")
-"""Nothing but road users: as many points on them as the targets engine counts."""
+"""Only objects: as many points on them as the targets engine counts."""

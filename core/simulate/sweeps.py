@@ -24,7 +24,7 @@ from riglens.core.targets.traffic import Traffic
 __all__ = ["GROUND", "STATIC", "Simulator", "Sweep", "points_inside"]
 
 STATIC_REFLECTIVITY, ROAD_REFLECTIVITY = 0.2, 0.2
-"""Of what stands around and of the road, beside those of road users; our choice."""
+"""Reflectivities of occluders and of the road, besides those of objects; our choice."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Sweep:
     alone: NDArray[np.int64]
 
     def hits(self, objects: int) -> NDArray[np.int64]:
-        """Points that came back from each of so many road users, wherever noise put them."""
+        """Return the number of returns from each object, wherever noise put them."""
         return np.bincount(self.object[self.object >= 0], minlength=objects).astype(np.int64)
 
     def of(self, sensor: int) -> Sweep:
@@ -105,11 +105,11 @@ class Simulator:
         return self.worlds.frames
 
     def truth(self, frame: int) -> TrueBoxes:
-        """The road users of a frame."""
+        """Return the objects of a frame."""
         return self.worlds.truth(frame)
 
     def sweep(self, frame: int) -> Sweep:
-        """What the LiDARs measure in a frame."""
+        """Return the LiDAR points of a frame."""
         world = self.worlds.world(frame)
         users, boxes = world.looks.users, len(world.boxes.centres)
         reached, alone = np.zeros(users, np.int64), np.zeros(boxes, np.int64)
@@ -145,7 +145,7 @@ def _source(lidar: Lidar, body: OwnBody | None, settings: SimulationSettings) ->
 
 
 def points_inside(truth: TrueBoxes, points_m: NDArray[np.float32]) -> NDArray[np.int64]:
-    """Points (n,) inside of each road user's box, faces included: what nuScenes calls `num_lidar_pts`."""
+    """Return the number of points (n,) inside of each object's box, faces included: `num_lidar_pts` of nuScenes."""
     counts = np.zeros(len(truth.cls), np.int64)
     kernel.count_inside(points_m, truth.centre_m, truth.size_m / 2.0, truth.rotation, counts)
     return counts
@@ -165,7 +165,7 @@ def canvas_for(beams: Beams) -> Canvas:
 
 
 def _law(lidar: Lidar, settings: SimulationSettings) -> NDArray[np.float64]:
-    """R for the three classes, what stands around and the road in metres, and the relative width, (6,); (0,) where all
+    """Return R for the three classes, occluders and the road in metres, and the relative width, (6,); (0,) where all
     rays return."""
     anchors = anchors_of(lidar) if settings.range_law else ()
     if not anchors:

@@ -1,4 +1,4 @@
-"""The thirteen tables of nuScenes, and splits and 2D boxes beside them, record by record.
+"""Write the thirteen tables of nuScenes, and splits and 2D boxes with them, record by record.
 
 Source of the format: docs/schema_nuscenes.md of the nuScenes development kit.
 """
@@ -26,7 +26,7 @@ CATEGORIES = {
     "vehicle.bicycle": "Bicycles and motorcycles, ridden or not.",
     "human.pedestrian.adult": "People.",
 }
-"""Categories in the order of the classes, and what they stand for here."""
+"""Categories in the order of the classes, and their meaning here."""
 ATTRIBUTES = (
     "vehicle.moving", "vehicle.stopped", "vehicle.parked", "cycle.with_rider", "cycle.without_rider",
     "pedestrian.sitting_lying_down", "pedestrian.standing", "pedestrian.moving",
@@ -38,7 +38,7 @@ _START_US = 1_600_000_000_000_000
 MAP_FILE = "maps/plain.png"
 TRAIN, VAL = "riglens_train", "riglens_val"
 VAL_EVERY = 5
-"""Every so many sequences one is for validation."""
+"""One of this many sequences is for validation."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Scene:
 
     @property
     def is_val(self) -> bool:
-        """Whether it is for validation."""
+        """Return whether it is for validation."""
         return self.number % VAL_EVERY == VAL_EVERY - 1
 
     def time_us(self, place: int) -> int:
@@ -62,20 +62,20 @@ class Scene:
         return _START_US + self.number * 100_000_000_000 + round(place * self.step_s * 1e6)
 
     def stem(self, place: int) -> str:
-        """What the files of a frame are called; `{}` stands for the channel."""
+        """Return the stem of the names of a frame's files; `{}` stands for the channel."""
         return f"{self.name}__{{}}__{self.time_us(place)}"
 
 
 @dataclass(frozen=True)
 class EgoPose:
-    """Where the vehicle frame is in the world: place in metres (3,), yaw in radians."""
+    """Pose of the vehicle frame in the world: place in metres (3,), yaw in radians."""
 
     place_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
     yaw_rad: float = 0.0
 
 
 class Tables:
-    """Writes the tables of a data set whose tokens begin with `key`, from the notes of its frames."""
+    """Writer of the tables of a data set whose tokens begin with `key`, from the notes of its frames."""
 
     def __init__(
         self,
@@ -245,7 +245,7 @@ class Tables:
 
     @cached_property
     def _chains(self) -> list[list[tuple[int, int]]]:
-        """Frames and places of each road user that is followed; one of each where nobody says who is who."""
+        """Return frames and indices of each tracked object; one of each where identities are unknown."""
         followed, found = dict[object, list[tuple[int, int]]](), list[list[tuple[int, int]]]()
         for scene, frame, _, _, _ in self._moments():
             notes = self._notes[frame]

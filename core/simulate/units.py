@@ -1,4 +1,4 @@
-"""A piece of a data set: some frames of one sequence, simulated by whoever is free, and handed over as plain bytes."""
+"""Simulate a piece of a data set: some frames of one sequence, on any worker, returned as plain bytes."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ DEPTH_PER_M = 100
 """Depth pictures hold centimetres, 0 where there is none and beyond 655.35 m."""
 NOTES = "notes.json"
 Notes = Mapping[str, Any]
-"""What is known of a frame's road users beyond their boxes, see `_notes`."""
+"""Properties of a frame's objects beyond their boxes, see `_notes`."""
 
 
 @dataclass(frozen=True)
 class Extras:
-    """What is written beside sweeps and tables: pictures of the cameras with labels and depth; points as Parquet."""
+    """Optional files besides sweeps and tables: pictures of the cameras with labels and depth; points as Parquet."""
 
     pictures: bool = True
     points: bool = False
@@ -41,7 +41,7 @@ class Extras:
 
 @dataclass(frozen=True)
 class Unit:
-    """Frames of one sequence: stems[k] is what the files of frames[k] are called, `{}` standing for the channel.
+    """Frames of one sequence: stems[k] is the stem of the file names of frames[k], `{}` is the channel.
 
     traffic: of these frames alone, with their numbers in the data.
     """
@@ -114,7 +114,7 @@ def unpacked(content: bytes, unit: Unit) -> tuple[dict[str, bytes], list[dict[st
     except Exception as error:  # damaged bytes make zipfile and json raise a dozen kinds of error
         raise ChildProcessError("a worker sent a damaged part; what is finished is kept") from error
     if files.keys() != unit.file_names() or frames != unit.frames:
-        raise ChildProcessError("a worker sent another part than it was asked for; what is finished is kept")
+        raise ChildProcessError("a worker returned another part than requested; finished parts are kept")
     return files, notes
 
 
@@ -163,7 +163,7 @@ def records_of(sweep: Sweep, channel: Channel, rig: Rig) -> NDArray[np.float32]:
 def counted_inside(
     truth: TrueBoxes, records: NDArray[np.float32], channels: list[Channel], rig: Rig
 ) -> NDArray[np.int64]:
-    """Points (n,) in each road user's box, of those in the file."""
+    """Return the number of points (n,) in each object's box, of those in the file."""
     counts = np.zeros(len(truth.cls), np.int64)
     if len(records):
         points_m = channels[0].to_ego(records[:, :3].astype(np.float64)) + ego_origin_m(rig)
@@ -200,7 +200,7 @@ def _names_array(names: tuple[str, ...]) -> Any:
 
 
 def _parquet(sweep: Sweep, truth: TrueBoxes, rig: Rig) -> bytes:
-    """All points in the vehicle frame, with the LiDAR, the road user and its class."""
+    """Return all points in the vehicle frame, with the LiDAR, the object and its class."""
     import pyarrow as pa
     from pyarrow import parquet
 
@@ -228,9 +228,9 @@ def _parquet(sweep: Sweep, truth: TrueBoxes, rig: Rig) -> bytes:
 def _notes(
     frame: int, truth: TrueBoxes, sweep: Sweep, inside: NDArray[np.int64], pictures: list[CameraPicture]
 ) -> dict[str, Any]:
-    """Of each road user: points in its box, rays that returned from it, share that cameras see, or LiDARs where no
-    camera looks (None: nobody could); of
-    each camera the road users in its picture: place, bounds in pixels, pixels, share that is not hidden."""
+    """Return for each object: points in its box, rays that returned from it, share that cameras see, or LiDARs where no
+    camera looks (None: unknown); for each camera the objects in its picture: index, bounds in pixels, pixels, visible
+    share."""
     pixels = sum((picture.pixels for picture in pictures), np.zeros(len(truth.cls), np.int64))
     alone = sum((picture.alone for picture in pictures), np.zeros(len(truth.cls), np.int64))
     shown = np.where(alone > 0, pixels, sweep.reached), np.where(alone > 0, alone, sweep.alone)

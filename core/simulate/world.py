@@ -1,4 +1,4 @@
-"""Everything that stands in one frame, the same for every rig: road users, what was given around them, clutter, ground.
+"""Build the content of one frame, the same for every rig: objects, given occluders, clutter, ground.
 
 Draws depend on the seed and the number of the frame alone.
 """
@@ -23,9 +23,9 @@ WAVES_M = ((6.0, 12.0), (12.0, 25.0), (25.0, 50.0))
 """Shortest and longest of each wave of the ground; our choice, as the heights."""
 WAVE_HEIGHT_M = (0.01, 0.04)
 BRIGHT, ROAD_BRIGHT = (10.0, 130.0), 25.0
-"""Intensity at a right angle, drawn for each thing from the same range: it tells nothing of its class."""
+"""Intensity at a right angle, drawn for each thing from the same range: it does not reveal the class."""
 NEAR_M, FEWEST = 60.0, 3
-"""The ground lies at the median of the bottoms of road users so near, where there are so many."""
+"""The ground is the median of the bottoms of objects within this distance, if there are this many."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class TrueBoxes:
 
     @property
     def yaw_rad(self) -> Doubles:
-        """Where they look, (n,), positive to the left."""
+        """Return the heading of the objects, (n,), positive to the left."""
         return np.arctan2(self.rotation[:, 1, 0], self.rotation[:, 0, 0])
 
     @property
@@ -51,8 +51,8 @@ class TrueBoxes:
 
 
 class World(NamedTuple):
-    """A frame for the kernels: `boxes`, road users first; what they are like; the ground; `kind` (n,) of each box
-    beyond the road users: place in KINDS, -1 for what was given."""
+    """Frame for the kernels: `boxes`, objects first; their reflection; the ground; `kind` (n,) of each box beyond the
+    objects: index into KINDS, -1 for given occluders."""
 
     boxes: Boxes
     looks: Looks
@@ -61,8 +61,8 @@ class World(NamedTuple):
 
 
 class Worlds:
-    """The frames of traffic, by their number in the data, as a seed and settings make them. For one thread: the last
-    frame is kept, for the LiDARs and all cameras of a rig ask for the same one."""
+    """Frames of traffic, by their number in the data, for a seed and settings. For one thread: the last frame is cached
+    for the LiDARs and cameras of a rig."""
 
     def __init__(self, traffic: Traffic, settings: SimulationSettings) -> None:
         self.traffic, self.settings = traffic, settings
@@ -75,13 +75,13 @@ class Worlds:
         return self.traffic.frames
 
     def truth(self, frame: int) -> TrueBoxes:
-        """The road users of a frame."""
+        """Return the objects of a frame."""
         _, users = self._places(frame)
         t = self.traffic
         return TrueBoxes(t.cls[users], t.centre_m[users], t.size_m[users], t.rotation[users], t.row[users])
 
     def world(self, frame: int) -> World:
-        """All of a frame; nobody may write into it."""
+        """Return the whole frame, read only."""
         if self._last is None or self._last[0] != frame:
             self._last = frame, self._made(frame)
         return self._last[1]
@@ -108,7 +108,7 @@ class Worlds:
         return World(boxes, Looks(users.stop - users.start, soft, bright, ROAD_BRIGHT), surface, kind)
 
     def _places(self, frame: int) -> tuple[slice, slice]:
-        """Where a frame's boxes are, and where the road users are that stand first among them."""
+        """Return the slice of a frame's boxes, and that of the objects, which come first among them."""
         if frame not in self._place:
             raise IndexError(f"no frame {frame} among {self.frames}")
         place = self._place[frame]
@@ -117,7 +117,7 @@ class Worlds:
         return slice(first, end), slice(first, users)
 
     def _height(self, users: slice) -> float:
-        """Where the ground lies on average, metres."""
+        """Return the average height of the ground, metres."""
         t = self.traffic
         near = t.distance_m[users] <= NEAR_M
         if np.count_nonzero(near) < FEWEST:
@@ -143,7 +143,7 @@ def _surface(rng: np.random.Generator, settings: SimulationSettings, height_m: f
 
 
 def _standing(clutter: Clutter, surface: Surface) -> Doubles:
-    """Centres (n, 3) of things that stand on the ground."""
+    """Return the centres (n, 3) of things on the ground."""
     x, y = clutter.foot_m.T
     waves = surface.waves[:, :, None]
     bump = (waves[:, 0] * np.sin(waves[:, 1] * x + waves[:, 2] * y + waves[:, 3])).sum(axis=0)

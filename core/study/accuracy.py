@@ -1,4 +1,4 @@
-"""Time against error of ways to score a rig: methods on one grid, other voxel edges, other ray lattices.
+"""Compare time and error of methods to score a rig: methods on one grid, other voxel edges, other ray lattices.
 
 Two errors. Wrong voxels: missed and extra against the exact set of the rig's own rays on the same grid, as a
 share of that set, cameras and LiDARs counted apart. S-MS: the share of the scene's entropy that S-MS stands
@@ -47,7 +47,7 @@ ROUNDING = 1e-12
 
 @dataclass(frozen=True)
 class AccuracyPlan:
-    """What is measured, and how: repetitions of each case, threads (all by default), which lattices."""
+    """Plan of the measurements: repetitions of each case, threads (all by default), lattices."""
 
     repetitions: int = REPETITIONS
     threads: int | None = None
@@ -68,7 +68,7 @@ class Wrong(NamedTuple):
 
 @dataclass(frozen=True)
 class Point:
-    """One (method, voxel edge, ray lattice): its times and its errors.
+    """Point of a (method, voxel edge, ray lattice): its times and its errors.
 
     wrong: None on other grids than the study's own, where it is 0 by definition. Per class, None where
     H(Omega) or the reference is 0: `share` = -S-MS / H(Omega), `grid_error` and `shortcut_error` as parts of
@@ -97,7 +97,7 @@ class Point:
 
     @property
     def from_scratch(self) -> bool:
-        """Whether the time covers the whole rig; for edits it does not, so they stay off the fronts."""
+        """Return whether the time covers the whole rig; for edits it does not, so they stay off the fronts."""
         return not self.method.startswith("edit")
 
     @property
@@ -113,7 +113,7 @@ class Point:
 
     @property
     def is_own(self) -> bool:
-        """Whether this is the exact engine with the rig's own rays."""
+        """Return whether this is the exact engine with the rig's own rays."""
         return self.method == "exact" and self.lattice == "own"
 
 
@@ -131,7 +131,7 @@ class AccuracyStudy:
 
     @property
     def own(self) -> Point:
-        """The point in question: exact, on the study's own grid, with the rig's own rays."""
+        """Return the point of the exact engine on the study's own grid, with the rig's own rays."""
         return next(p for p in self.points if p.is_own and p.voxel_m == self.voxel_m)
 
     @property
@@ -161,9 +161,9 @@ def study_accuracy(
     plan: AccuracyPlan = AccuracyPlan(),
     progress: Progress | None = None,
 ) -> AccuracyStudy:
-    """Measure every contestant on the grid `voxel_m` and the exact engine on the other grids of `fields`.
+    """Measure every method on the grid `voxel_m` and the exact engine on the other grids of `fields`.
 
-    Repetitions alternate between the contestants after one warm-up round; who takes longer than SLOW_MS runs
+    Repetitions alternate between the methods after one warm-up round; one that takes longer than SLOW_MS runs
     once. InputError when the rig has no sensor that is switched on, or when memory is short.
     """
     require_sensors(rig)
@@ -177,7 +177,7 @@ def study_accuracy(
 def require_sensors(rig: Rig) -> None:
     """Raise InputError when no sensor of the rig is switched on."""
     if not any(sensor.enabled for sensor in rig.sensors):
-        raise InputError(f"rig {rig.name}: no sensor is switched on, so there is nothing to measure")
+        raise InputError(f"rig {rig.name}: no sensor is enabled, so there is nothing to measure")
 
 
 def _contestants(
@@ -241,7 +241,7 @@ def points_of(
     voxel_m: float,
     finest_m: float,
 ) -> list[Point]:
-    """A point per contestant: its times, and its errors against the exact answers among them."""
+    """Return a point per method: its times, and its errors against the exact results among them."""
     exact = {
         entrant.field.grid.voxel_m: (entrant.field, answer)
         for entrant, answer in zip(entrants, answers, strict=True)
@@ -312,7 +312,7 @@ def wrong_voxels(exact: np.ndarray, found: np.ndarray) -> Wrong:
 
 
 def pareto_front(costs: Sequence[tuple[float, float]]) -> list[bool]:
-    """Tell for each pair whether no other is at most as large in both and smaller in one."""
+    """Return for each pair whether no other is at most as large in both and smaller in one."""
     return [not any(_dominates(other, mine) for other in costs) for mine in costs]
 
 

@@ -1,4 +1,4 @@
-"""The contestants of the accuracy study: ways of scoring one rig on one grid, each ready to be timed.
+"""Methods compared in the accuracy study: each scores one rig on one grid, and is ready to be timed.
 
 A case prepares (not timed), runs (timed: from the rig to S-MS of all classes) and tells what it covered.
 Everything that belongs to the scene alone - POG, entropies, dense grids, lists of voxels - is ready before,
@@ -37,7 +37,7 @@ _STEPS: dict[LatticeName, tuple[int, tuple[int, int]]] = {
     "1/4": (4, (2, 2)),
     "1/8": (8, (4, 2)),
 }
-"""Every how many azimuths, image columns and image rows one is kept."""
+"""Step between the azimuths, image columns and image rows that are kept."""
 Seen = NDArray[np.uint8]
 
 
@@ -168,7 +168,7 @@ class WalkCase:
         self._sums_q = self._settled()
 
     def _settled(self) -> NDArray[np.int64]:
-        """Sums int64 (kinds + 1, 4) of what is marked."""
+        """Return sums int64 (kinds + 1, 4) over the marked voxels."""
         nx, words = self._field.grid.shape[0], self._field.index.words.size
         region = update_coverage.Region(0, nx, 0, words // nx, words // nx)
         slots, keep = (
@@ -259,9 +259,9 @@ def moved(rig: Rig, sensor: Sensor) -> Rig:
 
 
 def with_lattice(rig: Rig, name: LatticeName) -> Rig:
-    """The rig with every second, fourth or eighth of its rays, or with one ray per native pixel.
+    """Return the rig with every second, fourth or eighth of its rays, or with one ray per native pixel.
 
-    Thinner lattices pick rays of the full one where its size can be divided; else the camera's is drawn anew.
+    Thinner lattices pick rays of the full one where its size can be divided; else the camera's is built again.
     """
     if name == "own":
         return rig
@@ -303,5 +303,5 @@ def ray_count(rig: Rig) -> int:
 
 
 def has_all_pixels(rig: Rig) -> bool:
-    """Whether every camera casts a ray per pixel already (or there is none)."""
+    """Return whether every camera casts a ray per pixel already (or there is none)."""
     return all(camera.resolution == camera.image for camera in rig.cameras())

@@ -1,4 +1,4 @@
-"""What the published study of detection says about the figures that rigs are judged by; docs tell the same."""
+"""State the results of the published detection study on the figures that rigs are judged by; docs repeat them."""
 
 from __future__ import annotations
 

@@ -15,9 +15,9 @@ Doubles = NDArray[np.float64]
 Statistic = Literal["spearman", "kendall"]
 
 FEWEST_RIGS = 5
-"""With fewer rigs an order says nothing: of four, one in twelve agrees by chance in one direction or the other."""
+"""With fewer rigs an order means nothing: of four, one in twelve agrees by chance in one direction or the other."""
 EXACT_TO = 8
-"""Up to so many rigs all permutations are tried (40,320)."""
+"""Up to this many rigs all permutations are tried (40,320)."""
 DRAWN_PERMUTATIONS = 20_000
 SPREAD = (0.025, 0.975)
 
@@ -84,7 +84,8 @@ def drawn(kind: Statistic, x: Doubles, y: Doubles, replicas: Doubles, seed: int 
 
 
 def permutation_p(kind: Statistic, x: Doubles, y: Doubles, seed: int = 0) -> tuple[float, bool]:
-    """How often an order by chance agrees as far with x as y does, in one direction or the other; whether exact."""
+    """Return the chance that a random order agrees with x as far as y does, in one direction or the other; and whether
+    it is exact."""
     n, exact = len(x), len(x) <= EXACT_TO
     if exact:
         orders = np.array(list(permutations(range(n))))

@@ -1,7 +1,7 @@
-"""Time against error of ways to find what one sensor sees: sensors of the library, upright and tilted as on cars.
+"""Compare time and error of methods to find the voxels that one sensor sees: library sensors, upright and tilted.
 
 All ways do the same work: one sensor stands somewhere else than before, and the scores of all classes are due. The
-reference is the exact walk of every ray, one by one; RigLens' own way is a contestant like the others. Errors are
+reference is the exact walk of every ray, one by one; RigLens' own method is one of the others. Errors are
 missed and extra voxels as shares of the reference's.
 """
 
@@ -72,7 +72,7 @@ class SensorPoint:
 
 @dataclass(frozen=True)
 class SensorResult:
-    """One sensor in one pose: where it stands, how many informative voxels it sees, and every way to find them."""
+    """Sensor in one pose: its place, the number of informative voxels it sees, and every method to find them."""
 
     model: str
     sensor: Sensor
@@ -86,13 +86,13 @@ class SensorResult:
 
     @property
     def is_exact(self) -> bool:
-        """Whether RigLens' way finds the voxels of the exact walk, all and only these."""
+        """Return whether RigLens' way finds the voxels of the exact walk, all and only these."""
         return self.point("fast").error == 0.0
 
 
 @dataclass(frozen=True)
 class SensorStudy:
-    """The sensors that were asked for, each in every pose, on one grid."""
+    """Requested sensors, each in every pose, on one grid."""
 
     source: str
     frames: int
@@ -169,7 +169,7 @@ def study_sensors(
 
 
 class Shared:
-    """What the contestants have in common: the field, dense grids and lists of its voxels, the number of threads."""
+    """State shared by the methods compared: the field, dense grids and lists of its voxels, the number of threads."""
 
     def __init__(self, field: EntropyField, threads: int) -> None:
         self.field, self.threads = field, threads
@@ -179,7 +179,7 @@ class Shared:
 def _measured(
     shared: Shared, model: str, sensor: Sensor, pose: str, repetitions: int, progress: Progress
 ) -> SensorResult:
-    """All ways for a sensor where it stands, against the first of them."""
+    """Measure all methods for a sensor in a pose, against the first of them."""
     entrants = _entrants(shared, sensor)
     answers, times = timed([entrant.case for entrant in entrants], repetitions, progress)
     points = [

@@ -1,6 +1,6 @@
-"""Simple ways to find what a rig covers, which the studies hold against the engine.
+"""Simple methods to find the coverage of a rig, which the studies compare with the engine.
 
-Plain DDA walks every ray through a dense byte grid, and sampling takes points on it. The two approximations look at
+Plain DDA walks every ray through a dense byte grid, and sampling takes points on it. The two approximations test
 every informative voxel once per sensor. Bounding rectangles take a voxel for covered when its outline as the sensor
 sees it (image rectangle, or angles) holds a ray of the lattice: no covered voxel is missed, some are added. Centres in
 view stand for infinitely many rays: the lattice does not matter at all.
@@ -66,7 +66,7 @@ class PlainDda:
             self._h[ix, iy, iz, cls] = field.entropy_nat(cls)
 
     def cast(self, rays: GridRays) -> None:
-        """Mark what the rays of one sensor visit."""
+        """Mark the voxels that the rays of one sensor visit."""
         plain.walk_dense(rays.origin, rays.directions, rays.near, rays.far, 1, self.seen[rays.kind])
 
     def sample(self, rays: GridRays, step_voxels: float) -> None:
@@ -109,7 +109,7 @@ class VoxelTests:
         self._voxels = field.index.ijk()
 
     def bounding_rectangles(self, rig: Rig) -> Flags:
-        """Voxels (n,) whose outline holds a ray of an enabled sensor."""
+        """Return the voxels (n,) whose outline holds a ray of an enabled sensor."""
         seen, workers = self._start()
         for camera in rig.cameras():
             where, tested = _placed(camera, self._field.grid), Tested(self._voxels, FLAGS["camera"])
@@ -122,7 +122,7 @@ class VoxelTests:
         return seen
 
     def centres_in_view(self, rig: Rig) -> Flags:
-        """Voxels (n,) whose centre lies in the field of view of an enabled sensor."""
+        """Return the voxels (n,) whose centre is in the field of view of an enabled sensor."""
         seen, workers = self._start()
         for camera in rig.cameras():
             where, tested = _placed(camera, self._field.grid), Tested(self._voxels, FLAGS["camera"])

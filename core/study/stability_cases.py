@@ -1,4 +1,4 @@
-"""The cases of the stability study that are about rays: what each is, and why simple methods stumble on it.
+"""Cases of the stability study on rays: a description of each, and why simple methods fail on it.
 
 The grids are small, so that every ray can be checked in rational arithmetic; the two largest sensors come on
 coarse grids. Directions that must be exact (diagonals) are those of cameras whose pixels lie at whole slopes:
@@ -57,7 +57,7 @@ def camera(position: Vec3, rpy_deg: Vec3 = (0.0, 0.0, 0.0), cast: tuple[int, int
 
 
 def whole_slopes(position: Vec3, yaw_deg: float = 0.0, side: int = 2) -> Camera:
-    """A camera with side x side rays whose slopes are odd numbers: +-1 for side 2, +-1 and +-3 for side 4."""
+    """Return a camera with side x side rays whose slopes are odd numbers: +-1 for side 2, +-1 and +-3 for side 4."""
     return Camera(
         name="camera",
         position=position,
@@ -145,7 +145,7 @@ _SPACE_DIAGONAL_DEG = math.degrees(math.atan(math.sqrt(0.5)))
 
 
 def _aimed(grid: VoxelGrid, seed: int) -> Lidar:
-    """A LiDAR whose azimuths go to edges and whose elevations go to corners."""
+    """Return a LiDAR whose azimuths go to edges and whose elevations go to corners."""
     rng = np.random.default_rng(seed)
     position = rng.uniform([-4.0, -4.0, 1.0], [4.0, 4.0, 7.0])
     planes = [np.arange(grid.shape[axis] + 1) + grid.origin_m[axis] for axis in range(2)]

@@ -1,4 +1,4 @@
-"""The cases of the stability study that concern the whole evaluation, and the run over all of its cases.
+"""Cases of the stability study on the whole evaluation, and the run over all of its cases.
 
 Threads, edits, entropies, symmetry. As a program, this module prints a hash of everything that the engine says,
 once per number of threads named on the command line: the number of threads that a process may start is fixed
@@ -248,7 +248,7 @@ def no_sensors(threads: int | None) -> MethodRow:
 
 
 def identical_sensors(threads: int | None) -> MethodRow:
-    """Check that a sensor with a copy covers what it covers alone, also after the copy is removed."""
+    """Check that a sensor with a copy covers the same as alone, also after the copy is removed."""
     field, exact = full_field(UNIT), exact_cover(UNIT, GENERIC)
     alone, twice = rig_of(GENERIC), rig_of((*GENERIC, *GENERIC))
     engine = Engine(field, threads)

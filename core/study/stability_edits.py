@@ -138,7 +138,7 @@ def _same(one: Evaluation, other: Evaluation) -> bool:
 
 
 def random_edits(edits: int, progress: Progress | None = None) -> MethodRow:
-    """Make random edits; after each one the engine's answer is compared with that of a fresh engine.
+    """Make random edits; after each one the engine's result is compared with that of a new engine.
 
     On one thread: the grid is tiny, and that threads change nothing is a case of its own.
     """

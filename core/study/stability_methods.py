@@ -27,7 +27,7 @@ Verdict = Literal["ok", "fails", "n.a."]
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a method did: in words, the verdict, and voxels found, missed and extra if counted."""
+    """Outcome of a method: in words, the verdict, and voxels found, missed and extra if counted."""
 
     verdict: Verdict
     text: str
@@ -41,7 +41,7 @@ NOT_APPLICABLE = Outcome("n.a.", "n.a.")
 
 @dataclass(frozen=True)
 class MethodRow:
-    """One case: why it breaks simple methods, the right answer, what the methods said, rays cast."""
+    """Case: why it breaks simple methods, the right answer, the results of the methods, rays cast."""
 
     case: str
     why: str

@@ -1,4 +1,4 @@
-"""How the order of the paper's rigs depends on what a user chooses: grid, rays, reading, weight, frames.
+"""Measure how the order of the paper's rigs depends on the user's choices: grid, rays, reading, weight, frames.
 
 Everything is compared with one reference: the study's voxel edge, 352 x 128 rays per camera, 360 azimuths,
 reading `covered`, the weight asked for, all frames.
@@ -120,7 +120,7 @@ def agreement(one: Ranking, other: Ranking, cls: str) -> Agreement:
 
 
 def swapped(one: Ranking, other: Ranking, of: str, cls: str) -> list[tuple[str, str]]:
-    """Pairs (lower first in `other`) whose order is another in `one`."""
+    """Return the pairs (lower first in `other`) with another order in `one`."""
     mine, theirs = one.figures(of, cls), other.figures(of, cls)
     ordered = other.order(of, cls)
     return [(a, b) for a, b in combinations(ordered, 2) if theirs[a] < theirs[b] and mine[a] >= mine[b]]
@@ -151,7 +151,7 @@ class ResampledFrames:
         frames = stored.data.frames
         drawn = np.random.default_rng(seed).integers(0, max(frames, 1), frames)
         self.times = np.bincount(drawn, minlength=frames)
-        """How often each frame was drawn, (frames,)."""
+        """Number of times each frame was drawn, (frames,)."""
         self._first = np.concatenate([[0], np.cumsum(self.times)])
 
     @property
@@ -165,7 +165,7 @@ class ResampledFrames:
         return hashlib.sha256(f"{self._stored.data.sha256} {self._seed}".encode()).hexdigest()
 
     def batches(self, progress: Progress | None = None) -> Iterator[BoxBatch]:
-        """The boxes of the frames drawn, each copy of a frame as a frame of its own."""
+        """Yield the boxes of the frames drawn, each copy of a frame as a separate frame."""
         for done, batch in enumerate(self._stored.boxes, 1):
             rows, frame = self._copies(batch.frame)
             yield BoxBatch(
@@ -175,7 +175,7 @@ class ResampledFrames:
                 progress(done / len(self._stored.boxes))
 
     def _copies(self, frame: NDArray[np.int64]) -> tuple[NDArray[np.intp], NDArray[np.int64]]:
-        """Which rows to take, as often as their frames were drawn, and the new numbers of their frames."""
+        """Return the rows to take, as often as their frames were drawn, and the new numbers of their frames."""
         times = self.times[frame]
         rows = np.repeat(np.arange(frame.size), times)
         copy = np.arange(rows.size) - np.repeat(np.cumsum(times) - times, times)
@@ -216,7 +216,7 @@ FieldAt = Callable[[float, Progress], EntropyField | None]
 
 @dataclass(frozen=True)
 class StabilityPlan:
-    """What is varied: voxel edges as multiples of the study's own, lattices, number of resamples."""
+    """Plan of the variations: voxel edges as multiples of the study's own, lattices, number of resamples."""
 
     voxel_m: float = DEFAULT_VOXEL_M
     edge_factors: tuple[float, ...] = (4.0, 2.0, 0.5)

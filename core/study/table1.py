@@ -1,4 +1,4 @@
-"""The paper's Table I: its eight rigs scored on another scene, beside the published figures.
+"""Score the paper's eight rigs (Table I) on another scene, next to the published figures.
 
 What can be compared is the order of the rigs, not the figures: those depend on the scene, on the voxel edge
 and on the ray lattice.
@@ -24,7 +24,7 @@ _NAT_PER_PUBLISHED = 1000.0
 
 
 class Scored(Protocol):
-    """An evaluation, as far as the table needs it."""
+    """Parts of an evaluation that the table needs."""
 
     @property
     def scores(self) -> Scores:
@@ -90,7 +90,7 @@ class Table1:
 
     @property
     def agrees(self) -> bool:
-        """Whether every order of every class agrees."""
+        """Return whether every order of every class agrees."""
         return all(order.agrees for order in self.orders)
 
 

@@ -37,7 +37,8 @@ BEAMS, RANGE_M = 16, 200.0
 
 @dataclass(frozen=True)
 class Paper:
-    """What a paper published: rigs by name; detectors; percent (classes, detectors, rigs) of average precision."""
+    """Published results of a paper: rigs by name; detectors; percent (classes, detectors, rigs) of average
+    precision."""
 
     name: str
     rigs: tuple[Entrant, ...]
@@ -68,8 +69,8 @@ class Paper:
 
 @dataclass(frozen=True)
 class Agreement:
-    """How far one of our figures puts a paper's rigs in its order: positive where rigs that see more detect better;
-    None where it cannot be said."""
+    """Agreement of one of our figures with a paper's order of rigs: positive where rigs with more coverage detect
+    better; None where it cannot be computed."""
 
     paper: str
     column: str
@@ -87,7 +88,7 @@ def icra() -> Paper:
 
 
 def place3d() -> Paper:
-    """Place3D's table, of the placements whose poses are published."""
+    """Return Place3D's table, of the placements whose poses are published."""
     poses: dict[str, list[dict[str, str]]] = {}
     for line in _lines("place3d_lidars.csv"):
         poses.setdefault(line["placement"], []).append(line)
@@ -127,7 +128,7 @@ def _paper(name: str, rigs: tuple[Entrant, ...], lines: Sequence[Mapping[str, st
 
 
 def agreements(paper: Paper, ours: Surrogates) -> list[Agreement]:
-    """Compare each of our figures with what the paper's detectors found, class by class."""
+    """Compare each of our figures with the detections of the paper, class by class."""
     found = []
     for column in COLUMNS:
         of = paper.of(column)

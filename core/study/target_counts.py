@@ -1,4 +1,4 @@
-"""Predicted against true points on road users: rank correlation, and how many times too many."""
+"""Compare predicted with true points on objects: rank correlation, and ratio."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from riglens.core.targets.traffic import Traffic
 RINGS_M = ((0.0, 10.0), (10.0, 20.0), (20.0, 30.0), (30.0, 40.0))
 GOOD_RATIO, GOOD_RANK = (0.8, 1.25), 0.9
 FEWEST = 20
-"""Fewer objects than this make a median that says little."""
+"""Fewer objects than this make an unreliable median."""
 DRAWS = 16
 EXPECTED = f"class shapes, range law, mean of {DRAWS} draws"
 VARIANTS = {
@@ -27,14 +27,14 @@ VARIANTS = {
     "class shapes, range law": TargetSettings(shape="class", range_law=True),
     EXPECTED: TargetSettings(shape="class", range_law=True),
 }
-"""The ways to predict. The last but one is what `targets.engine` does: one draw of each spin phase and of each return.
-The last one is what it counts on average, without the luck of a draw, which tells about no other sweep."""
+"""Methods of prediction. The last but one is that of `targets.engine`: one draw of each spin phase and of each return.
+The last one is its average, without the luck of a draw, which is unrelated to other sweeps."""
 
 
 @dataclass(frozen=True)
 class Pairs:
-    """Of k road users: sequence index, class, distance in metres, true points, and predicted ones by variant (k,);
-    those of EXPECTED are means."""
+    """k objects: sequence index, class, distance in metres, true points, and predicted ones by variant (k,); those of
+    EXPECTED are means."""
 
     sequences: tuple[str, ...]
     sequence: NDArray[np.int64]
@@ -44,34 +44,34 @@ class Pairs:
     predicted: Mapping[str, NDArray[np.float64]]
 
     def rank(self, variant: str, chosen: NDArray[np.bool_]) -> float | None:
-        """Spearman's rank correlation over some road users; None where it is not defined."""
+        """Return Spearman's rank correlation over some objects; None where it is undefined."""
         true, predicted = self.true[chosen], self.predicted[variant][chosen]
         if len(np.unique(true)) < 2 or len(np.unique(predicted)) < 2:
             return None
         return float(spearmanr(predicted, true).statistic)
 
     def ratio(self, variant: str, chosen: NDArray[np.bool_]) -> tuple[float | None, int]:
-        """Median of predicted over true points where both are above 0 (0.5 where means are predicted), and of how many
-        road users."""
+        """Return the median of predicted over true points where both are above 0 (0.5 where means are predicted), and
+        the number of objects."""
         true, predicted = self.true[chosen], self.predicted[variant][chosen]
         both = (true > 0) & (predicted >= 0.5)
         ratios = predicted[both] / true[both]
         return (float(np.median(ratios)) if ratios.size else None), int(ratios.size)
 
     def ring(self, cls: int, ring_m: tuple[float, float]) -> NDArray[np.bool_]:
-        """Which road users are of a class and in a ring, (k,)."""
+        """Return which objects are of a class and in a ring, (k,)."""
         low, high = ring_m
         return np.asarray((self.cls == cls) & (self.distance_m >= low) & (self.distance_m < high))
 
     def of_sequence(self, number: int | None) -> NDArray[np.bool_]:
-        """Which road users are of a sequence, (k,); all of them for None."""
+        """Return which objects are of a sequence, (k,); all of them for None."""
         return np.asarray(self.sequence == number) if number is not None else np.ones(len(self.cls), np.bool_)
 
 
 def predict(
     traffic: Traffic, true: NDArray[np.int64], rigs: Mapping[str, Rig] | Rig, threads: int | None = None
 ) -> Pairs:
-    """Predict the points on all road users that count, each sequence with its own rig where they differ.
+    """Predict the points on all objects that count, each sequence with its own rig where they differ.
 
     true (n,) in the order of the data. Raise KeyError for a sequence without a rig.
     """
@@ -99,6 +99,6 @@ def predict(
 
 
 def class_masks(pairs: Pairs) -> dict[str, NDArray[np.bool_]]:
-    """All road users, then those of each class."""
+    """Return masks of all objects, then of each class."""
     everything = {"all": np.ones(len(pairs.cls), np.bool_)}
     return everything | {name: np.asarray(pairs.cls == number) for number, name in enumerate(CLASSES)}

@@ -1,4 +1,4 @@
-"""Points that a recording really has on its road users, and the rigs that recorded it."""
+"""Read the true points that a recording has on its objects, and the rigs that recorded it."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from riglens.core.scene.readers.argoverse_files import is_feather
 from riglens.core.scene.readers.classes import ANY_TABLE, ARGOVERSE, UNMAPPED, ClassTable
 
 COLUMNS = ("num_lidar_pts", "num_interior_pts")
-"""What nuScenes and Argoverse 2 call the number of points in a box."""
+"""Names in nuScenes and Argoverse 2 of the number of points in a box."""
 MAX_RIGS_BYTES = 1 << 24
 MODEL = "velodyne-hdl-32e"
 NUSCENES_AZIMUTHS = 1085
@@ -75,13 +75,13 @@ def _columns(path: Path, name: str, order: str | None) -> tuple[Any, str]:
 
 @dataclass(frozen=True)
 class Recorder:
-    """What stood on the recording car: a LiDAR's model and its number of azimuths."""
+    """Recording LiDAR: its model and its number of azimuths."""
 
     model: str = MODEL
     azimuths: int = NUSCENES_AZIMUTHS
 
     def lidar(self, name: str, pose: Pose) -> Lidar:
-        """The LiDAR at a place; InputError for a model that is no LiDAR."""
+        """Return the LiDAR at a place; InputError for a model that is not a LiDAR."""
         sensor = sensor_from_model(self.model, name, pose)
         if not isinstance(sensor, Lidar):
             raise InputError(f"must be a LiDAR of the library (got the camera '{self.model}')", "model")

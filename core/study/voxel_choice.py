@@ -1,4 +1,4 @@
-"""Choosing the voxel edge: the coarsest of a ladder at which the scores of the rigs stay what they are.
+"""Choose the voxel edge: the coarsest of a ladder at which the scores of the rigs stay the same.
 
 The reference is the finest edge that fits. S-MIG and S-MS in nat cannot be compared between edges, because
 the number of voxels grows with edge^-3; what is compared is `seen`, the share of H(Omega), of cameras, of
@@ -21,7 +21,7 @@ from riglens.core.scene.grid import VoxelGrid
 LADDER_M = (0.4, 0.2, 0.1, 0.05)
 DEFAULT_TOLERANCE = 0.01
 BYTES_PER_VOXEL = 32.0
-"""What building a POG and scoring on it takes where every voxel is informative; usually a third of it."""
+"""Memory for building and scoring a POG in which every voxel is informative; usually a third is needed."""
 SEEN_BY = ("cameras", "LiDARs", "any sensor")
 
 
@@ -34,7 +34,7 @@ class Tried:
 
 
 class Change(NamedTuple):
-    """How much a `seen` (0..1) differs from that at the finest edge: by whom, of which class and rig."""
+    """Largest change of a `seen` (0..1) from that at the finest edge: its amount, class and rig."""
 
     seen: float
     by: str
@@ -43,7 +43,7 @@ class Change(NamedTuple):
 
 
 class Swap(NamedTuple):
-    """Two rigs whose order by S-MS of a class is another than at the finest edge."""
+    """Two rigs with another order by S-MS of a class than at the finest edge."""
 
     first: str
     second: str
@@ -65,7 +65,7 @@ class Rung:
 
 @dataclass(frozen=True)
 class VoxelChoice:
-    """The edge that was picked, and every edge that was tried, from the finest to the coarsest.
+    """Chosen edge, and every edge tried, from the finest to the coarsest.
 
     `rigs` is how many rigs were scored on each; `left_out` holds (edge, reason) of edges that could not be tried;
     `tolerance` is a fraction of H(Omega).
@@ -109,7 +109,7 @@ def ladder_grids(
 def choose(
     tried: Sequence[Tried], tolerance: float = DEFAULT_TOLERANCE, left_out: tuple[tuple[float, str], ...] = ()
 ) -> VoxelChoice:
-    """The coarsest edge that agrees with the finest together with all edges between the two.
+    """Return the coarsest edge that agrees with the finest, together with all edges in between.
 
     An edge agrees when no `seen` of any rig and class differs by more than `tolerance` and every two rigs
     stand in the same order of S-MS, for every class. Edges may come in any order; at least one is needed.
@@ -146,7 +146,7 @@ def _seen(scores: Scores, cls: str) -> tuple[float, float, float]:
 
 
 def _swaps(one: Tried, finest: Tried) -> Iterator[Swap]:
-    """Pairs of rigs whose order by S-MS is another."""
+    """Yield pairs of rigs with another order by S-MS."""
     for a, b in combinations(range(len(one.scores)), 2):
         for cls in CLASSES:
             if _order(one, a, b, cls) != _order(finest, a, b, cls):

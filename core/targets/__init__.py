@@ -1,1 +1,1 @@
-"""What a rig gets onto road users: points, cells and pixels, behind traffic."""
+"""Count points, cells and pixels of a rig on objects, including occlusion by traffic."""

@@ -21,7 +21,7 @@ Words = NDArray[np.uint64]
 _BLOCK_RAYS, _TILE_RAYS, _TILE_ROWS = 16, 96, 32
 """Rays of a run along a row; rays of a row and rows in a tile of such runs."""
 _CLOSEST_M = 1e-3
-"""What comes nearer to a camera than this and stands partly behind it may be cut."""
+"""Objects that come nearer to a camera than this and are partly behind it may be cut."""
 _NOWHERE = {"position": (0.0, 0.0, 0.0), "rpy_deg": (0.0, 0.0, 0.0)}
 _NOTHING, _NO_BLOCKS, _NO_WORDS = np.zeros(0), np.zeros((0, 8)), np.zeros(0, np.uint64)
 NOT_STOPPED = _NOTHING
@@ -29,8 +29,9 @@ NOT_STOPPED = _NOTHING
 
 
 def beams_of(sensor: Sensor, law: Doubles = _NOTHING, ends_m: Doubles = _NOTHING) -> Beams:
-    """The rays of a sensor for the kernels; law as in `kernels.objects.box_frames.Beams`; ends_m (rays,): where the
-    car's own body stops each of them, inf: nowhere. Without them all rays return, and nothing stops them.
+    """Return the rays of a sensor for the kernels; law as in `kernels.objects.box_frames.Beams`; ends_m (rays,):
+    distance at which the car's own body stops each of them, inf: never. Without them all rays return, and nothing stops
+    them.
 
     Rays are numbered row * columns + column over the whole lattice, missing ones of a lens included.
     """
@@ -45,7 +46,8 @@ def beams_of(sensor: Sensor, law: Doubles = _NOTHING, ends_m: Doubles = _NOTHING
 
 
 def _stop_bits(table: Beams, ends_m: Doubles) -> Words:
-    """Which rays of a camera with straight rows and columns are stopped, as in `kernels.objects.box_frames.Beams`."""
+    """Return which rays of a camera with straight rows and columns are stopped, as in
+    `kernels.objects.box_frames.Beams`."""
     if table.turns or table.stride or not ends_m.size:
         return _NO_WORDS
     columns = table.columns
@@ -56,7 +58,8 @@ def _stop_bits(table: Beams, ends_m: Doubles) -> Words:
 
 
 def stops_of(sensor: Sensor, barrier: Barrier, workers: int = 1) -> Doubles:
-    """Where the car's own body stops each ray of the whole lattice (rays,), metres, inf: nowhere; (0,) if none is.
+    """Return the distance at which the car's own body stops each ray of the whole lattice (rays,), metres, inf: never;
+    (0,) if it stops none.
 
     Azimuths as they are listed: a ray that is turned by a spin phase, by less than an azimuth step, ends where its
     listed one does.
@@ -88,7 +91,7 @@ def _azimuth_step_rad(lidar: Lidar) -> float:
 
 @lru_cache(maxsize=16)
 def _tables(sensor: Sensor) -> Beams:
-    """The beams of a sensor that stands nowhere: the same through a whole drag."""
+    """Return the beams of a sensor without a place: the same throughout a drag."""
     return _made(sensor)
 
 
@@ -137,7 +140,7 @@ def _pinhole(camera: Camera) -> Beams:
 
 
 def _listed(sensor: Sensor) -> Beams:
-    """Any rays, looked for in short runs along their rows."""
+    """Return any rays, searched in short runs along their rows."""
     columns, rows = sensor.resolution
     beams = _beams(sensor, np.zeros(0), np.arange(rows), np.zeros(0), np.arange(columns))
     table = lattice(sensor)
@@ -151,7 +154,7 @@ def _listed(sensor: Sensor) -> Beams:
 
 
 def _with_listed(beams: Beams, directions: Doubles) -> Beams:
-    """Beams whose directions (slots, 3) are listed one by one; what the lens has not becomes zero."""
+    """Return beams whose directions (slots, 3) are listed one by one; missing ones of the lens become zero."""
     x, y, z = np.nan_to_num(directions).T
     scale = np.ones((len(beams.row_of), 2))
     return beams._replace(stride=beams.columns, x=x.copy(), y=y.copy(), z=z.copy(), scale=scale)
@@ -184,7 +187,7 @@ def _blocks(directions: Doubles, columns: int) -> Doubles:
 
 
 def _cones_of_strip(directions: Doubles, first: int, columns: int) -> Doubles:
-    """Rows of `_blocks`, without their last column, for a strip of tiles whose first slot is `first`."""
+    """Return rows of `_blocks`, without their last column, for a strip of tiles whose first slot is `first`."""
     rows, tiles = len(directions) // columns, -(-columns // _TILE_RAYS)
     wide = np.full((rows, tiles * _TILE_RAYS, 3), np.nan)
     wide[:, :columns] = directions.reshape(rows, columns, 3)

@@ -1,4 +1,4 @@
-"""The card of a rig: up to which distance it gets enough points or pixels onto one road user in the open.
+"""Detection range of a rig: the distance up to which it gets enough points or pixels on one object in the open.
 
 One road user stands alone on flat ground, at every distance, in some directions and turned end on or side on. What the
 LiDARs get is counted by `targets.engine`, on their real beam tables; a camera's picture of it is
@@ -32,8 +32,7 @@ HEADINGS_DEG = {"car": (0.0, 90.0), "bicycle": (0.0, 90.0), "pedestrian": (0.0,)
 """Between the line of sight and the long axis: 0 end on, 90 side on."""
 NEAREST_M, FINE_TO_M, FARTHEST_M = 5.0, 50.0, 1000.0
 STEP_M, COARSE_STEP_M = 1.0, 2.0
-"""Distances are tried in steps of the first up to FINE_TO_M, beyond in steps of the second; nearer than the nearest one
-a road user would stand in the car."""
+"""Steps between distances up to FINE_TO_M, and beyond; nearer than the nearest one an object would be in the car."""
 MAX_BEARINGS = 72
 
 
@@ -50,7 +49,7 @@ def around(count: int) -> tuple[float, ...]:
 
 
 class Case(NamedTuple):
-    """A road user of a class, turned one way, in one direction from the car."""
+    """Object of a class, turned one way, in one direction from the car."""
 
     cls: str
     heading_deg: float
@@ -59,7 +58,7 @@ class Case(NamedTuple):
 
 @dataclass(frozen=True)
 class CardPlan:
-    """What counts as enough, where to look, and how the car brakes; every number is an assumption that may be changed.
+    """Detection thresholds, places to evaluate, and braking model; every number is an assumption that may be changed.
 
     min_points: LiDAR points (nuScenes scores objects with 1 or more; in the Waymo Open Dataset those with fewer than 5
     are LEVEL_2); min_height_px: height in a camera's native pixels (KITTI: easy from 40, moderate and hard from 25).
@@ -100,16 +99,16 @@ class CardPlan:
         )
 
     def distances_m(self) -> Doubles:
-        """Distances that are tried, from the origin of the vehicle frame to the centre of the road user."""
+        """Return the distances tried, from the origin of the vehicle frame to the centre of the object."""
         fine = np.arange(NEAREST_M, min(self.to_m, FINE_TO_M) + 1e-9, STEP_M)
         return np.concatenate([fine, np.arange(FINE_TO_M + COARSE_STEP_M, self.to_m + 1e-9, COARSE_STEP_M)])
 
     def braking_as(self, other: CardPlan) -> CardPlan:
-        """This plan with a car that brakes as in another one: nothing has to be counted anew for it."""
+        """Return this plan with the braking model of another one: no counts change."""
         return replace(self, reaction_s=other.reaction_s, deceleration_mps2=other.deceleration_mps2)
 
     def enough(self, kind: AnyKind) -> float:
-        """From how many points or pixels on, or returns of another kind, there is enough."""
+        """Return the threshold in points or pixels, or in returns of another kind."""
         return {"points": self.min_points, "pixels": self.min_height_px}.get(
             kind.hits.measure, kind.hits.threshold
         )
@@ -119,12 +118,12 @@ class CardPlan:
         return replace(self, settings=replace(self.settings, body=body))
 
     def stopping_m(self, speed_kmh: float) -> float:
-        """Way from the moment at which the road user is there to be seen until the car stands: v t + v^2 / 2a."""
+        """Return the stopping distance from the moment at which the object becomes visible: v t + v^2 / 2a."""
         v = speed_kmh / 3.6
         return v * self.reaction_s + v * v / (2.0 * self.deceleration_mps2)
 
     def stops_from_kmh(self, way_m: float) -> float:
-        """The speed from which the car stands after this way; 0 where there is none."""
+        """Return the speed from which the car stops within this distance; 0 where there is none."""
         at = self.deceleration_mps2 * self.reaction_s
         return 3.6 * (math.sqrt(at * at + 2.0 * self.deceleration_mps2 * max(way_m, 0.0)) - at)
 
@@ -178,8 +177,8 @@ class Card:
     gap_deg: float
 
     def stops_from_kmh(self, row: CardRow, by: Reach) -> float | None:
-        """Speed from which the car stops before a road user straight ahead, seen as late as `by` allows at worst; None
-        in another direction, inf where it is seen as far as was tried."""
+        """Return the speed from which the car stops before an object straight ahead, detected at the worst distance of
+        `by`; None in another direction, inf where it is detected at all distances tried."""
         if math.cos(math.radians(row.bearing_deg)) < 1.0 - 1e-9:
             return None
         if math.isinf(by.least_m):

@@ -27,12 +27,12 @@ TURNS, RISES = 2, 12
 """Places within a step of azimuths, and within a gap between beams."""
 WIDEST_GAP_DEG = 4.0
 HEIGHTS = 17
-"""Heights on a road user at which is looked whether the own car hides it from a camera: every sixteenth of it."""
+"""Heights on an object at which self-occlusion of a camera is tested: every sixteenth of it."""
 _SHARES = np.linspace(-0.5, 0.5, HEIGHTS)
 
 
 def _unheard(_: float) -> None:
-    """For callers that do not ask how far it is."""
+    """Ignore the progress."""
 
 
 def card_of(
@@ -42,7 +42,7 @@ def card_of(
     is_serial: bool = False,
     progress: Progress = _unheard,
 ) -> Card:
-    """The card of a rig's enabled sensors.
+    """Return the detection ranges of a rig's enabled sensors.
 
     `is_serial`: for a thread that must not call parallel kernels.
     `progress` gets the share that is done, from 0 to 1, again every few milliseconds; what it raises ends the work.
@@ -73,7 +73,7 @@ def card_of(
 
 
 def _counting_returns(rig: Rig) -> list[tuple[AnyKind, Rig]]:
-    """The kinds beside LiDARs and cameras of which a rig has sensors, with a rig of those alone."""
+    """Return the kinds besides LiDARs and cameras of which a rig has sensors, with a rig of those alone."""
     found = []
     for kind in kinds():
         sensors = tuple(sensor for sensor in rig.sensors if sensor.enabled and kind_of(sensor) is kind)
@@ -83,7 +83,7 @@ def _counting_returns(rig: Rig) -> list[tuple[AnyKind, Rig]]:
 
 
 def reach_of(distances_m: Doubles, enough: NDArray[np.bool_]) -> Reach:
-    """The reach over places (k, distances) within the lattice; what is enough again farther out does not count."""
+    """Return the reach over places (k, distances) within the lattice; enough points again farther out do not count."""
     first, begin = [], []
     for row in enough:
         if not row.any():
@@ -117,7 +117,7 @@ class _Poses(NamedTuple):
 
 
 def _poses(plan: CardPlan, case: Case, turn_deg: float = 0.0, rise_deg: float = 0.0) -> _Poses:
-    """A road user at every distance; turned about the car by a part of a step and lifted by a part of a gap."""
+    """Return an object at every distance; turned about the car by a part of a step and lifted by a part of a gap."""
     distance_m, bearing = plan.distances_m(), math.radians(case.bearing_deg + turn_deg)
     up_m = SIZES_M[case.cls][2] / 2 + distance_m * math.tan(math.radians(rise_deg))
     centre = np.column_stack([distance_m * math.cos(bearing), distance_m * math.sin(bearing), up_m])
@@ -125,8 +125,7 @@ def _poses(plan: CardPlan, case: Case, turn_deg: float = 0.0, rise_deg: float = 
 
 
 class _Counting(NamedTuple):
-    """How points of LiDARs, or returns of sensors of another kind, are counted: of which sensors, for
-    which plan, on which lattice, by how many threads."""
+    """Settings for counting points of LiDARs, or returns of another kind: sensors, plan, lattice, threads."""
 
     sensors: Rig
     plan: CardPlan
@@ -135,7 +134,7 @@ class _Counting(NamedTuple):
     is_serial: bool
 
     def points(self, case: Case, tell: Callable[[], None]) -> NDArray[np.int64]:
-        """Points or returns (places within the lattice, distances) on a road user; calls `tell` often."""
+        """Return points or returns (places within the lattice, distances) on an object; calls `tell` often."""
         tell()
         gap_deg, step_deg = self.steps_deg
         turns, rises = ((np.arange(count) + 0.5) / count for count in (TURNS, RISES))
@@ -155,13 +154,13 @@ class _Counting(NamedTuple):
 
 
 def _stays_wanted(tell: Callable[[], None]) -> bool:
-    """Answer whether a card is stale, having told: nobody wants it any more when that raises."""
+    """Return whether the request is cancelled, by reporting progress: a raised error cancels."""
     tell()
     return False
 
 
 def _alone(cls: str, places: Sequence[_Poses]) -> Traffic:
-    """Each road user in a frame of its own."""
+    """Return each object in a frame by itself."""
     centre = np.concatenate([place.centre_m for place in places])
     turn = rotations_from_yaw(np.concatenate([place.yaw_rad for place in places]))
     codes, sizes = np.full(len(centre), CLASSES.index(cls), np.uint8), np.tile(SIZES_M[cls], (len(centre), 1))
@@ -175,9 +174,9 @@ def heights_px(
     size_m: tuple[float, float, float],
     solid: Solid | None = None,
 ) -> Doubles:
-    """Native pixels (n,) from the highest to the lowest corner of a box within the image of the camera that shows it
-    tallest, less what the own car hides above and below; 0 where no camera shows it, and where a part of it lies
-    beyond what the lens can say."""
+    """Return the native pixels (n,) from the highest to the lowest corner of a box within the image of the camera that
+    shows it tallest, less the rows that the own car hides above and below; 0 where no camera shows it, and where a part
+    of it is outside the valid range of the lens."""
     corners = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]) * np.array(size_m) / 2
     points = _placed(poses, corners)
     tallest = np.zeros(len(points))
@@ -198,13 +197,13 @@ def heights_px(
 
 
 def _placed(poses: _Poses, offsets_m: Doubles) -> Doubles:
-    """Points (n, k, 3) in the vehicle frame at offsets (k, 3) in the axes of each road user."""
+    """Return points (n, k, 3) in the vehicle frame at offsets (k, 3) in the axes of each object."""
     turn = rotations_from_yaw(poses.yaw_rad)
     return np.asarray(poses.centre_m[:, None, :] + np.einsum("nij,kj->nki", turn, offsets_m))
 
 
 def _imaged(camera: Camera, points_m: Doubles) -> tuple[Doubles, NDArray[np.bool_]]:
-    """Pixels (n, k, 2) of points (n, k, 3), 0 of those of a road user that the lens cannot image whole, and which of
+    """Return pixels (n, k, 2) of points (n, k, 3), 0 for objects that the lens cannot image completely, and which of
     them it can (n,)."""
     local = (points_m.reshape(-1, 3) - np.asarray(camera.position)) @ camera.pose.rotation()
     pixels = project_px(camera, local).reshape(*points_m.shape[:2], 2)
@@ -219,8 +218,8 @@ def _left_by_body(
     size_m: tuple[float, float, float],
     ends_px: tuple[Doubles, Doubles],
 ) -> tuple[Doubles, Doubles]:
-    """Of the highest and lowest row of road users (n,), what the own car leaves: the rows beyond the highest and lowest
-    of free heights, those at which it does not stop the rays to all places, are lost; both 0 without any.
+    """Return the highest and lowest row of objects (n,) that the own car leaves visible: rows beyond the highest and
+    lowest free heights, those at which it does not stop the rays to all places, are lost; both 0 without any.
 
     Looked at are HEIGHTS heights at both ends and in the middle of the longer side.
     """
@@ -239,12 +238,12 @@ def _left_by_body(
 
 
 def _is_end(height: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Whether heights, by number, are the top or the bottom."""
+    """Return whether heights, by number, are the top or the bottom."""
     return np.asarray((height == 0) | (height == HEIGHTS - 1))
 
 
 def _is_free(camera: Camera, solid: Solid, points_m: Doubles) -> NDArray[np.bool_]:
-    """Whether the solid leaves the way from a camera to points (n, k, 3) free, (n * k,)."""
+    """Return whether the solid leaves the way from a camera to points (n, k, 3) free, (n * k,)."""
     rays = points_m.reshape(-1, 3) - np.asarray(camera.position)
     distance = np.linalg.norm(rays, axis=1)
     barrier, place = barrier_of(camera, solid), np.array(camera.position, np.float64)

@@ -1,4 +1,4 @@
-"""How the figures of a card are said, in the terminal and in the window alike."""
+"""Word the detection-range figures, for the terminal and the window alike."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def reach_text(reach: Reach, to_m: float) -> str:
 
 
 def stop_text(speed_kmh: float | None) -> str:
-    """A speed with its unit; empty where the car does not drive towards the road user."""
+    """Format a speed with its unit; empty where the car does not drive towards the object."""
     if speed_kmh is None:
         return ""
     return "any speed tried" if math.isinf(speed_kmh) else f"{speed_kmh:.0f} km/h"

@@ -1,4 +1,4 @@
-"""What one sensor gets onto the road users of the first so many frames, however the others stand."""
+"""Count the hits of one sensor on the objects of the first frames, independent of the other sensors."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ from riglens.core.vehicle.solid import Barrier
 Ids = NDArray[np.int64]
 IsStale = Callable[[], bool]
 RAYS_AT_ONCE, TURNING_RAYS_AT_ONCE = 1 << 22, 1 << 21
-"""Rays of all frames of a chunk, after which `is_stale` is asked; the cells of turning beams take 8 bytes a ray."""
+"""Rays of all frames of a chunk, after which `is_stale` is called; the cells of turning beams take 8 bytes a ray."""
 IMAGES_AT_ONCE = 8
 """Frames of a camera for each worker at least: they take as long as each other only in the mean."""
 
 CELLS_AT_ONCE = 1 << 24
-"""Room for cells, 128 MiB of which only what is filled takes memory."""
+"""Room for cells, 128 MiB, of which only the filled part takes memory."""
 
 
 class _Scratch(NamedTuple):
-    """Memory of the workers, as `cast_frames` wants it."""
+    """Memory of the workers of `cast_frames`."""
 
     inverse: NDArray[np.float64]
     owner: NDArray[np.int32]
@@ -70,7 +70,7 @@ NOTHING = Contribution(
 
 
 def phases_rad(sensor: Sensor, settings: TargetSettings, frame: Ids) -> NDArray[np.float64]:
-    """By how much the azimuths of a sensor are shifted in frames (n,) of the data, radians; 0 for cameras."""
+    """Return the shift of a sensor's azimuths in frames (n,) of the data, radians; 0 for cameras."""
     if settings.phase == "0" or not kind_of(sensor).spins:
         return np.zeros(len(frame))
     return azimuth_step_rad(sensor) * units(mixed(sensor_key(settings.seed, sensor.name), frame))
@@ -105,8 +105,8 @@ class TargetCaster:
         frames: tuple[int, int],
         is_stale: IsStale,
     ) -> Contribution | None:
-        """What a sensor gets in frames first..end-1 behind what of the car stops its rays; None as soon as `is_stale`
-        says so."""
+        """Return the hits of a sensor in frames first..end-1, less the rays that the car stops; None as soon as
+        `is_stale` is true."""
         traffic, (first, end) = self._traffic, frames
         ends_m = NOT_STOPPED if barrier is None else stops_of(sensor, barrier, self._workers)
         beams, rays = beams_of(sensor, law_of(sensor, settings), ends_m), sensor.ray_count
@@ -142,8 +142,8 @@ class TargetCaster:
 
 
 class _Cells:
-    """Where workers put cells, chunk after chunk: buffer (workers, k), filled (workers,); starts: of each worker, where
-    the cells of objects begin in its row."""
+    """Output of the workers' cells, chunk after chunk: buffer (workers, k), filled (workers,); starts: of each worker,
+    the first cell of each object in its row."""
 
     def __init__(self, workers: int, chunk: int, chunks: int) -> None:
         room = max(1, chunk, min(chunk * chunks, CELLS_AT_ONCE // workers))
@@ -162,7 +162,7 @@ class _Cells:
         return np.concatenate([*self._full, *self._rows()])
 
     def _rows(self) -> list[Ids]:
-        """What is filled of each row; its starts get their places among all cells."""
+        """Return the filled part of each row; its starts get their places among all cells."""
         rows = [row[:filled] for row, filled in zip(self.buffer, self.filled.tolist(), strict=True)]
         for row, starts in zip(rows, self.starts, strict=True):
             for start in starts:

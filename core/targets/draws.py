@@ -1,4 +1,4 @@
-"""Random draws that depend on what they are for alone: the seed, the sensor's name, the frame, the ray.
+"""Random draws that depend only on their purpose: the seed, the sensor's name, the frame, the ray.
 
 A counter-based hash of a key and some counters, the finaliser of SplitMix64 (Steele, Lea, Flood 2014). A sensor that
 moves keeps its draws, and so do sensors of the same name on two rigs: what is compared differs by the poses, not by
@@ -38,5 +38,5 @@ def sensor_key(seed: int, name: str) -> int:
 
 
 def shuffled(frames: int) -> NDArray[np.int64]:
-    """The frames 0..frames-1 in the order in which they are sampled: any first so many of them are a fair draw."""
+    """Return the frames 0..frames-1 in sampling order: any first part of them is a fair sample."""
     return np.argsort(mixed(0, np.arange(frames)), kind="stable").astype(np.int64)

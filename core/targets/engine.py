@@ -1,4 +1,4 @@
-"""Counts what rigs get onto road users; casts only the sensors that changed since the rig before.
+"""Count hits of rigs on objects; only the sensors that changed since the previous rig are cast.
 
 What a sensor gets does not depend on the other sensors, so each one's contribution is kept, and an edit casts the moved
 sensor alone. All counts are integers and frames share nothing: any order of edits and any number of threads gives the
@@ -27,11 +27,11 @@ from riglens.core.targets.traffic import Traffic, traffic_of
 from riglens.core.vehicle.solid import Solid, solid_of
 
 _Shape = tuple[Sensor, TargetSettings, tuple[str, float] | None]
-"""What decides a contribution: rays, settings, and the body: its fingerprint, and from what distance on it counts."""
+"""Key of a contribution: rays, settings, and the body: its fingerprint, and the distance from which it counts."""
 
 
 def never_stale() -> bool:
-    """For callers that want every answer."""
+    """Return False, for callers that want every result."""
     return False
 
 
@@ -53,7 +53,7 @@ class TargetEngine:
 
     @property
     def traffic(self) -> Traffic:
-        """What rigs are evaluated in."""
+        """Return the traffic that rigs are evaluated in."""
         return self._traffic
 
     def evaluate(
@@ -64,7 +64,7 @@ class TargetEngine:
         stance: Pose = Pose(),
         cancel: IsStale = never_stale,
     ) -> TargetScores:
-        """Count for a rig in the first `frames` frames of the sampling order, in all of them without.
+        """Count for a rig in the first `frames` frames of the sampling order, by default in all of them.
 
         `stance`: how the car's body stands on the ground; the sensors are where the rig says. InputError where the body
         blocks and its mesh file has not been read.
@@ -91,7 +91,7 @@ class TargetEngine:
         return replace(scores, elapsed_ms=(time.perf_counter() - started) * 1e3)
 
     def _groups_of(self, frames: int) -> Groups:
-        """The objects of the first frames; the last ones asked for are kept."""
+        """Return the objects of the first frames; the last result is cached."""
         if self._groups is None or self._groups.frames != frames:
             self._groups = Groups(self._traffic, frames)
         return self._groups
@@ -110,7 +110,8 @@ class TargetEngine:
 
 
 def _shape_of(sensor: Sensor, settings: TargetSettings, solid: Solid | None) -> _Shape:
-    """What decides a contribution: the rays, and the name of a LiDAR whose draws depend on it; thresholds do not."""
+    """Return the key of a contribution: the rays, and the name of a LiDAR whose draws depend on it; thresholds do not
+    count."""
     stop = None if solid is None else (solid.fingerprint, housing_radius_m(sensor))
     rays, kind = rays_of(sensor), kind_of(sensor)
     if (kind.spins and settings.phase == "random") or (kind.has_range_law and settings.range_law):

@@ -1,4 +1,4 @@
-"""What a rig gets onto road users, over the ground: how well LiDARs hit those near each cell, and who is missed."""
+"""Map a rig's figures for objects over the ground: hit coverage near each cell, and missed objects."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from riglens.core.targets.scores import TargetScores
 from riglens.core.targets.traffic import Traffic
 
 CELL_M, NEAR_M = 1.0, 2.0
-"""Edge of a cell, and how far from its centre the centres of the cells lie whose road users are near it: our choice."""
+"""Edge of a cell, and the distance within which objects belong to a cell, between centres: our choice."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +35,7 @@ class GroundView:
     missed: NDArray[np.int64]
 
     def cell_at(self, x_m: float, y_m: float) -> tuple[int, int] | None:
-        """The cell that holds a point, None beside all of them."""
+        """Return the cell that holds a point, None outside all of them."""
         ix, iy = (
             int(np.floor((at - low) / self.cell_m)) for at, low in zip((x_m, y_m), self.origin_m, strict=True)
         )
@@ -44,7 +44,7 @@ class GroundView:
 
 
 def ground_view(traffic: Traffic, scores: TargetScores, class_name: str) -> GroundView:
-    """Spread what a rig gets onto the road users of a class over the ground."""
+    """Spread a rig's figures for the objects of a class over the ground."""
     objects = scores.objects
     mine = traffic.cls[objects.box] == CLASSES.index(class_name)
     half = int(np.ceil(scores.within_m / CELL_M))
@@ -63,7 +63,7 @@ def ground_view(traffic: Traffic, scores: TargetScores, class_name: str) -> Grou
 
 
 def _near(cells: NDArray[Any]) -> NDArray[np.float64]:
-    """Sums over all cells whose centres lie within NEAR_M, always in the same order."""
+    """Return sums over all cells whose centres are within NEAR_M, always in the same order."""
     reach = int(NEAR_M / CELL_M)
     wide, found = np.pad(cells.astype(np.float64), reach), np.zeros(cells.shape)
     nx, ny = cells.shape

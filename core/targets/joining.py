@@ -1,4 +1,4 @@
-"""What all sensors together get onto each road user, from one edit to the next: what does not change is kept."""
+"""Join the hits of all sensors per object, from one edit to the next; unchanged results are kept."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ T = TypeVar("T")
 
 
 class Gatherer:
-    """Puts together what sensors get onto the same objects, in one call after the other, with a number of workers; with
-    one of them in any thread."""
+    """Joins the sensors' hits on the same objects, over successive calls, with a number of workers; with one of them in
+    any thread."""
 
     def __init__(self, workers: int = 1) -> None:
         self._cells = JoinedCells(workers)
@@ -32,7 +32,7 @@ class Gatherer:
         self._cameras = _Kept[tuple[Doubles, Doubles, Doubles]]()
 
     def objects(self, box: Counts, rig: Rig, by_sensor: Mapping[str, Contribution]) -> ObjectCounts:
-        """What the enabled sensors of a rig get onto objects, whose places in the traffic are box (k,)."""
+        """Return the hits of a rig's enabled sensors on objects at positions box (k,) of the traffic."""
         lidars, cameras, count = rig.lidars(), rig.cameras(), len(box)
         of_lidars, of_cameras = (
             tuple(by_sensor[sensor.name] for sensor in sensors) for sensors in (lidars, cameras)
@@ -60,7 +60,7 @@ class Gatherer:
 
 
 def _returns(rig: Rig, by_sensor: Mapping[str, Contribution], objects: int) -> dict[str, Returns]:
-    """What sensors of the kinds that count returns get, by kind."""
+    """Return the returns of the kinds that count returns, by kind."""
     found = {}
     for kind in (kind for kind in kinds() if kind.hits.measure == "returns"):
         names = tuple(s.name for s in rig.sensors if s.enabled and s.kind == kind.name)
@@ -101,7 +101,7 @@ def _column(contributions: tuple[Contribution, ...], column: int, objects: int) 
 
 
 class _Kept(Generic[T]):
-    """What was made last, of these very contributions."""
+    """Last result, of these very contributions."""
 
     def __init__(self) -> None:
         self._last: tuple[tuple[Contribution, ...], int, tuple[float, ...], T] | None = None
@@ -109,7 +109,7 @@ class _Kept(Generic[T]):
     def of(
         self, parts: tuple[Contribution, ...], objects: int, key: tuple[float, ...], make: Callable[[], T]
     ) -> T:
-        """What is made of the first objects of contributions, and of a key."""
+        """Return what `make` makes of the first objects of contributions, cached by the key."""
         if self._last is not None:
             old, count, old_key, made = self._last
             same = len(old) == len(parts) and all(one is other for one, other in zip(old, parts, strict=True))
@@ -167,7 +167,7 @@ class JoinedCells:
 
 
 def _are(some: Lidars, others: Lidars) -> bool:
-    """Whether these are the very same contributions, in any order."""
+    """Return whether these are the very same contributions, in any order."""
     return sorted(map(id, some)) == sorted(map(id, others))
 
 

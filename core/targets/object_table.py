@@ -1,4 +1,4 @@
-"""One row per road user, in the order of the data: its box and what each sensor gets onto it."""
+"""Table with one row per object, in the order of the data: its box and each sensor's hits on it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _DIGITS = 9
 
 
 def object_table(traffic: Traffic, scores: TargetScores) -> Columns:
-    """Columns by name, one entry per road user that counts in the frames used, in the order of the data.
+    """Return columns by name, one entry per object that counts in the frames used, in the order of the data.
 
     `points_NAME` rays of a LiDAR that reach it first, `pixels_NAME` native pixels of a camera that show it; `points`
     and `cells` of all LiDARs together. Raise InputError when two columns would have the same name.
@@ -50,7 +50,7 @@ def object_table(traffic: Traffic, scores: TargetScores) -> Columns:
 
 
 def _places(traffic: Traffic, box: NDArray[np.int64]) -> Columns:
-    """seq, frame, class and box of the boxes (k,); without names of its own a frame has its number in the data."""
+    """Return seq, frame, class and box of the boxes (k,); a frame without a name has its number in the data."""
     number = traffic.frame[traffic.frame_of_box[box]]
     labels, turn = traffic.data.labels, traffic.rotation[box]
     named = [("", int(frame)) if labels is None else labels.of(frame) for frame in number]

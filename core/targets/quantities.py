@@ -1,4 +1,4 @@
-"""The numbers that are told of road users: what each means, and how tables of them are laid out."""
+"""Quantities of objects: the meaning of each, and the layout of their tables."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ Counts = NDArray[np.int64]
 Unit = Literal["share", "points", "px"]
 EVERYBODY = "all"
 WHO = (EVERYBODY, *CLASSES)
-"""Rows of a table: road users of all classes, then class by class."""
+"""Rows of a table: objects of all classes, then class by class."""
 SECTORS = 12
 """Sectors of 30 degrees, the first one centred on straight ahead, counted to the left."""
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """One number per road user. Of several road users the mean is told, or the median where `is_median`.
+    """One number per object. Several objects are averaged, or their median is taken where `is_median`.
 
     `sign` says whether more is better (1) or worse (-1).
     """
@@ -45,12 +45,12 @@ class Quantity:
 
 
 def _by(kind: str) -> Callable[[ObjectCounts, TargetSettings], Doubles]:
-    """Return 1 where sensors of a kind detect a road user."""
+    """Return a function that is 1 where sensors of a kind detect an object."""
     return lambda objects, settings: objects.detected(settings.min_points)[kind].astype(np.float64)
 
 
 def _kinds(objects: ObjectCounts, settings: TargetSettings) -> Counts:
-    """Return how many kinds of sensor detect each road user."""
+    """Return the number of kinds of sensor that detect each object."""
     return np.asarray(np.sum(list(objects.detected(settings.min_points).values()), axis=0))
 
 
@@ -62,7 +62,7 @@ ON_TARGET = Quantity(
 QUANTITIES = (
     ON_TARGET,
     Quantity(
-        LIDAR.name, "By LiDARs", "Share of road users with at least so many points of LiDARs. More is better.",
+        LIDAR.name, "By LiDARs", "Share of road users with at least that many points of LiDARs. More is better.",
         "share", _by(LIDAR.name),
     ),
     Quantity(
@@ -71,7 +71,7 @@ QUANTITIES = (
     ),
     Quantity(
         "visible", "Visible to cameras",
-        "Mean of the pixels that show a road user over those that would if nothing stood before it. More is better.",
+        "Mean of the pixels that show a road user over those that would without occlusion. More is better.",
         "share", lambda objects, _: objects.visible,
     ),
     Quantity(
@@ -100,8 +100,8 @@ QUANTITIES = (
 
 @dataclass(frozen=True)
 class ClassFigures:
-    """What a rig gets onto all road users of a class: how many there are, their mean on target, and the share of them
-    with at least `min_points` points of LiDARs; NaN where there are none."""
+    """Figures of a rig for all objects of a class: their number, their mean hit coverage, and the share of them with at
+    least `min_points` points of LiDARs; NaN where there are none."""
 
     objects: int
     on_target: float
@@ -125,8 +125,8 @@ def figures_of(scores: TargetScores) -> dict[str, ClassFigures]:
 
 @dataclass(frozen=True)
 class Cells:
-    """Numbers of groups of road users in an array of any shape: how many there are, the number itself (NaN where
-    there are none), its standard error where frames were sampled, the change against a baseline and its error.
+    """Numbers of groups of objects in an array of any shape: their count, the number itself (NaN where there are none),
+    its standard error where frames were sampled, the change against a baseline and its error.
 
     Both rigs meet the same road users, so the error of the change is that of the differences, object by object.
     """

@@ -1,6 +1,6 @@
-"""How far a LiDAR sees what: which of its rays come back from a surface.
+"""Model the range of a LiDAR: which of its rays return from a surface.
 
-A diffuse surface of reflectivity rho that looks at the sensor is seen up to R(rho) = R_ref sqrt(rho / rho_ref), for
+A diffuse surface of reflectivity rho that faces the sensor is seen up to R(rho) = R_ref sqrt(rho / rho_ref), for
 the power that returns falls with the square of the distance; of one that is turned away by an angle the cosine of it
 returns. A ray comes back with a probability that falls around R like a logistic.
 """
@@ -19,7 +19,7 @@ from riglens.core.sensors.registry import kind_of
 from riglens.core.targets.settings import TargetSettings
 
 NOMINAL_REFLECTIVITY = 0.8
-"""To what the maximum range of a sensor refers where its maker's anchors are not known: our choice."""
+"""Reflectivity to which the maximum range of a sensor refers where its maker states none: our choice."""
 WIDTH = 0.25
 """Of the logistic, relative to R; fitted, see docs/study-targets.md."""
 REFLECTIVITY = (0.15, 0.15, 0.22)
@@ -39,8 +39,8 @@ def law_of(sensor: Sensor, settings: TargetSettings) -> NDArray[np.float64]:
 
 
 def anchors_of(sensor: Sensor) -> tuple[tuple[float, float], ...]:
-    """Pairs of reflectivity and range in metres: those of its model, else its maximum range at 80 %; none where that is
-    infinite."""
+    """Return pairs of reflectivity and range in metres: those of its model, else its maximum range at 80 %, unless that
+    is infinite."""
     try:
         stated = default_library().entry(sensor.model).range_anchors() if sensor.model is not None else ()
     except InputError:
@@ -51,6 +51,6 @@ def anchors_of(sensor: Sensor) -> tuple[tuple[float, float], ...]:
 
 
 def range_for(reflectivity: float, anchors: tuple[tuple[float, float], ...]) -> float:
-    """R in metres from the anchor whose reflectivity is nearest by ratio."""
+    """Return R in metres from the anchor whose reflectivity is nearest by ratio."""
     share, metres = min(anchors, key=lambda anchor: abs(math.log(anchor[0] / reflectivity)))
     return metres * math.sqrt(reflectivity / share)

@@ -1,4 +1,4 @@
-"""From counts per sensor to counts per road user, and to tables per class and ring of distance."""
+"""Turn counts per sensor into counts per object, and into tables per class and ring of distance."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class ObjectCounts:
 
     box (k,): their places in the traffic; points (k, lidars) rays that reach them first, pixels (k, cameras) native
     pixels that show them, of the enabled sensors by name; points_alone and pixels_alone (k,): of all of them together
-    if nothing stood before; cells (k,): distinct cells of 0.2 m that LiDARs hit; heights_px (k, cameras): rows of
+    without occlusion; cells (k,): distinct cells of 0.2 m that LiDARs hit; heights_px (k, cameras): rows of
     native pixels from the first to the last that shows it; returns: of the kinds of sensor beside these two, by name.
     """
 
@@ -58,8 +58,8 @@ class ObjectCounts:
     returns: Mapping[str, Returns] = field(default_factory=dict)
 
     def detected(self, min_points: int, failed: Collection[str] = ()) -> dict[str, NDArray[np.bool_]]:
-        """By kind of sensor, which are detected (k,) without some sensors: LiDARs by `min_points` points of all,
-        cameras by 25 px of height in one, others by as many returns of all as their kind says."""
+        """Return by kind of sensor which objects are detected (k,) without some sensors: LiDARs by `min_points` points
+        of all, cameras by 25 px of height in one, others by the number of returns set by their kind."""
         points = Returns(self.lidars, self.points).without(failed)
         cameras = np.array([name not in failed for name in self.cameras], np.bool_)
         tallest = self.heights_px[:, cameras].max(axis=1, initial=0.0)
@@ -70,7 +70,7 @@ class ObjectCounts:
         }
 
     def sensors_detecting(self, min_points: int) -> Counts:
-        """How many sensors detect each on their own, (k,)."""
+        """Return the number of sensors that detect each object on their own, (k,)."""
         flags = [self.points >= min_points, self.heights_px >= HEIGHT_PX]
         flags += [found.counts >= _enough(kind) for kind, found in self.returns.items()]
         return np.asarray(np.concatenate(flags, axis=1).sum(axis=1))
@@ -119,7 +119,7 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Row:
-    """Road users of one class, in one ring or in all: how many, and what the rig gets onto them.
+    """Objects of one class, in one ring or in all: their number, and the rig's figures for them.
 
     LiDARs: on_target, shares with at least 1, 5 and `min_points` points, median points. Cameras: mean visible share,
     share at least 25 pixels tall, median height. by_kind: of further kinds, the share with enough returns. By both: by
@@ -152,7 +152,7 @@ class ClassTargets:
 
 @dataclass(frozen=True)
 class TargetScores:
-    """What a rig gets onto the road users of `frames_used` of the `frames` frames."""
+    """Figures of a rig for the objects of `frames_used` of the `frames` frames."""
 
     rig: Rig
     settings: TargetSettings
@@ -219,7 +219,7 @@ def standard_error(misses: NDArray[Any], objects: ArrayLike, of_frames: int) -> 
 
 
 def scores_of(groups: Groups, rig: Rig, settings: TargetSettings, objects: ObjectCounts) -> TargetScores:
-    """Tabulate what the enabled sensors of a rig get on the objects of `groups`."""
+    """Tabulate the figures of a rig's enabled sensors for the objects of `groups`."""
     tables = _Sorted.of(groups, objects, settings)
     classes = {name: _class_targets(groups, tables, number) for number, name in enumerate(CLASSES)}
     within_m = float(groups.edges_m[-1])
@@ -233,7 +233,7 @@ def ring_edges_m(within_m: float) -> tuple[float, ...]:
 
 @dataclass(frozen=True)
 class _Sorted:
-    """What the tables are made of, class by class and ring by ring."""
+    """Inputs of the tables, sorted by class and ring."""
 
     points: Doubles
     height_px: Doubles

@@ -1,6 +1,6 @@
-"""What road users are made of: parts within their boxes, so that rays pass where there is nothing.
+"""Model objects as parts within their boxes, so that rays pass where there is nothing.
 
-All figures are our choice, in shares of the box; the fitted ones are told in docs/study-targets.md.
+All figures are our choice, in shares of the box; the fitted ones are documented in docs/study-targets.md.
 """
 
 from __future__ import annotations

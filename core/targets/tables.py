@@ -1,4 +1,4 @@
-"""What a rig gets onto road users as tables: one number per class and ring of distance, or per ring and sector."""
+"""Tabulate a rig's figures for objects: one number per class and ring of distance, or per ring and sector."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Counts = NDArray[np.int64]
 
 
 def table_of(traffic: Traffic, now: TargetScores, before: TargetScores, quantity: Quantity) -> Table:
-    """Tabulate a quantity by class and ring, with changes against what a baseline gets in the same frames."""
+    """Tabulate a quantity by class and ring, with changes against a baseline in the same frames."""
     figures = _Figures.of(traffic, now, before, quantity)
     edges_m, ring, cls = ring_edges_m(traffic.within_m), _ring(traffic, now), traffic.cls[now.objects.box]
     everywhere = np.zeros(len(cls), np.int64)
@@ -64,7 +64,7 @@ def _sector(centre_m: Doubles) -> Counts:
 
 @dataclass(frozen=True)
 class _Figures:
-    """One number per road user (k,), of the rig and of the baseline, each computed once for all cells of a table."""
+    """One number per object (k,), of the rig and of the baseline, each computed once for all cells of a table."""
 
     quantity: Quantity
     mine: Doubles
@@ -85,7 +85,7 @@ class _Figures:
         )
 
     def cells(self, chosen: NDArray[np.bool_], group: Counts, groups: int) -> Cells:
-        """Numbers of the chosen road users by group (k,), (groups,)."""
+        """Return the numbers of the chosen objects by group (k,), (groups,)."""
         group, mine, theirs = group[chosen], self.mine[chosen], self.theirs[chosen]
         objects = np.bincount(group, minlength=groups)
         if self.quantity.is_median:

@@ -1,4 +1,4 @@
-"""What rigs get onto road users as plain data."""
+"""Return rigs' figures for objects as plain data."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from riglens.core.targets.traffic import Traffic
 
 
 def targets_document(traffic: Traffic, scores: Sequence[TargetScores]) -> dict[str, Any]:
-    """Scores of some rigs, at least one, in the same traffic and with the same settings; shares as fractions.
+    """Return figures of some rigs, at least one, in the same traffic and with the same settings; shares as fractions.
 
     `body` is null where rigs differ, and then said of each.
     """

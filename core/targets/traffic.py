@@ -18,7 +18,7 @@ Doubles = NDArray[np.float64]
 Ids = NDArray[np.int64]
 WITHIN_M, EVERYWHERE_M = 60.0, 1e6
 NO_CLASS = len(CLASSES)
-"""Class of what is no road user."""
+"""Class of boxes that are not objects."""
 MAX_BOXES = 10_000_000
 """About 1.5 GB."""
 
@@ -29,7 +29,7 @@ class Traffic:
 
     data: what was read. frame (T,): number in the data of each frame held; starts (T + 1,): its first box; row (n,):
     place of each box in the data; cls (n,) uint8 index into CLASSES; centre_m, size_m (n, 3); rotation (n, 3, 3) box
-    to vehicle frame. Occluders, which are no road users, have the class NO_CLASS, stand after the road users of their
+    to vehicle frame. Occluders have the class NO_CLASS, stand after the road users of their
     frame, and their `row` is their place in the table of occluders. Every box hides what is behind it; road users
     `within_m` of the car, from the vehicle frame's origin to the box's centre along the ground,
     are objects that count. surroundings_sha256: of the tables of occluders, empty without.
@@ -58,7 +58,7 @@ class Traffic:
 
     @cached_property
     def counts(self) -> NDArray[np.bool_]:
-        """Which boxes are objects that count, (n,)."""
+        """Return which boxes are objects that count, (n,)."""
         return np.asarray((self.distance_m <= self.within_m) & (self.cls != NO_CLASS))
 
     @cached_property
@@ -67,7 +67,7 @@ class Traffic:
         return np.repeat(np.arange(self.frames), np.diff(self.starts))
 
     def frame_alone(self, place: int) -> Traffic:
-        """One frame by itself, by its place; all its road users count, however far they are."""
+        """Return one frame by itself, by its index; all its objects count, at any distance."""
         part = slice(int(self.starts[place]), int(self.starts[place + 1]))
         columns = {
             name: getattr(self, name)[part] for name in ("row", "cls", "centre_m", "size_m", "rotation")
@@ -91,8 +91,7 @@ def read_traffic(
     most: int = MAX_BOXES,
     occluders: Occluders | None = None,
 ) -> Traffic:
-    """Read all boxes of a data set, and what stands around them; raise InputError on bad input or more than `most`
-    boxes."""
+    """Read all boxes of a data set, and its occluders; raise InputError on bad input or more than `most` boxes."""
     columns: list[list[NDArray[Any]]] = [[], [], [], [], []]
     held = 0
     for batch in source.batches(progress):
@@ -140,7 +139,7 @@ class Standing(NamedTuple):
 
 
 def _standing(report: DataReport, boxes: _Boxes, occluders: Occluders, most: int) -> Standing:
-    """What stands as near as the farthest road user, in each frame that has one."""
+    """Return the occluders as near as the farthest object, in each frame that has one."""
     if report.labels is None:
         raise InputError(f"{report.source}: needs columns seq and frame, by which occluders are assigned")
     farthest_m = (

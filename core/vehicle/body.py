@@ -38,7 +38,7 @@ from riglens.core.vehicle.surface import (
 from riglens.core.vehicle.wheels import axle, housing_reach_m
 
 Axles = list[tuple[float, float]]
-"""For each axle its x, and where its wheel housings begin beside the car's middle plane, metres."""
+"""For each axle its x, and the distance of its wheel housings from the car's middle plane, metres."""
 _OVERLAP_M = 0.02
 _FACING_METRES = 0.4
 _MIN_FACING = {"+x": 0.30, "-x": 0.30, "|y|": 0.45, "+z": 0.5, "-z": 0.7}
@@ -252,7 +252,8 @@ def _open_arches(painted: Painted, axles: Axles, profile: BodyProfile, scale: fl
 
 
 def _mirrors(profile: BodyProfile, vehicle: Vehicle) -> Painted:
-    """Two door mirrors: rounded housings beside the foot of the windscreen, on arms if they stand off."""
+    """Return two door mirrors: rounded housings next to the foot of the windscreen, on arms if they are off the
+    body."""
     scale = np.array([vehicle.length, vehicle.width, vehicle.height])
     scale = scale / [profile.length_m, profile.width_m, profile.height_m]
     arms = _blocks(profile.mirror_arms)

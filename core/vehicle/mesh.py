@@ -44,7 +44,7 @@ def size_text(size_m: Vec3) -> str:
 
 
 def size_remark(size_m: Vec3, placement: MeshPlacement) -> str:
-    """Return what is odd about the size of a mesh, and what to do about it; empty for that of a car."""
+    """Return a remark on an implausible size of a mesh, with a remedy; empty for that of a car."""
     if is_car_size(size_m):
         return ""
     units = unit_scales(size_m, placement)

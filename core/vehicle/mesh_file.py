@@ -43,7 +43,7 @@ def mesh_name(path: Path, folder: Path | None) -> str:
 
 
 def with_full_mesh_path(rig: Rig, folder: Path | None) -> Rig:
-    """The rig of a file in a folder, whose mesh, if it has one, is found from any folder."""
+    """Return the rig of a file in a folder, whose mesh, if it has one, is found from any folder."""
     vehicle = rig.vehicle
     if not vehicle.has_mesh_file or folder is None:
         return rig
@@ -52,7 +52,7 @@ def with_full_mesh_path(rig: Rig, folder: Path | None) -> Rig:
 
 
 def read_mesh(path: Path, still_wanted: Callable[[], object] = lambda: None) -> BodyMesh:
-    """Read a mesh file in a process of its own; the numbers are in the file's unit, z up, x forward.
+    """Read a mesh file in a separate process; the numbers are in the file's unit, z up, x forward.
 
     `still_wanted` is called repeatedly in the meantime; an exception from it stops the reading. Raises InputError
     that names the file: missing, of another kind, too large, damaged, or too slow to read.
@@ -114,8 +114,8 @@ def _unpacked(packed: bytes, where: str) -> BodyMesh:
 
 
 def with_mesh_read(rig: Rig, folder: Path, tell: Callable[[str], object]) -> Rig:
-    """Return a rig of this folder with the mesh of its body, the same rig where no file holds it; InputError when the
-    file cannot be read. A size that is not a car's is told in one line."""
+    """Read the mesh that a rig of this folder names for its vehicle, None without one; an implausible size is reported
+    in one line. InputError when it cannot be read."""
     vehicle = rig.vehicle
     if not vehicle.has_mesh_file:
         return rig

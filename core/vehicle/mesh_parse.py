@@ -1,4 +1,4 @@
-"""Reads a mesh file and prints its arrays: the part of reading that runs in a process of its own.
+"""Read a mesh file and print its arrays: the part of reading that runs in a separate process.
 
 A mesh file is foreign input and may make a parser loop, eat memory or crash; then only this process ends.
 Run as `python -m riglens.core.vehicle.mesh_parse FILE`; the arrays go to standard output as an npz archive, a
@@ -59,7 +59,7 @@ class FolderResolver(Resolver):
         self.refused = ""
 
     def get(self, key: Any) -> bytes:
-        """The content of a file; OSError when it is not there or not wanted."""
+        """Return the content of a file; OSError when it is missing or not needed."""
         name = unquote(str(key)).strip().replace("\\", "/")
         path = (self._folder / name).resolve()
         if urlparse(name).scheme or not path.is_relative_to(self._folder):
@@ -91,7 +91,7 @@ class FolderResolver(Resolver):
 
 
 def parse_mesh(path: Path) -> Arrays:
-    """Arrays points, normals, triangles and perhaps colours of a mesh file; InputError says what is wrong."""
+    """Return the arrays points, normals, triangles and perhaps colours of a mesh file; InputError with the reason."""
     resolver = FolderResolver(path.parent)
     suffix = path.suffix.lower()
     try:
@@ -172,7 +172,7 @@ def _joined(parts: list[tuple[Any, NDArray[np.float64]]], upright: bool) -> Arra
 
 
 def _creased(mesh: Any) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.int64]]:
-    """Vertices as (vertex numbers, normals, triangles over them), doubled where an edge is sharp.
+    """Return vertices as (vertex numbers, normals, triangles over them), doubled where an edge is sharp.
 
     A corner whose face leans away from the vertex normal by more than 40 degrees is shaded flat.
     """

@@ -1,4 +1,4 @@
-"""Where a sensor sits when it is put on a surface: point and outward normal in, pose out. Vehicle frame, metres."""
+"""Place a sensor on a surface: point and outward normal in, pose out. Vehicle frame, metres."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Body = tuple[str, Vector]
 
 @dataclass(frozen=True)
 class PlacingRules:
-    """How a place on the car is taken from where somebody points.
+    """Rules that turn a point on the car into a sensor's pose.
 
     With a `grid_m` the coordinates along the surface end on its multiples, and nearer than `centre_m` to the middle
     plane on y = 0. `upright` keeps sensors level. `below_rails` looks through narrow things on
@@ -33,11 +33,11 @@ class PlacingRules:
 
 FREE = PlacingRules()
 Hit = tuple[Vector, Vector]
-"""Where a ray meets the car: a point (3,) in metres, and the unit normal there (3,), outwards."""
+"""Hit of a ray on the car: a point (3,) in metres, and the unit normal there (3,), outwards."""
 Cast = Callable[[Vector, Vector], Hit | None]
-"""What a ray meets first, from an origin (3,) along a unit direction (3,)."""
+"""Function that returns the first hit of a ray from an origin (3,) along a unit direction (3,)."""
 FAR_M = 0.1
-"""A sensor farther than this from every surface needs something to stand on: our choice."""
+"""A sensor farther than this from every surface needs a bracket: our choice."""
 _SPARE_M = 0.005
 _OFF_M = 0.3
 _MISSED_M = 0.002
@@ -49,7 +49,7 @@ _ROOF = 0.7
 
 
 def placed(cast: Cast, ray: tuple[Vector, Vector], body: Body, rules: PlacingRules = FREE) -> Pose | None:
-    """The pose of a sensor with a `body` where a view ray meets the car, by these rules; None beside the car."""
+    """Return the pose of a sensor with a `body` where a view ray meets the car, by these rules; None off the car."""
     hit = cast(*ray)
     if hit is None:
         return None
@@ -60,7 +60,7 @@ def placed(cast: Cast, ray: tuple[Vector, Vector], body: Body, rules: PlacingRul
 
 
 def _on_grid(free: Pose, hit: Hit, cast: Cast, body: Body, rules: PlacingRules) -> Pose:
-    """The pose nearby whose coordinates along the surface are round; `free` where the surface ends before it.
+    """Return a pose nearby with round coordinates along the surface; `free` where the surface ends before it.
 
     Across the surface the sensor still touches it: the ray is shifted until the sensor, not the point, is on the grid.
     """
@@ -104,7 +104,7 @@ def _below_rail(hit: Hit, cast: Cast) -> Hit:
 
 
 def _beside(point_m: Vector, axis: int, sign: float, cast: Cast) -> Hit | None:
-    """The first place beside a point that lies lower by as much as a rail is high; None when there is none nearby."""
+    """Return the first place next to a point that is lower by the height of a rail; None when there is none nearby."""
     low_m, high_m = _RAIL_HEIGHT_M
     for step in range(1, round(_RAIL_WIDTH_M / _RAIL_STEP_M) + 1):
         start_m = np.array(point_m)
@@ -122,8 +122,8 @@ _OFF_ROOF: Hit = (np.full(3, np.nan), np.array([0.0, 0.0, -1.0]))
 
 
 def placed_on(point_m: Vector, normal: Vector, kind: str, box_m: Vector, upright: bool = False) -> Pose:
-    """The pose of a sensor whose body touches a surface at a point with unit normal (3,), from outside; a deep housing
-    is let into the surface, so that the sensor needs no bracket.
+    """Return the pose of a sensor whose body touches a surface at a point with unit normal (3,), from outside; a deep
+    housing is let into the surface, so that the sensor needs no bracket.
 
     How it is turned is a matter of its kind; an `upright` sensor is level and looks ahead, or away from the surface.
     `box_m` (2, 3) are the lowest and highest corner of the body in the sensor's frame.

@@ -1,4 +1,4 @@
-"""What a car body is made of, as data: control nets, decals and blocks of a reference car, metres."""
+"""Define car bodies as data: control nets, decals and blocks of a reference car, metres."""
 
 from __future__ import annotations
 

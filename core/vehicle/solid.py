@@ -20,21 +20,21 @@ if TYPE_CHECKING:
     from riglens.core.kernels.body.solid import Tree
 
 MATERIALS = ("paint", "panel", "glass", "trim", "gap", "lamp", "tail", "plate", "tyre", "rim", "dark")
-"""What triangles are made of; the number of a material is its place here."""
+"""Materials of triangles; the number of a material is its index."""
 GLASS = MATERIALS.index("glass")
 
 
 def _clear_for(through_glass: tuple[str, ...] | None) -> tuple[str, ...]:
-    """Return the kinds of sensor that look through glass: those that do so by themselves unless said otherwise."""
+    """Return the kinds of sensor that see through glass: by default those that do so by themselves."""
     if through_glass is not None:
         return through_glass
     return tuple(kind.name for kind in kinds() if kind.occlusion.sees_through_glass)
 
 
 def solid_of(vehicle: Vehicle, stance: Pose = Pose(), through_glass: tuple[str, ...] | None = None) -> Solid:
-    """The solid of a car's body; InputError where its mesh file has not been read.
+    """Return the solid of a car's body; InputError where its mesh file has not been read.
 
-    `stance` is how the car stands in the frame that its triangles are told in, where that is not its own.
+    `stance` is the pose of the car in the frame of its triangles, where that is not its own.
     """
     if vehicle.lacks_mesh:
         raise InputError(f"vehicle.body: the mesh '{vehicle.body}' has not been read")
@@ -63,7 +63,7 @@ class Solid:
         materials: NDArray[np.integer] | None = None,
         through_glass: tuple[str, ...] | None = None,
     ) -> Solid:
-        """The solid of triangles (t, 3, 3), of paint unless `materials` says more; those without an area are left out.
+        """Return the solid of triangles (t, 3, 3), of paint by default; triangles without an area are left out.
 
         No triangles at all is fine: nothing stops any ray.
         """
@@ -83,14 +83,15 @@ class Solid:
         return len(self.triangles_m)
 
     def barrier(self, kind: str, start_m: float) -> Barrier:
-        """What of it stops the rays of a kind of sensor beyond `start_m` from where they begin."""
+        """Return the part that stops the rays of a kind of sensor beyond `start_m` from their origin."""
         is_clear = kind in self.through_glass
         stops = np.asarray(self.materials != GLASS) if is_clear else np.ones(self.count, np.bool_)
         return Barrier(self.tree, stops, start_m)
 
 
 class Barrier(NamedTuple):
-    """What stops the rays of one sensor: a tree of triangles, which of them (t,), and how far from their start."""
+    """Obstacle of a sensor's rays: a tree of triangles, a selection of them (t,), and the distance from which they
+    count."""
 
     tree: Tree
     stops: NDArray[np.bool_]
@@ -117,7 +118,7 @@ def _standing(solid: Solid, stance: Pose) -> Solid:
 
 @lru_cache(maxsize=4)
 def _solid(vehicle: Vehicle, through_glass: tuple[str, ...]) -> Solid:
-    """The same object for the same body: what is built from it need not be rebuilt."""
+    """Return the same object for the same body, so that structures built from it are reused."""
     if vehicle.body_mesh is not None:
         placed = vehicle.body_mesh.placed(vehicle.mesh)
         return Solid.of(placed.points[placed.triangles], None, through_glass)

@@ -1,4 +1,4 @@
-"""Where a sensor stands by the car's body: on it, above it, inside it, or in the ground. Vehicle frame, metres."""
+"""Classify a sensor's mount by the car's body: on it, above it, inside it, or in the ground. Vehicle frame, metres."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ Points = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Stand:
-    """How a sensor at `place_m` stands: `gap_m` to the nearest surface, inf without a body, at `nearest_m`; `drop_m`
-    straight down to the body, None where it is not over it."""
+    """Mount of a sensor at `place_m`: `gap_m` to the nearest surface, inf without a body, at `nearest_m`; `drop_m`
+    straight down to the body, None where it is not above it."""
 
     inside: bool
     below_ground: bool
@@ -35,17 +35,18 @@ class Stand:
 
     @property
     def is_far(self) -> bool:
-        """Whether it hangs in the air, more than FAR_M off every surface."""
+        """Return whether it hangs in the air, more than FAR_M off every surface."""
         return FAR_M < self.gap_m < np.inf and not self.inside and not self.below_ground
 
     @property
     def away_m(self) -> float:
-        """How far off the body it is: straight down where it is over it, else to the nearest surface."""
+        """Return the distance from the body: straight down where the sensor is above it, else to the nearest
+        surface."""
         return self.gap_m if self.drop_m is None else self.drop_m
 
     @property
     def problem(self) -> str:
-        """What is wrong with the place, in a few words; empty when nothing is."""
+        """Return the problem with the place, in a few words; empty when there is none."""
         if self.below_ground:
             return "below the ground"
         if self.inside:
@@ -58,7 +59,8 @@ class Stand:
 
     @property
     def foot_m(self) -> Vec3:
-        """Where a line from the sensor meets what it should stand on: the ground, the body below it, or beside it."""
+        """Return where a line from the sensor meets its support: the ground, the body below it, or the nearest
+        surface."""
         x_m, y_m, z_m = self.place_m
         if self.below_ground:
             return x_m, y_m, 0.0
@@ -68,7 +70,7 @@ class Stand:
 
     @property
     def height(self) -> str:
-        """What is wrong with the place, as short as can be."""
+        """Return the problem with the place, as short as possible."""
         if self.below_ground:
             return f"{-self.place_m[2]:.2f} m deep"
         if self.inside:
@@ -86,13 +88,13 @@ def problems_in_short(stands: Mapping[str, Stand]) -> list[str]:
 
 
 def stands_of(rig: Rig) -> dict[str, Stand]:
-    """How each sensor of a rig stands, by name; InputError where the mesh of its body has not been read."""
+    """Return the mount of each sensor of a rig, by name; InputError where the mesh of a file is needed and missing."""
     solid = solid_of(rig.vehicle)
     return {sensor.name: stand(sensor.position, solid) for sensor in rig.sensors}
 
 
 def stand(position_m: Vec3, solid: Solid) -> Stand:
-    """How a sensor at a place stands by the body.
+    """Return the mount of a sensor at a place.
 
     Meshes need neither be closed nor face outwards: a place is inside when nearly all directions above the horizon,
     and most of those near it, meet the body, glass included. So a car without a floor has an inside, too, and the
@@ -139,7 +141,7 @@ def _even_directions(count: int) -> Points:
 
 
 def _nearest(place: Points, solid: Solid) -> Points:
-    """The point of the surface (3,) nearest to a place.
+    """Return the point of the surface (3,) nearest to a place.
 
     Only triangles whose box is nearer than the nearest first corner of all can have it.
     """
@@ -177,7 +179,7 @@ def _nearest_of_each(place: Points, triangles: Points) -> Points:
 
 
 def materials_at(point_m: Vec3, solid: Solid, within_m: float = 1e-6) -> frozenset[str]:
-    """Names of what the surface is made of at a point of it: of several where parts meet there."""
+    """Return the names of the materials at a point of the surface: several where parts meet there."""
     place = np.array(point_m, np.float64)
     low, high = _boxes(solid)
     near = np.arange(len(low))

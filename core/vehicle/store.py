@@ -22,7 +22,7 @@ Arrays = dict[str, NDArray[Any]]
 
 
 def stored_surfaces(name: str, build: Callable[[], Painted], of: object = None) -> Painted:
-    """Return what `build` returns, without empty meshes; from the cache if the same code built it from the same `of`.
+    """Return the result of `build` without empty meshes; from the cache if the same code built it from the same `of`.
 
     There is one file per name. It is replaced when the code changes, or `of`, whose text says what the surfaces depend
     on, and when it is damaged.

@@ -37,7 +37,7 @@ NO_SURFACE = Surface(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 3), np.int
 
 
 def spline_matrix(controls: int, samples: int, degree: int = 3) -> Points:
-    """Weights (samples, controls) of a clamped uniform B-spline at evenly spaced parameters.
+    """Return the weights (samples, controls) of a clamped uniform B-spline at evenly spaced parameters.
 
     De Boor's recursion, bit for bit as in scipy, whose interpolation takes longer to import than to run.
     """
@@ -113,7 +113,7 @@ def rounded_box(low_m: Points, high_m: Points, radius_m: float) -> Surface:
 
 
 def _box_ticks(half_m: float, radius_m: float) -> Points:
-    """Where the lattice of a face has its lines: even along the flat part, by angle in the round edges."""
+    """Return the lines of a face's lattice: even along the flat part, by angle in the round edges."""
     flat_m = half_m - radius_m
     arc = radius_m * np.tan(np.linspace(0.0, np.pi / 4, 4))[1:]
     middle = np.linspace(-flat_m, flat_m, 2 + int(2 * flat_m / _BOX_STEP_M))
@@ -121,7 +121,8 @@ def _box_ticks(half_m: float, radius_m: float) -> Points:
 
 
 def _box_face(half: Points, ticks: list[Points], axis: int, side: float, radius_m: float) -> Surface:
-    """One face with its half of the round edges: a cube's face whose rim is pulled onto cylinders and spheres."""
+    """Return one face with its half of the round edges: a cube's face whose rim is pulled onto cylinders and
+    spheres."""
     across = [(axis + 1) % 3, (axis + 2) % 3]
     cube = np.empty((len(ticks[across[0]]), len(ticks[across[1]]), 3))
     cube[..., axis] = side * half[axis]
@@ -147,7 +148,8 @@ def _lattice_normals(points: Points) -> Points:
 
 
 def _is_line(outline: Points) -> bool:
-    """Whether a closed outline (k, 3) encloses nothing: a surface closes there, and its own normals mean little."""
+    """Return whether a closed outline (k, 3) encloses nothing: a surface closes there, and its own normals mean
+    little."""
     spokes = outline - outline.mean(axis=0)
     return bool(np.linalg.norm(np.cross(spokes[:-1], spokes[1:]).sum(axis=0)) < 1e-9)
 
@@ -187,7 +189,7 @@ def cut(surface: Surface, distance: Points) -> tuple[Surface, Surface]:
 def cut_convex(
     surface: Surface, flat: Points, away: Points, polygon: Sequence[tuple[float, float]]
 ) -> tuple[Surface, list[Surface]]:
-    """Split off what lies in a convex polygon, in the plane where `flat` (n, 2) lies: (inside, what is left).
+    """Split off the part in a convex polygon, in the plane where `flat` (n, 2) lies: (inside, rest).
 
     Points with `away` > 0 never belong to it. Cutting along its straight sides one by one preserves a
     region that is far thinner than the mesh is fine.

@@ -11,7 +11,7 @@ from riglens.core.vehicle.profile import BodyProfile
 from riglens.core.vehicle.surface import Painted, Points, Surface, cut, grid_surface, join, lathe
 
 HOUSING_DEPTH_M = 0.10
-"""By how much the housing is deeper than the wheel."""
+"""Difference in depth between housing and wheel."""
 OUTER_M = 0.035
 """From the side of the car to the outer face of the wheels."""
 
@@ -102,7 +102,7 @@ def _creased(points: Points) -> Surface:
 
 
 def _housing(arch_m: float, wheel_width: float) -> Painted:
-    """Dark half-drum behind a wheel, so that nobody can look through the arch into an empty body."""
+    """Return a dark half-drum behind a wheel, so that the arch does not show an empty body."""
     depth = wheel_width + HOUSING_DEPTH_M
     profile = np.array([(arch_m + 0.012, -0.03), (arch_m + 0.012, -depth), (0.0, -depth)])
     drum = lathe(profile, 40)

@@ -1,1 +1,1 @@
-"""What people look at, beside the metric: what a sensor sees of one frame, the scene from above and in cells."""
+"""Compute views of the data apart from the metric: a sensor's view of one frame, the scene from above and in cells."""

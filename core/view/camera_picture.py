@@ -1,4 +1,4 @@
-"""What a camera sees of one frame: boxes, ground, horizon, ROI and the car's own body, in native pixels."""
+"""Compute a camera's picture of one frame: boxes, ground, horizon, ROI and the car's own body, in native pixels."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Face:
 
 @dataclass(frozen=True)
 class CameraPicture:
-    """Everything in native pixels (x right, y down), in the order in which it is drawn.
+    """Picture in native pixels (x right, y down), in the order of drawing.
 
     ground_px (k, 2), empty when none is in view; lines are (m, 2) each; `faces` go from far to near; body
     (rows, columns) uint8 over the whole image: 0 where the car's own body is not, else how light it is;
@@ -114,7 +114,7 @@ def _horizon_m(camera: Camera) -> tuple[Points, Points]:
 
 
 def _faces(view: Projection, boxes: FrameBoxes) -> tuple[Face, ...]:
-    """Sides that look at the camera, of far boxes first."""
+    """Return the faces towards the camera, of far boxes first."""
     eye = np.array(view.camera.position)
     half = boxes.size_m / 2
     local_eye = np.einsum("nji,nj->ni", boxes.rotation, eye - boxes.centre_m)
@@ -136,7 +136,7 @@ def _faces(view: Projection, boxes: FrameBoxes) -> tuple[Face, ...]:
 
 
 def _first_hits(view: Projection, boxes: FrameBoxes, body: Solid) -> tuple[NDArray[np.uint8], dict[str, int]]:
-    """What rays of a coarse lattice over the image meet first: the mask of the body, and the boxes seen."""
+    """Return the first hits of a coarse lattice of rays over the image: the mask of the body, and the boxes seen."""
     width, height = view.camera.image
     columns = min(width, _MASK_WIDTH)
     rows = max(1, min(height, round(columns * height / width), _MASK_WIDTH * 2))
@@ -152,7 +152,7 @@ def _first_hits(view: Projection, boxes: FrameBoxes, body: Solid) -> tuple[NDArr
 
 
 def _holds(corners_px: Points, point: Points) -> bool:
-    """Whether a polygon holds a point: a line to its right crosses the outline an odd number of times."""
+    """Return whether a polygon holds a point: a line to its right crosses the outline an odd number of times."""
     here, there = corners_px, np.roll(corners_px, -1, axis=0)
     crossed = (here[:, 1] <= point[1]) != (there[:, 1] <= point[1])
     here, there = here[crossed], there[crossed]

@@ -28,7 +28,7 @@ class _ClassEntropies:
 class DisplayGrid:
     """Cells of `block`^3 voxels that hold an occupied voxel; centres_m (m, 3) float32, cell_m their edge.
 
-    The entropies of the class that was asked for last are kept, because a drag asks for them again and again.
+    The entropies of the last class are cached for drags.
     """
 
     pog: Pog
@@ -75,7 +75,7 @@ class DisplayGrid:
         return (self._entropies_of(cls).total_q / QUANTA_PER_NAT).astype(np.float32)
 
     def seen_share(self, cls: int, words: Words) -> NDArray[np.float32]:
-        """Share of each cell's entropy that lies in a seen set, 0 to 1, 0 where there is none, (m,)."""
+        """Return the share of each cell's entropy in a seen set, 0 to 1, 0 where there is none, (m,)."""
         seen_q, total_q = self._seen_q(cls, words), self._entropies_of(cls).total_q
         return np.divide(seen_q, total_q, out=np.zeros(len(seen_q)), where=total_q > 0).astype(np.float32)
 

@@ -1,4 +1,4 @@
-"""One frame as a rig meets it: where the rays of its LiDARs end, and how many end on each road user."""
+"""Compute one frame for a rig: the ends of its LiDAR rays, and the number on each object."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from riglens.core.view.frames import FrameBoxes
 from riglens.core.view.hits import BODY, cast
 
 MOST_RAYS = 400_000
-"""Of LiDARs with more rays together, only one in so many beams and azimuths is cast: nobody sees the others."""
+"""With more LiDAR rays in total, only some beams and azimuths are cast: the others would be invisible."""
 
 
 Verdict = Literal["no LiDARs", "out of range", "between beams", "hidden", "few points"]
@@ -24,9 +24,9 @@ Verdict = Literal["no LiDARs", "out of range", "between beams", "hidden", "few p
 
 @dataclass(frozen=True)
 class Missed:
-    """Why a road user gets so few points: the verdict over all LiDARs together.
+    """Reason for a low point count on an object: the verdict over all LiDARs together.
 
-    points, alone: rays that end on it, and that would if neither traffic nor body stood before it. by: number of the
+    points, alone: rays that end on it, and that would without occlusion. by: number of the
     box that hides most of these, GROUND or BODY (see `riglens.core.view.hits`); None where nothing hides any.
     """
 
@@ -41,7 +41,7 @@ class FrameScene:
     """Boxes of a frame with the points on them, and all points of the LiDARs. Equal only to itself.
 
     points (n,): LiDAR points on each box; places_m (p, 3) float32: where rays end, in the vehicle frame; box (p,):
-    number of the box that a ray ends on, GROUND where it ends on the ground. thinned: one ray in so many was cast.
+    number of the box that a ray ends on, GROUND where it ends on the ground. thinned: one ray in this many was cast.
     """
 
     frame: int
@@ -66,7 +66,7 @@ def frame_scene(rig: Rig, frame: int, boxes: FrameBoxes, body: Solid, most: int 
 def _returns(
     lidar: Lidar, boxes: FrameBoxes, body: Solid, thinned: int
 ) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
-    """Where the rays of a LiDAR end on boxes or the ground, (p, 3), and on what, (p,)."""
+    """Return where the rays of a LiDAR end on boxes or the ground, (p, 3), and on what, (p,)."""
     rays = sensor_rays(lidar, np.arange(0, lidar.ray_count, thinned))
     hits = cast(lidar.position, rays.directions, boxes, barrier_of(lidar, body), lidar.range_m)
     returns = np.isfinite(hits.range_m) & (hits.what != BODY)
@@ -102,7 +102,7 @@ def _nearest_m(lidar: Lidar, only: FrameBoxes) -> float:
 
 
 def _stopped_by(lidar: Lidar, boxes: FrameBoxes, only: FrameBoxes, body: Solid) -> NDArray[np.int32]:
-    """What stops the rays of a LiDAR that would end on a box if it stood alone, (n,)."""
+    """Return what stops the rays of a LiDAR that would end on a box if it stood alone, (n,)."""
     rays = sensor_rays(lidar)
     nothing = barrier_of(lidar, Solid.of(np.zeros((0, 3, 3))))
     alone = cast(lidar.position, rays.directions, only, nothing, lidar.range_m, has_ground=False)

@@ -16,7 +16,7 @@ from riglens.core.scene.boxes import BoxBatch, BoxSource
 REACH_M = 250.0
 """Boxes farther away than this are not kept: no sensor shows them."""
 MEMORY_BYTES = 32 << 20
-"""What is kept beyond this goes to a temporary file."""
+"""Memory limit beyond which frames go to a temporary file."""
 MAX_BOXES = 10_000_000
 _RECORD = np.dtype([("cls", "u1"), ("centre", "f4", 3), ("size", "f4", 3), ("rotation", "f4", (3, 3))])
 
@@ -40,13 +40,13 @@ class FrameBoxes:
         return cls(np.zeros(0, np.uint8), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 3, 3)))
 
     def only(self, number: int) -> FrameBoxes:
-        """One of the boxes, as if it stood alone."""
+        """Return one of the boxes by itself."""
         one = slice(number, number + 1)
         return FrameBoxes(self.cls[one], self.centre_m[one], self.size_m[one], self.rotation[one])
 
 
 class FrameStore:
-    """Frames of a source by number. The source is streamed as far as the frame asked for, and only once.
+    """Frames of a source by number. The source is streamed up to the requested frame, and only once.
 
     Called by one thread; `close` gives the file handles back.
     """
@@ -59,12 +59,12 @@ class FrameStore:
 
     @property
     def frames_read(self) -> int:
-        """Number of frames, from the first on, whose boxes are kept."""
+        """Return the number of frames, from the first on, whose boxes are kept."""
         return len(self._starts) - 1
 
     @property
     def is_full(self) -> bool:
-        """Whether the store holds as many boxes as it may, so that later frames cannot be shown."""
+        """Return whether the store holds as many boxes as it may, so that later frames cannot be shown."""
         return self._starts[-1] >= self._max_boxes
 
     def boxes(self, frame: int, cancel: Callable[[], bool] = lambda: False) -> FrameBoxes:

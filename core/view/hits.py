@@ -1,4 +1,4 @@
-"""What rays from one point hit first in one frame: traffic boxes, the ground, the car's own body."""
+"""Find the first hits of rays from one point in one frame: traffic boxes, the ground, the car's own body."""
 
 from __future__ import annotations
 

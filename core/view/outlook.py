@@ -16,8 +16,8 @@ if TYPE_CHECKING:  # it loads the compiler, and the window asks `looks_into` wit
     from riglens.core.view.display import DisplayGrid
 
 EMPTY_SHARE, LEAST_GAP_DEG, LEAST_BOXES = 0.02, 90, 30
-"""A gap holds at most this share of the traffic over at least this angle; a handful of boxes says nothing. Our choice:
-KITTI's labels leave 190° with 1 % of it, nuScenes and the bundled town nowhere more than 20°."""
+"""A gap holds at most this share of the traffic over at least this angle, and there are at least this many boxes. Our
+choice: KITTI's labels leave 190° with 1 % of it, nuScenes and the bundled town never more than 20°."""
 _NEAR_M = 3.0
 _RAYS, _MOST_RAYS = 0.95, 400
 
@@ -33,7 +33,7 @@ class Gap:
     to_deg: float
 
     def holds(self, azimuths_deg: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Whether directions lie in the sector, in their shape."""
+        """Return whether directions lie in the sector, in their shape."""
         return np.asarray((azimuths_deg - self.from_deg) % 360.0 <= self.to_deg - self.from_deg)
 
     @property
@@ -44,7 +44,7 @@ class Gap:
 
     @property
     def words(self) -> str:
-        """Where the boxes are, such as "boxes only ahead (-45° to 45°)"."""
+        """Return the directions of the boxes in words, such as "boxes only ahead (-45° to 45°)"."""
         start, end = self.boxes_deg
         middle = ((start + end) / 2 + 180.0) % 360.0 - 180.0
         side = (
@@ -60,7 +60,7 @@ class Gap:
 
 
 def widest_gap(display: DisplayGrid) -> Gap | None:
-    """Return the widest sector that holds next to no traffic of any class; None where the data look all round."""
+    """Return the widest sector with almost no traffic of any class; None where the data cover all directions."""
     if sum(display.pog.data.boxes.values()) < LEAST_BOXES:
         return None
     x, y = display.centres_m[:, 0].astype(np.float64), display.centres_m[:, 1].astype(np.float64)
@@ -86,7 +86,7 @@ def _widest_run(weights: NDArray[np.float64], most: float) -> tuple[int, int]:
 
 
 def looks_into(sensor: Sensor, gap: Gap) -> bool:
-    """Return whether nearly all rays of a sensor run within a gap: what it would see there is not in the data."""
+    """Return whether nearly all rays of a sensor run within a gap, where the data hold nothing to see."""
     step = max(1, sensor.ray_count // _MOST_RAYS) | 1  # odd: columns are mostly even in number
     directions = sensor_rays(sensor, np.arange(0, sensor.ray_count, step)).directions
     azimuths_deg = np.degrees(np.arctan2(directions[:, 1], directions[:, 0]))

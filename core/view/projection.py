@@ -38,7 +38,7 @@ class Projection:
 
     @cached_property
     def planes(self) -> Points:
-        """Planes (m, 4) of what is drawn: the near plane, and the sides of a pyramid around what is imaged."""
+        """Return the planes (m, 4) of the drawn part: the near plane, and the sides of a pyramid around the image."""
         near = np.array([[1.0, 0.0, 0.0, -NEAR_M]])
         sides = self._image_sides() if self.camera.distortion is None else self._cone_sides()
         return np.concatenate([near, sides])
@@ -119,7 +119,8 @@ def _standing_nowhere(camera: Camera) -> Camera:
 
 @lru_cache(maxsize=4)
 def _lattice_directions(camera: Camera, columns: int, rows: int) -> Points:
-    """Directions (rows * columns, 3) in the camera frame, zero where there is none; slow for a lens with distortion."""
+    """Return the directions (rows * columns, 3) in the camera frame, zero for missing ones; slow for a lens with
+    distortion."""
     width, height = camera.image
     x = (np.arange(columns) + 0.5) * width / columns
     y = (np.arange(rows) + 0.5) * height / rows

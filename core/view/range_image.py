@@ -18,12 +18,12 @@ MAX_RAYS = 1_000_000
 
 @dataclass(frozen=True)
 class RangeImage:
-    """Rows from the highest beam down, columns from the left of the sensor to its right.
+    """Range image: rows from the highest beam down, columns from the left of the sensor to its right.
 
     beams (rows,): place in the sensor's list; elevations_deg (rows,); azimuths_deg (columns,) within
     (-180, 180], before the offsets that beams may have; range_m (rows, columns), inf without a return; what (rows,
     columns) as in `riglens.core.view.hits`; box_classes: class of each box of the frame.
-    thinned: one in so many beams and azimuths is cast, 1 for all.
+    thinned: one in this many beams and azimuths is cast, 1 for all.
     """
 
     lidar: Lidar
@@ -48,7 +48,7 @@ class RangeImage:
 
 
 def range_image(lidar: Lidar, boxes: FrameBoxes, body: Solid, max_rays: int = MAX_RAYS) -> RangeImage:
-    """Return what the beams of a LiDAR hit in one frame; where it has very many rays, only some are cast."""
+    """Return the hits of a LiDAR's beams in one frame; only some of very many rays are cast."""
     from riglens.core.sensing.body_ends import barrier_of  # loads the compiler: not while a window opens
 
     elevations, azimuths = lidar.elevations(), wrapped_deg(lidar.azimuths())

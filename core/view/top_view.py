@@ -1,4 +1,4 @@
-"""The scene from above: how much of each column's entropy is seen, on a grid that a picture can show."""
+"""Define the view from above: the seen share of each column's entropy, on a grid suitable for a picture."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 SeenBy = str
-"""Whose voxels a map shows: "any", "twice", "thrice", "kinds" (two of them), or the name of a kind of sensor."""
+"""Coverage that a map shows: "any", "twice", "thrice", "kinds" (two of them), or the name of a kind of sensor."""
 EMPTY, BLIND, LEAST, MOST = 0, 1, 2, 255
 """Levels of a cell: nothing to see, something there and none of it seen, and from LEAST to MOST the share seen."""
 
@@ -31,7 +31,7 @@ class TopView:
 
     @property
     def is_empty(self) -> bool:
-        """Whether no cell holds any entropy: there is nothing to see of this class."""
+        """Return whether no cell holds any entropy: there is nothing to see of this class."""
         return not self.levels.any()
 
     def cell_at(self, x_m: float, y_m: float) -> tuple[int, int] | None:

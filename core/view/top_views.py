@@ -1,4 +1,4 @@
-"""Make views from above: sums of entropy over the columns of a field, which follow what is seen."""
+"""Compute views from above: sums of entropy over the columns of a field, updated with the coverage."""
 
 from __future__ import annotations
 

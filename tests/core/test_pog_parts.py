@@ -156,7 +156,7 @@ def test_a_part_that_a_worker_sent_is_checked_before_it_is_kept(
         "another grid": group_file(one, VoxelGrid(1.0, GRID.roi_m)),
         "other data": group_file(other, GRID),
     }
-    with pytest.raises(ChildProcessError, match="something else than was requested"):
+    with pytest.raises(ChildProcessError, match="an unexpected result"):
         part_folder(tmp_path).keep(key, sent[harm])
     assert count_kept(tmp_path) == 0
 

@@ -1,4 +1,4 @@
-"""From a YAML document to a valid rig, or to one line that says where the file is wrong and what is accepted."""
+"""Turn a YAML document into a valid rig, or into one line that locates the error and states the remedy."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def check_rig(rig: Rig) -> Rig:
 
 
 def _version_problems(data: Plain) -> list[Problem]:
-    """Return why this program does not read a document, before anything else in it is looked at."""
+    """Return why this program cannot read a document, before anything else in it is checked."""
     if not isinstance(data, dict):
         expected = f"a rig must be a mapping that starts with 'riglens: {FORMAT_VERSION}'"
         return [Problem((), f": {expected} (got {shown(data)})")]
@@ -62,7 +62,7 @@ def _version_problems(data: Plain) -> list[Problem]:
 
 
 def _valid_rig(data: Plain) -> Rig | list[Problem]:
-    """Return the rig that plain data describes, or what is wrong with them."""
+    """Return the rig that plain data describe, or their problems."""
     assert isinstance(data, dict)
     sensors = data.get("sensors")
     if isinstance(sensors, tuple):

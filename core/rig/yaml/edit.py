@@ -1,4 +1,4 @@
-"""Changing a rig file as little as possible: what changed is rewritten, every other character of the text stays.
+"""Change a rig file as little as possible: changed values are rewritten, every other character stays.
 
 ruamel's own writer is no way to do this: it aligns anew and drops the comments that follow a sensor in braces.
 """
@@ -94,7 +94,7 @@ class _Edits:
         self._edits: list[tuple[int, int, str]] = []
 
     def mapping(self, node: Node, wanted: Mapping[str, object], implied: Mapping[str, Plain]) -> None:
-        """Give a mapping the wanted values; those that are neither present nor implied are added in their order."""
+        """Set the values of a mapping; those that are neither present nor implied are added in their order."""
         entries = entries_of(node)
         kept = {
             key: value
@@ -116,7 +116,7 @@ class _Edits:
             earlier.append(name)
 
     def _value(self, key: ScalarNode, node: Node, wanted: object) -> None:
-        """Give a value of a mapping its wanted content, number by number where the shape stays the same."""
+        """Set a value of a mapping, number by number where the shape stays the same."""
         if same_value(plain_value(node), plain(wanted)):
             return
         start, end, present = node.start_mark.index, _end(self._text, node), entries_of(node).keys()
@@ -295,7 +295,7 @@ def _is_flow(node: Node) -> bool:
 
 
 def _end(text: str, node: Node) -> int:
-    """Return where a node ends: behind its last character that is no blank."""
+    """Return where a node ends: after its last character that is not blank."""
     if isinstance(node, CollectionNode) and not node.flow_style:
         return _end(text, node.value[-1][1] if isinstance(node, MappingNode) else node.value[-1])
     start = int(node.start_mark.index)

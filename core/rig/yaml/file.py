@@ -29,7 +29,7 @@ class RigFile:
     path: Path | None = None
 
     def updated(self, rig: Rig) -> RigFile:
-        """Return the same file with another rig: changed values are rewritten, everything else stays as it is.
+        """Return the same file with another rig: changed values are rewritten, everything else stays.
 
         Raise InputError that names the field when the rig is not valid.
         """

@@ -148,7 +148,7 @@ def entries_of(node: Node | None) -> dict[str, tuple[Node, Node]]:
 
 
 def line_of(root: Node, path: Path) -> int:
-    """Return the line of a value, from 1: that of its key or its list item; of what is missing, that around it."""
+    """Return the line of a value, from 1: that of its key or its list item; for a missing one, that around it."""
     place = node = root
     for part in path:
         if isinstance(part, str) and part in (entries := entries_of(node)):

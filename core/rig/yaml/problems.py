@@ -1,4 +1,4 @@
-"""What pydantic finds wrong with data, as sentences: which field, the fact, what is accepted."""
+"""Turn pydantic's errors into sentences: field, fact, remedy."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _PLAIN_WORDS = {
     "bool_type": "true or false",
     "int_type": "an integer",
 }
-"""What a file should hold, where pydantic speaks of Python's types."""
+"""Contents of a file in plain words, where pydantic speaks of Python's types."""
 _PLAIN_RULES = {
     "be a valid ": "be a ",
     "greater than or equal to": "at least",
@@ -33,7 +33,7 @@ _HEAD = re.compile(r"[A-Za-z_]\w*(?:\.\w+|\[\d+\])*")
 
 @dataclass(frozen=True)
 class Problem:
-    """What is wrong with a value: the rest of a sentence that begins with its name, such as " must be a list"."""
+    """Problem with a value: the rest of a sentence that begins with its name, such as " must be a list"."""
 
     path: Path
     complaint: str

@@ -39,7 +39,7 @@ def ordered_fields(sensor: Sensor) -> dict[str, Plain]:
 
 
 def written_fields(sensor: Sensor) -> dict[str, Plain]:
-    """Return the fields of a sensor that a new file holds, in the order in which they are written.
+    """Return the fields of a sensor that a new file holds, in the order of writing.
 
     Left out are options at their defaults, and what a bundled library model supplies. Of a model of the user's own
     everything is written, so that the file keeps its figures where that library is not.
@@ -108,7 +108,7 @@ def sensor_lines(sensor: Sensor, indent: int) -> list[str]:
 
 
 def same_value(one: object, other: object) -> bool:
-    """Return whether two plain values, or parts of rigs, are the same to the last bit.
+    """Return whether two plain values, or parts of rigs, are equal to the last bit.
 
     -0.0 is not 0.0, and 25 is the number 25.0. What two rigs share is not looked at: a drag changes one sensor of many.
     """

@@ -1,4 +1,4 @@
-"""Box readers: one call that finds out what a path holds and streams its boxes into the vehicle frame."""
+"""Read boxes: detect the format of a path and stream its boxes into the vehicle frame."""
 
 from riglens.core.scene.readers.bundled import bundled_occluders, bundled_source
 from riglens.core.scene.readers.classes import parse_class_map

@@ -1,4 +1,4 @@
-"""Where the files of Argoverse 2 are and how to recognise them, without loading the reader."""
+"""Recognise and locate the files of Argoverse 2 without loading the reader."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The scenario that comes with the program: a table of boxes, a note of its number of frames, what stands around."""
+"""Bundled scenario: a table of boxes, a note of its number of frames, and its occluders."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def bundled_source() -> Source:
 
 
 def bundled_occluders() -> Occluders:
-    """Return what stands beside the streets of the bundled town, and where the car is in each frame."""
+    """Return the occluders along the streets of the bundled town, and the pose of the car in each frame."""
     from riglens.core.scene.readers.occluders import open_occluders  # loads pyarrow, as open_boxes does
 
     return open_occluders(_folder() / "occluders.csv.gz", _folder() / "poses.csv.gz")

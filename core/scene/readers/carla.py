@@ -166,7 +166,7 @@ def _spans_all_corners(edges: NDArray[np.float64], vectors: NDArray[np.float64])
 
 
 def _skewness(edges: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return how far, in metres, the edges (n, 3, 3) are from being perpendicular."""
+    """Return the deviation, in metres, of the edges (n, 3, 3) from being perpendicular."""
     length = np.linalg.norm(edges, axis=2) + 1e-12
     gram = np.abs(edges @ edges.transpose(0, 2, 1)) / np.maximum(length[:, :, None], length[:, None])
     return np.asarray(np.maximum(gram[:, 0, 1], np.maximum(gram[:, 0, 2], gram[:, 1, 2])))

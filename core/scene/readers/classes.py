@@ -1,4 +1,4 @@
-"""Which class a source's object name belongs to: one table per source, and the user's overrides.
+"""Map a source's object names to classes: one table per source, and the user's overrides.
 
 car = motor vehicles on four or more wheels; bicycle = bicycles and motorcycles, ridden or not;
 pedestrian = people. A name that is in no table is not mapped: readers count it, so that nothing is
@@ -21,7 +21,7 @@ UNMAPPED = -1
 
 
 def _table(car: str, bicycle: str, pedestrian: str, between: str | None = None) -> dict[str, str]:
-    """Return the class by lower-case name, from names per class with blanks, or what is given, between them."""
+    """Return the class by lower-case name, from names per class separated by `between`."""
     groups = zip(CLASSES, (car, bicycle, pedestrian), strict=True)
     return {name.strip(): cls for cls, names in groups for name in names.split(between)}
 
@@ -136,11 +136,11 @@ class ClassTable:
         return found
 
     def never_met(self) -> list[str]:
-        """Return a sentence for each override whose name was in none of the data so far."""
+        """Return a sentence for each override whose name occurred in none of the data so far."""
         return [f"{NO_BOX_CALLED} {name!r}" for name in self._overridden() if name not in self.met]
 
     def idle(self) -> list[tuple[str, str]]:
-        """Return the overrides that leave the table as it is, sorted."""
+        """Return the overrides that do not change the table, sorted."""
         said = self._overridden().items()
         return sorted((name, cls) for name, cls in said if self._class_of(name, {}) == cls)
 

@@ -1,4 +1,4 @@
-"""Several box data sets as one: logs of a folder, tables of a folder, or whatever paths a user names together."""
+"""Combine several box data sets: logs of a folder, tables of a folder, or any paths that a user names together."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class BoxCollection:
         return hashlib.sha256(repr(("collection", self._frames, hashes)).encode()).hexdigest()
 
     def forget_hashes(self) -> None:
-        """Have content hashes taken anew: the collection has come to another machine."""
+        """Recompute content hashes: the collection has come to another machine."""
         for source in (self, *self._members):
             vars(source).pop("content_hash", None)
 

@@ -1,4 +1,4 @@
-"""What all readers share: options, the counts behind a report, the content hash, the limits of a box."""
+"""Share code between all readers: options, the counts behind a report, the content hash, the limits of a box."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _SHOWN = 40
 
 @dataclass(frozen=True)
 class BoxOptions:
-    """What the user may state about a data set.
+    """Details of a data set that the user may state.
 
     origin_m: place of the source's origin in the vehicle frame, metres, added to every box; frames: how many
     frames the set holds when empty ones leave no trace in it; is_part: whether it belongs to a larger set, so
@@ -101,7 +101,7 @@ class FileBoxSource(ABC):
 
     @property
     def name(self) -> str:
-        """What the data set is called in reports."""
+        """Return the name of the data set in reports."""
         return str(self.path)
 
     @property
@@ -178,7 +178,7 @@ def require_frames(frames: int | None) -> None:
 
 
 def added_up(name: str, sha256: str, reports: Sequence[DataReport]) -> DataReport:
-    """Return one report for several sets of frames; notes that several share appear once.
+    """Return one report for several sets of frames; a note that several share appears once.
 
     A name of the class map that one of them does not know is no news, as long as another does.
     """
@@ -199,7 +199,7 @@ def added_up(name: str, sha256: str, reports: Sequence[DataReport]) -> DataRepor
 
 
 def _joined_labels(reports: Sequence[DataReport]) -> FrameLabels | None:
-    """What the frames of several sets are called; None unless all say it."""
+    """Return the frame labels of several sets together; None unless all of them have labels."""
     labels = [report.labels for report in reports if report.labels is not None]
     return reduce(FrameLabels.joined, labels) if labels and len(labels) == len(reports) else None
 
@@ -209,7 +209,7 @@ def _holds(note: str, reports: Sequence[DataReport]) -> bool:
 
 
 def with_all_frames(report: DataReport, frames: int | None) -> DataReport:
-    """Return the report of a whole data set with the number of frames that the user knows of, if any.
+    """Return the report of a whole data set with the number of frames given by the user, if any.
 
     Raise InputError when there are no frames, or more than that.
     """
@@ -262,7 +262,7 @@ def first_bad_box(centre_m: NDArray[np.float64], size_m: NDArray[np.float64]) ->
 
 
 def accepted_number(column: int) -> str:
-    """Return what is accepted in a column of `first_bad_box`."""
+    """Return the accepted values of a column of `first_bad_box`."""
     return ACCEPTED_POSITION if column < 3 else ACCEPTED_SIZE
 
 

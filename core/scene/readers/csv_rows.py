@@ -51,7 +51,7 @@ class Columns:
 
     @cached_property
     def types(self) -> Mapping[str, pa.DataType]:
-        """What each column is read as."""
+        """Return the type that each column is read as."""
         return {name: self._type(name) for name in self.needed}
 
     def _type(self, name: str) -> pa.DataType:

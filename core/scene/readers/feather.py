@@ -62,7 +62,7 @@ def _require(path: Path, count: int, most: int, unit: str, limits: FeatherLimits
 
 @contextmanager
 def _errors(path: Path) -> Iterator[None]:
-    """Turn what Arrow says about damaged bytes into an InputError."""
+    """Turn Arrow's errors on damaged bytes into an InputError."""
     try:
         yield
     except InputError:

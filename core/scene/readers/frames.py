@@ -44,7 +44,7 @@ class FrameCounter:
         return len(self._sequences)
 
     def labels(self) -> FrameLabels:
-        """Return what the table calls the frames so far."""
+        """Return the table's labels of the frames so far."""
         sequence, frame = (np.array(held, np.int64) for held in self._labels)
         return FrameLabels(tuple(self._sequences), sequence, frame)
 
@@ -105,7 +105,7 @@ class WholeFrames:
             yield select(held, slice(0, cut))
 
     def flush(self) -> Iterator[BoxBatch]:
-        """Yield what is left: nothing follows."""
+        """Yield the rest: nothing follows."""
         held, self._pending = self._pending, []
         if held and held[0].frame.size:
             yield join(held)

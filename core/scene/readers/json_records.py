@@ -13,7 +13,7 @@ from riglens.core.scene.boxes import Progress
 from riglens.core.scene.readers.text_blocks import byte_pieces
 
 MAX_RECORD_CHARS = 1 << 16
-"""Far more than any record of a box data set; this bounds how much of a broken file is searched in vain."""
+"""Far more than any record of a box data set; limits the search in a broken file."""
 
 _ACCEPTED = "an array of JSON records"
 _BLANKS = " \t\r\n"

@@ -46,7 +46,7 @@ _NUMBER = re.compile("[0-9]{1,18}")
 _TEXT_FILE = "a KITTI text file"
 _FILES_PER_BATCH = 256
 _FRAME_DIGITS = 6
-"""The files of a KITTI drive are called by six digits; a sequence is as long as its last frame says."""
+"""Digits in the file names of a KITTI drive; the last frame gives the length of a sequence."""
 _BOX_FIELDS = ("height", "width", "length", "x", "y", "z", "rotation_y")
 _CALIB_SIZES = {"R_rect": 9, "Tr_velo_cam": 12}
 _CALIB_SPELLINGS = {
@@ -60,7 +60,7 @@ _ROTATION_TOLERANCE = 1e-3
 
 @dataclass(frozen=True)
 class LabelLayout:
-    """How the two kinds of KITTI folders differ: name of the label folder, two more fields when tracking."""
+    """Differences between the two kinds of KITTI folders: name of the label folder, two more fields when tracking."""
 
     folder: str
     tracking: bool
@@ -253,7 +253,7 @@ def _frame(place: str, text: str) -> int:
 
 
 def _number(place: str, text: str) -> float:
-    """Return a finite number; the place says file, line and field."""
+    """Return a finite number; `place` is file, line and field."""
     try:
         value = float(text)
     except ValueError:

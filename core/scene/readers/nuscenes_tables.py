@@ -72,7 +72,7 @@ class Table:
         return value
 
     def found(self, record: Record, name: str, values: Mapping[str, V]) -> V:
-        """Return what a field that is a token of another table refers to."""
+        """Return the value that a token in a field refers to."""
         try:
             return values[self.text(record, name)]
         except KeyError:

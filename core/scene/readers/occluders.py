@@ -1,4 +1,4 @@
-"""Read the tables of what stands still: occluders in maps, and the pose of the vehicle frame in each frame."""
+"""Read the tables of occluders in maps, and of the vehicle's pose in each frame."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Find out what a path holds, by its content and layout, and open the reader for it."""
+"""Detect the format of a path, by its content and layout, and open its reader."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _ORIGINS = {
 
 @dataclass(frozen=True)
 class HowToRead:
-    """What the user states about box data.
+    """User's options for reading box data.
 
     origin_m: place of the source's origin in the vehicle frame, metres, added to every box; None takes the
     source's own default: the Velodyne's place for KITTI, the rear axle's for nuScenes and Argoverse 2, zero for
@@ -55,7 +55,7 @@ class HowToRead:
     def options(
         self, names: Mapping[str, str], is_part: bool, default_m: Vec3 = _NO_SHIFT, what: str = ""
     ) -> BoxOptions:
-        """Return the options of one source, whose origin is `default_m` unless the user says otherwise."""
+        """Return the options of one source, whose origin is `default_m` by default."""
         x, y, z = default_m if self.origin_m is None else self.origin_m
         notes = list(self.notes)
         if self.origin_m is None and what:
@@ -73,7 +73,7 @@ def open_boxes(
     lift_m: float = 0.0,
     notes: tuple[str, ...] = (),
 ) -> Source:
-    """Open a box data set, or several as one; what it is follows from the path's content or layout.
+    """Open a box data set, or several as one; the format follows from the path's content or layout.
 
     The options are those of HowToRead. Raise InputError when nothing readable is there.
     """
@@ -91,7 +91,7 @@ def together(paths: Sequence[Path]) -> str:
 
 
 def default_origin_m(path: Path) -> Vec3:
-    """Return where the origin of the data at a path lies in the vehicle frame unless the user says otherwise, metres.
+    """Return the default origin of the data at a path in the vehicle frame, metres.
 
     Looks at names and first bytes alone. Raise InputError as open_boxes does.
     """
@@ -101,7 +101,7 @@ def default_origin_m(path: Path) -> Vec3:
 
 
 def has_known_origin(path: Path) -> bool:
-    """Return whether the source of the data says where its origin lies on its car; look at names and first bytes."""
+    """Return whether the source fixes the origin's place on its car; only names and first bytes are read."""
     with readable(path):
         return _layout(path) in _ORIGINS
 
@@ -115,7 +115,7 @@ def _open(place: Path, how: HowToRead, is_part: bool) -> Source:
 
 
 def _layout(place: Path) -> str:
-    """Return what a path holds, by layout (folder) or content (file); raise InputError when it is none of these."""
+    """Return the format of a path, by layout (folder) or content (file); raise InputError for an unknown one."""
     _refuse_pickles(place)
     if place.is_file():
         return "argoverse" if is_feather(place) else "table"

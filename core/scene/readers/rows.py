@@ -33,7 +33,7 @@ _PARQUET_BUFFER_BYTES = 1 << 20
 
 @dataclass(frozen=True)
 class Names:
-    """A column of names: the distinct ones, and for each row the index of its own."""
+    """Column of names: the distinct ones, and for each row the index of its name."""
 
     distinct: list[str]
     codes: NDArray[np.intp]
@@ -153,7 +153,7 @@ class ParquetFile(RowFile):
                 progress(start / total)
 
     def _text_dictionaries(self) -> tuple[str, ...]:
-        """Return the columns to read as dictionaries, so that no text is repeated for each of its rows.
+        """Return the columns to read as dictionaries, so that texts are not repeated for each row.
 
         Arrow cannot do so for some encodings, and says it only while reading; its accessors of a column's metadata end
         the process for damaged files.
@@ -167,7 +167,7 @@ class ParquetFile(RowFile):
         return tuple(texts)
 
     def _check_type(self, name: str, kind: pa.DataType) -> None:
-        """Raise InputError when a Parquet column cannot hold what is needed."""
+        """Raise InputError when a Parquet column has the wrong type."""
         value = kind.value_type if pa.types.is_dictionary(kind) else kind
         text = pa.types.is_string(value) or pa.types.is_large_string(value)
         whole = pa.types.is_integer(kind)
@@ -208,7 +208,7 @@ def is_parquet(path: Path) -> bool:
 
 @contextmanager
 def _parquet_file(path: Path, dictionaries: Sequence[str] = ()) -> Iterator[parquet.ParquetFile]:
-    """Yield an open Parquet file; whatever is wrong with its bytes, also later on, becomes an InputError."""
+    """Yield an open Parquet file; any damage, even if found later, becomes an InputError."""
     try:
         with open_regular(path, "a Parquet table") as raw:
             _require_footer(path, raw)

@@ -46,7 +46,7 @@ class BoxSpool(AbstractContextManager["BoxSpool"]):
         self._frames.append(batch.frame.astype(np.int32))
 
     def _write(self, content: memoryview) -> None:
-        """Write everything: the unbuffered file takes what the disk still has room for, and says how much that was."""
+        """Write everything: the unbuffered file takes what fits on the disk and returns the amount."""
         while content:
             content = content[self._file.write(content) :]
 
@@ -63,7 +63,7 @@ class BoxSpool(AbstractContextManager["BoxSpool"]):
             start = end
 
     def _rows(self, frame: NDArray[np.int32], rows: NDArray[np.intp]) -> BoxBatch:
-        """Return the boxes at these places; the file is mapped anew each time, so that its pages do not accumulate."""
+        """Return the boxes at these places; the file is mapped again each time, so that its pages do not accumulate."""
         found = np.memmap(self._file, _ROW, "r")[rows]
         return BoxBatch(
             frame.astype(np.int64),
@@ -76,7 +76,7 @@ class BoxSpool(AbstractContextManager["BoxSpool"]):
 
 @contextmanager
 def _room() -> Iterator[None]:
-    """Have a full disk told with the folder and what to do, rather than as a fault of the box data."""
+    """Report a full disk with its folder and a remedy, rather than as an error of the box data."""
     try:
         yield
     except OSError as error:

@@ -20,7 +20,7 @@ _FULL_TURN_RAD = 2 * math.pi + 0.01
 
 
 class TableSource(FileBoxSource):
-    """What CSV and Parquet share: from checked columns to whole frames of boxes."""
+    """Base of CSV and Parquet sources: from checked columns to whole frames of boxes."""
 
     _file: RowFile
 

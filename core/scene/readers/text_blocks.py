@@ -1,4 +1,4 @@
-"""Read plain or gzip-compressed text in blocks of whole lines, with bounded memory whatever the file holds."""
+"""Read plain or gzip-compressed text in blocks of whole lines, with bounded memory."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class TextBlock:
 
     @property
     def has_lines(self) -> bool:
-        """Whether there is more in it than line ends."""
+        """Return whether there is more in it than line ends."""
         return bool(self.data.strip(b"\r\n"))
 
     def lines(self) -> list[tuple[int, bytes]]:

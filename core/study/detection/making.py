@@ -1,4 +1,4 @@
-"""Makes one piece of a study, on a worker that may share no folder with the study.
+"""Make one piece of a study, on a worker that may share no folder with the study.
 
 A worker is sent the study and the state of the net that the piece goes on from. Sweeps come from the study's folder,
 or, where that is out of reach, are simulated by the worker, the very same ones, and kept for its next piece.
@@ -34,7 +34,7 @@ from riglens.core.study.detection.protocol import Entrant, train_frames
 
 
 def make(study: Study, job: Job, folder: Path, state: State | None) -> bytes:
-    """Make a piece in this process; InputError where PyTorch is another one than was asked for.
+    """Make a piece in this process; InputError where PyTorch differs from the study's.
 
     folder: the study's, for sweeps. state: of the net after the pass before.
     """
@@ -64,7 +64,7 @@ def _pass(study: Study, net: Net, epoch: int, folder: Path, state: State | None)
 
 @dataclass(frozen=True)
 class _Looks:
-    """What a rig measures in a frame: road users, a sweep, and what cameras say of its points where they take part."""
+    """A rig's data of a frame: objects, a sweep, and camera scores of its points where cameras take part."""
 
     simulator: Simulator
     painter: Painter | None

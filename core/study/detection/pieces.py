@@ -1,4 +1,5 @@
-"""The pieces of a study and the folder that keeps them: sweeps of a rig, passes of a net's training, what it found.
+"""Define the pieces of a study and the folder that stores them: sweeps of a rig, passes of a net's training, its
+detections.
 
 A piece's key holds a hash of all that decides it. So a study that was stopped at any moment goes on where it was, and
 ends with the same figures; a folder may hold pieces of several studies.
@@ -29,7 +30,7 @@ Columns = dict[str, NDArray[Any]]
 
 @dataclass(frozen=True)
 class Study:
-    """All that decides the figures: the rigs, their order, the protocol, the traffic, and what is computed on."""
+    """Everything that determines the figures: the rigs, their order, the protocol, the traffic, and the machine."""
 
     compared: tuple[Entrant, ...]
     protocol: Protocol
@@ -43,7 +44,7 @@ class Study:
 
     @property
     def has_cameras(self) -> bool:
-        """Whether cameras take part: points get the classes that they show."""
+        """Return whether cameras take part: points get the classes that they show."""
         return self.protocol.cameras is not None
 
     @cached_property
@@ -84,7 +85,7 @@ class Study:
         return key_of(sweeps=on, training=training, machine=asdict(self.machine))
 
     def found_key(self, net: Net, entrant: Entrant) -> str:
-        """Return the hash of what decides what a net finds in the test sweeps of a rig."""
+        """Return the hash of everything that determines a net's detections in the test sweeps of a rig."""
         return key_of(net=self.net_key(net), sweeps=self.sweeps_key(entrant))
 
 
@@ -93,7 +94,7 @@ _OF_SWEEPS = ("train_frames", "test_frames", "region", "simulation", "painting")
 
 @dataclass(frozen=True)
 class Net:
-    """A net: its seed, the rigs whose sweeps it learns from, and those that it is judged on."""
+    """Net: its seed, the rigs whose sweeps it learns from, and those that it is tested on."""
 
     seed: int
     trains: tuple[Entrant, ...]
@@ -102,7 +103,7 @@ class Net:
 
 @dataclass(frozen=True)
 class Job:
-    """One piece to make: sweeps of a rig, a pass of a net's training, or what a net finds for a rig."""
+    """Piece to make: sweeps of a rig, a pass of a net's training, or a net's detections for a rig."""
 
     net: Net | None
     rig: Entrant | None
@@ -110,12 +111,12 @@ class Job:
 
     @property
     def is_pass(self) -> bool:
-        """Whether it is a pass of a training; `epoch` counts them from 1."""
+        """Return whether it is a pass of a training; `epoch` counts them from 1."""
         return self.rig is None
 
     @property
     def is_found(self) -> bool:
-        """Whether it is what a net finds for a rig."""
+        """Return whether the piece holds a net's detections for a rig."""
         return self.net is not None and self.rig is not None
 
     @property
@@ -175,11 +176,12 @@ class Pieces:
         return found
 
     def has_found(self, net: Net, entrant: Entrant) -> bool:
-        """Whether a rig is judged by a net."""
+        """Return whether a rig is judged by a net."""
         return self.store.load(Job(net, entrant).key(self.study)) is not None
 
     def matched(self, net: Net, entrant: Entrant, hit_only: bool) -> tuple[Matched, ...]:
-        """Which detections of a net on a rig are right, by class; hit_only: objects without a point do not count."""
+        """Return which detections of a net on a rig are right, by class; hit_only: objects without a point do not
+        count."""
         truth = self._truth(entrant)
         truth = truth.where(truth.points > 0) if hit_only else truth
         found = Detections(**self.of(Job(net, entrant)))

@@ -1,4 +1,4 @@
-"""What is done in a study of detection: which frames, how many seeds, how long is trained, on which sweeps."""
+"""Define the protocol of a detection study: frames, seeds, training and sweeps."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ WORDING = "simulated LiDAR, small detector trained here: compares rigs, does not
 LEAST_FRAMES, LEAST_SEQUENCES = 20, 4
 TRAIN_SHARE = 0.6
 CLUTTER = 120
-"""Things in a frame that are no road users: so many that pedestrians are hard to tell even for the best rigs."""
+"""Number of things in a frame that are not objects: pedestrians are then hard to tell even for the best rigs."""
 MOST_SEEDS, MOST_EPOCHS = 100, 1000
 _VERSION = 1
 """Counts up when pieces of before must not be used again."""
@@ -69,7 +69,7 @@ class Protocol:
         return replace(self, mode="per-rig", train_frames=5 * self.train_frames)
 
     def training(self, seed: int) -> Training:
-        """How the net of a seed is trained."""
+        """Return the training settings of a seed."""
         return Training(epochs=self.epochs, seed=seed)
 
     def as_dict(self) -> dict[str, object]:
@@ -130,13 +130,13 @@ class Entrant:
 
     @cached_property
     def key(self) -> str:
-        """What decides its sweeps."""
+        """Return a key of everything that determines its sweeps."""
         plain, mesh = rig_sha256(self.rig.model_copy(update={"name": "rig"})), self.rig.vehicle.body_mesh
         return plain if mesh is None else hashlib.sha256(f"{plain} {mesh.sha256}".encode()).hexdigest()
 
     @property
     def lidars_key(self) -> str:
-        """What decides its points: the same for rigs that differ in cameras alone."""
+        """Return a key of everything that determines its points: the same for rigs that differ in cameras alone."""
         return Entrant(self.name, self.rig.with_lidars_alone()).key
 
     @property
@@ -146,7 +146,7 @@ class Entrant:
 
 
 def entrants(rigs: Sequence[Rig], with_cameras: bool = False) -> tuple[Entrant, ...]:
-    """The rigs as they take part, with switched-off sensors left out, and cameras unless asked for; names are made
+    """Return the rigs as they take part, without disabled sensors, and without cameras by default; names are made
     unique.
 
     Raise InputError for a rig without LiDARs.

@@ -20,7 +20,7 @@ _RAYS = (10_000, 300_000)
 _STUDIED_CARS = 4
 """The first of the presets' cars: those that there were when the rigs were drawn, as were no LiDARs of data sets."""
 LADDER = ("1 x 16 low in front", "1 x 16 on the roof", "2 x 16 on the roof", "Trapezoid", "velodyne-vlp-32c")
-"""What must come out in this order if anything does: each clearly better than the one before."""
+"""Rigs in their undisputed order: each must come out clearly better than the one before."""
 
 PROTOCOL = Protocol(
     seeds=5, epochs=4, train_frames=200, test_frames=500, simulation=SimulationSettings(clutter=120)

@@ -1,4 +1,4 @@
-"""What came out of a study: average precision, what predicted it, and which rigs differ."""
+"""Define the result of a study: average precision, its surrogates, and the rigs that differ."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Doubles = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Finding:
-    """How far the order of rigs by a surrogate is that by average precision of a column."""
+    """Agreement of the order of rigs by a surrogate with that by average precision of a column."""
 
     among: str
     surrogate: str
@@ -31,8 +31,8 @@ class Finding:
 
 @dataclass(frozen=True)
 class Result:
-    """every: precision over all objects; hit: over those with a LiDAR point, as the devkit counts, which gives each rig
-    a test of its own."""
+    """every: precision over all objects; hit: over those with a LiDAR point, as the devkit counts, so that each rig has
+    its own test."""
 
     study: Study
     every: Precisions
@@ -40,7 +40,8 @@ class Result:
     surrogates: Surrogates
 
     def groups(self) -> dict[str, list[int]]:
-        """Which rigs are looked at together: all of them, and those with the rays of the paper's rigs."""
+        """Return the groups of rigs that are analysed together: all of them, and those with the rays of the paper's
+        rigs."""
         rays = [one.rays for one in self.study.compared]
         every = {"all rigs": list(range(len(rays)))}
         same = equal_rays(rays)
@@ -71,7 +72,7 @@ class Result:
 
 
 def finished_seeds(pieces: Pieces) -> int:
-    """How many seeds, from the first on, are complete: every rig judged."""
+    """Return the number of complete seeds, from the first on: every rig judged."""
     nets = pieces.study.nets
     for seed in range(pieces.study.protocol.seeds):
         mine = [net for net in nets if net.seed == seed]

@@ -11,12 +11,12 @@ from riglens.core.study.detection.making import make
 from riglens.core.study.detection.pieces import Job, Pieces, Study, jobs
 
 _SWEEPS, _NET, _FOUND = 1.0, 8.0, 0.3
-"""About how long pieces take beside each other; for the progress alone."""
+"""Approximate durations of pieces, relative to each other; for progress only."""
 
 
 @dataclass(frozen=True)
 class Told:
-    """How far a study is: share of the work, pieces done and in all, and the one that was made now."""
+    """Progress of a study: share of the work, pieces done and in all, and the one that was just made."""
 
     share: float
     done: int
@@ -25,7 +25,7 @@ class Told:
 
 
 def run(study: Study, folder: Path, workers: Workers, tell: Callable[[Told], None]) -> Pieces:
-    """Make what is not there; `tell` hears of it once at the start and after each piece, and may raise to stop."""
+    """Make the missing pieces; `tell` is called at the start and after each piece, and may raise to stop."""
     pieces = Pieces(study, folder.resolve())
     every = {job.key(study): job for job in jobs(study)}
     done = _superseded(pieces)

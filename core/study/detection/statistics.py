@@ -1,4 +1,4 @@
-"""Which rig detects better, and how sure that is: average precision in pairs, over sequences and seeds."""
+"""Compare the detection of rigs and its uncertainty: average precision in pairs, over sequences and seeds."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Verdict = Literal["better", "worse", "not resolved"]
 
 MEAN = "mean"
 COLUMNS = (*CLASSES, MEAN)
-"""What average precision is told for: each class, and their mean (mAP)."""
+"""Columns of average precision: each class, and their mean (mAP)."""
 LEAST_DIFFERENCE = {"car": 1.5, "bicycle": 4.0, "pedestrian": 1.5, MEAN: 1.5}
 """Smaller differences, in percentage points, are not called better: our choice, above what seeds alone make of them."""
 REPLICAS = 1000
@@ -54,13 +54,14 @@ class Precisions:
         return _estimate(float(self.value[rig, place]), self.replicas[:, rig, place])
 
     def difference(self, one: int, other: int, column: str) -> Estimate:
-        """How much more the one has than the other, percentage points."""
+        """Return the advantage of one rig over the other, percentage points."""
         place = COLUMNS.index(column)
         of = self.replicas[:, one, place] - self.replicas[:, other, place]
         return _estimate(float(self.value[one, place] - self.value[other, place]), of)
 
     def verdict(self, one: int, other: int, column: str) -> Verdict:
-        """Whether the one detects better than the other: the interval leaves 0 out, and the difference is worth it."""
+        """Return whether the one detects better than the other: the interval leaves 0 out, and the difference is worth
+        it."""
         found = self.difference(one, other, column)
         resolved = found.low > 0.0 or found.high < 0.0
         if not resolved or abs(found.value) < LEAST_DIFFERENCE[column]:

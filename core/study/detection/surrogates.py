@@ -26,10 +26,10 @@ SURROGATES = {
     "on_target": "mean over road users of 1 - exp(-cells/5), 0 to 1",
     "share_5": "share of road users with 5 LiDAR points or more, 0 to 1",
 }
-"""What is compared with average precision, by name; as RigLens shows them, of the sensors that take part."""
+"""Figures compared with average precision, by name; as RigLens shows them, of the sensors that take part."""
 _READINGS: dict[str, Reading] = {"s_ms": "covered", "residual": "residual", "hits": "hits"}
 LOWER_IS_MORE = ("s_ms", "hits")
-"""Where a lower figure says that more is seen."""
+"""Figures whose lower values mean more coverage."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ def surrogates(
     settings: TargetSettings,
     tell: Callable[[float], None],
 ) -> Surrogates:
-    """Score the rigs in all ways; the car's body as `settings` says."""
+    """Score the rigs by all surrogates; the car's body as in `settings`."""
     values = {name: np.zeros((len(rigs), len(COLUMNS))) for name in SURROGATES}
     for place, entrant in enumerate(rigs):
         for name, by_class in _of(entrant, engine, targets, settings).items():

@@ -131,7 +131,7 @@ def test_it_writes_chart_and_csv_and_prints_every_point(riglens, boxes, tmp_path
     for name in ("exact, δ 0.50 m, 352 × 128", "plain DDA", "Bresenham", "exact, 1/2 of the rays"):
         assert name in result.out
     assert "Pareto front" in result.out
-    table = result.out.split("The setting asked for")[0]
+    table = result.out.split("The requested setting")[0]
     assert max(len(line.rstrip()) for line in table.splitlines()) <= 120
 
 
@@ -169,7 +169,7 @@ def test_a_rig_without_sensors_is_refused(riglens, boxes, tmp_path):
     rig = tmp_path / "bare.yaml"
     rig.write_text("riglens: 1\nname: bare\nsensors: []\n")
     result = riglens("study", "accuracy", rig, "--boxes", boxes, *SMALL_GRID, "--quick", "--out", tmp_path)
-    assert "no sensor is switched on" in result.refused()
+    assert "no sensor is enabled" in result.refused()
 
 
 # ---------------------------------------------------------------- stability

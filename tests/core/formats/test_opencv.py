@@ -39,7 +39,7 @@ def test_camera_info_file_of_ros() -> None:
     assert (front.fx, front.fy, front.cx, front.cy) == (1000.5, 1001.5, 640.25, 360.75)
     assert front.distortion == BrownConrady(k1=-0.3, k2=0.1, p1=0.001, p2=-0.002, k3=0.01)
     assert_same_pose(sensor_matrix(front), np.eye(4))
-    assert has(read.report, "approximated", "where the camera stands is not in the file")
+    assert has(read.report, "approximated", "pose of the camera not in the file")
 
 
 @pytest.mark.parametrize("keys", ["DK", "dk"])

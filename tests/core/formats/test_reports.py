@@ -99,7 +99,7 @@ def test_every_import_says_what_it_read_and_where_the_origin_is(case: str) -> No
         (DRIVEWORKS, ("approximated", "Kannala-Brandt", "camera:front")),
         (DRIVEWORKS, ("read", "velodyne-vlp-16", "lidar:top")),
         (DRIVEWORKS, ("ignored", "(can)")),
-        (PANDASET, ("approximated", "where the Pandar64 stands", "0 0 2 m")),
+        (PANDASET, ("approximated", "position of the Pandar64", "0 0 2 m")),
         (PANDASET, ("read", "lens distortion", "front_camera")),
         (KALIBR, ("approximated", "IMU's axes")),
         (KITTI, ("approximated", "1242 x 375", "cam0")),

@@ -268,7 +268,7 @@ def test_an_error_of_the_program_on_a_worker_is_one_line(cluster: Cluster, tmp_p
         list(results([Piece("a", fail, tuple)], PieceFolder(tmp_path, lambda _, it: it), workers))
     assert str(caught.value) == (
         f"the Dask cluster at {cluster.address} could not do its work (ModuleNotFoundError: No module "
-        "named 'riglens'  [31m); what is finished is kept: run the same command again"
+        "named 'riglens'  [31m); finished parts are kept: run the same command again"
     )
 
 
@@ -301,7 +301,7 @@ def test_a_cluster_that_goes_away_ends_the_build_and_what_is_done_is_kept(
 ) -> None:
     with (
         Cluster(tmp_path) as cluster,
-        pytest.raises(ChildProcessError, match=f"({GONE}).*; what is finished is kept: run the same"),
+        pytest.raises(ChildProcessError, match=f"({GONE}).*; finished parts are kept: run the same"),
         cluster_workers(cluster.address, SOON) as workers,
     ):
         build.on(workers, lambda _: getattr(cluster, victim).send_signal(harm))

@@ -261,7 +261,7 @@ def test_one_class_without_boxes_and_one_kind_of_sensor_make_no_trouble():
 
 
 def test_a_rig_without_sensors_is_refused():
-    with pytest.raises(InputError, match="no sensor is switched on"):
+    with pytest.raises(InputError, match="no sensor is enabled"):
         study_accuracy({1.0: FIELD}, 1.0, Rig(name="bare"), QUICK)
 
 

@@ -166,7 +166,7 @@ def test_a_damaged_piece_counts_for_nothing_and_is_one_line_where_it_is_needed(
     key = Job(net, asked.compared[0]).key(asked)
     (tmp_path / f"{key}.piece").write_bytes(content)
     assert not pieces.has_found(net, asked.compared[0])
-    with pytest.raises(ChildProcessError, match="something else than was requested"):
+    with pytest.raises(ChildProcessError, match="an unexpected result"):
         pieces.store.keep(key, content)
     with pytest.raises(InputError, match="a, seed 1: missing or damaged; run the same command again"):
         pieces.of(Job(net, asked.compared[0]))
