@@ -1,1 +1,1 @@
-"""What a person sees and touches: the 3D view, gizmos, panels, maps. May import core, never app."""
+"""Widgets of the window: the 3D view, gizmos, panels, maps. May import core, never app."""

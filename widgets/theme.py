@@ -8,19 +8,19 @@ CLASS_COLOURS = {"car": "#3b82f6", "bicycle": "#f59e0b", "pedestrian": "#ec4899"
 AXIS_COLOURS = ("#e5484d", "#30a46c", "#3e7bfa")
 SELECTED_COLOUR = "#ffd60a"
 LINKED_COLOUR = "#a78bfa"
-"""What is about mirror pairs: the link mark in the list, the partner of what is selected, the line between them."""
+"""Colour of mirror pairs: the link mark in the list, the partner of the selection, the line between them."""
 MEASURE_COLOUR = "#d946ef"
 """The line of the measuring tool: seen on every car, light and dark."""
 WORST_COLOUR = "#f43f5e"
-"""Sensors as they stand in the worst draw of a tolerance."""
+"""Sensors in the worst draw of a tolerance."""
 RIG_COLOURS = (
     "#4e79a7", "#f28e2b", "#59a14f", "#e15759", "#9d76b8", "#4fb0ae", "#d6b02a", "#a57a5a", "#e88fa3", "#8a949e",
 )  # fmt: skip
 """For things side by side that have no colour of their own; distinguishable on light and on dark."""
 BLIND_COLOURS = ("#e9f2ea", "#c8dcc9", "#f2dfa0", "#e8b06b", "#d2734e", "#8c2d25")
-"""Ground beside the car: from seen down to the least of the heights, to where an adult stands unseen."""
+"""Ground around the car: from seen down to the lowest of the heights, to where an adult is unseen."""
 OVERLAP_COLOURS = ("#8c2d25", "#e8b06b", "#8fc3a0", "#2f7d6b")
-"""Ground that no sensor, one, two, or three and more look at."""
+"""Ground that no sensor, one, two, or at least three cover."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Palette:
     axes: tuple[str, str, str] = AXIS_COLOURS
     selected: str = SELECTED_COLOUR
     seam: str = "#000000"
-    """Below rays: dark or light as the ground is, so that only what is between hides it."""
+    """Under rays: dark or light like the ground, so that it hides only what is in between."""
     is_dark: bool = True
 
 

@@ -9,16 +9,16 @@ from PySide6.QtCore import QObject, QTimer
 
 
 class Timer(Protocol):
-    """What is used of a single-shot QTimer."""
+    """Interface of a single-shot QTimer, as far as it is used."""
 
     def start(self) -> None:
-        """Run the slot once the interval is over; a timer that runs already starts anew."""
+        """Run the slot after the interval; a running timer restarts."""
 
     def stop(self) -> None:
         """Do not run the slot after all."""
 
     def isActive(self) -> bool:
-        """Whether the slot is still to be run."""
+        """Return whether the slot is still to be run."""
 
 
 Timers = Callable[[QObject, int, Callable[[], object]], Timer]

@@ -1,1 +1,1 @@
-"""Work beside the interface: one thread for the engine, others for pictures and long jobs."""
+"""Background work of the window: one thread for the engine, others for pictures and long jobs."""

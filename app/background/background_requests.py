@@ -29,7 +29,7 @@ class RigInScene(BackgroundRequest):
 
 
 class ScoreRequest(RigInScene):
-    """Answered by the exact Scores; None if the scene is no longer the one in use."""
+    """Request for the exact Scores; None if the scene is no longer in use."""
 
 
 @dataclass(frozen=True)

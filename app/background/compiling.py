@@ -1,4 +1,5 @@
-"""Kernels compiled in another process: the longest one beside the first load, then what the open rig does not need."""
+"""Compile kernels in another process: the slowest one during the first load, then those that the open rig does not
+need."""
 
 from __future__ import annotations
 
@@ -11,9 +12,9 @@ import time
 from collections.abc import Callable, Sequence
 
 END_S = 5.0
-"""How long closing waits for the process to be gone."""
+"""Seconds that closing waits for the process to exit."""
 LOOK_S = 0.05
-"""How often the thread that waits for the process looks whether it is done."""
+"""Seconds between checks whether the process has exited."""
 
 
 class OtherKernels:
@@ -25,7 +26,7 @@ class OtherKernels:
         self._command = list(command)
         self._process: subprocess.Popen[bytes] | None = None
         self._is_over = False
-        """Whether it has been started, or is not to be."""
+        """True once it has been started, or must not start."""
         self._lock = threading.Lock()
 
     def begin(self) -> None:
@@ -43,7 +44,7 @@ class OtherKernels:
     def wait_for_fans(
         self, is_unwanted: Callable[[], bool], sleep: Callable[[float], None] = time.sleep
     ) -> None:
-        """Block until the process has left the fans on disk, is gone, or nobody wants them any more."""
+        """Block until the process has written the fans to disk, has exited, or is no longer needed."""
         from riglens.core.engine.warm_up import are_fans_compiled  # as below
 
         while self.is_running and not are_fans_compiled() and not is_unwanted():
@@ -63,11 +64,11 @@ class OtherKernels:
 
     @property
     def is_running(self) -> bool:
-        """Whether the process is at work."""
+        """Return whether the process is at work."""
         return self._process is not None and self._process.poll() is None
 
     def close(self) -> None:
-        """End the process; what it has compiled by now stays on disk."""
+        """End the process; kernels compiled so far stay on disk."""
         with self._lock:
             self._is_over = True
         if self._process is not None and self._process.poll() is None:

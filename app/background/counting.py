@@ -1,6 +1,6 @@
-"""Points and pixels on road users, counted by a thread of its own: first in a sample of frames, at rest in all of them.
+"""Count points and pixels on objects in a separate thread: first in a sample of frames, at rest in all of them.
 
-Its kernels are serial, so that it may work beside the thread that computes the scores.
+Its kernels are serial, so that it can run in parallel with the thread that computes the scores.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ if TYPE_CHECKING:  # made by the thread, which loads the compiler
     from riglens.core.targets.scores import TargetScores
     from riglens.core.targets.traffic import Traffic
 
-NO_BOXES = "A stored POG holds no road users: load the box data set to count what sensors get onto them."
+NO_BOXES = "A stored POG holds no road users: load the box data set to count hits on them."
 BUDGET_MS = 16.0
 """A sample that is counted while the mouse moves takes about so long."""
 FEWEST_FRAMES, FIRST_FRAMES, GROWTH = 16, 32, 4
-"""Frames of the smallest and of the first sample; by how much samples grow at rest until all frames are in."""
+"""Frames of the smallest and of the first sample; the growth of samples at rest until all frames are used."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class CountRequest:
     is_preview: bool = False
 
     def asks_same(self, other: CountRequest) -> bool:
-        """Whether the answer to both is the same, whatever revision they belong to."""
+        """Return whether the answer to both is the same, whatever revision they belong to."""
         return self.scene is other.scene and (self.rig, self.baseline_rig, self.settings) == (
             other.rig, other.baseline_rig, other.settings,
         )  # fmt: skip
@@ -55,7 +55,7 @@ class CountRequest:
 
 @dataclass(frozen=True)
 class CountAnswer:
-    """The answer to one request, from `scores.frames_used` frames; more may follow. Both rigs met the same frames.
+    """Answer to one request, from `scores.frames_used` frames; more may follow. Both rigs use the same frames.
 
     `on_target` is that over all distances, in cells (len(WHO),); `ground` what is over the ground by class, once all
     frames were used.
@@ -83,7 +83,7 @@ class CountAnswer:
 
     @property
     def is_whole(self) -> bool:
-        """Whether all frames were used."""
+        """Return whether all frames were used."""
         return self.scores.frames_used == self.scores.frames
 
 
@@ -162,7 +162,7 @@ class Counting:
             self._frames = min(2 * self._frames, frames)
 
     def _data_of(self, options: SceneOptions, context: Context[Answer]) -> _Data:
-        """The road users of a data set, read once; an automatic voxel edge has no part in them."""
+        """Return the objects of a data set, read once; an automatic voxel edge does not affect them."""
         if self._data is None or self._data.options is not options:
             # loads the compiler: not while the window opens
             from riglens.app.evaluation.traffic import load_traffic

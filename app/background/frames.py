@@ -1,4 +1,4 @@
-"""One frame of the traffic as the rig meets it, for the 3D view; made by a thread of its own with serial kernels.
+"""Compute one frame of the traffic for the 3D view, in a separate thread with serial kernels.
 
 Road users have the points that the panel Targets counts on them, by the same settings; where rays end is a picture of
 the azimuths as listed against plain boxes.
@@ -51,7 +51,7 @@ class FrameRequest:
 
 
 def boxes_of(traffic: Traffic, place: int) -> FrameBoxes:
-    """The boxes of the frame at a place of the traffic, as they stand there."""
+    """Return the boxes of a frame, by its index in the traffic."""
     part = slice(int(traffic.starts[place]), int(traffic.starts[place + 1]))
     return FrameBoxes(
         traffic.cls[part],
@@ -62,7 +62,7 @@ def boxes_of(traffic: Traffic, place: int) -> FrameBoxes:
 
 
 def _as_counted(found: Missed, counts: ObjectCounts, number: int, enough: int) -> Missed:
-    """The reason why a road user is missed, with the points that are counted on it."""
+    """Return the reason why an object is missed, with its point count."""
     place = np.flatnonzero(counts.box == number)
     if not len(place) or found.verdict in ("no LiDARs", "out of range"):
         return found
@@ -100,7 +100,7 @@ class FrameCasting:
         return replace(scene, points=points), missed
 
     def _counts(self, request: FrameRequest) -> ObjectCounts:
-        """The points on all road users of the frame, as the panel Targets counts them."""
+        """Return the points on all objects of the frame, as the panel Targets counts them."""
         from riglens.core.targets.engine import TargetEngine
 
         traffic, place = request.traffic, request.place

@@ -1,4 +1,4 @@
-"""Runs a function of the program in a process of its own, on a request object.
+"""Run a function of the program in a separate process, on a request object.
 
 The request goes to the process pickled; what comes back are lines of JSON, a share and a word about it. Both ends are
 one program.
@@ -26,9 +26,9 @@ _WAIT_S = 0.2
 
 
 def run_in_process(work: str, request: object, tell: Tell, program: str = PROGRAM) -> None:
-    """Run `module:function` on a request, to its end.
+    """Run `module:function` on a request and wait for it.
 
-    `tell` gets what the function tells, and the last share again and again; it may raise to cancel, which ends the
+    `tell` gets the progress of the function, and repeats the last share; it may raise to cancel, which ends the
     process. Raise InputError with the line that the command line would give.
     """
     with tempfile.TemporaryFile() as said:
@@ -51,7 +51,7 @@ def run_in_process(work: str, request: object, tell: Tell, program: str = PROGRA
 
 
 def _follow(stream: IO[bytes], tell: Tell) -> None:
-    """Pass on what the process tells until it ends."""
+    """Forward the progress of the process until it ends."""
     lines: queue.Queue[bytes | None] = queue.Queue()
     threading.Thread(target=_read, args=(stream, lines), daemon=True).start()
     share = 0.0

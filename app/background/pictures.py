@@ -1,6 +1,6 @@
-"""Pictures of what one sensor sees of one frame, made by a thread of their own, always for the latest request.
+"""Draw one sensor's view of one frame in a separate thread, always for the latest request.
 
-Its kernels are serial, so that it may work beside the thread that computes the scores.
+Its kernels are serial, so that it can run in parallel with the thread that computes the scores.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from riglens.core.view.frames import FrameBoxes, FrameStore
 from riglens.core.view.range_image import RangeImage, range_image
 
 NO_BOXES = "A stored POG holds no boxes of single frames: load the box data set to see its traffic here."
-TOO_MANY = "Of this data set only the first {count:,} frames can be shown here: it has very many boxes."
+TOO_MANY = "Only the first {count:,} frames of this data set can be shown here: it has too many boxes."
 
 
 @dataclass(frozen=True)
 class PictureRequest:
-    """What to draw."""
+    """Request for a picture."""
 
     sensor: Sensor
     frame: int
@@ -33,14 +33,14 @@ class PictureRequest:
     vehicle: Vehicle
 
     def asks_same(self, other: PictureRequest) -> bool:
-        """Whether the answer to both is the same picture."""
+        """Return whether the answer to both is the same picture."""
         same_data = self.scene is other.scene and self.vehicle == other.vehicle
         return same_data and (self.sensor, self.frame) == (other.sensor, other.frame)
 
 
 @dataclass(frozen=True)
 class SensorPicture:
-    """View of a frame by a sensor, None for kinds that have none; `note` says what is missing in it."""
+    """View of a frame by a sensor, None for kinds that have none; `note` names what is missing in it."""
 
     image: CameraPicture | RangeImage | None
     note: str
@@ -50,7 +50,7 @@ class SensorPicture:
 def _image_of(
     sensor: Sensor, request: PictureRequest, boxes: FrameBoxes, solid: Solid
 ) -> CameraPicture | RangeImage | None:
-    """Return what a sensor sees; None for a kind of which there is no picture."""
+    """Return a sensor's picture; None for a kind without pictures."""
     return None
 
 
@@ -87,7 +87,7 @@ class FramePictures:
         return SensorPicture(_image_of(request.sensor, request, boxes, solid), note)
 
     def _boxes(self, request: PictureRequest, context: Context[SensorPicture]) -> tuple[FrameBoxes, str]:
-        """Boxes of the frame, and what to say about them."""
+        """Return the boxes of the frame, and a note on them."""
         options = request.scene.options
         if options.pog is not None:
             return FrameBoxes.none(), NO_BOXES

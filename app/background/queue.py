@@ -133,7 +133,7 @@ class RequestQueue(Generic[Request]):
 
     # ------------------------------------------------------------------ called by the thread
     def next_job(self) -> Job[Request] | None:
-        """Finish what is running and block until there is a job; None once the queue is closed."""
+        """Finish the running job and block until there is another; None once the queue is closed."""
         with self.lock:
             self._running.clear()
             self.lock.notify_all()
@@ -162,7 +162,7 @@ class RequestQueue(Generic[Request]):
             return job
 
     def put_back(self, job: Job[Request], last: bool = False) -> None:
-        """Queue a job again that gave way, first or last of its priority, unless it is no longer wanted."""
+        """Queue a job again that yielded, first or last of its priority, unless it is obsolete."""
         with self.lock:
             jobs = self._waiting[job.priority]
             if not job.is_dropped and job.key not in jobs:
@@ -210,6 +210,6 @@ class RequestQueue(Generic[Request]):
         return priority is not Priority.BACKGROUND or self._edited_s + self._rest_s <= self._clock.now_s()
 
     def _due_s(self) -> float | None:
-        """When a background job is due; None if only a call can bring one."""
+        """Return when a background job is due; None if only a call can bring one."""
         level = Priority.BACKGROUND
         return self._edited_s + self._rest_s if self._waiting[level] and level not in self._held else None

@@ -1,10 +1,10 @@
-"""The one background thread with parallel kernels: evaluates rigs and loads box data, always the latest request.
+"""Run the one background thread with parallel kernels: it evaluates rigs and loads box data, always the latest request.
 
 Every Numba kernel of the window runs here, because parallel kernels must not be called from two threads.
 A newer request replaces one that waits (queue.py). Where the exact answer would take longer than a frame, a coarse
 one goes ahead, and the exact one is made when the mouse rests. Results return by signals that carry their request,
-and the window drops those older than what it shows. Background requests (background_requests.py) fill the time in
-which nobody edits, and give way at once.
+and the window drops those older than what it shows. Background requests (background_requests.py) fill the time
+between edits, and yield at once.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 CANCELLED = "Loading was cancelled."
 _HERE = "background"
 REST_S = 0.05
-"""A mouse that asked for nothing new for so long rests: time for the exact answer that a coarse one stood for."""
+"""Pause of the mouse after which the exact result replaces a coarse one."""
 BACKGROUND_REST_S = 0.25
 """Background requests begin when nothing was edited for so long, so that none runs between two moves of a drag."""
 Request = SceneOptions | EvaluationRequest | BackgroundRequest
@@ -63,8 +63,8 @@ class Recompute(QObject):
     load_progress = Signal(float)
     load_preparing = Signal()
     load_ended = Signal(str, object)
-    """A load is over; the text is empty after success, and after a cancel or an error says which. Then the
-    SceneOptions that it was asked for with: a newer load may have been asked for meanwhile."""
+    """A load has ended; the text is empty after success, and names the reason after a cancel or an error. The
+    SceneOptions of that load follow: a newer load may have been requested meanwhile."""
     failed = Signal(str)
     answered_in_background = Signal(object, object)
     """A background request and its answer (see background_requests.py), None if there is none."""
@@ -102,7 +102,7 @@ class Recompute(QObject):
         return self._threads
 
     def begin(self) -> None:
-        """Do what has been asked for by now; for an owner that waits."""
+        """Start the requests made so far; for an owner that waits."""
         self._queue.release(Priority.LOAD)
 
     def evaluate(self, request: EvaluationRequest) -> None:
@@ -111,7 +111,7 @@ class Recompute(QObject):
         self._queue.put(request)
 
     def ask_in_background(self, requests: Sequence[BackgroundRequest]) -> None:
-        """Have requests answered when nobody edits, in this order, each by `answered_in_background`."""
+        """Answer requests between edits, in this order, each by `answered_in_background`."""
         for request in requests:
             self._queue.put(request, Priority.BACKGROUND)
 
@@ -199,7 +199,7 @@ class Recompute(QObject):
             self._others.begin_beside()
 
     def _warm_up(self, scene: LoadedScene, job: Job[Request]) -> None:
-        """Compile what the open rig needs before the first answer of this program; later scenes find it compiled."""
+        """Compile the kernels of the open rig before the first result of this process; later scenes reuse them."""
         if self._is_warm:
             return
         from riglens.core.engine.warm_up import compile_sums, warm_up
@@ -269,7 +269,7 @@ class Recompute(QObject):
         return result
 
     def _is_overtaken(self) -> bool:
-        """Whether to give up: a final request waits, and the last one was not given up.
+        """Return whether to give up: a final request waits, and the last one was not given up.
 
         A preview never drives out a running evaluation, and never are two given up in a row: otherwise
         a fast mouse could keep every number from being finished.

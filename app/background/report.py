@@ -1,4 +1,4 @@
-"""A report made in a process of its own: page, PDF, and pictures of its pages."""
+"""Make a report in a separate process: page, PDF, and pictures of its pages."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ PAGE, PDF = "report.html", "report.pdf"
 
 @dataclass(frozen=True)
 class ReportJob:
-    """Which rigs a report is about, in which scene, with which score, and the folder for what is made."""
+    """Request for a report: its rigs, scene, score, and output folder."""
 
     rigs: tuple[Rig, ...]
     scene: SceneOptions

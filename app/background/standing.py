@@ -1,4 +1,4 @@
-"""Where sensors stand by the car's body, and which rays of one of them it stops; by a thread with serial kernels."""
+"""Compute in a thread, with serial kernels, how sensors are mounted and which rays of one of them the body stops."""
 
 from __future__ import annotations
 
@@ -21,7 +21,8 @@ NONE_M = np.zeros((0, 3), np.float32)
 
 @dataclass(frozen=True)
 class StandRequest:
-    """A car, sensors by name with their places, metres, and the sensor whose stopped rays are wanted, if any."""
+    """Request for the mounts of sensors on a body, by name and position, metres, and for the stopped rays of one
+    sensor, if any."""
 
     vehicle: Vehicle
     places_m: tuple[tuple[str, Vec3], ...]
@@ -29,11 +30,11 @@ class StandRequest:
 
 
 StandAnswer = tuple[Mapping[str, Stand], NDArray[np.float32]]
-"""How each sensor stands, by name, and where rays end at the body, (n, 3) metres."""
+"""Mount of each sensor, by name, and where rays end at the body, (n, 3) metres."""
 
 
 def stopped_rays(request: StandRequest) -> NDArray[np.float32]:
-    """Where rays of the wanted sensor end at the body, (n, 3): of evenly chosen ones, MOST_RAYS at most."""
+    """Return where rays of the selected sensor end at the body, (n, 3): of evenly chosen ones, MOST_RAYS at most."""
     sensor = request.stopped_of
     if sensor is None:
         return NONE_M
@@ -47,7 +48,7 @@ def stopped_rays(request: StandRequest) -> NDArray[np.float32]:
 
 
 class Stands:
-    """How sensors stand; kept as long as car and place are asked for, so a drag costs the moved sensor only."""
+    """Mounts of sensors; cached while body and place stay the same, so a drag costs the moved sensor only."""
 
     def __init__(self) -> None:
         self._vehicle: Vehicle | None = None

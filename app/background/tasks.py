@@ -1,4 +1,4 @@
-"""Long work beside the window: in a thread of its own, with progress, Cancel, and one clear error.
+"""Run long work in the background: in a separate thread, with progress, Cancel, and one clear error.
 
     bench.tasks.run("Writing the report", lambda progress: write(rigs, path, progress), done=self._written)
 
@@ -24,14 +24,14 @@ Found = TypeVar("Found")
 
 
 class Staged(Protocol):
-    """Takes the share done, and what is being done now where that is known."""
+    """Callback for the share done and, where known, the current stage."""
 
     def __call__(self, fraction: float, stage: str = "", /) -> None:
         """Report."""
 
 
 CLOSE_S = 1.0
-"""How long closing waits for work that does not report progress."""
+"""Seconds that closing waits for work that does not report progress."""
 
 
 class Task(QObject):
@@ -62,7 +62,7 @@ class Task(QObject):
         self._unwanted.set()
 
     def join(self, limit_s: float | None = None) -> None:
-        """Wait until the thread is over, at most so long."""
+        """Wait until the thread has ended, at most `limit_s`."""
         self._thread.join(limit_s)
 
     def _run(self) -> None:
@@ -92,7 +92,7 @@ class Tasks(QObject):
     """Starts tasks and keeps them until they end; `close` before the window goes."""
 
     started = Signal(object)
-    """A Task, before it runs: whoever shows it connects here."""
+    """A Task is about to run."""
     failed = Signal(str, str)
 
     def __init__(self, parent: QObject | None = None, close_s: float = CLOSE_S) -> None:
@@ -112,7 +112,7 @@ class Tasks(QObject):
         done: Callable[[Found], Any],
         ended: Callable[[], Any] | None = None,
     ) -> Task:
-        """Do `work` in the background, then `done` with what it returned; `ended` comes in any case."""
+        """Do `work` in the background, then `done` with its result; `ended` is emitted in any case."""
         queued = Qt.ConnectionType.QueuedConnection
         task = Task(title, work)
         task.succeeded.connect(done, queued)

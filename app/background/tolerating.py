@@ -1,4 +1,4 @@
-"""Tolerance a step at a time, on the engine's thread while nobody edits: each step is one rig with drawn errors."""
+"""Measure tolerances step by step, on the engine's thread between edits: each step is one rig with random errors."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from riglens.core.review.measures import Measures
 from riglens.core.review.tolerance import ToleranceRun
 
 FRAMES = 100
-"""Objects are counted in so many frames, the default of `riglens tolerance`."""
+"""Number of frames in which objects are counted, the default of `riglens tolerance`."""
 
 
 class Tolerating:
@@ -42,5 +42,5 @@ class Tolerating:
         )  # fmt: skip
 
     def forget(self) -> None:
-        """Release what is held."""
+        """Release the held memory."""
         self._request = self._run = self._measures = None

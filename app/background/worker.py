@@ -18,7 +18,7 @@ from riglens.core.errors import Cancelled, InputError
 Request = TypeVar("Request")
 Answer = TypeVar("Answer")
 CLOSE_S = 1.0
-"""How long closing waits for the thread: compiling a kernel cannot be given up."""
+"""Seconds that closing waits for the thread: compiling a kernel cannot be cancelled."""
 
 
 class WorkerThread(Generic[Request]):
@@ -50,12 +50,12 @@ class WorkerThread(Generic[Request]):
 
     @property
     def is_started(self) -> bool:
-        """Whether the thread was ever started."""
+        """Return whether the thread was ever started."""
         return self._thread.ident is not None
 
     @property
     def is_alive(self) -> bool:
-        """Whether the thread runs."""
+        """Return whether the thread runs."""
         return self._thread.is_alive()
 
     def _run(self) -> None:
@@ -70,10 +70,10 @@ class WorkerThread(Generic[Request]):
 
 @dataclass(frozen=True)
 class Context(Generic[Answer]):
-    """What an answer in the making needs of its thread: cancellation, progress, and a way out for early answers."""
+    """Context of a computation: cancellation, progress, and a way to emit early results."""
 
     is_stale: Callable[[], bool]
-    """Whether a newer request waits, this one was dropped, or everything ends."""
+    """Return True if a newer request waits, this one was dropped, or the program ends."""
     is_closing: Callable[[], bool]
     publish: Callable[[Answer], None]
     """Emit an early answer."""
@@ -105,7 +105,7 @@ class BackgroundWorker(QObject, Generic[Request, Answer]):
     progressed = Signal(object, float)
     """A request, and the share of it that is done."""
     failed = Signal(str)
-    """Why there is no answer to the last request."""
+    """Reason why the last request failed."""
 
     def __init__(
         self,
@@ -115,7 +115,7 @@ class BackgroundWorker(QObject, Generic[Request, Answer]):
         close_s: float = CLOSE_S,
         at_end: Callable[[], None] = lambda: None,
     ) -> None:
-        """`name`: what the answers are, for the thread's name and messages about unforeseen errors."""
+        """Set the function that answers requests; `name` names the thread in messages about unexpected errors."""
         super().__init__(parent)
         self._name, self._answer, self._close_s = name, answer, close_s
         self._queue = RequestQueue[Request]()

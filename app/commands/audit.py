@@ -36,7 +36,7 @@ def audit(
     libraries: Libraries = (),
     json: Json = None,
 ) -> None:
-    """Follow every ray of each sensor: into the solid car, past the region, into the ground, or to what it brings.
+    """Trace every ray of each sensor: to the solid car, past the region, to the ground, or into uncertain space.
 
     Parameters
     ----------
@@ -49,18 +49,18 @@ def audit(
     (opened,) = load_rigs([rig], score, libraries)
     require_outputs((rig, *scene.files), json)
     _, field = load_scene(scene, [opened], score)
-    with progress_bar("Following rays"):
+    with progress_bar("Tracing rays"):
         found = audit_rig(field, opened, "blocks", score.threads)
     deliver(audit_document(found), json, lambda: print_audit(found))
 
 
 def print_audit(found: RigAudit) -> None:
-    """Print the table, and what is to be said about places, on standard output."""
+    """Print the table, and remarks on mounts, on standard output."""
     console = results()
     console.print(f"Shares of rays; body {found.body}", soft_wrap=True)
     console.print(_shares_table(found))
     console.print(_lost_table(found))
-    console.print("Lost = entropy that a sensor on its own would see but for the car's body, in % of H(Ω).")
+    console.print("Lost = entropy that a sensor on its own loses to the car's body, in % of H(Ω).")
     for sensor in found.sensors:
         if sensor.stand.problem:
             console.print(Text(f"{visible(sensor.name)}: {sensor.stand.problem}"), soft_wrap=True)

@@ -47,14 +47,14 @@ def blind(
     out: Annotated[Path | None, Parameter(metavar="FILE.csv|.png")] = None,
     json: Json = None,
 ) -> None:
-    """Say where beside the car an object stands unseen, and which test objects a rig sees. The car is solid.
+    """Report near-field blind zones and the test objects that a rig sees. The car is solid.
 
     Parameters
     ----------
     rig
         Rig file or preset name.
     width
-        Width of the object in metres; 0 looks at single columns of voxels.
+        Width of the object in metres; 0 for single columns of voxels.
     within
         Maximum distance from the car's outline, in metres.
     voxel
@@ -64,7 +64,7 @@ def blind(
     sensors
         How many sensors have to see the object; the JSON has 1 and 2.
     profiles
-        A file of profiles of your own, instead of those that ship with the program; may be given many times.
+        A file of profiles of your own, instead of those that ship with the program; may be repeated.
     out
         Also write the lowest visible height around the car, as a table or as a picture.
     json
@@ -166,7 +166,7 @@ def _areas_table(found: BlindMap, by: By, k: int) -> Table:
 
 
 def _profiles_table(profiles: Sequence[ProfileVerdict]) -> Table:
-    """Profiles as rows: how many of their objects are seen, and which are not."""
+    """Return profiles as rows: the number of objects seen, and the unseen ones."""
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     table.add_column("profile")
     table.add_column("seen", justify="right", no_wrap=True)

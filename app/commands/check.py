@@ -46,7 +46,7 @@ MARKS: dict[Status, tuple[str, str]] = {
 
 
 class Asked(NamedTuple):
-    """The file of requirements, its text and what it says, profiles of one's own, and the day of the waivers."""
+    """Inputs of a check: the file of requirements, its text and content, own profiles, and the day of the waivers."""
 
     file: Path
     text: str
@@ -75,7 +75,7 @@ def check(
     junit: Annotated[Path | None, Parameter(metavar="FILE")] = None,
     github: bool = False,
 ) -> int:
-    """Check rigs against requirements: what they see, blind zones, redundancy, tolerance, mounts.
+    """Check rigs against requirements: coverage, blind zones, redundancy, tolerance, mounts.
 
     Exit code 0 when all are met, 1 when one is not, is not shown or not applicable, 2 for bad input, 3 for a failure of
     the program. Blind zones, test objects and mounts always have a solid car.
@@ -87,7 +87,7 @@ def check(
     requirements
         The file that says what is required.
     profiles
-        A file of blind zone profiles of your own, instead of those that ship; may be given many times.
+        A file of blind zone profiles of your own, instead of those that ship; may be repeated.
     json
         Also write the verdicts as JSON to a file; with - to standard output, instead of the table.
     junit
@@ -199,9 +199,9 @@ def _print(checks: Sequence[RigCheck], required: Requirements, day: date) -> Non
         console.print(Text(f"{visible(check.rig.name)}: {counts}; body {check.body}"))
         console.print(_table(check.verdicts, day))
     if required.losses or required.covered:
-        console.print("Redundancy is a count of views, no evidence of a safety integrity level (ASIL).")
+        console.print("Redundancy is a count of views, not evidence of a safety integrity level (ASIL).")
     if required.blind_objects:
-        console.print("Objects: geometry only, no approval.")
+        console.print("Objects: geometry only, not a type approval.")
 
 
 def _table(verdicts: Sequence[Verdict], day: date | None) -> Table:
@@ -233,7 +233,7 @@ def _words(verdict: Verdict, day: date | None) -> Text:
 
 
 def _github_lines(checks: Sequence[RigCheck], asked: Asked) -> Iterator[str]:
-    """Yield workflow commands of GitHub: an error for what does not hold, a warning for what is waived."""
+    """Yield workflow commands of GitHub: an error for each unmet requirement, a warning for each waived one."""
     lines, day = _lines(asked), asked.day
     for check in checks:
         for verdict in check.verdicts:

@@ -33,7 +33,7 @@ def convert(
     token: Annotated[str | None, Parameter(metavar="TEXT")] = None,
     report: Annotated[Path | None, Parameter(metavar="FILE")] = None,
 ) -> None:
-    """Convert a rig between formats, and say what was converted, approximated or left out.
+    """Convert a rig between formats, reporting everything converted, approximated or left out.
 
     Formats: riglens, nuscenes, autoware, urdf, carla, carla-toml, driveworks both ways; pandaset, argoverse,
     kalibr, opencv, kitti, carla-agent read only; osi written only.

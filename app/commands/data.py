@@ -100,7 +100,7 @@ def _stored(pog: Pog, paths: Sequence[Path], out: Path) -> Pog:
 
 @contextmanager
 def _parts_folder(out: Path) -> Iterator[Path]:
-    """Return the folder of finished parts, beside the output; a pipe or device has none beside it."""
+    """Return the folder of finished parts, next to the output; a pipe or device has none."""
     if is_stream(out):
         with tempfile.TemporaryDirectory(prefix="riglens-") as folder:
             yield Path(folder) / "parts"
@@ -143,7 +143,7 @@ def _print_pog(pog: Pog, out: Path) -> None:
 
 
 def show(*boxes: BoxPaths, scene: ReadingArguments = ReadingArguments(), json: Json = None) -> None:
-    """Say what box data hold: classes, directions, distances, sizes, the ground, and what is not mapped.
+    """Show the contents of box data: classes, directions, distances, sizes, the ground, and unmapped names.
 
     Parameters
     ----------
@@ -207,16 +207,15 @@ def _ground(ground: Ground | None) -> dict[str, Any] | None:
 
 
 def warnings(found: Survey, origin_m: Vec3 | None, is_known: bool) -> Iterator[str]:
-    """Tell what deserves a second look: directions without boxes, a ground that is not at z = 0.
+    """Yield warnings on directions without boxes, and on a ground that is not at z = 0.
 
-    Where it is known how high the data's origin stands (`is_known`), that is better than any estimate.
+    A known height of the data's origin (`is_known`) is better than any estimate.
     """
     bare = found.bare_sectors()
     if bare:
         listed = ", ".join(f"{name} ({count:,})" for name, count in bare.items())
         yield (
-            f"next to no boxes {listed}: the data may not cover every side, and looking there gains a rig next to "
-            "nothing"
+            f"almost no boxes {listed}: the data may not cover every side, and coverage there gains almost nothing"
         )
     ground = found.ground
     if ground is not None and not is_known and ground.is_certain and abs(ground.height_m) > GROUND_IS_RIGHT_M:
@@ -238,7 +237,7 @@ def _print_survey(found: Survey, origin_m: Vec3 | None, is_known: bool) -> None:
             f"{found.most_in_a_frame:,}",
         )
     )
-    ground = "not known: no boxes near by" if found.ground is None else found.ground.text()
+    ground = "unknown: no boxes nearby" if found.ground is None else found.ground.text()
     if found.ground is not None and not found.ground.is_certain:
         ground += " (not certain)"
     elif found.ground is not None and is_known:

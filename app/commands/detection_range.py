@@ -45,7 +45,7 @@ def card(
     chart: Annotated[Path | None, Parameter(metavar="FILE.png|.svg")] = None,
     json: Json = None,
 ) -> None:
-    """Say up to which distance a rig detects one object in the open, beside stopping distances. The car is solid.
+    """Report the detection range of a rig for one object in the open, next to stopping distances. The car is solid.
 
     Parameters
     ----------

@@ -73,7 +73,7 @@ def evaluate(
 
 
 def wrong_places(rigs: Sequence[Rig]) -> Iterator[str]:
-    """Yield one line for each sensor that cannot stand where it is; nothing of a body that was not read."""
+    """Yield one line for each sensor with an impossible mount; none for a body that was not read."""
     for rig in rigs:
         if not rig.vehicle.lacks_mesh:
             for line in problems_in_short(stands_of(rig)):

@@ -70,7 +70,7 @@ def preset_table(presets: Iterable[tuple[str, str, int, int]]) -> Table:
     table.add_column("preset", no_wrap=True)
     table.add_column("cameras", justify="right")
     table.add_column("LiDARs", justify="right")
-    table.add_column("what it is")
+    table.add_column("description")
     for name, description, cameras, lidars in presets:
         table.add_row(Text(name, "bold"), str(cameras), str(lidars), Text(description))
     return table
@@ -128,7 +128,7 @@ def _table(library: Library, kind: AnyKind) -> Table:
         title=_title(kind.plural), title_justify="left", title_style="bold", box=None, pad_edge=False
     )
     table.add_column("model", no_wrap=True)
-    table.add_column("what it is")
+    table.add_column("description")
     for heading in (kind.size[0], "field of view", "range"):
         table.add_column(heading, justify="right", no_wrap=True)
     for maker, entries in library.by_maker(kind.name).items():
@@ -154,7 +154,7 @@ def _range(sensor: Sensor) -> str:
 
 
 def _lines(entry: Entry, library: Library) -> Iterator[tuple[str, str]]:
-    """Captions and values of everything that an entry says."""
+    """Yield captions and values of every field of an entry."""
     sensor = entry.sensor(entry.name, Pose())
     yield "model", f"{entry.name} ({_title(kind_of(sensor).title)})"
     yield "title", entry.title
@@ -246,7 +246,7 @@ def _console() -> Console:
 
 
 def _plain(entry: Entry, library: Library) -> dict[str, Any]:
-    """An entry as JSON: what it says under the names of the file, and the file it is from."""
+    """Return an entry as JSON: its fields under the names of the file, and the file it is from."""
     about = entry.model_dump(exclude={"fields"}, exclude_none=True)
     sensor = entry.sensor(entry.name, Pose())
     figures = {key: _jsonable(getattr(sensor, key)) for key in entry.fields}

@@ -17,7 +17,7 @@ from riglens.core.shown_text import visible
 
 
 def mounts_document(rig: Rig) -> dict[str, Any]:
-    """Return the mounts of the enabled sensors, and what is wrong with them by the usual limits, as plain data."""
+    """Return the mounts of the enabled sensors and their violations of the usual limits, as plain data."""
     return {
         "riglens": FORMAT_VERSION,
         "rig": {"name": rig.name, "sha256": rig_sha256(rig)},
@@ -48,7 +48,7 @@ def _finite(value: float) -> float | None:
 
 
 def print_mounts(rig: Rig) -> None:
-    """Print height, gap and neighbour of each mount, and what is wrong, on standard output."""
+    """Print height, gap, neighbour and violations of each mount on standard output."""
     console = results()
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     table.add_column("mount", no_wrap=True, overflow="ellipsis", max_width=28)

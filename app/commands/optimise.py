@@ -51,7 +51,7 @@ def optimise(
     out: Annotated[Path | None, Parameter(metavar="DIR")] = None,
     json: Json = None,
 ) -> None:
-    """Propose where to add LiDARs on the car's skin, and say by how much any other choice could be better.
+    """Propose where to add LiDARs on the car's skin, with a bound on the gain of any other choice.
 
     Every sensor of the rig stays where it is. The gain of the proposal over mounts chosen by hand is checked in other
     frames and under other assumptions.

@@ -41,7 +41,7 @@ def _edge_or_auto(_: Any, tokens: Sequence[Token]) -> float | str:
 
 
 def _is_word(word: str) -> Callable[..., bool]:
-    """Return a converter for a switch that is said by a word."""
+    """Return a converter for an option whose value is a word."""
 
     def converted(_: Any, tokens: Sequence[Token]) -> bool:
         if tokens[0].value != word:
@@ -52,7 +52,7 @@ def _is_word(word: str) -> Callable[..., bool]:
 
 
 def _json_target(_: Any, tokens: Sequence[Token]) -> str:
-    """Return a file name, or - for whatever standard output is; refuse what is more likely a misspelt option."""
+    """Return a file name, or - for standard output; reject a probable misspelt option."""
     found = tokens[0].value
     if found.startswith("-") and found != "-":
         raise ValueError(f"must be a file name, or - for standard output (got '{found}')")
@@ -82,7 +82,7 @@ Libraries = Annotated[
         name="--library",
         metavar="FILE",
         show_default=False,
-        help="A file with sensor models of your own, for rigs that name them; may be given many times.",
+        help="File with your own sensor models, for rigs that name them; may be repeated.",
     ),
 ]
 Workers = Annotated[int | None, number(BUILD)]
@@ -91,8 +91,10 @@ Dask = Annotated[
     Parameter(
         group=BUILD,
         metavar="ADDRESS",
-        help="Work on the Dask cluster whose scheduler listens there, such as tls://10.0.0.1:8786. It is trusted: "
-        "whoever takes part in it can run code here (docs/security.md).",
+        help=(
+            "Work on the Dask cluster of this scheduler, such as tls://10.0.0.1:8786. Trusted "
+            "clusters only: anyone with access can run code here (docs/security.md)."
+        ),
     ),
 ]
 
@@ -101,7 +103,7 @@ Dask = Annotated[
 
 
 def _arguments(options: type, group: Group, *names: str) -> Any:
-    """Return a class whose fields are some of a class of options; making one makes the options themselves."""
+    """Return a class with some fields of a class of options; its instances are the options themselves."""
     hints = get_type_hints(options, localns={"Rig": object}, include_extras=True)
     defaults = {one.name: one.default for one in fields(options)}
     rows = []

@@ -16,7 +16,7 @@ from riglens.version import installed_version
 
 
 class Command(NamedTuple):
-    """Where a command is, which is loaded when it is called, and what the list of commands says of it."""
+    """Command: its module, which is loaded when it is called, and its line in the list of commands."""
 
     place: str
     help: str
@@ -44,20 +44,22 @@ COMMANDS = {
     "convert": Command("convert:convert", "Convert a rig between formats, reporting every lossy conversion."),
     "simulate": Command(
         "simulate:simulate",
-        "Simulate sweeps and pictures of rigs in traffic, in nuScenes' format.\n\n"
-        "Sweeps of all LiDARs together and of each, pictures of the cameras with labels and depth, and the tables that "
-        "the official development kit loads and evaluates. After an interruption the same command goes on where "
-        "it was. See docs/simulate.md.",
+        (
+            "Simulate sweeps and pictures of rigs in traffic, in nuScenes' format.\n\nSweeps of all "
+            "LiDARs together and of each, pictures of the cameras with labels and depth, and the "
+            "tables that the official development kit loads and evaluates. After an interruption the "
+            "same command resumes. See docs/simulate.md."
+        ),
     ),
 }
 GROUPS = {
     "data": (
-        "Box data: build a POG, or show what they hold.",
+        "Box data: build a POG, or show their contents.",
         {
             "build": Command(
                 "data:build",
                 "Build the POG of box data sets together and store it for --pog.\n\n"
-                "Many logs or tables are built at once. After an interruption the same command goes on where it was.",
+                "Many logs or tables are built at once. After an interruption the same command resumes.",
             ),
             "show": Command(
                 "data:show", "Show classes, directions, distances, sizes and ground of box data."
@@ -74,10 +76,10 @@ GROUPS = {
     "study": (
         "Studies of the paper, and of the metric itself.",
         {
-            "table1": Command("study:table1", "The paper's Tables I and II beside ours."),
-            "accuracy": Command("study:accuracy", "Time against error of ways to score a rig."),
+            "table1": Command("study:table1", "The paper's Tables I and II next to ours."),
+            "accuracy": Command("study:accuracy", "Time against error of methods to score a rig."),
             "stability": Command(
-                "study:stability", "Where methods break, and how far the order of rigs holds."
+                "study:stability", "Failures of methods, and robustness of the order of rigs."
             ),
             "targets": Command(
                 "study:targets", "Predicted against true points on the objects of a recording."
@@ -86,7 +88,7 @@ GROUPS = {
                 "study:detection",
                 "Score against detection, with a small detector trained here.\n\n"
                 "It compares rigs and does not predict the AP of your stack. About an hour of one core for two rigs; "
-                "after an interruption the same command goes on where it was.",
+                "after an interruption the same command resumes.",
             ),
         },
     ),
@@ -106,7 +108,7 @@ RENAMED_OPTIONS = {"--tolerance": "--voxel-tolerance"}
 
 app = App(
     name="riglens",
-    help="Place LiDARs and cameras on a car and score how well they see traffic (S-MS). "
+    help="Place LiDARs and cameras on a car and score how well they cover traffic (S-MS). "
     "RIG is a rig file or the name of a preset (W+T); see `riglens list rigs`.",
     help_format="plaintext",
     usage="Usage: riglens [RIG] [OPTIONS]\n       riglens COMMAND [OPTIONS] [ARGS]\n",
@@ -151,7 +153,7 @@ for _name, _part in PARTS.items():
 
 
 def run(tokens: Sequence[str]) -> object:
-    """Run the command; what it returns. InputError for words that fit none."""
+    """Run the command and return its result. Raise InputError for words that do not fit."""
     _check_words(tokens)
     try:
         return app(renamed(tokens), exit_on_error=False, print_error=False, result_action="return_value")

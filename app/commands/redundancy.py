@@ -1,4 +1,4 @@
-"""What sensors see together, and what is lost when some fail; part of `riglens review`, also `riglens redundancy`."""
+"""Report overlapping coverage and the losses by failures; part of `riglens review`, also `riglens redundancy`."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ FAILING = Group("Redundancy", sort_key=15)
 SHOWN = 5
 """Pairs that the terminal names, the worst first; the JSON has all."""
 HEADINGS: dict[What, str] = {"sensor": "each sensor", "pair": f"worst {SHOWN} pairs", "group": "groups"}
-NOT_COUNTED = "road users are not counted: a stored POG has none"
+NOT_COUNTED = "road users are not counted: a stored POG holds none"
 
 
 def redundancy(
@@ -56,7 +56,7 @@ def redundancy(
     libraries: Libraries = (),
     json: Json = None,
 ) -> None:
-    """Say what one, two and three sensors see, and what is lost when sensors, pairs or groups of them fail.
+    """Report the coverage by one, two and three sensors, and the losses when sensors, pairs or groups fail.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ class Redundancy:
         }
 
     def show(self) -> None:
-        """Print what is covered how often and what failures cost, on standard output."""
+        """Print coverage by number of sensors and the losses by failures on standard output."""
         _print(self.rig, self.body, self.voxels, self.targets)
 
 
@@ -122,7 +122,7 @@ def redundancy_of(
     score: ScoreOptions,
     counting: TargetSettings,
 ) -> Redundancy:
-    """Find what a rig covers of voxels and, where there is traffic, of objects."""
+    """Return a rig's coverage of voxels and, where there is traffic, of objects."""
     settings, targets = settings_of(score), None
     with progress_bar("Casting rays"):
         engine = Engine(field, score.threads)
@@ -137,7 +137,7 @@ def redundancy_of(
 
 
 def _print(rig: Rig, body: str, voxels: Coverage, targets: Coverage | None) -> None:
-    """Print what is covered how often and what failures cost, on standard output."""
+    """Print coverage by number of sensors and the losses by failures on standard output."""
     console = results()
     console.print(Text(f"{visible(rig.name)}: redundancy, body {body}"), soft_wrap=True)
     for title, found in (("entropy, in % of H(Ω)", voxels), ("road users, in % of all", targets)):
@@ -151,7 +151,8 @@ def _print(rig: Rig, body: str, voxels: Coverage, targets: Coverage | None) -> N
     )
     if targets is not None:
         console.print(
-            "Road users: 1 = detected by the rig; 2, 3 = by so many sensors, each on its own.", soft_wrap=True
+            "Road users: 1 = detected by the rig; 2, 3 = by that many sensors, each on its own.",
+            soft_wrap=True,
         )
     console.print(f"This is {NO_EVIDENCE}.", soft_wrap=True)
 

@@ -26,18 +26,18 @@ Heat = Literal[
 
 
 _HEATMAP = (
-    "What the heatmap shows: probability of being occupied, entropy, the entropy that the rig sees or does not see, "
-    "by how many sensors a place is seen, or the change against --baseline."
+    "Content of the heatmap: occupancy probability, entropy, seen or unseen entropy, number "
+    "of sensors that see a place, or the change from --baseline."
 )
 
 
 @Parameter(name="*")
 @dataclass(frozen=True)
 class PictureArguments:
-    """What a picture shows, and how."""
+    """Content and size of a picture."""
 
     view: Annotated[Literal["iso", "top", "front", "left", "rear"], Parameter(metavar="NAME")] = "iso"
-    """Where to look from."""
+    """Viewing direction."""
     size: Annotated[str, Parameter(metavar="WxH")] = "1280x800"
     """Size of the picture in pixels."""
     scale: Annotated[int, number(metavar="K")] = 1
@@ -62,9 +62,9 @@ class PictureArguments:
     ray_opacity: Annotated[float, Parameter(metavar="SHARE")] = DEFAULT_RAYS.opacity
     """Opacity of the rays, 0 to 1 (0.2)."""
     ray_density: Annotated[float, Parameter(metavar="FACTOR")] = DEFAULT_RAYS.density
-    """How many times as many rays, 0.125 to 8 (1)."""
+    """Factor on the number of rays, 0.125 to 8 (1)."""
     fill: Annotated[Literal["none", "ground", "frusta"], Parameter(metavar="NAME")] = "none"
-    """Fill what each sensor looks at: its footprint on open ground, or the outside of its field of view."""
+    """Fill each sensor's field of view: its footprint on open ground, or the outside of the field."""
     transparent: bool = False
     """No background."""
     ground: Annotated[bool, Parameter(name="--ground-plane", negative="--no-ground")] = True
@@ -72,7 +72,7 @@ class PictureArguments:
     legend: Annotated[bool, Parameter(negative="--no-legend")] = True
     """The colour bar."""
     title: bool = False
-    """Name of the rig and what it was scored on, in the upper corner."""
+    """Name of the rig and its inputs, in the upper corner."""
     scores: bool = False
     """The table of scores, in the lower corner."""
     theme: Annotated[Literal["dark", "light"], Parameter(metavar="NAME")] = "dark"

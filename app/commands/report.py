@@ -101,7 +101,7 @@ def report(
         raise InputError("report: name rigs and --out FILE.html, or --verify FILE.html|.pdf")
     if meshes is not None:
         raise InputError(
-            "is for an earlier page; rigs say where their meshes are: use it with", "meshes", "verify"
+            "is for an earlier page, as rigs name their meshes themselves: use it with", "meshes", "verify"
         )
     if not rigs:
         raise InputError("report: no rig named; name one or more")
@@ -168,11 +168,11 @@ def _header(document: ReportDocument) -> Header:
 
 
 def verified(path: Path, scene: SceneOptions, score: ScoreOptions, meshes: Path | None) -> int:
-    """Make a report again from what is attached to it; 0 when it is the same byte for byte, else 1."""
+    """Recompute a report from its attachment; return 0 when it is the same byte for byte, else 1."""
     content = read_report(path)
     attached = attached_figures(content, str(path))
     plan = _plan_of(attached, path, scene, score, meshes or path.parent)
-    with stage_bar("Making the figures again") as tell:
+    with stage_bar("Recomputing the figures") as tell:
         document = document_of(plan, report_of(plan, tell))
     _take_names(document.figures, attached)
     lines = differences(attached, document.figures)
@@ -183,19 +183,19 @@ def verified(path: Path, scene: SceneOptions, score: ScoreOptions, meshes: Path 
         console.print(f"and {len(lines) - SHOWN} more", soft_wrap=True)
     place = first_difference(content, rendered(document, form_of(content)))
     if place is None:
-        console.print("every figure is the same, and the file is, byte for byte", soft_wrap=True)
+        console.print("every figure is the same, and so is the file, byte for byte", soft_wrap=True)
         return 0
-    figures = "" if lines else "every attached figure is the same, but what is shown of them "
+    figures = "" if lines else "every attached figure is the same, but their presentation "
     console.print(visible(f"{figures}differs, first at {place}"), soft_wrap=True, markup=False)
     return 1
 
 
 def _requirements(text: str, where: str, rigs: Sequence[Rig]) -> Requirements:
-    """Read requirements; InputError for names that nothing has, or of test objects that stand in no report."""
+    """Return requirements; InputError for unknown names, or for test objects that no report shows."""
     profiles, left_out = report_profiles()
     for one in requirements_in(text, where).blind_objects:
         if one.profile in left_out:
-            raise InputError(f"{where}: profile '{one.profile}' is from memory and stands in no report")
+            raise InputError(f"{where}: profile '{one.profile}' is from memory and not used in reports")
     return requirements_in(text, where, rigs, profiles)
 
 
@@ -218,7 +218,7 @@ def _plan_of(
         raise InputError(f"{path}: inputs.rigs: must name at least one rig")
     if inputs.boxes is not None and scene.boxes is None and scene.pog is None:
         name = visible(inputs.boxes)
-        raise InputError(f"must name {name}, as {path} was made of it", "boxes")
+        raise InputError(f"must name {name}, as {path} was made from it", "boxes")
     length, width, height = inputs.roi_m
     return ReportPlan(
         tuple(_with_mesh(rig, folder) for rig in rigs),

@@ -1,4 +1,4 @@
-"""`riglens review`: what a safety review asks of a rig, in one go, with one set of defaults."""
+"""`riglens review`: all parts of a safety review of a rig, with one set of defaults."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def review(
     libraries: Libraries = (),
     json: Json = None,
 ) -> None:
-    """Review a rig: blind zones, detection range, redundancy, tolerance, where rays go, mounts.
+    """Review a rig: blind zones, detection range, redundancy, tolerance, ray outcomes, mounts.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def review(
     min_points
         LiDAR points that detect an object.
     profiles
-        A file of blind zone profiles of your own, instead of those that ship; may be given many times.
+        A file of blind zone profiles of your own, instead of those that ship; may be repeated.
     errors
         Errors of the tolerance: assembly, service, brackets, ride or load.
     draws
@@ -87,7 +87,7 @@ def review(
     seed
         Of the draws.
     sample
-        Count objects for the tolerance in so many frames; 0 leaves them out.
+        Number of frames in which objects are counted for the tolerance; 0 for none.
     json
         Also write one JSON document, with a key per part, to a file; with - to standard output, instead of the tables.
     """
@@ -182,7 +182,7 @@ class Review:
 
     def audit(self) -> Part:
         """Follow every ray."""
-        with progress_bar("Following rays"):
+        with progress_bar("Tracing rays"):
             found = audit_rig(self.field, self.rig, "blocks", self.score.threads)
         return audit_document(found), lambda: print_audit(found)
 

@@ -24,7 +24,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def guarded(work: Callable[[], object], name: Callable[[str], str] = option_of) -> int:
-    """Do some work as the command line does it, and return the exit code; `name` says what fields are called."""
+    """Do some work and return the exit code of the command line; `name` maps fields to their names there."""
     _open_missing_streams()
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
@@ -57,7 +57,7 @@ def guarded(work: Callable[[], object], name: Callable[[str], str] = option_of) 
 
 
 def _run(tokens: Sequence[str]) -> object:
-    """Do what the words say. Where they can only mean the window, the parser, which is slow to load, is not loaded."""
+    """Run the command. The parser, which is slow to load, is not loaded where only the window can be meant."""
     if not tokens or _is_only_a_rig(tokens):
         from riglens.app.commands.start import start
 
@@ -68,7 +68,7 @@ def _run(tokens: Sequence[str]) -> object:
 
 
 def _is_only_a_rig(tokens: Sequence[str]) -> bool:
-    """Whether this is a single word that is neither a command (those consist of letters alone) nor an option."""
+    """Return whether this is a single word that is neither a command (those consist of letters alone) nor an option."""
     return len(tokens) == 1 and not tokens[0].isalpha() and not tokens[0].startswith("-")
 
 
@@ -79,7 +79,7 @@ def _say(message: str, code: int) -> int:
 
 
 def _open_missing_streams() -> None:
-    """Let what would go to a stream that was closed before the start go nowhere (`riglens ... >&-`).
+    """Discard output to a stream that was closed before the start (`riglens ... >&-`).
 
     Otherwise the first file that is opened would take the stream's place, and what libraries print would land in it.
     """

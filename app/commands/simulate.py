@@ -71,7 +71,7 @@ class SweepArguments:
     noise: Annotated[float, Parameter(group=SWEEPS, metavar="M")] = 0.02
     """Standard deviation of a range, in metres."""
     dropout: Annotated[float, Parameter(group=SWEEPS, metavar="SHARE")] = 0.05
-    """Share of returns that get lost, whatever they are on."""
+    """Share of returns lost at random."""
     shape: Annotated[Literal["class", "box"], _Switch] = "class"
     """class: cars have glass and a gap below, cyclists and pedestrians are slim; box: plain boxes."""
     range_law: Annotated[Literal["on", "off"], _Switch] = "on"
@@ -121,7 +121,7 @@ def simulate(
     surroundings
         Let houses, walls and poles hide objects (block, where they are known).
     every
-        Simulate one in so many frames of each sequence (1).
+        Simulate every Nth frame of each sequence (1).
     sequences
         Only so many sequences, the first of the data (all).
     pictures
@@ -164,14 +164,14 @@ def simulate(
 
 
 def _make_all(sets: Sequence[Dataset], paths: Sequence[Path], out: Path, where: Where) -> None:
-    """Make what is missing of data sets, all after it is known that they fit on the disk."""
+    """Make the missing parts of data sets, after checking that they fit on the disk."""
     folders = [DatasetFolder(path, one) for path, one in zip(paths, sets, strict=True)]
     with ExitStack() as locks:
         for folder in folders:
             if not folder.is_complete:
                 locks.callback(_remove_if_empty, folder.path)
                 locks.enter_context(sole_run(folder.work))
-        with progress_bar("Checking what is there") as progress:
+        with progress_bar("Checking existing parts") as progress:
             todo = [[] if folder.is_complete else folder.missing(progress) for folder in folders]
         require_room(sum(bytes_needed(one, keys) for one, keys in zip(sets, todo, strict=True)), out)
         try:
@@ -179,7 +179,7 @@ def _make_all(sets: Sequence[Dataset], paths: Sequence[Path], out: Path, where: 
                 _make(one, folder, keys, where)
         except KeyboardInterrupt as error:
             kept = error.args or (
-                f"what is finished is kept in {out}: run the same command again to continue",
+                f"finished parts are kept in {out}: run the same command again to continue",
             )
             raise KeyboardInterrupt(*kept) from error
 
@@ -190,7 +190,7 @@ def _remove_if_empty(folder: Path) -> None:
 
 
 def _refuse_with_carla(said: Mapping[str, object]) -> None:
-    """Raise InputError for the first option that was said and has no meaning with --carla."""
+    """Raise InputError for the first given option that has no meaning with --carla."""
     for name, value in said.items():
         if value is not None:
             raise InputError(
@@ -199,11 +199,11 @@ def _refuse_with_carla(said: Mapping[str, object]) -> None:
 
 
 def _with_surroundings(scene: SceneOptions, said: str | None) -> SceneOptions:
-    """Return the traffic with what stands around it, where that is known and not refused."""
+    """Return the traffic with its occluders, where they are known and not ignored."""
     known = scene.boxes is None or scene.occluders is not None
     if said == "block" and not known:
         raise InputError(
-            "cannot block: no table says what stands there; name it with", "surroundings", "occluders"
+            "cannot block: occluders are unknown; specify them with", "surroundings", "occluders"
         )
     return replace(scene, surroundings=known and said != "ignored")
 
@@ -217,12 +217,12 @@ def _load(scene: SceneOptions, every: int, sequences: int | None) -> tuple[Traff
         note(line)
     empty = [name for name in CLASSES if not traffic.data.boxes.get(name)]
     if empty:
-        note(f"no boxes of class {', '.join(empty)}: nothing of it is in the data set")
+        note(f"no boxes of class {', '.join(empty)}: none in the data set")
     labels = traffic.data.labels
     if labels is not None and len(labels.frame) < traffic.frames:
         left = traffic.frames - len(labels.frame)
         what = "frame without boxes is" if left == 1 else "frames without boxes are"
-        note(f"{left} {what} of no sequence that is known: left out")
+        note(f"{left} {what} of unknown sequence: left out")
     if not any(scene.is_val for scene in scenes):
         count = f"{len(scenes)} sequence{'s' * (len(scenes) != 1)}"
         note(f"{count} only: all frames are for training (riglens_train), none for validation (riglens_val)")
@@ -230,7 +230,7 @@ def _load(scene: SceneOptions, every: int, sequences: int | None) -> tuple[Traff
 
 
 def _poses(options: SceneOptions, traffic: Traffic) -> dict[int, EgoPose]:
-    """Where the car is in each frame; nowhere else than at the origin where nobody knows."""
+    """Return the pose of the car in each frame; only the origin where poses are unknown."""
     labels, known = traffic.data.labels, car_poses(options)
     if labels is None or not known:
         return {}
@@ -243,13 +243,13 @@ def _poses(options: SceneOptions, traffic: Traffic) -> dict[int, EgoPose]:
 
 
 def _remark_on(one: Dataset) -> None:
-    """What a user has to know about a rig's data set."""
+    """Print remarks on a rig's data set."""
     if not any(channel.modality == "lidar" for channel in one.channels):
-        note(f"{one.rig.name}: no LiDARs: pictures and labels alone; the kit's evaluation needs LIDAR_TOP")
+        note(f"{one.rig.name}: no LiDARs: pictures and labels only; the kit's evaluation needs LIDAR_TOP")
     bent = [camera.name for camera in one.rig.cameras() if camera.distortion is not None]
     if bent and one.extras.pictures:
         note(
-            f"{one.rig.name}: pictures of {', '.join(bent)} are bent as by the lens, which the tables cannot say"
+            f"{one.rig.name}: pictures of {', '.join(bent)} keep the lens distortion, which the tables cannot express"
         )
 
 
@@ -278,10 +278,10 @@ def _folder_name(rig: Rig) -> str:
 def _make(one: Dataset, folder: DatasetFolder, keys: Sequence[str], where: Where) -> None:
     console = results()
     if folder.is_complete:
-        console.print(f"{folder.path}: complete already, nothing to do", soft_wrap=True, markup=False)
+        console.print(f"{folder.path}: already complete", soft_wrap=True, markup=False)
         return
     if len(keys) < len(one.spans):
-        note(f"{folder.path}: goes on; {len(one.spans) - len(keys)} of {len(one.spans)} parts are there")
+        note(f"{folder.path}: resuming; {len(one.spans) - len(keys)} of {len(one.spans)} parts exist")
     with (
         progress_bar(f"Simulating {one.rig.name}") as progress,
         workers_for(folder.work, where, len(keys)) as workers,

@@ -36,7 +36,7 @@ def _with_window(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
 
 
 def load_packages() -> None:
-    """Load what draws before Qt, whose bindings read the source of every module that comes after them."""
+    """Load the drawing packages before Qt, whose bindings read the source of every module imported after them."""
     from riglens.widgets.drawing.packages import load_pyvista
 
     load_pyvista()

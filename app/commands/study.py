@@ -45,7 +45,7 @@ def table1(
     csv: Annotated[Path | None, Parameter(metavar="FILE")] = None,
     detection_csv: Annotated[Path | None, Parameter(metavar="FILE")] = None,
 ) -> None:
-    """The paper's Tables I and II: its eight rigs scored here, beside the published scores and detection.
+    """Score the paper's eight rigs next to its Tables I and II, and to published detection.
 
     Detection is compared with Place3D's published figures as well.
 
@@ -80,7 +80,7 @@ def accuracy(
         Rig file or preset name.
     sensor
         Instead of the rig, a model of the library, upright and tilted, where the rig has its first sensor of this
-        kind; may be given many times.
+        kind; may be repeated.
     out
         Folder for accuracy.png, accuracy.svg and accuracy.csv; with --sensor accuracy-sensors.*, also .json.
     quick
@@ -106,7 +106,7 @@ def targets(
     score: ThreadArguments = ThreadArguments(),
     out: Folder = Path("out"),
 ) -> None:
-    """Predicted against true points on the road users of a recording: ranks, ratios, chart and CSV.
+    """Compare predicted with true points on the objects of a recording: ranks, ratios, chart and CSV.
 
     Parameters
     ----------
@@ -144,7 +144,7 @@ def detection(
     device: Annotated[Literal["cpu", "cuda"] | None, Parameter(show_default=False)] = None,
     out: Folder = Path("out"),
 ) -> None:
-    """Score against detection: simulates the rigs' LiDARs, trains a small detector, compares what it finds.
+    """Compare scores with detection: simulate the rigs' LiDARs and train a small detector on them.
 
     Simulated LiDAR, small detector trained here: compares rigs, does not predict the AP of your stack. Takes about an
     hour of one core for two rigs; stopped at any moment, the same command goes on where it was.
@@ -184,7 +184,7 @@ def stability(
     out: Folder = Path("out"),
     quick: bool = False,
 ) -> None:
-    """Where methods of traversal break, and how far the order of the paper's rigs can be relied on.
+    """Find where traversal methods break, and how reliable the order of the paper's rigs is.
 
     Parameters
     ----------

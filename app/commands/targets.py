@@ -1,4 +1,4 @@
-"""Hit coverage: points and pixels that rigs get onto objects; part of `riglens evaluate`, also alone."""
+"""Hit coverage: points and pixels of rigs on objects; part of `riglens evaluate`, also a command of its own."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class CountArguments:
     within_m: Annotated[float, Parameter(name="--within", group=COUNT, metavar="M")] = 60.0
     """Objects count up to this distance from the car, in metres."""
     sample: Annotated[int | None, number(COUNT)] = None
-    """Use so many frames, drawn fairly, and say with ± how far that may be off (all frames)."""
+    """Number of frames to use, sampled evenly; ± shows the error (all frames)."""
     shape: Annotated[Literal["class", "box"], Parameter(group=COUNT)] = "class"
     """class: cars have glass and a gap below, cyclists and pedestrians are slim; box: plain boxes."""
     range_law: Annotated[Literal["on", "off"], Parameter(group=COUNT)] = "on"
@@ -61,7 +61,7 @@ class CountArguments:
     seed: Annotated[int, number(COUNT)] = 0
     """Seed of the random draws."""
     min_points: Annotated[int, number(COUNT)] = 5
-    """An object with so many LiDAR points counts as detectable."""
+    """LiDAR points from which an object counts as detectable."""
     objects: Annotated[Path | None, Parameter(group=COUNT, metavar="FILE.csv|.parquet")] = None
     """Also write one row per object to a table; for one rig."""
 
@@ -119,7 +119,7 @@ def targets(
     libraries: Libraries = (),
     json: Json = None,
 ) -> None:
-    """Count the points and pixels that rigs get onto objects, behind the traffic before them.
+    """Count the points and pixels of rigs on objects, including occlusion by traffic.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ def targets(
 
 
 def with_surroundings(scene: SceneOptions, said: str | None) -> SceneOptions:
-    """Return the scene in which what stands around hides objects, where that was said or tables of it were named."""
+    """Return the scene with occluders, where requested or where tables of them are given."""
     return replace(scene, surroundings=said == "block" or (said is None and scene.occluders is not None))
 
 
@@ -205,12 +205,12 @@ def _explanation(scores: TargetScores) -> Iterable[str]:
     """Yield the lines that explain the columns."""
     points = scores.settings.min_points
     yield (
-        "on target = mean of 1 - exp(-cells/5), cells of 0.2 m hit by LiDARs; visible = pixels seen of those it would "
-        "have alone."
+        "on target = mean of 1 - exp(-cells/5), cells of 0.2 m hit by LiDARs; visible = pixels seen "
+        "of those without occlusion."
     )
     yield (
-        f"both = at least {points} points, and {HEIGHT_PX} pixels tall; neither = less of each. More is better, but for"
-        " neither."
+        f"both = at least {points} points, and {HEIGHT_PX} pixels tall; neither = less of each. More is better, "
+        "except for neither."
     )
     if scores.frames_used < scores.frames:
         yield "± is one standard error of the sample of frames."
@@ -220,7 +220,7 @@ def _table(scores: Sequence[TargetScores]) -> Table:
     """Rigs as rows, one section per class, with the rings of distance below where there is one rig."""
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     points = scores[0].settings.min_points
-    table.add_column("in %, but for\nobjects and medians", no_wrap=True, overflow="ellipsis", max_width=22)
+    table.add_column("in %, except\nobjects and medians", no_wrap=True, overflow="ellipsis", max_width=22)
     for title in (
         "\nobjects", "LiDAR\non target", "LiDAR\n≥ 1 pt", f"LiDAR\n≥ {points} pts", "median\npts",
         "camera\nvisible", f"camera\n≥ {HEIGHT_PX} px", "median\npx", "\nboth", "\nneither",

@@ -63,7 +63,7 @@ def tolerance(
     libraries: Libraries = (),
     json: Json = None,
 ) -> None:
-    """Say how much a rig's figures spread under small errors of its mounts, or of how the car stands.
+    """Report the spread of a rig's figures under small errors of its mounts and of the car's pose.
 
     Parameters
     ----------
@@ -72,15 +72,15 @@ def tolerance(
     errors
         Which errors: assembly, service, brackets, ride or load.
     draws
-        So many draws; the sequence is balanced in powers of two.
+        Number of draws; the sequence is balanced in powers of two.
     seed
         Of the draws; the same seed gives the same errors to rigs with the same sensors.
     sample
-        Count objects in so many frames; 0 leaves them out.
+        Number of frames in which objects are counted; 0 for none.
     sensitivities
         Also say what each error does on its own.
     worst
-        Also write the rig of the worst draw, to look at it beside the rig as designed.
+        Also write the rig of the worst draw, to compare it with the rig as designed.
     figure
         By which figure the worst draw is told, such as "seen car" or "on_target pedestrian".
     json
@@ -114,27 +114,27 @@ def require_draws(draws: int, seed: int, least: int) -> None:
 
 
 def print_tolerance(found: ToleranceResult, body: str) -> None:
-    """Print the spread of each figure beside the noise floor, and what does most, on standard output."""
+    """Print the spread of each figure next to the noise floor, and the largest effects, on standard output."""
     console = results()
     console.print(
         Text(f"{visible(found.rig.name)}: {_profile_text(found.profile)}; body {body}"), soft_wrap=True
     )
     console.print(_spread_table(found))
     console.print(
-        f"In %; more is better. {found.draws} draws (scrambled Sobol, seed {found.seed}), errors even within their "
+        f"In %; more is better. {found.draws} draws (scrambled Sobol, seed {found.seed}), errors uniform within their "
         "limits. Noise floor: 5 to 95 % under errors of 1 mm and 0.01°, which are the lattice of rays and voxels.",
         soft_wrap=True,
     )
     if found.sensitivities:
         console.print(_sensitivity_table(found))
         console.print(
-            "Percentage points at the error's limit, half of plus minus minus; the largest first.",
+            "Percentage points at the error's limit, half the difference of plus and minus; the largest first.",
             soft_wrap=True,
         )
 
 
 def _profile_text(profile: ToleranceProfile) -> str:
-    """A profile with its limits, and whose they are."""
+    """Return a profile with its limits and their source."""
     limits = (
         (
             "sensors",

@@ -1,1 +1,1 @@
-"""What is evaluated, and what the window shows of it: scenes, requests, scores, heatmaps."""
+"""Evaluate rigs and prepare the results for display: scenes, requests, scores, heatmaps."""

@@ -1,4 +1,4 @@
-"""How long exact evaluations take, learnt from the engine's own times: a running median for every sensor."""
+"""Estimate the duration of exact evaluations from the engine's own times: a running median for every sensor."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ REMEMBERED = 9
 
 
 class EditCosts:
-    """What it costs to bring an engine from the rig it holds to another one; a sensor is known by its name.
+    """Cost of bringing an engine from the rig it holds to another one; a sensor is known by its name.
 
     A sensor that was never changed alone is guessed from the last evaluation that cast several.
     """
@@ -22,11 +22,11 @@ class EditCosts:
         self._guess_ms = 0.0
 
     def expected_ms(self, rig: Rig) -> float:
-        """Time to cast what is in this rig and not in the one held; 0 when nothing is."""
+        """Return the time to cast the sensors in this rig that are not held; 0 when there are none."""
         return sum(self._cost(name) for name in self._to_cast(rig))
 
     def is_guess(self, rig: Rig) -> bool:
-        """Whether a sensor that has to be cast was never measured."""
+        """Return whether a sensor that has to be cast was never measured."""
         return any(name not in self._times for name in self._to_cast(rig))
 
     def slowest_ms(self, rig: Rig) -> float:

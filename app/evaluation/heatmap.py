@@ -1,4 +1,4 @@
-"""Which cells of the display grid are drawn, and in what colours; the same for window and pictures."""
+"""Select and colour the cells of the display grid; the same for window and pictures."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ NO_WORDS = np.empty(0, np.uint64)
 
 @dataclass(frozen=True)
 class VoxelMarks:
-    """What the modes need beside the POG: the voxels seen now and by the baseline, and by 1, 2, 3 sensors at least.
+    """Inputs of the modes besides the POG: the voxels seen now and by the baseline, and by at least 1, 2, 3 sensors.
 
     Only those that the mode needs are there (`marks_for`), the others are empty.
     """
@@ -40,11 +40,11 @@ class VoxelMarks:
 SEEN_BY: dict[HeatMode, SeenBy] = {
     "seen": "any", "unseen": "any", "change": "any", "twice": "twice", "thrice": "thrice", "kinds": "kinds",
 }  # fmt: skip
-"""Whose seeing a mode shows, of those that show any."""
+"""Coverage that each mode shows, of the modes that show any."""
 
 
 def needs_seen(mode: HeatMode) -> bool:
-    """Whether an evaluation has to return the seen voxels for a mode."""
+    """Return whether an evaluation has to return the seen voxels for a mode."""
     return SEEN_BY.get(mode) in ("any", "kinds")
 
 
@@ -60,7 +60,7 @@ def seen_by(by: SeenBy, engine: Engine, evaluation: Evaluation) -> Words:
 
 
 def marks_of(evaluation: Evaluation) -> VoxelMarks:
-    """The marks of an evaluation that says what is seen, without a baseline."""
+    """Return the inputs from an evaluation that holds the seen voxels, without a baseline."""
     return VoxelMarks(seen_words(evaluation), NO_WORDS, NO_WORDS)
 
 
@@ -70,7 +70,7 @@ def seen_words(evaluation: Evaluation) -> Words:
 
 
 def marks_for(mode: HeatMode, engine: Engine, evaluation: Evaluation) -> VoxelMarks:
-    """What a mode needs of an evaluation that the engine has just made, on the engine's thread."""
+    """Return the inputs of a mode from an evaluation that the engine has just made, on the engine's thread."""
     if mode == "sensors":
         levels = covered_at_least(engine, evaluation.rig, evaluation.settings.method)
         return VoxelMarks(NO_WORDS, levels, NO_WORDS)
@@ -80,7 +80,7 @@ def marks_for(mode: HeatMode, engine: Engine, evaluation: Evaluation) -> VoxelMa
 
 @dataclass(frozen=True)
 class _Base:
-    """What does not change in a drag: the cells with anything in them, their full values and the scale."""
+    """Parts that stay the same in a drag: the non-empty cells, their full values and the scale."""
 
     shown: NDArray[np.bool_]
     centres_m: Values
@@ -102,7 +102,7 @@ class Heatmaps:
         self._of_any_rig: dict[tuple[HeatMode, str], HeatmapData] = {}
 
     def heatmap(self, mode: HeatMode, class_name: str, marks: VoxelMarks) -> HeatmapData | None:
-        """What to draw for a mode; None when it is "off"."""
+        """Return the heatmap of a mode; None when it is "off"."""
         if mode == "off":
             return None
         if mode not in ("probability", "entropy"):
@@ -141,7 +141,7 @@ class Heatmaps:
         return base.full * (1.0 - share if mode == "unseen" else share)
 
     def _sensors(self, base: _Base, class_name: str, marks: VoxelMarks) -> HeatmapData:
-        """How many sensors see the larger part of each cell; how opaque a cell is goes by its entropy."""
+        """Return the heatmap of the number of sensors that see the larger part of each cell; opacity by entropy."""
         return HeatmapData(
             centres_m=base.centres_m,
             cell_m=self.display.cell_m,
@@ -167,14 +167,14 @@ class Heatmaps:
         return self._bases[key]
 
     def _note(self, how: str) -> str:
-        """Which grid the picture shows; the scores always use the full one."""
+        """Return a note on the grid that the picture shows; the scores always use the full one."""
         cell_m, block = self.display.cell_m, self.display.block
         cells = f"cells of {cell_m:.4g} m"
         return cells if block == 1 else f"{cells}, {how} of {block}³ voxels"
 
 
 def _round_above(values: Values, limit: float) -> float:
-    """The next 1, 2 or 5 times a power of ten above all sizes, so that the scale stays put in most of a drag.
+    """Return the next 1, 2 or 5 times a power of ten above all sizes, so that the scale stays fixed in most of a drag.
 
     At least a thousandth of `limit`, which is what it is, roughly, without any change.
     """

@@ -1,4 +1,4 @@
-"""The body mode of rigs whose mesh file may not have been read yet, or cannot be read."""
+"""Choose the body mode of rigs whose mesh file may not have been read yet, or cannot be read."""
 
 from __future__ import annotations
 

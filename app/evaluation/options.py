@@ -1,4 +1,4 @@
-"""What can be asked of a scene, a score and a heatmap: plain data, cheap to import."""
+"""Define the options of a scene, a score and a heatmap: plain data, cheap to import."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ USUAL_DRAWS = 32
 """Draws of the tolerance in a report."""
 MAX_THREADS = 1024
 MIN_SIDE_PX, MAX_SIDE_PX, MAX_SCALE = 64, 8192, 4
-"""Sides of a picture before it is enlarged, and how many times it may be."""
+"""Limits of a picture's sides before scaling, and of the scale."""
 
 HeatMode = Literal[
     "off", "probability", "entropy", "seen", "unseen", "sensors", "change", "twice", "thrice", "kinds"
@@ -35,20 +35,20 @@ HEAT_TITLES: dict[HeatMode, str] = {
     "entropy": "Entropy",
     "seen": "Seen entropy",
     "unseen": "Unseen entropy",
-    "sensors": "Sensors that see it",
+    "sensors": "Number of sensors",
     "change": "Gained and lost",
     "twice": "Seen by at least 2",
     "thrice": "Seen by at least 3",
     "kinds": "Seen by both kinds",
 }
-"""What the heatmap can show of voxels: the modes by their keys, and what they are called."""
+"""Heatmap modes of voxels, by key, with their titles."""
 TargetHeatMode = Literal["on_target", "missed"]
 TARGET_HEAT_TITLES: dict[TargetHeatMode, str] = {"on_target": "On target", "missed": "Missed road users"}
-"""What it can show of road users, in the window."""
+"""Heatmap modes of objects, in the window."""
 
 
 class Said(NamedTuple):
-    """What the command line says of a field: the form of its value, and one sentence."""
+    """Help of a field on the command line: the form of its value, and one sentence."""
 
     metavar: str
     help: str
@@ -56,21 +56,21 @@ class Said(NamedTuple):
 
 @dataclass(frozen=True)
 class ScoreOptions:
-    """How the score is computed; checked here so that a typing error costs no evaluation."""
+    """Options of the score; checked here so that a typing error costs no evaluation."""
 
-    method: Annotated[Literal["exact", "bresenham"], Said("NAME", "How rays visit voxels.")] = "exact"
+    method: Annotated[Literal["exact", "bresenham"], Said("NAME", "Traversal method of rays.")] = "exact"
     reading: Annotated[
-        Literal["covered", "residual", "hits"], Said("NAME", "How S-MIG is read; see docs/metric.md.")
+        Literal["covered", "residual", "hits"], Said("NAME", "Reading of S-MIG; see docs/metric.md.")
     ] = "covered"
     camera_weight: Annotated[float, Said("X", "Weight of the cameras in S-MS.")] = 0.1
     threads: Annotated[
-        int | None, Said("N", "Threads to use (all cores). The figures do not depend on it.")
+        int | None, Said("N", "Number of threads (all cores). Figures do not depend on it.")
     ] = None
     body: Annotated[
         Body | None,
-        Said("NAME", "Whether rays pass through the cars' own bodies or end at them (as each rig says)."),
+        Said("NAME", "Rays pass through the cars' own bodies or end at them (as set in each rig)."),
     ] = None
-    """Of all rigs, for this run; None: as each rig says."""
+    """For all rigs in this run; None: as set in each rig."""
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.camera_weight <= MAX_LAMBDA:
@@ -82,25 +82,26 @@ class ScoreOptions:
             raise InputError(f"must be an integer from 1 to {MAX_THREADS} (got {shown})", "threads")
 
     def as_required(self, body: Body | None, where: Path) -> ScoreOptions:
-        """Return the same with the body that a file of requirements says; raise InputError if `body` contradicts."""
+        """Return the options with the body that a file of requirements demands; raise InputError if `body`
+        contradicts."""
         if None not in (self.body, body) and self.body != body:
             raise InputError(f"must be {body}, as {where} requires (got {self.body})", "body")
         return replace(self, body=self.body or body)
 
     def solid(self, said: Body | None = None) -> ScoreOptions:
-        """Return the same with cars that are always solid; raise InputError when something else was said."""
+        """Return the options with solid cars; raise InputError if something else was given."""
         if said == "ignored":
             raise InputError("must be blocks (got ignored): here the car is always solid", "body")
         return replace(self, body="blocks")
 
     def body_of(self, rig: Rig) -> Body:
-        """Whether rays end at a rig's own body."""
+        """Return whether rays end at a rig's own body."""
         return self.body or rig.body
 
 
 @dataclass(frozen=True)
 class SceneOptions:
-    """Which boxes and which grid; None is the bundled scenario and the default grid.
+    """Options of a scene: boxes and grid; None is the bundled scenario and the default grid.
 
     The one form of these options: commands read it from their words (`app.commands.options`), the Python interface and
     the window make it. Numbers are checked where they are used: by grid and readers.
@@ -117,7 +118,7 @@ class SceneOptions:
         Triple | None,
         Said(
             "X Y Z",
-            "Where the origin of the data set lies in the vehicle frame, metres (nuScenes ego: -1.35 0 0).",
+            "Origin of the data set in the vehicle frame, metres (nuScenes ego: -1.35 0 0).",
         ),
     ] = None
     frames: Annotated[
@@ -128,7 +129,7 @@ class SceneOptions:
         tuple[str, ...],
         Said(
             "NAME=CLASS",
-            "Count boxes called NAME as car, bicycle or pedestrian, or ignore them; may be given many times.",
+            "Count boxes called NAME as car, bicycle or pedestrian, or ignore them; may be repeated.",
         ),
     ] = ()
     find_ground: Annotated[
@@ -142,7 +143,7 @@ class SceneOptions:
         float | Literal["auto"] | None,
         Said(
             "M|auto",
-            "Edge of a voxel in metres (0.1). With auto, where rigs are scored: the coarsest that suits them.",
+            "Edge of a voxel in metres (0.1). With auto, where rigs are scored: the coarsest suitable one.",
         ),
     ] = None
     roi_m: Annotated[
@@ -157,15 +158,15 @@ class SceneOptions:
     ] = None
     tolerance_pp: Annotated[
         float | None,
-        Said("PP", "What --voxel auto may change: percentage points of the entropy that is seen (1)."),
+        Said("PP", "Largest change of seen entropy by --voxel auto, percentage points (1)."),
     ] = None
     surroundings: bool = False
-    """Whether what stands around hides objects where points are counted."""
+    """True if occluders hide objects where points are counted."""
     occluders: Annotated[
         tuple[Path, Path] | None,
         Said(
             "OCCLUDERS POSES",
-            "What stands around your own --boxes, and where the car is in each frame; it blocks.",
+            "Occluders for your own --boxes, and the car's pose in each frame.",
         ),
     ] = None
     rigs: tuple[Rig, ...] = ()
@@ -184,7 +185,7 @@ class SceneOptions:
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """The files and folders that are read, as far as they are named."""
+        """Return the given files and folders that are read."""
         return tuple(path for path in (self.boxes, self.pog, *(self.occluders or ())) if path is not None)
 
     def for_rigs(self, rigs: Sequence[Rig], score: ScoreOptions) -> SceneOptions:

@@ -1,4 +1,4 @@
-"""What the window asks the background thread, what comes back, and how it is said: plain data that loads no engine."""
+"""Define the requests to the background thread, the results and their wording: plain data that loads no engine."""
 
 from __future__ import annotations
 
@@ -29,7 +29,8 @@ FRAME_MS = 16.0
 
 @dataclass(frozen=True, eq=False)
 class LoadedScene:
-    """Box data ready for use: the entropy of every informative voxel, and a coarser grid to draw. Equal only to itself.
+    """Box data ready for use: the entropy of every informative voxel, and a coarser grid for drawing. Equal only to
+    itself.
 
     `coarse` is a field of larger voxels for first answers, None where the grid allows none; `choice` says how
     the voxel edge was picked, None when it was given. `gap` is where the data, which look
@@ -76,7 +77,7 @@ class EvaluationRequest:
     blind: bool = False
 
     def asks_same(self, other: EvaluationRequest) -> bool:
-        """Whether the answer to both is the same, whatever revision they belong to."""
+        """Return whether the answer to both is the same, whatever revision they belong to."""
         return replace(self, revision=other.revision, is_preview=other.is_preview) == other
 
 
@@ -114,7 +115,7 @@ class Result:
 
 @dataclass(frozen=True)
 class Approximation:
-    """A first answer to one request, from voxels of `voxel_m`; the exact one follows when nothing newer is asked.
+    """First answer to one request, from voxels of `voxel_m`; the exact one follows unless a newer request arrives.
 
     A type of its own, so that it can never be taken for a Result.
     """
@@ -129,18 +130,18 @@ BEHIND_BODY = "behind the own car's body"
 
 
 def sight_text(found: Sight) -> str:
-    """What a sensor makes of a voxel, in a few words."""
+    """Describe a sensor's view of a voxel in a few words."""
     if found.verdict == "outside" and found.miss_deg is not None:
         place = {"above": "above", "below": "below"}.get(found.side, "outside")
         return f"{place} field of view by {found.miss_deg:.1f}°"
     if found.verdict == "between" and found.miss_m is not None:
         return f"between rays, missed by {length_text(found.miss_m)}"
-    texts = {"sees": "sees it", "off": "switched off", "range": "out of range", "body": BEHIND_BODY}
+    texts = {"sees": "sees it", "off": "disabled", "range": "out of range", "body": BEHIND_BODY}
     return texts.get(found.verdict, "not seen")
 
 
 def failed_text(names: Collection[str]) -> str:
-    """Which sensors are taken as failed, empty for none."""
+    """Name the sensors that are taken as failed, empty for none."""
     if not names:
         return ""
     return f"{len(names)} sensor{'s' * (len(names) > 1)} failed: {', '.join(sorted(names))}"

@@ -35,12 +35,12 @@ class Scenario:
 
 
 def settings_of(options: ScoreOptions) -> MetricSettings:
-    """The metric's settings as the core takes them; where nothing is said about the body, each rig says it."""
+    """Return the metric's settings; where no body is given, each rig sets it."""
     return MetricSettings(options.method, options.reading, options.camera_weight, options.body)
 
 
 def grid_of(options: SceneOptions) -> VoxelGrid:
-    """The grid that was asked for; InputError when it makes no whole number of voxels."""
+    """Return the requested grid; InputError unless it has a whole number of voxels."""
     if options.voxel_m == "auto":
         raise InputError("must be an edge in metres here (got auto, which depends on rigs)", "voxel_m")
     voxel_m = DEFAULT_VOXEL_M if options.voxel_m is None else options.voxel_m
@@ -48,10 +48,10 @@ def grid_of(options: SceneOptions) -> VoxelGrid:
 
 
 def source_of(options: SceneOptions) -> Source:
-    """The box data set that was asked for; the bundled scenario when none was named."""
+    """Return the requested box data set; by default the bundled scenario."""
     if options.boxes is None:
         for name in _said_of_boxes(options):
-            raise InputError("describes a box data set; name the data set with", name, "boxes")
+            raise InputError("describes a box data set; specify it with", name, "boxes")
         return bundled_source()
     return boxes_of(options, [options.boxes])
 
@@ -150,13 +150,13 @@ def _try(field: EntropyField, options: SceneOptions, report: Progress) -> Tried:
 
 
 def _named(pog: Pog, options: SceneOptions) -> Pog:
-    """The POG under the name of the data that were asked for; a cached one may bear that of an equal copy."""
+    """Return the POG under the name of the requested data; a cached one may have that of an equal copy."""
     name = BUNDLED_NAME if options.boxes is None else str(options.boxes)
     return replace(pog, data=replace(pog.data, source=name))
 
 
 def _stored_pog(options: SceneOptions, path: Path) -> Pog:
-    """The POG of a file, refused when the other options say something else than what it holds."""
+    """Return the POG of a file; reject it when the other options contradict its content."""
     for name in _said_of_boxes(options):
         raise InputError("cannot be combined with", name, "pog")
     pog = load_pog(path)
@@ -173,7 +173,7 @@ def _stored_pog(options: SceneOptions, path: Path) -> Pog:
 
 
 def left_out(data: DataReport) -> list[str]:
-    """How the data were read, and which boxes do not count."""
+    """Describe how the data were read, and which boxes do not count."""
     lines = list(data.notes)
     if data.unmapped:
         most = data.unmapped.most_common(SHOWN_UNMAPPED)
@@ -186,11 +186,11 @@ def left_out(data: DataReport) -> list[str]:
 
 
 def remarks_on(data: DataReport) -> list[str]:
-    """What a user has to know about the data: boxes that do not count, classes without any box."""
+    """Return remarks on the data: boxes that do not count, classes without any box."""
     lines = left_out(data)
     if data.frames == 1:
         lines.append(
-            "one frame only: each voxel is surely free or surely not, which has no entropy; all scores are 0"
+            "one frame only: each voxel is certainly free or certainly occupied, without entropy; all scores are 0"
         )
     empty = [name for name, count in data.boxes.items() if count == 0]
     if empty:

@@ -59,7 +59,7 @@ def load_scene(options: SceneOptions, progress: Progress) -> LoadedScene:
 
 @dataclass(frozen=True)
 class _Baseline:
-    """What changes are counted from; `seen` is empty until a heatmap of changes is asked for."""
+    """Baseline of changes; `seen` is empty until a heatmap of changes is requested."""
 
     rig: Rig
     settings: MetricSettings
@@ -104,7 +104,7 @@ class Scoring:
         )
 
     def _top_view(self, request: EvaluationRequest, evaluation: Evaluation) -> TopView | None:
-        """The map from above, if it is asked for, of the evaluation that has just been made."""
+        """Return the map from above of the evaluation just made, if requested."""
         if request.map_by is None:
             return None
         seen = seen_by(request.map_by, self._engine, evaluation)
@@ -137,7 +137,7 @@ class Scoring:
         return known
 
     def other(self, rig: Rig, settings: MetricSettings, cancel: Cancel) -> Scores:
-        """The exact scores of a rig that is not the one being edited; raise Cancelled when `cancel` returns True.
+        """Return the exact scores of a rig other than the one being edited; raise Cancelled when `cancel` returns True.
 
         It has an engine of its own, so that the next edit still has to cast nothing but what it changes.
         """
@@ -147,7 +147,7 @@ class Scoring:
 
     # ------------------------------------------------------------------ coarse
     def is_slow(self, request: EvaluationRequest) -> bool:
-        """Whether the exact answer is expected to take longer than a frame, and a coarse one clearly less."""
+        """Return whether the exact answer is expected to take longer than a frame, and a coarse one clearly less."""
         exact_ms = self._costs.expected_ms(request.rig)
         coarse_ms = self._coarse_costs.expected_ms(request.rig)
         worth = STILL_WORTH if self._was_slow else WORTH
@@ -155,7 +155,7 @@ class Scoring:
         return self._was_slow
 
     def is_measured(self, request: EvaluationRequest) -> bool:
-        """Whether the expectation rests on times of the very sensors that have to be cast."""
+        """Return whether the expectation rests on times of the very sensors that have to be cast."""
         return not self._costs.is_guess(request.rig)
 
     def approximate(self, request: EvaluationRequest, cancel: Cancel) -> Approximation | None:
@@ -192,7 +192,7 @@ class Scoring:
 
     @property
     def has_learnt(self) -> bool:
-        """Whether there is an exact answer from which coarse ones can be estimated."""
+        """Return whether there is an exact answer from which coarse ones can be estimated."""
         return self._known is not None
 
     @property
@@ -202,12 +202,12 @@ class Scoring:
 
 
 def _same_sets(one: MetricSettings, other: MetricSettings) -> bool:
-    """Whether both settings see the same voxels; reading and weight only add them up in other ways."""
+    """Return whether both settings see the same voxels; reading and weight only add them up in other ways."""
     return (one.method, one.body) == (other.method, other.body)
 
 
 class AskedVoxel(NamedTuple):
-    """Which voxel, by which method, behind which body; a preview leaves out new reasons."""
+    """Request about a voxel: its place, method and body; a preview leaves out new reasons."""
 
     method: Method
     voxel: Voxel

@@ -17,7 +17,7 @@ class Surroundings:
         self._engine: BlindEngine | None = None
 
     def blind_map(self, request: EvaluationRequest) -> BlindMap:
-        """How low the rig of a request looks around its car, which is solid once its mesh has been read."""
+        """Return the blind map of a request's rig around its car, whose body is solid once its mesh has been read."""
         vehicle = request.rig.vehicle
         if self._engine is None or self._car != vehicle:
             self._car = vehicle

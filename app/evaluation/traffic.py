@@ -1,4 +1,4 @@
-"""From options to the road users on which points and pixels are counted."""
+"""Load the objects on which points and pixels are counted, from options."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from riglens.core.targets.traffic import Traffic, read_traffic
 
 
 def load_traffic(options: SceneOptions, within_m: float, progress: Progress | None = None) -> Traffic:
-    """All boxes of the data set that was asked for; InputError on bad input."""
+    """Return all boxes of the requested data set; InputError on bad input."""
     source = source_of(options)
     found = read_traffic(source, within_m, progress, occluders=occluders_of(options, source.origin_m))
     name = BUNDLED_NAME if options.boxes is None else str(options.boxes)
@@ -27,7 +27,7 @@ def load_traffic(options: SceneOptions, within_m: float, progress: Progress | No
 
 
 def car_poses(options: SceneOptions) -> Mapping[FrameName, MapPose]:
-    """Where the vehicle frame is in each frame, by the tables of what stands around; none where there are none."""
+    """Return the pose of the vehicle frame in each frame, from the tables of occluders; empty without such tables."""
     if options.boxes is not None and options.occluders is None:
         return {}
     found = occluders_of(replace(options, surroundings=True), source_of(options).origin_m)
@@ -36,7 +36,8 @@ def car_poses(options: SceneOptions) -> Mapping[FrameName, MapPose]:
 
 
 def _of_vehicle(pose: MapPose, origin_m: Vec3) -> MapPose:
-    """The pose of the vehicle frame from that of the boxes' frame, whose origin lies there in the vehicle frame."""
+    """Return the pose of the vehicle frame from that of the boxes' frame, whose origin is at `origin_m` in the vehicle
+    frame."""
     x, y, z = origin_m
     cos, sin = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
     place = np.array(pose.position_m) - [cos * x - sin * y, sin * x + cos * y, z]
@@ -44,12 +45,12 @@ def _of_vehicle(pose: MapPose, origin_m: Vec3) -> MapPose:
 
 
 def occluders_of(options: SceneOptions, origin_m: Vec3 | None) -> Occluders | None:
-    """What stands around, where it is asked for; InputError where it is not known."""
+    """Return the occluders, if requested; InputError where they are unknown."""
     if options.occluders is not None:
         if options.boxes is None:
-            raise InputError("belong to a box data set; name the data set with", "occluders", "boxes")
+            raise InputError("belong to a box data set; specify it with", "occluders", "boxes")
         if not options.surroundings:
-            raise InputError("hide nothing when they are ignored: leave out", "occluders", "surroundings")
+            raise InputError("hide nothing when ignored: leave out", "occluders", "surroundings")
         from riglens.core.scene.readers.occluders import open_occluders  # loads pyarrow
 
         return open_occluders(*options.occluders, origin_m or (0.0, 0.0, 0.0))
@@ -57,6 +58,6 @@ def occluders_of(options: SceneOptions, origin_m: Vec3 | None) -> Occluders | No
         return None
     if options.boxes is not None:
         raise InputError(
-            "cannot block: no table says what stands there; name it with", "surroundings", "occluders"
+            "cannot block: occluders are unknown; specify them with", "surroundings", "occluders"
         )
     return bundled_occluders()

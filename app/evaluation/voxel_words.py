@@ -1,4 +1,4 @@
-"""Why a voxel edge was picked, in words: one sentence, and a table of what was tried."""
+"""Explain the choice of the voxel edge: one sentence, and a table of the edges tried."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def reason(choice: VoxelChoice) -> str:
     else:
         limit = "no coarser one was tried"
     if place == 0:
-        settled = "; a still finer edge might change the scores as well" if len(choice.rungs) > 1 else ""
+        settled = "; a still finer edge might also change the scores" if len(choice.rungs) > 1 else ""
         return f"{picked}, the finest that can be used: {limit}{settled}"
     return f"{picked}, the coarsest with every seen within {bound}: {limit}"
 
@@ -34,7 +34,7 @@ def tried_lines(choice: VoxelChoice) -> Iterator[str]:
 
 def _found(rung: Rung, choice: VoxelChoice) -> str:
     if rung.voxel_m == choice.finest_m:
-        return "the finest: what the others are compared with"
+        return "the finest: reference of the others"
     share = 0.0 if rung.change is None else rung.change.seen
     where = "" if rung.change is None else f" ({_place(rung.change, choice)})"
     swap = "" if rung.swap is None else f"; {_swapped(rung.swap)}"

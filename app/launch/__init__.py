@@ -1,1 +1,1 @@
-"""What comes before any package is loaded: system libraries, display, Ctrl-C, the user's folders."""
+"""Prepare the process before any package is loaded: system libraries, display, Ctrl-C, the user's folders."""

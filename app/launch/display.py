@@ -1,4 +1,4 @@
-"""Finds out whether there is a display, and prepares drawing where there is none, before Qt or VTK is loaded."""
+"""Detect a display, and prepare drawing without one, before Qt or VTK is loaded."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def missing_display() -> str | None:
 
 
 def _answers(name: str) -> bool:
-    """Whether an X server accepts a connection; True without libxcb, which is asked for by name later."""
+    """Return whether an X server accepts a connection; True without libxcb, which is reported by name later."""
     try:
         xcb = ctypes.CDLL("libxcb.so.1")
     except OSError:
@@ -41,7 +41,7 @@ def _answers(name: str) -> bool:
 
 
 def prepare_drawing() -> None:
-    """Check the system libraries, and have VTK draw without an X server where there is none.
+    """Check the system libraries, and make VTK draw without an X server where there is none.
 
     Comes before anything that imports VTK: it crashes, instead of complaining, when OpenGL is absent.
     """

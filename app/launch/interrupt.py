@@ -19,11 +19,11 @@ if TYPE_CHECKING:
     from PySide6.QtWidgets import QApplication
 
 AGAIN_S = 3.0
-"""How long cleaning up may take before an interruption counts as lost."""
+"""Seconds for cleaning up before an interruption counts as lost."""
 LOST_S = 0.05
-"""When an interruption that Python says is lost comes again."""
+"""Seconds until an interruption that Python reports as lost is sent again."""
 GRACE_S = 1.0
-"""How long threads may outlive the window: the compilation of a kernel cannot be aborted."""
+"""Seconds that threads may outlive the window: the compilation of a kernel cannot be aborted."""
 INTERRUPTED = 130
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 """Ctrl-C, and what ends a job, a container or a session of the desktop: both leave no half-done work behind."""
@@ -44,12 +44,12 @@ def _heard_by(handler: Callable[[int, FrameType | None], object]) -> Iterator[No
 
 
 class Alarm(Protocol):
-    """What is used of a threading.Timer."""
+    """Interface of threading.Timer, as far as it is used."""
 
     daemon: bool
 
     def start(self) -> None:
-        """Call the function when the time is over."""
+        """Call the function when the time is up."""
 
     def cancel(self) -> None:
         """Do not call it."""
@@ -59,7 +59,7 @@ class Alarm(Protocol):
 def insistent_interrupt(
     timer_of: Callable[[float, Callable[[], None]], Alarm] = threading.Timer,
 ) -> Iterator[None]:
-    """Have Ctrl-C or SIGTERM interrupt the main thread again and again until the exception arrives here.
+    """Interrupt the main thread on Ctrl-C or SIGTERM repeatedly until the exception arrives here.
 
     The compiler calls back into Python while it makes a kernel, and what is raised there, or in a destructor, is lost.
     """
@@ -103,14 +103,14 @@ def insistent_interrupt(
 
 
 def leave_at_once(*_: object) -> None:
-    """Tell the user and end the process; a signal handler."""
+    """Notify the user and end the process; a signal handler."""
     os.write(2, b"riglens: interrupted\n")
     os._exit(INTERRUPTED)
 
 
 @contextmanager
 def leaving_on_interrupt() -> Iterator[None]:
-    """Have Ctrl-C or SIGTERM end the process at once, as long as there is nothing to lose.
+    """End the process at once on Ctrl-C or SIGTERM, as long as there is nothing to lose.
 
     An exception would not do: Qt prints those that pass through it and goes on, and crashes while it is loaded.
     """
@@ -142,7 +142,7 @@ class Grace:
 
 @dataclass
 class Interrupt:
-    """Whether Ctrl-C was pressed or SIGTERM came, and no window has refused to close since."""
+    """Interruption by Ctrl-C or SIGTERM, until a window refuses to close."""
 
     came: bool = False
 

@@ -1,4 +1,4 @@
-"""Tells which system libraries of Qt and VTK are missing, before either is imported.
+"""Report the missing system libraries of Qt and VTK, before either is imported.
 
 VTK does not raise when its OpenGL libraries are absent, it crashes; so this check runs first, in the set-up
 and at the start of the program. It is plain standard-library Python, because the set-up runs it before any
@@ -36,11 +36,11 @@ class Requirement:
 
     @property
     def wanted(self) -> str:
-        """What a message names as missing."""
+        """Return what a message names as missing."""
         return self.soname or self.program or self.package
 
     def is_met(self) -> bool:
-        """Whether the library loads, the program is on PATH, or a file is there."""
+        """Return whether the library loads, the program is on PATH, or a file exists."""
         if self.soname:
             return _loads(self.soname)
         if self.program:
@@ -113,7 +113,7 @@ _REQUIREMENTS: dict[Purpose, tuple[Requirement, ...]] = {
 
 
 def missing_requirements(purpose: Purpose) -> list[Requirement]:
-    """Return what is missing on this system for `purpose`; nothing on systems other than Linux."""
+    """Return the requirements that this system lacks for `purpose`; none on systems other than Linux."""
     if not sys.platform.startswith("linux"):
         return []
     return [requirement for requirement in _REQUIREMENTS[purpose] if not requirement.is_met()]

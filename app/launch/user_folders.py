@@ -1,4 +1,4 @@
-"""Where the program keeps the user's settings and the state of running windows."""
+"""Locate the folders of the user's settings and of the state of running windows."""
 
 from __future__ import annotations
 

@@ -176,8 +176,8 @@ def _moved_one(document: QTextDocument, high: float) -> bool:
 
 
 def _followers(block: QTextBlock, tables: dict[int, QTextTable]) -> list[QTextBlock]:
-    """What must not be on another page than a heading begins on: the remark or picture after it, or a table, and one
-    that follows a remark; none of what is no heading."""
+    """Return the blocks that must share the page on which a heading begins: the remark or picture after it, or a table,
+    and one that follows a remark; none if the block is no heading."""
     found: list[QTextBlock] = []
     words, block = 0 if block.blockFormat().headingLevel() else 2, block.next()
     while words < 2 and block.isValid():
@@ -190,7 +190,7 @@ def _followers(block: QTextBlock, tables: dict[int, QTextTable]) -> list[QTextBl
 
 
 def _is_cut(layout: QAbstractTextDocumentLayout, table: QTextTable | None, high: float) -> bool:
-    """Whether a small table goes on on another page than it begins."""
+    """Return whether a small table is split across pages."""
     if table is None or table.format().pageBreakPolicy():
         return False
     top, bottom = _top(layout, table), layout.frameBoundingRect(table).bottom() - 2.0
@@ -198,7 +198,7 @@ def _is_cut(layout: QAbstractTextDocumentLayout, table: QTextTable | None, high:
 
 
 def _top(layout: QAbstractTextDocumentLayout, table: QTextTable) -> float:
-    """Where the first words of a table stand: its frame may begin at the end of the page before."""
+    """Return the top of a table's first words: its frame may begin at the end of the page before."""
     return float(layout.blockBoundingRect(table.firstCursorPosition().block()).top())
 
 
@@ -214,7 +214,8 @@ def _page(y: float, high: float) -> int:
 
 
 def _least(layout: QAbstractTextDocumentLayout, block: QTextBlock, tables: dict[int, QTextTable]) -> float:
-    """How far down the page of the heading has to reach: to the end of words, or into the first rows of a table."""
+    """Return how far down the page of the heading must reach: to the end of words, or into the first rows of a
+    table."""
     if block.position() in tables:
         return _top(layout, tables[block.position()]) + ROWS_PX
     return float(layout.blockBoundingRect(block).bottom()) - 2.0

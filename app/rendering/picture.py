@@ -1,4 +1,4 @@
-"""What a picture of the 3D view shows beside the scene; the same for the window's screenshots and `riglens render`."""
+"""Add labels to pictures of the 3D view; the same for the window's screenshots and `riglens render`."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from riglens.widgets.viewport.scene_state import Caption, SceneState
 if TYPE_CHECKING:
     from riglens.core.metric.entropy import EntropyField
 
-SIGN = "S-MS falls as a rig sees more."
+SIGN = "S-MS falls as coverage grows."
 
 
 @dataclass(frozen=True)
 class PictureWords:
-    """Which words stand over the scene: colour bar, name of the rig, table of scores."""
+    """Labels over the scene: colour bar, name of the rig, table of scores."""
 
     legend: bool = True
     title: bool = False
@@ -29,14 +29,14 @@ class PictureWords:
 
 @dataclass(frozen=True)
 class Findings:
-    """What a picture can say in words: the rig, its scores and what they were computed on."""
+    """Content of the labels: the rig, its scores and their inputs."""
 
     rig: Rig
     scores: Scores
     settings: MetricSettings
     field: EntropyField
     is_changed: bool = False
-    """Whether the rig differs from the file of its name."""
+    """True if the rig differs from the file of its name."""
 
     @property
     def title(self) -> str:
@@ -71,7 +71,7 @@ def subtitle(found: Findings) -> str:
 
 
 def score_rows(scores: Scores, settings: MetricSettings) -> tuple[tuple[str, ...], ...]:
-    """The scores as rows of text with a head that says what the car's body does, entropies in 10³ nat."""
+    """Return the scores as rows of text with a heading on the car's body, entropies in 10³ nat."""
     digits = min(3, max(decimals(found.h_total) for found in scores.classes.values()))
     shown = sorted(kinds(), key=lambda kind: kind.name)
     heads = [f"S-MIG {kind.title}" for kind in shown]
@@ -84,7 +84,7 @@ def score_rows(scores: Scores, settings: MetricSettings) -> tuple[tuple[str, ...
 
 
 def score_note(settings: MetricSettings) -> str:
-    """What the columns of the table are."""
+    """Return a note on the columns of the table."""
     weight = f"S-MS = {settings.camera_weight:g} · S-MIG camera + S-MIG LiDAR"
     if settings.reading != "covered":
         return f"{weight}, reading {settings.reading}"

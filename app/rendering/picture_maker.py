@@ -28,7 +28,7 @@ class PictureMaker(QObject):
 
     @property
     def is_busy(self) -> bool:
-        """Whether a picture is being drawn."""
+        """Return whether a picture is being drawn."""
         return self._jobs.is_running(Priority.EDIT)
 
     def draw(self, job: PictureJob) -> None:
@@ -37,7 +37,7 @@ class PictureMaker(QObject):
         self._start_next()
 
     def close(self) -> None:
-        """End the process, whatever it is doing."""
+        """End the process, even if it is busy."""
         process, self._process = self._process, None
         self._jobs = RequestQueue()
         if process is not None:
@@ -85,4 +85,4 @@ class PictureMaker(QObject):
             process.deleteLater()
             self._jobs.finish()
             self._answer = b""
-            self.failed.emit("the process that draws pictures ended without an answer")
+            self.failed.emit("the drawing process exited without a result")

@@ -1,4 +1,4 @@
-"""Draws pictures in a process of its own, so that the window stays alive: jobs come in, PNG files go out.
+"""Draw pictures in a separate process, so that the window stays responsive: jobs come in, PNG files go out.
 
 Both ends belong to one program. A message is its length, 8 bytes little-endian, and then its bytes: a pickled
 PictureJob on the way in; on the way out one byte, 1 for a picture and 0 for an error, and the PNG or the text.
@@ -21,7 +21,7 @@ LENGTH_BYTES = 8
 class PictureJob:
     """A scene state, the size of the picture before `scale` enlarges it, and whether it has no background.
 
-    `purpose` says to whoever asked what the picture is for, and comes back with it.
+    `purpose` is returned with the picture, for the caller.
     """
 
     state: object

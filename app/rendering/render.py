@@ -41,15 +41,15 @@ if TYPE_CHECKING:  # what draws is loaded with the first picture
     from riglens.widgets.viewport.masts import Mast
 
 OUT = Path("out")
-"""Where the files of a run without a window go."""
-STAND_IN = "a plain box of the vehicle's size stands in for it"
+"""Default output folder of a run without a window."""
+STAND_IN = "a plain box of the vehicle's size replaces it"
 View = Literal["iso", "top", "front", "left", "rear"]
 Theme = Literal["dark", "light"]
 
 
 @dataclass(frozen=True)
 class RenderRequest:
-    """What to draw and where to put it; `size_px` is width and height before `scale` enlarges all alike.
+    """Request for pictures and their paths; `size_px` is width and height before `scale` enlarges both.
 
     `threshold`, `log`, `opacity` and `slice_m` are those of HeatLook; `baseline` names the rig that a heatmap
     of changes starts from.
@@ -101,7 +101,7 @@ class RenderRequest:
         if self.heat == "change" and self.baseline is None:
             raise InputError("change needs", "heatmap", "baseline")
         if self.heat != "change" and self.baseline is not None:
-            raise InputError("is what a rig is compared with: needs change as", "baseline", "heatmap")
+            raise InputError("is the reference of changes: needs change as", "baseline", "heatmap")
 
     def _check_rays(self) -> None:
         if not 0.0 <= self.rays.opacity <= 1.0:
@@ -135,7 +135,7 @@ def score_and_draw(
 
 
 def drawn_score(rig: Rig, body: Body | None) -> ScoreOptions:
-    """How a picture is scored: where a box stands in for the car, it is ignored unless it is said to block."""
+    """Return the score options of a picture: where a box replaces the car, it is ignored unless set to block."""
     return ScoreOptions(body="ignored" if rig.vehicle.lacks_mesh and body is None else body)
 
 
@@ -184,7 +184,7 @@ def draw(
 
 
 def _masts(rig: Rig) -> tuple[Mast, ...]:
-    """What is drawn of sensors that are not on the car's surface; nothing where a box stands in for the car."""
+    """Return the masts of sensors that are not on the car's surface; none where a box replaces the car."""
     from riglens.widgets.viewport.masts import masts_of
 
     return () if rig.vehicle.lacks_mesh else masts_of(stands_of(rig))
@@ -218,4 +218,4 @@ def _make_folder(folder: Path) -> None:
     try:
         folder.mkdir(exist_ok=True)
     except OSError as error:
-        raise InputError(f"{folder}: cannot be made a folder ({error.strerror})") from error
+        raise InputError(f"{folder}: folder cannot be created ({error.strerror})") from error

@@ -1,1 +1,1 @@
-"""What is open: the rig with its history and file, and what is kept of it after a crash."""
+"""Hold the open document: the rig with its history and file, and its autosave."""

@@ -1,7 +1,7 @@
-"""Unsaved rigs on the disk: one file per running window, so that a crash costs no work.
+"""Save unsaved rigs on the disk: one file per running window, so that a crash costs no work.
 
-A file whose window is no longer running is an orphan, and is offered at the next start. A window holds a lock beside
-its file for as long as that file is there. Where the file system has no locks, the owner is known by process number
+A file whose window is no longer running is an orphan, and is offered at the next start. A window holds a lock next to
+its file while that file exists. Where the file system has no locks, the owner is known by process number
 and start time.
 """
 
@@ -42,7 +42,7 @@ class Unsaved:
 
 @dataclass(frozen=True)
 class Orphan:
-    """What a window that is gone left behind; `saved_at` in seconds since 1970."""
+    """Autosave of a window that is gone; `saved_at` in seconds since 1970."""
 
     file: Path
     unsaved: Unsaved
@@ -64,7 +64,7 @@ class AutosaveFile:
             self._folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise InputError(
-                f"{self._folder}: cannot be made: {error.strerror}; changes are not autosaved"
+                f"{self._folder}: cannot be created: {error.strerror}; changes are not autosaved"
             ) from error
         content = {
             "riglens_autosave": VERSION,
@@ -98,20 +98,20 @@ class AutosaveFile:
             self._lock = None
 
     def _hold(self) -> None:
-        """Say that this window lives, before its file appears; without locks the owner in the file says so."""
+        """Mark this window as running, before its file appears; without locks the owner in the file does so."""
         if self._lock is None:
             with contextlib.suppress(OSError):
                 self._lock = FileLock(_lock_of(self.path))
 
 
 def orphans(folder: Path) -> list[Orphan]:
-    """What windows that are gone left behind, the newest first; files that make no sense are passed over."""
+    """Return the autosaves of windows that are gone, the newest first; unreadable files are skipped."""
     found = [orphan for file in _files(folder) if (orphan := _orphan(file)) is not None]
     return sorted(found, key=lambda orphan: orphan.saved_at, reverse=True)
 
 
 def discard(orphan: Orphan) -> None:
-    """Delete what a window left behind; raise InputError when that is impossible."""
+    """Delete the autosave of a window; raise InputError when that is impossible."""
     try:
         orphan.file.unlink(missing_ok=True)
         _lock_of(orphan.file).unlink(missing_ok=True)
@@ -127,7 +127,7 @@ class _Owner(BaseModel):
 
 
 class _Said(BaseModel):
-    """What a file says; anything else is no autosave file."""
+    """Content of an autosave file; anything else is rejected."""
 
     model_config = ConfigDict(frozen=True, strict=True)
 
@@ -183,7 +183,7 @@ def _path(said: object) -> Path | None:
 
 
 def _is_live(file: Path, owner: _Owner) -> bool:
-    """Whether the window that wrote a file still runs: by its lock, which no change of the clock opens."""
+    """Return whether the window that wrote a file still runs: by its lock, which no change of the clock opens."""
     with contextlib.suppress(FileNotFoundError):
         return is_locked(_lock_of(file))
     try:

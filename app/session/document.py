@@ -1,4 +1,4 @@
-"""The one mutable thing behind the window: the rig being edited, what is selected and hidden, and its file.
+"""Document of the window: the rig being edited, the selection, hidden sensors, and its file.
 
 Gizmo, tree and inspector only follow this document; they never talk to each other, so they always agree.
 """
@@ -33,9 +33,9 @@ MERGE_S = 1.0
 
 
 class Document(OpenRig):
-    """The rig that is open, and everything that can be done to it, each as one undo step.
+    """Open rig with every edit as one undo step.
 
-    `clock` tells seconds, to see which edits follow closely.
+    `clock` returns seconds, to merge edits in quick succession.
     """
 
     def __init__(
@@ -52,7 +52,7 @@ class Document(OpenRig):
 
     # ------------------------------------------------------------------ edits, one undo step each
     def apply(self, rig: Rig, label: str = "", marks: Marks | None = None) -> None:
-        """Make `rig` the current one, as one undo step; nothing happens when it says the same.
+        """Make `rig` the current one, as one undo step; nothing happens when it is equal.
 
         `label` is for the Edit menu, in lower case; without one it says what changed. Repeated edits of the same
         numbers become one step. `marks` are what is hidden and locked from then on, None for no change.
@@ -75,9 +75,9 @@ class Document(OpenRig):
 
     @contextmanager
     def group(self, label: str) -> Iterator[None]:
-        """Make all edits inside one undo step, such as "align 3 sensors"; others hear of the rig at the end.
+        """Make all edits inside one undo step, such as "align 3 sensors"; signals are emitted at the end.
 
-        An exception takes all of them back and goes on. A group inside a group is part of the outer one.
+        An exception reverts all of them and propagates. A group inside a group is part of the outer one.
         """
         if self._is_grouping:
             yield
@@ -113,7 +113,7 @@ class Document(OpenRig):
             self.failed_changed.emit()
 
     def _marks_with(self, name: str, new_name: str) -> Marks:
-        """What is hidden and locked once a sensor has another name."""
+        """Return the hidden and locked sensors after a sensor is renamed."""
         hidden = self.hidden - {name} | {new_name} if name in self.hidden else self.hidden
         return Marks(hidden, self.locked)
 
@@ -132,13 +132,13 @@ class Document(OpenRig):
         self.replace_sensors({name: self.rig.sensor(name).with_pose(pose) for name, pose in poses.items()})
 
     def align(self, names: Names, how: Alignment) -> None:
-        """Bring sensors in line; InputError when one of them is locked, or a mirror pair stands against it."""
+        """Align sensors; InputError when one of them is locked, or a mirror pair prevents it."""
         self._refuse_locked(names)
         current = self.selected if self.selected in names else names[-1]
         self.apply(aligned(self.rig, names, how, str(current)), f"align {list_text(names)}")
 
     def space(self, names: Names) -> None:
-        """Space sensors evenly; InputError when they are too few, one is locked, or a mirror pair stands against it."""
+        """Space sensors evenly; InputError when they are too few, one is locked, or a mirror pair prevents it."""
         self._refuse_locked(names)
         self.apply(spaced(self.rig, names), f"space {list_text(names)}")
 
@@ -158,7 +158,7 @@ class Document(OpenRig):
         """Append a sensor under a free name and select it; returns the name."""
         self.cancel_drag()
         if len(self.rig.sensors) >= MAX_SENSORS:
-            raise InputError(f"sensors: a rig holds at most {MAX_SENSORS}; delete one first")
+            raise InputError(f"sensors: at most {MAX_SENSORS} in a rig; delete one first")
         name = free_name(self._names(), sensor.name)
         alone = sensor.replace(name=name, mirror_of=None)
         self.apply(self.rig.replace(sensors=(*self.rig.sensors, alone)), f"add {name}")
@@ -166,7 +166,7 @@ class Document(OpenRig):
         return name
 
     def duplicate(self, names: Names) -> Names:
-        """Add copies of sensors beside them, of mirror pairs in place, and select those; returns the copies' names."""
+        """Add copies of sensors next to them, of mirror pairs in place, and select those; return the copies' names."""
         self.cancel_drag()
         rig, copies = duplicated(self.rig, names, DUPLICATE_OFFSET_M)
         self.apply(rig, f"duplicate {list_text(names)}")
@@ -174,7 +174,7 @@ class Document(OpenRig):
         return copies
 
     def paste(self, sensors: Sequence[Sensor]) -> None:
-        """Add sensors of elsewhere under free names and select them; beside those that stand there already."""
+        """Add foreign sensors under free names and select them; offset where others already are."""
         self.cancel_drag()
         rig, names = pasted(self.rig, sensors, DUPLICATE_OFFSET_M)
         self.apply(rig, f"paste {list_text([sensor.name for sensor in sensors])}")
@@ -218,7 +218,7 @@ class Document(OpenRig):
                 changed.emit()
 
     def _selection_after(self, old: list[str]) -> Names:
-        """What is selected after a step from a rig of these sensors: the same ones, renamed or not.
+        """Return the selection after a step from a rig of these sensors: the same ones, renamed or not.
 
         When nothing is left of the selection, what the step brought back is selected.
         """
@@ -227,7 +227,8 @@ class Document(OpenRig):
         return found or tuple(name for name in now if name not in old and len(now) > len(old))
 
     def _kept(self, old: list[str], names: Iterable[str]) -> Names:
-        """What is left of some sensors after a step from a rig of the `old` ones, by their names of now."""
+        """Return those of some sensors that remain after a step from a rig of the `old` ones, by their current
+        names."""
         now = [sensor.name for sensor in self.rig.sensors]
         renamed = dict(zip(old, now, strict=True)) if len(old) == len(now) else {}
         kept = (name if name in now else renamed.get(name) for name in names)

@@ -1,4 +1,4 @@
-"""What is open in the window: a rig with its history and file, what is selected, hidden, locked or failed, a drag.
+"""Hold the rig that is open in the window: history, file, selection, hidden, locked and failed sensors, the drag.
 
 `Document` in document.py adds the edits.
 """
@@ -23,7 +23,7 @@ Names = tuple[str, ...]
 
 
 class _Told(NamedTuple):
-    """What was last told of the rig's parts."""
+    """Parts of the rig that were emitted last."""
 
     vehicle: Vehicle
     is_modified: bool
@@ -43,20 +43,20 @@ class OpenRig(QObject):
     opened = Signal()
     """Everything was exchanged for another rig; sent before the other signals of this."""
     rig_changed = Signal()
-    """The rig is another one: sent for every preview of a drag, too. What is only about parts of it has a signal
-    of its own, sent after this one."""
+    """The rig changed: also emitted for every preview of a drag. Parts of it have signals of their own, emitted after
+    this one."""
     rig_settled = Signal()
     """The rig changed and no drag is open, or a drag ended."""
     vehicle_changed = Signal()
     modified_changed = Signal()
-    """Whether the rig differs from the saved one."""
+    """The rig began or ceased to differ from the saved one."""
     steps_changed = Signal()
-    """What undo and redo would do."""
+    """The labels of undo and redo changed."""
     selection_changed = Signal()
     hidden_changed = Signal()
     locked_changed = Signal()
     failed_changed = Signal()
-    """Which sensors are taken as failed, and with that `working_rig`."""
+    """The failed sensors changed, and with them `working_rig`."""
     file_changed = Signal()
     """The path or the saved state changed; also sent when a document is opened."""
 
@@ -79,7 +79,7 @@ class OpenRig(QObject):
     # ------------------------------------------------------------------ state
     @property
     def rig(self) -> Rig:
-        """The rig as it is now, an open drag included."""
+        """Return the current rig, including an open drag."""
         return self._history.rig
 
     @property
@@ -94,7 +94,7 @@ class OpenRig(QObject):
 
     @property
     def locked(self) -> frozenset[str]:
-        """Names of the sensors that are guarded against dragging, editing and deleting.
+        """Return the names of the sensors that are protected from dragging, editing and deleting.
 
         A lock guards against slips of the hand and says nothing about the rig, so no file holds it.
         """
@@ -102,7 +102,7 @@ class OpenRig(QObject):
 
     @property
     def fixed(self) -> frozenset[str]:
-        """Names of the sensors that cannot be moved: those locked, and those whose mirror image is."""
+        """Return the names of the sensors that cannot be moved: locked ones, and those whose mirror image is locked."""
         names = self._names()
         return frozenset(name for name in names if {name, partner_of(self.rig, name)} & self.locked)
 
@@ -114,7 +114,7 @@ class OpenRig(QObject):
 
     @property
     def working_rig(self) -> Rig:
-        """The rig as it works with what has failed: what scores, maps and targets are of."""
+        """Return the rig without failed sensors: the one that scores, maps and targets refer to."""
         rig, failed, working = self._working
         if rig is not self.rig or failed != self._failed:
             working = with_enabled(self.rig, self._failed, False) if self._failed else self.rig
@@ -123,22 +123,22 @@ class OpenRig(QObject):
 
     @property
     def is_modified(self) -> bool:
-        """Whether the rig differs from the saved one."""
+        """Return whether the rig differs from the saved one."""
         return self._history.is_modified
 
     @property
     def is_dragging(self) -> bool:
-        """Whether a drag is open: started and neither finished nor cancelled."""
+        """Return whether a drag is open: started and neither finished nor cancelled."""
         return bool(self._dragged)
 
     @property
     def undo_label(self) -> str | None:
-        """What undo would take back, None when there is nothing."""
+        """Return the label of the step that undo would revert, None if there is none."""
         return self._history.undo_label
 
     @property
     def redo_label(self) -> str | None:
-        """What redo would do again, None when there is nothing."""
+        """Return the label of the step that redo would repeat, None if there is none."""
         return self._history.redo_label
 
     @property
@@ -165,7 +165,7 @@ class OpenRig(QObject):
 
     # ------------------------------------------------------------------ files
     def open(self, path: Path) -> None:
-        """Load a rig file; InputError leaves the document as it is."""
+        """Load a rig file; InputError leaves the document unchanged."""
         rig_file = load_rig(path)
         self.show(rig_file.rig, rig_file, path)
 
@@ -233,12 +233,12 @@ class OpenRig(QObject):
             self.locked_changed.emit()
 
     def keep_locked(self, names: Names) -> None:
-        """Guard the sensors that were guarded when this file was open last; this is no undo step."""
+        """Lock the sensors that were locked when this file was last open; this is no undo step."""
         self._history.begin_with(Marks(self.hidden, frozenset(names)))
         self.locked_changed.emit()
 
     def set_failed(self, names: Names, failed: bool) -> None:
-        """Take sensors as failed, or as working again; the rig stays as it is. Unknown names are left out."""
+        """Take sensors as failed, or as working again; the rig stays unchanged. Unknown names are ignored."""
         wanted = self._failed | set(names) if failed else self._failed - set(names)
         self._fail(wanted & self._names())
 
@@ -291,7 +291,7 @@ class OpenRig(QObject):
             self._rig_moved_on()
 
     def _rig_moved_on(self) -> None:
-        """Count the revision and tell everybody; the selection is one that exists in the rig by now."""
+        """Count the revision and emit the changes; the selection already exists in the rig."""
         self.revision += 1
         failed, self._failed = self._failed, self._failed & self._names()
         self.rig_changed.emit()
@@ -305,7 +305,7 @@ class OpenRig(QObject):
         return _Told(self.rig.vehicle, self.is_modified, (self.undo_label, self.redo_label))
 
     def _tell_parts(self) -> None:
-        """Tell which parts differ from what was told of them last."""
+        """Emit the parts that differ from those emitted last."""
         before, self._told = self._told, self._parts()
         changes = (
             (before.vehicle is not self._told.vehicle and before.vehicle != self._told.vehicle, self.vehicle_changed),

@@ -20,7 +20,7 @@ class ResultStore(QObject):
     answered = Signal(object)
     """An exact Result; it may belong to an earlier rig while the mouse moves on."""
     approximated = Signal(object)
-    """An Approximation to be shown until the exact Result is there."""
+    """An Approximation to show until the exact Result arrives."""
 
     def __init__(self, session: Session, recompute: Recompute) -> None:
         super().__init__()
@@ -37,16 +37,16 @@ class ResultStore(QObject):
 
     @property
     def is_current(self) -> bool:
-        """Whether the result answers the last request, on the scene that was loaded last."""
+        """Return whether the result answers the last request, on the scene that was loaded last."""
         result = self.result
         return result is not None and self.is_last_asked(result) and result.scene is self._session.scene
 
     def is_last_asked(self, result: Result) -> bool:
-        """Whether a result answers the last request."""
+        """Return whether a result answers the last request."""
         return result.request is self._request
 
     def ask(self) -> None:
-        """Request what the session asks for now, unless that was requested already."""
+        """Submit the session's request, unless that was done already."""
         request = self._session.request()
         if self._request is not None and self._request.asks_same(request):
             return

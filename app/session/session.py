@@ -1,7 +1,6 @@
-"""What is asked now: the rig, the traffic, the metric and the choices that decide what is computed and shown.
+"""Hold the state that decides what is computed and shown: rig, traffic, metric and display choices.
 
-No widgets here. Panels show a session and send it what the user wants; features read it; whoever computes takes its
-`request`.
+No widgets here. Panels show a session and send it the user's requests; features read it; its `request` is computed.
 """
 
 from __future__ import annotations
@@ -28,24 +27,24 @@ if TYPE_CHECKING:  # loaded with the first scene
 
 @dataclass(frozen=True)
 class HeatChoice:
-    """What the heatmap shows, and of which class of traffic; the map from above is of that class, too."""
+    """Mode and traffic class of the heatmap; the map from above shows the same class."""
 
     mode: HeatMode | TargetHeatMode = "unseen"
     class_name: str = CLASSES[0]
 
 
 class Session(QObject):
-    """The one place for what is asked. A setter tells what changed, once, and nothing when the value is the same.
+    """State of the session. A setter emits its change once, and nothing when the value is the same.
 
-    Everything about the rig itself is told by `document`.
+    Changes of the rig itself are emitted by `document`.
     """
 
     asked_changed = Signal()
-    """`request` may differ from the one before; sent after the signal that says what changed."""
+    """`request` may have changed; emitted after the signal of the change."""
     settings_changed = Signal()
     """Method, reading, camera weight of the metric, or whether the car's body blocks."""
     targets_changed = Signal()
-    """How points on road users are counted."""
+    """Settings for counting points on objects."""
     heat_changed = Signal()
     baseline_changed = Signal()
     """Changes of the scores are counted from another rig."""
@@ -77,12 +76,12 @@ class Session(QObject):
     # ------------------------------------------------------------------ what it is
     @property
     def settings(self) -> MetricSettings:
-        """Method, reading and camera weight of the metric; a body where one was said for all rigs."""
+        """Return method, reading and camera weight of the metric, and the body where one was given for all rigs."""
         return replace(self._settings, body=self._body)
 
     @property
     def body(self) -> Body:
-        """Whether the car's body blocks: as was said for all rigs, else as the rig says.
+        """Return whether the car's body blocks: as given for all rigs, else as set in the rig.
 
         A body in a mesh file is ignored as long as the file has not been read.
         """
@@ -90,7 +89,7 @@ class Session(QObject):
 
     @property
     def body_wanted(self) -> Body:
-        """The same, whether or not the mesh is there."""
+        """Return the same, whether or not the mesh has been read."""
         return self._body or self.document.rig.body
 
     @property
@@ -115,12 +114,12 @@ class Session(QObject):
 
     @property
     def targets(self) -> TargetSettings:
-        """How points on road users are counted."""
+        """Return the settings for counting points on objects."""
         return self._targets
 
     @property
     def heat(self) -> HeatChoice:
-        """What the heatmap shows."""
+        """Return the mode and class of the heatmap."""
         return self._heat
 
     @property
@@ -140,7 +139,7 @@ class Session(QObject):
 
     @property
     def map_source(self) -> SeenBy | None:
-        """Whose seeing is added up for the map from above, None while nobody looks at it."""
+        """Return the coverage that the map from above adds up, None while no view shows it."""
         return self._map_source
 
     @property
@@ -149,7 +148,7 @@ class Session(QObject):
         return self._scene
 
     def request(self) -> EvaluationRequest:
-        """Make the request for everything that is asked now."""
+        """Return the request for the current state."""
         document, heat = self.document, self._heat
         mode: HeatMode = heat.mode if heat.mode in HEAT_TITLES else "off"
         return EvaluationRequest(
@@ -159,7 +158,7 @@ class Session(QObject):
 
     # ------------------------------------------------------------------ what the user wants
     def set_body(self, body: Body | None) -> None:
-        """Have the body of every car ignored, or have it block, in place of what the rigs say; None for that."""
+        """Set the body mode of every car, instead of that of each rig; None for that of each rig."""
         if body != self._body:
             self._body = body
             self._told_body = self.body
@@ -177,7 +176,7 @@ class Session(QObject):
             self.asked_changed.emit()
 
     def _tell_body(self) -> None:
-        """Tell when the body of the rig as it is now is another one; whoever calls tells what is asked."""
+        """Emit a change of the current rig's body; the caller emits that of the request."""
         if self.body != self._told_body:
             self._told_body = self.body
             self.settings_changed.emit()
@@ -191,7 +190,7 @@ class Session(QObject):
             self.asked_changed.emit()
 
     def set_targets(self, targets: TargetSettings) -> None:
-        """Count points on road users in another way."""
+        """Set how points on objects are counted."""
         if targets != self._targets:
             self._targets = targets
             self.targets_changed.emit()
@@ -210,7 +209,7 @@ class Session(QObject):
             self._tell_baseline(is_other_pin=True)
 
     def _tell_baseline(self, is_other_pin: bool = False) -> None:
-        """Tell when the baseline is another one; a pin is also told when it holds what was saved last."""
+        """Emit a change of the baseline; a pin is also emitted when it equals the last saved rig."""
         if is_other_pin or self.baseline is not self._told_baseline:
             self._told_baseline = self.baseline
             self.baseline_changed.emit()
@@ -224,7 +223,7 @@ class Session(QObject):
             self.asked_changed.emit()
 
     def look_at_map(self, source: SeenBy | None) -> None:
-        """Add up whose seeing for the map; None when nobody looks any more, which asks for no new answer."""
+        """Set the coverage that the map adds up; None when no view shows it, which needs no new result."""
         if source != self._map_source:
             self._map_source = source
             self.map_source_changed.emit()

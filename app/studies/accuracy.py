@@ -38,7 +38,7 @@ from riglens.core.study.accuracy import (
 from riglens.core.study.simple_methods import unknown_to_rough
 
 OTHER_EDGES = (0.5, 2.0, 4.0)
-"""Voxel edges measured as well, as multiples of the one asked for; the first is the reference of S-MS."""
+"""Further voxel edges, as multiples of the requested one; the first is the reference of S-MS."""
 QUICK = AccuracyPlan(repetitions=1, lattices=("1/2", "1/4"))
 FILES = (*(f"accuracy.{file_format}" for file_format in PICTURES), "accuracy.csv")
 
@@ -66,9 +66,9 @@ def study(rig_name: str, scene: SceneOptions, score: ScoreOptions, folder: Path,
 
 
 def _other_fields(scene: SceneOptions, voxel_m: float, edges: tuple[float, ...]) -> dict[float, EntropyField]:
-    """The same scene with other voxel edges, as far as they fit into the ROI and the memory."""
+    """Yield the same scene with other voxel edges, as far as they fit into the ROI and the memory."""
     if scene.pog is not None:
-        note(f"--pog {scene.pog} holds one grid only: no other voxel edge is measured")
+        note(f"--pog {scene.pog} holds one grid only: other voxel edges are not measured")
         return {}
     fields = {}
     for factor in edges:
@@ -124,7 +124,7 @@ def _voxel_cells(point: Point) -> tuple[str, str, str]:
 
 
 def _score_cells(point: Point) -> tuple[str, str, str]:
-    """The two parts of the error for the class whose sum is the largest."""
+    """Return the two parts of the error for the class with the largest sum."""
     parts = [(point.grid_error[cls], point.shortcut_error[cls]) for cls in CLASSES]
     known = [(grid, cut) for grid, cut in parts if grid is not None and cut is not None]
     if not known:

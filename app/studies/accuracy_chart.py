@@ -1,6 +1,6 @@
-"""The chart of the accuracy study: time against error, both logarithmic, one panel per error; PNG and SVG.
+"""Chart of the accuracy study: time against error, both logarithmic, one panel per error; PNG and SVG.
 
-The names of its points stand near their points, free of marks, fronts and other names.
+The names of points are placed near them, clear of marks, fronts and other names.
 """
 
 from __future__ import annotations
@@ -196,7 +196,7 @@ def _words(figure: Figure, study: AccuracyStudy, source: str) -> None:
             mec=INK,
             ms=12,
             mew=1.6,
-            label="default setting" if study.voxel_m == DEFAULT_VOXEL_M else "setting asked for",
+            label="default setting" if study.voxel_m == DEFAULT_VOXEL_M else "requested setting",
         ),
         Line2D([], [], ls="", marker="o", color=blue, ms=8, label="exact, whole rig from scratch"),
         Line2D(
@@ -226,7 +226,7 @@ def place_labels(
     front: Sequence[tuple[float, float]],
     study: AccuracyStudy,
 ) -> None:
-    """Write each point's name beside it where it covers neither a mark, nor the front, nor another name."""
+    """Write each point's name next to it where it covers neither a mark, nor the front, nor another name."""
     marks = [_mark_box(axes, point, x, study) for point, x in places]
     taken = boxes_of([*marks, *_front_boxes(axes, front)])
     frame = axes.get_window_extent()
@@ -251,7 +251,7 @@ def _pixels(axes: Axes, x: float, y: float) -> Pixel:
 
 
 def _mark_box(axes: Axes, point: Point, x: float, study: AccuracyStudy) -> Bbox:
-    """Where a mark is, in pixels."""
+    """Return the box of a mark, in pixels."""
     cx, cy = _pixels(axes, x, point.median_ms)
     half = (9.0 if point is study.own else 6.5) * PIXELS_PER_POINT
     return Bbox.from_extents(cx - half, cy - half, cx + half, cy + half)

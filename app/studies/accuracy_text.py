@@ -1,4 +1,4 @@
-"""The accuracy study in words and as CSV: names of points, what it was measured on, and what it found."""
+"""Describe the accuracy study in words and as CSV: names of points, inputs, and findings."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def point_text(point: Point, study: AccuracyStudy) -> str:
 
 
 def own_text(study: AccuracyStudy) -> str:
-    """Name the setting in question, as the default where it is the default."""
+    """Name the setting, as the default where it is the default."""
     setting = f"exact, {edge_text(study.voxel_m)}, {lattice_text(study.rig)}"
     return f"default: {setting}" if study.voxel_m == DEFAULT_VOXEL_M else setting
 
@@ -55,7 +55,7 @@ def lattice_text(rig: Rig) -> str:
 
 
 def sensors_text(rig: Rig) -> str:
-    """How many sensors a rig has, and their lattices."""
+    """Describe a rig's sensors: their number and lattices."""
     parts = []
     for name, sizes in (
         ("camera", [camera.resolution for camera in rig.cameras()]),
@@ -68,7 +68,7 @@ def sensors_text(rig: Rig) -> str:
 
 
 def caption(study: AccuracyStudy, source: str) -> str:
-    """What was measured, on which data and with how many threads, in one line."""
+    """Describe the measurement in one line: methods, data and number of threads."""
     count, processors = study.plan.repetitions, os.cpu_count() or 1
     runs = f"median of {count} alternating runs" if count > 1 else "one run"
     return (
@@ -90,7 +90,7 @@ def _named(study: AccuracyStudy) -> str:
     return (
         f"The default ({setting})"
         if study.voxel_m == DEFAULT_VOXEL_M
-        else f"The setting asked for ({setting})"
+        else f"The requested setting ({setting})"
     )
 
 
@@ -134,7 +134,7 @@ def _better(study: AccuracyStudy, own: Point, errors: list[float | None], mine: 
 
 
 def _grid_verdict(study: AccuracyStudy) -> str:
-    """How S-MS depends on the voxel edge, for the class on which it does so most."""
+    """Describe how S-MS depends on the voxel edge, for the class with the largest effect."""
     errors = {cls: error for cls, error in study.own.grid_error.items() if error is not None}
     if not errors:
         return "The rig sees no entropy, so S-MS does not depend on the voxel edge."

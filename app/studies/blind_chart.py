@@ -38,7 +38,7 @@ def blind_figure(found: BlindMap, by: By, k: int) -> Figure:
     axes.set_xlabel("y (m), left of the car is left")
     axes.set_ylabel("x (m), ahead is up")
     axes.set_title(
-        f"{visible(found.rig.name)}: seen by {seen_by(by, k)} from what height on", color=INK, fontsize=10
+        f"{visible(found.rig.name)}: seen by {seen_by(by, k)} from which height", color=INK, fontsize=10
     )
     labels = [f"up to {HEIGHTS_M[0]:g} m", *(f"above {height:g} m" for height in HEIGHTS_M)]
     patches = [

@@ -56,8 +56,8 @@ PIECES, MAP = "pieces", "mAP"
 
 @dataclass(frozen=True)
 class Plan:
-    """How much is done, and on what: None for seeds is what the protocol has. cameras: how well pictures are segmented
-    whose classes points get; None: cameras are left out."""
+    """Plan of a study; None for seeds is the protocol's number. cameras: quality of the segmentation whose classes
+    points get; None: cameras are left out."""
 
     quick: bool = False
     per_rig: bool = False
@@ -88,7 +88,7 @@ class Plan:
 
 
 def study(rigs: Sequence[str], scene: SceneOptions, plan: Plan, out: Path) -> None:
-    """Run what is not done yet of a study, print what came out, and write tables and charts."""
+    """Run the missing parts of a study, print the results, and write tables and charts."""
     if plan.published == bool(rigs):
         raise InputError("specify rigs to compare, or --published for those of the published study")
     machine(plan.device)  # what it lacks is told first
@@ -102,7 +102,7 @@ def compare(
     plan: Plan,
     out: Path,
 ) -> None:
-    """Run a study of rigs; those with the mesh of a file have it beside the files of these names."""
+    """Run a study of rigs; a mesh file is found next to the rig file of that name."""
     protocol = plan.protocol()
     rigs = with_meshes(rigs, names or ["."] * len(rigs), protocol.simulation.body)
     compared = entrants(rigs, plan.cameras is not None)
@@ -121,7 +121,7 @@ def compare(
 
 
 def _result(asked: Study, scores: Surrogates, workers: Workers, out: Path) -> Result:
-    """Make what is not there; tables and charts are written whenever one more seed is complete."""
+    """Compute the missing parts; tables and charts are written whenever another seed is complete."""
     pieces, shown = Pieces(asked, out / PIECES), 0
 
     def tell(told: Told) -> None:
@@ -143,7 +143,7 @@ def _result(asked: Study, scores: Surrogates, workers: Workers, out: Path) -> Re
 
 
 def _surrogates(asked: Study, scene: SceneOptions) -> Surrogates:
-    """The scores of the rigs; road users as `riglens targets` counts them unless told otherwise."""
+    """Return the scores of the rigs; objects are counted as in `riglens targets` by default."""
     with progress_bar("Scores of the rigs") as progress:
         engine, counts = Engine(load_scenario(scene).field), TargetEngine(asked.traffic)
         settings = TargetSettings(body=asked.protocol.simulation.body)
@@ -172,13 +172,15 @@ def _say(result: Result, console: Console) -> None:
     console.print(_precision_table(result))
     for name in CLASSES:
         if np.isnan(every.value[:, COLUMNS.index(name)]).any():
-            console.print(f"{name}: the test frames hold none in the region; it has no AP and no part in mAP")
+            console.print(f"{name}: no objects in the region of the test frames: no AP, and not part of mAP")
     spread = every.seed_spread(MEAN)
     said = (
-        "one seed: how far seeds differ is not known" if spread is None else f"SD between seeds {spread:.1f}"
+        "one seed: the spread between seeds is unknown"
+        if spread is None
+        else f"SD between seeds {spread:.1f}"
     )
     console.print(
-        f"On hit: mAP over road users with a LiDAR point alone. 95 % intervals over {every.sequences} test "
+        f"On hit: mAP over road users with a LiDAR point only. 95 % intervals over {every.sequences} test "
         f"sequences and seeds; {said}."
     )
     if result.study.protocol.cameras is not None:
@@ -225,7 +227,7 @@ def _pairs_text(result: Result) -> str:
             count += 1
             resolved += result.every.verdict(one, other, MEAN) != "not resolved"
     if not count:
-        return "One rig alone: there is nothing to compare it with."
+        return "A single rig: nothing to compare it with."
     return (
         f"By mAP {resolved} of {count} pairs are resolved: the interval of the difference leaves 0 out, and the "
         f"difference is {LEAST_DIFFERENCE[MEAN]:g} points or more (bicycle {LEAST_DIFFERENCE['bicycle']:g})."

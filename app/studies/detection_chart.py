@@ -1,4 +1,4 @@
-"""Charts of the study of detection: precision over what is known before, as in the paper's Fig. 5; and all pairs."""
+"""Charts of the detection study: precision over figures known beforehand, as in the paper's Fig. 5; and all pairs."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def chart(result: Result) -> bytes:
 
 
 def chart_figure(result: Result) -> Figure:
-    """The same as a figure; names of rigs stand clear of one another where there are few."""
+    """Return the chart as a figure; names of rigs are kept apart where there are few."""
     rows = [column for column in COLUMNS if np.isfinite(result.every.value[:, COLUMNS.index(column)]).all()]
     figure = Figure(figsize=(11.0, 0.9 + 2.7 * max(1, len(rows))), dpi=DPI, layout="constrained")
     FigureCanvasAgg(figure)
@@ -86,7 +86,7 @@ def _panel(axes: Axes, result: Result, name: str, column: str, same: set[int]) -
 
 
 def _name_points(axes: Axes, rigs: tuple[str, ...], x: Doubles, y: Doubles, bars: Doubles) -> None:
-    """Name the points (n,) where no name covers a mark, an error bar (2, n) or another name; the layout stands."""
+    """Name the points (n,) where no name covers a mark, an error bar (2, n) or another name; the layout is fixed."""
     low, at, high = (
         axes.transData.transform(np.stack([x, ends], 1)) for ends in (y - bars[0], y, y + bars[1])
     )
@@ -156,5 +156,5 @@ def _seeds(result: Result) -> str:
 
 
 def painted_words(quality: Quality) -> str:
-    """How cameras take part."""
+    """Describe how cameras take part."""
     return f"points have the classes that cameras show, segmentation {quality}"

@@ -49,7 +49,7 @@ def rank_lines(result: Result) -> Iterator[Line]:
 
 
 def pair_lines(result: Result) -> Iterator[Line]:
-    """One line per pair of rigs and class: difference with interval, and what may be said."""
+    """Yield one line per pair of rigs and class: difference with interval, and verdict."""
     names = result.every.rigs
     for one in range(len(names)):
         for other in range(one + 1, len(names)):
@@ -105,5 +105,5 @@ def _columns(name: str, found: Estimate) -> Line:
 
 
 def _short(value: float, digits: int = _DIGITS) -> float | str:
-    """A figure rounded for tables; empty where there is none."""
+    """Return a figure rounded for tables; empty where there is none."""
     return round(float(value), digits) if math.isfinite(value) else ""

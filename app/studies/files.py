@@ -1,4 +1,4 @@
-"""What the studies leave behind: a folder that can be written, texts in it, tables as CSV."""
+"""Write the output of studies: a folder, texts, tables as CSV."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ def require_folder(folder: Path, names: Sequence[str]) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError(f"--out {folder}: cannot be made a folder: {error.strerror}") from error
+        raise InputError(f"--out {folder}: folder cannot be created: {error.strerror}") from error
     for name in names:
         require_writable(folder / name)
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text file completely, or leave the old one as it is."""
+    """Write a text file completely, or leave the old one unchanged."""
     with atomic_write(path, "w") as stream:
         stream.write(text)
 

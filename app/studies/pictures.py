@@ -1,4 +1,4 @@
-"""Charts as files. The same chart gives the same bytes, whoever draws it and whenever."""
+"""Write charts as files. The same chart always gives the same bytes."""
 
 from __future__ import annotations
 

@@ -73,7 +73,7 @@ def _free_place(centre: Doubles, size: Doubles, taken: Boxes, frame: Bbox, unit:
 
 
 def _overlap(some: Boxes, others: Boxes) -> NDArray[np.bool_]:
-    """Which boxes (n, 4) overlap which others (m, 4)."""
+    """Return which boxes (n, 4) overlap which others (m, 4)."""
     some, others = some[:, None], others[None]
     return np.asarray((some[..., :2] < others[..., 2:]).all(-1) & (others[..., :2] < some[..., 2:]).all(-1))
 

@@ -16,7 +16,7 @@ from riglens.core.rig.model import Rig
 
 @dataclass(frozen=True)
 class Drawings:
-    """What is drawn of one rig: charts as PNG, plans, and the data of the view that turns."""
+    """Drawings of one rig: charts as PNG, plans, and the data of the view that turns."""
 
     card_png: bytes
     blind_png: bytes

@@ -1,4 +1,4 @@
-"""Drawings of a rig for a report: plans, which need no script, and what the view that turns draws."""
+"""Draw a rig for a report: plans, which need no script, and the data of the turning view."""
 
 from __future__ import annotations
 
@@ -32,11 +32,10 @@ TONES = {
 DARK = (0.22, 0.23, 0.25, 1.0)
 RAYS_SHOWN, RAY_M, RAY_OPACITY = 150, 12.0, 0.22
 WEDGE_M, CIRCLE_M = 1.5, 0.5
-"""How far fields of view are drawn; those all around are circles."""
+"""Drawn length of fields of view; those all around are circles."""
 _SCALE = 62.0
 _MASK_DPI, _MASK_SCALE, _AT_ONCE = 100, 0.8, 200
-"""Of the picture whose edge is the outline of the car: its pixels are so many times those of the plan, and so many
-triangles are filled together."""
+"""Outline of the car: pixels of the picture per pixel of the plan, and triangles filled together."""
 MESH_CELLS = 160
 _SAME, _DIGIT_WIDE, _LABEL_HIGH = 5.0, 7.0, 11.0
 """In a plan: so near to each other sensors are at one place; width of a digit and height of a line."""
@@ -50,22 +49,22 @@ class Label(NamedTuple):
     text: str
 
     def meets(self, other: Label) -> bool:
-        """Whether two labels are drawn over each other."""
+        """Return whether two labels are drawn over each other."""
         apart_x = max(self.left - other.right, other.left - self.right)
         return max(apart_x, abs(self.base - other.base) - _LABEL_HIGH) < 0.0
 
     @property
     def right(self) -> float:
-        """Where the text ends, nearly."""
+        """Return roughly where the text ends."""
         return self.left + _DIGIT_WIDE * len(self.text)
 
 
 @dataclass(frozen=True)
 class Plans:
-    """The car and its sensors from above and from the left, side by side: what plans.svg draws, in its units.
+    """Plans of the car and its sensors from above and from the left, side by side, for plans.svg, in its units.
 
     Lines and areas are texts of points, as SVG has them: wedges are (colour, points), an outline is all lines around
-    and within the car from one side; dots are (x, y, colour, name); legend: colours and what they stand for.
+    and within the car from one side; dots are (x, y, colour, name); legend: colours and their meanings.
     """
 
     width: float
@@ -222,7 +221,7 @@ def view_data(rig: Rig) -> dict[str, Any]:
 
 
 def _ends(rig: Rig, number: int) -> Points:
-    """Where some rays of a sensor begin and end, (2 n, 3)."""
+    """Return where some rays of a sensor begin and end, (2 n, 3)."""
     sensor = rig.sensors[number]
     every = sensor_rays(sensor).directions
     stops = body_ends(sensor, solid_of(rig.vehicle))

@@ -52,7 +52,7 @@ SAMPLE_FRAMES = 50
 MOST_LETTERS = 200
 """In a word of the header."""
 Stage = Callable[[float, str], None]
-"""Takes the share that is done, and what is being done now."""
+"""Callback for the share done and the current stage."""
 _SECONDS = {
     "Reading the data": 2.0, "Scoring": 0.5, "Counting points on objects": 2.0, "Finding blind zones": 1.0,
     "Finding detection ranges": 2.0, "Following rays": 2.0, "Counting redundancy": 0.5, "Drawing errors": 0.3,
@@ -96,7 +96,7 @@ class Labels(Frozen):
 
     @property
     def words(self) -> tuple[str, ...]:
-        """Those that are given, each with what it is."""
+        """Return the given labels, each with its caption."""
         given = (("Project", self.project), ("Revision", self.revision), ("Author", self.author))
         return tuple(f"{name}: {text}" for name, text in given if text)
 
@@ -115,8 +115,8 @@ def labels_of(project: str | None, revision: str | None, author: str | None) -> 
 
 @dataclass(frozen=True)
 class ReportPlan:
-    """Of what a report is made: rigs whose meshes have been read, a scene, how scores are made, draws of the
-    tolerance (0: none) and their seed, requirements with their text, if there are any, and labels."""
+    """Plan of a report: rigs with the meshes of their bodies, a scene, score options, draws of the tolerance (0: none)
+    and their seed, requirements with their text, if any, and labels."""
 
     rigs: tuple[Rig, ...]
     scene: SceneOptions
@@ -129,7 +129,7 @@ class ReportPlan:
 
 
 class Inputs(Frozen):
-    """What the figures of a report are made of, as they carry it: enough to make them again, but for box data."""
+    """Inputs of a report's figures, as attached to it: enough to recompute them, except for box data."""
 
     rigs: list[str]
     voxel_m: float
@@ -138,7 +138,7 @@ class Inputs(Frozen):
     reading: Reading
     camera_weight: float = Field(alias="lambda")
     body: Body | None
-    """None: as each rig says."""
+    """None: as set in each rig."""
     draws: int = Field(ge=0, le=MAX_DRAWS)
     seed: int = Field(ge=0, lt=1 << 63)
     boxes: str | None
@@ -195,7 +195,7 @@ def _counts(traffic: Traffic | None, rig: Rig, score: ScoreOptions) -> TargetSco
 
 
 def report_profiles() -> tuple[tuple[Profile, ...], list[str]]:
-    """Profiles of test objects that stand in a report, and the names of those that do not."""
+    """Return the profiles of test objects that a report shows, and the names of the others."""
     every = bundled_profiles()
     return (
         tuple(profile for profile in every if not profile.from_memory),
@@ -287,7 +287,7 @@ def _figures(
 
 
 def differences(attached: Any, again: Any, where: str = "") -> list[str]:
-    """Where two documents differ, one line each: the path, what is attached and what is found now."""
+    """Return the differences between two documents, one line each: the path, the attached and the recomputed value."""
     if isinstance(attached, dict) and isinstance(again, dict):
         keys = list(dict.fromkeys([*attached, *again]))
         parts = [

@@ -58,7 +58,7 @@ def thousand_nat(value: Any) -> str:
 
 
 def metres(value: Any) -> str:
-    """A length with two decimals; a dash where there is none."""
+    """Format a length with two decimals; a dash where there is none."""
     return "—" if value is None else minus(f"{float(value):.2f}")
 
 
@@ -94,14 +94,14 @@ def first_text(first_m: Any, to_m: float) -> str:
 
 
 def limit_texts(verdict: Figures) -> tuple[str, str]:
-    """What was found and the limit, with their unit and the digits that tell them apart."""
+    """Return the finding and the limit, with their unit and the digits that tell them apart."""
     if verdict["found"] is None:
         return "—", amounts(verdict["limit"], verdict["limit"], verdict["unit"])[1]
     return amounts(verdict["found"], verdict["limit"], verdict["unit"])
 
 
 def few_words(details: list[str]) -> str:
-    """The first details of a verdict, and how many more there are."""
+    """Return the first details of a verdict, and the number of further ones."""
     more = [f"{len(details) - 2} more"] if len(details) > 3 else []
     return "; ".join([*(details[:2] if more else details), *more])
 
@@ -183,7 +183,7 @@ def _templates() -> Environment:
 
 
 def _shown(value: Any) -> Any:
-    """A text from outside as it may be shown; what is marked as HTML stays."""
+    """Escape a foreign text for display; text marked as HTML stays."""
     return visible(value) if isinstance(value, str) and not hasattr(value, "__html__") else value
 
 

@@ -1,6 +1,6 @@
-"""Reading a report back: the figures that a page or a PDF carries, and where two of them differ.
+"""Read a report back: the figures of a page or a PDF, and the differences between two of them.
 
-Foreign files may be anything: nothing is executed, sizes have limits, and what is not found is told.
+Foreign files may be anything: nothing is executed, sizes have limits, and missing parts are reported.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _AROUND, _HEAD = 60, 1000
 
 
 def read_report(path: Path) -> bytes:
-    """Return what a page, a PDF or its attachment holds; InputError where it cannot be read or is too large."""
+    """Return the content of a page, a PDF or its attachment; InputError where it cannot be read or is too large."""
     try:
         with open_regular(path, _ACCEPTED) as stream:
             content = stream.read(MAX_BYTES + 1)
@@ -40,7 +40,7 @@ def read_report(path: Path) -> bytes:
 
 
 def form_of(content: bytes) -> str:
-    """Tell by its first bytes what a report is: .pdf, .html, or .json for the attachment of a PDF on its own."""
+    """Return the form of a report by its first bytes: .pdf, .html, or .json for the attachment of a PDF on its own."""
     if content.startswith(b"%PDF-"):
         return ".pdf"
     return ".json" if content.lstrip()[:1] == b"{" else ".html"
@@ -61,14 +61,12 @@ def attached_figures(content: bytes, where: str) -> dict[str, Any]:
     except (ValueError, RecursionError) as error:
         raise InputError(f"{where}: the attached figures are damaged") from error
     if not isinstance(found, dict) or found.get("riglens_report") != FORMAT_VERSION:
-        raise InputError(
-            f"{where}: found no report of version {FORMAT_VERSION}, which is what this program reads"
-        )
+        raise InputError(f"{where}: must be a report of version {FORMAT_VERSION}")
     return found
 
 
 def inputs_of(figures: dict[str, Any], where: str) -> Inputs:
-    """Return what a report was made of; InputError that names the first field that is wrong."""
+    """Return the inputs of a report; InputError names the first wrong field."""
     try:
         return Inputs.model_validate(figures.get("inputs"))
     except ValidationError as error:
@@ -78,7 +76,8 @@ def inputs_of(figures: dict[str, Any], where: str) -> Inputs:
 
 
 def first_difference(content: bytes, again: bytes) -> str | None:
-    """Return where the bytes of a report differ from those made again, and what is there; None where they do not."""
+    """Return the first difference between a report and the recomputed one, with its place; None where they are
+    equal."""
     if content == again:
         return None
     pairs = enumerate(zip(content, again, strict=False))
@@ -107,7 +106,7 @@ def _part_of_pdf(content: bytes, here: int) -> str:
 
 
 def figures_in_pdf(content: bytes, where: str) -> str:
-    """Return the text of the attached figures; InputError when there are none that this program wrote.
+    """Return the text of the attached figures; InputError when there are none from this program.
 
     Qt packs what it attaches: the figures are the stream that begins as they do.
     """

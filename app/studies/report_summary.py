@@ -29,8 +29,8 @@ class Missed(NamedTuple):
 
 
 def worst_profile(rig: Figures) -> Found | None:
-    """Return how many objects are seen of the profile for this vehicle that misses the largest share; None where
-    every object is seen."""
+    """Return the number of objects seen of the profile, of those for this vehicle, with the largest share missed; None
+    where every object is seen."""
     places = [
         (sum(one["seen"] for one in profile["objects"]) / len(profile["objects"]), place)
         for place, profile in enumerate(rig["blind"]["profiles"])

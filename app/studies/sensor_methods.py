@@ -118,19 +118,19 @@ def _verdict(result: SensorResult) -> str:
 
 
 def _quicker(result: SensorResult) -> str:
-    """What takes less time than RigLens, and at what price."""
+    """Name the methods that are faster than RigLens, and their price."""
     fast = result.point("fast")
     quicker = [p for p in result.points if p.median_ms < fast.median_ms and p.method != "fast"]
     if not quicker:
-        return "nothing is quicker"
+        return "nothing is faster"
     best = min(quicker, key=lambda p: (p.error, p.median_ms))
     if best.error == 0.0:
-        return f"{point_text(best)} is quicker and as right here"
-    return f"of what is quicker, {point_text(best)} is wrong in the fewest: {percent(best.error)}"
+        return f"{point_text(best)} is faster and equally correct here"
+    return f"of the faster ones, {point_text(best)} has the fewest errors: {percent(best.error)}"
 
 
 def caption(found: SensorStudy, source: str) -> str:
-    """What was measured, on which data and with how many threads, in one line."""
+    """Describe the measurement in one line: methods, data and number of threads."""
     count = found.repetitions
     runs = f"median of {count} alternating runs" if count > 1 else "one run"
     threads = f"{found.threads} thread{'s' if found.threads > 1 else ''} of {os.cpu_count() or 1} processors"

@@ -20,7 +20,7 @@ WIDTH_IN, ROW_IN, HEAD_IN, FOOT_IN = 11.0, 2.9, 0.75, 1.25
 
 
 class _Style(NamedTuple):
-    """Mark, colour, filled or not, and what the key calls it."""
+    """Style of a mark: shape, colour, filled or not, and its name in the key."""
 
     mark: str
     colour: str
@@ -42,7 +42,7 @@ STYLES: dict[MethodName, _Style] = {
 
 
 def chart(study: SensorStudy, caption: str) -> Figure:
-    """The chart; `caption` stands below it."""
+    """Return the chart; `caption` is below it."""
     rows = len(study.results) // len(POSES_DEG)
     height_in = HEAD_IN + rows * ROW_IN + FOOT_IN
     # users' models may be called $x$
@@ -85,7 +85,7 @@ def _draw(axes: Axes, result: SensorResult, zero: float) -> None:
 
 
 def _name_setting(axes: Axes, point: SensorPoint, place: tuple[float, float]) -> None:
-    """Write 1/4 beside a mark of a way that has settings."""
+    """Write 1/4 next to a mark of a method with settings."""
     if not point.setting:
         return
     above = point.method == "sampled"
@@ -104,7 +104,7 @@ def _title(result: SensorResult) -> str:
 
 def _words(figure: Figure, study: SensorStudy, caption: str, height_in: float) -> None:
     """Title above, key and source below."""
-    head = "Time against error: ways to find what a sensor sees"
+    head = "Time against error: methods to find the voxels that a sensor sees"
     figure.text(0.012, 1 - 0.12 / height_in, head, fontsize=13, weight="bold", color=INK, va="top")
     figure.text(0.012, 0.08 / height_in, caption, fontsize=7.5, color=GREY, va="bottom")
     figure.legend(

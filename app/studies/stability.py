@@ -68,7 +68,7 @@ def study(scene: SceneOptions, score: ScoreOptions, folder: Path, quick: bool, e
 
 
 def _grids(scene: SceneOptions) -> Callable[[float, Progress], EntropyField | None]:
-    """The scene at other voxel edges, as far as they fit into the ROI and the memory."""
+    """Return a function for the scene at other voxel edges, as far as they fit into the ROI and the memory."""
 
     def at(voxel_m: float, progress: Progress) -> EntropyField | None:
         if scene.pog is not None:
@@ -96,9 +96,7 @@ def _print(rows: Sequence[MethodRow], metric: MetricStudy, source: str, folder: 
             console.print(sentence, markup=False)
 
     console.print(methods_table(rows))
-    say(
-        "plain way: DDA in doubles, voxel by voxel; without rays, what one would write without thinking twice"
-    )
+    say("plain method: DDA in doubles, voxel by voxel; without rays, the obvious implementation")
     say(*methods_verdict(rows), "", caption(metric, source))
     console.print(orders_table(lines(metric)))
     say(READING_THE_TABLE, "")
@@ -108,7 +106,7 @@ def _print(rows: Sequence[MethodRow], metric: MetricStudy, source: str, folder: 
 
 
 def findings_table(metric: MetricStudy) -> Table:
-    """What is expected of the metric, the verdict before it."""
+    """Tabulate the expectations of the metric, each after its verdict."""
     table = Table.grid(padding=(0, 1))
     for finding in findings(metric):
         verdict = Text(WORDS[finding.verdict], STYLES[finding.verdict])
@@ -117,7 +115,7 @@ def findings_table(metric: MetricStudy) -> Table:
 
 
 def methods_table(rows: Sequence[MethodRow]) -> Table:
-    """Part 1: a case per row, what the methods did beside the right answer."""
+    """Tabulate part 1: a case per row, the results of the methods next to the right answer."""
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     table.add_column("case", no_wrap=True)
     table.add_column("rays", justify="right", no_wrap=True)

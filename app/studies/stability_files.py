@@ -25,7 +25,7 @@ from riglens.core.study.stability_metric import LETTERS, MetricStudy, Ranking, a
 
 
 def methods_csv(rows: Sequence[MethodRow]) -> str:
-    """Part 1 as CSV: per method the verdict, what it said, and voxels found, missed and extra."""
+    """Return part 1 as CSV: per method the verdict, its result, and voxels found, missed and extra."""
     return csv_text([_method_line(row) for row in rows])
 
 
@@ -106,8 +106,8 @@ def page(rows: Sequence[MethodRow], study: MetricStudy, source: str) -> str:
         f'<p class="dim">{escape(caption(study, source))}</p>',
         "<h2>1. Methods: cases that break simple ones</h2>",
         "<p>Every voxel counts in these cases. The right answer comes from rational arithmetic. A method "
-        "fails when it misses a voxel that a ray runs through, or adds one that no ray runs through. The plain way is "
-        "DDA in doubles, voxel by voxel; where no rays are compared, what one would write without thinking twice.</p>",
+        "fails when it misses a voxel that a ray runs through, or adds one that no ray runs through. The plain "
+        "method is DDA in doubles, voxel by voxel; where no rays are compared, the obvious implementation.</p>",
         _list(methods_verdict(rows)),
         _methods(rows),
         "<h2>2. The metric: what it promises on this scene</h2>",

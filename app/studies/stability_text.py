@@ -1,4 +1,4 @@
-"""The stability study in words: names of settings, the table of orders line by line, and what it finds.
+"""Describe the stability study: names of settings, the table of orders line by line, and the findings.
 
 The findings say which methods fail where, and what the metric cannot promise.
 """
@@ -25,7 +25,7 @@ from riglens.core.study.stability_metric import (
     swapped,
 )
 
-TITLES: dict[MethodName, str] = {"fast": "fast engine", "plain": "plain way", "bresenham": "Bresenham"}
+TITLES: dict[MethodName, str] = {"fast": "fast engine", "plain": "plain method", "bresenham": "Bresenham"}
 MOST_NAMED = 5
 Named = tuple[str, Ranking]
 GROUPS = ", ".join(f"{letter} {name}" for letter, name in LETTERS.items())
@@ -38,7 +38,7 @@ READING_THE_TABLE = (
 
 @dataclass(frozen=True)
 class Line:
-    """A line of the table of orders: a setting and what it gives, class by class."""
+    """Line of the table of orders: a setting and its results, class by class."""
 
     setting: str
     cells: tuple[Cell, ...]
@@ -67,7 +67,7 @@ def setting_text(variation: Variation) -> str:
 
 
 def lattice_text(lattice: RayLattice) -> str:
-    """Rays per camera and azimuths, as far as they are not the default's."""
+    """Return rays per camera and azimuths, where they differ from the default."""
     parts = []
     if lattice.cast != DEFAULT_LATTICE.cast:
         parts.append(f"{lattice.cast[0]} × {lattice.cast[1]} rays")
@@ -136,7 +136,7 @@ def _summary(cells: Sequence[Cell], least: bool) -> Cell:
 
 
 def caption(study: MetricStudy, source: str) -> str:
-    """What the orders were computed on, in one line."""
+    """Describe the inputs of the orders in one line."""
     plan = study.plan
     return (
         f"{source}, {study.frames:,} frames · {edge_text(plan.voxel_m)}, λ {plan.camera_weight:g}, "
@@ -150,7 +150,7 @@ def caption(study: MetricStudy, source: str) -> str:
 
 @dataclass(frozen=True)
 class Finding:
-    """What one would expect of the metric, whether it does so on this scene, and the figures."""
+    """Expectation of the metric, the verdict on this scene, and the figures."""
 
     claim: str
     verdict: Verdict
@@ -158,7 +158,7 @@ class Finding:
 
 
 def methods_verdict(rows: Sequence[MethodRow]) -> Iterator[str]:
-    """How many cases each method gets right, and where it fails."""
+    """Yield for each method the number of cases it gets right, and its failures."""
     for method in METHODS:
         judged = [row for row in rows if row.outcomes[method].verdict != "n.a."]
         failed = [row.case for row in judged if row.outcomes[method].verdict == "fails"]
@@ -171,7 +171,7 @@ def methods_verdict(rows: Sequence[MethodRow]) -> Iterator[str]:
 
 
 def findings(study: MetricStudy) -> Iterator[Finding]:
-    """What is asked of the metric, and how it answers on this scene."""
+    """Yield the expectations of the metric with their verdicts on this scene."""
     if not any(study.h_total[study.plan.voxel_m].values()):
         yield Finding("the scene has entropy", "n.a.", "H(Ω) = 0 for every class: there is no order")
         return
@@ -205,7 +205,7 @@ def _about_sign(study: MetricStudy) -> Iterator[Finding]:
         "a rig without sensors is not the best",
         "fails" if empty >= rig else "ok",
         f"S-MS without sensors is 0, of W+T {_nat(rig)} · 10³ nat ({cls}): the highest score "
-        "there can be goes to the rig that sees nothing. S-MS falls as a rig sees more; read it with 'seen'.",
+        "there can be goes to the rig that sees nothing. S-MS falls as coverage grows; read it with 'seen'.",
     )
     yield Finding(
         "more sensors never lower the score",
@@ -259,7 +259,7 @@ def _about_rays(study: MetricStudy) -> Iterator[Finding]:
 
 
 def _about_native(study: MetricStudy, native: Ranking) -> Finding:
-    """Whether the few rays cast by default rank the cameras as all their pixels do."""
+    """Return whether the few rays cast by default rank the cameras as all their pixels do."""
     parts = []
     for cls in CLASSES:
         if study.reference.order("cameras", cls):
@@ -291,7 +291,7 @@ def _about_readings(study: MetricStudy) -> Iterator[Finding]:
 
 
 def _about_order(claim: str, study: MetricStudy, others: Sequence[Named]) -> Finding:
-    """Whether the eight rigs keep their order in all settings, for all classes."""
+    """Return whether the eight rigs keep their order in all settings, for all classes."""
     ordered = [cls for cls in CLASSES if study.reference.order("rigs", cls)]
     kept = {
         cls: [not swapped(ranking, study.reference, "rigs", cls) for _, ranking in others] for cls in ordered
@@ -312,7 +312,7 @@ def _about_class(study: MetricStudy, others: Sequence[Named], cls: str, kept: Se
 
 
 def _swaps(study: MetricStudy, others: Sequence[Named], classes: int) -> str:
-    """Which groups change places, and how often."""
+    """Name the groups that change places, and how often."""
     counts: Counter[str] = Counter()
     for cls in CLASSES:
         for _, ranking in others:
@@ -327,7 +327,7 @@ def _swaps(study: MetricStudy, others: Sequence[Named], classes: int) -> str:
 
 
 def conclusion(study: MetricStudy) -> Iterator[str]:
-    """Pairs of groups that never change places (reading `covered`), and how far apart those are that do."""
+    """Yield pairs of groups that never change places (reading `covered`), and the distance of those that do."""
     others = [variation.ranking for variation in study.variations if variation.axis != "reading"]
     others += study.resamples
     for of, title in (("lidars", "LiDAR groups"), ("cameras", "camera groups")):

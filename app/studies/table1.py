@@ -1,4 +1,4 @@
-"""`riglens study table1`: score the paper's eight rigs, print them beside the published figures, write CSV.
+"""`riglens study table1`: score the paper's eight rigs, print them next to the published figures, write CSV.
 
 Its second half, published detection against our figures, is in `table2`.
 """
@@ -36,7 +36,8 @@ MEASURE_TITLES: dict[Measure, str] = {
 def study(
     scene: SceneOptions, score: ScoreOptions, csv_target: Path | None, detection_csv: Path | None = None
 ) -> None:
-    """Print the paper's Tables I and II beside our figures, and say where the orders agree; also write them as CSV."""
+    """Print the paper's Tables I and II next to our figures, and the agreement of the orders; also write them as
+    CSV."""
     for target in (csv_target, detection_csv):
         if target is not None:
             require_writable(target, scene.files)
@@ -72,7 +73,8 @@ def _csv_line(row: Table1Row, cls: str) -> dict[str, object]:
 
 
 def figures_table(table: Table1) -> Table:
-    """The paper's Table I with its three blocks one below the other: ours beside the published, 10³ nat."""
+    """Tabulate the paper's Table I with its three blocks one below the other: our figures next to the published, 10³
+    nat."""
     shown = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     shown.add_column("10³ nat", no_wrap=True)
     for name in CLASSES:
@@ -110,7 +112,7 @@ def orders_table(table: Table1) -> Table:
 
 
 def verdict(table: Table1) -> Iterable[str]:
-    """How many orders agree, and what to make of it."""
+    """Yield how many orders agree, and the conclusion."""
     same = sum(order.agrees for order in table.orders)
     yield f"{same} of {len(table.orders)} orders are the paper's; τ is Kendall's rank correlation with it."
     yield "Compare orders, not figures: those depend on the traffic, the voxel edge and the number of rays."

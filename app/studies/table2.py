@@ -28,7 +28,7 @@ from riglens.core.targets.settings import USUAL
 from riglens.core.targets.traffic import WITHIN_M, Traffic, traffic_of
 
 SAMPLE_FRAMES = 400
-"""Points on road users are counted in so many frames, drawn fairly: the order of rigs needs no more."""
+"""Number of frames in which points on objects are counted, sampled evenly: the order of rigs needs no more."""
 TITLES = {
     "s_ms": "S-MS",
     "residual": "S-MS residual",
@@ -43,7 +43,7 @@ _IN_NATS = ("s_ms", "residual", "hits")
 
 @dataclass(frozen=True)
 class Compared:
-    """A paper, our figures of its rigs, and how far they agree."""
+    """A paper, our figures of its rigs, and their agreement."""
 
     paper: Paper
     ours: Surrogates
@@ -53,7 +53,7 @@ class Compared:
 def compare_papers(engine: Engine, scene: SceneOptions) -> list[Compared]:
     """Score the rigs of both papers in all ways."""
     if scene.pog is not None:
-        note("a POG holds no single road users: on target and ≥ 5 points are left out")
+        note("a POG holds no individual road users: on target and ≥ 5 points are left out")
     targets = TargetEngine(_traffic(scene))
     papers, found = (icra(), place3d()), list[Compared]()
     total = sum(len(paper.rigs) for paper in papers)
@@ -90,7 +90,7 @@ def _traffic(scene: SceneOptions) -> Traffic:
 
 
 def print_papers(found: Sequence[Compared], console: Console) -> None:
-    """Figures and rank correlations of each paper, and what to make of them."""
+    """Print figures and rank correlations of each paper, and the conclusion."""
     for one in found:
         console.print(figures_table(one))
         console.print(ranks_table(one))
@@ -143,7 +143,7 @@ def _rank(found: RankCorrelation | None) -> str:
 
 
 def verdict(found: Sequence[Compared]) -> Iterable[str]:
-    """What the numbers mean, and how far the papers agree with themselves and each other."""
+    """Yield the meaning of the numbers, and how far the papers agree with themselves and each other."""
     yield "ρ is Spearman's; positive: rigs that see more detect better. The interval draws rigs and detectors;"
     yield f"* p < {SURE_P:g} among all orders of the rigs, each figure for itself."
     yield "Detectors of one paper agree on the order of rigs at τ, mean of pairs:"

@@ -1,4 +1,4 @@
-"""`riglens study targets`: predicted against true points on the road users of a recording."""
+"""`riglens study targets`: predicted against true points on the objects of a recording."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def study(
 def _check_rigs(rigs: Mapping[str, Rig] | Rig, sequences: tuple[str, ...]) -> None:
     for name in sequences if not isinstance(rigs, Rig) else ():
         if name not in rigs:
-            raise InputError(f"--rigs: found no rig for sequence '{visible(name)}' of the boxes")
+            raise InputError(f"--rigs needs a rig for sequence '{visible(name)}' of the boxes")
 
 
 def summary(pairs: Pairs) -> Iterator[dict[str, object]]:
@@ -114,7 +114,7 @@ def _figures(pairs: Pairs, variant: str, chosen: NDArray[np.bool_]) -> dict[str,
 
 
 def objects(pairs: Pairs) -> Iterator[dict[str, object]]:
-    """One line per road user: true and predicted points."""
+    """Yield one line per object: true and predicted points."""
     for place in range(len(pairs.cls)):
         yield {
             "seq": pairs.sequences[pairs.sequence[place]],
@@ -153,7 +153,7 @@ def _ratio(
 
 
 def verdict(pairs: Pairs, variant: str) -> str:
-    """What was reached by a way to predict of what is wanted."""
+    """Describe how much of the goal a prediction method reaches."""
     rank = pairs.rank(variant, pairs.of_sequence(None))
     good = total = 0
     for number in range(len(pairs.sequences)):

@@ -1,1 +1,1 @@
-"""What commands, studies and pictures share in the terminal: output, loading with progress, scores as text."""
+"""Share terminal output between commands, studies and pictures: loading with progress, scores as text."""

@@ -55,12 +55,12 @@ class _WritesOut(RenderHook):
     """Keeps names and notes of files from steering the terminal: only what rich itself adds may do so."""
 
     def process_renderables(self, renderables: list[ConsoleRenderable]) -> list[ConsoleRenderable]:
-        """Wrap whatever is printed."""
+        """Escape control characters in everything printed."""
         return [_WrittenOut(renderable) for renderable in renderables]
 
 
 class _WrittenOut:
-    """What is printed, with control characters in its texts written out."""
+    """Printable object whose control characters are escaped."""
 
     def __init__(self, inner: RenderableType) -> None:
         self._inner = inner
@@ -94,7 +94,7 @@ def progress_bar(title: str) -> Iterator[Callable[[float], None]]:
 
 @contextmanager
 def stage_bar(title: str) -> Iterator[Callable[[float, str], None]]:
-    """Show such a bar; yields the function that takes the fraction done, and what is being done now."""
+    """Show such a bar; yield the callback for the fraction done and the current stage."""
     console = remarks()
     columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:

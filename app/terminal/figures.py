@@ -1,4 +1,4 @@
-"""How entropies and shares are written, in the terminal and in pictures."""
+"""Format entropies and shares, in the terminal and in pictures."""
 
 from __future__ import annotations
 

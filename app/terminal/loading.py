@@ -1,4 +1,4 @@
-"""Load rigs, scenes and traffic on the terminal: progress bars while it takes its time, notes on what to know."""
+"""Load rigs, scenes and traffic on the terminal: with progress bars, and notes on the data."""
 
 from __future__ import annotations
 
@@ -50,7 +50,9 @@ def note_missing_rays(rigs: Sequence[Rig]) -> None:
     for rig in rigs:
         for camera in rig.cameras():
             if missing := missing_ray_count(camera):
-                share = f"{missing:,} of {camera.ray_count:,} rays lie beyond what its lens model can say"
+                share = (
+                    f"{missing:,} of {camera.ray_count:,} rays are outside the valid range of its lens model"
+                )
                 note(f"{rig.name}: {camera.name}: {share}, and are left out")
 
 

@@ -15,7 +15,7 @@ from riglens.core.pieces.work import Workers
 
 @contextmanager
 def resumable(folder: Path, where: Where, pieces: int) -> Iterator[Workers]:
-    """Start workers for so many pieces, which are kept in a folder, while the block runs.
+    """Start workers for `pieces` pieces, which are kept in a folder, while the block runs.
 
     Raise InputError when another run is at work in the folder or the workers cannot be reached; a KeyboardInterrupt of
     the block says how many pieces are kept.
@@ -29,7 +29,7 @@ def workers_for(folder: Path, where: Where, pieces: int) -> Iterator[Workers]:
     """Do the same in a folder that is locked already."""
     if where.dask is not None and is_unencrypted(where.dask):
         note(
-            f"{where.dask} is not encrypted: whoever reaches the cluster's network can run code on all of its machines "
+            f"{where.dask} is not encrypted: anyone on the cluster's network can run code on all of its machines "
             "and on this one; use tls:// (docs/security.md)"
         )
     try:

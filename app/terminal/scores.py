@@ -22,9 +22,10 @@ from riglens.core.scene.boxes import CLASSES, DataReport
 from riglens.core.shown_text import visible
 
 EXPLANATION: dict[Reading, str] = {
-    "covered": "S-MIG = minus the entropy that is seen, so S-MS falls as a rig sees more; "
-    "'seen' says how much, in % of H(Ω).",
-    "residual": "S-MIG = minus the entropy left unseen, so S-MS rises towards 0 as a rig sees more.",
+    "covered": (
+        "S-MIG = minus the entropy seen, so S-MS falls as coverage grows; 'seen' is the share in % of H(Ω)."
+    ),
+    "residual": "S-MIG = minus the entropy unseen, so S-MS rises towards 0 as coverage grows.",
     "hits": "S-MIG counts a voxel once per ray through it; 'seen' still counts every voxel once.",
 }
 
@@ -72,7 +73,7 @@ def print_scores(evaluations: Sequence[Evaluation], field: EntropyField, score: 
 
 
 def scene_lines(field: EntropyField, rigs: Sequence[Rig], score: ScoreOptions) -> Iterable[Text]:
-    """What was scored, in four lines: grid, data, metric, body."""
+    """Describe the scored scene in four lines: grid, data, metric, body."""
     nx, ny, nz = field.grid.shape
     length, width, height = field.grid.roi_m
     yield _line(
@@ -90,11 +91,11 @@ def scene_lines(field: EntropyField, rigs: Sequence[Rig], score: ScoreOptions) -
 
 
 def body_text(rigs: Sequence[Rig], said: Body | None) -> str:
-    """Whether rays end at the cars of some rigs, and who says so."""
+    """Return whether rays end at the cars of some rigs, and where that is set."""
     body = said or common_body(rig.body for rig in rigs)
     if body is None:
-        return "as each rig says: " + ", ".join(f"{visible(rig.name)} {rig.body}" for rig in rigs)
-    return BODY_TEXTS[body] + (" (--body)" if said else " (as the rig says)")
+        return "as set in each rig: " + ", ".join(f"{visible(rig.name)} {rig.body}" for rig in rigs)
+    return BODY_TEXTS[body] + (" (--body)" if said else " (as set in the rig)")
 
 
 def data_line(data: DataReport, source: str) -> str:
@@ -108,7 +109,7 @@ def _line(label: str, text: str) -> Text:
 
 
 def score_table(evaluations: Sequence[Evaluation]) -> Table:
-    """Rigs as rows, one section per class: S-MIG of cameras and LiDARs, S-MS, and what is seen."""
+    """Tabulate rigs as rows, one section per class: S-MIG of cameras and LiDARs, S-MS, and coverage."""
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     table.add_column("10³ nat", no_wrap=True, overflow="ellipsis", max_width=28)
     for title in ("S-MIG\ncamera", "S-MIG\nLiDAR", "\nS-MS", "seen\ncamera", "seen\nLiDAR", "seen\nany"):

@@ -37,7 +37,7 @@ class Spec:
 
 
 class Actions:
-    """The window's actions by key, in the order in which features add them; `bind` gives each what it does."""
+    """Actions of the window by key, in the order in which features add them; `bind` connects each to its function."""
 
     def __init__(self, window: QMainWindow, places: Places) -> None:
         self._window = window

@@ -1,4 +1,5 @@
-"""Builds panels and features of the window, in the order of menus and toolbar; who needs whom is said here alone."""
+"""Build panels and features of the window, in the order of menus and toolbar; dependencies between features are set
+here only."""
 
 from __future__ import annotations
 
@@ -96,7 +97,7 @@ class Features(NamedTuple):
 
 
 def add_panels(bench: Workbench) -> None:
-    """Put the panels that several features work on into docks; those of single features stand beside them."""
+    """Put the panels shared by several features into docks; those of single features go next to them."""
     docks, panels = bench.docks, bench.panels
     docks.add("Sensors", panels.tree, AREA.LeftDockWidgetArea)
     docks.add("Inspector", panels.inspector, AREA.RightDockWidgetArea)

@@ -36,12 +36,12 @@ class Dialogs:
         return _path(QFileDialog.getOpenFileName(parent, "Open a rig", str(folder or ""), OPEN_FILES)[0])
 
     def save_rig(self, parent: QWidget, suggestion: Path) -> Path | None:
-        """Where to save the rig."""
+        """Ask where to save the rig."""
         chosen = QFileDialog.getSaveFileName(parent, "Save the rig", str(suggestion), RIG_FILES)[0]
         return _with_suffix(_path(chosen), ".yaml")
 
     def export_rig(self, parent: QWidget, suggestion: Path, title: str, is_folder: bool) -> Path | None:
-        """Where to write the rig in the format of another program: a file, or a folder to make."""
+        """Ask where to write the rig in another format: a file, or a folder to make."""
         question = f"Name of the folder for {title}" if is_folder else f"Export as {title}"
         suffix = suggestion.suffix
         filter_ = "Folders (*)" if is_folder else f"Files (*{suffix});;All files (*)"
@@ -49,17 +49,17 @@ class Dialogs:
         return chosen if is_folder else _with_suffix(chosen, suffix)
 
     def save_picture(self, parent: QWidget, suggestion: Path) -> Path | None:
-        """Where to save the picture."""
+        """Ask where to save the picture."""
         chosen = QFileDialog.getSaveFileName(parent, "Save the picture", str(suggestion), PICTURES)[0]
         return _with_suffix(_path(chosen), ".png")
 
     def save_table(self, parent: QWidget, suggestion: Path) -> Path | None:
-        """Where to save a table."""
+        """Ask where to save a table."""
         chosen = QFileDialog.getSaveFileName(parent, "Save the table", str(suggestion), TABLES)[0]
         return _with_suffix(_path(chosen), ".csv")
 
     def save_report(self, parent: QWidget, suggestion: Path) -> Path | None:
-        """Where to write the report."""
+        """Ask where to write the report."""
         chosen = QFileDialog.getSaveFileName(parent, "Write a report", str(suggestion), REPORTS)[0]
         return _with_suffix(_path(chosen), ".html")
 
@@ -81,7 +81,7 @@ class Dialogs:
         return _path(QFileDialog.getExistingDirectory(parent, "Open a folder of boxes"))
 
     def unsaved(self, parent: QWidget, rig_name: str) -> Unsaved:
-        """What to do with changes that are not saved."""
+        """Ask whether to save unsaved changes."""
         button = QMessageBox.StandardButton
         answer = QMessageBox.question(
             parent,

@@ -1,4 +1,4 @@
-"""The docks around the view: their titles, the actions that bring them up, and whether anybody sees them."""
+"""Docks around the view: their titles, the actions that raise them, and whether they are visible."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Docks:
         return len(self._docks)
 
     def add(self, title: str, content: QWidget, area: Area, beside: str | None = None) -> QDockWidget:
-        """Add a dock that can be closed and comes back by the View menu; `beside` makes it a tab of another dock."""
+        """Add a dock that can be closed and reopened by the View menu; `beside` makes it a tab of another dock."""
         dock = QDockWidget(title, self._window)
         dock.setObjectName(title)
         dock.setWidget(content)
@@ -102,14 +102,14 @@ class DockTitles:
 
 # ---------------------------------------------------------------------- in sight
 def is_in_sight(dock: QDockWidget) -> bool:
-    """Whether anybody sees a dock. One behind other tabs is not hidden for Qt, which puts it out of view."""
+    """Return whether a dock is visible. Qt does not call one behind other tabs hidden, but moves it out of view."""
     around = dock.parentWidget()
     is_within = around is None or dock.isWindow() or around.rect().intersects(dock.geometry())
     return dock.isVisible() and is_within
 
 
 def focus_next_in_sight(step: Callable[[], bool]) -> bool:
-    """Let Tab pass over docks that nobody sees; `step` gives the focus to the next widget, False when there is none."""
+    """Make Tab skip invisible docks; `step` gives the focus to the next widget, False when there is none."""
     first = QApplication.focusWidget()
     while step():
         focus = QApplication.focusWidget()
@@ -119,7 +119,7 @@ def focus_next_in_sight(step: Callable[[], bool]) -> bool:
 
 
 def _is_seen(widget: QWidget) -> bool:
-    """Whether a widget is in no dock, or in one that is in sight."""
+    """Return whether a widget is in no dock, or in one that is in sight."""
     parent: QWidget | None = widget
     while parent is not None and not isinstance(parent, QDockWidget):
         parent = parent.parentWidget()
@@ -127,8 +127,8 @@ def _is_seen(widget: QWidget) -> bool:
 
 
 class InSight(QObject):
-    """Follows one dock, or one page in it. Qt's own `visibilityChanged` says False of a tab that was pulled out of the
-    window."""
+    """Visibility of one dock, or of one page in it. Qt's own `visibilityChanged` is False for a tab that was pulled out
+    of the window."""
 
     changed = Signal(bool)
 

@@ -1,4 +1,4 @@
-"""What every feature of the window has in common."""
+"""Base of all features of the window."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class Feature(QObject):
     """One thing that the window can do: its actions and its work. A child of the workbench, gone with it."""
 
     specs: ClassVar[tuple[Spec, ...]] = ()
-    """The actions of this feature, in the order in which they stand in menu and toolbar."""
+    """The actions of this feature, in the order of menu and toolbar."""
     mouse: ClassVar[tuple[tuple[str, str], ...]] = ()
     """Gestures in the 3D view and what they do, for the sheet of shortcuts."""
 
@@ -31,11 +31,11 @@ class Feature(QObject):
         bench.gestures.extend(self.mouse)
 
     def restore(self, settings: Settings) -> None:
-        """Take up what an earlier session kept; called once all features are there. Expect any value."""
+        """Apply the settings of an earlier session; called once all features exist. Expect any value."""
 
     def keep(self, settings: Settings) -> None:
-        """Write what the next session should find; called after changes and at the end, so quickly done."""
+        """Write the settings for the next session; called after changes and at the end, so it must be quick."""
 
     def bind(self, **slots: Callable[[], object]) -> None:
-        """Say what the actions do, by their keys."""
+        """Connect the actions to their functions, by key."""
         self.actions.bind(**slots)

@@ -11,12 +11,12 @@ from riglens.app.window.workbench import Workbench
 from riglens.widgets.timers import Timers, single_shot
 
 DELAY_MS = 500
-"""What changes in this time is written at once: a resized window changes with every mouse move."""
+"""Changes within this time are written together: a resized window changes with every mouse move."""
 _WINDOW_EVENTS = (QEvent.Type.Resize, QEvent.Type.Move, QEvent.Type.WindowStateChange)
 
 
 class Keeping(QObject):
-    """Listens to the window, its docks and actions, and has every feature write what it keeps.
+    """Makes every feature write its settings, by listening to the window, its docks and actions.
 
     What is not heard of, such as a turn of the camera, is written with the next thing that is, or at the end.
     """
@@ -38,7 +38,7 @@ class Keeping(QObject):
         bench.closing.connect(self._later.stop)
 
     def keep(self) -> None:
-        """Write everything now; what is as it was costs no write."""
+        """Write everything now; unchanged values cost no write."""
         for feature in self._features:
             feature.keep(self._bench.kept)
         self._bench.kept.sync()

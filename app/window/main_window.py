@@ -78,7 +78,7 @@ class MainWindow(QMainWindow):
 
     @property
     def is_exact(self) -> bool:
-        """Whether everything shown belongs to the rig, scene and settings as they are now."""
+        """Return whether everything shown belongs to the rig, scene and settings as they are now."""
         return self.bench.answers.is_current and not self.features.scene_data.is_loading
 
     # ------------------------------------------------------------------ building

@@ -1,4 +1,4 @@
-"""Where actions stand: the sections of the menus and of the toolbar, which features fill in any order."""
+"""Places of actions: the sections of the menus and of the toolbar, which features fill in any order."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Sections:
         self._show_separators()
 
     def _next_separator(self, section: str) -> QAction | None:
-        """What stands behind a section: the next section's first thing."""
+        """Return the separator or action after a section."""
         names = list(self._actions)
         for name in names[names.index(section) + 1 :]:
             if name in self._separators:
@@ -107,5 +107,5 @@ class Places:
             self._tools.add(section, placed)
 
     def menu(self, name: str) -> QMenu:
-        """A whole menu, to look at."""
+        """Return a whole menu, for inspection."""
         return self._menu_widgets[name]

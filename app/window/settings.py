@@ -1,4 +1,4 @@
-"""What the window keeps between sessions. Whatever stands in the file, reading gives a value of the right type."""
+"""Settings of the window, kept between sessions. Reading always gives a value of the right type."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ class Settings:
         self._memory: dict[str, str] = {}
 
     def read(self, key: str, default: Kept) -> Kept:
-        """The value of a key, or `default` when there is none of its type. Lists and dicts: check what is in them."""
+        """Return the value of a key, or `default` when it is missing or of another type. Check the contents of lists
+        and dicts."""
         try:
             found = json.loads(self._text(key))
         except (ValueError, RecursionError):
@@ -34,7 +35,7 @@ class Settings:
         return QByteArray.fromBase64(self.read(key, "").encode("ascii", "ignore"))
 
     def write(self, key: str, value: str | bool | list[Any] | dict[str, Any]) -> None:
-        """Keep a value; one that is there already costs no write."""
+        """Store a value; an unchanged one costs no write."""
         text = json.dumps(value)
         if self._text(key) == text:
             return

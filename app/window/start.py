@@ -28,7 +28,7 @@ that opens minimised draws none."""
 
 
 def open_window(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
-    """Open the window on a rig (a file or a preset) and run it to its end; returns the exit code.
+    """Open the window on a rig (a file or a preset), run it and return the exit code.
 
     InputError when the rig cannot be read. Boxes are loaded in the background: the window is there at once,
     and says what is wrong with them.

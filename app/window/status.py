@@ -17,21 +17,21 @@ from riglens.widgets.panels.controls.style import plain_tip
 UPDATING = "updating…"
 NO_DATA = "no box data, no scores"
 COARSE_NOTE = (
-    "An exact answer takes longer than a frame here.\nScores marked ≈ are estimated on larger voxels; "
-    "the exact ones replace them as soon as the mouse rests."
+    "Exact scores take too long for a drag here.\nScores marked ≈ are estimated on larger voxels; "
+    "the exact ones replace them when the mouse rests."
 )
 ONE_WAY_NOTE = (
-    "0° is ahead, positive is left. Elsewhere there are next to none in these data,\n"
-    "so a sensor that looks there is worth nothing by these scores, whatever it is worth on the road."
+    "0° is ahead, positive is left. Elsewhere these data hold almost none,\nso these scores "
+    "give a sensor facing there no value, whatever its value on the road."
 )
 
 
 BODY_NOTES: dict[Body, str] = {
-    "blocks": "Rays end where they meet the car's own body",
-    "ignored": "Rays pass through the car's own body, as in the paper",
+    "blocks": "Rays end at the car's own body.",
+    "ignored": "Rays pass through the car's own body, as in the paper.",
 }
 FAILED_NOTE = "All figures, maps and colours are those of the rig without them; the rig itself is unchanged."
-MESH_NOTE = ": the file of its mesh could not be read, so there is nothing to end at"
+MESH_NOTE = ": its mesh file cannot be read, so nothing stops rays"
 
 
 class StatusBar(QStatusBar):
@@ -58,7 +58,7 @@ class StatusBar(QStatusBar):
         self.messageChanged.connect(self._make_room)
 
     def _make_room(self, message: str) -> None:
-        """Hide state and time while a message stands in their place, which Qt does only until the next layout."""
+        """Hide state and time while a message is in their place, which Qt does only until the next layout."""
         for label in (self.state, self.time):
             label.setVisible(not message)
 
@@ -88,7 +88,7 @@ class StatusBar(QStatusBar):
         strip.begin()
 
     def set_updating(self) -> None:
-        """The numbers shown are of an earlier state; coarse ones are said to be so until the next are there."""
+        """Mark the shown numbers as those of an earlier state; coarse ones stay marked until the next arrive."""
         if not self._is_coarse:
             self.state.setText(self._waiting)
 
@@ -128,13 +128,13 @@ class StatusBar(QStatusBar):
         self.failed.setVisible(bool(text))
 
     def show_scene(self, scene: LoadedScene) -> None:
-        """Say what the scores are computed on."""
+        """Show the inputs of the scores."""
         field = scene.field
         self._waiting = UPDATING
         self.scene.setText(scene_line(scene))
         boxes = ", ".join(f"{count:,} {name}" for name, count in field.data.boxes.items())
         unmapped = (
-            f"; {field.data.unmapped.total():,} boxes of other classes do not count"
+            f"; {field.data.unmapped.total():,} boxes of other classes are not counted"
             if field.data.unmapped
             else ""
         )
@@ -143,7 +143,7 @@ class StatusBar(QStatusBar):
 
 
 def _is_edit(before: Result, after: Result) -> bool:
-    """Whether rig or settings changed, and not only what is shown of them, such as the class."""
+    """Return whether rig or settings changed, not only the display, such as the class."""
     return (before.request.rig, before.request.settings) != (after.request.rig, after.request.settings)
 
 

@@ -1,4 +1,4 @@
-"""What becomes of a mistake of ours while the window is open: logged, told once, and the work goes on."""
+"""Handle unexpected errors while the window is open: logged, reported once, and the work goes on."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class _Teller(QObject):
 
 @contextmanager
 def failures_told(told: Any, folder: Path) -> Iterator[None]:
-    """While this lasts, an exception that nobody caught goes to `told(message, details)` and into a log file.
+    """Send uncaught exceptions to `told(message, details)` and into a log file while the block runs.
 
     Ctrl-C keeps its meaning. The log is `folder`/riglens.log, of limited size; without it the rest works.
     """
@@ -44,7 +44,7 @@ def failures_told(told: Any, folder: Path) -> Iterator[None]:
         logger.error("unexpected failure\n%s", details)
         print(visible_lines(details), file=sys.stderr, end="")
         log = f" The log is {folder / LOG}." if handler is not None else ""
-        message = f"Unexpected failure: {kind.__name__}: {error}. The rig is as it was; you can go on and save it.{log}"
+        message = f"Unexpected failure: {kind.__name__}: {error}. The rig is unchanged; you can save it.{log}"
         teller.failed.emit(message, details)
 
     def on_exception(kind: type[BaseException], error: BaseException, where: TracebackType | None) -> None:

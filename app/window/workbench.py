@@ -1,4 +1,4 @@
-"""What a feature of the window may use, and nothing else: built by the window, handed to every feature."""
+"""Interface of a feature to the window: built by the window, handed to every feature."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Panels:
 
 @dataclass(frozen=True)
 class Bars:
-    """What the window says about itself: state at the bottom, notes and errors over the view."""
+    """Messages of the window: state at the bottom, notes and errors over the view."""
 
     status: StatusBar
     notes: MessageBar
@@ -51,18 +51,18 @@ class Bars:
 
 
 class Workbench(QObject):
-    """What is asked and answered, the view, the panels, and where a feature puts its actions and messages.
+    """Requests and results, the view, the panels, and the places for a feature's actions and messages.
 
     `window` is there as the parent of dialogs and menus, and for its title and layout. `kept` are the settings of
     earlier sessions. `gestures` are those of all features, for the sheet of shortcuts.
     """
 
     theme_changed = Signal(bool)
-    """The window is dark now, or light: whoever drew with colours of the theme draws again."""
+    """The theme changed between dark and light: redraw with its colours."""
     refused = Signal()
-    """An edit was refused: whoever showed it as done shows again what is true."""
+    """An edit was rejected: show the true state again."""
     closing = Signal()
-    """The window closes for good: stop timers and threads, write what is to be kept."""
+    """The window closes for good: stop timers and threads, write the settings."""
 
     def __init__(
         self,
@@ -110,7 +110,7 @@ class Workbench(QObject):
         self.errors.show_message(message, details)
 
     def report_while(self, message: str, is_true: Callable[[], bool]) -> None:
-        """Say something about the rig that goes when it is no longer true."""
+        """Show a message about the rig until it is no longer true."""
         self.report_error(message)
         self._still_true = message, is_true
 
@@ -124,7 +124,7 @@ class Workbench(QObject):
                 self.errors.clear()
 
     def guarded(self, edit: Callable[..., object]) -> Callable[..., None]:
-        """Make the InputError of an edit a message; the panels then show again what is true."""
+        """Turn the InputError of an edit into a message; the panels then show the true state again."""
 
         def guarded(*values: object) -> None:
             self.viewport.cancel_drag()

@@ -59,7 +59,7 @@ def test_a_voxel_without_uncertainty_counts_for_no_sensor(engine):
 @pytest.mark.parametrize(
     ("found", "words"),
     [
-        (Sight("a", "off", 3.0), "switched off"),
+        (Sight("a", "off", 3.0), "disabled"),
         (Sight("a", "range", 3.0), "out of range"),
         (Sight("a", "between", 3.0, 0.123, 2.0), "between rays, missed by 12.3 cm"),
         (

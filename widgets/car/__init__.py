@@ -1,1 +1,1 @@
-"""The ego car as it is drawn: parametric bodies, wheels, materials."""
+"""Drawing of the ego car: parametric bodies, wheels, materials."""

@@ -1,4 +1,4 @@
-"""Where no sensor is to stand, as it is painted on the car. No Qt, no VTK."""
+"""Keep-out zones, as they are painted on the car. No Qt, no VTK."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Box = tuple[Vec3, Vec3]
 
 @dataclass(frozen=True)
 class Zone:
-    """A material of the car, the parts of it that lie in boxes, or what is both; None: any material."""
+    """A material of the car, the parts of it in boxes, or both combined; None: any material."""
 
     material: str | None = None
     boxes_m: tuple[Box, ...] = ()
@@ -21,7 +21,7 @@ class Zone:
 
 @dataclass(frozen=True)
 class KeepOut:
-    """What is painted on the car: zones that somebody requires, and the spots of the rig itself."""
+    """Zones painted on the car: required ones, and the spots of the rig itself."""
 
     zones: tuple[Zone, ...] = ()
     spots: tuple[Spot, ...] = ()

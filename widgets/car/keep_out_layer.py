@@ -1,4 +1,4 @@
-"""Paints on the car where no sensor is to stand: whole materials, parts of the car in boxes, and spots of a brush."""
+"""Paint keep-out zones on the car: whole materials, parts of the car in boxes, and spots of a brush."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class _Skin:
         return pieces
 
     def within(self, spot: Spot) -> pv.PolyData:
-        """What of the skin lies in the ball of a spot."""
+        """Return the part of the skin in the ball of a spot."""
         middle, radius_m = np.array(spot[:3]), spot[3]
         ball = vtkSphere()
         ball.SetCenter(*middle.tolist())
@@ -92,7 +92,7 @@ def _lifted(pieces: list[pv.PolyData]) -> pv.PolyData | None:
 
 
 class KeepOutLayer:
-    """Two tones over the car; only what differs from what was shown is cut anew, so that a brush costs one spot."""
+    """Two tones over the car; only differences from the previous zones are cut, so that a brush costs one spot."""
 
     def __init__(self, renderer: vtkRenderer) -> None:
         self._actors = []
@@ -107,7 +107,7 @@ class KeepOutLayer:
         self._pieces: dict[Spot, pv.PolyData] = {}
 
     def show(self, vehicle: Vehicle, shown: KeepOut | None) -> None:
-        """Paint something on a car, or nothing; on a car whose mesh is not at hand, nothing."""
+        """Paint zones on a car, or none; none on a car whose mesh is missing."""
         if shown is None or vehicle.lacks_mesh:
             for actor in self._actors:
                 actor.visibility = False

@@ -37,7 +37,7 @@ class BodyLayer:
         self._locator: vtkStaticCellLocator | None = None
 
     def set_vehicle(self, vehicle: Vehicle, palette: Palette) -> None:
-        """Draw a vehicle, with the mesh of its file; where that is not at hand, a plain box stands in for it."""
+        """Draw a vehicle, with the mesh of its file; where that is missing, a plain box replaces it."""
         mesh = vehicle.body_mesh
         if mesh is None:
             parts = stand_in_parts(vehicle) if vehicle.lacks_mesh else drawn_parts(vehicle)
@@ -73,7 +73,7 @@ class BodyLayer:
             actor.visibility = True
 
     def hit(self, ray: ViewRay) -> tuple[Points, Points] | None:
-        """Where a view ray first meets the car: point (3,) in metres and unit normal (3,) towards the viewer."""
+        """Return where a view ray first meets the car: point (3,) in metres and unit normal (3,) towards the viewer."""
         if self._locator is None:
             self._locator = vtkStaticCellLocator()
             self._locator.SetDataSet(self._solid)

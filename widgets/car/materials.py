@@ -1,4 +1,4 @@
-"""How the car looks: its materials, and the same with the light painted on, used while something moves.
+"""Materials of the car, and the same with the light painted on, used while something moves.
 
 One painted surface costs a third of the shaded ones. The lights do not move, so everything but the highlights is worked
 out once. Faces that look away are left out.

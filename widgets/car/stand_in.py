@@ -1,4 +1,4 @@
-"""A plain box of the vehicle's size in place of a body that is not there, and says so on its roof and sides."""
+"""Draw a plain box of the vehicle's size in place of a missing body, labelled on its roof and sides."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What everything in the 3D view is drawn with: camera, renderers and lights, surfaces, actors, text."""
+"""Drawing tools of the 3D view: camera, renderers and lights, surfaces, actors, text."""

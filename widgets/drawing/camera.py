@@ -43,7 +43,7 @@ class ViewRay:
 
 @dataclass(frozen=True)
 class OrbitCamera:
-    """A camera that looks at `focal_m` from a distance; z stays up, even straight from above.
+    """Camera directed at `focal_m` from a distance; z stays up, even straight from above.
 
     Azimuth turns left from the car's front, elevation 90 is straight above. Lengths are true if `parallel`; turning the
     view ends that unless it is `orthographic` by choice.
@@ -68,7 +68,7 @@ class OrbitCamera:
         )
 
     def position_m(self) -> Points:
-        """Where the camera stands, (3,) metres."""
+        """Return the position of the camera, (3,) metres."""
         return np.asarray(np.array(self.focal_m) - self.distance_m * self.axes()[2])
 
     def half_height_m(self) -> float:
@@ -106,7 +106,7 @@ class OrbitCamera:
 
     @property
     def from_the_side(self) -> float:
-        """How much everything in the ROI stands behind one another, from 0, seen steeply, to 1, seen level."""
+        """Return how far objects in the ROI hide one another, from 0, seen steeply, to 1, seen level."""
         share = (_STEEP_DEG - abs(self.elevation_deg)) / (_STEEP_DEG - _LEVEL_DEG)
         return min(1.0, max(0.0, share))
 
@@ -129,7 +129,7 @@ class OrbitCamera:
         return replace(self, focal_m=(float(focal[0]), float(focal[1]), float(focal[2])))
 
     def zoomed(self, factor: float, pixel: Pixel, size: Size) -> OrbitCamera:
-        """Return the camera closer (factor < 1) or further away; what is under the cursor stays there."""
+        """Return the camera closer (factor < 1) or farther away; the point under the cursor stays fixed."""
         distance = min(_MAX_DISTANCE_M, max(_MIN_DISTANCE_M, self.distance_m * factor))
         kept = 1.0 - distance / self.distance_m
         dx_px, dy_px = (pixel[0] - size[0] / 2) * kept, (pixel[1] - size[1] / 2) * kept

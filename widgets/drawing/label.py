@@ -25,9 +25,9 @@ DPI = 72
 
 
 def unit_px(size: Size, pixel_ratio: float, crowded: bool = False) -> float:
-    """Pixels per unit of length of flat parts: the pixel ratio, less in views too small for them.
+    """Return the pixels per unit of length of flat parts: the pixel ratio, less in views too small for them.
 
-    Text stays legible as long as it fits at all. `crowded`: a legend and a table stand side by side.
+    Text stays legible as long as it fits at all. `crowded`: a legend and a table are side by side.
     """
     full = _FULL_PICTURE_PX if crowded else _FULL_VIEW_PX
     room = min(size[0] / full[0], size[1] / full[1])
@@ -66,7 +66,7 @@ def text_width_px(actor: vtkTextActor) -> float:
 
 
 def flat_actor(mesh: pv.PolyData) -> vtkActor2D:
-    """An actor for lines or polygons whose points are pixels, counted from the lower left."""
+    """Return an actor for lines or polygons whose points are pixels, counted from the lower left."""
     actor, mapper = vtkActor2D(), vtkPolyDataMapper2D()
     mapper.SetInputData(mesh)
     actor.SetMapper(mapper)

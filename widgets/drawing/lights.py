@@ -27,8 +27,8 @@ def set_lights(renderer: vtkRenderer) -> None:
 
 
 def light_on(normals: Points) -> Points:
-    """How much light falls on surfaces with unit normals (n, 3), all lights together: what VTK multiplies
-    with a diffuse colour, (n,)."""
+    """Return the light on surfaces with unit normals (n, 3), all lights together: what VTK multiplies with a diffuse
+    colour, (n,)."""
     places = np.array([position for position, _ in _LIGHTS]) - _AIM_M
     towards = places / np.linalg.norm(places, axis=1, keepdims=True)
     shares = np.clip(normals @ towards.T, 0.0, None)

@@ -1,4 +1,4 @@
-"""Loads pyvista and pyvistaqt without the packages that they import and RigLens does not use.
+"""Load pyvista and pyvistaqt without the packages that they import and RigLens does not use.
 
 pyvista imports matplotlib's figures for charts inside a scene; RigLens draws none. pyvistaqt takes Qt from qtpy, which
 makes every class and enumeration of Qt ready at once, where PySide6 makes each one when it is first asked for. Neither
@@ -41,7 +41,7 @@ def pyside_as_qtpy() -> AbstractContextManager[None]:
 
 
 class StandIn(ModuleType):
-    """Has the names it is given and those of its `lenders`; any other name loads the module it stands for."""
+    """Stand-in with the given names and those of its `lenders`; any other name loads the real module."""
 
     def __init__(self, name: str, *lenders: ModuleType, **given: object) -> None:
         super().__init__(name)
@@ -57,7 +57,7 @@ class StandIn(ModuleType):
         return getattr(self._real(), name)
 
     def _real(self) -> ModuleType:
-        """Load the module itself; all stand-ins of its package go, because real modules do not mix with them."""
+        """Load the real module; all stand-ins of its package are removed, because real modules do not mix with them."""
         package = self.__name__.partition(".")[0]
         for name, module in list(sys.modules.items()):
             if isinstance(module, StandIn) and name.partition(".")[0] == package:

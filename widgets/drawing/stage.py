@@ -1,4 +1,4 @@
-"""What a scene is drawn on: renderers on top of each other in one window, seen through one camera.
+"""Stage of a scene: renderers on top of each other in one window, seen through one camera.
 
 `backdrop` has what lies behind everything else: background and ground. `haze` is the heatmap while something moves: a
 large area, which takes most of a frame's time without a graphics card, so it is drawn at a fraction of its size and
@@ -24,7 +24,7 @@ from riglens.widgets.drawing.camera import OrbitCamera, Size
 from riglens.widgets.drawing.lights import set_lights
 
 COARSE = 3
-"""How many pixels of the window a pixel of the haze stands for, along each side."""
+"""Pixels of the window per pixel of the haze, along each side."""
 _GL_READ_FRAMEBUFFER, _GL_DRAW_FRAMEBUFFER = 0x8CA8, 0x8CA9
 _GL_COLOR_BUFFER_BIT, _GL_DEPTH_BUFFER_BIT, _GL_NEAREST = 0x4000, 0x0100, 0x2600
 _DEPTH_BITS = 32
@@ -128,7 +128,7 @@ class Stage:
             renderer.SetActiveCamera(camera)
 
     def draw(self, *chosen: vtkRenderer) -> None:
-        """Draw only these renderers, over what is already in the window; there is no haze in such pictures."""
+        """Draw only these renderers, over the content of the window; there is no haze in such pictures."""
         renderers = (self.backdrop, self.haze, self.main, self.cells, self.rays, self.overlay)
         for renderer in renderers:
             renderer.SetDraw(renderer in chosen)
@@ -139,13 +139,13 @@ class Stage:
             renderer.SetDraw(renderer is not self.haze)
 
     def draw_all(self) -> None:
-        """Draw what is to be drawn of all renderers in one go."""
+        """Draw the visible parts of all renderers at once."""
         window = render_window(self._plotter)
         window.Render()
         window.WaitForCompletion()
 
     def keep(self) -> None:
-        """Keep what is in the window, colours and depths."""
+        """Keep the content of the window, colours and depths."""
         self._exchange(self._kept, to_kept=True)
 
     def lay_kept(self) -> None:
@@ -153,7 +153,7 @@ class Stage:
         self._exchange(self._kept, to_kept=False)
 
     def keep_begun(self) -> None:
-        """Keep what is in the window beside what was kept, to go on with it later."""
+        """Keep the content of the window next to the kept picture, to continue it later."""
         self._exchange(self._begun, to_kept=True)
 
     def lay_begun(self) -> None:
@@ -161,7 +161,7 @@ class Stage:
         self._exchange(self._begun, to_kept=False)
 
     def swap_begun(self) -> None:
-        """Take what was begun, and is complete now, for what is kept."""
+        """Replace the kept picture by the continued one, which is complete."""
         self._kept, self._begun = self._begun, self._kept
 
     def _exchange(self, kept: vtkOpenGLFramebufferObject, to_kept: bool) -> None:

@@ -1,4 +1,4 @@
-"""What stands still while something is dragged: drawn once, kept with its depths, and laid under what moves.
+"""Cache the static part of the scene during a drag: drawn once, kept with its depths, and laid under what moves.
 
 Nobody has to say what moves. Whatever has changed since the frame before is drawn over the kept picture from then on,
 until the camera moves or `forget` is called. Solid things are hidden by each other as usual, by their depths; rays
@@ -22,7 +22,7 @@ _PAUSE = 2.0
 
 
 class Standing:
-    """Draws frames of a stage while something moves; between two of them nothing but the scene may touch the stage.
+    """Draws frames of a stage while something moves; between two of them only the scene may touch the stage.
 
     What stands still takes several times as long as what moves. With another haze it is therefore drawn in `parts`,
     beside the picture that frames in between are laid over; haze that follows closely waits (`is_due`), so that it gets
@@ -43,16 +43,17 @@ class Standing:
         self._changed, self._moving = {}, set()
 
     def is_kept(self, place: object) -> bool:
-        """Whether the haze of the last frame will do for this one, so that another one need not be made ready."""
+        """Return whether the haze of the last frame will do for this one, so that another one need not be made
+        ready."""
         return self._kept is not None and place == self._place
 
     def is_due(self, place: object, haze: tuple[object, ...]) -> bool:
-        """Whether it is time to draw what is kept anew, in `parts`, because this haze is another one."""
+        """Return whether the kept picture must be redrawn, in `parts`, because this haze is new."""
         kept = self._kept if self.is_kept(place) else None
         return kept is not None and not _are_same(kept[0], haze) and self._clock() >= self._haze_due_s
 
     def parts(self, haze: tuple[object, ...]) -> Generator[None, None, bool]:
-        """Draw what stands still with the haze that is ready; whether frames are laid over it from now on.
+        """Draw the static part with the current haze; return whether frames are now laid over it.
 
         Frames may be drawn wherever this yields. If what stands still is not the same any more, they need another
         picture of it, and the rest is abandoned.
@@ -79,8 +80,8 @@ class Standing:
         return True
 
     def draw(self, place: object, haze: tuple[object, ...]) -> None:
-        """Draw the frame that is ready. All of it depends on `place` (camera, size), haze and what is low on the
-        objects in `haze`.
+        """Draw the current frame, which depends on `place` (camera, size), haze and what is low on the objects in
+        `haze`.
 
         While `place` changes from frame to frame, all is drawn at once, as if nothing were kept.
         """
@@ -103,7 +104,7 @@ class Standing:
         self._changed = self._visible()
 
     def _visible(self) -> dict[vtkProp, int]:
-        """What is visible of what may stand still, and when each changed last."""
+        """Return the visible props that may be cached, and when each changed last."""
         both = (*props_of(self._stage.main), *props_of(self._stage.rays))
         return {prop: prop.GetRedrawMTime() for prop in both if prop.GetVisibility()}
 
@@ -125,7 +126,7 @@ class Standing:
 
     @staticmethod
     def _draw_but(hidden: Iterable[vtkProp], draw: Callable[[], None]) -> None:
-        """Draw without some of what is visible."""
+        """Draw without some of the visible props."""
         for prop in hidden:
             prop.SetVisibility(False)
         draw()
@@ -134,5 +135,5 @@ class Standing:
 
 
 def _are_same(some: tuple[object, ...], others: tuple[object, ...]) -> bool:
-    """Whether these are the very same objects; what they hold is not compared."""
+    """Return whether these are the very same objects; what they hold is not compared."""
     return len(some) == len(others) and all(one is other for one, other in zip(some, others, strict=True))

@@ -20,9 +20,9 @@ from riglens.widgets.drawing.camera import ViewRay
 
 Vector = NDArray[np.float64]
 Space = Literal["local", "world"]
-"""Whose axes the handles follow: the sensor's own, or the car's."""
+"""Axes of the handles: the sensor's own, or the car's."""
 GizmoMode = Literal["move", "rotate", "both"]
-"""Which handles are shown."""
+"""Handles that are shown."""
 Motion = Callable[[Pose, Vector, float], Pose]
 """A pose moved along, or turned about, a unit axis by metres or radians."""
 _MIN_SINE = 0.02
@@ -65,7 +65,7 @@ def along_axis_m(origin_m: Vector, axis: Vector, ray: ViewRay) -> float | None:
 
 
 def on_plane_m(origin_m: Vector, normal: Vector, ray: ViewRay) -> Vector | None:
-    """Where a view ray meets a plane, relative to `origin_m`, (3,) metres; None when edge on or behind."""
+    """Return where a view ray meets a plane, relative to `origin_m`, (3,) metres; None when edge on or behind."""
     slope = float(normal @ ray.direction)
     if abs(slope) < _MIN_SINE:
         return None
@@ -142,11 +142,11 @@ def _round_to(value: float, step: float) -> float:
 
 @dataclass(frozen=True)
 class Drag:
-    """A drag that has begun: where the sensor was and where the handle was grasped.
+    """Drag in progress: the start pose of the sensor and the grasped point of the handle.
 
     `axes` (3, 3) are the gizmo's. `line` is the unit direction read off in metres from `line_origin_m`; rings
     seen edge on are read off along their tangent too, with `radius_m` turning metres into radians. With `by_steps`
-    what snaps is how far it goes, not where it ends: the middle of a group stands at no round place.
+    what snaps is how far it goes, not where it ends: the middle of a group is at no round place.
     """
 
     handle: Handle
@@ -165,7 +165,8 @@ class Drag:
         return np.ascontiguousarray(self.axes[:, self.handle.axis])
 
     def amount(self, ray: ViewRay) -> float | None:
-        """Metres moved along an arrow or radians turned since the start; None when the view ray says nothing."""
+        """Return metres moved along an arrow or radians turned since the start; None when the view ray is
+        degenerate."""
         if self.line is None:
             end = on_plane_m(np.array(self.start.position_m), self.axis, ray)
             return None if end is None or not end.any() else signed_angle_rad(self.grasp, end, self.axis)
@@ -175,7 +176,7 @@ class Drag:
         return end_m - self.grasp_m if self.handle.kind == "move" else (end_m - self.grasp_m) / self.radius_m
 
     def pose(self, ray: ViewRay, snap: bool = False) -> Pose | None:
-        """The pose for a view ray, on round numbers with `snap`; None when the ray says nothing."""
+        """Return the pose for a view ray, on round numbers with `snap`; None when the ray is degenerate."""
         move, turn = self._motions(snap)
         if self.handle.kind == "plane":
             end = on_plane_m(np.array(self.start.position_m), self.axis, ray)
@@ -190,7 +191,7 @@ class Drag:
         return (move if self.handle.kind == "move" else turn)(self.start, self.axis, amount)
 
     def _motions(self, snap: bool) -> tuple[Motion, Motion]:
-        """How to move and how to turn: freely, onto round numbers, or by round numbers."""
+        """Return how to move and how to turn: freely, onto round numbers, or by round numbers."""
         if not snap:
             return moved, turned
         return (moved_by_steps, turned_by_steps) if self.by_steps else (moved_snapped, turned_snapped)

@@ -1,4 +1,4 @@
-"""What stands beside the cursor during a drag: how far the sensor has gone, and where it is now."""
+"""Text next to the cursor during a drag: the sensor's displacement and its position."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _ANGLES = ("roll", "pitch", "yaw")
 
 
 def drag_echo(start: Pose, now: Pose, count: int = 1) -> str:
-    """Two lines: the change since the start and the new values, of the numbers that changed.
+    """Return two lines: the change since the start and the new values, of the numbers that changed.
 
     If the sensor was both moved and turned, they are its new position and angles. Of a `count` of sensors it is their
     centre, which a third line says; what the angles of a centre are now says nothing.

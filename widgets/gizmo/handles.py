@@ -47,7 +47,7 @@ _SQUARE = (
 
 @dataclass(frozen=True)
 class GizmoPlace:
-    """Where and how large the gizmo is: the sensor's pose, axes (3, 3) as columns, an arrow's length (m)."""
+    """Place and size of the gizmo: the sensor's pose, axes (3, 3) as columns, an arrow's length (m)."""
 
     pose: Pose
     axes: NDArray[np.float64]
@@ -97,7 +97,7 @@ def handle_polyline(handle: Handle, place: GizmoPlace, camera: OrbitCamera) -> P
 
 
 def is_flat(handle: Handle, place: GizmoPlace, camera: OrbitCamera) -> bool:
-    """Whether a plane handle is seen so nearly edge on that it cannot be dragged."""
+    """Return whether a plane handle is seen so nearly edge on that it cannot be dragged."""
     return abs(float(place.axes[:, handle.axis] @ _view_direction(place, camera))) < _PLANE_FLAT
 
 
@@ -151,16 +151,16 @@ def _distance_px(pixel: Points, line: Points) -> float:
 
 
 def _is_inside(pixel: Points, corners: Points) -> bool:
-    """Whether a pixel lies in a convex polygon (n, 2), corners in either order."""
+    """Return whether a pixel lies in a convex polygon (n, 2), corners in either order."""
     edges, offsets = np.roll(corners, -1, axis=0) - corners, pixel - corners
     turn = edges[:, 0] * offsets[:, 1] - edges[:, 1] * offsets[:, 0]
     return bool((turn >= 0.0).all() or (turn <= 0.0).all())
 
 
 class GizmoActors:
-    """The arrows, planes and rings in an overlay renderer; shown, placed and lit up by the scene.
+    """Arrows, planes and rings in an overlay renderer; shown, placed and highlighted by the scene.
 
-    They are created when first shown: nobody needs them until a sensor is selected.
+    They are created when first shown, which is when a sensor is selected.
     """
 
     def __init__(self, renderer: vtkRenderer, palette: Palette) -> None:

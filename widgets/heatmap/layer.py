@@ -1,4 +1,4 @@
-"""The heatmap: one square per cell, as large on the screen as in the world, higher values over lower ones.
+"""Heatmap: one square per cell, as large on the screen as in the world, higher values over lower ones.
 
 Cells are drawn as two triangles, which two lines of shader code spread to a square that faces the eye. OpenGL's
 points would cost less, but drivers limit their size and drop those whose centre is outside the picture. While
@@ -190,7 +190,7 @@ class HeatmapLayer:
         self._mapper.SetInputData(cells.mesh)
 
     def _aim(self, cells: _Cells, camera: OrbitCamera, size: Size, behind: bool) -> None:
-        """Tell the shader how large a cell is and where the eye is. Parallel views are seen from far away."""
+        """Pass the size of a cell and the position of the eye to the shader. Parallel views are seen from far away."""
         values = dict(zip(("eyeX", "eyeY", "eyeZ"), eye_m(camera), strict=True))
         values |= {"cellScale": cell_scale_px(cells.level.cell_m, camera, size), "inFront": behind}
         values |= {"widthPx": size[0], "heightPx": size[1]}

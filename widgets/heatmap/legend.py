@@ -33,7 +33,7 @@ NO_CELLS = "no boxes of this class"
 
 
 class Spot(NamedTuple):
-    """Whether the legend is folded, and its corner of the view."""
+    """State of the legend: folded or not, and its corner of the view."""
 
     is_folded: bool = False
     is_left: bool = False
@@ -49,7 +49,7 @@ class Box(NamedTuple):
     height: float
 
     def meets(self, other: Box, margin_px: float = 0.0) -> bool:
-        """Whether two rectangles overlap or are closer than a margin."""
+        """Return whether two rectangles overlap or are closer than a margin."""
         return (
             self.left - margin_px < other.left + other.width
             and other.left < self.left + self.width + margin_px
@@ -87,12 +87,12 @@ class LegendLayer:
 
     @property
     def texts(self) -> tuple[str, ...]:
-        """What the legend says now: title, note, slice, numbers; nothing when it is hidden."""
+        """Return the texts of the legend: title, note, slice, numbers; nothing when it is hidden."""
         return tuple(text.GetInput() for text in self._texts() if text.GetVisibility() and text.GetInput())
 
     @property
     def top_px(self) -> float:
-        """Where it ends, in pixels from below; 0 when it is hidden."""
+        """Return the top of the legend, in pixels from below; 0 when it is hidden."""
         return self._top_px if self._data is not None else 0.0
 
     def set_data(self, data: HeatmapData | None, look: HeatLook, palette: Palette) -> None:
@@ -122,10 +122,10 @@ class LegendLayer:
         if self._data is None or cell_m is None or not len(self._data.values):
             return
         is_coarse = cell_m > 1.001 * self._data.cell_m
-        set_words(self._note, f"cells of {cell_m:.3g} m while it moves" if is_coarse else self._data.note)
+        set_words(self._note, f"cells of {cell_m:.3g} m while dragging" if is_coarse else self._data.note)
 
     def box(self, size: Size, pixel_ratio: float, crowded: bool, spot: Spot) -> Box:
-        """Return what the legend covers of a view of this size in pixels."""
+        """Return the area that the legend covers in a view of this size in pixels."""
         unit = unit_px(size, pixel_ratio, crowded)
         if spot.is_folded:
             width, height = (
@@ -195,7 +195,7 @@ def _says(data: HeatmapData, look: HeatLook, palette: Palette) -> object:
 
 
 def slice_text(look: HeatLook) -> str:
-    """Which heights are shown, "" for all of them."""
+    """Return the heights shown, "" for all of them."""
     if look.slice_m is None:
         return ""
     return f"slice: z from {look.slice_m[0]:.4g} to {look.slice_m[1]:.4g} m"

@@ -1,4 +1,4 @@
-"""Which cells of a heatmap are drawn, and in which parts of a frame: levels of detail and pieces. No Qt, no VTK."""
+"""Select the cells of a heatmap to draw, and the parts of a frame: levels of detail and pieces. No Qt, no VTK."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ DRAG_CELLS = 30_000
 
 @dataclass(frozen=True)
 class DetailLevel:
-    """Cells of one resolution, and which cells of the full heatmap each of them stands for.
+    """Cells of one resolution, and the cells of the full heatmap that each of them represents.
 
     rows (n,): cells of the heatmap, those of a block side by side; first (k,): where each block begins, None
     where every cell is drawn by itself.
@@ -73,24 +73,25 @@ def _blocks(level: DetailLevel, factor: int) -> DetailLevel:
 
 
 LEVEL_LAYERS, _THINNEST = 1.5, 0.06
-"""Seen level, all rows of cells are together as opaque as so many layers; no cell becomes fainter than the second."""
+"""Seen level, all rows of cells together are as opaque as this many layers; no cell becomes fainter than the second."""
 
 
 class RowsBehind:
-    """How many cells stand behind one another along x and along y, as they are where most of what is drawn is."""
+    """Number of cells behind one another along x and along y, where most of the drawing is."""
 
     def __init__(self, level: DetailLevel) -> None:
         self._columns = [_columns(level, axis) for axis in (0, 1)]
         self._deep = [1.0, 1.0]
 
     def count(self, shown: NDArray[np.int64], strengths: Values) -> None:
-        """Count the cells drawn (k,), by their numbers, each as much as it is strong (k,), 0 to 1."""
+        """Count the cells drawn (k,), by their numbers, weighted by their strength (k,), 0 to 1."""
         for axis, columns in enumerate(self._columns):
             sums = np.bincount(columns[shown], strengths)
             self._deep[axis] = float(sums @ sums) / max(1e-12, float(sums.sum()))
 
     def thinned(self, camera: OrbitCamera) -> float:
-        """By how much cells are drawn fainter for this camera, 0 to 1: seen level, so that they are no wall."""
+        """Return the factor by which cells are drawn fainter for this camera, 0 to 1: seen level, so that they do not
+        form a wall."""
         along_x = math.cos(math.radians(camera.azimuth_deg)) ** 2
         deep = along_x * self._deep[0] + (1.0 - along_x) * self._deep[1]
         thinnest = min(1.0, max(_THINNEST, LEVEL_LAYERS / max(1e-12, deep)))
@@ -112,7 +113,7 @@ SMALLEST_PX = 1.0
 PART_PX = 4e6
 """Blended pixels of a part: about 20 ms on two cores without a graphics card."""
 _CORNERS_PX = 20.0
-"""What a cell costs before its first pixel is drawn, in pixels."""
+"""Cost of a cell before its first pixel is drawn, in pixels."""
 
 
 def cell_scale_px(cell_m: float, camera: OrbitCamera, size: Size) -> float:

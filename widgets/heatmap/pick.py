@@ -1,4 +1,4 @@
-"""Which cell of the heatmap is under the mouse: of those drawn there, the one nearest to the eye. No Qt, no VTK."""
+"""Pick the heatmap cell under the mouse: of those drawn there, the one nearest to the eye. No Qt, no VTK."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class PickedCell:
 def cell_at(
     data: HeatmapData, look: HeatLook, camera: OrbitCamera, size: Size, pixel: tuple[float, float]
 ) -> PickedCell | None:
-    """The nearest cell whose square, as it is drawn at rest, covers a pixel; None when there is none."""
+    """Return the nearest cell whose square, as drawn at rest, covers a pixel; None when there is none."""
     rows = in_slice(look, data.centres_m[:, 2])
     rows = rows[(strength(data, data.values, data.weights, look.log) > look.threshold)[rows]]
     centres_m = data.centres_m[rows].astype(np.float64)
@@ -49,13 +49,14 @@ def cell_at(
 
 
 def eye_m(camera: OrbitCamera, far_m: float = 1e4) -> Points:
-    """Where the viewer is, (3,) metres; of a parallel view far away."""
+    """Return the position of the viewer, (3,) metres; of a parallel view far away."""
     distance_m = far_m if camera.parallel else camera.distance_m
     return np.asarray(camera.focal_m - distance_m * camera.axes()[2])
 
 
 def is_clear(points_m: Points, eye: Points) -> np.ndarray:
-    """Whether cells are drawn almost clear, (n,): those inside the cone from the eye to the car, and in front of it."""
+    """Return whether cells are drawn almost clear, (n,): those inside the cone from the eye to the car, and in front of
+    it."""
     to_cell = (points_m - eye) / CAR_RADII_M
     to_car = (np.array(CAR_CENTRE_M) - eye) / CAR_RADII_M
     far = np.linalg.norm(to_car)

@@ -1,4 +1,4 @@
-"""How values of a heatmap become colours, opacity and the marks of a colour bar. No Qt, no VTK."""
+"""Map the values of a heatmap to colours, opacity and the marks of a colour bar. No Qt, no VTK."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ COLOUR_MAP, LEVEL_MAP = "inferno", "viridis"
 STEP_COLOURS = ("#d7301f", "#fdae61", "#9fd4ea", "#2c7bb6")
 LOST_COLOUR, NONE_COLOUR, GAINED_COLOUR = "#e5383b", "#9aa3ad", "#2f7df6"
 LOG_DECADES = 3
-"""How many powers of ten a logarithmic scale covers, down from the largest value."""
+"""Decades of a logarithmic scale, down from the largest value."""
 LEVELS = 256
 _AMONG_OTHERS, _ALONE = (0.02, 1.6, 1.0), (0.15, 0.8, 2.0)
-"""Of the weakest cells the share of the strongest ones' opacity, how steeply it grows, and how many layers it has."""
+"""Opacity of the weakest cells as a share of the strongest ones', its slope, and the number of layers."""
 _MOST_TICKS = 6
 
 
 @dataclass(frozen=True)
 class HeatLook:
-    """What the user chose about the drawing of a heatmap; it changes no value.
+    """User's settings for drawing a heatmap; they change no value.
 
     `threshold`: cells in the lowest part of the scale, 0 to 1, are not drawn. `opacity` is that of the highest
     value. `slice_m`: only cells whose centre lies between these heights are drawn, metres.
@@ -47,7 +47,7 @@ DEFAULT_LOOK = HeatLook()
 
 @dataclass(frozen=True, eq=False)
 class HeatmapData:
-    """What the heatmap shows: cell centres (m, 3) and edge in metres, a value per cell (m,), and its legend.
+    """Content of the heatmap: cell centres (m, 3) and edge in metres, a value per cell (m,), and its legend.
 
     Pass the same `centres_m` array again when only the values change: then nothing else is recomputed.
     `note` says which grid is shown (e.g. "cells of 0.4 m, sum of 4³ voxels"). With `steps` the values are places
@@ -95,7 +95,7 @@ def colours(scale: Scale = "ramp") -> NDArray[np.uint8]:
 
 
 def strength(data: HeatmapData, values: Values, weights: Values | None, log: bool) -> Values:
-    """How strong each cell is, 0 to 1: its place on the scale, by size where values have a sign.
+    """Return the strength of each cell, 0 to 1: its place on the scale, by size where values have a sign.
 
     Opacity, threshold and drawing order depend on it.
     """
@@ -136,9 +136,9 @@ def colour_rows(scale: Scale, values: Values, strengths: Values, vmax: float = 1
 def alphas(
     strengths: Values, opacity: float, scale: Scale = "ramp", cells_deep: float = 1.0
 ) -> NDArray[np.uint8]:
-    """Opacity of cells, 0 to 255: it grows with the strength up to `opacity`.
+    """Return the opacity of cells, 0 to 255: it grows with the strength up to `opacity`.
 
-    Changes are few and stand alone: they are more opaque, small ones too. Larger cells stand for `cells_deep` of the
+    Changes are few and isolated: they are more opaque, even small ones. Larger cells stand for `cells_deep` of the
     usual ones behind one another, and hide as much as all of them.
     """
     faintest, steepness, layers = _ALONE if scale == "change" else _AMONG_OTHERS
@@ -150,7 +150,7 @@ def alphas(
 
 
 def in_slice(look: HeatLook, heights_m: Values) -> NDArray[np.int64]:
-    """Row numbers of the cells whose centre lies in the slice; all of them without one."""
+    """Return the row numbers of the cells whose centre is in the slice; all of them without one."""
     if look.slice_m is None:
         return np.arange(len(heights_m))
     low_m, high_m = look.slice_m
@@ -159,7 +159,7 @@ def in_slice(look: HeatLook, heights_m: Values) -> NDArray[np.int64]:
 
 # ---------------------------------------------------------------- the colour bar
 def bar_colours(data: HeatmapData, look: HeatLook, paper: str) -> NDArray[np.float64]:
-    """Colours of the bar from left to right, (n, 3) from 0 to 1; what is not drawn has the colour `paper`."""
+    """Return the colours of the bar from left to right, (n, 3) from 0 to 1; undrawn values have the colour `paper`."""
     table = colours(data.scale) / 255.0
     if data.scale == "steps":
         return np.asarray(table[: len(data.labels)])

@@ -1,1 +1,1 @@
-"""Flat pictures beside the 3D view: the map from above, camera images, LiDAR range images."""
+"""Flat pictures next to the 3D view: the map from above, camera images, LiDAR range images."""

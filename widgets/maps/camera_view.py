@@ -44,7 +44,7 @@ class CameraView(ImageView):
 
     @property
     def image_area(self) -> QRectF:
-        """Where the image lies on the widget."""
+        """Return the area of the image on the widget."""
         below = READOUT_PX + LEGEND_PX
         room = QRectF(self.rect()).adjusted(_MARGIN_PX, _MARGIN_PX, -_MARGIN_PX, -below)
         if self._picture is None or room.width() <= 0.0 or room.height() <= 0.0:
@@ -62,7 +62,7 @@ class CameraView(ImageView):
         return QRectF(8.0, self.image_area.bottom() + 4.0, self.width() - 16.0, READOUT_PX)
 
     def readout(self) -> str:
-        """Return what is under the mouse, or what the image holds."""
+        """Describe the place under the mouse, or the content of the image."""
         picture = self._picture
         if picture is None:
             return ""
@@ -169,7 +169,7 @@ def _draw_face(painter: QPainter, face: Face) -> None:
 
 
 def _draw_rays(painter: QPainter, picture: CameraPicture, scale: float) -> None:
-    """Draw where rays of the metric pass the image: all, or so few that single ones can be told apart."""
+    """Draw where rays of the metric pass through the image: all, or few enough to tell them apart."""
     width, height = picture.camera.image
     columns, rows = picture.camera.resolution
     step_x = max(1, round(_RAY_PX * columns / (width * scale)))

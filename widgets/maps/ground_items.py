@@ -1,4 +1,4 @@
-"""How the map from above shows what LiDARs get onto road users: colours, legend and words."""
+"""Draw the LiDARs' figures of objects on the map from above: colours, legend and labels."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ ON_TARGET = "on_target"
 
 
 def ground_colours(ground: GroundView, mode: str) -> NDArray[np.uint32]:
-    """Return the colour of each cell (nx, ny), 0xAARRGGBB; nothing where no road user is near."""
+    """Return the colour of each cell (nx, ny), 0xAARRGGBB; nothing where no object is near."""
     if mode == ON_TARGET:
         share, table = np.nan_to_num(ground.on_target), colours(SHARE_MAP)
     else:
@@ -30,7 +30,7 @@ def ground_colours(ground: GroundView, mode: str) -> NDArray[np.uint32]:
 
 
 def most_missed(ground: GroundView) -> int:
-    """Return the end of the scale of missed road users."""
+    """Return the end of the scale of missed objects."""
     return max(int(ground.missed.max(initial=0)), 1)
 
 
@@ -58,7 +58,7 @@ def ground_text(ground: GroundView, mode: str, place_m: tuple[float, float]) -> 
 
 
 def summary_of(ground: GroundView, mode: str) -> str:
-    """Describe what is shown."""
+    """Describe the map."""
     what = (
         "on target: mean" if mode == ON_TARGET else f"road users with fewer than {ground.min_points} points"
     )

@@ -1,5 +1,5 @@
-"""How the map from above shows from which height on objects beside the car are seen, or by how many sensors: colours,
-legend and words."""
+"""Draw the lowest visible height around the car, or the number of sensors, on the map from above: colours, legend and
+labels."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ _INK = np.uint32(0xFF000000)
 
 @dataclass(frozen=True)
 class Lowest:
-    """The lowest visible height L_k (k = 1, 2) by any sensor or by those of a kind; with k = 0 how many sensors see an
-    object of OVERLAP_HEIGHT_M."""
+    """The lowest visible height L_k (k = 1, 2) by any sensor or by those of a kind; with k = 0 the number of sensors
+    that see an object of OVERLAP_HEIGHT_M."""
 
     found: BlindMap
     by: By
@@ -41,12 +41,12 @@ class Lowest:
 
     @property
     def size_m(self) -> tuple[float, float]:
-        """Length and width of what is looked at."""
+        """Return length and width of the evaluated ground."""
         return self.found.grid.roi_m[0], self.found.grid.roi_m[1]
 
     @property
     def steps(self) -> NDArray[np.uint8]:
-        """Which of `colours` each column (nx, ny) has."""
+        """Return the index into `colours` of each column (nx, ny)."""
         from riglens.core.review.blind import overlap  # the compiler, loaded by now
 
         return self.found.steps(self.by, self.k) if self.k else overlap(self.found)
@@ -58,7 +58,7 @@ class Lowest:
 
     @property
     def words(self) -> tuple[str, ...]:
-        """What the boundaries between steps mean, or with k = 0 the steps themselves."""
+        """Return the labels of the boundaries between steps, or with k = 0 of the steps themselves."""
         return tuple(f"{height_m:.2f} m" for height_m in self.heights_m) if self.k else ("0", "1", "2", "3+")
 
     @property
@@ -109,7 +109,7 @@ def draw_lowest_legend(painter: QPainter, area: QRectF, shown: Lowest, tones: To
 
 
 def lowest_text(shown: Lowest, place_m: tuple[float, float]) -> str:
-    """Describe a place of the ground: from which height on an object that stands there is seen."""
+    """Describe a place of the ground: the height from which an object there is seen."""
     from riglens.core.review.blind import OVERLAP_HEIGHT_M, seen_by, unseen_by
 
     found, (x, y) = shown.found, place_m
@@ -119,7 +119,7 @@ def lowest_text(shown: Lowest, place_m: tuple[float, float]) -> str:
         is_near = inside and found.ground.distance_m[column] <= 1e-9
         return "the car itself" if is_near else f"more than {found.settings.within_m:g} m from the car"
     if not shown.k:
-        return f"{shown.words[shown.steps[column]]} sensors see an object of {OVERLAP_HEIGHT_M:.2f} m"
+        return f"{shown.words[shown.steps[column]]} sensors see an object {OVERLAP_HEIGHT_M:.2f} m tall"
     height_m = found.lowest_m(shown.by, shown.k)[column]
     if not np.isfinite(height_m):
         return f"{unseen_by(shown.by, shown.k)} up to {found.grid.roi_m[2]:g} m"
@@ -127,11 +127,11 @@ def lowest_text(shown: Lowest, place_m: tuple[float, float]) -> str:
 
 
 def lowest_summary(shown: Lowest) -> str:
-    """Describe what is shown: on how much ground objects of some heights stand unseen."""
+    """Describe the map: the area of ground on which objects of some heights are unseen."""
     from riglens.core.review.blind import OVERLAP_HEIGHT_M, unseen_by
 
     if not shown.k:
-        return f"sensors that see an object of {OVERLAP_HEIGHT_M:.2f} m, more is better"
+        return f"sensors that see an object {OVERLAP_HEIGHT_M:.2f} m tall, more is better"
     found, heights_m = shown.found, [shown.heights_m[number] for number in (1, 2, 4)]
     areas = [np.count_nonzero(found.unseen(height_m, shown.by, shown.k)) for height_m in heights_m]
     told = ", ".join(f"{found.column_m2 * area:.1f}" for area in areas)

@@ -1,4 +1,4 @@
-"""What the map from above shows on top of its cells, and the metres-to-pixels mapping that places it."""
+"""Draw the items over the cells of the map from above, and map metres to pixels."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class PlaneView:
         return QRectF(self.to_px(max(x_m), max(y_m)), self.to_px(min(x_m), min(y_m)))
 
     def zoomed(self, factor: float, about: QPointF) -> PlaneView:
-        """Return the view enlarged by a factor; what is under `about` stays there."""
+        """Return the view enlarged by a factor; the point `about` stays fixed."""
         scale = min(max(self.scale * factor, _MIN_SCALE), _MAX_SCALE)
         x, y = self.to_m(about)
         moved = replace(self, scale=scale)
@@ -76,7 +76,7 @@ class PlaneView:
 
 
 BLIND_COLOUR = "#f0356b"
-NO_BOXES = "next to no boxes there in these data"
+NO_BOXES = "almost no boxes there in these data"
 DOT_PX = 4.5
 _TICK_PX, _WEDGE_PX = 13.0, 20.0
 _FLAT = 0.2
@@ -162,7 +162,7 @@ def roi_rectangle(view: PlaneView, grid: VoxelGrid) -> QRectF:
 
 
 def draw_car(painter: QPainter, view: PlaneView, vehicle: Vehicle, tones: Tones) -> None:
-    """Draw the car's outline with its windscreen, which tells front from rear."""
+    """Draw the car's outline with its windscreen, which marks the front."""
     half_l, half_w = vehicle.length / 2, vehicle.width / 2
     fill = QColor(tones.text)
     fill.setAlphaF(0.9)
@@ -260,7 +260,7 @@ def _on_screen(sensor: Sensor, ray: NDArray[np.float64], length_px: float) -> QP
 
 
 def draw_legend(painter: QPainter, area: QRectF, tones: Tones) -> None:
-    """Draw the colour bar of the seen share, and what the colour of blind areas means."""
+    """Draw the colour bar of the seen share, and the key of blind areas."""
     metrics = QFontMetricsF(painter.font())
     text = "nothing seen"
     wide = metrics.horizontalAdvance(text) + BAR_PX + 6.0

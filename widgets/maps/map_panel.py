@@ -17,13 +17,13 @@ if TYPE_CHECKING:  # loads the compiler
 
 
 def seen_by_choices() -> dict[SeenBy, str]:
-    """Return whose coverage the map can show, in words."""
+    """Return the sensors whose coverage the map can show, in words."""
     several = {"twice": "at least 2", "thrice": "at least 3", "kinds": "two kinds"}
     return {"any": "any sensor", **{kind.name: kind.plural for kind in kinds()}, **several}
 
 
 def lowest_choices() -> dict[str, tuple[By, int, str]]:
-    """Return the lowest visible heights that the map can show: by whom, by how many, and in words.
+    """Return the lowest visible heights that the map can show: by which sensors, by how many, and in words.
 
     How many sensors see an object is none of them (0).
     """
@@ -51,7 +51,7 @@ class MapPanel(QWidget):
         as_panel(self)
         self.map = MapView()
         self.title = QLabel()
-        self.title.setToolTip("The class of traffic is chosen in the toolbar")
+        self.title.setToolTip("Choose the traffic class in the toolbar.")
         self.choice = QComboBox()
         self._seen_by, self._lowest = seen_by_choices(), lowest_choices()
         for key, text in self._seen_by.items():
@@ -66,17 +66,17 @@ class MapPanel(QWidget):
         self.choice.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         self.choice.setMinimumContentsLength(8)
         self.choice.setToolTip(
-            "Which sensors' coverage the map shows, from what height on something beside the car is seen, or what "
-            "LiDARs get onto road users"
+            "Content of the map: coverage by sensors, lowest visible height next to the car, or "
+            "LiDAR hits on road users."
         )
         self.choice.activated.connect(lambda _: self.shown_chosen.emit())
         self.choice.currentIndexChanged.connect(lambda _: self._offer_ground())
         self.on_ground = QCheckBox("On the ground")
-        self.on_ground.setToolTip("Lay lowest heights or overlap on the ground of the 3D view, too.")
+        self.on_ground.setToolTip("Also show lowest heights or overlap on the ground of the 3D view.")
         self.on_ground.toggled.connect(lambda _: self.shown_chosen.emit())
         fit = QToolButton()
         fit.setText("Fit")
-        fit.setToolTip("Show the whole region of interest")
+        fit.setToolTip("Show the whole region of interest.")
         fit.clicked.connect(self.map.fit)
         row = QHBoxLayout()
         row.setContentsMargins(MARGIN, 4, MARGIN, 4)
@@ -98,12 +98,12 @@ class MapPanel(QWidget):
 
     @property
     def ground(self) -> tuple[By, int] | None:
-        """What lies on the ground of the 3D view, as `lowest`; None for nothing."""
+        """Return the map on the ground of the 3D view, as `lowest`; None for none."""
         return self.lowest if self.on_ground.isChecked() else None
 
     @property
     def shown(self) -> str:
-        """What the map shows: a key of `seen_by_choices`, `lowest_choices` or ON_ROAD_USERS."""
+        """Return the content of the map: a key of `seen_by_choices`, `lowest_choices` or ON_ROAD_USERS."""
         return str(self.choice.currentData())
 
     def choose(self, shown: str) -> None:
@@ -115,18 +115,19 @@ class MapPanel(QWidget):
 
     @property
     def seen_by(self) -> SeenBy | None:
-        """Which sensors' coverage the map shows, None while it shows something else."""
+        """Return the sensors whose coverage the map shows, None while it shows something else."""
         return self.shown if self.shown in self._seen_by else None
 
     @property
     def lowest(self) -> tuple[By, int] | None:
-        """Of whom, and of how many, it shows the lowest visible height; None while it shows something else."""
+        """Return the sensors, and their number, whose lowest visible height it shows; None while it shows something
+        else."""
         found = self._lowest.get(self.shown)
         return None if found is None else found[:2]
 
     @property
     def target_mode(self) -> str:
-        """What the map shows of road users, a key of ON_ROAD_USERS; empty while it shows coverage."""
+        """Return the figure of objects that the map shows, a key of ON_ROAD_USERS; empty while it shows coverage."""
         return self.shown if self.shown in ON_ROAD_USERS else ""
 
     def set_class(self, name: str) -> None:

@@ -51,7 +51,7 @@ MANY = {"car": "cars", "bicycle": "bicycles", "pedestrian": "pedestrians"}
 
 
 class MapPicture(QWidget):
-    """Draws a TopView with car, sensors and rings, and describes what is under the mouse."""
+    """Draws a TopView with car, sensors and rings, and describes the place under the mouse."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -92,7 +92,7 @@ class MapPicture(QWidget):
         self.update()
 
     def set_ground(self, ground: GroundView | None, mode: str) -> None:
-        """Show road users over the ground in place of what is seen: "on_target" or "missed"; None for what is seen."""
+        """Show objects over the ground instead of coverage: "on_target" or "missed"; None for coverage."""
         self._ground, self._image = None if ground is None else (ground, mode), None
         self.update()
 
@@ -116,7 +116,7 @@ class MapPicture(QWidget):
 
     @property
     def plane(self) -> PlaneView:
-        """What part of the ground is where on the widget."""
+        """Return the mapping from the ground to the widget."""
         area = QRectF(0.0, 0.0, self.width(), max(1.0, self.height() - _LEGEND_PX))
         if self._view is None or self._view.area != area:
             before = self._view
@@ -130,12 +130,12 @@ class MapPicture(QWidget):
         return self._grid.roi_m[:2] if self._lowest is None else self._lowest.size_m
 
     def fit(self) -> None:
-        """Show the whole ROI, or all ground that lowest heights are told of."""
+        """Show the whole ROI, or all ground with lowest heights."""
         self._view = None
         self.update()
 
     def readout(self) -> str:
-        """Return what is under the mouse, in words."""
+        """Describe the place under the mouse."""
         if self._hover is None or not self.plane.area.contains(self._hover):
             return self._summary()
         sensor = self._sensor_at(self._hover)
@@ -170,8 +170,8 @@ class MapPicture(QWidget):
         return " · ".join(said)
 
     def _state_of(self, sensor: Sensor) -> list[str]:
-        """Return what is unusual about a sensor."""
-        said = {"outside the ROI": self._is_outside(sensor), "switched off": not sensor.enabled}
+        """Return the unusual states of a sensor."""
+        said = {"outside the ROI": self._is_outside(sensor), "disabled": not sensor.enabled}
         return [text for text, is_so in said.items() if is_so]
 
     def _is_outside(self, sensor: Sensor) -> bool:
@@ -284,7 +284,7 @@ def _cell_colours() -> np.ndarray:
 
 _CLICK_PX = 4.0
 _WHEEL = 1.2
-HINT = "Wheel: zoom · drag: shift · click: select, or look there · double click: fit"
+HINT = "Wheel: zoom · drag: pan · click: select, or aim the view · double-click: fit"
 
 
 class MapView(MapPicture):

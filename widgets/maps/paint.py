@@ -63,7 +63,7 @@ def draw_tag(painter: QPainter, at: QPointF, text: str, ink: QColor, paper: QCol
 
 
 def draw_message(painter: QPainter, area: QRectF, text: str, tones: Tones) -> None:
-    """Draw a sentence at the foot of an area, on a patch of its own."""
+    """Draw a sentence at the bottom of an area, on a patch."""
     font = QFont(painter.font())
     painter.setFont(font)
     room = area.adjusted(16.0, 8.0, -16.0, -8.0)
@@ -98,7 +98,7 @@ def draw_bar(
 
 
 def draw_swatches(painter: QPainter, area: QRectF, entries: Mapping[str, str], tones: Tones) -> None:
-    """Draw what colours mean: a small square beside each name, in as many rows as they need."""
+    """Draw a key of colours: a small square next to each name, in as many rows as needed."""
     metrics = QFontMetricsF(painter.font())
     x, y = area.left(), area.top() + 3.0
     for name, colour in entries.items():
@@ -117,7 +117,7 @@ _WORDS = int(Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignTop | Qt.Text
 
 
 class ImageView(QWidget):
-    """A widget that draws an image, when it has one, and describes what is under the mouse."""
+    """Widget that draws an image, when it has one, and describes the place under the mouse."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -127,16 +127,16 @@ class ImageView(QWidget):
     @property
     @abstractmethod
     def image_area(self) -> QRectF:
-        """Where the image lies on the widget; empty without an image."""
+        """Return the area of the image on the widget; empty without an image."""
 
     @property
     @abstractmethod
     def readout_area(self) -> QRectF:
-        """Where the words about the image go."""
+        """Return the area of the text about the image."""
 
     @abstractmethod
     def readout(self) -> str:
-        """Return what is under the mouse, or what the image holds."""
+        """Describe the place under the mouse, or the content of the image."""
 
     @abstractmethod
     def draw(self, painter: QPainter, look: Tones) -> None:

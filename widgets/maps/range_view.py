@@ -61,7 +61,7 @@ class RangeView(ImageView):
 
     @property
     def image_area(self) -> QRectF:
-        """Where the image lies on the widget."""
+        """Return the area of the image on the widget."""
         if self._image is None:
             return QRectF()
         below = _AXIS_PX + LEGEND_PX + READOUT_PX
@@ -73,7 +73,7 @@ class RangeView(ImageView):
         return QRectF(8.0, self.height() - READOUT_PX, self.width() - 16.0, READOUT_PX)
 
     def readout(self) -> str:
-        """Return what is under the mouse, or what the image holds."""
+        """Describe the place under the mouse, or the content of the image."""
         image = self._image
         if image is None:
             return ""
@@ -190,7 +190,7 @@ def angle_text(angle_deg: float, digits: int, positive: str, negative: str) -> s
 
 
 def hit_name(image: RangeImage, what: int) -> str:
-    """Return what a ray hit, in words."""
+    """Describe the surface that a ray hit."""
     names = {NOTHING: "no return", GROUND: "ground", BODY: "own car"}
     return names[what] if what < 0 else CLASSES[image.box_classes[what]]
 

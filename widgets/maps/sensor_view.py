@@ -1,4 +1,4 @@
-"""The sensor view: what the selected sensor sees of one frame of the data set."""
+"""Sensor view: the selected sensor's view of one frame of the data set."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from riglens.widgets.maps.camera_view import CameraView
 from riglens.widgets.maps.range_view import RangeView
 from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel
 
-COLOURINGS = {"range": "Colour: range", "hit": "Colour: what is hit"}
+COLOURINGS = {"range": "Colour: range", "hit": "Colour: surface"}
 
 
 class SensorViewPanel(QWidget):
@@ -76,14 +76,12 @@ class SensorViewPanel(QWidget):
         self.title.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.frame, self.slider = QSpinBox(), QSlider(Qt.Orientation.Horizontal)
         self.frame.setObjectName("frame")
-        self.frame.setToolTip("Frame of the data set, counted from 0")
+        self.frame.setToolTip("Frame of the data set, counted from 0.")
         self.frame.setKeyboardTracking(False)
         self.slider.setMinimumWidth(60)
         self._of = QLabel()
         self.rays = QCheckBox("Rays")
-        self.rays.setToolTip(
-            "Where the rays cast for the score pass through the image; only a few of many are drawn"
-        )
+        self.rays.setToolTip("Show where rays cast for the score pass through the image (only a selection).")
         self.rays.toggled.connect(self.camera.set_rays)
         self.colouring = QComboBox()
         for key, title in COLOURINGS.items():
@@ -103,11 +101,11 @@ class SensorViewPanel(QWidget):
 
     # ------------------------------------------------------------------ what is shown
     def set_title(self, name: str) -> None:
-        """Say whose view this is."""
+        """Set the name of the sensor."""
         self.title.setText(f"<b>{escape(name)}</b>")
 
     def set_frames(self, count: int) -> None:
-        """Set how many frames there are to choose from; the chosen one stays if it is among them."""
+        """Set the number of frames; the chosen one stays if it is still valid."""
         with self._silent():
             self.frame.setRange(0, max(0, count - 1))
             self.slider.setRange(0, max(0, count - 1))
@@ -128,17 +126,17 @@ class SensorViewPanel(QWidget):
         return self.frame.value()
 
     def show_text(self, text: str) -> None:
-        """Say why there is no picture."""
+        """Show why there is no picture."""
         self.text.setText(text)
         self._show_page(self.text)
 
     def show_camera(self, picture: CameraPicture) -> None:
-        """Show what a camera sees."""
+        """Show a camera's picture."""
         self.camera.set_picture(picture)
         self._show_page(self.camera)
 
     def show_ranges(self, image: RangeImage, reach_m: float) -> None:
-        """Show what a LiDAR measures, coloured up to `reach_m`."""
+        """Show a LiDAR's ranges, coloured up to `reach_m`."""
         self.ranges.set_image(image, reach_m)
         self._show_page(self.ranges)
 

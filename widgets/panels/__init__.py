@@ -1,1 +1,1 @@
-"""Panels of the window: they show what they are told and signal what the user wants; none knows the document."""
+"""Panels of the window: they show given data and emit the user's requests; none knows the document."""

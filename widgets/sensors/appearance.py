@@ -1,4 +1,4 @@
-"""How each kind of sensor looks: one entry per kind, and a plain one for a kind without an entry. No Qt, no VTK."""
+"""Appearance of each kind of sensor: one entry per kind, and a plain one for a kind without an entry. No Qt, no VTK."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Beams:
 
 @dataclass(frozen=True)
 class Appearance:
-    """How the sensors of a kind look.
+    """Appearance of the sensors of a kind.
 
     colour: of their bodies and in panels; ray_colours: on dark and on light ground; icon: SVG paths in a square of 24.
     shape: of a body; cuboid: of one that the library knows as a box. beams: None for rays that form an image.

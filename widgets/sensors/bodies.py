@@ -1,6 +1,6 @@
-"""What sensors look like: a spinning puck, a solid-state box with its window, a camera whose lens looks ahead.
+"""Housings of sensors: a spinning puck, a solid-state box with its window, a camera with its lens in front.
 
-Shapes stand at the sensor's origin in its own frame (x forward, z up), metres. A library model with known
+Shapes are at the sensor's origin in its own frame (x forward, z up), metres. A library model with known
 dimensions has its true size; others are somewhat larger than life. Each is one mesh with an `rgb` point array.
 """
 
@@ -78,7 +78,7 @@ def _known_body(model: str | None) -> Cylinder | Cuboid | None:
 def sensor_mesh(
     body: SensorBody, colour: str, palette: Palette, mark: Mark = "", enabled: bool = True
 ) -> pv.PolyData:
-    """Mesh of a body with an `rgb` uint8 point array; what is selected or under the mouse stands out."""
+    """Return the mesh of a body with an `rgb` uint8 point array; selected or hovered ones are highlighted."""
     if not enabled:
         colour = mix(colour, _OFF, 0.85)
     if mark == "selected":
@@ -184,7 +184,7 @@ class SensorLayer:
         palette: Palette,
         faint: Mapping[str, float] = NOT_FAINT,
     ) -> None:
-        """Show exactly these sensors; those named in `marks` stand out, `faint` gives the opacity of ghosts."""
+        """Show exactly these sensors; those named in `marks` are highlighted, `faint` gives the opacity of ghosts."""
         for gone in self._actors.keys() - {sensor.name for sensor in sensors}:
             self._renderer.RemoveActor(self._actors.pop(gone))
             del self._looks[gone], self._poses[gone]
@@ -194,7 +194,7 @@ class SensorLayer:
             self.set_pose(sensor.name, sensor.pose)
 
     def set_pose(self, name: str, pose: Pose) -> None:
-        """Move a shown sensor; one that is there already is left alone."""
+        """Move a shown sensor; one that is already there is left alone."""
         if name in self._actors and self._poses.get(name) != pose:
             self._poses[name] = pose
             self._actors[name].user_matrix = pose.vehicle_SE3_sensor()

@@ -1,4 +1,4 @@
-"""What a sensor looks at, as surfaces: its footprint on open, flat ground, or the outside of its field of view.
+"""Fill the field of view of a sensor: its footprint on open, flat ground, or the outside of its field of view.
 
 Both are geometry: fields of view and ranges, cut off at the ROI, as if there were no car and no traffic.
 """
@@ -23,7 +23,7 @@ from riglens.widgets.theme import Palette, rgb
 Points = NDArray[np.float64]
 Quads = NDArray[np.int64]
 _BEAMS, _TURNS, _ROWS, _COLUMNS = 24, 96, 19, 33
-"""At most so many beams and azimuths, or rows and columns of an image, make the corners of a surface."""
+"""Most beams and azimuths, or rows and columns of an image, that make the corners of a surface."""
 _GROUND_M = 0.012
 _OPACITY = {"ground": (0.06, 0.18), "frusta": (0.05, 0.12)}
 """Of all other sensors, and of the selected one."""
@@ -124,7 +124,7 @@ class FillsLayer:
             renderer.AddActor(actor)
 
     def set_selected(self, sensor: Sensor | None, grid: VoxelGrid, palette: Palette, fill: Fill) -> None:
-        """Fill what the selected sensor looks at, or nothing."""
+        """Fill the selected sensor's field of view, or nothing."""
         shown = [] if sensor is None or fill == "none" else [sensor]
         self._show(
             1,
@@ -135,7 +135,7 @@ class FillsLayer:
         )
 
     def set_others(self, sensors: list[Sensor], grid: VoxelGrid, palette: Palette, fill: Fill) -> None:
-        """Fill what the other sensors look at."""
+        """Fill the fields of view of the other sensors."""
         shown = [] if fill == "none" else sensors
         self._show(
             0, [fill_mesh(one, grid, fill, ray_colour(one.kind, palette), _OPACITY[fill][0]) for one in shown]

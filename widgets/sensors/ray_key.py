@@ -1,4 +1,4 @@
-"""Which rays are whose: a stroke of each colour and weight that is drawn, with a word, above the heatmap's legend."""
+"""Key of the rays: a stroke of each colour and weight that is drawn, with a word, above the heatmap's legend."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _THIN_PX, _THICK_PX = 1.5, 3.0
 
 
 class KeyEntry(NamedTuple):
-    """A colour of rays, whose they are, and whether they are bolder than others; words alone without a colour."""
+    """A colour of rays, their sensors, and whether they are bolder than others; text only without a colour."""
 
     words: str
     colour: str = ""
@@ -51,7 +51,7 @@ _Entry = tuple[KeyEntry, vtkTextActor, vtkActor2D, pv.PolyData]
 
 
 class RayKeyLayer:
-    """The strokes and words on a plate in the lower right corner, above what is there already."""
+    """Strokes and words on a plate in the lower right corner, above other items."""
 
     def __init__(self, renderer: vtkRenderer) -> None:
         self._renderer = renderer
@@ -69,12 +69,12 @@ class RayKeyLayer:
 
     @property
     def texts(self) -> tuple[str, ...]:
-        """What it says now."""
+        """Return the texts of the key."""
         return tuple(entry.words for entry, *_ in self._entries)
 
     @property
     def top_px(self) -> float:
-        """Where it ends, in pixels from below; 0 when it is hidden."""
+        """Return the top of the key, in pixels from below; 0 when it is hidden."""
         return self._top_px if self._entries else 0.0
 
     def set_entries(self, entries: list[KeyEntry], palette: Palette) -> None:
@@ -100,7 +100,7 @@ class RayKeyLayer:
             self._entries.append((entry, text, stroke, mesh))
 
     def place(self, size: Size, pixel_ratio: float, above_px: float, crowded: bool = False) -> None:
-        """Keep it in the corner of a view of this size in pixels, above so many that are taken."""
+        """Keep it in the corner of a view of this size in pixels, above the occupied ones."""
         if not self._entries or self._placed == (size, pixel_ratio, above_px, crowded):
             return
         self._placed = size, pixel_ratio, above_px, crowded
@@ -115,7 +115,7 @@ class RayKeyLayer:
         self._plate.cover(left, low, right - left, self._top_px - low)
 
     def _rows(self, room_px: float, unit: float) -> list[list[_Entry]]:
-        """The entries from the lowest row up: one row, or a title in a row of its own where all do not fit."""
+        """Return the entries from the lowest row up: one row, or a title in a separate row where all do not fit."""
         for _, text, _, _ in self._entries:
             place_text(text, 0.0, 0.0, _FONT_PX * unit)
         needed = sum(

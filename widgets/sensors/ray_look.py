@@ -1,4 +1,4 @@
-"""How the rays of sensors are drawn: how many lines, and how opaque. No Qt, no VTK."""
+"""Style of the sensors' rays: number of lines and opacity. No Qt, no VTK."""
 
 from __future__ import annotations
 
@@ -13,12 +13,13 @@ _BOLDER = 0.25
 LEAST_DENSITY, MOST_DENSITY = 0.125, 8.0
 
 Fill = Literal["none", "ground", "frusta"]
-"""What is filled beside the rays: nothing, footprints on the ground, or the outside of fields of view."""
+"""Fill besides the rays: none, footprints on the ground, or the outside of fields of view."""
 
 
 @dataclass(frozen=True)
 class Strokes:
-    """About how many lines the fan of a sensor has, and the opacity of its rays where they leave the ROI, 0 to 1."""
+    """Approximate number of lines in the fan of a sensor, and the opacity of its rays where they leave the ROI, 0 to
+    1."""
 
     lines: int
     opacity: float
@@ -26,7 +27,7 @@ class Strokes:
 
 @dataclass(frozen=True)
 class RayLook:
-    """What the user chose about the drawing of rays; it changes no value.
+    """User's settings for drawing rays; they change no value.
 
     `opacity`, 0 to 1, is that of the selected sensor's rays where they leave the ROI; those of the others are
     fainter. `density` multiplies the number of rays at rest. While something moves there are never more than at
@@ -43,14 +44,14 @@ class RayLook:
         return self._strokes(round(SELECTED_LINES * self.density), QUICK_LINES, self.opacity, quick)
 
     def of_others(self, sensors: int, quick: bool = False) -> Strokes:
-        """The fan of each of so many sensors that are not selected; of many sensors each has fewer lines."""
+        """Return the fan of each of `sensors` unselected sensors; of many sensors each has fewer lines."""
         share = 1 / max(1, sensors)
         at_rest = min(OTHER_LINES, max(_FEWEST_LINES, _ALL_OTHERS * share)) * self.density
         in_motion = min(OTHER_LINES, max(_FEWEST_LINES, _QUICK_OTHERS * share))
         return self._strokes(round(at_rest), round(in_motion), _OTHERS_SHARE * self.opacity, quick)
 
     def _strokes(self, at_rest: int, in_motion: int, opacity: float, quick: bool) -> Strokes:
-        """Where motion leaves out lines the others are bolder, so that a fan stays about as strong."""
+        """Return strokes that are bolder where motion leaves out lines, so that a fan stays about as strong."""
         if not quick or in_motion >= at_rest:
             return Strokes(at_rest, opacity)
         return Strokes(in_motion, min(1.0, opacity * (at_rest / in_motion) ** _BOLDER))

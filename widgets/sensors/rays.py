@@ -25,11 +25,11 @@ from riglens.widgets.theme import Palette, rgb
 
 _NEAR_SHARE = 0.12
 _EDGES, _RINGS = 5.0, 2.6
-"""By how much edges of a view and rings of beams are more opaque than rays."""
+"""Opacity of edges of a view and rings of beams, relative to rays."""
 _WIDTHS_PX, _SEAM_PX = (1.0, 1.6), 2.0
-"""Edges of all other sensors, and of the selected one; and by how much a seam is wider."""
+"""Widths of the edges of all other sensors, and of the selected one; and the extra width of a seam."""
 _NEAR_PIXEL_M = 0.016
-"""Where a pixel is larger than this, rays crowd."""
+"""Size of a pixel above which rays crowd."""
 _THINNEST = 0.45
 """Share of their opacity that rays have when they are seen level."""
 _Index = NDArray[np.int64]
@@ -61,7 +61,7 @@ def frame_rows(sensor: Sensor) -> _Index:
 
 
 class Fan(NamedTuple):
-    """Lines with an `rgba` array: some rays, and what is drawn bolder over them, rings of beams or edges of a view."""
+    """Lines with an `rgba` array: some rays, and bolder ones over them: rings of beams or edges of a view."""
 
     rays: pv.PolyData
     edges: pv.PolyData
@@ -111,7 +111,8 @@ def _beam_rings(beam: _Index, goes_round: bool, ends: Points, colour: str, alpha
 def _segments(
     sensor: Sensor, grid: VoxelGrid, rows: _Index, solid: Solid | None
 ) -> tuple[Points, Points, _Index]:
-    """Where the picked rays enter and leave the ROI or end, (k, 3) each, and the row numbers of those k that do."""
+    """Return where the picked rays enter and leave the ROI or end, (k, 3) each, and the row numbers of those k that
+    do."""
     rays = sensor_rays(sensor, rows)
     t0, t1 = clip_to_roi(grid, rays)
     if solid is not None:
@@ -126,7 +127,7 @@ def _segments(
 def _frustum(
     sensor: Sensor, grid: VoxelGrid, colour: str, alpha: float, framed: bool, solid: Solid | None
 ) -> pv.PolyData:
-    """The four edges of the field of view and, if wanted, a frame one metre ahead that the corners see.
+    """Return the four edges of the field of view and, if requested, a frame one metre ahead through the corners.
 
     A fisheye that has no ray in a corner, or one that looks sideways, has no such frame.
     """
@@ -166,7 +167,7 @@ def _joined(meshes: list[pv.PolyData]) -> pv.PolyData:
 
 
 class RaysLayer:
-    """The fans of a scene: those of all others below that of the selected sensor.
+    """Fans of a scene: those of all others below that of the selected sensor.
 
     Edges have a wider seam below them, which keeps them legible on a heatmap of any colour; on the ground, whose
     colour it has, it is not seen.
@@ -243,7 +244,7 @@ class _FanLines:
             actor.prop.opacity = share
 
     def show(self, fan: Fan, seam: str) -> None:
-        """Draw a fan; what is empty is left out."""
+        """Draw a fan; empty parts are left out."""
         if fan.edges.n_points:
             below = np.array(fan.edges["rgba"])
             below[:, :3] = np.array(rgb(seam)) * 255

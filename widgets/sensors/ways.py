@@ -26,7 +26,7 @@ class Way:
 
 @dataclass(frozen=True)
 class Ways:
-    """What can be given in several ways; `fields` of the sensor take part in it."""
+    """Alternative ways to specify a property; `fields` of the sensor take part in it."""
 
     name: str
     title: str
@@ -58,7 +58,7 @@ def _angles(field: str, title: str, tip: str) -> Ways:
 
 LIDAR_WAYS = (
     _angles("elevations_deg", "Elevations", "beam angles, both ends included"),
-    _angles("azimuths_deg", "Azimuths", "angles of one turn; the end is left out"),
+    _angles("azimuths_deg", "Azimuths", "angles of one turn, end excluded"),
 )
 
 
@@ -104,7 +104,7 @@ CAMERA_WAYS = (
     Ways(
         "distortion",
         "Distortion",
-        "OpenCV's models; needs the lens by focal lengths",
+        "OpenCV's models; needs focal lengths",
         ("distortion",),
         (
             Way("none", lambda camera: camera.distortion is None, lambda c: c.replace(distortion=None)),
@@ -115,7 +115,7 @@ CAMERA_WAYS = (
     Ways(
         "cast",
         "Rays",
-        "one for every pixel, or a lattice of fewer rays as in the paper",
+        "one per pixel, or a lattice of fewer rays as in the paper",
         ("cast",),
         (
             Way("every pixel", lambda camera: camera.cast is None, lambda c: c.replace(cast=None)),

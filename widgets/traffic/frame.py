@@ -1,4 +1,4 @@
-"""What the 3D view shows of one frame, as plain arrays, and in which colours. No graphics."""
+"""Prepare one frame for the 3D view, as plain arrays and colours. No graphics."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 MISSED_COLOUR, FEW_COLOUR, ENOUGH_COLOUR, MANY_COLOUR = "#dc2626", "#f59e0b", "#7fd6cb", "#149c8d"
-"""Of a road user without any point, with too few, with enough, and with many times as many."""
+"""Colours of an object without any point, with too few, with enough, and with many times as many."""
 STANDING_COLOUR = "#8a94a3"
-"""Of what stands around and is no road user."""
+"""Colour of occluders."""
 MANY_TIMES = 10
 
 
@@ -35,7 +35,7 @@ class ShownFrame:
 
 
 def colour_of(points: int, enough: int) -> str:
-    """Return the colour of a road user with so many points."""
+    """Return the colour of an object with this many points."""
     if points == 0:
         return MISSED_COLOUR
     if points < enough:

@@ -1,4 +1,4 @@
-"""Draws one frame: every road user in one mesh, coloured by the points on it, and the points themselves."""
+"""Draw one frame: every object in one mesh, coloured by the points on it, and the points themselves."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from riglens.widgets.traffic.shapes import shape_of
 _POINT_PX = 2.0
 _LIGHT = np.array([0.35, 0.25, 0.9])
 _SHADE = 0.55
-"""What faces away from the light is this much of its colour."""
+"""Share of the colour on faces away from the light."""
 _PALE = 0.6
-"""What stands around steps back behind the road users."""
+"""Fading of occluders behind the objects."""
 
 
 class TrafficLayer:
@@ -46,7 +46,7 @@ class TrafficLayer:
 
 
 def box_colours(frame: ShownFrame, palette: Palette) -> list[str]:
-    """Return the colour of each box: by its points, paler for what stands around."""
+    """Return the colour of each box: by its points, paler for occluders."""
     colours = []
     for number, cls in enumerate(frame.cls.tolist()):
         if cls >= len(CLASSES):
@@ -86,7 +86,7 @@ def _shaded(faces: NDArray[np.float64], colour: str) -> NDArray[np.uint8]:
 
 
 def _returns(frame: ShownFrame, palette: Palette) -> list[pv.Actor]:
-    """The points: those on road users stand out, those on the ground are faint."""
+    """Return the points: those on objects are emphasised, those on the ground are faint."""
     if not len(frame.places_m):
         return []
     mesh = pv.PolyData(frame.places_m)

@@ -34,7 +34,7 @@ _INSET = (0.86, 0.7, 0.8, 1.0)
 
 @lru_cache(maxsize=8)
 def shape_of(cls: int) -> Solid:
-    """Return the solid of a class by its index, a box for what has none."""
+    """Return the solid of a class by its index, a box by default."""
     kind = min(cls, len(_PROFILES) - 1)
     outline = np.array(_PROFILES[kind])
     half = 0.5 * (1.0 + (_INSET[kind] - 1.0) * np.clip(2.0 * outline[:, 1], 0.0, 1.0))
@@ -75,7 +75,7 @@ def _area(outline: NDArray[np.float64]) -> float:
 
 
 def _is_ear(outline: NDArray[np.float64], left: list[int], corner: tuple[int, int, int], sign: float) -> bool:
-    """Whether a corner sticks out and holds no other corner."""
+    """Return whether a corner sticks out and holds no other corner."""
     a, b, c = (outline[number] for number in corner)
     if _area(np.array([a, b, c])) * sign <= 0.0:
         return False

@@ -1,4 +1,4 @@
-"""Which viewport the window shows: OpenGL where a graphics card draws, otherwise a picture."""
+"""Choose the viewport of the window: OpenGL where a graphics card draws, otherwise a picture."""
 
 from __future__ import annotations
 
@@ -44,5 +44,5 @@ def driver_name() -> str:
 
 
 def draws_without_card(driver: str) -> bool:
-    """Whether the processor does the work of a graphics card, judged by the driver's name."""
+    """Return whether the processor does the work of a graphics card, judged by the driver's name."""
     return not driver or any(word in driver.lower() for word in _WITHOUT_CARD)

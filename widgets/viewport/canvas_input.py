@@ -42,7 +42,7 @@ class CanvasInput(QObject):
         self._canvas.removeEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Handle what the controller understands; everything else goes on to the canvas."""
+        """Pass events of mouse and keys to the controller; all others go on to the canvas."""
         if isinstance(event, QMouseEvent | QWheelEvent | QKeyEvent):
             self.used.emit()
         if isinstance(event, QMouseEvent):
@@ -92,7 +92,7 @@ class CanvasInput(QObject):
 
 
 def _plain(words: str) -> str:
-    """A tooltip that shows a text as it is: names may look like HTML."""
+    """Return a tooltip that shows a text literally: names may look like HTML."""
     return f"<p style='white-space: pre-wrap'>{escape(words, quote=False)}</p>" if words else ""
 
 
@@ -125,7 +125,7 @@ def handle_key(controller: ViewController, event: QKeyEvent) -> bool:
 
 
 def is_own_key(event: QKeyEvent) -> bool:
-    """Whether a key nudges or ends a drag: the view takes it even if the window has a shortcut for it."""
+    """Return whether a key nudges or ends a drag: the view takes it even if the window has a shortcut for it."""
     return event.key() in _NUDGES or event.key() == Qt.Key.Key_Escape
 
 

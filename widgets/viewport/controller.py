@@ -1,8 +1,8 @@
-"""What mouse and keys do in the 3D view, without Qt: pixels in, camera moves, picks, drags and poses out.
+"""Handle mouse and keys in the 3D view, without Qt: pixels in, camera moves, picks, drags and poses out.
 
 Left on a handle drags all that is selected, left elsewhere orbits, a left click selects, one sensor more with Ctrl or
 Shift. Shift+left draws a box around sensors to select. Middle pans, right zooms, a right click asks for a menu. The
-wheel zooms towards the cursor, a double click looks at a sensor from close by, arrow keys nudge, Escape cancels. While
+wheel zooms towards the cursor, a double-click shows a sensor from close by, arrow keys nudge, Escape cancels. While
 a sensor is being placed it follows the mouse over the car, and a click leaves it there.
 """
 
@@ -22,11 +22,11 @@ from riglens.widgets.viewport.measured import Place
 
 Button = Literal["left", "middle", "right", "none"]
 Gesture = Literal["orbit", "pan", "zoom", "box", "brush", "none"]
-"""What a drag that grasped no handle does."""
+"""Action of a drag that grasped no handle."""
 
 
 class Listener(Protocol):
-    """What the controller tells: what mouse and keys did."""
+    """Listener for the controller's events."""
 
     def on_picked(self, name: str | None) -> None:
         """A click chose a sensor, or nothing."""
@@ -35,7 +35,7 @@ class Listener(Protocol):
         """A click chose a place to measure from or to, or nothing that can be measured."""
 
     def on_brushed(self, point_m: Vec3, begins: bool) -> None:
-        """The brush touches the car's skin here; a stroke begins, or goes on."""
+        """The brush touches the car's skin here; a stroke begins, or continues."""
 
     def on_brush_ended(self, kept: bool) -> None:
         """The brush was lifted, or the stroke was given up."""
@@ -50,7 +50,7 @@ class Listener(Protocol):
         """A box was drawn around these sensors; with `removing` they are to be left out of the selection."""
 
     def on_menu_wanted(self, name: str | None, pixel: Pixel) -> None:
-        """A click asks for a menu: for a sensor, or beside all sensors."""
+        """A click requests a menu: for a sensor, or off all sensors."""
 
     def on_drag_started(self, names: tuple[str, ...]) -> None:
         """A handle of these sensors was grasped, or one sensor is being placed."""
@@ -98,7 +98,7 @@ class _Held:
 
 
 class ViewController:
-    """Turns mouse and keys into changes of a scene and tells the listener; pixels count from the upper left."""
+    """Turns mouse and keys into changes of a scene and notifies the listener; pixels count from the upper left."""
 
     def __init__(self, scene: DrawnScene, listener: Listener) -> None:
         self._scene = scene
@@ -120,17 +120,17 @@ class ViewController:
 
     @property
     def is_placing(self) -> bool:
-        """Whether a sensor follows the mouse over the car."""
+        """Return whether a sensor follows the mouse over the car."""
         return self._held is not None and self._held.drag is None
 
     @property
     def busy(self) -> bool:
-        """Whether a mouse button is held in the view."""
+        """Return whether a mouse button is held in the view."""
         return self._button != "none"
 
     @property
     def snaps(self) -> bool:
-        """Whether a drag or a placing ends on round numbers now."""
+        """Return whether a drag or a placing ends on round numbers now."""
         return self._snap != self._inverted
 
     def set_snap(self, snap: bool) -> None:
@@ -142,7 +142,8 @@ class ViewController:
         self._is_measuring = is_on
 
     def set_painting(self, is_on: bool) -> None:
-        """The left button paints on the car, and turns the view beside it; clicks choose no sensors."""
+        """Set whether the left button paints on the car, and orbits the view off the car; clicks then select no
+        sensors."""
         self._is_painting = is_on
 
     def press(self, pixel: Pixel, button: Button, shift: bool = False) -> None:
@@ -182,7 +183,7 @@ class ViewController:
             self._drag_to(self._last)
 
     def release(self, pixel: Pixel, button: Button, adding: bool = False, removing: bool = False) -> None:
-        """A mouse button went up.
+        """Handle the release of a mouse button.
 
         With `adding` a click leaves the other sensors selected; with `removing` a box takes out what is in it.
         """
@@ -204,7 +205,7 @@ class ViewController:
         self._listener.on_changed()
 
     def _click(self, pixel: Pixel, adding: bool) -> None:
-        """Select what is under the mouse; a click on nothing beside `adding` is a slip."""
+        """Select the sensor under the mouse; a click on nothing while `adding` is ignored."""
         if self._is_measuring:
             self._listener.on_place(self._scene.place_at(pixel))
             return
@@ -231,7 +232,7 @@ class ViewController:
         self._listener.on_changed()
 
     def words(self, pixel: Pixel) -> str:
-        """What a tooltip says at a pixel, nothing during a drag."""
+        """Return the tooltip at a pixel, nothing during a drag."""
         return "" if self.busy or self._held is not None else self._scene.under_mouse.words(pixel)
 
     def leave(self) -> None:
@@ -273,7 +274,7 @@ class ViewController:
         return True
 
     def nudge(self, key: NudgeKey, turn: bool = False, coarse: bool = False) -> bool:
-        """Move what is selected by 1 cm or turn it by 1 degree, ten times as far when coarse."""
+        """Move the selection by 1 cm or turn it by 1 degree, ten times as far when coarse."""
         state = self._scene.state
         poses, frame = state.held_poses, state.frame_pose
         if frame is None or self._held is not None:
@@ -321,7 +322,7 @@ class ViewController:
         self._listener.on_changed()
 
     def _let_go(self, pixel: Pixel) -> None:
-        """What is held stays where it is; a click beside the car places nothing."""
+        """Drop the held sensor where it is; a click off the car places nothing."""
         held = self._held
         assert held is not None
         if held.drag is None and self._has(held.name):
@@ -351,7 +352,7 @@ class ViewController:
             self._listener.on_changed()
 
     def _begin_stroke(self, pixel: Pixel) -> None:
-        """Put the brush on the car; beside it the drag turns the view."""
+        """Put the brush on the car; off the car the drag orbits the view."""
         point_m = self._scene.skin_at(pixel)
         if point_m is not None:
             self._gesture = "brush"
@@ -363,7 +364,7 @@ class ViewController:
             self._listener.on_brushed(point_m, False)
 
     def _is_drag(self, pixel: Pixel) -> bool:
-        """Whether the mouse has left the place of a click."""
+        """Return whether the mouse has left the place of a click."""
         far = max(abs(pixel[0] - self._pressed[0]), abs(pixel[1] - self._pressed[1]))
         self._moved = self._moved or far > _CLICK_PX * self._scene.pixel_ratio
         return self._moved

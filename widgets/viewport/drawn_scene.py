@@ -1,4 +1,4 @@
-"""The whole 3D scene on any pyvista plotter: the one drawing path of window, offscreen pictures and tests.
+"""Whole 3D scene on any pyvista plotter: the one drawing path of window, offscreen pictures and tests.
 
 No Qt here. Methods change what is shown but draw nothing; `prepare` brings everything up to date for one
 frame, and the owner of the plotter renders it.
@@ -94,7 +94,7 @@ class DrawnScene:
 
     @property
     def state(self) -> SceneState:
-        """What is shown now."""
+        """Return the state that is shown."""
         return self._state
 
     @property
@@ -174,7 +174,7 @@ class DrawnScene:
         self._has_car = True
 
     def _bring_car(self) -> None:
-        """Build the default car if nobody chose one: not before, because nothing takes longer to build."""
+        """Build the default car unless one was chosen: only now, because nothing takes longer to build."""
         if not self._has_car:
             self._show_car()
 
@@ -193,22 +193,22 @@ class DrawnScene:
 
     @property
     def legend_texts(self) -> tuple[str, ...]:
-        """What the legend of the heatmap says."""
+        """Return the texts of the heatmap's legend."""
         return self._words.legend_texts
 
     @property
     def mast_texts(self) -> list[str]:
-        """What is said beside sensors that stand on nothing."""
+        """Return the labels of sensors without support."""
         return self._masts.label_texts
 
     @property
     def key_texts(self) -> tuple[str, ...]:
-        """What the key of the rays says."""
+        """Return the texts of the key of the rays."""
         return self._words.key_texts
 
     @property
     def ground_texts(self) -> tuple[str, ...]:
-        """What the key of the map on the ground says."""
+        """Return the texts of the key of the map on the ground."""
         return self._words.ground_texts
 
     def set_view(self, name: str, wide: bool = False) -> None:
@@ -258,7 +258,7 @@ class DrawnScene:
 
     @property
     def is_quick(self) -> bool:
-        """Whether it is drawn the way it is while something moves."""
+        """Return whether it is drawn the way it is while something moves."""
         return self._quick
 
     def set_smooth(self, smooth: bool) -> None:
@@ -267,11 +267,11 @@ class DrawnScene:
 
     @property
     def is_smooth(self) -> bool:
-        """Whether edges are smoothed."""
+        """Return whether edges are smoothed."""
         return self._smooth
 
     def set_echo(self, text: str, pixel: Pixel = (0.0, 0.0)) -> None:
-        """Show a few numbers beside a pixel, or hide them."""
+        """Show a few numbers next to a pixel, or hide them."""
         self._words.set_echo(text, pixel)
 
     def set_ghost(self, sensor: Sensor | None) -> None:
@@ -280,7 +280,7 @@ class DrawnScene:
 
     @property
     def under_mouse(self) -> UnderMouse:
-        """What is where in the picture."""
+        """Return what is under each pixel of the picture."""
         return UnderMouse(self._state, self.size, self._pixel_ratio)
 
     def set_placing(self, upright: bool, below_rails: bool) -> None:
@@ -288,7 +288,8 @@ class DrawnScene:
         self._placing = PlacingRules(upright=upright, below_rails=below_rails)
 
     def place_at(self, pixel: Pixel) -> Place | None:
-        """What can be measured from under a pixel: a sensor's middle, else the car or the ground before it, or None."""
+        """Return the place to measure from under a pixel: a sensor's middle, else the car or the ground before it, or
+        None."""
         name = self.under_mouse.sensor(pixel)
         if name is not None:
             return Place(self._state.rig.sensor(name).position, name, name)
@@ -300,22 +301,23 @@ class DrawnScene:
         return None if ground is None else Place(_vec3(ground), GROUND)
 
     def skin_at(self, pixel: Pixel) -> Vec3 | None:
-        """The place on the car's skin under a pixel, metres; None beside the car."""
+        """Return the place on the car's skin under a pixel, metres; None off the car."""
         self._bring_car()
         hit = self._body.hit(self._state.camera.ray(pixel, self.size))
         return None if hit is None else _vec3(hit[0])
 
     def aim_at(self, pixel: Pixel | None) -> bool:
-        """Stretch the measuring tool's line to what is under a pixel, or let it go; whether that changed anything."""
+        """Stretch the measuring line to the place under a pixel, or release it; return whether that changed
+        anything."""
         return self._measure.aim(None if pixel is None else self.place_at(pixel))
 
     @property
     def measured_texts(self) -> list[str]:
-        """What is said beside the line of the measuring tool."""
+        """Return the labels of the measuring line."""
         return self._measure.texts
 
     def pose_on_body(self, pixel: Pixel, sensor: Sensor, snap: bool = False) -> Pose | None:
-        """The pose of a sensor that sits on the car under a pixel, on round places with `snap`; None beside the car."""
+        """Return the pose of a sensor on the car under a pixel, on round places with `snap`; None off the car."""
         self._bring_car()
         rules, ray = self._placing, self._state.camera.ray(pixel, self.size)
         hit = self._body.hit(ray)
@@ -349,16 +351,16 @@ class DrawnScene:
         self._stage.set_smooth(self._smooth)
 
     def draw_moving(self) -> None:
-        """Draw what `prepare` has made ready while something moves; what stands still is not drawn again."""
+        """Draw the state that `prepare` has prepared while something moves; the static part is not drawn again."""
         self._standing.draw(self._place(), self._haze)
 
     @property
     def haze_is_due(self) -> bool:
-        """Whether `draw_haze` is wanted: another heatmap has come while something moves, and has waited long enough."""
+        """Return whether `draw_haze` is due: a new heatmap has arrived during motion, and has waited long enough."""
         return self._quick and self._standing.is_due(self._place(), self._wanted_haze())
 
     def draw_haze(self) -> Generator[None, None, bool]:
-        """Draw what stands still with the heatmap that has come, one part at a time.
+        """Draw the static part with the new heatmap, one part at a time.
 
         Frames in between are drawn over the picture before. Returns whether later ones are drawn over this one: not if
         meanwhile so much has changed that they need yet another.
@@ -384,7 +386,7 @@ class DrawnScene:
         )
 
     def _place(self) -> tuple[object, ...]:
-        """What all of a picture depends on."""
+        """Return everything that a picture depends on."""
         return (*(getattr(self._state, name) for name in _BACKDROP), self.size, self._pixel_ratio)
 
     def draw_in_parts(self) -> Iterator[None]:
@@ -404,7 +406,7 @@ class DrawnScene:
 
 
 def _on_ground(ray: ViewRay) -> NDArray[np.float64] | None:
-    """Where a view ray meets the ground, z = 0, from above and not too far away; metres."""
+    """Return where a view ray meets the ground, z = 0, from above and not too far away; metres."""
     fall = float(ray.direction[2])
     if fall >= 0.0:
         return None

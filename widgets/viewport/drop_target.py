@@ -15,7 +15,7 @@ from riglens.widgets.viewport.drawn_scene import DrawnScene
 from riglens.widgets.viewport.view import View
 
 MODEL_MIME = "application/x-riglens-model"
-"""What is dragged from the library: the name of a sensor model, UTF-8."""
+"""MIME type of a model dragged from the library: the name of a sensor model, UTF-8."""
 _MAX_NAME_BYTES = 200
 
 
@@ -36,11 +36,11 @@ class DropTarget(View):
 
     @property
     def snaps(self) -> bool:
-        """Whether what is put on the car goes to round places."""
+        """Return whether sensors put on the car snap to round places."""
         raise NotImplementedError
 
     def place_at(self, pixel: Pixel, model: str) -> Pose | None:
-        """Where a sensor of a library model would sit on the car under a pixel; None beside the car.
+        """Return the pose of a sensor of a library model on the car under a pixel; None off the car.
 
         Pixels are those of the screen, from the upper left of the view. InputError for an unknown model.
         """
@@ -62,7 +62,7 @@ class DropTarget(View):
         self._show_drop(None)
 
     def dropEvent(self, event: QDropEvent) -> None:
-        """Tell the window which model was dropped, and where."""
+        """Emit the dropped model and its place."""
         pose, sensor = self._pose_of_drop(event.position()), self._dropped
         self._show_drop(None)
         if pose is not None and sensor is not None:

@@ -1,6 +1,6 @@
-"""The ground: a plane with a grid every 10 m, metre labels lying on it, the axes triad at the origin, and a map.
+"""Draw the ground: a plane with a grid every 10 m, flat metre labels, the axes triad at the origin, and a map.
 
-The triad sticks out of the ground, so it is drawn among the things that stand there.
+The triad sticks out of the ground, so it is drawn with the things on it.
 """
 
 from __future__ import annotations
@@ -117,7 +117,7 @@ class _Labels:
 
 
 def _label_places(half_x: float, half_y: float) -> Iterator[tuple[str, float, float]]:
-    """What each label says, and where it begins."""
+    """Yield the text of each label, and where it begins."""
     for x in np.arange(-half_x, half_x + 1e-6, _STEP_M):
         if x:
             yield f"{x:+.0f} m", x + 0.2, 0.2
@@ -183,7 +183,7 @@ class GroundMapLayer:
 
     @property
     def prop(self) -> vtkProp:
-        """What is drawn."""
+        """Return the prop that is drawn."""
         return self._actor
 
     def show(self, shown: GroundMap | None) -> None:

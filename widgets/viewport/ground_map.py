@@ -1,4 +1,4 @@
-"""A map that lies on the ground of the scene: cells in a few colours, and a key that says what these mean."""
+"""Map on the ground of the scene: cells in a few colours, and their key."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ NOTHING = 255
 
 
 class GroundStep(NamedTuple):
-    """What cells of one colour mean; `opacity` from 0 to 1."""
+    """Meaning of the cells of one colour; `opacity` from 0 to 1."""
 
     words: str
     colour: str
@@ -24,8 +24,8 @@ class GroundStep(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class GroundMap:
-    """steps uint8 (nx, ny): which of `meanings` a cell has, NOTHING for none; `origin_m` is the lower corner of the
-    first cell of `cell_m`. `title` names what the steps are of, with unit and direction."""
+    """steps uint8 (nx, ny): index into `meanings` of a cell, NOTHING for none; `origin_m` is the lower corner of the
+    first cell of `cell_m`. `title` names the quantity, with unit and direction."""
 
     origin_m: tuple[float, float]
     cell_m: float

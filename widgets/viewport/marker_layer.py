@@ -1,5 +1,5 @@
-"""What is pointed out: the edges of the picked voxel's cube, seen through everything and never too small to be found;
-a test object beside the car."""
+"""Draw markers: the edges of the picked voxel's cube, visible through everything and never too small; a test object
+next to the car."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _POST_OPACITY = 0.72
 
 
 class MarkerLayer:
-    """A cube of lines on the overlay, with a dark edge so that it stands out against every colour."""
+    """Cube of lines on the overlay, with a dark edge so that it contrasts with every colour."""
 
     def __init__(self, overlay: vtkRenderer) -> None:
         cube = pv.Cube().extract_all_edges()

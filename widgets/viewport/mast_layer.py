@@ -1,4 +1,4 @@
-"""Draws masts: thin lines from sensors to where they should stand, with a foot on the skin and the height."""
+"""Draw masts: thin lines from sensors to their missing support, with a foot on the skin and the height."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _LETTER, _HIGH = 0.64, 1.7
 """Width of a letter and height of a label, in font sizes: near enough to keep labels apart."""
 MOST_LABELS = 24
 _ALONG = (0.5, 0.2, 0.8)
-"""Where along its mast, from the sensor, a label may stand."""
+"""Candidate places of a label along its mast, from the sensor."""
 Points = NDArray[np.float64]
 Rectangle = tuple[float, float, float, float]
 
@@ -43,7 +43,7 @@ class StubsLayer:
         main.AddActor(self._actor)
 
     def show(self, state: SceneState) -> None:
-        """Draw the stubs of a state where they begin at the sensor as it stands now."""
+        """Draw the stubs of a state from the current places of the sensors."""
         stubs = state.stubs
         places = {sensor.name: sensor.position for sensor in state.shown}
         is_there = stubs is not None and places.get(stubs.name) == stubs.place_m
@@ -98,7 +98,8 @@ class MastLayer:
         self._colour_labels(state.palette)
 
     def arrange(self, camera: OrbitCamera, size: Size, pixel_ratio: float) -> None:
-        """Put labels beside masts: that of the selected sensor in full, then of the longest, while there is room."""
+        """Put labels next to masts: that of the selected sensor in full, then those of the longest, while there is
+        room."""
         for actors in (self._free, self._buried):
             for actor, width_px in zip(actors, _WIDTHS_PX, strict=True):
                 actor.prop.line_width = width_px * pixel_ratio
@@ -114,7 +115,7 @@ class MastLayer:
 
     @property
     def label_texts(self) -> list[str]:
-        """What the labels in sight say."""
+        """Return the labels in sight."""
         return [label.GetInput().strip() for label in self._labels if label.GetVisibility()]
 
     def _add_label(self) -> None:
@@ -155,7 +156,7 @@ def _placed(
 
 
 def _rooms(words: str, places: Points, size: Size, font_px: float) -> Iterator[Rectangle]:
-    """Where in the view a label may stand: right or left of places (n, 3) along its mast."""
+    """Yield candidate areas of a label in the view: right or left of places (n, 3) along its mast."""
     wide, high, beside = (
         (len(words) + 2) * _LETTER * font_px,
         _HIGH * font_px,

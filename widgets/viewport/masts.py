@@ -1,4 +1,4 @@
-"""What the 3D view shows of sensors and the car's body: lines from those that stand on nothing, and rays that end."""
+"""Prepare masts of sensors without support, and rays that end at the car's body, for the 3D view."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from riglens.core.vehicle.standing import Stand
 
 @dataclass(frozen=True)
 class Mast:
-    """A line from a sensor to `foot_m`; what it says in short, and in full where there is room.
+    """Line from a sensor to `foot_m`; its label in short, and in full where there is room.
 
     `is_buried`: the sensor is inside the body or in the ground, so that the line is seen through both.
     """

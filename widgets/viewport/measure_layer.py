@@ -1,4 +1,4 @@
-"""Draws what is measured: the line between two places, its parts along the axes, lines to the ground, and the words."""
+"""Draw measurements: the line between two places, its parts along the axes, lines to the ground, and the labels."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class MeasureLayer:
         overlay.AddViewProp(self._text)
 
     def show(self, found: Measured | None, palette: Palette) -> None:
-        """Show a measurement, or none; without a second place its line is a rubber band as faint as it is new."""
+        """Show a measurement, or none; without a second place its line is a faint rubber band."""
         self._found, self._palette = found, palette
         self._lines[0].prop.opacity = _BAND_OPACITY if found is not None and found.second is None else 1.0
         for actor, ends in zip(self._lines, _segments(found), strict=True):
@@ -69,7 +69,7 @@ class MeasureLayer:
         return True
 
     def arrange(self, camera: OrbitCamera, size: Size, pixel_ratio: float) -> None:
-        """Fit widths to the picture, and keep the words beside the middle of the line, inside the view."""
+        """Fit widths to the picture, and keep the labels next to the middle of the line, inside the view."""
         found = self._found
         if found is None:
             return
@@ -88,7 +88,7 @@ class MeasureLayer:
 
     @property
     def texts(self) -> list[str]:
-        """What is said in the view, line by line."""
+        """Return the texts in the view, line by line."""
         if not self._text.GetVisibility():
             return []
         return [line.strip() for line in self._text.GetInput().split("\n")]

@@ -1,4 +1,4 @@
-"""The measuring tool: two places in the view and what is said of the line between them. No Qt, no VTK."""
+"""Measuring tool: two places in the view and the labels of the line between them. No Qt, no VTK."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _MINUS = "\u2212"
 
 @dataclass(frozen=True)
 class Place:
-    """A point in the vehicle frame, metres, and what is there: BODY, GROUND, or the name of a `sensor`."""
+    """Point in the vehicle frame, metres, and the thing there: BODY, GROUND, or the name of a `sensor`."""
 
     point_m: Vec3
     what: str
@@ -24,8 +24,7 @@ class Place:
 
 @dataclass(frozen=True)
 class Measured:
-    """Where the measuring began, and where it ended once the second place was clicked; until then it may end at `aim`,
-    the place under the mouse."""
+    """Ends of a measurement; until the second place is clicked it may end at `aim`, the place under the mouse."""
 
     first: Place
     second: Place | None = None
@@ -55,13 +54,13 @@ class Measured:
 
 
 def measured_lines(found: Measured) -> tuple[str, ...]:
-    """What is said of a measurement, in lines: distance, parts along the axes, heights over the ground."""
+    """Return the lines of a measurement: distance, parts along the axes, heights over the ground."""
     is_begun = found.end is found.first
     places = (found.first,) if is_begun else (found.first, found.end)
     heights = " and ".join(f"{place.point_m[2]:.3f}".replace("-", _MINUS) for place in places)
     names = " to ".join(place.what for place in places)
     if is_begun:
-        return f"{names}, {heights} m above the ground", "click the second place"
+        return f"{names}, {heights} m above the ground", "click the second point"
     dx, dy, dz = (_signed(value) for value in found.delta_m)
     return (
         f"{found.distance_m:.3f} m",

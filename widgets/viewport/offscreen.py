@@ -24,7 +24,7 @@ from riglens.widgets.viewport.redraw import Parts
 from riglens.widgets.viewport.viewport_base import ViewportBase
 
 _TURN_S = 0.015
-"""How long parts of a picture are drawn before the event loop gets a turn."""
+"""Drawing time after which the event loop gets a turn."""
 
 
 class _ImageCanvas(QWidget):
@@ -46,7 +46,7 @@ class _ImageCanvas(QWidget):
         self.update()
 
     def sizeHint(self) -> QSize:
-        """A useful size for a view that stands alone."""
+        """Return a useful size for a view by itself."""
         return QSize(960, 600)
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -114,7 +114,7 @@ class OffscreenViewport(ViewportBase):
             self._haze_soon.start()  # not in the turn of this frame
 
     def _draw_haze(self) -> None:
-        """Draw a part of what the next frames are laid over; a frame shows it when it is whole."""
+        """Draw a part of the picture under the next frames; a frame shows it when it is complete."""
         if self._haze is None:
             return
         self._gives_way = self._redraw.is_due and not self._gives_way
@@ -150,7 +150,7 @@ class OffscreenViewport(ViewportBase):
 
     @property
     def is_at_rest(self) -> bool:
-        """Whether the picture is in full quality and nothing waits to be drawn."""
+        """Return whether the picture is in full quality and nothing waits to be drawn."""
         return super().is_at_rest and self._haze is None
 
     def _held_still(self) -> None:

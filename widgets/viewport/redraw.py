@@ -1,4 +1,4 @@
-"""When a view is drawn: soon after a change, and once more in full quality when nothing has changed for a while."""
+"""Schedule drawing: soon after a change, and once more in full quality when nothing has changed for a while."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Parts = Generator[None, None, None]
 
 
 class Redraw(QObject):
-    """Asks for frames: `draw` as often as something changes, `draw_rested` some time after the last of them.
+    """Schedules frames: `draw` after each change, `draw_rested` some time after the last of them.
 
     A rested frame takes longest, so it waits while the mouse is moving, and the event loop gets a turn wherever it
     yields. With `in_parts`, what changes while nothing moves is drawn like that at once. Motion abandons
@@ -40,12 +40,12 @@ class Redraw(QObject):
 
     @property
     def is_at_rest(self) -> bool:
-        """Whether nothing waits to be drawn."""
+        """Return whether nothing waits to be drawn."""
         return not any(timer.isActive() for timer in (self._soon, self._rest, self._next))
 
     @property
     def is_busy(self) -> bool:
-        """Whether a frame has just been drawn, or is being drawn: the next change is one of many."""
+        """Return whether a frame has just been drawn, or is being drawn: the next change is one of many."""
         return self._rest.isActive() or self._next.isActive()
 
     def request(self) -> None:
@@ -55,16 +55,16 @@ class Redraw(QObject):
 
     @property
     def is_due(self) -> bool:
-        """Whether a frame has been asked for."""
+        """Return whether a frame is scheduled."""
         return self._soon.isActive()
 
     def next_turn(self) -> None:
-        """This turn of the event loop has been long enough: draw what has been asked for in the next one."""
+        """Draw in the next turn of the event loop: this one has been long enough."""
         if self._soon.isActive():
             self._soon.start()
 
     def now(self) -> None:
-        """Draw what has been asked for."""
+        """Draw the scheduled frame."""
         if not self._in_parts():
             self.taken_over()
             self._draw()
@@ -74,7 +74,7 @@ class Redraw(QObject):
             self._begin()
 
     def taken_over(self) -> None:
-        """Note that what was asked for is being drawn elsewhere: only the rested frame is due."""
+        """Note that the scheduled frame is being drawn elsewhere: only the rested frame is due."""
         self._give_up()
         self._soon.stop()
         if not self._is_stopped:
@@ -107,7 +107,7 @@ class Redraw(QObject):
             return
 
     def _give_up(self) -> None:
-        """Abandon what is being drawn."""
+        """Abandon the current drawing."""
         self._next.stop()
         parts, self._parts = self._parts, None
         if parts is not None:

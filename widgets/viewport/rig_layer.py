@@ -1,4 +1,4 @@
-"""The sensors of a rig in the scene: their bodies, lines between mirror pairs, and rays of what is switched on."""
+"""Draw the sensors of a rig in the scene: their bodies, lines between mirror pairs, and rays of enabled ones."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class RigLayer:
         self._links.prop.line_width = _LINK_PX * width_px
 
     def show_bodies(self, state: SceneState, hovered: str | Handle | None) -> None:
-        """Draw exactly the sensors of a state; the one under the mouse stands out."""
+        """Draw exactly the sensors of a state; the one under the mouse is highlighted."""
         pairs = [pair for pair in state.pairs if any(state.is_selected(name) for name in pair)]
         marks: dict[str, Mark] = dict.fromkeys((name for pair in pairs for name in pair), "linked")
         if isinstance(hovered, str):
@@ -77,7 +77,7 @@ class RigLayer:
             self._fills.set_others(rest, grid, state.palette, look.fill)
 
     def arrange(self, camera: OrbitCamera, size: Size, pixel_ratio: float) -> None:
-        """Fit the rays to where they are looked at from."""
+        """Fit the rays to the viewing direction."""
         self._rays.arrange(camera, size, pixel_ratio)
 
     def set_pose(self, name: str, pose: Pose) -> None:
@@ -85,7 +85,7 @@ class RigLayer:
         self._sensors.set_pose(name, pose)
 
     def show_ghosts(self, state: SceneState) -> None:
-        """Show the sensors of the worst draw beside those of the rig."""
+        """Show the sensors of the worst draw next to those of the rig."""
         names = [sensor.name for sensor in state.ghosts]
         faint, marks = dict.fromkeys(names, WORST_OPACITY), dict[str, Mark](dict.fromkeys(names, "worst"))
         self._ghosts.set_sensors(list(state.ghosts), marks, state.palette, faint)

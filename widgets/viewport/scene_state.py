@@ -25,7 +25,7 @@ _NEAR_M = 50.0
 
 @dataclass(frozen=True)
 class Caption:
-    """Words of a picture; what is empty is left out.
+    """Labels of a picture; empty ones are left out.
 
     `table` are rows of equal length: the first is the head, the first column names the rows, the rest are numbers.
     """
@@ -49,7 +49,7 @@ class Marker:
 
 @dataclass(frozen=True)
 class Post:
-    """A test object to point out, an upright cylinder that stands on the ground, metres; whether the rig sees it."""
+    """Test object to mark, an upright cylinder on the ground, metres; whether the rig sees it."""
 
     x_m: float
     y_m: float
@@ -60,7 +60,7 @@ class Post:
 
 @dataclass(frozen=True)
 class SceneState:
-    """What is seen, from where, and in which colours.
+    """State of the scene: content, camera and colours.
 
     The sensor named `selected` is shown with its rays and handles, those `also_selected` in the same colour, those
     that have `failed` as ghosts without rays, the `hidden` ones not at all. Those in `fixed` cannot be dragged: they
@@ -110,7 +110,7 @@ class SceneState:
         return [sensor for sensor in self.rig.sensors if sensor.name not in self.hidden]
 
     def is_selected(self, name: str) -> bool:
-        """Whether a sensor is selected, alone or with others."""
+        """Return whether a sensor is selected, alone or with others."""
         return self.show_selection and (name == self.selected or name in self.also_selected)
 
     @property
@@ -129,7 +129,7 @@ class SceneState:
 
     @property
     def held_poses(self) -> Poses:
-        """Poses of all selected sensors, the current one last: what a drag takes along."""
+        """Return the poses of all selected sensors, the current one last: a drag moves all of them."""
         names = self.also_selected | {self.selected}
         chosen = [sensor for sensor in self.rig.sensors if sensor.name in names]
         chosen.sort(key=lambda sensor: sensor.name == self.selected)
@@ -137,7 +137,7 @@ class SceneState:
 
     @property
     def frame_pose(self) -> Pose | None:
-        """What is moved: the pose of the selected sensor, or the centre of several, turned like the current one.
+        """Return the pose that is moved: of the selected sensor, or the centre of several, turned like the current one.
 
         Along the car's axes the centre is not turned. None when the current sensor is not shown.
         """
@@ -149,7 +149,7 @@ class SceneState:
 
     @property
     def gizmo_pose(self) -> Pose | None:
-        """Where the gizmo stands; None as well when one of the selected sensors cannot be moved."""
+        """Return the pose of the gizmo; None also when one of the selected sensors cannot be moved."""
         return self.frame_pose if self.show_gizmo and not self.held_poses.keys() & self.fixed else None
 
     @property
@@ -164,7 +164,7 @@ class SceneState:
         return [sensor for sensor in self.shown if sensor.enabled and sensor.name not in self.failed]
 
     def other_fans_differ(self, after: SceneState) -> bool:
-        """Whether the rays of any sensor beside the selected one are to be drawn anew to show another state."""
+        """Return whether the rays of any unselected sensor must be redrawn to show another state."""
         if (self.hidden, self.failed, self.selected) != (after.hidden, after.failed, after.selected):
             return True
         if self.solid_body != after.solid_body:
@@ -174,4 +174,4 @@ class SceneState:
 
 
 ALL_FIELDS = frozenset(field.name for field in fields(SceneState))
-"""Names of everything that a state says."""
+"""Names of all fields of a state."""

@@ -1,4 +1,4 @@
-"""What is under a pixel of a scene: a handle of the gizmo, a sensor, a cell. No Qt, no VTK."""
+"""Find what is under a pixel of a scene: a handle of the gizmo, a sensor, a cell. No Qt, no VTK."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ _PICK_PX = 9.0
 
 @dataclass(frozen=True)
 class UnderMouse:
-    """A state as it is drawn in a picture of a size, to ask what is where."""
+    """State as drawn in a picture of a size, to find what is under a pixel."""
 
     state: SceneState
     size: Size
     pixel_ratio: float
 
     def gizmo(self) -> GizmoPlace | None:
-        """Where the gizmo is; None when no visible sensor is selected, or one that cannot be dragged."""
+        """Return the place of the gizmo; None when no visible sensor is selected, or one that cannot be dragged."""
         state, pose = self.state, self.state.gizmo_pose
         if pose is None:
             return None
@@ -52,15 +52,15 @@ class UnderMouse:
         return sensors[hit[np.argmin(seen[hit, 2])]].name if len(hit) else None
 
     def words(self, pixel: Pixel) -> str:
-        """What to say of the sensor under a pixel: its name, and the one it is linked to; empty beside all."""
+        """Describe the sensor under a pixel: its name, and the one it is linked to; empty off all sensors."""
         name = self.sensor(pixel)
         if name is None:
             return ""
         other = partner_of(self.state.rig, name)
-        return name if other is None else f"{name}\nMirror pair with {other}: the two move together"
+        return name if other is None else f"{name}\nMirror pair with {other}: both move together"
 
     def inside(self, corner: Pixel, other: Pixel) -> tuple[str, ...]:
-        """The sensors whose middle is drawn inside the box between two pixels, in the order of the rig."""
+        """Return the sensors whose middle is drawn inside the box between two pixels, in the order of the rig."""
         sensors = self.state.shown
         if not sensors:
             return ()

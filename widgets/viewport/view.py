@@ -1,4 +1,4 @@
-"""The 3D view as the window sees it: what it shows is one frozen state, what people do in it are signals."""
+"""3D view as the window sees it: its content is one frozen state, the user's actions in it are signals."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ class View(QWidget):
     sensor_picked = Signal(object)
     """A click chose a sensor: its name, or None for a click on nothing."""
     sensor_toggled = Signal(str)
-    """A click with Ctrl or Shift asks for one more sensor to be selected, or for one to be left out: its name."""
+    """Request by Ctrl- or Shift-click to select one more sensor, or to deselect one: its name."""
     sensors_boxed = Signal(object, bool)
     """A box was drawn around these sensors, a tuple of names: select them too, or (True) no longer."""
     menu_wanted = Signal(object, object)
-    """A click with the right button asks for a menu: the name of the sensor there or None, and the QPoint on screen."""
+    """Request for a menu by a right click: the name of the sensor there or None, and the QPoint on screen."""
     drag_started = Signal(object)
     """A handle of these sensors was grasped, or a sensor is being placed: a tuple of names."""
     drag_moved = Signal(object)
@@ -38,7 +38,7 @@ class View(QWidget):
     drag_cancelled = Signal()
     """The drag was given up: `state` has the sensors where they were before."""
     nudged = Signal(object)
-    """A key asks for sensors to be moved: a dict of their names and new Poses, which are not shown yet."""
+    """Request by a key to move sensors: a dict of their names and new Poses, which are not shown yet."""
     placing_changed = Signal(bool)
     """The selected sensor follows the mouse over the car, or no longer does."""
     model_dropped = Signal(str, object)
@@ -61,12 +61,12 @@ class View(QWidget):
     @property
     @abstractmethod
     def state(self) -> SceneState:
-        """What is shown now."""
+        """Return the state that is shown."""
         raise NotImplementedError
 
     @abstractmethod
     def show_state(self, state: SceneState) -> None:
-        """Show a state; only what differs from the one shown is made anew, and drawn soon."""
+        """Show a state; only differences from the current one are updated, and drawn soon."""
         raise NotImplementedError
 
     @property
@@ -110,7 +110,7 @@ class View(QWidget):
 
     @abstractmethod
     def set_painting(self, is_on: bool) -> None:
-        """Make the left button paint on the car; beside the car drags still turn the view."""
+        """Set whether the left button paints on the car; off the car drags still orbit the view."""
         raise NotImplementedError
 
     @abstractmethod

@@ -1,4 +1,4 @@
-"""The 3D view in a real window. The only file that knows QtInteractor.
+"""3D view in a real window. The only file that uses QtInteractor.
 
 Mouse and key events are taken by an event filter before VTK sees them, so there is no interaction style, no
 VTK pick and no observer order to get wrong; the same controller serves the offscreen viewport.

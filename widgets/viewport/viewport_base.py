@@ -1,4 +1,4 @@
-"""What both viewports share: what the window calls, and the frames they draw."""
+"""Share code between both viewports: the interface to the window, and the frames they draw."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from riglens.widgets.viewport.scene_state import SceneState
 
 
 class ViewportBase(DropTarget):
-    """The 3D view as the window sees it; a subclass supplies the canvas and draws on it.
+    """3D view as the window sees it; a subclass supplies the canvas and draws on it.
 
     A drag moves sensor, fan and gizmo at once and emits `drag_moved`; the document answers with a state that says
     the same.
@@ -55,11 +55,11 @@ class ViewportBase(DropTarget):
 
     @property
     def state(self) -> SceneState:
-        """What is shown now, with what people changed in the view itself."""
+        """Return the state that is shown, with changes made in the view itself."""
         return self._scene.state
 
     def show_state(self, state: SceneState) -> None:
-        """Show a state; only what differs from the one shown is made anew."""
+        """Show a state; only differences from the current one are updated."""
         before = self.state
         if (before.rig, before.heat_look, before.ray_look) != (state.rig, state.heat_look, state.ray_look):
             self._expect_more()
@@ -85,7 +85,7 @@ class ViewportBase(DropTarget):
             self._canvas.setFocus(Qt.FocusReason.OtherFocusReason)  # Escape ends it
 
     def set_painting(self, is_on: bool) -> None:
-        """Make the left button paint on the car; beside the car drags still turn the view."""
+        """Set whether the left button paints on the car; off the car drags still orbit the view."""
         self._canvas.setCursor(Qt.CursorShape.CrossCursor if is_on else Qt.CursorShape.ArrowCursor)
         self._controller.set_painting(is_on)
         if is_on:
@@ -118,7 +118,7 @@ class ViewportBase(DropTarget):
 
     @property
     def snaps(self) -> bool:
-        """Whether what is put on the car goes to round places."""
+        """Return whether sensors put on the car snap to round places."""
         return self._controller.snaps
 
     def set_placing(self, upright: bool, below_rails: bool) -> None:
@@ -136,7 +136,7 @@ class ViewportBase(DropTarget):
 
     @property
     def is_at_rest(self) -> bool:
-        """Whether the picture is in full quality and nothing waits to be drawn."""
+        """Return whether the picture is in full quality and nothing waits to be drawn."""
         return self._redraw.is_at_rest
 
     def request_render(self) -> None:
@@ -184,7 +184,7 @@ class ViewportBase(DropTarget):
         self.sensors_boxed.emit(names, removing)
 
     def on_menu_wanted(self, name: str | None, pixel: Pixel) -> None:
-        """A right click asks for a menu."""
+        """Emit a request for a menu."""
         ratio = self._canvas.devicePixelRatioF()
         place = QPointF(pixel[0] / ratio, pixel[1] / ratio).toPoint()
         self.menu_wanted.emit(name, self._canvas.mapToGlobal(place))
@@ -243,7 +243,7 @@ class ViewportBase(DropTarget):
         self.request_render()
 
     def _in_parts(self) -> bool:
-        """Whether a full picture takes so long that the event loop should get turns in between."""
+        """Return whether a full picture takes so long that the event loop should get turns in between."""
         return False
 
     def _draw_now(self) -> None:

@@ -1,4 +1,4 @@
-"""All text over the scene: the heatmap's legend, title and table of a picture, numbers beside a drag."""
+"""All text over the scene: the heatmap's legend, title and table of a picture, numbers next to a drag."""
 
 from __future__ import annotations
 
@@ -153,9 +153,9 @@ def text_size_px(text: str, pixel_ratio: float) -> tuple[float, float]:
 
 
 SPOTS = (Spot(), Spot(True), Spot(True, True), Spot(True, False, True), Spot(True, True, True))
-"""Where the legend stands, from the best place to the last: it folds and moves rather than cover the car."""
+"""Spots of the legend, from the best to the last: it folds and moves rather than cover the car."""
 _AWAY_PX, _KEY_PX = 14.0, 30.0
-"""How far from the car a new place has to be, and how much the key of the rays adds to the whole legend."""
+"""Distance of a new spot from the car, and the height that the key of the rays adds to the legend."""
 
 
 def car_box(state: SceneState, size: Size) -> Box:
@@ -186,21 +186,21 @@ class WordsLayer:
 
     @property
     def legend_texts(self) -> tuple[str, ...]:
-        """What the legend of the heatmap says."""
+        """Return the texts of the heatmap's legend."""
         return self._legend.texts
 
     @property
     def key_texts(self) -> tuple[str, ...]:
-        """What the key of the rays says."""
+        """Return the texts of the key of the rays."""
         return self._key.texts
 
     @property
     def ground_texts(self) -> tuple[str, ...]:
-        """What the key of the map on the ground says."""
+        """Return the texts of the key of the map on the ground."""
         return self._ground_key.texts
 
     def show_ground_key(self, state: SceneState) -> None:
-        """Say what the colours on the ground mean, or nothing where there are none."""
+        """Show the key of the colours on the ground, or nothing where there are none."""
         shown, found = state.ground_map if state.show_legend else None, []
         if shown is not None:
             found = [KeyEntry(step.words, step.colour, True) for step in shown.meanings]
@@ -213,7 +213,7 @@ class WordsLayer:
         self._legend.set_data(shown, state.heat_look, state.palette)
 
     def show_key(self, state: SceneState) -> None:
-        """Say which rays are whose, or nothing where neither rays nor fields of view are drawn."""
+        """Show the key of the rays, or nothing where neither rays nor fields of view are drawn."""
         look = state.ray_look
         casting = state.enabled if state.show_legend and (look.shown or look.fill != "none") else []
         chosen = state.selected_sensor if state.show_selection else None
@@ -225,11 +225,11 @@ class WordsLayer:
         self._key.set_entries([] if self._spot.is_folded else self._entries, palette)
 
     def show_caption(self, state: SceneState) -> None:
-        """Say what the picture of a state is called, and its scores."""
+        """Show the title of a state's picture, and its scores."""
         self._caption.set_caption(state.caption, state.palette)
 
     def set_echo(self, text: str, pixel: Pixel) -> None:
-        """Show a few numbers beside a pixel, or hide them."""
+        """Show a few numbers next to a pixel, or hide them."""
         self._echo_at = (text, pixel)
 
     def arrange(self, state: SceneState, drawn_cell_m: float | None, size: Size, pixel_ratio: float) -> None:
@@ -245,7 +245,7 @@ class WordsLayer:
         self._echo.show(*self._echo_at, size, pixel_ratio, state.palette)
 
     def _free_spot(self, state: SceneState, size: Size, pixel_ratio: float) -> Spot:
-        """Return the best place of the legend beside the car; the last one is kept as long as it is as good."""
+        """Return the best place of the legend next to the car; the last one is kept as long as it is as good."""
         if state.heatmap is None or not state.show_legend:
             return SPOTS[0]
         car = car_box(state, size)

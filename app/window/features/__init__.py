@@ -1,1 +1,1 @@
-"""What the window can do: one file for each kind of work; `riglens.app.window` says how features hook in."""
+"""Features of the window: one file for each kind of work; `riglens.app.window` documents how features hook in."""

@@ -1,4 +1,4 @@
-"""How the window looks, kept between sessions: light or dark, where docks are, units of lengths and angles."""
+"""Appearance of the window, kept between sessions: light or dark, docks, units of lengths and angles."""
 
 from __future__ import annotations
 
@@ -19,24 +19,27 @@ from riglens.widgets.theme import palette
 
 LEFT_PX, RIGHT_PX, BOTTOM_PX = 328, 320, 200
 SIDE_SHARE, SIDE_LESS_PX, BELOW_SHARE = 0.28, 26, 0.25
-"""The most of a small window that a panel beside or below the view takes at first; beside it less by some pixels."""
+"""Largest share of a small window for a panel at the side or below the view at first; less by some pixels at the
+side."""
 COMPACT_PX = 800
 """In a lower window the scores get no more room than their rows need."""
 FRAME = QSize(16, 44)
 """Room for the frame and the title bar that a desktop puts around a window; how large they are is known too late."""
 VERSION = 2
-"""Counts up when docks are arranged anew, so that an old layout is not forced on them."""
+"""Incremented when docks are rearranged, so that an old layout is not applied to them."""
 SHOWN = {unit.name: unit for unit in (METRES, MILLIMETRES, DEGREES, RADIANS)}
 CHOICES = {"theme_system": None, "theme_light": False, "theme_dark": True}
 
 
 class Theme(Feature):
-    """Tells the application, the viewport and whoever listens to `theme_changed`."""
+    """Theme of the application, of the viewport and of listeners to `theme_changed`."""
 
     specs = (
-        Spec("theme_system", "As the system", "Light or dark as the system says", menu="view", group="theme"),
-        Spec("theme_light", "Light", "Always light", menu="view", group="theme"),
-        Spec("theme_dark", "Dark", "Always dark", menu="view", group="theme"),
+        Spec(
+            "theme_system", "System", "Follow the system's light or dark theme.", menu="view", group="theme"
+        ),
+        Spec("theme_light", "Light", "Always use the light theme.", menu="view", group="theme"),
+        Spec("theme_dark", "Dark", "Always use the dark theme.", menu="view", group="theme"),
     )
 
     def __init__(self, bench: Workbench, follow: Follow) -> None:
@@ -53,11 +56,11 @@ class Theme(Feature):
 
     @property
     def choice(self) -> str:
-        """Which of CHOICES is ticked."""
+        """Return the ticked one of CHOICES."""
         return next(key for key in CHOICES if self.actions[key].isChecked())
 
     def apply(self) -> None:
-        """Show what is chosen, everywhere and at once."""
+        """Apply the chosen theme everywhere at once."""
         wanted = CHOICES[self.choice]
         dark = is_dark() if wanted is None else wanted
         if dark == self._shown:
@@ -91,7 +94,7 @@ class Layout(Feature):
     specs = (
         Spec(
             "reset_layout", "Reset layout",
-            "Put panels, toolbar and window size back as they were at first; a maximised window stays so",
+            "Restore the initial panels, toolbar and window size; a maximised window stays maximised.",
             "Ctrl+Alt+0", menu="view/window",
         ),
     )  # fmt: skip
@@ -116,7 +119,7 @@ class Layout(Feature):
         self.bench.window.resizeDocks([docks["Scores"]], [high_px], Qt.Orientation.Vertical)
 
     def reset(self) -> None:
-        """Arrange the window as at the very first start; one that fills the screen goes on filling it."""
+        """Arrange the window as at the very first start; a maximised one stays maximised."""
         window = self.bench.window
         window.restoreState(self._first_state, VERSION)
         if not (window.isMaximized() or window.isFullScreen()):

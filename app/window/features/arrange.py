@@ -23,7 +23,7 @@ ALIGNMENTS: dict[str, Alignment] = {
 
 
 def _align(key: str, text: str, tip: str, shortcut: str = "") -> Spec:
-    return Spec(key, text, f"{tip}; other coordinates and angles stay", shortcut, menu="sensor")
+    return Spec(key, text, f"{tip}; other coordinates and angles stay.", shortcut, menu="sensor")
 
 
 class Arrange(Feature):
@@ -88,15 +88,15 @@ ON_NOTHING = (
     "",
     "pick",
 )
-"""What the menu offers beside all sensors; an empty key is a separator."""
+"""Menu entries besides all sensors; an empty key is a separator."""
 
 
 class ViewMenu(Feature):
-    """A right click in the 3D view: the menu of the list on a sensor, what the view can do beside all of them."""
+    """Context menu of the 3D view: that of the list on a sensor, the view's own elsewhere."""
 
     mouse = (
-        ("Right button on a sensor", "opens its menu; elsewhere that of the view"),
-        ("Right button, dragged up or down", "comes nearer or goes away"),
+        ("Right button on a sensor", "opens its menu; elsewhere the menu of the view"),
+        ("Right button, dragged up or down", "zooms"),
     )
 
     def __init__(self, bench: Workbench) -> None:

@@ -1,4 +1,4 @@
-"""Checks > Audit: where the rays of each sensor go, followed in the background when asked for."""
+"""Checks > Audit: the ray outcomes of each sensor, traced in the background on request."""
 
 from __future__ import annotations
 
@@ -24,7 +24,11 @@ class Audit(Feature):
     """Shows the audit of the rig that was followed last; after an edit greyed, until rays are followed again."""
 
     specs = (
-        check_spec("audit", "Audit", "Where every ray goes: into the car, past the region, to something new"),
+        check_spec(
+            "audit",
+            "Audit",
+            "Show where every ray ends: at the car, past the region, in newly covered space.",
+        ),
     )
 
     def __init__(self, bench: Workbench) -> None:
@@ -43,7 +47,7 @@ class Audit(Feature):
         self._show()
 
     def follow_rays(self) -> None:
-        """Have the rays of the rig as it is now followed."""
+        """Trace the rays of the current rig."""
         session = self.session
         if session.scene is None:
             return

@@ -1,4 +1,4 @@
-"""Unsaved changes survive a crash: written beside the work, offered at the next start."""
+"""Keep unsaved changes through a crash: written in the background, offered at the next start."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ class Autosave(Feature):
             self.offer()
             return
         if not self._file.take(orphan):
-            self.bench.report_error(f"{_title(orphan)}: another window has recovered or discarded it")
+            self.bench.report_error(f"{_title(orphan)}: already recovered or discarded by another window")
             return
         self._is_recovering = True  # what was taken over stays on the disk until it is written anew
         self._show(orphan.unsaved)
@@ -125,7 +125,7 @@ class Autosave(Feature):
         self.document.apply(unsaved.rig, "recover unsaved changes")
 
     def discard(self, orphan: Orphan) -> None:
-        """Delete what a window left behind, and ask about the next."""
+        """Delete the autosave of a window, and ask about the next."""
         try:
             discard(orphan)
         except InputError as error:

@@ -1,4 +1,4 @@
-"""The body of the car: parametric, or a mesh file that is read beside the window, asked about its unit, and fitted."""
+"""The body of the car: parametric, or a mesh file that is read in the background, asked about its unit, and fitted."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from riglens.core.vehicle.mesh import (
 from riglens.core.vehicle.mesh_file import mesh_name, mesh_path, read_mesh
 from riglens.widgets.panels.controls.messages import Choices
 
-STAND_IN = "not at hand: a plain box stands in"
+STAND_IN = "missing: replaced by a plain box"
 
 
 class Car(Feature):
-    """Shows the vehicle's body; until a mesh file is read, and where it cannot be, a plain box stands in for it."""
+    """The vehicle's body in the view; a plain box replaces it until a mesh file is read, and where it cannot be."""
 
     def __init__(self, bench: Workbench) -> None:
         super().__init__(bench)
@@ -103,7 +103,7 @@ class Car(Feature):
         if fitted_scale(mesh, vehicle) is not None:
             choices[f"Fit to {vehicle.length:g} m"] = self.fit_to_length
         name = Path(vehicle.body).name
-        self._question = f"{name}: the car would be {size_text(size_m)} large. Which unit is the file in?"
+        self._question = f"{name}: the car would measure {size_text(size_m)}. Which unit does the file use?"
         self.bench.notes.show_message(self._question, choices=choices)
 
     def fit_to_length(self) -> None:
@@ -139,12 +139,12 @@ class Car(Feature):
 
 
 class SolidCar(Feature):
-    """Whether rays end at the car's own body: a switch, and what it is now in the status bar."""
+    """Switch for self-occlusion: rays end at the car's own body; the state is shown in the status bar."""
 
     specs = (
         Spec(
             "solid_car", "Solid car",
-            "Rays end at the car's own body where the rig is scored; off, they pass through it, as in the paper",
+            "Let rays end at the car's own body in the scores; off, they pass through it, as in the paper.",
             "B", "car",
             "scene/body", "heat", is_checkable=True,
         ),
@@ -159,7 +159,7 @@ class SolidCar(Feature):
         self._show()
 
     def _switch(self) -> None:
-        """Edit the rig; what was said for all rigs at the start ends with it."""
+        """Edit the rig; a mode given for all rigs at the start ends with it."""
         is_solid = self.session.body_wanted != "blocks"
         self.session.set_body(None)
         self.document.apply(self.document.rig.replace(self_occlusion=is_solid))

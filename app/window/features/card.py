@@ -28,13 +28,13 @@ KEPT = {
     "reaction_s": float,
     "deceleration_mps2": float,
 }
-"""What of the plan is kept between sessions."""
+"""Settings of the plan that are kept between sessions."""
 NOW = (
-    "{name}, as it is now{failed}, body {body}: first distance in metres with too little, by LiDARs at the "
+    "{name}, current{failed}, body {body}: first distance in metres with too little, by LiDARs at the "
     "unluckiest-middle-luckiest place between the beams; more is better"
 )
 BEFORE = "Out of date: {name} before the last change"
-WAITS, MOVES, MAKING = "after the first scores", "while a sensor moves", "the card is being made"
+WAITS, MOVES, MAKING = "after the first scores", "while a sensor moves", "computing detection ranges"
 STOPPED = "stopped"
 
 
@@ -48,7 +48,7 @@ class CardShown(Feature):
         check_spec(
             "detection_range",
             "Detection range",
-            "Up to which distance the rig detects an object, by class",
+            "Show the detection range by class and direction.",
         ),
     )
 
@@ -79,7 +79,7 @@ class CardShown(Feature):
     # ------------------------------------------------------------------ asking
     @property
     def _wanted(self) -> CardRequest:
-        """The rig as it is now; how the car brakes decides nothing that has to be counted."""
+        """Return the request for the current rig; the braking model does not affect the counts."""
         session = self.session
         plan = self._plan.braking_as(USUAL_PLAN).with_body(session.solid_body)
         rig = session.working_rig.model_copy(update={"keep_out": ()})
@@ -87,11 +87,11 @@ class CardShown(Feature):
 
     @property
     def is_current(self) -> bool:
-        """Whether the card that is shown is of the rig as it is now."""
+        """Return whether the shown results belong to the current rig."""
         return self._answer is not None and self._answer[0] == self._wanted
 
     def _follow(self, *_: object) -> None:
-        """Ask for the card of the rig as it is now, once the mouse rests, unless it is there or on its way."""
+        """Request the results of the current rig, once the mouse rests, unless they exist or are on their way."""
         wanted = self._wanted
         if self._asked is not None and self._asked != wanted:
             self.maker.drop()
@@ -158,7 +158,7 @@ class CardShown(Feature):
 
     def _words(self) -> str:
         if self._answer is not None and self.is_current:
-            failed = ", without what has failed" if self.document.failed else ""
+            failed = ", without failed sensors" if self.document.failed else ""
             return NOW.format(name=self._answer[0].rig.name, failed=failed, body=self.session.solid_body)
         if self._asked is not None:
             why = MAKING
@@ -166,7 +166,7 @@ class CardShown(Feature):
             why = MOVES
         else:
             why = WAITS if self._ended is None else self._ended[1]
-        before = "No card yet" if self._answer is None else BEFORE.format(name=self._answer[0].rig.name)
+        before = "No results yet" if self._answer is None else BEFORE.format(name=self._answer[0].rig.name)
         return f"{before} ({why})"
 
     # ------------------------------------------------------------------ between sessions, export
@@ -180,7 +180,7 @@ class CardShown(Feature):
             self._choose(CardPlan(**numbers))
 
     def keep(self, settings: Settings) -> None:
-        """Write what is enough, and how the car brakes."""
+        """Write the thresholds and the braking model."""
         settings.write("card/plan", {name: getattr(self._plan, name) for name in KEPT})
 
     def _export(self) -> None:

@@ -60,7 +60,8 @@ class LiveCheck(Feature, Generic[Page, Request, Answer]):
             self._asked = None
 
     def _ask(self) -> None:
-        """Ask, unless nobody looks, the same was asked, or the mesh of the car's file is not there yet."""
+        """Submit the request, unless the page is hidden, the request is the same, or the mesh of the car's file is
+        missing."""
         if not self.in_sight or self.session.rig.vehicle.lacks_mesh:
             return
         request = self._request()
@@ -69,14 +70,14 @@ class LiveCheck(Feature, Generic[Page, Request, Answer]):
             self._worker.ask(request)
 
     def _take(self, _: Request, answer: Answer) -> None:
-        """Show an answer; one to an earlier pose too, until the next is there."""
+        """Show a result; also one for an earlier pose, until the next arrives."""
         if self._asked is not None:
             self._show(answer)
 
     # ---- what a check is of
 
     def _request(self) -> Request:
-        """What is asked of the rig of now."""
+        """Return the request for the current rig."""
         raise NotImplementedError
 
     def _show(self, answer: Answer) -> None:

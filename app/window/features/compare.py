@@ -1,4 +1,4 @@
-"""Compare: presets, files and snapshots of the session beside the rig being edited, on the same traffic."""
+"""Compare presets, files and snapshots of the session with the rig being edited, on the same traffic."""
 
 from __future__ import annotations
 
@@ -32,27 +32,27 @@ MAX_ROWS = 200
 
 
 class Compare(Feature):
-    """Fills the list of rigs, shows what is known of them, and opens rigs from it."""
+    """List of compared rigs: fills it, shows their known figures, and opens rigs from it."""
 
     specs = (
         Spec(
-            "snapshot", "Take snapshot", "Keep the rig as it is now in the list of the Compare panel", "Ctrl+T",
+            "snapshot", "Take snapshot", "Add the current rig to the list of the Compare panel.", "Ctrl+T",
             "snapshot", "study/rigs",
         ),
         Spec(
-            "pin", "Snapshot as baseline", "Take a snapshot and count all changes from it", "Ctrl+B", "pin",
+            "pin", "Snapshot as baseline", "Take a snapshot and show all changes from it.", "Ctrl+B", "pin",
             "study/rigs",
         ),
         Spec(
-            "unpin", "Last saved rig as baseline", "Count all changes from the rig as last saved", "Ctrl+Shift+B",
+            "unpin", "Last saved rig as baseline", "Show all changes from the last saved rig.", "Ctrl+Shift+B",
             menu="study/rigs",
         ),
         Spec(
-            "compare_file", "Compare with file…", "Add a rig file to the Compare panel", "Ctrl+Alt+T",
+            "compare_file", "Compare with file…", "Add a rig file to the Compare panel.", "Ctrl+Alt+T",
             menu="study/rigs",
         ),
         Spec(
-            "compare_paper", "Compare the paper's rigs", "Add the eight rigs of the paper to the Compare panel",
+            "compare_paper", "Compare the paper's rigs", "Add the eight rigs of the paper to the Compare panel.",
             "Ctrl+Shift+T", menu="study/rigs",
         ),
     )  # fmt: skip
@@ -112,12 +112,12 @@ class Compare(Feature):
 
     # ------------------------------------------------------------------ rows
     def take_snapshot(self) -> None:
-        """Keep the rig as it is now, under its name and a number."""
+        """Keep the current rig, under its name and a number."""
         self._snapshot()
         self.bench.docks.bring_up("Compare")
 
     def pin_snapshot(self) -> None:
-        """Keep the rig as it is now and count changes from it; the panel in front stays there."""
+        """Keep the current rig as the baseline; the front panel stays."""
         self._snapshot()
         self.session.pin(self.document.rig)
 

@@ -23,14 +23,14 @@ CURRENT = "current"
 
 
 class ComparedRigs(QObject):
-    """Keeps a row for each rig, the one being edited first, and has the others scored and counted when nobody edits.
+    """Rows of rigs, the one being edited first; the others are scored and counted between edits.
 
-    What stands side by side is of the same traffic and the same settings; once these differ all else is void, and
-    asked for anew.
+     Compared rigs share the same traffic and settings; once these differ all other results are discarded, and
+    requested again.
     """
 
     changed = Signal()
-    """A row, its numbers, or whether numbers are asked for."""
+    """A row or its numbers changed, or whether numbers are requested."""
 
     def __init__(self, bench: Workbench) -> None:
         super().__init__(bench)
@@ -84,7 +84,7 @@ class ComparedRigs(QObject):
         self.changed.emit()
 
     def go_on(self, wanted: bool) -> None:
-        """Ask for what is missing, or give that up."""
+        """Request the missing numbers, or cancel that."""
         self.is_given_up = not wanted
         self._forget()
         self._ask()
@@ -104,7 +104,7 @@ class ComparedRigs(QObject):
         self._ask()
 
     def take_count(self, answer: CountAnswer) -> None:
-        """Take what that rig gets onto road users; another way of counting makes all other counts void."""
+        """Store the counts of a rig; another way of counting discards all other counts."""
         before, self._counted = self._counted, answer
         if before is None or _way(before) != _way(answer):
             self._drop_figures()
@@ -136,7 +136,7 @@ class ComparedRigs(QObject):
 
     # ------------------------------------------------------------------ asking for the others
     def _ask(self) -> None:
-        """Ask for what is missing, once the traffic and the settings are known; with the meshes that are known now."""
+        """Request the missing numbers, once the traffic and the settings are known."""
         self._rows = {
             key: replace(row, rig=self._session.with_mesh(row.rig)) for key, row in self._rows.items()
         }
@@ -152,7 +152,7 @@ class ComparedRigs(QObject):
         self.changed.emit()
 
     def _ask_counts(self, counted: CountRequest) -> None:
-        """Ask for what the other rigs get onto road users."""
+        """Request the counts of the other rigs; a mesh that was not read is not used for them."""
         new = [
             row
             for row in self._rows.values()
@@ -182,5 +182,5 @@ class ComparedRigs(QObject):
 
 
 def _way(answer: CountAnswer) -> tuple[LoadedScene, TargetSettings]:
-    """What figures side by side must have in common: the traffic, and how it is counted."""
+    """Return what figures side by side must have in common: the traffic and the counting settings."""
     return answer.request.scene, answer.request.settings

@@ -24,7 +24,7 @@ ACCEPTED = (
 
 
 class Drop(Feature):
-    """Takes local files from a file manager, anywhere on the window where nothing else wants them."""
+    """Accept local files from a file manager, anywhere on the window where no widget takes them."""
 
     def __init__(self, bench: Workbench, files: Files, scene_data: SceneData, car: Car) -> None:
         super().__init__(bench)
@@ -33,7 +33,7 @@ class Drop(Feature):
         bench.window.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Welcome files; what they are is looked at when they are let go."""
+        """Accept dragged files; their kind is checked when they are dropped."""
         if isinstance(event, QDropEvent) and local_paths(event.mimeData()):
             event.acceptProposedAction()
             if event.type() == QEvent.Type.Drop:
@@ -65,7 +65,7 @@ def local_paths(data: QMimeData) -> list[Path]:
 
 
 def _kind(path: Path) -> str:
-    """What a dropped path is by its name: "rig", "boxes", "pog", "mesh", or "" for anything else."""
+    """Return the kind of a dropped path by its name: "rig", "boxes", "pog", "mesh", or "" for anything else."""
     name = path.name.lower()
     if path.is_dir() or name.endswith(TABLES):
         return "boxes"

@@ -117,7 +117,7 @@ class Clipboard(Feature):
 
 
 def sensors_in(text: str) -> tuple[Sensor, ...]:
-    """The sensors that a text says: a rig file, its part from "sensors:" on, or a list of sensors."""
+    """Return the sensors in a text: a rig file, its part from "sensors:" on, or a list of sensors."""
     if not text.strip():
         raise InputError(f"clipboard: no text; {REMEDY}")
     if len(text) > MAX_BYTES:
@@ -183,7 +183,7 @@ class Mirror(Feature):
         self.document.choose(tuple(images))
 
     def _is_on_plane(self, name: str) -> bool:
-        """Whether a sensor is selected that is its own mirror image."""
+        """Return whether a sensor is selected that is its own mirror image."""
         found = [sensor for sensor in self.document.rig.sensors if sensor.name == name]
         is_chosen = name in self.document.selection
         return is_chosen and any(sensor.pose == mirrored_pose(sensor.pose) for sensor in found)
@@ -212,7 +212,7 @@ class Mirror(Feature):
         return tuple(name for name in self.document.chosen if partner_of(rig, name) is None)
 
     def _pair(self) -> tuple[str, str] | None:
-        """Who would be linked: first the one that stays where it is."""
+        """Return the pair that would be linked: first the one that stays where it is."""
         rig, chosen, alone = self.document.rig, self.document.selection, self._alone()
         if len(alone) != len(chosen) or len(chosen) not in (1, 2):
             return None

@@ -1,4 +1,4 @@
-"""Sensors taken as failed, one by one or in groups that fail together: what the rig is still worth then."""
+"""Take sensors as failed, one by one or in groups that fail together, and show the remaining figures."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Failing(Feature):
         self.document.set_failed(tuple(self.document.failed), False)
 
     def _groups(self) -> dict[str, tuple[str, ...]]:
-        """The groups that sensors switched on fail with: what is off does not count."""
+        """Return the groups that enabled sensors fail with."""
         return groups_of(sensor for sensor in self.document.rig.sensors if sensor.enabled)
 
     def _fill(self, menu: QMenu, of: frozenset[str] | None = None) -> None:

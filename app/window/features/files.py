@@ -119,10 +119,10 @@ class Files(Feature):
         body = mesh_name(mesh_path(rig.vehicle.body, path.parent), folder)
         is_same_place = path.parent.absolute() == folder.absolute()
         if not is_same_place and not Path(rig.vehicle.body).is_absolute():
-            self.document.apply(rig.replace(vehicle=rig.vehicle.replace(body=body)), "name the mesh anew")
+            self.document.apply(rig.replace(vehicle=rig.vehicle.replace(body=body)), "rename the mesh")
 
     def may_lose_changes(self) -> bool:
-        """Whether the rig is saved, or the user does not mind."""
+        """Return whether the rig is saved, or the user does not mind."""
         self.viewport.cancel_drag()
         if not self.document.is_modified:
             return True
@@ -180,7 +180,7 @@ class Recent(Feature):
         self.bench.kept.sync()
 
     def fill(self) -> None:
-        """Make the menu say what the list holds now."""
+        """Fill the menu with the current list."""
         self.bench.kept.sync()
         self.menu.clear()
         for number, path in enumerate(self.paths, 1):
@@ -263,7 +263,7 @@ class Exchange(Feature):
         self.show_report(write_rig(self.document.rig, path, format_.name).report)
 
     def show_report(self, report: Report | None) -> None:
-        """What became of everything, to read; nothing for RigLens' own files."""
+        """Show the report of a conversion; nothing for RigLens' own files."""
         if report is not None:
             self.bench.dialogs.show_text(self.bench.window, report.title, report_html(report), report.text())
 

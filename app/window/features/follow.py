@@ -1,4 +1,4 @@
-"""The view and the panels follow the document, and what is done in them goes to it."""
+"""Keep the view and the panels in step with the document, and pass their edits to it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ view's."""
 
 
 class Shown(NamedTuple):
-    """What is shown of a document."""
+    """Parts of a document that are shown."""
 
     rig: Rig
     saved_rig: Rig
@@ -68,11 +68,11 @@ class Follow(Feature):
         viewport.drag_cancelled.connect(document.cancel_drag)
 
     def _choose_boxed(self, names: tuple[str, ...], removing: bool) -> None:
-        """Select what a box was drawn around beside what is selected, or take it out."""
+        """Add the sensors in a box to the selection, or remove them."""
         (self.document.choose_fewer if removing else self.document.choose_more)(names)
 
     def _begin_drag(self, names: tuple[str, ...]) -> None:
-        """Open a drag, unless a sensor is locked: then all stay where they are, and the user hears why."""
+        """Begin a drag, unless a sensor is locked: then all stay, and the reason is shown."""
         document = self.document
         document.begin_drag(names)
         if not document.is_dragging:
@@ -82,7 +82,7 @@ class Follow(Feature):
             self.bench.report_while(message, lambda: locked in document.fixed)
 
     def show_all(self) -> None:
-        """Bring viewport, tree and inspector in line with the document, whatever they show now."""
+        """Update viewport, tree and inspector from the document."""
         self._forget()
         self._follow()
 
@@ -90,7 +90,7 @@ class Follow(Feature):
         self._shown, self._in_panels = None, None
 
     def _follow(self) -> None:
-        """Show the document, unless it is shown already: several of its signals may tell of one edit."""
+        """Show the document, unless it is shown already: several signals may belong to one edit."""
         document = self.document
         now = Shown(
             document.rig, document.saved_rig, document.selection, document.hidden, document.locked, document.failed
@@ -111,7 +111,7 @@ class Follow(Feature):
         )  # fmt: skip
 
     def _catch_up(self) -> None:
-        """Show in the panels what the view shows, unless they do."""
+        """Update panels that differ from the view."""
         now = self._shown
         if now is None or now == self._in_panels:
             return

@@ -1,4 +1,4 @@
-"""One frame of the traffic in the 3D view, following every drag; and road users that the rig misses, one by one."""
+"""Show one frame of the traffic in the 3D view, following every drag; and step through the missed objects."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ if TYPE_CHECKING:
     from riglens.core.view.frame_scene import FrameScene, Missed
 
 FRAME_MS = 200
-"""How long each frame is shown while frames are played, at least."""
-NOBODY = "The rig misses nobody in the frames counted so far"
+"""Shortest time for which each frame is shown during playback."""
+NOBODY = "The rig misses no road user in the frames counted so far"
 
 
 class _Shown(NamedTuple):
-    """What the view shows: the frame's place in the traffic, and the number of a box there that is explained."""
+    """Content of the view: the frame's index in the traffic, and the number of a box there that is explained."""
 
     place: int
     explain: int | None
@@ -45,15 +45,15 @@ class FrameView(Feature):
 
     specs = (
         Spec(
-            "show_frame", "Show a frame of the traffic", "Road users of one frame, coloured by LiDAR points on them",
+            "show_frame", "Show a frame of the traffic", "Show the road users of one frame, coloured by LiDAR points.",
             "Shift+T", menu="scene/frames", is_checkable=True,
         ),
         Spec(
-            "next_missed", "Next missed road user", "Fly to the next road user that neither LiDARs nor cameras detect",
+            "next_missed", "Next missed road user", "Fly to the next road user that neither LiDARs nor cameras detect.",
             "Ctrl+J", menu="scene/frames",
         ),
         Spec(
-            "play_frames", "Play frames", "Show one frame of the traffic after the other", "Shift+J",
+            "play_frames", "Play frames", "Play back traffic frames.", "Shift+J",
             menu="scene/frames", is_checkable=True,
         ),
     )  # fmt: skip
@@ -78,7 +78,7 @@ class FrameView(Feature):
         self._asked: FrameRequest | None = None
         """The last request until it is answered."""
         self._missed: tuple[CountRequest, int] | None = None
-        """Who was shown last of those that a rig misses, and what was counted then."""
+        """Missed object that was shown last, and the count at that time."""
         panel = targets.panel
         panel.frame_wanted.connect(self._choose)
         panel.next_missed_wanted.connect(self.show_next_missed)
@@ -99,7 +99,7 @@ class FrameView(Feature):
 
     @property
     def is_current(self) -> bool:
-        """Whether the view shows what was asked last."""
+        """Return whether the view shows what was asked last."""
         return self._asked is None
 
     @property
@@ -178,7 +178,7 @@ class FrameView(Feature):
         self._ask()
 
     def show_next_missed(self) -> None:
-        """Show the next road user that the rig misses, the nearest first, and say why."""
+        """Show the next missed object, the nearest first, and the reason."""
         answer = self._targets.answer
         if answer is None:
             return
@@ -204,7 +204,7 @@ class FrameView(Feature):
 
     # ------------------------------------------------------------------ asking and showing
     def _ask(self) -> None:
-        """Ask for the chosen frame with the rig as it is now."""
+        """Request the chosen frame with the current rig."""
         traffic, shown = self._traffic, self._shown
         if shown is None or traffic is None:
             return
@@ -218,7 +218,7 @@ class FrameView(Feature):
             self.caster.ask(request)
 
     def _take(self, request: FrameRequest, answer: FrameAnswer) -> None:
-        """Show an answer; one to an earlier pose too, until the next is there."""
+        """Show a result; also one for an earlier pose, until the next arrives."""
         (scene, missed), shown = answer, self._shown
         if shown is None or (request.place, request.explain) != shown or request.traffic is not self._traffic:
             return
@@ -232,7 +232,7 @@ class FrameView(Feature):
 
 
 def missed_objects(answer: CountAnswer) -> list[int]:
-    """Places in the traffic of the road users that nothing detects, the nearest first."""
+    """Return the indices in the traffic of objects that nothing detects, the nearest first."""
     objects, traffic = answer.scores.objects, answer.traffic
     seen = (objects.all_points >= answer.scores.settings.min_points) | (objects.height_px >= HEIGHT_PX)
     boxes = objects.box[~seen]
@@ -240,7 +240,7 @@ def missed_objects(answer: CountAnswer) -> list[int]:
 
 
 def shown_frame(scene: FrameScene, enough: int, pointed_out: int | None) -> ShownFrame:
-    """What the 3D view draws of a frame."""
+    """Return what the 3D view draws of a frame."""
     boxes = scene.boxes
     return ShownFrame(
         boxes.cls, boxes.centre_m, boxes.size_m, boxes.rotation, scene.points, scene.places_m, scene.box >= 0,
@@ -252,14 +252,14 @@ def missed_text(scene: FrameScene, number: int, missed: Missed) -> str:
     """Say who is missed, where, and why."""
     who = f"Missed: {_name(scene, number)}"
     if missed.verdict == "no LiDARs":
-        return f"{who}: no LiDAR is switched on"
+        return f"{who}: no LiDAR is enabled"
     if missed.verdict == "out of range":
         return f"{who}: out of range of every LiDAR"
     points = f"{missed.points} of {_points(missed.alone)} reach it"
     if missed.verdict == "hidden":
         return f"{who}: {points}, behind {_obstacle(scene, missed.by)}"
     if missed.verdict == "between beams":
-        return f"{who}: between beams, {_points(missed.alone)} even with nothing in the way"
+        return f"{who}: between beams, {_points(missed.alone)} even without occlusion"
     return f"{who}: {points}"
 
 
@@ -269,7 +269,7 @@ def _points(number: int) -> str:
 
 def _obstacle(scene: FrameScene, by: int | None) -> str:
     if by is None:
-        return "what stands before it"
+        return "an object in front of it"
     if by == BODY:
         return "the own car's body"
     return "the ground" if by == GROUND else _name(scene, by)
@@ -282,5 +282,5 @@ def _name(scene: FrameScene, number: int) -> str:
 def box_name(cls: int, centre_m: NDArray[np.float64]) -> str:
     """A box in words: class, distance and direction."""
     x_m, y_m, _ = centre_m.tolist()
-    name = CLASSES[cls] if cls < len(CLASSES) else "what stands there"
+    name = CLASSES[cls] if cls < len(CLASSES) else "an occluder"
     return f"{name}, {math.hypot(x_m, y_m):.0f} m {bearing_word(math.atan2(y_m, x_m))}"

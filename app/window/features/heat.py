@@ -1,4 +1,4 @@
-"""What the heatmap shows, of which class of traffic, and how it and the rays of the sensors are drawn."""
+"""Choose the mode and traffic class of the heatmap, and its drawing and that of the sensors' rays."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from riglens.widgets.theme import CLASS_COLOURS
 TITLES: dict[str, str] = {
     str(mode): title for mode, title in (*HEAT_TITLES.items(), *TARGET_HEAT_TITLES.items())
 }
-"""What the heatmap can show: voxels, or what the rig gets onto road users."""
+"""Titles of the heatmap modes: of voxels and of objects."""
 UNNUMBERED = ("twice", "thrice", "kinds")
 """Modes without a shortcut: Alt and a figure are taken."""
 NUMBERED = tuple(mode for mode in TITLES if mode not in UNNUMBERED)
@@ -48,10 +48,10 @@ class Heat(Feature):
             for name in CLASSES
         ),
         Spec(
-            "legend", "Legends", "Show the keys of heatmap, rays and ground", menu="view/shown", is_checkable=True
+            "legend", "Legends", "Show the legends of heatmap, rays and ground.", menu="view/shown", is_checkable=True
         ),
         Spec(
-            "next_class", "Next class of traffic", "Heatmap and map of the next class of traffic", "T",
+            "next_class", "Next traffic class", "Show heatmap and map of the next traffic class.", "T",
             menu="view",
         ),
     )  # fmt: skip
@@ -62,8 +62,8 @@ class Heat(Feature):
         classes = {name: self.actions[f"class_{name}"] for name in CLASSES}
         for name, action in classes.items():
             action.setIcon(swatch(CLASS_COLOURS[name]))
-        self._modes = Choice("heatmap", "What the heatmap shows", modes)
-        self._classes = Choice("class", "Class of traffic of heatmap and map", classes)
+        self._modes = Choice("heatmap", "Content of the heatmap.", modes)
+        self._classes = Choice("class", "Traffic class of heatmap and map.", classes)
         self._classes.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self.panel = HeatPanel()
         self._looks = QMenu(bench.window)
@@ -92,13 +92,13 @@ class Heat(Feature):
         self._looks.addAction(holder)
 
     def _add_menus(self, modes: list[QAction], classes: list[QAction]) -> None:
-        for title, actions in (("Heatmap", modes), ("Class of traffic", classes)):
+        for title, actions in (("Heatmap", modes), ("Traffic class", classes)):
             menu = QMenu(title, self.bench.window)
             menu.addActions(actions)
             self.bench.places.add_to_menu("view/shown", menu)
 
     def set_legend(self, shown: bool) -> None:
-        """Show the keys of heatmap, rays and ground, or none of them."""
+        """Show the legends of heatmap, rays and ground, or none of them."""
         self.actions["legend"].setChecked(shown)
         self.viewport.show_state(replace(self.viewport.state, show_legend=shown))
 
@@ -108,7 +108,7 @@ class Heat(Feature):
         self.set_class(CLASSES[(shown + 1) % len(CLASSES)])
 
     def set_mode(self, mode: str) -> None:
-        """Choose what the heatmap shows: a key of TITLES."""
+        """Set the mode of the heatmap: a key of TITLES."""
         self.session.set_heat(replace(self.session.heat, mode=cast(HeatMode, mode)))
 
     def set_class(self, name: str) -> None:
@@ -156,7 +156,7 @@ def looks_button(menu: QMenu) -> QToolButton:
     return menu_button(
         "heat_look",
         "sliders",
-        "Threshold, colours, opacity and slice of the heatmap; rays of the sensors",
+        "Set threshold, colours, opacity and slice of the heatmap, and the rays of the sensors.",
         menu,
     )
 
@@ -180,9 +180,9 @@ class RaysShown(Feature):
     """A switch and a choice of fillings in the View menu, and sliders below those of the heatmap."""
 
     specs = (
-        Spec("rays", "Rays", "Show the rays of the sensors", "R", menu="view/shown", is_checkable=True),
-        _fill("none", "Not filled", "Rays alone"),
-        _fill("ground", "Footprints on the ground", f"Fill the ground that is looked at, within range, {_OPEN}"),
+        Spec("rays", "Rays", "Show the rays of the sensors.", "R", menu="view/shown", is_checkable=True),
+        _fill("none", "Not filled", "Show rays only."),
+        _fill("ground", "Footprints on the ground", f"Fill the ground in view, within range, {_OPEN}"),
         _fill("frusta", "Frusta", f"Fill the outside of each field of view, {_OPEN}"),
     )  # fmt: skip
 
@@ -202,7 +202,7 @@ class RaysShown(Feature):
         self._show(self.panel.look)
 
     def set_fill(self, fill: Fill) -> None:
-        """Fill what sensors look at: footprints, frusta, or nothing."""
+        """Fill the fields of view of sensors: footprints, frusta, or none."""
         self.panel.set_look(replace(self.panel.look, fill=fill))
 
     def restore(self, settings: Settings) -> None:

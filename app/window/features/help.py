@@ -1,4 +1,4 @@
-"""Help: guide, tips, the shortcut sheet, every command by its name, and what the program is about."""
+"""Help: guide, tips, the shortcut sheet, every command by its name, and the purpose of the program."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from riglens.widgets.panels.help.tips_card import TipsCard
 from riglens.widgets.panels.scores.text import SIGN_NOTE
 
 ABOUT = (
-    "<p><b>RigLens</b> shows how well LiDARs and cameras on a car look at the traffic around it, "
+    "<p><b>RigLens</b> shows how well LiDARs and cameras on a car cover the traffic around it, "
     "after “Influence of Camera-LiDAR Configuration on 3D Object Detection” (ICRA 2024).</p>"
     f"<p>{SIGN_NOTE}</p>"
 )
@@ -39,19 +39,23 @@ SHORT = 38
 
 
 TIPS = (
-    "Drag beside the sensors to turn the view, with the middle button to shift it; wheel and right button zoom. "
-    "F looks at what is selected, Home at the whole car.",
-    "Click a sensor, here or in the list, and drag its arrows and rings. The scores below follow while you drag; "
-    "Ctrl+Z takes back.",
-    "P, then a click on the car, puts the selected sensor onto its surface. Models of the library can be dragged "
-    "onto the car.",
-    "Shift and a drag selects several sensors. Arrows, fields and every action then work on all of them.",
-    "Alt and a click on the heatmap says who sees that place, and why the others do not.",
+    "Drag next to the sensors to orbit, with the middle button to pan; wheel and right "
+    "button zoom. F frames the selection, Home the whole car.",
+    (
+        "Click a sensor, here or in the list, and drag its arrows and rings. The scores below "
+        "follow while you drag; Ctrl+Z undoes."
+    ),
+    (
+        "Press P and click on the car to put the selected sensor there. Drag models from the "
+        "library onto the car."
+    ),
+    "Shift-drag to select several sensors. Arrows, fields and every action then apply to all of them.",
+    "Alt-click on the heatmap to see which sensors cover that place, and why the others do not.",
     "Ctrl+K finds every command, sensor model and preset by a few letters. F1 opens the guide, ? lists all keys.",
 )
 TIPS_KEY = "tips/closed"
 PARTS_NAMED = ("PySide6-Essentials", "vtk", "numba", "numpy")
-"""Packages whose versions a report of a problem should name."""
+"""Packages whose versions a problem report should name."""
 
 
 class Help(Feature):
@@ -59,13 +63,13 @@ class Help(Feature):
 
     specs = (
         Spec(
-            "commands", "Find a command…", "Type a few letters of any command, model, preset or view", "Ctrl+K",
+            "commands", "Find a command…", "Type a few letters of any command, model, preset or view.", "Ctrl+K",
             "search", "help/texts",
         ),
-        Spec("guide", "Guide", "The first five minutes, and the pages that they lead to", "F1", "", "help/texts"),
-        Spec("tips", "Tips", "Short tips for the first steps, in a corner of the view", "", "", "help/texts"),
-        Spec("help", "Shortcuts and mouse", "What keys and mouse buttons do", "?", "", "help/texts"),
-        Spec("about", "About RigLens", "Version, and what this program computes", "Shift+F1", "", "help/texts"),
+        Spec("guide", "Guide", "Read the first five minutes, and the pages linked from there.", "F1", "", "help/texts"),
+        Spec("tips", "Tips", "Show short tips for the first steps, in a corner of the view.", "", "", "help/texts"),
+        Spec("help", "Shortcuts and mouse", "List the keys and mouse buttons.", "?", "", "help/texts"),
+        Spec("about", "About RigLens", "Show the version and what is computed.", "Shift+F1", "", "help/texts"),
     )  # fmt: skip
 
     def __init__(self, bench: Workbench) -> None:
@@ -90,7 +94,7 @@ class Help(Feature):
         self.card.end()
         self.bench.kept.write(TIPS_KEY, True)
         self.bench.kept.sync()
-        self.bench.status.showMessage("Help > Tips shows the tips again.", TOLD_MS)
+        self.bench.status.showMessage("Show the tips again by Help > Tips.", TOLD_MS)
 
     def show_commands(self) -> None:
         """Every command, to be found by its name."""
@@ -107,17 +111,17 @@ class Help(Feature):
             self.bench.dialogs.show_guide(self.bench.window, page)
 
     def show_help(self) -> None:
-        """What keys and mouse buttons do."""
+        """Show the keys and mouse buttons."""
         groups = sheet(self.actions, self.bench.gestures)
         self.bench.dialogs.show_sheet(self.bench.window, "Shortcuts and mouse", groups)
 
     def show_about(self) -> None:
-        """What the program computes, with the sign of S-MS said openly, and which version it is."""
+        """Show what the program computes, including the sign of S-MS, and its version."""
         self.bench.dialogs.show_text(self.bench.window, "About RigLens", ABOUT + versions_html())
 
 
 def versions_html() -> str:
-    """This version, and those of what it stands on, to be copied into a report of a problem."""
+    """Return this version, and those of its packages, to be copied into a problem report."""
     found = [f"Python {platform.python_version()}"]
     for name in PARTS_NAMED:
         with suppress(PackageNotFoundError):
@@ -127,13 +131,13 @@ def versions_html() -> str:
 
 
 def guide_page() -> Path | None:
-    """The page for beginners; it lies beside the code in a checkout and in an installation."""
+    """Return the page for beginners; it is next to the code in a checkout and in an installation."""
     page = Path(core.__file__).resolve().parents[1] / "docs" / "first-five-minutes.md"
     return page if page.is_file() else None
 
 
 def commands_of(places: Places, itself: QAction) -> list[Command]:
-    """Everything that stands in a menu, submenus filled as if somebody looked into them."""
+    """Return every action in the menus, including submenus that are filled when opened."""
     found: list[Command] = []
     for key, (title, _) in MENUS.items():
         found += _commands_in(places.menu(key), (_plain(title),), itself)
@@ -158,7 +162,7 @@ def _plain(text: str) -> str:
 
 
 def sheet(actions: Actions, gestures: list[tuple[str, str]]) -> list[Group]:
-    """Every action by its menu, with its keys if it has some, then what the mouse does."""
+    """Return every action by its menu, with its keys if any, then the mouse gestures."""
     titles = [title.replace("&", "") for title, _ in MENUS.values()]
     place = titles.index("View") + 1
     titles[place:place] = ["Heatmap", "Panels"]

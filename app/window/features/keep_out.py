@@ -1,4 +1,4 @@
-"""View > Keep-out zones: where no sensor is to stand, shown on the car, and painted there with a brush."""
+"""View > Keep-out zones: shown on the car, and painted there with a brush."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ if TYPE_CHECKING:  # loads the compiler
 RADII_M = {"brush_small": 0.05, "brush_medium": 0.10, "brush_large": 0.20}
 """Of the spots that a brush leaves: our choice."""
 HINT = (
-    "Paint on the car where no sensor is to stand; from a painted spot on, the brush erases. Beside the car a drag "
-    "turns the view; Esc ends painting."
+    "Paint keep-out zones on the car; start on a painted spot to erase. Drag off the car to "
+    "turn the view; Esc ends painting."
 )
 FULL = f"The rig holds {MAX_SPOTS} spots already: erase some, or paint with a larger brush"
 OTHER_TOOLS = ("pick", "measure")
@@ -41,22 +41,24 @@ class KeepOutZones(Feature):
     specs = (
         Spec(
             "keep_out_shown", "Show on the car",
-            "Colour where no sensor is to stand: amber as the limits on mounts say (Checks > Mounts), red as painted",
+            "Colour the keep-out zones: amber by the mount limits (Checks > Mounts), red as painted.",
             menu="view", is_checkable=True,
         ),
         Spec(
             "keep_out_paint", "Paint on the car",
-            "Paint with the left button where no sensor is to stand; from a painted spot on, erase",
+            "Paint keep-out zones with the left button; start on a painted spot to erase.",
             menu="view", is_checkable=True,
         ),
         *(
-            Spec(key, f"Brush of {200 * radius_m:.0f} cm", "Diameter of the spots", menu="view", group="brush")
+            Spec(key, f"Brush of {200 * radius_m:.0f} cm", "Diameter of the spots.", menu="view", group="brush")
             for key, radius_m in RADII_M.items()
         ),
-        Spec("keep_out_clear", "Erase all that is painted", "Undo brings it back", menu="view"),
+        Spec("keep_out_clear", "Erase all painted zones", "Undo restores them.", menu="view"),
     )  # fmt: skip
 
-    mouse = (("Painting keep-out zones: left button on the car", "paints; from a painted spot on, erases"),)
+    mouse = (
+        ("Painting keep-out zones: left button on the car", "paints, or erases if started on a painted spot"),
+    )
 
     def __init__(self, bench: Workbench, mounts: Mounts) -> None:
         super().__init__(bench)
@@ -106,7 +108,7 @@ class KeepOutZones(Feature):
             self.viewport.show_state(replace(self.viewport.state, keep_out=shown))
 
     def _zones_now(self) -> tuple[Zone, ...]:
-        """The zones that the limits on mounts say, in metres of the car of now; none while its mesh is not there."""
+        """Return the zones of the mount limits, in metres of the current car; none while its mesh is missing."""
         vehicle, asked = self.session.rig.vehicle, self._mounts.keep_out
         if vehicle.lacks_mesh:
             return ()
@@ -156,7 +158,7 @@ class KeepOutZones(Feature):
         self.document.apply(self.document.rig.replace(keep_out=()))
 
     def _on_brushed(self, point_m: Vec3, begins: bool) -> None:
-        """Paint or erase where the brush touches the car; what a stroke does is decided where it begins."""
+        """Paint or erase where the brush touches the car; the start of a stroke decides which."""
         if begins:
             self._stroke = self.document.rig.keep_out
             self._is_erasing = any(covers(spot, point_m) for spot in self._stroke)
@@ -190,7 +192,7 @@ class KeepOutZones(Feature):
 
 
 def covers(spot: Spot, point_m: Vec3) -> bool:
-    """Whether a place lies within a spot."""
+    """Return whether a place lies within a spot."""
     return math.dist(spot[:3], point_m) <= spot[3]
 
 

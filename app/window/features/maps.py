@@ -1,4 +1,4 @@
-"""The map from above, and what the selected sensor sees of one frame; both cost nothing while out of sight."""
+"""The map from above, and the selected sensor's view of one frame; both cost nothing while hidden."""
 
 from __future__ import annotations
 
@@ -27,26 +27,26 @@ from riglens.widgets.maps.sensor_view import SensorViewPanel
 if TYPE_CHECKING:  # made by the thread of the engine, which loads the compiler
     from riglens.core.review.blind import BlindMap
 
-LOADING = "Box data are being loaded"
+LOADING = "Loading box data"
 NO_DATA = "No box data are loaded: choose some in the Scene panel"
 FEW = {
-    "any": "No sensor is switched on",
-    "twice": "Fewer than 2 sensors are switched on",
-    "thrice": "Fewer than 3 sensors are switched on",
-    "kinds": "Sensors of only one kind are switched on",
+    "any": "No sensor is enabled",
+    "twice": "Fewer than 2 sensors are enabled",
+    "thrice": "Fewer than 3 sensors are enabled",
+    "kinds": "Only one kind of sensor is enabled",
 }
-LOOKING = "Looking at the ground around the car"
+LOOKING = "Computing the ground around the car"
 
-NOTHING_SELECTED = "Select a sensor to look through it"
-NO_PICTURE = "There is no picture of what {kind} see"
-NO_SENSORS = "The rig has no sensors: add one, and look through it here"
-WAITING = "The picture is being made"
-OFF = "Switched off: this sensor does not count in the scores."
-FAILED = "Taken as failed: this is what it would see; no figure counts it."
+NOTHING_SELECTED = "Select a sensor to see its view"
+NO_PICTURE = "{kind} have no picture"
+NO_SENSORS = "The rig has no sensors: add one to see its view here"
+WAITING = "Drawing the picture"
+OFF = "Disabled: this sensor is not included in the scores."
+FAILED = "Failed: this would be its view; no figure includes it."
 
 
 class Map(Feature):
-    """A dock that follows the scores, and what it lays on the ground of the 3D view; nothing is made out of sight."""
+    """Dock of the map, which follows the scores, and its layer on the ground of the 3D view; idle while hidden."""
 
     def __init__(self, bench: Workbench) -> None:
         super().__init__(bench)
@@ -79,7 +79,7 @@ class Map(Feature):
         settings.write("map/ground", self.panel.on_ground.isChecked())
 
     def _tell_source(self) -> None:
-        """Say what the session has to know for the map: nothing while nobody looks at it."""
+        """Set the coverage that the session computes for the map: none while the map is hidden."""
         self.session.look_at_map(self.panel.seen_by if self.in_sight else None)
         self.session.look_around(
             "map", (bool(self.in_sight) and self.panel.lowest is not None) or self.panel.ground is not None
@@ -111,7 +111,7 @@ class Map(Feature):
         self.panel.set_class("" if self.panel.lowest is not None else self.session.heat.class_name)
 
     def _show_lowest(self) -> None:
-        """Show from what height on something beside the car is seen, if the map is to show that."""
+        """Show the lowest visible height around the car, if the map is set to it."""
         lowest, found = self.panel.lowest, self._blind
         self._name_class()
         if lowest is not None:
@@ -130,7 +130,7 @@ class Map(Feature):
             self.viewport.show_state(replace(state, ground_map=shown))
 
     def _show_top(self) -> None:
-        """Show what is seen, unless the map shows something else."""
+        """Show the coverage, unless the map shows something else."""
         if self._top is not None and self.panel.seen_by is not None:
             self.panel.map.set_top_view(self._top)
             self.panel.map.set_message(remark(self._top, self.document.working_rig))
@@ -141,17 +141,17 @@ class Map(Feature):
 
 
 def remark(top: TopView, rig: Rig) -> str:
-    """What has to be said about a map that shows nothing, or nothing seen; empty for any other."""
+    """Return the remark on a map that shows nothing, or nothing seen; empty for any other."""
     if top.is_empty:
-        return f"This data set has no {MANY[top.class_name]}: there is nothing to see or to miss"
+        return f"This data set has no {MANY[top.class_name]}: nothing to see or to miss"
     on = [sensor.kind for sensor in rig.sensors if sensor.enabled]
     kind = kind_named(top.seen_by)
     if kind is not None:
-        is_enough, few = kind.name in on, f"No {kind.title} is switched on"
+        is_enough, few = kind.name in on, f"No {kind.title} is enabled"
     else:
         counts = {"any": bool(on), "twice": len(on) >= 2, "thrice": len(on) >= 3, "kinds": len(set(on)) >= 2}
         is_enough, few = counts[top.seen_by], FEW[top.seen_by]
-    return "" if is_enough else f"{few}: all of it is blind"
+    return "" if is_enough else f"{few}: everything is blind"
 
 
 class SensorView(Feature):
@@ -184,7 +184,7 @@ class SensorView(Feature):
 
     @property
     def is_current(self) -> bool:
-        """Whether the picture shown is the one last asked for."""
+        """Return whether the picture shown is the one requested last."""
         return self._is_answered
 
     def _follow_frame(self, number: int) -> None:
@@ -203,7 +203,7 @@ class SensorView(Feature):
             self._ask()
 
     def _ask(self) -> None:
-        """Ask for the picture that belongs to what is selected now, or say why there is none."""
+        """Request the picture of the selected sensor, or show why there is none."""
         if not self.in_sight:
             return
         sensor, scene = self.document.selected_sensor(), self.session.scene
@@ -221,7 +221,7 @@ class SensorView(Feature):
             self.pictures.ask(request)
 
     def _show(self, request: PictureRequest, picture: SensorPicture) -> None:
-        """Show a picture of the selected sensor; one of an earlier pose too, until the next is there."""
+        """Show a picture of the selected sensor; also one for an earlier pose, until the next arrives."""
         sensor = self.document.selected_sensor()
         if request is self._asked:
             self._is_answered = True
@@ -239,7 +239,7 @@ class SensorView(Feature):
             self.panel.show_ranges(picture.image, math.hypot(grid.roi_m[0], grid.roi_m[1]) / 2)
 
     def _show_notes(self) -> None:
-        """Say below the picture what has to be said about it, and whether its sensor counts."""
+        """Show remarks below the picture, and whether its sensor is included in the scores."""
         if self._shown is not None:
             shown, about = self._shown
             off = "" if shown.enabled else OFF

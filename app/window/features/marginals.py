@@ -1,4 +1,4 @@
-"""What the rig loses without each sensor: scores, and what it gets onto road users; in the list and the inspector."""
+"""Show what the rig loses without each sensor: scores and figures of objects; in the list and the inspector."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ GROUP = "marginal"
 
 
 class Marginals(Feature):
-    """Asks for the rig without each sensor after every exact answer, and forgets it with the next edit.
+    """Requests the rig without each sensor after every exact result, and discards it with the next edit.
 
-    `losses` are the scores without a sensor that are known by now, of the rig in `result`; `figures` what such rigs
-    get onto road users, of the rig in `answer`. `measure` is what the list shows.
+    `losses` are the scores without a sensor known so far, of the rig in `result`; `figures` those of objects
+    of such rigs, of the rig in `answer`. `measure` is what the list shows.
     """
 
-    specs = (check_spec("redundancy", "Redundancy", "What the rig loses when each sensor fails"),)
+    specs = (check_spec("redundancy", "Redundancy", "Show what the rig loses when each sensor fails."),)
 
     def __init__(self, bench: Workbench, targets: Targets) -> None:
         super().__init__(bench)
@@ -69,14 +69,14 @@ class Marginals(Feature):
         self._show_selected()
 
     def _on_rig(self) -> None:
-        """Give up what was known before an edit, and ask anew once it is over."""
+        """Discard the results of before an edit, and request new ones once it is over."""
         self._drop_if_changed()
         self._start()
         self._show_selected()
 
     # ------------------------------------------------------------------ asking
     def _start(self) -> None:
-        """Ask for everything anew once an edit is over and scored, unless it is known."""
+        """Request all results once an edit is over and scored, unless they are known."""
         result = self.answers.result
         if result is None or self.document.is_dragging or not self.answers.is_current:
             return
@@ -95,7 +95,7 @@ class Marginals(Feature):
         )
 
     def _start_count(self) -> None:
-        """Ask for what the rig without each sensor gets onto road users, once all frames are counted."""
+        """Request the counts of the rig without each sensor, once all frames are counted."""
         answer = self._targets.answer
         if answer is None or not self._targets.is_current or self.document.is_dragging:
             return
@@ -195,7 +195,7 @@ class Marginals(Feature):
         return Known(self.losses.get(name), self.figures.get(name))
 
     def _show_all(self) -> None:
-        """Show what is known in the list, and of the selected sensor in the inspector."""
+        """Show the known results in the list, and those of the selected sensor in the inspector."""
         now, elsewhere = self._known_now(), self._looking_elsewhere()
         found: dict[str, dict[Measure, Loss]] = {}
         for name in self._names(self.document.working_rig):
@@ -209,7 +209,7 @@ class Marginals(Feature):
         self._show_selected()
 
     def _looking_elsewhere(self) -> frozenset[str]:
-        """The sensors that look where the data hold no boxes: what they are worth cannot be told from these."""
+        """Return the sensors that face directions without boxes in the data: their worth cannot be measured."""
         gap = self.result.scene.gap if self.result is not None else None
         if self.result is None or gap is None:
             return frozenset()
@@ -232,7 +232,7 @@ class Marginals(Feature):
             inspector.show_no_loss(WAITING)
 
     def _greyed(self) -> str | None:
-        """The sensor whose numbers of an earlier rig are still shown, greyed."""
+        """Return the sensor whose numbers of an earlier rig are still shown, greyed."""
         return self.bench.panels.inspector.loss_of
 
     # ------------------------------------------------------------------ the choice of the measure

@@ -1,4 +1,4 @@
-"""The measuring tool: two clicks in the view, and how far the places are from each other."""
+"""The measuring tool: two clicks in the view, and the distance between the places."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from riglens.app.window.feature import Feature
 from riglens.app.window.workbench import Workbench
 from riglens.widgets.viewport.measured import Measured, Place, measured_lines
 
-HINT = "Click two places: sensors, the car's body or the ground. Drag to turn the view; Esc ends measuring."
-NOWHERE = "There is nothing to measure there: click a sensor, the car's body or the ground"
+HINT = "Click two points: sensors, the car's body or the ground. Drag to turn the view; Esc ends measuring."
+NOWHERE = "Nothing to measure there: click a sensor, the car's body or the ground"
 
 
 class Measure(Feature):
@@ -18,12 +18,12 @@ class Measure(Feature):
 
     specs = (
         Spec(
-            "measure", "Measure a distance", "Click two places in the view: distance, parts along x, y, z, and heights",
+            "measure", "Measure a distance", "Click two points in the view to measure distance, x, y, z, and heights.",
             "Shift+M", "measure", "view/shown", "heat", is_checkable=True,
         ),
     )  # fmt: skip
 
-    mouse = (("Measuring: two left clicks", "distance between sensors, body and ground; Esc ends it"),)
+    mouse = (("Measuring: two left clicks", "measure between sensors, body and ground; Esc ends measuring"),)
 
     def __init__(self, bench: Workbench) -> None:
         super().__init__(bench)
@@ -55,7 +55,7 @@ class Measure(Feature):
         self._show(None)
 
     def _on_place(self, place: Place | None) -> None:
-        """The first click begins, the second ends, the next begins anew."""
+        """Start, finish, or start again a measurement by a click."""
         if place is None:
             self.bench.status.showMessage(NOWHERE)
             return
@@ -65,7 +65,7 @@ class Measure(Feature):
         self._show(found)
 
     def _follow(self) -> None:
-        """Measure from where the sensors are now; what was on one that is gone is no more."""
+        """Update the measurement to the current sensors; points on removed sensors are dropped."""
         before = self.viewport.state.measured
         if before is None:
             return

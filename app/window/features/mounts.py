@@ -19,17 +19,17 @@ if TYPE_CHECKING:  # loads the compiler
 
 
 class Mounts(LiveCheck[MountsPanel, "RigRequest[MountLimits | None]", "tuple[Violation, ...]"]):
-    """What has failed is still mounted."""
+    """Mounts of all sensors; failed ones are still mounted."""
 
     specs = (
         check_spec(
             "mounts", "Mounts",
-            "What is wrong with the sensors' places: heights, gaps, spacing, what sticks out, zones to keep clear",
+            "Check the mounts: heights, gaps, spacing, overhang, keep-out zones.",
         ),
     )  # fmt: skip
 
     limits_changed = Signal()
-    """Other limits are asked for."""
+    """The limits changed."""
 
     def __init__(
         self,
@@ -58,7 +58,7 @@ class Mounts(LiveCheck[MountsPanel, "RigRequest[MountLimits | None]", "tuple[Vio
 
     @property
     def keep_out(self) -> tuple[KeepOut, ...]:
-        """The zones in which no sensor is to stand, beside those that are painted."""
+        """Return the keep-out zones, besides the painted ones."""
         from riglens.core.review.mounts import USUAL_KEEP_OUT
 
         asked = None if self._limits is None else self._limits.keep_out
@@ -76,7 +76,7 @@ class Mounts(LiveCheck[MountsPanel, "RigRequest[MountLimits | None]", "tuple[Vio
 
 
 def limits_in(path: Path) -> MountLimits:
-    """What a file of requirements asks of mounts; InputError when it asks nothing, or is none."""
+    """Return the mount limits of a requirements file; InputError if it has none or cannot be read."""
     from riglens.core.review.requirements import read_requirements
 
     limits = read_requirements(path).mounts

@@ -1,4 +1,4 @@
-"""Checks > Test objects: which objects beside the car the rig sees, while it is edited; a click goes to one."""
+"""Checks > Test objects: the objects near the car that the rig sees, while it is edited; a click goes to one."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ if TYPE_CHECKING:  # loads the compiler
     from riglens.core.review.verdicts import ProfileVerdict
 
 FAR_M, LEAST_DEG, MOST_DEG = 9.0, 20.0, 60.0
-"""From how far at most, and between which elevations, an object is looked at."""
+"""Largest distance from which an object is viewed, and the range of elevations."""
 
 
 class Objects(LiveCheck[ObjectsPanel, RigRequest[Body], "tuple[ProfileVerdict, ...]"]):
-    """What has failed sees nothing."""
+    """Visibility of objects; failed sensors are ignored."""
 
     specs = (
         check_spec(
             "test_objects", "Test objects",
-            "Which objects after UN R158, R159, R151, FMVSS 111 and the turn assist the rig sees: geometry only",
+            "Check which objects of UN R158, R159, R151, FMVSS 111 and the turn assist the rig sees: geometry only.",
         ),
     )  # fmt: skip
 
@@ -69,7 +69,7 @@ class Objects(LiveCheck[ObjectsPanel, RigRequest[Body], "tuple[ProfileVerdict, .
             self.viewport.show_state(replace(state, camera=beside(state.camera, post), post=post))
 
     def _point_out(self) -> None:
-        """Point out the chosen object where it stands now, and say whether it is seen now."""
+        """Mark the chosen object at its current place, and show whether it is seen."""
         state, post = self.viewport.state, self._post()
         if post != state.post:
             self.viewport.show_state(replace(state, post=post))
@@ -85,7 +85,7 @@ class Objects(LiveCheck[ObjectsPanel, RigRequest[Body], "tuple[ProfileVerdict, .
 
 
 def beside(camera: OrbitCamera, post: Post) -> OrbitCamera:
-    """The camera that sees an object before the car: from the side on which it stands, and not from far."""
+    """Return a camera that views an object in front of the car: from its own side, and close."""
     return replace(
         camera,
         focal_m=(post.x_m, post.y_m, post.height_m / 2.0),

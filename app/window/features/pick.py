@@ -1,4 +1,4 @@
-"""A voxel picked on the heatmap: what is known about it follows the rig while it changes."""
+"""Show the details of a voxel picked on the heatmap, while the rig changes."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from riglens.core.scene.columns import Words
 
 
-FAILED = "taken as failed"
+FAILED = "failed"
 NOBODY_BEFORE: Mapping[str, str] = {}
 
 
@@ -38,12 +38,14 @@ class Pick(Feature):
 
     specs = (
         Spec(
-            "pick", "Pick a voxel", "Click on the heatmap to see who looks there; Alt+click does so at any time",
+            "pick", "Pick a voxel", "Click on the heatmap to see which sensors cover a place; Alt-click always works.",
             "I", "pick", "view/shown", "heat", is_checkable=True,
         ),
     )  # fmt: skip
 
-    mouse = (("Alt and left button on the heatmap", "says who sees that voxel, and why others do not"),)
+    mouse = (
+        ("Alt and left button on the heatmap", "shows which sensors cover that voxel, and why others do not"),
+    )
 
     def __init__(self, bench: Workbench, frame: FrameView) -> None:
         super().__init__(bench)
@@ -93,7 +95,7 @@ class Pick(Feature):
         self.session.pick(voxel_in_cell(pog, cls, cell.centre_m, cell.cell_m, ray, self._meant(cell)))
 
     def _meant(self, cell: PickedCell) -> Words | None:
-        """The voxels that a click on a cell as it is drawn may mean; None when any may be meant."""
+        """Return the voxels that a click on a drawn cell may mean; None when any may be meant."""
         drawn = self._drawn
         if drawn is None or drawn.marks is None or not drawn.marks.seen.size:
             return None
@@ -105,7 +107,7 @@ class Pick(Feature):
         return ~seen & before if is_lost else seen & ~before
 
     def _show_voxel(self) -> None:
-        """Point the voxel out; what is known about it comes with the next answer."""
+        """Mark the voxel; its details come with the next result."""
         voxel, marker = self.session.voxel, None
         self._escape.setEnabled(voxel is not None)
         if voxel is None:
@@ -122,7 +124,7 @@ class Pick(Feature):
             self._show_card(result.picked)
 
     def _on_frame(self) -> None:
-        """Say it anew when a voxel is shown: other road users stand before it."""
+        """Update the text of a shown voxel: other objects hide it in this frame."""
         drawn = self._drawn
         if self.card.text is not None and drawn is not None and drawn.request.voxel == self.session.voxel:
             self._show_card(drawn.picked)
@@ -138,7 +140,7 @@ class Pick(Feature):
 
 
 def hidden_from(picked: PickedVoxel, rig: Rig, frame: ShownFrame) -> dict[str, str]:
-    """What stands between the centre of a voxel and each sensor that sees it, in the frame shown, in words by name."""
+    """Return what hides the centre of a voxel from each sensor that covers it, in the frame shown, in words by name."""
     from riglens.core.view.frames import FrameBoxes
     from riglens.core.view.hits import cast
 
@@ -164,7 +166,7 @@ def voxel_text(
     hidden: Mapping[str, str] = NOBODY_BEFORE,
     failed: Collection[str] = (),
 ) -> VoxelText:
-    """What the card says of a voxel; `hidden` is what stands before it in the frame shown, by sensor, `failed` are the
+    """Return the text of a voxel's card; `hidden` is what hides it in the frame shown, by sensor, `failed` are the
     sensors that are off because they are taken as failed."""
     x, y, z = picked.facts.centre_m
     classes = tuple(
@@ -177,7 +179,7 @@ def voxel_text(
     )
     summary = f"Seen by {len(picked.seen_by)} of {len(lines)} sensors"
     if not picked.facts.is_informative:
-        summary = "No uncertainty here: whoever sees it, no score changes."
+        summary = "No uncertainty here: coverage does not change any score."
     place = f"x {x:.2f} · y {y:.2f} · z {z:.2f} m".replace("-", MINUS)
     return VoxelText(place, classes, summary, lines)
 
@@ -186,4 +188,4 @@ def _sight_text(found: Sight, hidden: Mapping[str, str], failed: Collection[str]
     if found.verdict == "off" and found.sensor in failed:
         return FAILED
     before = hidden.get(found.sensor)
-    return sight_text(found) if before is None else f"sees it, in this frame behind {before}"
+    return sight_text(found) if before is None else f"covers it, in this frame behind {before}"

@@ -1,4 +1,4 @@
-"""Pictures of the 3D view for reports: chosen in a dialog, drawn by a process of its own, saved or copied."""
+"""Pictures of the 3D view for reports: chosen in a dialog, drawn by a separate process, saved or copied."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ Purpose = Literal["preview", "copy"] | Path
 
 
 class Picture(Feature):
-    """One dialog at a time; what it asks for is drawn from the scene as it was when the dialog opened."""
+    """Dialog for pictures, one at a time; it draws the scene as it was when the dialog opened."""
 
     specs = (
         Spec(
-            "screenshot", "Picture…", "Save the 3D view as a PNG picture, or copy it", "F12", "screenshot",
+            "screenshot", "Picture…", "Save the 3D view as a PNG picture, or copy it.", "F12", "screenshot",
             "file/export", "picture",
         ),
     )  # fmt: skip

@@ -1,5 +1,5 @@
-"""File > Report: one page about the rig and those in the Compare panel, made beside the window and seen before it is
-written."""
+"""File > Report: one page about the rig and those in the Compare panel, made in the background and previewed before it
+is written."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ from riglens.widgets.panels.dialogs.report import ReportDialog
 
 
 class Report(Feature):
-    """Any number at a time; the strip in the status bar stops one. Each is kept in a folder of its own until it is put
-    away."""
+    """Reports in the making, any number at a time; the strip in the status bar cancels one. Each has a temporary folder
+    until it is closed."""
 
     specs = (
         Spec(
             "report", "Report…",
-            "One page, HTML or PDF, about this rig and those in the Compare panel, with all figures attached",
+            "Write one page, HTML or PDF, about this rig and those in the Compare panel, with all figures attached.",
             menu="file/export",
         ),
     )  # fmt: skip
@@ -58,7 +58,7 @@ class Report(Feature):
         return tuple(dict.fromkeys(with_full_mesh_path(rig, folder) for rig in (self.document.rig, *kept)))
 
     def start(self) -> None:
-        """Begin; what is shown meanwhile may be edited."""
+        """Start a report; edits meanwhile do not affect it."""
         scene = self.session.scene
         if scene is None:
             raise InputError("no box data are loaded: choose some in the Scene panel")

@@ -21,8 +21,8 @@ from riglens.core.scene.grid import DEFAULT_ROI_M, DEFAULT_VOXEL_M, VoxelGrid
 from riglens.widgets.panels.scene.scene_panel import SceneChoice
 
 QUIET_KEY = "scene/no_grid_note"
-FILE_TIP = "Score on a CSV, CSV.gz or Parquet table, or on annotations.feather"
-FOLDER_TIP = "Score on a folder of nuScenes, Argoverse 2, KITTI or CARLA, or of tables"
+FILE_TIP = "Score on a CSV, CSV.gz or Parquet table, or on annotations.feather."
+FOLDER_TIP = "Score on a folder of nuScenes, Argoverse 2, KITTI or CARLA, or of tables."
 
 
 class SceneData(Feature):
@@ -64,11 +64,11 @@ class SceneData(Feature):
 
     @property
     def is_loading(self) -> bool:
-        """Whether a load is under way."""
+        """Return whether a load is under way."""
         return self._strip.is_running
 
     def load(self, options: SceneOptions) -> None:
-        """Load other box data in the background; an automatic voxel edge goes by the rig as it is now."""
+        """Load other box data in the background; an automatic voxel edge depends on the current rig."""
         settings, recompute = self.session.settings, self.bench.recompute
         score = ScoreOptions(
             settings.method, settings.reading, settings.camera_weight, recompute.threads, settings.body
@@ -95,26 +95,26 @@ class SceneData(Feature):
         self.bench.status.show_scene(scene)
         picked = tried = ""
         if scene.choice is not None:
-            picked = f"Auto picked {reason(scene.choice)}. Load picks again, for the rig as it is then."
+            picked = f"Auto picked {reason(scene.choice)}. Load picks again for the current rig."
             tried = "\n".join(tried_lines(scene.choice))
         choice = choice_of(scene.options, scene.field.grid)
         self.bench.panels.scene.set_loaded(choice, f"In use: {scene_line(scene)}", picked, tried)
         self.session.show_scene(scene)
 
     def _tell_why_scores_move(self, before: VoxelGrid, after: VoxelGrid) -> None:
-        """Say that the numbers moved because they are counted on another grid, unless nobody wants to hear it."""
+        """Explain that the numbers changed with the grid, unless the user opted out."""
         note, notes = why_scores_move(before, after), self.bench.notes
         is_free = not notes.message or notes.message == self._note
         if note and is_free and not self.bench.kept.read(QUIET_KEY, False):
             self._note = note
-            notes.show_message(note, choices={"Do not say this again": self._be_quiet})
+            notes.show_message(note, choices={"Do not show this again": self._be_quiet})
 
     def _be_quiet(self) -> None:
         self.bench.kept.write(QUIET_KEY, True)
         self.bench.kept.sync()
 
     def _on_preparing(self) -> None:
-        self._strip.show_stage("Preparing the engine", "the first start compiles what this rig needs")
+        self._strip.show_stage("Preparing the engine", "the first start compiles code for this rig")
 
     def _on_load_ended(self, problem: str, options: SceneOptions) -> None:
         if options is not self._options:
@@ -147,7 +147,7 @@ class SceneData(Feature):
 
 
 def why_scores_move(before: VoxelGrid, after: VoxelGrid) -> str:
-    """What another voxel edge or region does to all scores; empty when both are the same."""
+    """Explain how another voxel edge or region changes all scores; empty when both are the same."""
     reasons = []
     if before.voxel_m != after.voxel_m:
         reasons.append(f"voxels have edges of {after.voxel_m:g} m instead of {before.voxel_m:g} m")
@@ -157,13 +157,13 @@ def why_scores_move(before: VoxelGrid, after: VoxelGrid) -> str:
     if not reasons:
         return ""
     return (
-        f"All scores have moved although the rig has not: {' and '.join(reasons)}, so other entropy is added up. "
-        "Compare scores of one grid only; the baseline is scored on the new one too, so changes still count."
+        f"All scores have changed although the rig has not: {' and '.join(reasons)}, so the sum of entropy differs. "
+        "Compare scores of one grid only; the baseline is scored on the new grid too, so changes remain valid."
     )
 
 
 def choice_of(options: SceneOptions, grid: VoxelGrid | None = None) -> SceneChoice:
-    """What the scene panel shows for these options; the grid of a stored POG is known once it is loaded."""
+    """Return the scene panel's content for these options; the grid of a stored POG is known once it is loaded."""
     voxel_m = None if options.voxel_m == "auto" else options.voxel_m or DEFAULT_VOXEL_M
     roi_m = options.roi_m or DEFAULT_ROI_M
     if options.pog is not None and grid is not None:
@@ -189,7 +189,7 @@ def _own_origin_m(boxes: Path | None) -> Vec3:
 
 
 def options_of(choice: SceneChoice, before: SceneOptions) -> SceneOptions:
-    """Options for what the scene panel says; class names stay mapped as long as the data set is the same."""
+    """Return the options for the scene panel's choice; class names stay mapped as long as the data set is the same."""
     if choice.pog is not None:
         return SceneOptions(pog=choice.pog)
     return SceneOptions(

@@ -1,4 +1,4 @@
-"""The score table, which says how far its answers are and what changes count from."""
+"""The score table, with the state of its results and the baseline of changes."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from riglens.widgets.panels.scores.text import FIGURES_HELP, FIGURES_TITLE
 from riglens.widgets.timers import Timers, single_shot
 
 PATIENCE_MS = 1500
-"""Figures of an earlier rig stand greyed for so long."""
-BUSY = "Computing scores: the first use of a sensor compiles"
+"""Time for which figures of an earlier rig stay greyed."""
+BUSY = "Computing scores: the first use of a sensor compiles code"
 
 
 class ScoresShown(Feature):
-    """Shows the answers in the score table, and says in the status bar how far they are."""
+    """Show the results in the score table, and their state in the status bar."""
 
     def __init__(self, bench: Workbench, timers: Timers = single_shot) -> None:
         super().__init__(bench)

@@ -28,41 +28,41 @@ from riglens.widgets.panels.sensors.library import LibraryList
 LOW_PX = 640
 """In a window lower than this the library has no room below the list of sensors."""
 GAP_M = 0.15
-HINT = "Click on the car to put {name} there, with Ctrl on the grid and the middle line; Esc leaves it where it was."
+HINT = "Click on the car to put {name} there; Ctrl snaps to the grid and the centre line; Esc leaves it where it was."
 RULES = ("place_upright", "place_below_rails")
-IN_PLACE = "Copies of mirror pairs are linked and stand where the originals are: drag them away."
+IN_PLACE = "Copies of mirror pairs are linked and coincide with the originals: drag them away."
 LOCKED_KEY = "sensors/locked"
 MOST_FILES = 100
-"""Of so many rig files it is kept which sensors are locked."""
+"""Number of rig files whose locked sensors are remembered."""
 SELECTED_ONLY = ("duplicate", "delete", "hide", "enable", "lock", "rename")
 
 
 class Sensors(Feature):
-    """What is done to whole sensors; `add_menus` are the library by kind and maker."""
+    """Actions on whole sensors; `add_menus` are the library by kind and maker."""
 
     specs = (
         Spec(
-            "duplicate", "Duplicate", "Add copies of the selected sensors", "Ctrl+D", "duplicate",
+            "duplicate", "Duplicate", "Add copies of the selected sensors.", "Ctrl+D", "duplicate",
             "sensor/edit", "sensor",
         ),
-        Spec("delete", "Delete", "Delete the selected sensors", "Del", "delete", "sensor/edit", "sensor"),
+        Spec("delete", "Delete", "Delete the selected sensors.", "Del", "delete", "sensor/edit", "sensor"),
         Spec(
-            "hide", "Show or hide", "Show or hide the selected sensors in the view", "H", "eye",
+            "hide", "Show or hide", "Show or hide the selected sensors in the view.", "H", "eye",
             "sensor/edit", "sensor",
         ),
         Spec(
-            "select_all", "Select all", "Select every sensor; Ctrl or Shift and a click adds one, or takes it out",
+            "select_all", "Select all", "Select every sensor; Ctrl- or Shift-click adds or removes one.",
             "Ctrl+A", menu="edit/clipboard",
         ),
         Spec(
-            "enable", "Include in scores", "Include the selected sensors in the scores, or leave them out", "Ctrl+E",
+            "enable", "Include in scores", "Include the selected sensors in the scores, or exclude them.", "Ctrl+E",
             menu="sensor/edit",
         ),
         Spec(
-            "lock", "Lock or unlock", "Guard the selected sensors against dragging, editing and deleting",
+            "lock", "Lock or unlock", "Protect the selected sensors from dragging, editing and deleting.",
             "Ctrl+L", "lock", "sensor/edit",
         ),
-        Spec("rename", "Rename", "Give the selected sensor another name", "F2", menu="sensor/edit"),
+        Spec("rename", "Rename", "Rename the selected sensor.", "F2", menu="sensor/edit"),
     )  # fmt: skip
 
     def __init__(self, bench: Workbench) -> None:
@@ -116,7 +116,7 @@ class Sensors(Feature):
                 self.bench.status.showMessage(IN_PLACE)
 
     def delete(self) -> None:
-        """Delete the selected sensors, as one step."""
+        """Delete the selected sensors as one step."""
         if self.document.chosen:
             self.bench.guarded(self.document.delete)(self.document.chosen)
 
@@ -138,7 +138,7 @@ class Sensors(Feature):
         self.document.set_locked(chosen, not self.document.locked.issuperset(chosen))
 
     def _fill_menu(self, menu: QMenu) -> None:
-        """What the sensor menu offers for a selection, in the list's context menu, too."""
+        """Fill the sensor menu for a selection; also used as the list's context menu."""
         for key in ("rename", "duplicate", "mirror", "unlink", "place", "copy", "delete", "frame"):
             menu.addAction(self.actions[key])
 
@@ -163,7 +163,7 @@ def follow_marks(document: Document, update: Callable[[], None]) -> None:
 
 
 def entry_tip(entry: Entry) -> str:
-    """What a model is known from, wrapped."""
+    """Return the source of a model's figures, wrapped."""
     return "".join(f"<p>{escape(part)}</p>" for part in (entry.source, entry.note, entry.caveat()) if part)
 
 
@@ -209,15 +209,15 @@ class Placing(Feature):
 
     specs = (
         Spec(
-            "place", "Place on body", "Have the selected sensor follow the mouse over the car until a click",
+            "place", "Place on body", "Move the selected sensor with the mouse over the car until a click.",
             "P", "place", "sensor/place", "place", is_checkable=True,
         ),
         Spec(
-            "place_upright", "Keep upright", "Sensors put on the car stand level, whatever the surface is",
+            "place_upright", "Keep upright", "Keep sensors level when they are put on the car, whatever the surface.",
             menu="sensor/place", is_checkable=True,
         ),
         Spec(
-            "place_below_rails", "Ignore roof rails", "Sensors are put on the roof under rails, bars and aerials",
+            "place_below_rails", "Ignore roof rails", "Put sensors on the roof under rails, bars and aerials.",
             menu="sensor/place", is_checkable=True,
         ),
     )  # fmt: skip

@@ -20,11 +20,12 @@ from riglens.core.vehicle.standing import Stand
 from riglens.widgets.viewport.masts import Stubs, masts_of
 
 SAME_PLACE_M = 0.02
-"""Sensors whose origins are nearer than this are in one place."""
+"""Distance below which the origins of two sensors count as one place."""
 
 
 class Standing(Feature):
-    """Asks after every move, once there are scores: both would compile at once. Of a body not read nothing is said."""
+    """Request the mounts after every move, once there are scores: both would compile at once. No result for a body that
+    was not read."""
 
     def __init__(
         self, bench: Workbench, worker: BackgroundWorker[StandRequest, StandAnswer] | None = None
@@ -43,7 +44,7 @@ class Standing(Feature):
         bench.closing.connect(self.worker.close)
 
     def _ask(self) -> None:
-        """Ask how the sensors of the rig stand now; nothing happens when that was asked already."""
+        """Request the mounts of the current sensors, unless that was done already."""
         rig = self.session.rig
         if self.bench.answers.result is None:
             return
@@ -61,7 +62,7 @@ class Standing(Feature):
             self.worker.ask(request)
 
     def _stopped_of(self) -> Sensor | None:
-        """The sensor whose stopped rays are shown: the selected one, at rest, while the car is solid."""
+        """Return the sensor whose stopped rays are shown: the selected one, at rest, while the car is solid."""
         if self.session.body != "blocks" or self.document.is_dragging:
             return None
         found = self.document.selected_sensor()
@@ -69,7 +70,7 @@ class Standing(Feature):
         return found if works else None
 
     def _take(self, request: StandRequest, answer: StandAnswer) -> None:
-        """Show an answer; one to an earlier pose too, until the next is there."""
+        """Show a result; also one for an earlier pose, until the next arrives."""
         if self._asked is not None and request.vehicle == self._asked.vehicle:
             stands, ends_m = answer
             self._show(stands)
@@ -108,7 +109,7 @@ class Standing(Feature):
 
 
 def shared_places(sensors: Sequence[Sensor]) -> dict[str, str]:
-    """Return a warning for each sensor that stands where another one does: two housings do not fit there."""
+    """Return a warning for each sensor in the same place as another: two housings do not fit there."""
     found: dict[str, str] = {}
     for one, other in combinations(sensors, 2):
         if math.dist(one.position, other.position) < SAME_PLACE_M:

@@ -1,4 +1,4 @@
-"""What the rig gets onto road users as a heatmap and on the map, from all frames; nothing of it is made in a drag."""
+"""Show figures of objects as a heatmap and on the map, from all frames; none of it is computed in a drag."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ if TYPE_CHECKING:  # made by the thread that counts, which loads the compiler
     from riglens.core.targets.ground import GroundView
 
 FAINTEST = 0.35
-"""Opacity of cells with next to no road users, as a share of that of the others: what is on target shows there, too."""
-COUNTING = "Road users of all frames are being counted"
+"""Opacity of cells with almost no objects, as a share of that of the others: hit coverage is also visible there."""
+COUNTING = "Counting the road users of all frames"
 
 
 class TargetMaps(Feature):
-    """Shows the last counts of all frames, and says so while those of an edit are under way."""
+    """Show the last counts of all frames, marked while those of an edit are pending."""
 
     def __init__(self, bench: Workbench, heat: Heat, targets: Targets, map_: Map) -> None:
         super().__init__(bench)
@@ -52,7 +52,7 @@ class TargetMaps(Feature):
         self._show()
 
     def _show(self) -> None:
-        """Show heatmap and map if they are wanted; nothing happens when they are shown already."""
+        """Show heatmap and map if they are enabled, unless they are shown already."""
         heat, on_map = self.session.heat, self._map.target_mode
         mode = heat.mode if heat.mode in TARGET_HEAT_TITLES else ""
         ground = self._ground[CLASSES.index(heat.class_name)] if self._ground else None
@@ -74,12 +74,12 @@ class TargetMaps(Feature):
 
 
 def heatmap_of(mode: str, ground: GroundView, is_current: bool = True) -> HeatmapData:
-    """Cells on the ground that have road users near them; `is_current`: none of an edit are being counted."""
+    """Return the cells on the ground with objects near them; `is_current`: no edit is being counted."""
     ix, iy = np.nonzero(ground.objects)
     x_m, y_m = (low + (i + 0.5) * ground.cell_m for low, i in zip(ground.origin_m, (ix, iy), strict=True))
     centres_m = np.stack([x_m, y_m, np.full(len(ix), ground.cell_m / 2)], axis=1).astype(np.float32)
     title = f"{'Missed' if mode == 'missed' else 'On target'}, {ground.class_name}"
-    near = f"within {ground.near_m:g} m" if is_current else "counting anew"
+    near = f"within {ground.near_m:g} m" if is_current else "recounting"
     if mode == "missed":
         values = ground.missed[ix, iy].astype(np.float32)
         return HeatmapData(

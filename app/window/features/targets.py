@@ -1,4 +1,4 @@
-"""What the rig gets onto road users, in a panel and beside the scores: during a drag in samples, at rest all."""
+"""Show figures of objects in a panel and next to the scores: of a sample during a drag, of all frames at rest."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from riglens.widgets.panels.controls.scrolled import scrolled
 from riglens.widgets.panels.targets.panel import MOST_POINTS, TargetsPanel
 from riglens.widgets.timers import Timers, single_shot
 
-LAST_SAVED = "the rig as last saved"
+LAST_SAVED = "the last saved rig"
 PAUSE_MS = 200
-"""During a drag counts are shown at most so often: the tables cost as much as a picture, and nobody reads faster."""
+"""Least time between updates during a drag: the tables cost as much as a picture."""
 
 
 class Targets(Feature):
@@ -54,7 +54,7 @@ class Targets(Feature):
 
     @property
     def is_current(self) -> bool:
-        """Whether what is shown answers the last request from all frames."""
+        """Return whether the shown results answer the last request from all frames."""
         answer = self.answer
         return answer is not None and answer.is_whole and answer.request is self._asked
 
@@ -66,7 +66,7 @@ class Targets(Feature):
             self.session.set_targets(replace(self.session.targets, min_points=int(number)))
 
     def keep(self, settings: Settings) -> None:
-        """Write what is shown, and from how many points on."""
+        """Write the chosen quantity and the point threshold."""
         settings.write("targets/quantity", self.panel.quantity.key)
         settings.write("targets/min_points", str(self.session.targets.min_points))
 
@@ -75,7 +75,7 @@ class Targets(Feature):
         self._ask()
 
     def _ask(self) -> None:
-        """Ask for counts of the rig as it is now; nothing happens when that was asked already."""
+        """Request the counts of the current rig, unless that was done already."""
         session, document, first = self.session, self.document, self.bench.answers.result
         if session.scene is None or first is None or first.scene is not session.scene:
             return  # scores come first: both would compile at once
@@ -127,7 +127,8 @@ class Targets(Feature):
                 self._grey()
 
     def _on_target(self, answer: CountAnswer) -> Cells:
-        """What stands beside the scores: of a sample, the last exact value plus the change in the same frames."""
+        """Return the figure next to the scores: of a sample, the last exact value plus the change in the same
+        frames."""
         exact, asked = self._exact, answer.request
         if exact is None or answer.is_whole or exact.request.scene is not asked.scene:
             return answer.on_target

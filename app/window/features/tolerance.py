@@ -1,4 +1,4 @@
-"""How much figures spread when mounts are a little off: measured while nobody edits, once a profile is chosen."""
+"""Show the spread of figures under mount errors: measured while no edit runs, once a profile is chosen."""
 
 from __future__ import annotations
 
@@ -34,16 +34,17 @@ if TYPE_CHECKING:  # loads the compiler
     from riglens.core.review.requirements import Requirements
 
 DRAWS = 64
-"""Of `riglens tolerance` it is 256 unless told otherwise: here they are measured again after every edit."""
+"""Number of draws; `riglens tolerance` uses 256 by default: here they are repeated after every edit."""
 GROUP = "tolerance"
 SEEN_FROM_M, SEEN_FROM_DEG = 0.15, 8.0
-"""Errors in the view are magnified until the largest is about so large: millimetres are not seen beside a car."""
+"""Size to which errors in the view are magnified: millimetres are invisible on a car."""
 
 
 class Tolerance(Feature):
-    """Nothing is drawn until a profile is chosen. An edit gives up what is under way, and it begins anew at rest."""
+    """Tolerance strip: nothing is drawn until a profile is chosen. An edit cancels the measurement, which restarts at
+    rest."""
 
-    specs = (check_spec("tolerances", "Tolerance", "How much figures spread when mounts are a little off"),)
+    specs = (check_spec("tolerances", "Tolerance", "Show the spread of figures under mount errors."),)
 
     def __init__(self, bench: Workbench, targets: Targets) -> None:
         super().__init__(bench)
@@ -78,8 +79,8 @@ class Tolerance(Feature):
         self._ask()
 
     def _choose_requirements(self) -> None:
-        """Take the limits of a file, as for `riglens check`, or put away those that are there; InputError for a file
-        that requires nothing of these figures."""
+        """Load the limits of a file, as for `riglens check`, or drop the current ones; InputError for a file without
+        requirements on these figures."""
         if self._required is not None:
             self._required = None
             self.strip.show_required("")
@@ -105,7 +106,7 @@ class Tolerance(Feature):
 
     # ------------------------------------------------------------------ asking
     def _request(self) -> ToleranceRequest | None:
-        """What is to be measured of what is shown now, None where nothing is."""
+        """Return the measurement to request for the current view, None if none is needed."""
         result, session = self.bench.answers.result, self.session
         if self.profile is None or result is None or session.scene is None:
             return None
@@ -117,7 +118,7 @@ class Tolerance(Feature):
         )  # fmt: skip
 
     def _ask(self) -> None:
-        """Ask once the mouse rests and the scores are there, unless the same was asked."""
+        """Request a measurement once the mouse rests and the scores exist, unless it is the same."""
         if self.document.is_dragging or not self.bench.answers.is_current:
             return
         request = self._request()
@@ -184,11 +185,11 @@ class Tolerance(Feature):
 
 
 def head_of(answer: ToleranceProgress) -> str:
-    """Whose spread it is, and of how many draws by now."""
+    """Return the heading of a spread: its rig, and the number of draws so far."""
     assert answer.result is not None
     drawn = len(next(iter(answer.result.spreads.values())).values)
     share = "" if answer.is_whole else f", {100 * answer.done // answer.steps} %"
-    return f"{answer.result.profile.name}: {drawn} draws beside the rig as designed{share}"
+    return f"{answer.result.profile.name}: {drawn} draws plus the rig as designed{share}"
 
 
 def tip_of(found: ToleranceResult) -> str:
@@ -205,19 +206,20 @@ def tip_of(found: ToleranceResult) -> str:
 
 
 def requirements_of_figures(path: Path) -> Requirements:
-    """What a file requires of figures that tolerances are of; InputError when it requires none, or is none."""
+    """Return the requirements on figures that have tolerances; InputError if there are none or the file cannot be
+    read."""
     from riglens.core.review.requirements import read_requirements
 
     found = read_requirements(path)
     if not (found.tolerance or found.seen or found.on_target):
-        raise InputError(f"{path}: found no tolerance, seen or on_target, of which the strip could tell")
+        raise InputError(f"{path}: needs a tolerance, seen or on_target to show here")
     return found
 
 
 def below_of(
     spread: Spread, required: Requirements | None, profile: ToleranceProfile, figure: str, cls: str
 ) -> Below | None:
-    """How many draws are below what is required of a figure of a class: under errors of the profile, else at all."""
+    """Return the number of draws below the required figure of a class: under errors of the profile, else at all."""
     if required is None:
         return None
     for asked in required.tolerance:
@@ -246,7 +248,7 @@ def _below(spread: Spread, limit: float, at_most: float | None) -> Below:
 
 
 def range_of(spread: Spread, floor_spread: Spread, below: Below | None = None) -> Range:
-    """A spread in percentage points beside the rig as designed."""
+    """Return a spread in percentage points next to the rig as designed."""
     low, high, median, worst = (
         100.0 * (value - spread.nominal) for value in (spread.p05, spread.p95, spread.median, spread.worst)
     )

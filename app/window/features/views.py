@@ -1,4 +1,4 @@
-"""Where the 3D view is looked at from, views with names, and which handles the selected sensor has."""
+"""Choose the direction of the 3D view, named views, and the handles of the selected sensor."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from riglens.widgets.panels.controls.menus import add_entry
 VIEWS = ("iso", "top", "front", "left", "rear", "right")
 GIZMOS: tuple[GizmoMode, ...] = ("move", "rotate", "both")
 FAR_M = 2000.0
-FAR_AWAY = "Not in this view: {names}, {away_m:,.0f} m away. Select it and press F to look there."
+FAR_AWAY = "Not in this view: {names}, {away_m:,.0f} m away. Select it and press F to go there."
 TOLD_MS = 10_000
 
 
@@ -36,47 +36,50 @@ class Views(Feature):
     """Named views, framing of the selection, and the gizmo."""
 
     specs = (
-        _view("iso", "Corner", "View from a corner", "1"),
-        _view("top", "Top", "View from above", "2"),
-        _view("front", "Front", "View of the front", "3"),
-        _view("left", "Left", "View of the left side", "4"),
-        _view("rear", "Rear", "View of the rear", "5"),
-        _view("right", "Right", "View of the right side", "6"),
+        _view("iso", "Corner", "View from a corner.", "1"),
+        _view("top", "Top", "View from above.", "2"),
+        _view("front", "Front", "View the front.", "3"),
+        _view("left", "Left", "View the left side.", "4"),
+        _view("rear", "Rear", "View the rear.", "5"),
+        _view("right", "Right", "View the right side.", "6"),
         Spec(
-            "frame", "Frame selection", "Bring the selected sensors into the middle of the view, or else everything",
+            "frame", "Frame selection", "Centre the view on the selected sensors, or on everything.",
             "F", "frame", "view/looks", "views",
         ),
-        Spec("frame_all", "Frame all", "Bring the car with all its sensors into view", "Home", menu="view/looks"),
+        Spec("frame_all", "Frame all", "Fit the car with all its sensors into the view.", "Home", menu="view/looks"),
         Spec(
-            "ortho", "Orthographic", "Parallel view rays, also while the view is turned: lengths can be compared",
+            "ortho", "Orthographic", "Use a parallel projection, so that lengths can be compared.",
             "O", menu="view/looks", is_checkable=True,
         ),
-        _gizmo("move", "Move", "Arrows on the selected sensor", "W", "move"),
-        _gizmo("rotate", "Rotate", "Rings on the selected sensor", "E", "rotate"),
-        _gizmo("both", "Move and rotate", "Arrows and rings on the selected sensor", "Q", "both"),
+        _gizmo("move", "Move", "Show arrows on the selected sensor.", "W", "move"),
+        _gizmo("rotate", "Rotate", "Show rings on the selected sensor.", "E", "rotate"),
+        _gizmo("both", "Move and rotate", "Show arrows and rings on the selected sensor.", "Q", "both"),
         Spec(
-            "local", "Local axes", "Along the sensor's own axes; off: along those of the car", "L", "axes",
+            "local", "Local axes", "Move along the sensor's own axes; off: along those of the car.", "L", "axes",
             "view", "gizmo", is_checkable=True,
         ),
         Spec(
-            "snap", "Snap", "Drags end on multiples of 0.05 m and 5°; Ctrl does the opposite while it is held",
+            "snap", "Snap", "Snap drags to multiples of 0.05 m and 5°; hold Ctrl for the opposite.",
             "S", "snap", "view", "gizmo", is_checkable=True,
         ),
     )  # fmt: skip
 
     mouse = (
-        ("Left button on a sensor", "selects it alone"),
-        ("Ctrl or Shift and left button on a sensor", "selects it too, or no longer"),
-        ("Shift and left button, dragged", "selects what is in the box, too; with Ctrl takes it out"),
-        ("Left button on an arrow, square or ring", "drags all that is selected; one drag is one undo step"),
-        ("Ctrl during a drag", "snaps to 0.05 m and 5°, or not where snapping is on"),
-        ("Arrow keys, Page up, Page down in the view", "move what is selected by 1 cm, with Shift by 10 cm"),
+        ("Left button on a sensor", "selects only this sensor"),
+        ("Ctrl or Shift and left button on a sensor", "adds it to the selection, or removes it"),
+        (
+            "Shift and left button, dragged",
+            "adds sensors in the box to the selection; with Ctrl removes them",
+        ),
+        ("Left button on an arrow, square or ring", "drags the selection; one drag is one undo step"),
+        ("Ctrl during a drag", "snaps to 0.05 m and 5°, or does not if snapping is on"),
+        ("Arrow keys, Page up, Page down in the view", "move the selection by 1 cm, with Shift by 10 cm"),
         ("The same keys with Ctrl or Alt", "turn it by 1°, with Shift by 10°"),
-        ("Left button elsewhere", "turns the view"),
-        ("Middle button", "shifts the view"),
-        ("Wheel", "comes nearer to what is under the mouse, or goes away"),
-        ("Double click on a sensor", "brings it into the middle of the view"),
-        ("Esc during a drag", "puts everything back"),
+        ("Left button elsewhere", "orbits the view"),
+        ("Middle button", "pans the view"),
+        ("Wheel", "zooms at the mouse position"),
+        ("Double-click on a sensor", "centres the view on it"),
+        ("Esc during a drag", "cancels the drag"),
     )
 
     def __init__(self, bench: Workbench) -> None:
@@ -118,7 +121,7 @@ class Views(Feature):
             self.viewport.frame_sensors(self.document.selection)
 
     def frame_all(self) -> None:
-        """Look at the car with all its sensors; of one that is too far away it is said how to get there."""
+        """Fit the car with all its sensors into the view; show how to reach one that is too far away."""
         self.viewport.frame_sensors(())
         far = self.viewport.state.far_away
         if far:
@@ -178,7 +181,7 @@ class SavedViews(Feature):
     """Views with names, for every rig: saved, recalled and deleted in a menu, kept in the settings."""
 
     specs = (
-        Spec("save_view", "Save view…", "Keep this view of the car under a name", "Ctrl+Alt+V", menu="view"),
+        Spec("save_view", "Save view…", "Save this view of the car under a name.", "Ctrl+Alt+V", menu="view"),
     )  # fmt: skip
 
     def __init__(self, bench: Workbench, views: Views) -> None:
@@ -199,7 +202,7 @@ class SavedViews(Feature):
         return dict(sorted(known.items(), key=lambda item: item[0].casefold()))
 
     def save(self) -> None:
-        """Ask for a name and keep the view under it; a name that is there already gets the new view."""
+        """Ask for a name and save the view under it; an existing name gets the new view."""
         name = self.bench.dialogs.view_name(self.bench.window, list(self.cameras))
         name = (name or "").strip()[:LONGEST_NAME]
         if not name:
@@ -209,7 +212,7 @@ class SavedViews(Feature):
             self.bench.report_error(f"Saved views: at most {MOST_SAVED} are kept; delete one first.")
             return
         self._keep(cameras)
-        self.bench.status.showMessage(f"View > Saved views now has '{name}'.", TOLD_MS)
+        self.bench.status.showMessage(f"Saved as '{name}' in View > Saved views.", TOLD_MS)
 
     def recall(self, name: str) -> None:
         """Look from where a view was saved."""

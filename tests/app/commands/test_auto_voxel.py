@@ -100,7 +100,7 @@ def test_what_was_tried_stands_on_standard_error_and_standard_output_stays_clean
     document(result)
     for edge in ("0.05", "0.1", "0.2", "0.4"):
         assert f"δ {edge}" in result.err
-    for part in ("voxel auto:", "seen differs by at most", "what the others are compared with", "→"):
+    for part in ("voxel auto:", "seen differs by at most", "reference of the others", "→"):
         assert part in result.err
 
 

@@ -259,7 +259,7 @@ def test_rays_that_the_lens_has_not_are_counted_in_a_note(riglens, boxes, tmp_pa
     (tmp_path / "bent.yaml").write_text(BARREL)
     result = riglens("evaluate", tmp_path / "bent.yaml", "--boxes", boxes, *SMALL_GRID)
     assert result.code == 0
-    assert "bent: cam: 2,772 of 3,072 rays lie beyond what its lens model can say" in result.err
+    assert "bent: cam: 2,772 of 3,072 rays are outside the valid range of its lens model" in result.err
     (tmp_path / "mild.yaml").write_text(BARREL.replace("-0.35", "-0.01"))
     assert "lens" not in riglens("evaluate", tmp_path / "mild.yaml", "--boxes", boxes, *SMALL_GRID).err
 

@@ -504,7 +504,7 @@ def test_bad_input_is_told_in_one_line(riglens, arguments, said):
 
 @pytest.mark.parametrize(
     ("profile", "said"),
-    [("fmvss-111-near", "is from memory and stands in no report"), ("un-r999", "'un-r999' is unknown")],
+    [("fmvss-111-near", "is from memory and not used in reports"), ("un-r999", "'un-r999' is unknown")],
 )
 def test_names_in_requirements_are_checked_before_any_work(riglens, tmp_path, monkeypatch, profile, said):
     monkeypatch.setattr(report, "report_of", None)

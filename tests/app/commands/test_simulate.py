@@ -46,7 +46,7 @@ def test_a_data_set_of_own_boxes(riglens, boxes, tmp_path, small_rig):
     assert sum(name.startswith("samples/") for name in files(out)) == 6
     assert sum(name.endswith(".parquet") for name in files(out)) == 3
     again = riglens("simulate", small_rig, "--boxes", boxes, "--out", out, "--points", "parquet")
-    assert again.code == 0 and "complete already" in again.out
+    assert again.code == 0 and "already complete" in again.out
 
 
 def test_several_rigs_get_folders_of_their_names(riglens, boxes, tmp_path, small_rig):

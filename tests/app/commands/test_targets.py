@@ -132,7 +132,7 @@ def test_surroundings_of_the_town_take_points_and_no_object(riglens):
     [
         (
             ("--surroundings", "block"),
-            "--surroundings cannot block: no table says what stands there; name it with --occluders",
+            "--surroundings cannot block: occluders are unknown; specify them with --occluders",
         ),
         (("--surroundings", "ignored", "--occluders", "a.csv", "b.csv"), "--occluders hide nothing when"),
         (("--occluders", "a.csv", "b.csv"), "a.csv: cannot be read"),

@@ -30,9 +30,9 @@ def with_point(study, method, **changes):
 
 
 def test_findings_name_what_is_quicker_and_what_it_costs(study):
-    assert next(verdicts(with_point(study, "fast", times_ms=(1.0,)))).endswith("nothing is quicker.")
+    assert next(verdicts(with_point(study, "fast", times_ms=(1.0,)))).endswith("nothing is faster.")
     right = with_point(study, "plain", times_ms=(1.0,), missed=0.0, extra=0.0)
-    assert next(verdicts(right)).endswith("plain DDA is quicker and as right here.")
+    assert next(verdicts(right)).endswith("plain DDA is faster and equally correct here.")
     wrong = with_point(study, "bresenham", times_ms=(1.0,), missed=0.25, extra=0.0)
     assert next(verdicts(wrong)).endswith("Bresenham is wrong in the fewest: 25 %.")
 

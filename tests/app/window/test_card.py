@@ -113,7 +113,7 @@ def test_the_card_says_of_which_rig_it_is(desk: Desk, maker: FakeMaker, shown: C
     assert "being made" in shown.panel.note and not shown.panel.export.isEnabled()
     assert shown.panel.table.isHidden()  # an empty one would look like a hole
     answer(maker.requests[-1], shown)
-    assert shown.is_current and shown.panel.note.startswith("small, as it is now")
+    assert shown.is_current and shown.panel.note.startswith("small, current")
     assert not shown.panel.table.isHidden()
     assert not is_grey(shown) and shown.panel.export.isEnabled() and button(shown).isHidden()
     desk.viewport.press("roof")
@@ -133,7 +133,7 @@ def test_undo_brings_the_card_back_without_making_it(desk: Desk, maker: FakeMake
     desk.drag("roof", (0.3, 0.0, 2.0))
     desk.document.undo()
     assert maker.dropped == [maker.requests[-1]] and len(maker.requests) == 2
-    assert shown.is_current and not is_grey(shown) and shown.panel.note.startswith("small, as it is now")
+    assert shown.is_current and not is_grey(shown) and shown.panel.note.startswith("small, current")
 
 
 def test_an_answer_to_an_earlier_rig_is_shown_as_out_of_date(
@@ -153,7 +153,7 @@ def test_the_card_is_of_what_works(desk: Desk, maker: FakeMaker, shown: CardShow
     desk.document.set_failed(("roof",), True)
     assert maker.requests[-1].rig.lidars() == () and is_grey(shown)
     answer(maker.requests[-1], shown)
-    assert shown.panel.note.startswith("small, as it is now, without what has failed")
+    assert shown.panel.note.startswith("small, current, without failed sensors")
 
 
 def test_the_card_is_of_a_solid_car_whatever_the_scores_are_of(
@@ -176,7 +176,7 @@ def test_progress_is_shown_and_work_can_be_stopped_and_asked_for_again(
     assert (bar.isHidden(), bar.value(), button(shown).text()) == (False, 40, "Stop")
     button(shown).click()
     assert maker.dropped == maker.requests and bar.isHidden()
-    assert (shown.panel.note, button(shown).text()) == ("No card yet (stopped)", "Update")
+    assert (shown.panel.note, button(shown).text()) == ("No results yet (stopped)", "Update")
     desk.answer(0.7)
     assert len(maker.requests) == 1
     button(shown).click()
@@ -190,7 +190,7 @@ def test_a_card_that_cannot_be_made_says_why(desk: Desk, maker: FakeMaker, shown
     desk.answer()
     maker.failed.emit("no room")
     QApplication.processEvents()
-    assert shown.panel.note == "No card yet (no room)" and button(shown).text() == "Update"
+    assert shown.panel.note == "No results yet (no room)" and button(shown).text() == "Update"
 
 
 def test_what_is_enough_makes_another_card_and_braking_does_not(

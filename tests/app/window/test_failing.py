@@ -1,4 +1,4 @@
-"""Sensors taken as failed: figures of the rig without them, and nothing else changes."""
+"""Sensors failed: figures of the rig without them, and nothing else changes."""
 
 from __future__ import annotations
 
@@ -177,6 +177,6 @@ def test_the_card_of_a_voxel_tells_what_has_failed_from_what_is_switched_off() -
     facts = VoxelFacts((0, 0, 0), (0.0, 0.0, 0.5), (0.5, 0.5, 0.5), (0.7, 0.7, 0.7))
     picked = PickedVoxel(facts, (Sight("roof", "off", 2.0), Sight("front", "off", 2.0)))
     assert [line.text for line in voxel_text(picked, {}, {"roof"}).sensors] == [
-        "taken as failed",
-        "switched off",
+        "failed",
+        "disabled",
     ]

@@ -171,7 +171,7 @@ def test_why_somebody_is_missed_stands_in_the_panel(stand: Stand) -> None:
     stand.view.show_next_missed()
     stand.caster.answer(Missed("no LiDARs", 0, 0))
     stand.settle()
-    assert stand.targets.panel._note.text().endswith("no LiDAR is switched on")
+    assert stand.targets.panel._note.text().endswith("no LiDAR is enabled")
     assert stand.shown is not None and stand.shown.pointed_out == stand.caster.requests[-1].explain
 
 
@@ -185,7 +185,7 @@ def test_why_somebody_is_missed_stays_while_more_frames_are_counted_and_goes_wit
     stand.caster.answer(Missed("no LiDARs", 0, 0))
     stand.settle()
     stand.count()
-    assert note.text().endswith("no LiDAR is switched on")
+    assert note.text().endswith("no LiDAR is enabled")
     stand.view.actions["show_frame"].trigger()
     assert "road users within 60 m" in note.text()
 
@@ -226,9 +226,9 @@ SCENE = FrameScene(
         (Missed("out of range", 0, 0), "out of range of every LiDAR"),
         (Missed("hidden", 1, 9, 0), "1 of 9 points reach it, behind car, 13 m ahead, left"),
         (Missed("hidden", 0, 9, BODY), "behind the own car's body"),
-        (Missed("hidden", 0, 9, None), "0 of 9 points reach it, behind what stands before it"),
+        (Missed("hidden", 0, 9, None), "0 of 9 points reach it, behind an object in front of it"),
         (Missed("hidden", 0, 9, GROUND), "behind the ground"),
-        (Missed("between beams", 0, 2), "between beams, 2 points even with nothing in the way"),
+        (Missed("between beams", 0, 2), "between beams, 2 points even without occlusion"),
     ],
 )
 def test_reasons_are_whole_sentences(missed: Missed, end: str) -> None:

@@ -135,7 +135,7 @@ def test_the_card_follows_the_rig(bench: Bench) -> None:
     bench.document.set_enabled("roof", False)
     bench.settle()
     assert found.card.text is not None
-    assert {line.name: line.text for line in found.card.text.sensors}["roof"] == "switched off"
+    assert {line.name: line.text for line in found.card.text.sensors}["roof"] == "disabled"
     bench.viewport.press("roof")
     bench.viewport.drag_to("roof", Pose((0.5, 0.0, 2.0), (0.0, 0.0, 0.0)))
     bench.viewport.release("roof")

@@ -250,7 +250,7 @@ def test_the_note_can_be_silenced_for_good_and_covers_no_other_note(bench: FullD
     tell(scene(0.1).field.grid, scene(0.2).field.grid)
     tell(scene(0.2).field.grid, scene(0.4).field.grid)
     assert "0.4 m instead of 0.2 m" in notes.message
-    button = notes.findChild(QPushButton, "Do not say this again")
+    button = notes.findChild(QPushButton, "Do not show this again")
     assert button is not None
     QTest.mouseClick(button, Qt.MouseButton.LeftButton)
     tell(scene(0.4).field.grid, scene(0.2).field.grid)

@@ -283,7 +283,7 @@ def test_the_sensor_view_says_that_its_sensor_is_taken_as_failed(bench: Bench) -
     note = bench.features.sensor_view.panel.note
     assert "failed" not in note.text()
     bench.document.set_failed(("roof",), True)
-    assert "Taken as failed" in note.text() and note.isVisible()
+    assert "Failed" in note.text() and note.isVisible()
     bench.document.set_failed(("roof",), False)
     assert "failed" not in note.text()
 

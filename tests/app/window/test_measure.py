@@ -79,4 +79,4 @@ def test_what_is_said_has_units_signs_and_heights() -> None:
         "dx +1.000  dy 0.000  dz \u22121.900 m",
         "roof to ground: 1.900 and 0.000 m above the ground",
     )
-    assert measured_lines(Measured(ROOF))[1] == "click the second place"
+    assert measured_lines(Measured(ROOF))[1] == "click the second point"

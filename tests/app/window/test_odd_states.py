@@ -50,21 +50,21 @@ def test_without_sensors_all_is_blind_and_the_sensor_view_says_what_to_do(
     qtbot: QtBot, tmp_path: Path
 ) -> None:
     with open_bench(qtbot, tmp_path, rig=Rig(name="empty")) as bench:
-        assert map_message(bench) == "No sensor is switched on: all of it is blind"
+        assert map_message(bench) == "No sensor is enabled: everything is blind"
         top = bench.features.map.panel.map._top
         assert top is not None and set(top.levels[top.levels > 0]) == {BLIND}
-        assert sensor_text(bench) == "The rig has no sensors: add one, and look through it here"
+        assert sensor_text(bench) == "The rig has no sensors: add one to see its view here"
         assert bench.fresh_scores(bench.document.rig).classes["car"].any_seen == 0.0
 
 
 def test_without_a_selection_the_sensor_view_asks_for_one(qtbot: QtBot, tmp_path: Path) -> None:
     with open_bench(qtbot, tmp_path) as bench:
-        assert sensor_text(bench) == "Select a sensor to look through it"
+        assert sensor_text(bench) == "Select a sensor to see its view"
         bench.document.select("front")
         panel = bench.features.sensor_view.panel
         qtbot.waitUntil(lambda: panel.page is panel.camera, timeout=TIMEOUT_MS)
         bench.document.delete("front")
-        assert sensor_text(bench) == "Select a sensor to look through it"
+        assert sensor_text(bench) == "Select a sensor to see its view"
 
 
 def test_without_box_data_nothing_pretends_to_be_on_its_way(qtbot: QtBot, tmp_path: Path) -> None:
@@ -99,8 +99,8 @@ def test_while_the_first_data_are_loaded_the_docks_say_so(
     with open_bench(qtbot, tmp_path, wait=False) as bench:
         bench.document.select("front")
         try:
-            assert sensor_text(bench) == "Box data are being loaded"
-            assert bench.features.map.panel.map.message == "Box data are being loaded"
+            assert sensor_text(bench) == "Loading box data"
+            assert bench.features.map.panel.map.message == "Loading box data"
         finally:
             gate.set()
         assert map_message(bench) == ""
@@ -127,7 +127,7 @@ def test_a_class_without_boxes_has_nothing_to_see_or_to_miss(qtbot: QtBot, tmp_p
     boxes.write_text(CARS)
     with open_bench(qtbot, tmp_path, boxes=boxes) as bench:
         bench.features.heat.set_class("pedestrian")
-        assert map_message(bench) == "This data set has no pedestrians: there is nothing to see or to miss"
+        assert map_message(bench) == "This data set has no pedestrians: nothing to see or to miss"
         assert bench.features.map.panel.map.readout() == ""
         bench.features.heat.set_class("car")
         assert map_message(bench) == ""
@@ -137,12 +137,12 @@ def test_with_every_sensor_switched_off_all_is_blind(qtbot: QtBot, tmp_path: Pat
     with open_bench(qtbot, tmp_path) as bench:
         bench.document.set_enabled("roof", False)
         bench.document.set_enabled("front", False)
-        assert map_message(bench) == "No sensor is switched on: all of it is blind"
+        assert map_message(bench) == "No sensor is enabled: everything is blind"
         bench.document.set_enabled("front", True)
         panel = bench.features.map.panel
         panel.choice.setCurrentIndex(1)
         panel.choice.activated.emit(1)
-        assert map_message(bench) == "No LiDAR is switched on: all of it is blind"
+        assert map_message(bench) == "No LiDAR is enabled: everything is blind"
 
 
 def test_sixty_sensors_are_all_on_map_and_list(qtbot: QtBot, tmp_path: Path) -> None:

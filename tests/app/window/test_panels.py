@@ -137,7 +137,7 @@ def test_the_inspector_says_how_many_are_selected_and_whose_fields_these_are(ben
     choose_both(bench)
     said = bench.find("state")
     assert isinstance(said, QLabel) and said.isVisible()
-    assert said.text().startswith("2 selected: a number sets all of them, += 0.1 or -= 0.1 changes each.")
+    assert said.text().startswith("2 selected: a number sets all of them; += 0.1 or -= 0.1 changes each.")
     bench.document.select("front")
     assert not bench.find("state").isVisible()
 
@@ -287,7 +287,7 @@ def test_a_pose_goes_back_to_the_last_saved_one(bench: Bench) -> None:
     bench.type("yaw", "30")
     menu = tool(bench, "reset_pose").menu()
     assert menu is not None
-    next(action for action in menu.actions() if action.text() == "Pose as last saved").trigger()
+    next(action for action in menu.actions() if action.text() == "Last saved pose").trigger()
     assert bench.document.rig == RIG
 
 

@@ -77,7 +77,7 @@ def test_a_sensor_in_the_air_is_marked_in_list_view_and_inspector(desk: Desk, st
     assert problem.capitalize() in desk.panels.tree.item_of("roof").toolTip(NAME)
     mast = next(mast for mast in desk.viewport.state.masts if mast.name == "roof")
     assert mast.full == problem and mast.foot_m[2] == pytest.approx(1.41, abs=0.02)
-    assert "to be held by brackets" in desk.panels.inspector._rig_form.places
+    assert "bracket needed" in desk.panels.inspector._rig_form.places
     desk.document.select("roof")
     assert desk.panels.inspector.form.place == problem
 
@@ -87,7 +87,7 @@ def test_the_line_about_the_rig_names_the_heights_that_the_view_does() -> None:
     above = {name: stand((-0.9, 0.3, z_m), solid) for name, z_m in (("low", 1.9), ("high", 2.2))}
     assert all(found.gap_m < found.away_m for found in above.values())  # the roof slopes
     said = f"low, high: {above['low'].height.split()[0]} to {above['high'].height} off the body"
-    assert places_text(above) == f"{said}, to be held by brackets"
+    assert places_text(above) == f"{said}, bracket needed"
 
 
 @pytest.mark.parametrize(

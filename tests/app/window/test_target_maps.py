@@ -54,12 +54,12 @@ def test_a_new_score_leaves_the_heatmap_of_road_users(desk: FullDesk) -> None:
 def test_while_an_edit_is_counted_the_legend_says_so(desk: FullDesk) -> None:
     desk.features.heat.set_mode("on_target")
     count(desk)
-    assert "counting anew" not in desk.viewport.state.heatmap.note
+    assert "recounting" not in desk.viewport.state.heatmap.note
     desk.drag("roof", (0.3, 0.0, 2.0))
     count(desk, 3)
-    assert "counting anew" in desk.viewport.state.heatmap.note
+    assert "recounting" in desk.viewport.state.heatmap.note
     count(desk)
-    assert "counting anew" not in desk.viewport.state.heatmap.note
+    assert "recounting" not in desk.viewport.state.heatmap.note
 
 
 def test_other_traffic_takes_it_away(desk: FullDesk) -> None:

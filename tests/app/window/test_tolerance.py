@@ -66,11 +66,11 @@ def test_an_edit_voids_what_is_shown_and_at_rest_it_is_asked_anew(desk: FullDesk
     choose(desk, "assembly")
     tell(desk, 30)
     strip = feature(desk).strip
-    assert "draws beside the rig as designed, 37 %" in strip.head and "pp" in strip.text_of("car")
+    assert "draws plus the rig as designed, 37 %" in strip.head and "pp" in strip.text_of("car")
     desk.viewport.press("roof")
     desk.viewport.drag_to("roof", desk.document.rig.sensor("roof").pose)
     desk.document.preview({"roof": desk.document.rig.sensor("front").pose})
-    assert strip.head == "assembly: measured when nobody edits" and feature(desk).answer is None
+    assert strip.head == "assembly: measured between edits" and feature(desk).answer is None
     desk.answer()
     assert len(desk.recompute.tolerances) == 1  # the mouse has not rested yet
     desk.viewport.release("roof")
@@ -144,7 +144,7 @@ def test_draws_below_what_a_file_requires_are_told_with_their_error(desk: FullDe
     desk.dialogs.path = tmp_path / "required.yaml"
     desk.dialogs.path.write_text("riglens_requirements: 1\nmounts: {gap_m: 0.1}\n")
     strip.required.click()
-    assert "found no tolerance" in desk.workbench.errors.message and strip.below_of("car") == ""
+    assert "needs a tolerance" in desk.workbench.errors.message and strip.below_of("car") == ""
     desk.dialogs.path.write_text(
         "riglens_requirements: 1\n"
         "seen: [{class: bicycle, at_least: 0.47}, {class: car, at_least: 0.9}]\n"

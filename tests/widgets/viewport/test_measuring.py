@@ -67,7 +67,7 @@ def test_a_rubber_band_follows_the_mouse_until_the_second_click(view) -> None:
     view.set_measuring(True)
     change(view, measured=Measured(Place(LIDAR.position, "roof", "roof")))
     texts = view._scene.measured_texts
-    assert texts[1] == "click the second place"
+    assert texts[1] == "click the second point"
     ground_m = np.array([4.0, -3.0, 0.0])
     hover(view._canvas, to_point(view, pixel_at(view, ground_m)))
     length_m = float(np.linalg.norm(ground_m - LIDAR.position))

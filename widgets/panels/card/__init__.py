@@ -1,1 +1,1 @@
-"""Up to which distance the rig gets enough onto one road user: a table, and a chart of the chosen row."""
+"""Detection range of the rig for one object: a table, and a chart of the chosen row."""

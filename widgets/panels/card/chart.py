@@ -1,4 +1,4 @@
-"""The chart of a card: distance by direction, seen from above, with what the car needs to stop in ahead."""
+"""Chart of detection ranges: distance by direction, seen from above, with the stopping distances ahead."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def ring_step_m(edge_m: float) -> float:
 
 
 def edge_m(card: Card) -> float:
-    """Return how far the charts of a card reach, the same for all of its classes."""
+    """Return the edge of the charts, the same for all classes."""
     reaches = [reach.most_m for row in card.rows for reach in row.reaches.values()]
     return min(_BEYOND * max(reaches, default=0.0), card.plan.to_m) or card.plan.to_m
 
@@ -127,7 +127,7 @@ class CardChart(QWidget):
             painter.drawPolygon(self._outline(kind, "median_m"))
 
     def _draw_stops(self, painter: QPainter) -> None:
-        """Arcs ahead where the road user stands when the car can just stop before it, by speed."""
+        """Draw arcs ahead at the distances at which the car can just stop for an object, by speed."""
         assert self._card is not None
         plan, gap_m, room_px = self._card.plan, self._rows[0].gap_m, math.inf
         painter.setFont(self._small_font())

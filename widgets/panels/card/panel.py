@@ -1,4 +1,4 @@
-"""The Card panel: how far the rig gets enough onto one road user in the open, beside what the car needs to stop in."""
+"""Detection range panel: the distance up to which the rig detects an object in the open, next to stopping distances."""
 
 from __future__ import annotations
 
@@ -25,24 +25,24 @@ from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel, pla
 MOST_POINTS, MOST_PX, LEAST_TO_M = 1000, 2000, 10
 _BUTTON_PX, _BOX_PX = 72, 116
 HELP = (
-    "One road user of the mean size of the bundled town stands alone on flat ground, at every distance, in eight "
-    "directions. Said is the first distance in metres at which the rig gets less than is enough onto it; more is "
-    "better.\n"
-    "LiDARs: unluckiest-middle-luckiest place between the beams. Cameras: height in pixels, by the lens.\n"
-    "No traffic stops a ray here, and every ray returns. The own car is solid."
+    "A single road user of the mean size in the bundled town, on flat ground, at every "
+    "distance in eight directions. The table shows the first distance in metres at which it "
+    "falls below the thresholds; more is better.\nLiDARs: unluckiest-middle-luckiest place "
+    "between the beams. Cameras: height in pixels, by the lens.\nTraffic hides nothing here, "
+    "and every ray returns. The own car is solid."
 )
 ENOUGH_TIP = (
-    "What is enough is your choice. Customs: nuScenes scores objects from 1 point up, Waymo calls those with fewer "
-    "than 5 hard (LEVEL_2); KITTI asks for 40 px (easy) or 25 px (moderate, hard)."
+    "The thresholds are your choice. Conventions: nuScenes scores objects from 1 point up, Waymo calls those with "
+    "fewer than 5 hard (LEVEL_2); KITTI asks for 40 px (easy) or 25 px (moderate, hard)."
 )
-STOP_TIP = "How the car brakes: our choice, to be replaced by yours. Distance to stop in: v t + v² / 2a."
+STOP_TIP = "Braking model: our choice, replace it by yours. Stopping distance: v t + v² / 2a."
 
 
 class CardPanel(QWidget):
-    """Shows one card, says which rig it is of, and takes what is enough and how the car brakes."""
+    """Shows detection ranges and the rig they belong to, and edits the thresholds and the braking model."""
 
     plan_wanted = Signal(object)
-    """The CardPlan that the user wants."""
+    """Request for another CardPlan."""
     stop_wanted = Signal()
     make_wanted = Signal()
     export_wanted = Signal()
@@ -82,7 +82,7 @@ class CardPanel(QWidget):
         self._button.setFixedWidth(_BUTTON_PX)
         self._button.clicked.connect(self._on_button)
         self.export.setObjectName("card_export")
-        self.export.setToolTip("Save all distances, of the rig as it is now")
+        self.export.setToolTip("Save all distances of the current rig.")
         self.export.clicked.connect(self.export_wanted)
         return _row(self._note, self._bar, self._button, self.export)
 
@@ -114,7 +114,7 @@ class CardPanel(QWidget):
 
     # ------------------------------------------------------------------ what is shown
     def show_plan(self, plan: CardPlan) -> None:
-        """Show what is enough, and how the car brakes."""
+        """Show the thresholds and the braking model."""
         self._plan = plan
         boxes = (self._points, self._px, self._to, self._reaction, self._brake)
         blockers = [QSignalBlocker(box) for box in boxes]
@@ -140,7 +140,7 @@ class CardPanel(QWidget):
             self.chart.show_line(self._card, line)
 
     def show_current(self, is_current: bool) -> None:
-        """Show whether the card is of the rig as it is now: it is greyed and not exported when it is not."""
+        """Show whether the results belong to the current rig: otherwise they are greyed and not exported."""
         self.export.setEnabled(is_current)
         if not is_current:
             self.table.figures.grey()
@@ -152,11 +152,11 @@ class CardPanel(QWidget):
 
     @property
     def note(self) -> str:
-        """What is said of the card."""
+        """Return the note on the detection ranges."""
         return self._note.text()
 
     def show_progress(self, share: float | None, can_make: bool = False) -> None:
-        """Show how much of a card is made, with a way to stop; or, when none is, whether one can be asked for."""
+        """Show the progress of a computation, with a way to stop; or, when none runs, whether one can be requested."""
         self._bar.setVisible(share is not None)
         self._bar.setValue(round(100.0 * (share or 0.0)))
         self._button.setVisible(share is not None or can_make)

@@ -15,8 +15,8 @@ from riglens.widgets.theme import CLASS_COLOURS
 
 STOPS = "Stops from"
 STOPS_TIP = (
-    "Speed from which the car stops before a road user straight ahead that it notices at the least distance: the "
-    "way is that distance less half the length of the car and of the road user."
+    "Speed from which the car stops before a road user straight ahead that is detected at "
+    "the least distance. Available: that distance less half the lengths of car and road user."
 )
 ROW_PX, TITLE_PX, PAD_PX = 22, 160, 12
 WIDEST = "888-888-888"
@@ -43,7 +43,7 @@ def lines_of(card: Card) -> tuple[Line, ...]:
 
 
 def rows_of(card: Card, line: Line) -> list[CardRow]:
-    """Return what a card says of one line, direction by direction."""
+    """Return the rows of one line, direction by direction."""
     return [row for row in card.rows if (row.cls, row.heading_deg) == (line.cls, line.heading_deg)]
 
 
@@ -76,7 +76,7 @@ def _metres(distance_m: float, to_m: float) -> str:
 
 
 class CardTable(FigureTable):
-    """Shows one card; the current row says which chart is wanted."""
+    """Shows detection ranges; the current row selects the chart."""
 
     def __init__(self) -> None:
         super().__init__("Card: first distance with too little, in metres")
@@ -85,11 +85,11 @@ class CardTable(FigureTable):
 
     @property
     def line(self) -> Line | None:
-        """The line whose chart is wanted: the chosen one, or the first."""
+        """Return the line whose chart is shown: the chosen one, or the first."""
         return self._lines[self.current_row] if self._lines else None
 
     def show_card(self, card: Card) -> None:
-        """Show what a card says."""
+        """Show detection ranges."""
         self._lines = lines_of(card)
         bearings = [bearing_text(bearing) for bearing in card.plan.bearings_deg]
         self.figures.show(

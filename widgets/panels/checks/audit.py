@@ -1,4 +1,4 @@
-"""Where the rays of each sensor go, in six shares that add up to 100 %, and what the car's body costs it by class."""
+"""Show the ray outcomes of each sensor, six shares that add up to 100 %, and the cost of the car's body by class."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ if TYPE_CHECKING:  # made by the engine's thread, which loads the compiler
 OUTCOMES = {
     "brings_new": (
         "brings new",
-        "Rays that meet places where traffic is uncertain and which no other sensor sees",
+        "Rays into uncertain space that no other sensor sees.",
     ),
     "seen_by_others": (
         "seen by others",
-        "Rays that meet such places, but only ones that other sensors see as well",
+        "Rays into uncertain space, all of which other sensors see as well.",
     ),
-    "meets_nothing": ("meets nothing", "Rays that leave the region without meeting such a place"),
-    "ground": ("ends at ground", "Rays that end at the ground without meeting one"),
-    "never_enters": ("never enters", "Rays that never enter the region"),
-    "hits_car": ("hits the car", "Rays that end at the car's own body"),
+    "meets_nothing": ("meets nothing", "Rays that leave the region without meeting uncertain space."),
+    "ground": ("ends at ground", "Rays that end at the ground without meeting uncertain space."),
+    "never_enters": ("never enters", "Rays that never enter the region."),
+    "hits_car": ("hits the car", "Rays that end at the car's own body."),
 }
 """Titles and tooltips of what becomes of rays, from the best to the worst, by the keys of the audit."""
-FOLLOW, FOLLOW_TIP = "Follow rays", "Follow every ray of every sensor of the rig through the region, once"
-ASKED, OUTDATED = "Rays are being followed…", "of the rig before the last change"
+FOLLOW, FOLLOW_TIP = "Trace rays", "Trace every ray of every sensor through the region once."
+ASKED, OUTDATED = "Tracing rays…", "from before the last change"
 
 
 def percents(shares: dict[str, float]) -> dict[str, float]:
@@ -44,7 +44,7 @@ def percents(shares: dict[str, float]) -> dict[str, float]:
 
 
 class AuditPanel(QWidget):
-    """A button that asks for the audit, and what it found."""
+    """Button that requests the audit, and its results."""
 
     wanted = Signal()
     """The rays are to be followed."""
@@ -75,12 +75,12 @@ class AuditPanel(QWidget):
 
     @property
     def note(self) -> str:
-        """What stands beside the button."""
+        """Return the note next to the button."""
         return self._note.text()
 
 
 def _cells(found: SensorAudit) -> list[tuple[str, str]]:
     lost = ", ".join(f"{name} {100.0 * found.lost_share[name]:.2f}" for name in CLASSES)
-    tip = f"A solid body takes from it, in pp of H(Ω): {lost}"
+    tip = f"Loss by self-occlusion, in pp of H(Ω): {lost}"
     shown = percents(found.shares)
     return [(f"{found.rays:,}", tip), *((f"{shown[name]:.1f} %", tip) for name in OUTCOMES)]

@@ -1,4 +1,4 @@
-"""The list of what is wrong with the places of sensors: one line each; a click selects the sensor."""
+"""List of violations of the sensors' mounts: one line each; a click selects the sensor."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from riglens.widgets.panels.controls.style import MARGIN, as_panel
 
 USUAL = "usual limits"
 USUAL_TIP = (
-    "Not inside the body or in the ground, at most 0.1 m off its skin, and not on glass, lamps, number plates, shut "
-    "lines or doors: our choice"
+    "Not inside the body or below the ground, at most 0.1 m off the skin, and not on glass, "
+    "lamps, number plates, shut lines or doors (our choice)."
 )
 SENSOR = Qt.ItemDataRole.UserRole
 
 
 class MountsPanel(QWidget):
-    """Shows lines and asks for other limits; finds nothing by itself."""
+    """Shows violations and requests other limits; computes nothing itself."""
 
     chosen = Signal(str)
     """A line about this sensor was clicked."""
@@ -45,7 +45,7 @@ class MountsPanel(QWidget):
         self.lines.itemClicked.connect(self._choose)
         self.lines.itemActivated.connect(self._choose)
         self.file, self.usual = QPushButton("Limits of a file…"), QPushButton("Usual limits")
-        self.file.setToolTip("A file of requirements with mounts, as for riglens check")
+        self.file.setToolTip("Requirements file with a section 'mounts', as for riglens check.")
         self.usual.setToolTip(f"<p>{USUAL_TIP}</p>")
         self.file.clicked.connect(lambda: self.file_wanted.emit())
         self.usual.clicked.connect(lambda: self.usual_wanted.emit())
@@ -61,12 +61,12 @@ class MountsPanel(QWidget):
         self.show_source(USUAL)
 
     def show_source(self, name: str) -> None:
-        """Say whose limits these are."""
+        """Show the source of the limits."""
         self.source.setText(f"Checked against: {visible(name)}")
         self.source.setToolTip(f"<p>{USUAL_TIP}</p>" if name == USUAL else "")
 
     def show_lines(self, violations: Sequence[tuple[str, str]]) -> None:
-        """Show violations by sensor; a list that says the same stays as it is, with what is selected in it."""
+        """Show violations by sensor; an unchanged list stays, with its selection."""
         count = len(violations)
         self.head.setText(
             f"{count} violation{'s' * (count != 1)}" if count else "Every mount is within the limits"

@@ -1,4 +1,4 @@
-"""The list of test objects beside the car: profile by profile what the rig sees; a click on an object goes there."""
+"""List of test objects near the car: profile by profile whether the rig sees them; a click on an object goes there."""
 
 from __future__ import annotations
 
@@ -16,8 +16,9 @@ if TYPE_CHECKING:  # loads the compiler, which a window that opens does not need
     from riglens.core.review.verdicts import ObjectVerdict, ProfileVerdict
 
 NOTE = (
-    "Geometry only, no approval. Seen: enough rays meet the object before they meet the car, and enough of the "
-    "surface that faces a sensor is in its view. Sources are in the tooltips. Choose an object to look at it."
+    "Geometry only, not a type approval. Seen: enough rays reach the object without hitting "
+    "the car, and a sensor views enough of the surface facing it. Sources are in the "
+    "tooltips. Select an object to show it."
 )
 COLUMNS = ("Objects", "Seen", "Rays", "In view")
 
@@ -49,7 +50,7 @@ class ObjectsPanel(QWidget):
         layout.addWidget(self.tree)
 
     def show_verdicts(self, profiles: Sequence[ProfileVerdict]) -> None:
-        """Show what became of every object; what is open and chosen stays so."""
+        """Show the verdict on every object; the expanded and chosen items stay."""
         if [len(children) for _, children in self._items] != [len(p.objects) for p in profiles]:
             self._build(profiles)
         for (item, children), verdict in zip(self._items, profiles, strict=True):
@@ -75,7 +76,7 @@ class ObjectsPanel(QWidget):
 
 
 def _show(item: QTreeWidgetItem, one: ObjectVerdict) -> None:
-    """One object: x and y are where it stands now, for a car may have been changed."""
+    """Show one object: x and y are its current place, as the car may have changed."""
     where = f"x {one.target.x_m:.2f} m, y {one.target.y_m:.2f} m"
     told = ", ".join(f"{visible(name)} {count}" for name, count in one.rays_by_sensor.items() if count)
     item.setToolTip(0, f"<p>{_escaped(where)}<br>Rays: {_escaped(told or 'none')}</p>")

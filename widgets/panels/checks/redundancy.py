@@ -1,4 +1,4 @@
-"""What the rig loses when one sensor fails, sensor by sensor."""
+"""Show what the rig loses when one sensor fails, sensor by sensor."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from riglens.widgets.panels.controls.style import MARGIN, as_panel
 from riglens.widgets.panels.scores.text import NONE
 from riglens.widgets.panels.sensors.losses import HEADINGS, MEASURES, Loss, Measure
 
-NOTE = "Change of the rig without the sensor, all classes together. The report has pairs and groups."
+NOTE = "Change of the figures without the sensor, all classes together. Pairs and groups are in the report."
 
 
 class RedundancyPanel(QWidget):

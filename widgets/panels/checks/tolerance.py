@@ -1,4 +1,4 @@
-"""How much scores spread when mounts are a little off, next to the noise of the lattice."""
+"""Show the spread of scores under mount errors, next to the noise of the lattice."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from riglens.widgets.panels.scores.text import MINUS
 FIGURES = {"seen": "Seen by any", "on_target": "On target"}
 BAR_PX, ROW_PX = 130, 18
 LEGEND = "5 to 95 % of the draws, thin: noise floor, | median, ● worst"
-WAITING = "measured when nobody edits"
+WAITING = "measured between edits"
 REQUIRE = "Requirements…"
 REQUIRE_TIP = (
     "A file as for riglens check: how many of the draws fall below what it requires of a class (tolerance, else seen "
@@ -35,8 +35,8 @@ REQUIRE_TIP = (
 
 @dataclass(frozen=True)
 class Below:
-    """A limit that is required of a figure, in percent; the share of draws below it with the bounds of the chance that
-    they show, 95 % confidence each, in percent; and the largest chance that is accepted, where that is said."""
+    """A required limit of a figure, in percent; the share of draws below it with the bounds of the chance, 95 %
+    confidence each, in percent; and the largest accepted chance, if given."""
 
     limit: float
     share: float
@@ -54,8 +54,8 @@ class Below:
 
 @dataclass(frozen=True)
 class Range:
-    """Of one figure, in percentage points beside the rig as designed: draws from 5 to 95 %, their median and worst,
-    and the 5 to 95 % of the noise floor; and what is required of it, if anything is."""
+    """Range of one figure, in percentage points relative to the rig as designed: draws from 5 to 95 %, their median and
+    worst, and the 5 to 95 % of the noise floor; and its requirement, if any."""
 
     low: float
     high: float
@@ -72,7 +72,7 @@ class Range:
 
     @property
     def is_noise(self) -> bool:
-        """Whether the errors spread the figure no wider than the lattice does without them."""
+        """Return whether the errors spread the figure no wider than the lattice does without them."""
         return self.high - self.low <= self.floor_high - self.floor_low
 
 
@@ -130,8 +130,8 @@ class RangeBar(QWidget):
 
 NO_PROFILE = "No tolerance"
 PROFILE_TIP = (
-    "How much the figures spread when mounts are a little off or the car pitches:\n"
-    "drawn and measured in the background while nobody edits"
+    "Spread of the figures under mount errors and pitch of the car,\nmeasured in the "
+    "background between edits."
 )
 
 
@@ -140,14 +140,14 @@ class TolerancePanel(QWidget):
     above."""
 
     profile_chosen = Signal(str)
-    """Tolerances of this profile are wanted; empty for none."""
+    """Request for the tolerances of this profile; empty for none."""
 
     figure_chosen = Signal(str)
     """Another key of FIGURES is to be shown."""
     ghost_wanted = Signal(bool)
-    """Whether the worst draw is to be shown in the view."""
+    """Request to show the worst draw in the view, or to hide it."""
     requirements_wanted = Signal()
-    """A file of requirements is to be chosen, or the one that is there to be put away."""
+    """Request to choose a file of requirements, or to drop the current one."""
 
     def __init__(
         self, classes: Sequence[str], profiles: Sequence[str], parent: QWidget | None = None
@@ -165,7 +165,7 @@ class TolerancePanel(QWidget):
         for key, title in FIGURES.items():
             self._figure.addItem(title, key)
         self._figure.activated.connect(lambda _: self.figure_chosen.emit(self.figure))
-        self.worst = QCheckBox("Worst draw in the view")
+        self.worst = QCheckBox("Show worst draw")
         self.worst.toggled.connect(self.ghost_wanted)
         self.required = QPushButton(REQUIRE)
         self.required.setToolTip(f"<p>{REQUIRE_TIP}</p>")
@@ -207,12 +207,12 @@ class TolerancePanel(QWidget):
 
     @property
     def figure(self) -> str:
-        """Which of FIGURES is shown."""
+        """Return the one of FIGURES that is shown."""
         return str(self._figure.currentData())
 
     @property
     def head(self) -> str:
-        """What stands over the rows."""
+        """Return the heading over the rows."""
         return self._head.text()
 
     def choose(self, figure: str) -> None:
@@ -222,19 +222,19 @@ class TolerancePanel(QWidget):
             self._figure.setCurrentIndex(place)
 
     def text_of(self, class_name: str) -> str:
-        """What is said of a class."""
+        """Return the text of a class."""
         return self._rows[class_name][1].text()
 
     def below_of(self, class_name: str) -> str:
-        """What is said of a class and what is required of it."""
+        """Return the text on a class and its requirement."""
         return self._below[class_name].text()
 
     def show_required(self, name: str) -> None:
-        """Say whose requirements are shown; empty: none are."""
+        """Show the source of the requirements; empty: none."""
         self.required.setText(REQUIRE if not name else f"Without {visible(name)}")
 
     def show_ranges(self, ranges: dict[str, Range], head: str, tip: str) -> None:
-        """Show ranges by class, and over them whose they are and of how many draws."""
+        """Show ranges by class, and above them their rig and the number of draws."""
         self._head.setText(head)
         self.setToolTip(plain_tip(f"{LEGEND}\n{tip}"))
         scale = max((found.widest for found in ranges.values()), default=0.0) or 1.0
@@ -252,7 +252,7 @@ class TolerancePanel(QWidget):
         label.setStyleSheet("" if is_met else f"color: {tones().less}")
 
     def grey(self, head: str) -> None:
-        """What is shown belongs to an earlier rig."""
+        """Grey out results of an earlier rig."""
         self._head.setText(head)
         for bar, text in self._rows.values():
             bar.grey()
@@ -263,14 +263,14 @@ class TolerancePanel(QWidget):
 
 
 def range_text(found: Range) -> str:
-    """The range beside the rig as designed, or that it is no wider than the noise of the lattice."""
+    """Format the range relative to the rig as designed, or state that it is within the noise of the lattice."""
     digits = 2 if found.widest >= 0.1 else 3 if found.widest >= 0.01 else 4
     text = f"{points_text(found.low, digits)} … {points_text(found.high, digits)} pp"
     return f"{text}, within noise" if found.is_noise and found.widest else text
 
 
 def below_text(below: Below) -> str:
-    """Say how many of the draws are below a limit, the upper bound of the chance, and the verdict on it."""
+    """Format the share of draws below a limit, the upper bound of the chance, and the verdict."""
     text = f"{below.share:.1f} % of draws < {below.limit:g} %, at most {below.high:.1f} %"
     return f"{text} (≤ {below.at_most:g} %): {below.verdict}" if below.at_most is not None else text
 

@@ -1,4 +1,4 @@
-"""Rigs as bars: one small chart per score on a scale of its own, with the same figures as the table."""
+"""Rigs as bars: one small chart per score with its own scale, with the same figures as the table."""
 
 from __future__ import annotations
 

@@ -64,13 +64,13 @@ class CompareRow:
 
     @property
     def sensors(self) -> str:
-        """How many sensors count, by kind."""
+        """Return the number of sensors that count, by kind, in words."""
         counts = zip(self.counts, kinds(), strict=True)
         return " + ".join(f"{count} {kind.title[0].upper()}" for count, kind in counts)
 
     @property
     def counts(self) -> list[int]:
-        """How many sensors of each kind count."""
+        """Return the number of sensors of each kind that count."""
         return [len(self.rig.enabled_of(kind.model)) for kind in kinds()]
 
 
@@ -113,7 +113,7 @@ _FIGURES = ("on target (fraction)", "detected (fraction)", "road users")
 
 
 def _fields() -> dict[str, Callable[[ClassScores], float]]:
-    """Return what is written of a class's scores, by title."""
+    """Return the exported values of a class's scores, by title."""
 
     def of_kind(kind: str, figure: str) -> Callable[[ClassScores], float]:
         return lambda found: float(getattr(found.kinds[kind], figure))
@@ -191,7 +191,7 @@ class CompareModel(FigureModel):
         self._refresh()
 
     def set_baseline(self, scores: Scores | None, figures: Figures | None, reading: Reading) -> None:
-        """Set what is known of the baseline, and the reading, which decides what a smaller S-MS means."""
+        """Set the figures of the baseline, and the reading, which decides the meaning of a smaller S-MS."""
         self._baseline, self._reading = (scores, figures), reading
         self._refresh()
 
@@ -207,7 +207,7 @@ class CompareModel(FigureModel):
 
     @property
     def _reference(self) -> tuple[Scores | None, Figures | None]:
-        """What is known of the rig that differences count from."""
+        """Return the figures of the rig that differences refer to."""
         if self._kind == "first":
             return (self._rigs[0].scores, self._rigs[0].figures) if self._rigs else (None, None)
         return self._baseline
@@ -229,7 +229,7 @@ class CompareModel(FigureModel):
         return True
 
     def figure(self, row: CompareRow, column: ScoreColumn) -> float | None:
-        """Return what is shown of a rig: the value or the difference; None while unknown, NaN where there is none."""
+        """Return the shown value of a rig, or its difference; None while unknown, NaN where there is none."""
         value = column.value(row.scores, row.figures)
         if value is None or self._kind == "values" or math.isnan(value):
             return value
@@ -269,7 +269,7 @@ class CompareModel(FigureModel):
         return replace(shown, tone="more" if looks_at_more(value, column.score, self._reading) else "less")
 
     def _bar_share(self, column: ScoreColumn, value: float) -> float:
-        """Return the length of a value beside the largest of its column; shares are of the whole."""
+        """Return the length of a value relative to the largest of its column; shares are of the whole."""
         if column.score.is_share:
             return value
         values = [column.value(row.scores, row.figures) for row in self._rigs]

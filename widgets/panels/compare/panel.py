@@ -105,7 +105,7 @@ class CompareTable(FigureTable):
             header.resizeSection(RIG, self._name_px)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Shorten titles where there is no room for long ones, and make rows of a height that whole ones fill."""
+        """Shorten titles where space is short, and fit whole rows."""
         super().resizeEvent(event)
         self._rigs.set_narrow(event.size().width() < _NARROW_PX)
         in_sight = max(1, event.size().height() // _ROW_PX)
@@ -135,13 +135,14 @@ class CompareTable(FigureTable):
             self.selectRow(keys.index(key))
 
     def text_of(self, name: str, title: str) -> str:
-        """Return what a cell shows: of the rig of that name, in the column of that title."""
+        """Return the text of a cell: of the rig of that name, in the column of that title."""
         row = [rig.name for rig in self._rigs.rows].index(name)
         return self._rigs.cell(row, self._rigs.column_titles.index(title)).text
 
     # ------------------------------------------------------------------ what the user does
     def take_keys(self, copy: Callable[[], None]) -> None:
-        """While the table has the focus, Ctrl+A selects its rows, Ctrl+C copies all, Del removes what is selected."""
+        """Handle keys while the table has the focus: Ctrl+A selects its rows, Ctrl+C copies all, Del removes the
+        selection."""
         OwnKeys(
             self,
             {
@@ -176,11 +177,11 @@ SHOWN: dict[Shown, str] = {
     "baseline": "difference to the baseline",
 }
 BESIDE_PX, BELOW_PX = 1500, 420
-"""From this width on, bars are beside the table; from this height on, below it; otherwise in its place."""
+"""From this width on, bars are next to the table; from this height on, below it; otherwise in its place."""
 
 
 class ComparePanel(QWidget):
-    """Follows a list of rows; signals what the user wants done with them."""
+    """Follows a list of rows; emits the user's requests."""
 
     open_wanted = Signal(str)
     """Key of the rig to open, or of the snapshot to restore."""
@@ -247,7 +248,7 @@ class ComparePanel(QWidget):
         return [row.name for row in self.table.shown_rows()]
 
     def text_of(self, name: str, title: str) -> str:
-        """Return what a cell shows: of the rig of that name, in the column of that title."""
+        """Return the text of a cell: of the rig of that name, in the column of that title."""
         return self.table.text_of(name, title)
 
     def as_text(self, delimiter: str) -> str:
@@ -277,7 +278,7 @@ class ComparePanel(QWidget):
         self._show_bars()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Arrange anew: another size may have room for both."""
+        """Arrange the parts again: another size may have room for both."""
         super().resizeEvent(event)
         self._arrange()
 
@@ -287,10 +288,10 @@ class ComparePanel(QWidget):
         self._add.setObjectName("compare_add")
         self._add.setText("Add")
         self._add.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-        self._add.setToolTip("Rigs to compare with the one being edited")
+        self._add.setToolTip("Add rigs to compare with the one being edited.")
         snapshot = QPushButton(icon("snapshot"), "Snapshot")
         snapshot.setObjectName("snapshot")
-        snapshot.setToolTip("Keep the rig as it is now in this list (Ctrl+T)")
+        snapshot.setToolTip("Add the current rig to this list (Ctrl+T).")
         snapshot.clicked.connect(self.snapshot_wanted)
         self._class, self._shown = ChoiceBox(), ChoiceBox()
         self._class.setObjectName("compare_class")
@@ -309,13 +310,13 @@ class ComparePanel(QWidget):
         unit = QLabel("10³ nat")
         unit.setObjectName("hint")
         unit.setToolTip(SIGN_NOTE)
-        self.bars = self._tool("bars", "Draw the same figures as bars")
+        self.bars = self._tool("bars", "Show the figures as bars.")
         self.bars.setCheckable(True)
         self.bars.toggled.connect(lambda _: self._arrange())
-        copy, export = self._tool("copy", "Copy the table"), QPushButton("CSV…")
+        copy, export = self._tool("copy", "Copy the table."), QPushButton("CSV…")
         copy.clicked.connect(self.copy)
         export.setObjectName("compare_export")
-        export.setToolTip("Save all numbers in full precision")
+        export.setToolTip("Save all numbers in full precision.")
         export.clicked.connect(self.export_wanted)
         line = QHBoxLayout()
         line.setContentsMargins(MARGIN, 5, MARGIN, 5)

@@ -1,4 +1,4 @@
-"""What lists and tables share: context menus, keys of their own, bars under numbers."""
+"""Share behaviour of lists and tables: context menus, keys of their own, bars under numbers."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ StandardKey = QKeySequence.StandardKey
 
 
 class OwnKeys(QObject):
-    """Calls a function per key. A QShortcut of the panel would be ambiguous beside an action of the window."""
+    """Calls a function per key. A QShortcut of the panel would conflict with an action of the window."""
 
     def __init__(self, panel: QWidget, slots: Mapping[StandardKey, Callable[[], object]]) -> None:
         super().__init__(panel)

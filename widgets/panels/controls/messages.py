@@ -1,4 +1,4 @@
-"""What the window reports beside the work: the message bar, and progress with the time left."""
+"""Report to the user during work: the message bar, and progress with the time left."""
 
 from __future__ import annotations
 
@@ -48,11 +48,11 @@ class MessageBar(QFrame):
         self._toggle.setCheckable(True)
         self._toggle.toggled.connect(self._show_details)
         self._copy.setObjectName("copy_details")
-        self._copy.setToolTip("Copy message and details, for a report of the problem")
+        self._copy.setToolTip("Copy message and details, to report the problem.")
         self._copy.clicked.connect(self._copy_all)
         close.setIcon(icon("close"))
         close.setAutoRaise(True)
-        close.setToolTip("Close this message")
+        close.setToolTip("Close this message.")
         close.clicked.connect(self.clear)
         self._build(close)
         self.hide()
@@ -75,7 +75,7 @@ class MessageBar(QFrame):
 
     @property
     def details(self) -> str:
-        """What Details shows, empty when there are none."""
+        """Return the text behind Details, empty when there is none."""
         return self._details.toPlainText()
 
     def show_message(self, text: str, details: str = "", choices: Choices | None = None) -> None:
@@ -127,7 +127,7 @@ class TimeLeft:
         self._end_s: float | None = None
 
     def note(self, fraction: float) -> None:
-        """Note how much is done now; a smaller fraction than before starts anew, as a second phase of the work does."""
+        """Record the share done; a smaller share than before starts again, as a second phase of the work does."""
         passed_s = self._clock() - self._begun_s
         if fraction <= 0.0:
             self._begun_s, self._end_s = self._clock(), None
@@ -189,11 +189,11 @@ class ProgressStrip(QWidget):
 
     @property
     def is_running(self) -> bool:
-        """Whether work is in progress, shown or not."""
+        """Return whether work is in progress, shown or not."""
         return self._patience.isActive() or not self.isHidden()
 
     def begin(self) -> None:
-        """Note that the work starts, or starts anew."""
+        """Record that the work starts, or starts again."""
         self._time_left, self._stage = TimeLeft(self._clock), self._title
         self.cancel.setEnabled(True)
         self.show_progress(0.0)
@@ -201,12 +201,12 @@ class ProgressStrip(QWidget):
             self._patience.start()
 
     def name_stage(self, stage: str) -> None:
-        """Show what is being done now in place of the title, which goes into the tooltip."""
+        """Show the current stage in place of the title, which goes into the tooltip."""
         self.bar.setToolTip(self._title)
         self._stage = stage
 
     def show_progress(self, fraction: float) -> None:
-        """Note how much of the work is done, 0..1."""
+        """Record the share of the work done, 0..1."""
         self._time_left.note(fraction)
         seconds = self._time_left.seconds
         self.bar.setValue(round(STEPS * fraction))
@@ -214,13 +214,13 @@ class ProgressStrip(QWidget):
         self.left.setText("" if seconds is None else f"{duration_text(seconds)} left")
 
     def show_stage(self, title: str, note: str) -> None:
-        """Note that the rest takes an unknown time: show what it is, not how far it is."""
+        """Record that the rest takes an unknown time: show the stage, not the progress."""
         self.bar.setValue(STEPS)
         self.bar.setFormat(title)
         self.left.setText(note)
 
     def end(self) -> None:
-        """Note that the work is over."""
+        """Record that the work has ended."""
         self._patience.stop()
         self.hide()
 

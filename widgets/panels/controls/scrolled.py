@@ -13,7 +13,7 @@ _BREAK = "\u200b"  # zero width space
 
 
 def breakable(text: str) -> str:
-    """Return a text for a label whose long words, such as paths and names, may go on in the next line."""
+    """Return a text for a label whose long words, such as paths and names, may wrap."""
     return _LONG_WORD.sub(lambda word: _BREAK.join(word[0]), text)
 
 

@@ -150,7 +150,7 @@ MARGIN = 8
 
 
 def is_dark() -> bool:
-    """Return whether the system asks for a dark window."""
+    """Return whether the system uses a dark theme."""
     return QGuiApplication.styleHints().colorScheme() == Qt.ColorScheme.Dark
 
 

@@ -1,4 +1,4 @@
-"""Asks what a picture for a report should look like, with a preview that is the picture itself."""
+"""Ask for the options of a picture for a report, with a preview that is the picture itself."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _CHECK_PX = 10
 
 @dataclass(frozen=True)
 class PictureChoice:
-    """What was chosen; `size_px` is width and height before `scale` enlarges everything alike."""
+    """Choice in the dialog; `size_px` is width and height before `scale` enlarges everything."""
 
     size_px: tuple[int, int]
     scale: int = 1
@@ -79,7 +79,7 @@ def _chequer(painter: QPainter, place: QRect) -> None:
 
 
 class PictureDialog(QDialog):
-    """Options beside a preview; does not draw or save anything by itself."""
+    """Options next to a preview; neither draws nor saves anything itself."""
 
     changed = Signal()
     save_wanted = Signal()
@@ -159,7 +159,7 @@ class PictureDialog(QDialog):
 
     @property
     def choice(self) -> PictureChoice:
-        """What is chosen."""
+        """Return the choice."""
         return PictureChoice(
             (self.width_px.value(), self.height_px.value()), self.scale.currentIndex() + 1,
             self.transparent.isChecked(), self.light.isChecked(), self.legend.isChecked(),
@@ -175,7 +175,7 @@ class PictureDialog(QDialog):
 
     @property
     def options(self) -> dict[str, bool]:
-        """What is ticked, by name."""
+        """Return the ticked options, by name."""
         return {name: box.isChecked() for name, box in self._options.items()}
 
     def set_words_possible(self, possible: bool) -> None:
@@ -184,7 +184,7 @@ class PictureDialog(QDialog):
             box.setEnabled(possible)
 
     def set_busy(self, what: str) -> None:
-        """Say what is in progress; "" when nothing is, and then pictures can be saved."""
+        """Show the current activity; "" when there is none, and then pictures can be saved."""
         is_too_large = max(self._pixels()) > self._limits_px[1]
         for button in (self.save, self.copy):
             button.setEnabled(not what and not is_too_large)
@@ -194,7 +194,7 @@ class PictureDialog(QDialog):
             self._show_size()
 
     def set_done(self, what: str) -> None:
-        """Say what has been done with the picture."""
+        """Show the result of the last action."""
         self._note.setText(what)
 
     def _pixels(self) -> tuple[int, int]:

@@ -9,7 +9,7 @@ from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QImageReader, QPainter, QPaintEvent, QPixmap
 from PySide6.QtWidgets import QDialog, QHBoxLayout, QLabel, QPushButton, QScrollArea, QVBoxLayout, QWidget
 
-NOTE = "As it is printed. The car that turns is seen in a browser."
+NOTE = "Print preview. Open it in a browser for the 3D view."
 GAP_PX = 14
 
 
@@ -28,7 +28,7 @@ class Pages(QWidget):
 
     @property
     def read(self) -> tuple[int, ...]:
-        """Which pages were read by now, from 0 on."""
+        """Return the pages that have been read, from 0 on."""
         return tuple(sorted(self._known))
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -45,7 +45,7 @@ class Pages(QWidget):
 
 
 class ReportDialog(QDialog):
-    """Shows pages and asks for what is to become of them; nothing is written by itself."""
+    """Shows pages and requests an action on them; writes nothing itself."""
 
     save_wanted = Signal(str)
     """The report is to be saved, as ".html" or ".pdf"."""

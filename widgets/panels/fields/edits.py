@@ -35,15 +35,15 @@ from riglens.widgets.panels.fields.quantity import (
 Value = TypeVar("Value")
 _SUFFIX_GAP_PX = 3
 _TEXT_MARGIN_PX = 2
-"""What a line edit keeps free on both sides of its text."""
+"""Margin of a line edit on both sides of its text."""
 _CUT = "…"
 MIXED = "mixed"
-"""What stands in a field of several things whose values differ."""
+"""Text of a field of several sensors whose values differ."""
 _Keys = QKeySequence.StandardKey
 
 
 class ValueEdit(QLineEdit, Generic[Value]):
-    """A line edit for a value of any kind.
+    """Line edit for a value of any kind.
 
     It shows a short text, and the full one while it has the keyboard focus. `edited` is emitted only when the
     text was changed and is valid; an invalid text marks the field and keeps the value. Of several things whose values
@@ -51,7 +51,7 @@ class ValueEdit(QLineEdit, Generic[Value]):
     """
 
     edited = Signal(object)
-    """The new value, or a Change of whatever it is."""
+    """The new value, or a Change of any value."""
     refused = Signal(str)
     unmarked = Signal()
     """The text that was refused is gone."""
@@ -80,7 +80,7 @@ class ValueEdit(QLineEdit, Generic[Value]):
         return self._value
 
     def set_value(self, value: Value | None) -> None:
-        """Show a value that comes from outside; keep what the user is typing."""
+        """Show a value from outside, unless the user is typing."""
         if value == self._value and not self._mixed:
             return
         self._value, self._mixed = value, ()
@@ -88,7 +88,7 @@ class ValueEdit(QLineEdit, Generic[Value]):
         self._show()
 
     def set_mixed(self, values: Sequence[Value]) -> None:
-        """Show that several things have different values; keep what the user is typing."""
+        """Show that several things have different values, unless the user is typing."""
         if tuple(values) == self._mixed and (self._is_touched() or self._is_marked()):
             return
         self._value, self._mixed = None, tuple(values)
@@ -96,7 +96,7 @@ class ValueEdit(QLineEdit, Generic[Value]):
         self._show()
 
     def _tip(self) -> str:
-        """What the tooltip says of the value, or of the values."""
+        """Return the tooltip of the value, or of the values."""
         return "" if self._value is None else self._full(self._value)
 
     @property
@@ -145,11 +145,11 @@ class ValueEdit(QLineEdit, Generic[Value]):
         self.setMinimumWidth(self.fontMetrics().horizontalAdvance(text) + around_px)
 
     def _fits(self, text: str) -> bool:
-        """Whether a text has room in the field; before the field is on the screen, any text has."""
+        """Return whether a text has room in the field; before the field is on the screen, any text has."""
         return not self.isVisible() or self.fontMetrics().horizontalAdvance(text) <= self._room().width()
 
     def _room(self) -> QRect:
-        """Where the text stands."""
+        """Return the area of the text."""
         option = QStyleOptionFrame()
         self.initStyleOption(option)
         inside = self.style().subElementRect(QStyle.SubElement.SE_LineEditContents, option, self)
@@ -272,7 +272,7 @@ class ValueEdit(QLineEdit, Generic[Value]):
 
 
 def _is_redo(event: QKeyEvent) -> bool:
-    """Whether keys mean redo: Ctrl+Y everywhere, not only where the system says so."""
+    """Return whether keys mean redo: Ctrl+Y everywhere, not only on systems that use it."""
     is_ctrl_y = event.key() == Qt.Key.Key_Y and event.modifiers() == Qt.KeyboardModifier.ControlModifier
     return is_ctrl_y or event.matches(_Keys.Redo)
 
@@ -310,7 +310,7 @@ class NumberEdit(ValueEdit[float]):
         numbers = [value for value in self._mixed if value is not None]
         low, high = self._short_text(min(numbers)), self._short_text(max(numbers))
         span = f"{low} to {high} {self._unit.name}".rstrip()
-        return f"{span}\nA number sets all, += or -= and a number changes each."
+        return f"{span}\nA number sets all; += or -= with a number changes each."
 
     def _short_text(self, value: float) -> str:
         return short_text(value, self._unit)

@@ -65,7 +65,7 @@ class Form(QWidget):
         self._reason_labels: dict[QWidget, QLabel] = {}
         self._other_problem = ""
         self.words: dict[str, str] = {}
-        """What the form calls the fields of a rig file that reasons speak of."""
+        """Names that the form shows for the fields of a rig file, for reasons that mention them."""
         self._grid = QGridLayout(self)
         self._grid.setContentsMargins(MARGIN, MARGIN, MARGIN, MARGIN)
         self._grid.setHorizontalSpacing(SPACING)
@@ -124,7 +124,7 @@ class Form(QWidget):
             binding.widget.setEnabled(enabled)
 
     def close_form(self) -> None:
-        """Keep the rows at the top; problems of no row stand under the last one unless they have a place already."""
+        """Keep the rows at the top; problems without a row go under the last one unless they have a place already."""
         if self._problem.parentWidget() is None:
             self.add_problem_line()
         self._grid.setRowStretch(self._grid.rowCount(), 1)
@@ -152,7 +152,7 @@ class Form(QWidget):
         combo.activated.connect(lambda index: self._try(combo, write, combo.itemData(index)))
 
     def set_units(self, *units: Unit) -> None:
-        """Show every length and angle in these units; what is stored stays in metres and degrees."""
+        """Show every length and angle in these units; stored values stay in metres and degrees."""
         for binding in self._bindings:
             edit = binding.widget
             if isinstance(edit, NumberEdit | ListEdit):
@@ -179,7 +179,7 @@ class Form(QWidget):
 
     @property
     def beside(self) -> tuple[Any, ...]:
-        """What is shown beside the subject."""
+        """Return what is shown besides the subject."""
         return self._beside
 
     def _meant(self, widget: QWidget) -> list[Any]:
@@ -222,7 +222,7 @@ class Form(QWidget):
         return value.of(next(b for b in self._bindings if b.widget is widget).read(subject))
 
     def deliver(self, before: Sequence[Any], after: Sequence[Any]) -> None:
-        """Tell of the changed copies of some objects."""
+        """Emit the changed copies of some objects."""
         self.changed.emit(after[-1])
 
     def _refuse(self, widget: QWidget, reason: str) -> None:
@@ -302,7 +302,7 @@ Path = tuple[str | int, ...]
 
 
 def read(path: Path) -> Read:
-    """Return a function that reads what lies at a path; None where there is no such field."""
+    """Return a function that reads the value at a path; None where there is no such field."""
 
     def found(subject: Any) -> Any:
         for part in path:
@@ -338,7 +338,7 @@ def reason_of(error: Exception) -> str:
 
 
 def _check_shows(check: QCheckBox) -> tuple[Callable[[Any], None], Callable[[Sequence[Any]], None]]:
-    """How a check box shows one value, and several that differ; a click on the latter ticks it."""
+    """Return how a check box shows one value, and several that differ; a click on the latter ticks it."""
 
     def show(value: Any) -> None:
         check.setTristate(False)

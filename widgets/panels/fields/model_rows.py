@@ -26,7 +26,7 @@ _NARROWEST = "-180"
 
 
 def title_of(name: str, info: FieldInfo) -> str:
-    """Return what a form calls a field: its title, or its name without the unit."""
+    """Return the label of a field: its title, or its name without the unit."""
     if info.title:
         return info.title
     words = name.strip("_").split("_")
@@ -183,7 +183,7 @@ class ModelRows:
         def changed(subject: Any, value: Any) -> Any:
             is_part = way is not None and (way.model is not None or isinstance(path[-1], int))
             if way is not None and is_part and not way.is_used(subject):
-                raise ValueError(f"is given in another way: choose '{way.title}' for all first")
+                raise ValueError(f"is specified differently: choose '{way.title}' for all first")
             return setter(subject, value)
 
         self._form.bind_edit(edit, shown, changed, name)

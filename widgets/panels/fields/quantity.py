@@ -22,7 +22,7 @@ _SIGNS = str.maketrans({"−": "-", "×": "*", "·": "*", "÷": "/"})
 
 @dataclass(frozen=True)
 class Unit:
-    """How a field shows a stored value: `per_base` of this unit make one of the stored unit.
+    """Unit of a field that shows a stored value: `per_base` of this unit make one of the stored unit.
 
     `step` is what one step of the wheel or an arrow key changes, in this unit, where the field's own step is 1
     in the stored unit.
@@ -80,7 +80,7 @@ _DECIMALS = 12
 
 @dataclass(frozen=True)
 class Change:
-    """What becomes of a number, whatever it is: `times` as much, and `plus` in the stored unit."""
+    """Change of any number: `times` as much, and `plus` in the stored unit."""
 
     plus: float = 0.0
     times: float = 1.0
@@ -93,7 +93,7 @@ class Change:
 
 
 def parse_change(text: str, unit: Unit) -> Change | None:
-    """Return what "+=0.1", "-=0.1 m", "*=2" or "/=2" says; None for a text that is none of them.
+    """Return the change in "+=0.1", "-=0.1 m", "*=2" or "/=2"; None for any other text.
 
     Raise ValueError where the number behind the sign is wrong.
     """
@@ -172,7 +172,7 @@ def fitted_number(value: float, text: str, fits: Callable[[str], bool]) -> str:
 
 
 def power_of_ten(value: float, digits: int) -> str:
-    """Return a number with so many digits at most, such as 1.5e7."""
+    """Return a number with at most `digits` digits, such as 1.5e7."""
     mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
     return f"{mantissa.rstrip('0').rstrip('.') if '.' in mantissa else mantissa}e{int(exponent)}"
 

@@ -78,7 +78,7 @@ class Heading:
     """Title of a row or a column.
 
     copied: titles of the exact numbers of a column, with none its texts are copied; or the name of a row where it is
-    copied. is_left: whether the texts of a column, which are no numbers, begin at the left.
+    copied. is_left: whether the texts of a column without numbers are left-aligned.
     """
 
     title: str
@@ -108,7 +108,7 @@ class FigureModel(QAbstractTableModel):
         figures: Sequence[Sequence[Figure]],
         anew: bool = False,
     ) -> None:
-        """Show cells, none of them grey; selection and scroll position stay, unless it is `anew` or of another size."""
+        """Show cells, none of them grey; selection and scroll position stay, unless `anew` or of another size."""
         is_resized = anew or (len(rows), len(columns)) != (len(self._rows), len(self._columns))
         if is_resized:
             self.beginResetModel()
@@ -166,7 +166,7 @@ class FigureModel(QAbstractTableModel):
         return self._figures[row][column]
 
     def is_grey(self, column: int) -> bool:
-        """Whether a column is shown as out of date."""
+        """Return whether a column is shown as out of date."""
         return column in self._grey
 
     def rowCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008 Qt's signature
@@ -244,7 +244,7 @@ def delimited(lines: Iterable[Iterable[object]], delimiter: str) -> str:
 
 
 class FigureTable(QTableView):
-    """Shows a FigureModel; Ctrl+C copies it. The current row says what is drawn beside it."""
+    """Shows a FigureModel; Ctrl+C copies it. The current row selects the chart next to it."""
 
     row_chosen = Signal()
 
@@ -288,7 +288,7 @@ class FigureTable(QTableView):
         self.selectionModel().setCurrentIndex(self.model().index(row, 0), flags.ClearAndSelect | flags.Rows)
 
     def text_of(self, name: str, title: str) -> str:
-        """Return what a cell shows: of the row of that name, in the column of that title."""
+        """Return the text of a cell: of the row of that name, in the column of that title."""
         row, place = self.figures.row_titles.index(name), self.figures.column_titles.index(title)
         return self.figures.cell(row, place).text
 

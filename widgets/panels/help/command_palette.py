@@ -58,7 +58,7 @@ def _said(command: Command, with_tip: bool) -> str:
 
 
 def _rank(command: Command, parts: Sequence[str]) -> int:
-    """How far from the beginning of the title the typed words are; 0 is best."""
+    """Return how far from the beginning of the title the typed words are; 0 is best."""
     title = command.title.casefold()
     if not parts or title.startswith(parts[0]):
         return 0
@@ -111,7 +111,7 @@ class CommandPalette(QDialog):
         return super().eventFilter(watched, event)
 
     def run(self) -> None:
-        """Close, and do what the current row says; one that cannot be chosen now does nothing."""
+        """Close, and run the current row; disabled ones do nothing."""
         place = self.rows.currentIndex().row()
         if 0 <= place < len(self._found) and self._found[place].action.isEnabled():
             action = self._found[place].action

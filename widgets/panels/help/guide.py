@@ -13,7 +13,7 @@ WIDTH_PX, HEIGHT_PX = 760, 720
 
 
 class Guide(QDialog):
-    """A page to read beside the work; links to other pages open here, those into the web outside; Esc closes it."""
+    """Help page; links to other pages open here, links to the web in a browser; Esc closes it."""
 
     def __init__(self, page: Path, parent: QWidget | None = None) -> None:
         super().__init__(parent)

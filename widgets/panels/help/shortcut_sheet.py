@@ -44,7 +44,7 @@ class Group:
 
 
 class ShortcutSheet(QDialog):
-    """A sheet to read beside the work; Esc closes it."""
+    """Sheet of shortcuts; Esc closes it."""
 
     def __init__(self, title: str, groups: Sequence[Group], parent: QWidget | None = None) -> None:
         super().__init__(parent)

@@ -11,14 +11,14 @@ from riglens.widgets.panels.controls.style import MARGIN
 
 _WIDTH_PX, _MARGIN_PX = 330, 10
 ROOM_PX = 660
-"""In a narrower view the card would cover the legend, so it waits unless somebody asks for it."""
+"""In a narrower view the card would cover the legend, so it is shown on request only."""
 
 
 class TipsCard(QFrame):
     """In the lower left corner of its parent, hidden until `begin`."""
 
     closed = Signal()
-    """The user does not want to see tips any more."""
+    """The user closed the tips for good."""
 
     def __init__(self, tips: Sequence[str], parent: QWidget) -> None:
         super().__init__(parent)
@@ -36,7 +36,7 @@ class TipsCard(QFrame):
             QPushButton("Next"),
             QPushButton("No more tips"),
         )
-        self.close_button.setToolTip("Help > Tips shows them again")
+        self.close_button.setToolTip("Show them again by Help > Tips.")
         self.back.clicked.connect(lambda: self._go(-1))
         self.next.clicked.connect(lambda: self._go(1))
         self.close_button.clicked.connect(self.closed)

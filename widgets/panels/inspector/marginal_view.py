@@ -1,4 +1,4 @@
-"""What the rig loses without one sensor, per class: change of what is on target, detected and seen, and of S-MS."""
+"""Show what the rig loses without one sensor, per class: change of hit coverage, detected, seen, and S-MS."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from riglens.widgets.panels.controls.style import numbers_font, tones
 from riglens.widgets.panels.scores.text import NONE
 from riglens.widgets.panels.sensors.losses import COLUMNS, Known, class_change, titles
 
-WAITING, NOT_COUNTED = "computed when the program is idle", "it does not count, so nothing is lost"
-FAILED = "taken as failed: the scores are those without it"
+WAITING, NOT_COUNTED = "computed between edits", "disabled: no loss"
+FAILED = "failed: the scores are those without it"
 UNITS = "percentage points of road users and of H(Ω), 10³ nat"
 NOTE = (
-    "Exact figures of the rig without this sensor, minus those of the rig as it is.\n"
-    "What another sensor sees or hits as well is not lost."
+    "Exact figures without this sensor, minus those of the current rig.\n"
+    "Coverage that another sensor provides as well is not lost."
 )
 
 
@@ -51,7 +51,7 @@ class MarginalView(QWidget):
         self.setToolTip(NOTE)
 
     def show_loss(self, now: Known, without: Known) -> None:
-        """Show what is known of the rig with and without the sensor."""
+        """Show the known figures of the rig with and without the sensor."""
         for title, text in zip(self._titles, titles(now.min_points), strict=True):
             title.setText(text)
         for (name, key), cell in self._cells.items():
@@ -75,7 +75,7 @@ class MarginalView(QWidget):
             _colour(cell, tones().muted if stale else tones().text)
 
     def text_of(self, class_name: str, key: str) -> str:
-        """Return what stands in a cell; `key` is one of COLUMNS."""
+        """Return the text of a cell; `key` is one of COLUMNS."""
         return self._cells[class_name, key].text()
 
     @property

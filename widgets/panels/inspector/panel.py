@@ -25,7 +25,7 @@ from riglens.widgets.panels.inspector.sensor_forms import SensorForm
 from riglens.widgets.panels.sensors.losses import Known
 
 _NAMED = 3
-"""Up to so many sensors are named, of more it is said how many they are."""
+"""Largest number of sensors that are named; of more, the number is shown."""
 _SIZES = ("length", "width", "height", "rear_axle_x")
 
 
@@ -49,9 +49,9 @@ class MeshRows:
         self.size.setObjectName("mesh_size")
         self.size.setWordWrap(True)
         self.fit.setObjectName("mesh_fit")
-        self.fit.setToolTip("Scale the mesh so that it is as long as the vehicle is said to be")
+        self.fit.setToolTip("Scale the mesh to the length of the vehicle.")
         fields = [rows.add(MeshPlacement, name, ("vehicle", "mesh")) for name in MeshPlacement.model_fields]
-        tip = "Length × width × height of the mesh in the vehicle frame"
+        tip = "Length × width × height of the mesh in the vehicle frame."
         self._rows = [*fields, form.add_row("Mesh size", [self.size, self.fit], tip)]
 
     def show_for(self, vehicle: Vehicle) -> None:
@@ -61,17 +61,17 @@ class MeshRows:
 
 
 class Inspector(QStackedWidget):
-    """Follows rig and selection; signals what the user changed, always as a validated copy."""
+    """Follows rig and selection; emits the user's changes, always as a validated copy."""
 
     sensors_edited = Signal(object)
-    """Sensors as the user wants them, a dict by the names that they had."""
+    """Edited sensors, a dict by their previous names."""
     rig_edited = Signal(object)
     unlink_wanted = Signal()
     """The mirror pair of the sensor shown is to be dissolved."""
     mesh_wanted = Signal()
-    """The user wants to choose a mesh file for the body."""
+    """Request to choose a mesh file for the body."""
     fit_wanted = Signal()
-    """The user wants the mesh as long as the vehicle."""
+    """Request to scale the mesh to the length of the vehicle."""
     units_changed = Signal(object)
     """The Units in which lengths and angles are shown from now on, as a tuple."""
 
@@ -140,7 +140,7 @@ class Inspector(QStackedWidget):
 
     @property
     def loss_of(self) -> str | None:
-        """The sensor whose loss is shown, greyed or not; None when there is none."""
+        """Return the sensor whose loss is shown, greyed or not; None when there is none."""
         return self._loss_of
 
     def show_loss(self, now: Known, without: Known) -> None:
@@ -156,12 +156,12 @@ class Inspector(QStackedWidget):
             form.marginal.show_none(reason)
 
     def set_loss_stale(self) -> None:
-        """Grey what the rig loses without the sensor: it belongs to an earlier rig."""
+        """Grey the loss without the sensor: it belongs to an earlier rig."""
         for form in self._sensor_forms:
             form.marginal.set_stale(True)
 
     def show_stands(self, stands: Mapping[str, Stand]) -> None:
-        """Say how sensors stand where something is wrong with that, by name."""
+        """Show problems with the mounts of sensors, by name."""
         self._problems = {name: found.problem for name, found in stands.items() if found.problem}
         self._rig_form.show_stands(stands)
         self._show_places()
@@ -202,7 +202,7 @@ class RigForm(Form):
     """Name of the rig, and body and size of the vehicle."""
 
     mesh_wanted = Signal()
-    """The user wants to choose a mesh file."""
+    """Request to choose a mesh file."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -235,7 +235,7 @@ class RigForm(Form):
 
     @property
     def places(self) -> str:
-        """What is said about places, empty when nothing is wrong."""
+        """Return the remarks on mounts, empty when there are none."""
         return "" if self._places.isHidden() else self._places.text()
 
     def _add_body(self) -> None:
@@ -245,7 +245,7 @@ class RigForm(Form):
         body.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         choose = QPushButton("Mesh…")
         choose.setObjectName("mesh")
-        choose.setToolTip("A glTF, OBJ, STL or PLY file as the body of the car")
+        choose.setToolTip("Use a glTF, OBJ, STL or PLY file as the body of the car.")
         choose.clicked.connect(self.mesh_wanted)
         self.add_row("Body", [body, choose])
         self.bind_choice(body, lambda rig: rig.vehicle.body, with_body, "body")
@@ -281,7 +281,7 @@ def places_text(stands: Mapping[str, Stand]) -> str:
     if gaps_m:
         low, high = f"{min(gaps_m.values()):.2f}", f"{max(gaps_m.values()):.2f}"
         away = f"{low} m" if low == high else f"{low} to {high} m"
-        lines.append(f"{_who(gaps_m)}: {away} off the body, to be held by brackets")
+        lines.append(f"{_who(gaps_m)}: {away} off the body, bracket needed")
     for words, is_so in (("inside the body", True), ("below the ground", False)):
         names = [n for n, found in stands.items() if (found.inside if is_so else found.below_ground)]
         if names:

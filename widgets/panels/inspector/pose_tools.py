@@ -21,7 +21,7 @@ from riglens.widgets.theme import LINKED_COLOUR
 
 _SHOWN_UNITS = ((METRES, MILLIMETRES), (DEGREES, RADIANS))
 PASTE_TIP = (
-    "Take the pose from the clipboard: YAML, x y z roll pitch yaw (m, deg), x y z qx qy qz qw, 4 × 4 matrix"
+    "Paste the pose from the clipboard: YAML, x y z roll pitch yaw (m, deg), x y z qx qy qz qw, 4 × 4 matrix"
 )
 
 
@@ -29,9 +29,9 @@ class PoseTools(QWidget):
     """A line with the title and small buttons; it knows the pose shown and signals requests for another one."""
 
     posed = Signal(object)
-    """Which pose (metres and degrees) a sensor takes: a function of its name and its pose now."""
+    """New pose of a sensor (metres and degrees): a function of its name and its current pose."""
     refused = Signal(str)
-    """Why the clipboard holds no pose."""
+    """Reason why the clipboard holds no pose."""
     units_chosen = Signal(object)
     """The Unit in which lengths or angles are to be shown."""
 
@@ -67,7 +67,7 @@ class PoseTools(QWidget):
         self._pose = pose
 
     def set_saved(self, poses: dict[str, Pose]) -> None:
-        """Set the poses that the selected sensors have in the file, as far as they are in it."""
+        """Set the saved poses of the selected sensors, as far as they are in the file."""
         self._saved = poses
         self._as_saved.setEnabled(bool(poses))
 
@@ -159,13 +159,13 @@ class PoseTools(QWidget):
         menu = QMenu(self)
         add_entry(menu, "Level: roll and pitch 0", self._level)
         add_entry(menu, "No rotation: roll, pitch, yaw 0", self._unturned)
-        self._as_saved: QAction = add_entry(menu, "Pose as last saved", self._put_back)
+        self._as_saved: QAction = add_entry(menu, "Last saved pose", self._put_back)
         self._as_saved.setEnabled(False)
         return menu
 
 
 class PairLine(QWidget):
-    """Which sensor another is linked to, with a link mark and a button that dissolves the pair."""
+    """Line of a mirror pair, with a link mark and a button that dissolves the pair."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -176,7 +176,7 @@ class PairLine(QWidget):
         mark.setPixmap(icon("link", LINKED_COLOUR).pixmap(16, 16))
         self.unlink = QPushButton("Unlink")
         self.unlink.setObjectName("unlink_pair")
-        self.unlink.setToolTip("Let the two move alone (Ctrl+Shift+M)")
+        self.unlink.setToolTip("Unlink the two sensors (Ctrl+Shift+M).")
         line = QHBoxLayout(self)
         line.setContentsMargins(0, 0, 0, 0)
         line.addWidget(mark)

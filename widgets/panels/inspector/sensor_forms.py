@@ -28,25 +28,25 @@ from riglens.widgets.sensors.ways import Ways
 
 STEP_M, STEP_DEG = 0.05, 1.0
 POSE_TIP = (
-    "x forward, y left, z up from the ground under the middle of the car; "
-    "positive pitch looks down, positive yaw turns left"
+    "x forward, y left, z up from the ground under the middle of the car; positive pitch "
+    "tilts down, positive yaw turns left."
 )
 PLACE_TIP = (
-    f"A sensor more than {FAR_M:g} m off every surface of the car needs something to stand on (our choice); one inside "
+    f"A sensor more than {FAR_M:g} m off every surface of the car needs a bracket (our choice); one inside "
     "the body sees only through what the switch Solid car lets it"
 )
 _NO_MODEL, MODIFIED = "none", ", modified"
 LOCKED_NOTE = "{names} locked: unlock in the list to edit."
-SEVERAL_NOTE = "{count} selected: a number sets all of them, += 0.1 or -= 0.1 changes each."
-OF_KIND_NOTE = "Model and {part} are for the {kinds} among them."
-DISABLED_NOTE = "Disabled: it does not count in the scores."
+SEVERAL_NOTE = "{count} selected: a number sets all of them; += 0.1 or -= 0.1 changes each."
+OF_KIND_NOTE = "Model and {part} apply to the {kinds} among them."
+DISABLED_NOTE = "Disabled: not included in the scores."
 
 
 class SensorForm(Form):
-    """What every sensor has, the fields of its kind, what follows from them, and what it contributes."""
+    """Form of a sensor: common fields, the fields of its kind, derived figures, and its contribution."""
 
     edited = Signal(object)
-    """Sensors as the user wants them, a dict by the names that they had."""
+    """Edited sensors, a dict by their previous names."""
     unlink_wanted = Signal()
     """The mirror pair is to be dissolved."""
     units_chosen = Signal(object)
@@ -87,9 +87,9 @@ class SensorForm(Form):
             model.setItemData(model.count() - 1, plain_tip(entry.origin()), Qt.ItemDataRole.ToolTipRole)
         model.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         model.setMinimumContentsLength(8)
-        self.add_row("Model", [model], "Choosing a model fills in the fields below")
+        self.add_row("Model", [model], "Choose a model to fill in the fields below.")
         self.bind_choice(model, read(("model",)), _write_model, "model")
-        enabled = QCheckBox("counts in the scores")
+        enabled = QCheckBox("include in scores")
         self.add_row("Enabled", [enabled])
         self.bind_check(enabled, read(("enabled",)), write(("enabled",)), "enabled")
         self.share(name, enabled)
@@ -108,7 +108,7 @@ class SensorForm(Form):
         self._model.setToolTip(plain_tip(model_note(sensor)))
 
     def _add_pair(self) -> None:
-        """Add the row that says which sensor this one is linked to."""
+        """Add the row of the mirror pair."""
         self._pair = PairLine()
         self._pair.unlink.clicked.connect(self.unlink_wanted)
         self._pair_row = self.add_row("Mirror pair", [self._pair])
@@ -158,13 +158,13 @@ class SensorForm(Form):
         self.show_place("")
 
     def show_place(self, problem: str) -> None:
-        """Say what is wrong with the place of the sensor, nothing when it is empty."""
+        """Show the problem with the sensor's place, nothing when it is empty."""
         self._place.setText(breakable(problem))
         self._place.setVisible(bool(problem))
 
     @property
     def place(self) -> str:
-        """What is said to be wrong with the place."""
+        """Return the problem with the place."""
         return self._place.text()
 
     def _take_poses(self, posed: Callable[[str, Pose], Pose]) -> None:
@@ -172,7 +172,7 @@ class SensorForm(Form):
         self._try(self.tools, lambda sensor, pose: sensor.with_pose(pose(sensor.name, sensor.pose)), posed)
 
     def deliver(self, before: Sequence[Any], after: Sequence[Any]) -> None:
-        """Tell of changed sensors by the names that they had."""
+        """Emit changed sensors by their previous names."""
         self.edited.emit({old.name: new for old, new in zip(before, after, strict=True)})
 
     def _add_fields(self) -> None:
@@ -190,7 +190,7 @@ class SensorForm(Form):
         ModelRows(self, is_shared=True).add(model, "range_m")
 
     def _add_derived(self) -> None:
-        """Add what follows from the fields, and what the rig would lose without the sensor."""
+        """Add the derived figures, and the loss without the sensor."""
         self._derived_heading = self.add_heading("Derived")
         self._derived = DerivedRows()
         self.add_wide(self._derived)
@@ -215,7 +215,7 @@ class SensorForm(Form):
         self._show_state()
 
     def _show_state(self) -> None:
-        """Say what is special about what is shown: several, locked or switched off."""
+        """Show the special state of the subject: several, locked or disabled."""
         if self.subject is None:
             return
         is_alone = not self.beside

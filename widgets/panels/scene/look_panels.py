@@ -40,7 +40,7 @@ class LookPanel(QWidget):
         raise NotImplementedError
 
     def add_slider(self, caption: str, tip: str, low: int, high: int) -> QSlider:
-        """Add a slider of whole steps; `say` writes the value beside it."""
+        """Add a slider of whole steps; `say` formats the value next to it."""
         slider, label, value = QSlider(Qt.Orientation.Horizontal), QLabel(caption), QLabel()
         slider.setRange(low, high)
         slider.setFixedWidth(_SLIDER_PX)
@@ -71,7 +71,7 @@ class LookPanel(QWidget):
         self._grid.addWidget(button, self._grid.rowCount(), 2)
 
     def say(self, texts: dict[str, str]) -> None:
-        """The values beside the sliders, by caption."""
+        """Show the values next to the sliders, by caption."""
         for caption, text in texts.items():
             label = self.findChild(QLabel, f"{caption} value")
             assert label is not None
@@ -92,14 +92,14 @@ class HeatPanel(LookPanel):
         super().__init__("Heatmap", parent)
         self._data: HeatmapData | None = None
         self._cell_m, self._layers = 0.4, 10
-        self.threshold = self.add_slider("Show from", "Cells below this are not drawn", 0, _STEPS)
+        self.threshold = self.add_slider("Show from", "Cells below this value are not drawn.", 0, _STEPS)
         self.opacity = self.add_slider(
-            "Opacity", "Opacity of the highest values", round(_LEAST_OPACITY * _STEPS), _STEPS
+            "Opacity", "Opacity of the highest values.", round(_LEAST_OPACITY * _STEPS), _STEPS
         )
-        self.log = self.add_box("Logarithmic colours", "Three powers of ten; shows small values, too")
-        self.sliced = self.add_box("Horizontal slice only", "Only some layers of cells")
-        self.bottom = self.add_slider("Height", "Where the slice begins", 0, self._layers - 1)
-        self.thickness = self.add_slider("Layers", "How many layers of cells the slice has", 1, self._layers)
+        self.log = self.add_box("Logarithmic colours", "Three decades: also shows small values.")
+        self.sliced = self.add_box("Horizontal slice only", "Show only some layers of cells.")
+        self.bottom = self.add_slider("Height", "Lower edge of the slice.", 0, self._layers - 1)
+        self.thickness = self.add_slider("Layers", "Number of layers in the slice.", 1, self._layers)
         self.add_reset()
         self.set_look(DEFAULT_LOOK)
 
@@ -181,21 +181,21 @@ _PER_OCTAVE = 2
 
 
 class RaysPanel(LookPanel):
-    """A check box and two sliders for a RayLook; what is filled is kept as it was set."""
+    """Check box and two sliders for a RayLook; the fill stays as it was set."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("Rays", parent)
         self._fill = DEFAULT_RAYS.fill
-        self.shown = self.add_box("Show rays", "Rays of all sensors that are switched on")
+        self.shown = self.add_box("Show rays", "Show the rays of all enabled sensors.")
         self.opacity = self.add_slider(
             "Opacity",
-            "Opacity of the selected sensor's rays; the others' are fainter",
+            "Opacity of the selected sensor's rays; others are fainter.",
             _LEAST_PERCENT,
             _PERCENT,
         )
         self.density = self.add_slider(
             "Density",
-            "How many of its rays a sensor shows at rest",
+            "Share of a sensor's rays that is drawn at rest.",
             _step(LEAST_DENSITY),
             _step(MOST_DENSITY),
         )

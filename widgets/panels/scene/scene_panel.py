@@ -1,4 +1,4 @@
-"""Which traffic the rig is scored on: box data set, its origin, voxel edge and region of interest."""
+"""Choose the traffic that the rig is scored on: box data set, its origin, voxel edge and region of interest."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ AUTO = "Auto"
 VOXEL_TIP = (
     "Edge of a voxel; smaller is finer and slower. Auto tries "
     + ", ".join(f"{edge:g}" for edge in LADDER_M)
-    + " m and takes the coarsest at which the rig sees as much as with the finest."
+    + " m and picks the coarsest with the same coverage as the finest."
 )
 
 
 @dataclass(frozen=True)
 class SceneChoice:
-    """What is chosen; `boxes` None is the bundled scenario, `frames` None counts those of the data set.
+    """Choice of a scene; `boxes` None is the bundled scenario, `frames` None counts those of the data set.
 
     `voxel_m` None chooses it by the scores. A stored POG (`pog`) fixes boxes and grid: it can only be replaced
     by other boxes.
@@ -62,7 +62,7 @@ class ScenePanel(Form):
     """The SceneChoice to load."""
     file_wanted = Signal()
     folder_wanted = Signal()
-    """The user wants to choose a file or a folder of boxes; answer with `choose_boxes`."""
+    """Request to choose a file or a folder of boxes; answer with `choose_boxes`."""
 
     def __init__(self, choice: SceneChoice, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -101,7 +101,7 @@ class ScenePanel(Form):
         self.show_subject(self.choice.replace(boxes=boxes, origin_m=origin_m, frames=None, pog=None))
 
     def set_loaded(self, choice: SceneChoice, summary: str, picked: str = "", tried: str = "") -> None:
-        """Show what is in use now, and why its voxel edge was chosen: a sentence, and all that was tried."""
+        """Show the current data, and why their voxel edge was chosen: a sentence, and the edges tried."""
         is_untouched = self.choice == self._loaded
         self._loaded, self._is_nothing_loaded = choice, False
         self._hint.setText(summary)
@@ -113,12 +113,13 @@ class ScenePanel(Form):
     def set_nothing_loaded(self) -> None:
         """Show that no data are loaded; the same ones can be tried again."""
         self._is_nothing_loaded = True
-        self._hint.setText("No box data are in use.")
+        self._hint.setText("No box data in use.")
         self.show_subject(self.choice)
 
     @property
     def picked(self) -> tuple[str, str]:
-        """Why the voxel edge in use was chosen, and the tooltip with all that was tried; empty when it was given."""
+        """Return why the current voxel edge was chosen, and the tooltip with the edges tried; empty when it was
+        given."""
         return self._picked.text(), self._picked.toolTip()
 
     # ------------------------------------------------------------------ fields
@@ -136,7 +137,7 @@ class ScenePanel(Form):
                 "Folder of nuScenes, Argoverse 2, KITTI or CARLA, or of tables",
                 self.folder_wanted.emit,
             ),
-            ("Bundled", "The simulated town that comes with the program", lambda: self.choose_boxes(None)),
+            ("Bundled", "The simulated town that comes with the program.", lambda: self.choose_boxes(None)),
         ):
             button = QPushButton(text)
             button.setToolTip(tip)
@@ -144,13 +145,13 @@ class ScenePanel(Form):
             button.clicked.connect(slot)
             buttons.append(button)
         self.add_row("", buttons)
-        tip = "Where the data set's origin lies in the vehicle frame, m (nuScenes ego: -1.35 0 0)"
+        tip = "Origin of the data set in the vehicle frame, m (nuScenes ego: -1.35 0 0)."
         self._add_triple("Origin (m)", "origin_m", "xyz", tip)
         frames = IntegerEdit(is_optional=True)
         frames.setPlaceholderText("as in the data")
         frames.setAccessibleName("Frames")
         self.add_row(
-            "Frames", [frames], "Number of frames, for data in which frames without boxes have no row"
+            "Frames", [frames], "Number of frames, for data in which frames without boxes have no row."
         )
         self.bind_edit(frames, lambda c: c.frames, _write_frames, "frames")
 
@@ -174,7 +175,7 @@ class ScenePanel(Form):
         voxel.activated.connect(lambda _: self._take_voxel())
         self._voxel = voxel
         self.add_row("Voxel δ (m)", [voxel], VOXEL_TIP)
-        self._add_triple("Region (m)", "roi_m", "LWH", "Length, width and height of the region of interest")
+        self._add_triple("Region (m)", "roi_m", "LWH", "Length, width and height of the region of interest.")
 
     def _take_voxel(self) -> None:
         text = self._voxel.currentText().strip()
@@ -185,11 +186,11 @@ class ScenePanel(Form):
             self.show_problem(f"Voxel: {reason_of(error)}")
 
     def show_subject(self, subject: SceneChoice) -> None:
-        """Show a choice; enable the button when it differs from what is in use, or chooses the voxel edge."""
+        """Show a choice; enable the button when it differs from the current one, or chooses the voxel edge."""
         super().show_subject(subject)
         path = subject.pog or subject.boxes
         self._name.setText(path.name if path else "Bundled town")
-        self._name.setToolTip(plain_tip(str(path or "A traffic simulation that comes with the program")))
+        self._name.setToolTip(plain_tip(str(path or "A traffic simulation that comes with the program.")))
         self._voxel.setCurrentText(AUTO if subject.voxel_m is None else full_number(subject.voxel_m))
         is_other = subject != self._loaded or subject.voxel_m is None
         self._load.setEnabled(is_other or self._is_nothing_loaded)

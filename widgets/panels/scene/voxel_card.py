@@ -18,7 +18,7 @@ _WIDTH_PX, _ROOM_PX, _MARGIN_PX = 356, 120, 10
 
 @dataclass(frozen=True)
 class SensorLine:
-    """What the card says about one sensor."""
+    """Line about one sensor."""
 
     name: str
     sees: bool
@@ -27,7 +27,7 @@ class SensorLine:
 
 @dataclass(frozen=True)
 class VoxelText:
-    """What the card says: a title, rows of class, p and h, a summary, and a line per sensor."""
+    """Text of the card: a title, rows of class, p and h, a summary, and a line per sensor."""
 
     title: str
     classes: tuple[tuple[str, str, str], ...]
@@ -81,11 +81,11 @@ class VoxelCard(QFrame):
 
     @property
     def text(self) -> VoxelText | None:
-        """What the card says, None while it is hidden."""
+        """Return the text of the card, None while it is hidden."""
         return self._text
 
     def show_voxel(self, text: VoxelText | None) -> None:
-        """Show what is known about a voxel; None hides the card."""
+        """Show the details of a voxel; None hides the card."""
         self._text, self._is_stale = text, False
         self._show()
 

@@ -26,19 +26,19 @@ from riglens.widgets.panels.scores.table import LAST_SAVED, ScoreTable
 from riglens.widgets.panels.scores.text import FIGURES_HELP, FIGURES_TITLE, NOT_COUNTED_NOTE, SIGN_NOTE
 
 READING_NOTES = {
-    "covered": "S-MIG = −entropy of the set of voxels reached: the paper's equations",
-    "residual": "S-MIG = −entropy of the voxels not reached: grows with coverage",
-    "hits": "S-MIG counts a voxel once per ray: what the published code adds up",
+    "covered": "S-MIG = −entropy of the voxels reached: the paper's equations.",
+    "residual": "S-MIG = −entropy of the voxels not reached: grows with coverage.",
+    "hits": "S-MIG counts a voxel once per ray, as the published code does.",
 }
 
 
 class ScoresPanel(QWidget):
-    """Shows one evaluation beside that of the baseline. A number that is out of date is greyed."""
+    """Shows one evaluation next to that of the baseline. Outdated numbers are greyed."""
 
     settings_wanted = Signal(object)
-    """The MetricSettings that the user wants."""
+    """Request for other MetricSettings."""
     help_wanted = Signal()
-    """What do the figures answer, and when does each mislead?"""
+    """Request for help on the figures: their purpose, and when each misleads."""
 
     def __init__(self, settings: MetricSettings, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -91,16 +91,16 @@ class ScoresPanel(QWidget):
         row.addSpacing(SPACING)
         row.addWidget(self._note, 1)
         row.addWidget(self._help_button())
-        self._weight.setToolTip("Weight of the cameras in S-MS, 0.1 in the paper")
+        self._weight.setToolTip("Weight of the cameras in S-MS, 0.1 in the paper.")
         self._show_note()
         return below
 
     def minimumSizeHint(self) -> QSize:
-        """The table alone: where there is no room, what stands below it gives way."""
+        """Return the size of the table alone: where space is short, the parts below it are hidden."""
         return QSize(super().minimumSizeHint().width(), self._table.minimumHeight())
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Hide what stands below the table where it would cost a row."""
+        """Hide the parts below the table where they would cost a row."""
         super().resizeEvent(event)
         needed = self._table.minimumHeight() + self._below.sizeHint().height()
         self._below.setVisible(event.size().height() >= needed)
@@ -116,7 +116,7 @@ class ScoresPanel(QWidget):
     # ------------------------------------------------------------------ what is shown
     @property
     def has_details(self) -> bool:
-        """Whether S-MIG by kind, λ and reading are shown."""
+        """Return whether S-MIG by kind, λ and reading are shown."""
         return self._details.isChecked()
 
     def set_details(self, shown: bool) -> None:
@@ -136,7 +136,7 @@ class ScoresPanel(QWidget):
         self._show_note()
 
     def set_baseline(self, name: str | None) -> None:
-        """Set what the changes count from: a pinned rig of that name, or None for the rig as last saved."""
+        """Set the baseline of changes: a pinned rig of that name, or None for the last saved rig."""
         self._baseline = LAST_SAVED if name is None else name
         self._table.set_baseline(self._baseline)
         self._show_note()
@@ -147,19 +147,19 @@ class ScoresPanel(QWidget):
         self._table.show_scores(scores, baseline, self._settings)
 
     def show_on_target(self, cells: Cells) -> None:
-        """Show up-to-date numbers on road users and their change, in cells (len(WHO),)."""
+        """Show current numbers on objects and their change, in cells (len(WHO),)."""
         self._table.show_on_target(cells)
 
     def grey_on_target(self) -> None:
-        """Grey the numbers on road users: newer ones are on their way."""
+        """Grey the numbers on objects: newer ones are on their way."""
         self._table.grey_on_target()
 
     def forget_on_target(self, reason: str) -> None:
-        """Show no numbers on road users, and why."""
+        """Show no numbers on objects, and the reason."""
         self._table.forget_on_target(reason)
 
     def show_estimate(self, scores: Scores) -> None:
-        """Show rough scores until the exact ones are there; there is nothing to copy until then."""
+        """Show rough scores until the exact ones arrive; until then there is nothing to copy."""
         self._is_stale = self._is_estimate = True
         self._table.show_estimate(scores)
 
@@ -176,16 +176,16 @@ class ScoresPanel(QWidget):
 
     @property
     def is_stale(self) -> bool:
-        """Whether the numbers are greyed."""
+        """Return whether the numbers are greyed."""
         return self._is_stale
 
     @property
     def is_estimate(self) -> bool:
-        """Whether the numbers are rough ones."""
+        """Return whether the numbers are rough ones."""
         return self._is_estimate
 
     def text_of(self, class_name: str, column: str) -> str:
-        """Return what a cell shows; `column` is a key of a figure, or a key followed by " change"."""
+        """Return the text of a cell; `column` is a key of a figure, or a key followed by " change"."""
         return self._table.cell(class_name, column).text
 
     def as_text(self) -> str:

@@ -33,16 +33,16 @@ from riglens.widgets.panels.targets.text import tip_text
 from riglens.widgets.theme import CLASS_COLOURS
 
 ABOUT, FOLLOWS = "≈ ", "…"
-LAST_SAVED = "the rig as last saved"
+LAST_SAVED = "the last saved rig"
 CLASS_PX, CHANGE_PX = 112, 88
 NARROW_PX = 1400
 ROW_PX = 26
-ESTIMATE_NOTE = "Estimated on larger voxels; the exact number follows as soon as the mouse rests"
+ESTIMATE_NOTE = "Estimated on larger voxels; the exact number follows when the mouse rests."
 LONGEST_VALUE = "100.0 ±10.0 %"
 LONGEST_CHANGES, _CELL_MARGIN_PX = ("−100.00 pp", "−10.0 ±10.0 pp", "−1000.00 ↓"), 8
-CHANGE_TIP = "Change against the baseline: the pinned rig, or else the rig as it was last saved or opened"
+CHANGE_TIP = "Change from the baseline: the pinned rig, or else the rig last saved or opened."
 _ON_TARGET, _SCORES = 0, 2
-"""First columns of what is counted on road users, and of the scores."""
+"""First columns of the figures of objects, and of the scores."""
 
 
 class ScoreTable(FigureTable):
@@ -77,7 +77,7 @@ class ScoreTable(FigureTable):
         return max(CHANGE_PX, max(map(wide, LONGEST_CHANGES)) + 2 * _CELL_MARGIN_PX)
 
     def set_details(self, shown: bool) -> None:
-        """Show S-MIG by kind, of which S-MS is made, beside the three figures, or hide it."""
+        """Show S-MIG by kind, of which S-MS is made, next to the three figures, or hide it."""
         for kind in kind_names():
             for key in (kind, f"{kind} change"):
                 self.setColumnHidden(self.place_of(key), not shown)
@@ -92,7 +92,7 @@ class ScoreTable(FigureTable):
         return self.figures.cell(CLASSES.index(class_name), self.place_of(column))
 
     def set_baseline(self, name: str) -> None:
-        """Set what the changes count from, for tooltips."""
+        """Set the baseline of changes, for tooltips."""
         self._baseline = name
 
     def show_scores(self, scores: Scores, baseline: Scores, settings: MetricSettings) -> None:
@@ -117,7 +117,7 @@ class ScoreTable(FigureTable):
         value, has_boxes = column.value(scores.classes[name]), scores.classes[name].h_total > 0.0
         change = 0.0 if math.isnan(value) else value - column.value(baseline.classes[name])
         more = looks_at_more(change, column, settings.reading)
-        meaning = "the same as" if change == 0 else "looks at more than" if more else "looks at less than"
+        meaning = "the same as" if change == 0 else "covers more than" if more else "covers less than"
         first = Figure(
             value_text(column, value),
             (None if math.isnan(value) else value,),
@@ -153,7 +153,7 @@ class ScoreTable(FigureTable):
         self.figures.show_columns(_SCORES, [[follows] * (2 * len(self._columns)) for _ in CLASSES])
 
     def show_on_target(self, cells: Cells) -> None:
-        """Show what is on target by class and its change against the baseline, ± where frames were sampled."""
+        """Show hit coverage by class and its change against the baseline, ± where frames were sampled."""
         self.figures.show_columns(_ON_TARGET, [self._on_target(cells, name) for name in CLASSES])
 
     def _on_target(self, cells: Cells, name: str) -> tuple[Figure, Figure]:
@@ -181,20 +181,20 @@ class ScoreTable(FigureTable):
         return first, second
 
     def forget_on_target(self, reason: str) -> None:
-        """Show no number on road users, and why."""
+        """Show no number on objects, and the reason."""
         none = Figure(tip=reason, tone="muted")
         self.figures.show_columns(_ON_TARGET, [[none, none]] * len(CLASSES))
 
     def grey_on_target(self) -> None:
-        """Show what is on target in the muted colour."""
+        """Show hit coverage in the muted colour."""
         self.figures.grey(range(_ON_TARGET, _SCORES))
 
     def grey(self) -> None:
-        """Show every score in the muted colour; what is on target is counted, and greyed, by itself."""
+        """Show every score in the muted colour; hit coverage is greyed separately."""
         self.figures.grey(range(_SCORES, self.figures.columnCount()))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Shorten titles where there is no room for long ones."""
+        """Shorten titles where space is short."""
         super().resizeEvent(event)
         self.figures.set_narrow(event.size().width() < NARROW_PX)
 

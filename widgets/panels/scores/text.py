@@ -1,6 +1,6 @@
-"""How scores read: columns of a class's scores, and their values as text with signs that need no colour.
+"""Format scores: columns of a class's scores, and their values as text with signs that need no colour.
 
-Three figures stand first, in the order in which to look at them: on target, seen, S-MS.
+Three figures come first, in the order of use: on target, seen, S-MS.
 """
 
 from __future__ import annotations
@@ -14,16 +14,17 @@ from riglens.core.sensors.registry import AnyKind, kinds
 from riglens.core.study.evidence import EVIDENCE
 
 SURE = 2.0
-"""What stands behind ± is so many standard errors: 95 % of samples are nearer to the exact value."""
+"""Standard errors behind ±: 95 % of samples are nearer to the exact value."""
 MINUS, NONE = "\u2212", "–"
 
 SIGN_NOTE = (
-    "<b>S-MS = λ · S-MIG(cameras) + S-MIG(LiDARs)</b>, in nat, with S-MIG = −(entropy of the voxels "
-    "that the sensors reach), as the paper writes it.<br>So S-MS <b>falls</b> as coverage "
-    "grows: without sensors it is 0. The paper argues the other way round, that covering more is better; "
-    "both are true of the published system. Read S-MS together with <b>seen</b>, the share of the scene's "
-    "uncertainty that any sensor looks at, which grows with coverage.<br>The order of rigs by S-MS depends on voxels "
-    "and ray lattices (stability study): do not trust a small lead."
+    "<b>S-MS = λ · S-MIG(cameras) + S-MIG(LiDARs)</b>, in nat, with S-MIG = −(entropy of the "
+    "voxels that the sensors reach), as the paper writes it.<br>So S-MS <b>falls</b> as "
+    "coverage grows: without sensors it is 0. The paper argues the other way round, that "
+    "covering more is better; both are true of the published system. Read S-MS together with "
+    "<b>seen</b>, the share of the scene's uncertainty that any sensor covers, which grows "
+    "with coverage.<br>The order of rigs by S-MS depends on voxels and ray lattices "
+    "(stability study): do not trust a small lead."
 )
 THREE_FIGURES = (
     (
@@ -38,8 +39,10 @@ THREE_FIGURES = (
     ),
     (
         "S-MS",
-        "is the paper's score, for comparison with the paper. It decreases as coverage grows: do not read it "
-        "as a mark. Its order of rigs depends on voxels and rays.",
+        (
+            "is the paper's score, for comparison with the paper. It decreases as coverage grows: do "
+            "not read it as a grade. Its order of rigs depends on voxels and rays."
+        ),
     ),
 )
 """The question each figure answers and its limits; README and docs/metric.md say the same."""
@@ -47,16 +50,16 @@ FIGURES_TITLE = "Three figures, three questions"
 FIGURES_HELP = "".join(f"<p><b>{name}</b> {said}</p>" for name, said in THREE_FIGURES)
 FIGURES_HELP += f"<p><b>Against a detector</b> {' '.join(EVIDENCE.values())}</p>"
 NOTHING_NOTE = "No boxes of this class: there is nothing to see"
-NOT_COUNTED_NOTE = "Road users are being counted"
+NOT_COUNTED_NOTE = "Counting road users"
 ON_TARGET_NOTE = (
-    "Mean over the road users of the class of 1 - exp(-cells / 5), with the cells of 0.2 m on each that LiDARs hit, of "
-    "all of them together; more is better.\n"
-    "Behind the traffic before it. While you drag it is estimated from a sample of frames, ± two standard errors; by "
-    "distance and direction in the panel Targets"
+    "Mean over the road users of the class of 1 - exp(-cells / 5), with the cells of 0.2 m "
+    "on each that LiDARs hit, of all of them together; more is better.\nIncludes occlusion by "
+    "traffic. During a drag it is estimated from a sample of frames, ± two standard errors. "
+    "By distance and direction in the panel Targets."
 )
 SEEN_NOTE = (
-    "Share of the class's entropy H(Ω) that any enabled sensor looks at; more is better.\n"
-    "Traffic blocks no ray here: what stands behind it is told by on target, in the panel Targets"
+    "Share of the class's entropy H(Ω) that any enabled sensor covers; more is better.\n"
+    "Occlusion by traffic is ignored here; on target includes it, see the panel Targets."
 )
 
 
@@ -83,7 +86,7 @@ DETECTED = Column(
     "detected",
     "Detected",
     "Detected",
-    "Share of the road users with at least as many LiDAR points as the panel Targets says; more is better",
+    "Share of the road users with at least the LiDAR points set in the panel Targets; more is better.",
     is_share=True,
 )
 SEEN = MetricColumn(
@@ -118,14 +121,14 @@ def column_of(key: str) -> MetricColumn:
 
 
 def rough_text(column: Column, value: float) -> str:
-    """Return a value with one decimal instead of two: an estimate is no better than that."""
+    """Format a value with one decimal instead of two: an estimate is no more precise."""
     if column.is_share:
         return f"{100 * value:.1f} %"
     return _signed(f"{abs(value) / 1000:.1f}", value, plus="")
 
 
 def value_text(column: Column, value: float) -> str:
-    """Return a value with two decimals in the column's unit, a dash where there is none."""
+    """Format a value with two decimals in the column's unit, a dash where there is none."""
     if math.isnan(value):
         return NONE
     return share_text(value) if column.is_share else kilo_text(value)
@@ -146,7 +149,7 @@ def sampled_change_text(change: float, se: float) -> str:
 
 
 def error_digits(se: float) -> str:
-    """Return how far a fraction may be off, in percent with one decimal, never as none."""
+    """Format the error of a fraction, in percent with one decimal, never as zero."""
     return f"{max(100 * SURE * se, 0.05):.1f}"
 
 
@@ -161,7 +164,7 @@ def share_text(share: float) -> str:
 
 
 def change_text(change: float, column: Column) -> str:
-    """Return a signed change; a change too small for two decimals says so, none at all is a dash.
+    """Format a signed change; one too small for two decimals is marked, none at all is a dash.
 
     Where the number goes is an arrow for S-MS and S-MIG, whose sign does not say whether more is seen.
     """

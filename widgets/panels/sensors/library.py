@@ -54,7 +54,7 @@ def model_tip(entry: Entry, sensor: Sensor) -> str:
 
 
 class LibraryList(QWidget):
-    """Shows library entries; signals which one the user wants to add."""
+    """Shows library entries; emits the one that the user adds."""
 
     add_wanted = Signal(str)
     """Name of a model to be added at a free place."""
@@ -154,7 +154,7 @@ class _Models(QTreeWidget):
         row.setFont(1, numbers_font(row.font(1)))
         row.setForeground(1, QBrush(QColor(tones().muted)))
         row.setTextAlignment(1, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-        tip = plain_tip(f"{model_tip(entry, sensor)}\n\nDrag it onto the car, or double click.")
+        tip = plain_tip(f"{model_tip(entry, sensor)}\n\nDrag it onto the car, or double-click.")
         for column in (0, 1):
             row.setToolTip(column, tip)
 
@@ -163,7 +163,7 @@ class _Models(QTreeWidget):
         return [row for group in self._groups() for row in _children(group)]
 
     def show_counts(self) -> None:
-        """Show in each heading how many models match the search; hide headings without any."""
+        """Show in each heading the number of models that match the search; hide headings without any."""
         for group, kind in zip(self._groups(), self._kinds, strict=True):
             rows = _children(group)
             left = sum(not row.isHidden() for row in rows)
@@ -186,7 +186,7 @@ class _Models(QTreeWidget):
         return _children(self.invisibleRootItem())
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Return does what a double click does."""
+        """Handle Return like a double-click."""
         row = self.currentItem()
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and row is not None:
             self.returned.emit(row)
@@ -194,7 +194,7 @@ class _Models(QTreeWidget):
         super().keyPressEvent(event)
 
     def startDrag(self, actions: Qt.DropAction) -> None:
-        """Drag the name of a model beside the mouse, where it does not cover the place that it is dropped on."""
+        """Drag the name of a model next to the mouse, where it does not cover the drop position."""
         drag, row = QDrag(self), self.currentItem()
         if row is None or not row.flags() & Qt.ItemFlag.ItemIsDragEnabled:
             return

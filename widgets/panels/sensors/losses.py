@@ -1,4 +1,4 @@
-"""What the rig loses without one sensor, in each of the three figures; numbers, words and directions."""
+"""Describe what the rig loses without one sensor, in each of the three figures; numbers, words and directions."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ Measure = Literal["on_target", "seen", "s_ms"]
 MEASURES: dict[Measure, tuple[str, str]] = {
     "on_target": (
         "On target",
-        "What the mean on target of all road users together loses without this sensor, in percentage points",
+        "Loss of the mean on target of all road users without this sensor, in percentage points.",
     ),
     "seen": (
         "Seen",
-        "What the rig no longer sees without this sensor, in percentage points of H(Ω) of all classes together",
+        "Loss of coverage without this sensor, in percentage points of H(Ω) of all classes together.",
     ),
     "s_ms": (
         "S-MS",
-        "By how much S-MS of all classes together changes without this sensor, in 10³ nat; the arrow says which way",
+        "Change of S-MS of all classes together without this sensor, in 10³ nat; the arrow shows the direction.",
     ),
 }
-"""Titles of the measures, and what each says."""
+"""Titles of the measures, and their meaning."""
 HEADINGS: dict[Measure, str] = {"on_target": "Loss, pp ▾", "seen": "Loss, pp ▾", "s_ms": "10³ nat ▾"}
-"""What stands over the losses in the list: their unit."""
+"""Headings of the losses in the list: their unit."""
 FOLLOWS = "…"
 
 
 @dataclass(frozen=True)
 class Known:
-    """What is known of a rig by now: its scores, and what it gets onto road users."""
+    """Figures of a rig known so far: its scores and its figures of objects."""
 
     scores: Scores | None = None
     figures: Figures | None = None
@@ -44,7 +44,7 @@ class Known:
 
 @dataclass(frozen=True)
 class Loss:
-    """What the list shows of one sensor: the length of its bar, None for no bar, and words."""
+    """Loss of one sensor in the list: the length of its bar, None for no bar, and words."""
 
     size: float | None
     text: str

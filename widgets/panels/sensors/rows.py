@@ -1,4 +1,4 @@
-"""How a sensor is described in a row: its type, its state, and the data sheet figures that follow from its fields."""
+"""Describe a sensor in a row: its type, its state, and the data sheet figures that follow from its fields."""
 
 from __future__ import annotations
 
@@ -41,14 +41,14 @@ WIDTHS_PX = {TYPE: 50, LOSS: 92, LOCK: 22, EYE: 24}
 _FIXED_FLAGS = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
 _EDIT_FLAGS = _FIXED_FLAGS | Qt.ItemFlag.ItemIsEditable | Qt.ItemFlag.ItemIsUserCheckable
 FAILED = "failed"
-FAILED_TIP = "Taken as failed: all figures are those of the rig without it. The rig itself is unchanged."
-CHOICE_TIP = "A click chooses the measure: on target, seen or S-MS"
+FAILED_TIP = "Failed: all figures are those without it. The rig itself is unchanged."
+CHOICE_TIP = "Click to choose the measure: on target, seen or S-MS."
 TIPS = (
-    "Tick: counts in the scores. F2 or double click: rename. Ctrl and Shift select several.",
-    "Channels of a LiDAR, horizontal field of view of a camera; * is not as the library has the model",
+    "Tick: included in the scores. F2 or double-click: rename. Ctrl and Shift select several.",
+    "Channels of a LiDAR, horizontal field of view of a camera; * differs from the library",
     f"Loss in {MEASURES['seen'][0]}: {MEASURES['seen'][1]}\n{CHOICE_TIP}",
-    "Lock: it cannot be moved, edited or deleted",
-    "Eye: shown in the view or not; it counts in the scores either way",
+    "Locked sensors cannot be moved, edited or deleted.",
+    "Shown or hidden in the view; the scores include it either way.",
 )
 
 
@@ -81,14 +81,14 @@ class NameDelegate(QStyledItemDelegate):
 
 @dataclass(frozen=True)
 class RowState:
-    """What is shown of a sensor beside its fields."""
+    """State of a sensor besides its fields."""
 
     is_hidden: bool = False
     is_locked: bool = False
     partner: str | None = None
     """The other sensor of its mirror pair."""
     problem: str = ""
-    """What is wrong with its place."""
+    """Problem with its place."""
     is_failed: bool = False
 
 
@@ -120,7 +120,7 @@ def short_type(sensor: Sensor) -> str:
 def model_note(sensor: Sensor) -> str:
     """Return title and source of the sensor's model, or say that it has none."""
     if sensor.model is None:
-        return "no model of the library"
+        return "no library model"
     known = {entry.name: entry for entry in default_library().entries()}
     entry = known.get(sensor.model)
     if entry is None:
@@ -146,8 +146,8 @@ def modified_note(sensor: Sensor) -> str:
 
 
 def pair_note(partner: str) -> str:
-    """Return what a link mark means."""
-    return f"Mirror pair with {partner}: what changes in one changes in the other"
+    """Return the meaning of a link mark."""
+    return f"Mirror pair with {partner}: both change together"
 
 
 def show_sensor(row: QTreeWidgetItem, sensor: Sensor, state: RowState) -> None:
@@ -169,9 +169,9 @@ def show_sensor(row: QTreeWidgetItem, sensor: Sensor, state: RowState) -> None:
         plain_tip(f"{sensor.name}, {short_type(sensor)}{place}{pair}\n{model_note(sensor)}\n\n{TIPS[NAME]}"),
     )
     row.setToolTip(TYPE, plain_tip(model_note(sensor)))
-    row.setToolTip(LOCK, "Locked: it cannot be moved, edited or deleted" if state.is_locked else TIPS[LOCK])
+    row.setToolTip(LOCK, "Locked: cannot be moved, edited or deleted." if state.is_locked else TIPS[LOCK])
     row.setToolTip(
-        EYE, "Hidden in the view; it still counts in the scores" if state.is_hidden else "Shown in the view"
+        EYE, "Hidden in the view; still included in the scores." if state.is_hidden else "Shown in the view"
     )
     is_bright = sensor.enabled and not state.is_hidden and not state.is_failed
     bright = tones().text if is_bright else tones().muted
@@ -179,7 +179,7 @@ def show_sensor(row: QTreeWidgetItem, sensor: Sensor, state: RowState) -> None:
     row.setForeground(TYPE, QBrush(QColor(tones().muted)))
     _show_failed(row, state.is_failed)
     if not sensor.enabled:
-        show_loss(row, Loss(None, "", "It does not count, so nothing is lost without it"), 0.0)
+        show_loss(row, Loss(None, "", "Disabled: no loss"), 0.0)
 
 
 def _show_failed(row: QTreeWidgetItem, failed: bool) -> None:
@@ -195,7 +195,7 @@ def _show_failed(row: QTreeWidgetItem, failed: bool) -> None:
 
 
 def show_loss(row: QTreeWidgetItem, loss: Loss, largest: float) -> None:
-    """Show what is lost without the sensor, with a bar beside the largest loss."""
+    """Show the loss without the sensor, with a bar relative to the largest loss."""
     row.setText(LOSS, loss.text)
     row.setTextAlignment(LOSS, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
     row.setFont(LOSS, numbers_font(row.font(LOSS)))

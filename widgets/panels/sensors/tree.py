@@ -51,15 +51,15 @@ TICK_PX = 20
 _NAME_MARGIN_PX = 8
 LINK_GAP_PX = 4
 NO_SENSORS = "No sensors yet.\nAdd one in the toolbar, or drag a model\nfrom the library onto the car."
-NO_BOXES_TIP = "Next to no boxes there in these data: what it is worth cannot be told from them"
+NO_BOXES_TIP = "Almost no boxes there in these data: they cannot show what this sensor is worth."
 
 
 _Line = tuple[Sensor, RowState]
-"""What a row shows."""
+"""Content of a row."""
 
 
 def _look_alike(line: _Line, before: _Line | None) -> bool:
-    """Whether two lines differ in nothing but where the sensor is, which no row shows: a drag repaints none."""
+    """Return whether two lines differ in nothing but where the sensor is, which no row shows: a drag repaints none."""
     if before is None:
         return False
     (sensor, state), (old, old_state) = line, before
@@ -111,7 +111,7 @@ class SensorList(QTreeWidget):
         self.blockSignals(False)
 
     def show_problems(self, problems: Mapping[str, str]) -> None:
-        """Mark the sensors whose places are wrong, and say in their tooltips what is."""
+        """Mark the sensors with problems, and name them in their tooltips."""
         if problems != self._problems:
             self._problems = dict(problems)
             self.blockSignals(True)
@@ -153,7 +153,7 @@ class SensorList(QTreeWidget):
 
     # ------------------------------------------------------------------ what a sensor is worth
     def show_losses(self, losses: Mapping[str, Loss]) -> None:
-        """Show what the rig loses without each of the sensors computed so far; bars are beside the largest loss."""
+        """Show the losses without each sensor, as far as known; bars are relative to the largest loss."""
         largest = max((loss.size for loss in losses.values() if loss.size is not None), default=0.0)
         self.blockSignals(True)
         for name, loss in losses.items():
@@ -249,7 +249,7 @@ class SensorList(QTreeWidget):
 
 
 class SensorTree(SensorList):
-    """Follows a rig; signals what the user wants and changes nothing by itself."""
+    """Follows a rig; emits the user's requests and changes nothing itself."""
 
     selected = Signal(tuple)
     """Names of the sensors to select, the one to edit last."""
@@ -262,7 +262,7 @@ class SensorTree(SensorList):
     refused = Signal(str)
     """A name that cannot be given, with the reason."""
     measure_menu_wanted = Signal(QPoint)
-    """The measures of losses are wanted at a place of the screen."""
+    """Request for the menu of loss measures at a place of the screen."""
     menu_wanted = Signal(object)
     """A QMenu for the selected sensors, to be filled with more before it opens."""
 
@@ -298,7 +298,7 @@ class SensorTree(SensorList):
     def selectionCommand(
         self, index: QModelIndex | QPersistentModelIndex, event: QEvent | None = None
     ) -> QItemSelectionModel.SelectionFlag:
-        """Leave the selection as it is on a click on tick, lock or eye, so that the click can apply to all of it."""
+        """Keep the selection on a click on tick, lock or eye, so that the click can apply to all of it."""
         if isinstance(event, QMouseEvent):
             tick_px = self.visualRect(index).left() + TICK_PX
             if index.column() in (LOCK, EYE) or event.position().x() < tick_px:

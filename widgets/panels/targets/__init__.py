@@ -1,1 +1,1 @@
-"""What the rig gets onto road users: a table by class and ring, and a rose by sector."""
+"""Show figures of objects: a table by class and ring, and a rose by sector."""

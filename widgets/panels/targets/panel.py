@@ -1,4 +1,4 @@
-"""The Targets panel: what the rig gets onto road users, by class, distance and direction."""
+"""Targets panel: the rig's figures for objects, by class, distance and direction."""
 
 from __future__ import annotations
 
@@ -22,29 +22,30 @@ if TYPE_CHECKING:  # made by the thread that counts, which loads the compiler
     from riglens.core.targets.traffic import Traffic
 
 FRAME_TIP = (
-    "Show one frame in the 3D view: road users coloured by the LiDAR points on them (red none, orange too few, light "
-    "and dark green enough and many), what stands around in grey, and where the rays of the LiDARs end. Points are "
-    "those of the table: class shapes, range law, drawn spin phase. The dots are rays as listed, on plain boxes."
+    "Show one frame in the 3D view: road users coloured by their LiDAR points (red none, "
+    "orange too few, light and dark green enough and many), occluders in grey, and the ends "
+    "of LiDAR rays. Points are those of the table: class shapes, range law, random spin "
+    "phase. The dots are nominal rays on plain boxes."
 )
 MOST_POINTS = 1000
 WAITING = "Counting road users…"
 POINTS_TIP = (
-    "A road user with at least so many LiDAR points counts as detected. Our choice is 5: Waymo calls objects "
+    "A road user with at least this many LiDAR points counts as detected. Our choice is 5: Waymo calls objects "
     "with fewer hard (LEVEL_2), nuScenes scores objects from 1 point up."
 )
 
 
 class TargetsPanel(QWidget):
-    """Shows counts of one rig beside those of the baseline. Numbers that are out of date are greyed."""
+    """Shows counts of one rig next to those of the baseline. Outdated numbers are greyed."""
 
     settings_wanted = Signal(object)
-    """The TargetSettings that the user wants."""
+    """Request for other TargetSettings."""
     frame_wanted = Signal(object)
     """The number of the frame to show in the 3D view, None for none."""
     play_wanted = Signal(bool)
     """Frames are to be shown one after the other, or not any more."""
     next_missed_wanted = Signal()
-    """Show the next road user that the rig misses."""
+    """Request to show the next missed object."""
 
     def __init__(self, settings: TargetSettings, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -102,7 +103,7 @@ class TargetsPanel(QWidget):
         self._play.setObjectName("play_frames")
         self._play.setIcon(icon("play"))
         self._play.setCheckable(True)
-        self._play.setToolTip("Play: one frame after the other")
+        self._play.setToolTip("Play all frames.")
         self._play.toggled.connect(self.play_wanted)
         self._frame_on.setObjectName("frame_on")
         self._frame_on.setText("Frame")
@@ -110,11 +111,11 @@ class TargetsPanel(QWidget):
         self._frame_on.setToolTip(FRAME_TIP)
         self._frame.setObjectName("frame_number")
         self._frame.setKeyboardTracking(False)
-        self._frame.setToolTip("Number of the frame in the data, from 0")
+        self._frame.setToolTip("Number of the frame in the data, from 0.")
         self._next.setObjectName("next_missed")
         self._next.setText("Next missed")
         self._next.setToolTip(
-            "Show the next road user that neither LiDARs nor cameras detect, the nearest first"
+            "Show the next road user that neither LiDARs nor cameras detect, the nearest first."
         )
         self._frame_on.toggled.connect(lambda _: self._tell_frame())
         self._frame.valueChanged.connect(lambda _: self._tell_frame())
@@ -123,7 +124,7 @@ class TargetsPanel(QWidget):
         return self._frame_on, self._frame, self._play, self._next
 
     def set_frames(self, count: int) -> None:
-        """Say how many frames there are to choose from."""
+        """Set the number of frames to choose from."""
         for widget in (self._frame_on, self._frame, self._play, self._next):
             widget.setEnabled(count > 0)
         with QSignalBlocker(self._frame):
@@ -146,21 +147,20 @@ class TargetsPanel(QWidget):
         self.frame_wanted.emit(self._frame.value() if self._frame_on.isChecked() else None)
 
     def say(self, text: str, stays: bool = False) -> None:
-        """Say something about what is shown in the place of the note, until new counts come or, where it stays,
-        until it is unsaid."""
+        """Show a text in place of the note, until new counts arrive or, where it stays, until `unsay`."""
         self._said = text if stays else ""
         self._note.setText(text)
         self._note.setToolTip(plain_tip(text))
 
     def unsay(self) -> None:
-        """Have the note back in the place of what was said."""
+        """Show the note again."""
         if self._said:
             self._said = ""
             self._show_note()
 
     @property
     def quantity(self) -> Quantity:
-        """What is shown."""
+        """Return the quantity shown."""
         return QUANTITIES[self._quantity.currentIndex()]
 
     def choose(self, key: str) -> None:
@@ -175,18 +175,18 @@ class TargetsPanel(QWidget):
         self._points.blockSignals(False)
 
     def show_counts(self, traffic: Traffic, now: TargetScores, before: TargetScores, baseline: str) -> None:
-        """Show counts beside those of the baseline, which is called `baseline`; both from the same frames."""
+        """Show counts next to those of the baseline, which is called `baseline`; both from the same frames."""
         self._shown, self._is_stale = (traffic, now, before, baseline), False
         self._show()
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Come into sight with the latest counts: while nobody looked, no table was made."""
+        """Show the latest counts when the panel becomes visible: no table is made while it is hidden."""
         super().showEvent(event)
         if self._is_behind:
             self._show()
 
     def show_problem(self, reason: str) -> None:
-        """Say why there are no counts."""
+        """Show why there are no counts."""
         self._shown = None
         self.set_stale()
         self._note.setText(reason)
@@ -229,7 +229,7 @@ class TargetsPanel(QWidget):
 
 
 def _note(scores: TargetScores) -> str:
-    """Of how many road users, how many frames, and how sure."""
+    """Describe the number of objects and frames, and the accuracy."""
     users = f"{len(scores.objects.box):,} road users within {scores.within_m:g} m"
     if scores.frames_used == scores.frames:
         return f"{users}, all {scores.frames:,} frames"

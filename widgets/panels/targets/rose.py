@@ -29,7 +29,7 @@ def bearing_word(bearing_rad: float) -> str:
 
 
 class RoseView(QWidget):
-    """Draws one `Rose`: the stronger the colour, the more of the quantity; empty where nobody was."""
+    """Draws one `Rose`: the stronger the colour, the larger the quantity; empty without objects."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -84,7 +84,7 @@ class RoseView(QWidget):
         painter.drawPath(self._wedge(ring, sector))
 
     def _strength(self, value: float, largest: float) -> float:
-        """How strong the colour of a value is, 0 to 1: shares as they are, points and pixels by their logarithm."""
+        """Return the strength of a value's colour, 0 to 1: shares as they are, points and pixels by their logarithm."""
         assert self._rose is not None
         if self._rose.quantity.unit == "share":
             return min(1.0, max(0.0, value))
@@ -113,7 +113,7 @@ class RoseView(QWidget):
         painter.drawRoundedRect(body, 2.0, 2.0)
 
     def _draw_distances(self, painter: QPainter) -> None:
-        """Name the outermost ring and the one in the middle, beside the sector to the right."""
+        """Name the outermost ring and the middle one, next to the sector on the right."""
         assert self._rose is not None
         font = painter.font()
         font.setPointSizeF(font.pointSizeF() * 0.8)
@@ -129,7 +129,7 @@ class RoseView(QWidget):
         painter.drawText(front, Qt.AlignmentFlag.AlignCenter, "front")
 
     def event(self, event: QEvent) -> bool:
-        """Say in a tooltip what a wedge holds."""
+        """Show the content of a wedge in a tooltip."""
         if isinstance(event, QHelpEvent):
             text = self.text_at(QPointF(event.pos()))
             QToolTip.showText(event.globalPos(), plain_tip(text), self)

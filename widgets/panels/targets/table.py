@@ -19,7 +19,7 @@ LOW_ROW_PX = 30
 
 
 class TargetTable(FigureTable):
-    """Shows one `Table`; the current row says whose rose is wanted."""
+    """Shows one `Table`; the current row selects the rose."""
 
     def __init__(self) -> None:
         super().__init__("Targets: figures by class and distance")
@@ -34,7 +34,7 @@ class TargetTable(FigureTable):
 
     @property
     def who(self) -> str:
-        """The row whose rose is wanted."""
+        """Return the row whose rose is shown."""
         return WHO[self.current_row]
 
     def show_table(self, table: Table, baseline: str) -> None:

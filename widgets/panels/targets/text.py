@@ -1,4 +1,4 @@
-"""How counts on road users read: shares in percent, points and pixels as numbers, errors and changes beside them."""
+"""Format figures of objects: shares in percent, points and pixels as numbers, errors and changes next to them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ CHANGE_UNITS = {"share": "pp", "points": "points", "px": "px"}
 
 
 def value_text(quantity: Quantity, value: float) -> str:
-    """Return a number with its unit, a dash where there is none."""
+    """Format a number with its unit, a dash where there is none."""
     if math.isnan(value):
         return NONE
     return f"{100.0 * value:.1f} %" if quantity.unit == "share" else f"{value:.0f} {_short(quantity)}"
@@ -43,7 +43,7 @@ def is_better(quantity: Quantity, change: float) -> bool:
 def tip_text(
     quantity: Quantity, where: str, cells: Cells, place: int | tuple[int, int], baseline: str
 ) -> str:
-    """Describe one cell in full: where, what, of how many, how sure, and against what it changed."""
+    """Describe one cell in full: place, quantity, number of objects, error, and change."""
     objects, value, se = int(cells.objects[place]), float(cells.value[place]), float(cells.se[place])
     if not objects:
         return f"{where}: no road users in these frames"
