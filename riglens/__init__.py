@@ -1,11 +1,11 @@
-"""RigLens: how well the LiDARs and cameras of a car look at traffic.
+"""RigLens: how well the LiDARs and cameras of a car cover traffic.
 
     import riglens as rl
 
     rig, scene = rl.open_rig("W+T"), rl.load_scene()
     print(rl.score(rig, scene)["car"].seen)
 
-The names below come from `riglens.api`, which is loaded with numpy and Numba when the first of them is asked for. See
+The names below come from `riglens.api`, which is loaded with numpy and Numba when one of them is first used. See
 docs/scripting.md for examples.
 
 The other modules are `riglens.core`, `riglens.widgets` and `riglens.app`. A wheel holds these folders, and
@@ -80,7 +80,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> object:
-    """A name of `__all__`, loaded when it is first asked for (PEP 562)."""
+    """Return a name of `__all__`, loaded on first use (PEP 562)."""
     if name == "__version__":
         from riglens.version import installed_version
 
@@ -93,5 +93,5 @@ def __getattr__(name: str) -> object:
 
 
 def __dir__() -> list[str]:
-    """What tab completion shows."""
+    """Return the names for tab completion."""
     return sorted([*globals(), *__all__])

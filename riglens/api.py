@@ -1,4 +1,5 @@
-"""What scripts use, as `import riglens as rl`: rigs, scenes, scores and pictures, with the code of the command line.
+"""Python interface, used as `import riglens as rl`: rigs, scenes, scores and pictures, with the code of the command
+line.
 
 Lengths are in metres, angles in degrees, entropies in nats. Coordinates are those of the vehicle frame: x forward,
 y left, z up, origin on the ground under the centre of the body (ISO 8855). What a user can get wrong raises
@@ -75,9 +76,9 @@ ClassName = Literal["car", "bicycle", "pedestrian"]
 
 
 def open_rig(name_or_path: StrPath) -> Rig:
-    """Open a preset by its name ("W+T"), a rig file, or a rig in another program's format, which is detected.
+    """Open a preset by its name ("W+T"), a rig file, or a rig in a foreign format, which is detected.
 
-    What another program's file leaves open or RigLens cannot say is told as a `RigLensWarning`. Raises InputError
+    Missing or unsupported parts of a foreign file raise a `RigLensWarning`. Raises InputError
     when there is no such preset or file, or when the file is wrong.
     """
     rig, report = _read(name_or_path, None)
@@ -110,10 +111,10 @@ def convert(
     source_format: str | None = None,
     target_format: str | None = None,
 ) -> Rig:
-    """Write a rig in another program's format; returns the rig that was written.
+    """Write a rig in a foreign format; return the rig that was written.
 
     `source` is a rig, or what `open_rig` takes. Formats go by the files unless they are named as for
-    `riglens convert`. What is approximated or left out is told as a `RigLensWarning`. Raises InputError when reading
+    `riglens convert`. Approximated or omitted parts raise a `RigLensWarning`. Raises InputError when reading
     or writing fails.
     """
     from riglens.core.formats.exchange import write_rig  # many formats, which a preset does not need
@@ -141,7 +142,7 @@ def _read(source: StrPath | Rig, source_format: str | None) -> tuple[Rig, Report
 
 
 def _warn_of_losses(report: Report | None) -> None:
-    """Warn of what was not taken over as it stood, at the caller of the caller."""
+    """Warn of lossy conversions, at the caller of the caller."""
     if report is not None:
         for remark in (*report.of_kind("approximated"), *report.of_kind("ignored")):
             text = f"{report.title}: {remark.kind}: {remark.sentence()}"
@@ -163,12 +164,12 @@ def load_traffic(
     occluders: tuple[StrPath, StrPath] | None = None,
     progress: Progress | None = None,
 ) -> Traffic:
-    """Load the road users of a box data set, or of the bundled town, to count on with `targets`.
+    """Load the objects of a box data set, or of the bundled town, for use with `targets`.
 
     Those within `within_m` metres of the car count; all of them hide what is behind them, and so does, with
     `surroundings`, what stands in the bundled town, or for data of your own what `occluders` say: the table of it and
     that of the poses of the car. The other arguments are those
-    of `load_scene`. Boxes that do not count are told as a `RigLensWarning`. Raises InputError on bad data.
+    of `load_scene`. Boxes that do not count raise a `RigLensWarning`. Raises InputError on bad data.
     """
     names = tuple(f"{name}={cls}" for name, cls in (classes or {}).items())
     options = SceneOptions(
@@ -200,7 +201,7 @@ def targets(
     body: Body | None = None,
     mesh_folder: StrPath = ".",
 ) -> TargetResult:
-    """Count the points and pixels that a rig gets onto road users, behind the traffic before them.
+    """Count the points and pixels of a rig on objects, including occlusion by traffic.
 
     Parameters
     ----------
@@ -213,7 +214,7 @@ def targets(
     phase, seed
         "random" turns each LiDAR in each frame by a part of its azimuth step, drawn by the seed; "0" does not.
     min_points
-        A road user with so many LiDAR points counts as detectable.
+        LiDAR points from which a road user counts as detectable.
     sample
         Number of frames to use, drawn fairly; all by default.
     threads
@@ -255,7 +256,7 @@ def render(
     mesh_folder: StrPath = ".",
     body: Body | None = None,
 ) -> None:
-    """Draw a rig, its rays and the heatmap of a class into a PNG file; it takes no display.
+    """Draw a rig, its rays and the heatmap of a class into a PNG file, without a display.
 
     Parameters
     ----------
@@ -275,7 +276,7 @@ def render(
         Write the rig's name, and the table of its scores, into the picture.
     mesh_folder
         The folder from which a car body in a mesh file is named; that of the rig file, as a rule. A mesh that cannot
-        be read is warned of, and a plain box stands in for it.
+        be read is warned of, and a plain box replaces it.
 
     Raises InputError when a value is not accepted or the file cannot be written.
     """

@@ -1,4 +1,4 @@
-"""What a score says: figures by class, and the whole as JSON-able data."""
+"""Results of a score: figures by class, and the whole as JSON-able data."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ class RigResult(Mapping[str, ClassResult]):
 
     @property
     def elapsed_ms(self) -> float:
-        """How long the evaluation took; the first of a process includes loading the compiled code."""
+        """Return the duration of the evaluation; the first of a process includes loading the compiled code."""
         return self._evaluation.elapsed_ms
 
     def to_dict(self) -> dict[str, Any]:
@@ -87,7 +87,7 @@ class RigResult(Mapping[str, ClassResult]):
 
 
 class TargetResult(Mapping[str, ClassTargets]):
-    """What a rig gets onto road users, by class: `result["car"].total.on_target.value`.
+    """Figures of a rig for objects, by class: `result["car"].total.on_target.value`.
 
     `total` holds the figures of all road users of the class, `rings` those of rings of distance. A figure that is a
     mean has a `value` and, where a sample of frames was used, its standard error `se`.
@@ -116,16 +116,16 @@ class TargetResult(Mapping[str, ClassTargets]):
 
     @property
     def frames_used(self) -> int:
-        """Number of frames in which road users were counted."""
+        """Return the number of frames in which objects were counted."""
         return self._scores.frames_used
 
     @property
     def elapsed_ms(self) -> float:
-        """How long the counting took; the first of a process includes loading the compiled code."""
+        """Return the duration of the counting; the first of a process includes loading the compiled code."""
         return self._scores.elapsed_ms
 
     def objects(self) -> dict[str, list[Any]]:
-        """One entry per road user in each column, as `riglens targets RIG --objects FILE` writes them."""
+        """Return one entry per object in each column, as `riglens targets RIG --objects FILE` writes them."""
         return object_table(self._traffic, self._scores)
 
     def to_dict(self) -> dict[str, Any]:
@@ -134,7 +134,7 @@ class TargetResult(Mapping[str, ClassTargets]):
 
 
 class AuditResult(Mapping[str, SensorAudit]):
-    """Where the rays of a rig's enabled sensors go, by sensor: `result["LIDAR_1"].shares["hits_car"]`.
+    """Ray outcomes of a rig's enabled sensors, by sensor: `result["LIDAR_1"].shares["hits_car"]`.
 
     Each has `rays`, `counts` and `shares` by what becomes of a ray (shares add up to one),
     `lost_nat` and `lost_share` by class, the entropy that the car's body takes from the sensor on its own, and
@@ -160,7 +160,7 @@ class AuditResult(Mapping[str, SensorAudit]):
 
     @property
     def rig(self) -> Rig:
-        """The rig that was looked at."""
+        """Return the rig that was evaluated."""
         return self._audit.rig
 
     def to_dict(self) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Traffic around the car, and how much of it a rig sees: scenes, scores and where rays go, for scripts."""
+"""Scenes, scores and ray outcomes, for scripts."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Scene:
 
     @property
     def data(self) -> DataReport:
-        """What the data held: `source`, `frames`, `boxes` per class, `unmapped`, `sha256`, `notes`."""
+        """Return the report on the data: `source`, `frames`, `boxes` per class, `unmapped`, `sha256`, `notes`."""
         return self.field.data
 
     def engine(self, threads: int | None = None) -> SceneEngine:
@@ -87,7 +87,7 @@ def load_scene(
         Called with the fraction done, 0 to 1, while a POG is built.
 
     POGs of box data are kept in the user's cache folder, so that the next call for the same data is quick. Boxes that
-    do not count are told as a `RigLensWarning`. Raises InputError on bad data or arguments that disagree.
+    do not count raise a `RigLensWarning`. Raises InputError on bad data or arguments that disagree.
     """
     options = SceneOptions(
         boxes=path_of(boxes),
@@ -155,7 +155,7 @@ def audit(
     threads: int | None = None,
     mesh_folder: StrPath = ".",
 ) -> AuditResult:
-    """Say where the rays of each enabled sensor go: into the car, past the region, to the ground, to something new.
+    """Return the ray outcomes of each enabled sensor: at the car, past the region, at the ground, in uncertain space.
 
     Parameters
     ----------
@@ -176,7 +176,7 @@ def audit(
 
 
 def with_blocking_mesh(rig: Rig, body: Body | None, folder: StrPath) -> Rig:
-    """The rig with the mesh of a body that blocks; a size that is not a car's is told the user's own call."""
+    """Return the mesh of a body that blocks, where a file holds it; warn the user's own call of an implausible size."""
     if body != "blocks":
         return rig
     return with_mesh_read(rig, Path(folder), lambda line: warnings.warn(line, RigLensWarning, stacklevel=5))

@@ -167,9 +167,7 @@ def test_a_stored_pog_is_a_scene(boxes: Path, scene: rl.Scene, tmp_path: Path) -
 
 def test_wrong_arguments_are_named_as_python_names_them(boxes: Path, scene: rl.Scene, tmp_path: Path) -> None:
     rig = rl.open_rig("W+T")
-    with pytest.raises(
-        rl.InputError, match=r"^frames describes a box data set; name the data set with boxes"
-    ):
+    with pytest.raises(rl.InputError, match=r"^frames describes a box data set; specify it with boxes"):
         rl.load_scene(frames=3)
     with pytest.raises(rl.InputError, match=r"^boxes cannot be combined with pog"):
         rl.load_scene(boxes, pog=tmp_path / "town.npz")

@@ -19,7 +19,7 @@ while os.getppid() == parent:  # not for ever, should the one who started it be 
 
 
 def main(command: list[str]) -> int:
-    """Run the command beside the spinners."""
+    """Run the command next to the spinners."""
     count = PER_PROCESSOR * (os.cpu_count() or 1)
     spinners = [subprocess.Popen([sys.executable, "-c", SPIN]) for _ in range(count)]
     try:

@@ -86,7 +86,7 @@ def _crossings(g: Point, h: Point, shape: tuple[int, int]) -> tuple[list[float],
 FAN_PLACE, FAN_HEIGHT, FAN_SHAPE, FAN_SLOPES = (0.55, 0.6), 2.4, (7, 5), (-0.42, -0.2, 0.25)
 FAN_HEADING = (math.cos(math.radians(27.0)), math.sin(math.radians(27.0)))
 OTHER_PLANES = ((-18.0, 1.94), (4.5, 6.42), (49.5, 5.79), (72.0, 4.63))
-"""Angles of some more planes, and how far they are drawn."""
+"""Angles of some more planes, and their drawn lengths."""
 
 
 def fan() -> str:
@@ -128,7 +128,7 @@ def _from_above(d: Drawing, end: float, crossed: Sequence[tuple[int, int]]) -> N
 
 
 LEFT, UNIT = 400.0, 50.0
-"""Where the side view begins, and what a voxel measures along it."""
+"""Left end of the side view, and the length of a voxel along it."""
 
 
 def _from_the_side(d: Drawing, distances: Sequence[float], stays: Sequence[Sequence[Point]]) -> None:
@@ -154,7 +154,7 @@ def _from_the_side(d: Drawing, distances: Sequence[float], stays: Sequence[Seque
 
 
 def _events(d: Drawing, end: float, stays: Sequence[Sequence[Point]]) -> None:
-    """Where levels begin (upwards) and end (downwards), along the distance."""
+    """Draw where levels begin (upwards) and end (downwards), along the distance."""
     axis = 306.0
     d.line([(LEFT, axis), (LEFT + UNIT * end, axis)], INK, 1.2)
     for level, spans in enumerate(stays):
@@ -355,7 +355,7 @@ def voxels() -> str:
     top = place(*drawn[1])
     d.text(top[0] + 6, top[1] - 4, "depth limit", 11, RED)
     told = (
-        "Each column of the grid is looked at once: the image borders cut it into one",
+        "Each column of the grid is visited once: the image borders cut it into one",
         "sure run of levels, and a few levels at its ends to test. What lies beyond the",
         "depth limit is walked ray by ray, from there on.",
     )

@@ -153,7 +153,7 @@ def arrow(x: float, y: float, dx: float, dy: float, colour: str, name: str) -> s
 
 
 def across(x: float, y: float, is_near: bool, colour: str, name: str) -> str:
-    """An axis towards the reader (a dot) or away (a cross), beside the origin."""
+    """Return an axis towards the reader (a dot) or away (a cross), next to the origin."""
     cx, cy = x - 18, y - 21
     ring = f'<circle cx="{cx}" cy="{cy}" r="7" fill="#fff" stroke="{colour}" stroke-width="2"/>'
     cross = f'<path d="M {cx - 4.5} {cy - 4.5} l 9 9 m 0 -9 l -9 9" stroke="{colour}" stroke-width="2"/>'
@@ -193,7 +193,7 @@ def panel(found: Panel) -> str:
 
 
 def legend() -> str:
-    """The two ways in which a camera stands, and how to read the crosses and dots."""
+    """Return the two orientations of a camera, and a key of the crosses and dots."""
     lens = '<path d="M {0} {1} l -34 -11 l 0 22 z" fill="#eef1f4" stroke="#5f6b76"/>'
     body = lens.format(78, 100) + frame(78, 100, {"x": "forward", "y": "away", "z": "up"})
     optical = lens.format(206, 100) + frame(206, 100, {"x": "near", "y": "down", "z": "forward"})

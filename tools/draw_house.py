@@ -26,7 +26,7 @@ class Room:
 
 @dataclass(frozen=True)
 class Floor:
-    """A layer: its rooms stand in storeys, and an upper storey may import a lower one."""
+    """Layer: its rooms are arranged in storeys, and an upper storey may import a lower one."""
 
     name: str
     words: tuple[str, str]
@@ -49,7 +49,7 @@ HOUSE = (
             (Room("commands", "the command line"),),
             (Room("window", "workbench and features", 5),),
             (
-                Room("session", "what is asked now", 2),
+                Room("session", "current requests", 2),
                 Room("studies", "prose and charts"),
                 Room("rendering", "pictures for files"),
             ),
@@ -117,7 +117,7 @@ def text(
 
 
 def room(x: float, y: float, width: float, it: Room) -> list[str]:
-    """A room with its name and what it is for, and its number on the way of a drag."""
+    """Return a room with its name and purpose, and its number on the path of a drag."""
     middle = x + width / 2
     parts = [
         f'<rect x="{x:g}" y="{y:g}" width="{width:g}" height="{ROOM_HEIGHT}" rx="5" fill="{PAPER}" stroke="{GREY}"/>'

@@ -1,4 +1,4 @@
-"""Installs the extra `riglens[detect]` into the Python that runs this: on Linux PyTorch's CPU build, without CUDA.
+"""Install the extra `riglens[detect]` into the Python that runs this: on Linux PyTorch's CPU build, without CUDA.
 
 PyPI's build for Linux brings some gigabytes of CUDA libraries. The CPU build carries "+cpu" in its version, which only
 a pinned version can ask for; other systems have no such build and need none.
@@ -12,7 +12,7 @@ VERSION = "2.13.0"
 
 
 def packages() -> list[str]:
-    """What pip is told to install."""
+    """Return the arguments for pip."""
     return (
         [f"torch=={VERSION}+cpu", "--extra-index-url", CPU_INDEX]
         if sys.platform == "linux"

@@ -22,7 +22,7 @@ def mesh() -> str:
 
 
 def _tangents(column: float, row: float) -> Point:
-    """Where a pixel of the picture looks, to the right and up, at a distance of one."""
+    """Return the direction of a pixel of the picture, to the right and up, at a distance of one."""
     x, y = 1.5 * (column / (COLUMNS - 1) - 0.5), 1.0 * (0.5 - row / (ROWS - 1))
     stretch = 1.0 / (1.0 + BEND * (x * x + y * y)) ** 1.6
     return x * stretch, y * stretch

@@ -27,7 +27,7 @@ PURPOSES: dict[str, Purpose] = {"run": "window", "test": "tests"}
 
 
 class SetupError(Exception):
-    """The set-up cannot go on; the message is one line that says what to do."""
+    """The set-up cannot go on; the message is one line with the remedy."""
 
 
 def say(text: str) -> None:
@@ -47,7 +47,7 @@ def missing_packages(purpose: Purpose) -> list[str]:
 
 
 def ensure_system_packages(purpose: Purpose) -> None:
-    """Install what is absent when that is allowed, otherwise say with which command to do it."""
+    """Install missing packages when that is allowed, otherwise name the command."""
     packages = missing_packages(purpose)
     if not packages:
         return
@@ -64,7 +64,7 @@ def ensure_system_packages(purpose: Purpose) -> None:
 
 
 def apt_get(*arguments: str) -> bool:
-    """Run apt-get without questions; on failure show what it said."""
+    """Run apt-get without questions; on failure show its output."""
     environment = os.environ | {"DEBIAN_FRONTEND": "noninteractive"}
     done = subprocess.run(
         ["apt-get", "-qq", *arguments],
@@ -88,17 +88,17 @@ def interpreter() -> Path:
 
 
 def environment_key() -> str:
-    """First lines of the stamp; when they change, .venv is made anew (its scripts hold absolute paths)."""
+    """Return the first lines of the stamp; when they change, .venv is rebuilt (its scripts hold absolute paths)."""
     return f"{VENV}\n{interpreter()} {sys.version.split()[0]}\n"
 
 
 def wanted_stamp() -> str:
-    """What the stamp holds when .venv is complete and up to date."""
+    """Return the stamp of a .venv that is complete and up to date."""
     return environment_key() + hashlib.sha256(PYPROJECT.read_bytes()).hexdigest() + "\n"
 
 
 def ensure_environment() -> None:
-    """Make .venv and install the packages, unless the stamp says that this was done and completed."""
+    """Make .venv and install the packages, unless the stamp shows that this is complete."""
     found = STAMP.read_text() if STAMP.exists() else ""
     if found == wanted_stamp():
         return

@@ -8,7 +8,7 @@ from drawing import BLUE, GREY, PALE_BLUE, PALE_GREEN, PALE_ORANGE, RED, Drawing
 
 
 def sheets() -> str:
-    """Core and sheets from the side; the columns of one sheet, and what is certain in them."""
+    """Return cores and cones from the side, and the columns of one cone with its certain parts."""
     d = Drawing(
         820, 400, "Core and sheets: between close beams, and along one beam, voxels are hit for certain"
     )

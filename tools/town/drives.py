@@ -1,4 +1,4 @@
-"""Drives through the bundled town: ego cars, what is around them in each frame, and where they are.
+"""Drives through the bundled town: ego cars, the objects around them in each frame, and their poses.
 
 Boxes are in the ego vehicle frame: x forward, y left, z up, origin on the ground under the centre of the ego's body.
 """
@@ -125,7 +125,7 @@ def touches_ego(box: Box) -> bool:
 
 
 def drives(frames: list[Frame], actors: dict[str, Actor]) -> list[Drive]:
-    """EGO_COUNT drives drawn by SEED in which nothing runs into the ego car.
+    """Return EGO_COUNT drives drawn by SEED in which nothing runs into the ego car.
 
     (Now and then SUMO lets road users pass through each other at a crossing.)
     """

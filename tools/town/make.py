@@ -1,4 +1,4 @@
-"""Make the bundled scenario: road users around ego cars that drive through a simulated town, and what stands there.
+"""Make the bundled scenario: objects around ego cars that drive through a simulated town, and its occluders.
 
 The town (curved multi-lane streets, traffic lights, bike lanes, sidewalks, crossings, parked cars) and its traffic
 are simulated with SUMO, which is needed only here; what stands beside the streets (surroundings.py) needs none:
@@ -34,7 +34,7 @@ FOLDER = Path(__file__).parents[2] / "assets" / "scenarios" / "town"
 
 @dataclass(frozen=True)
 class Scenario:
-    """What the files are made from; `origin_m`: where the streets' map begins in that of the drives."""
+    """Inputs of the files; `origin_m`: origin of the streets' map in that of the drives."""
 
     drives: list[Drive]
     origin_m: Point
@@ -77,7 +77,7 @@ def packed(text: str) -> bytes:
 
 
 def sidecar(scenario: Scenario, files: dict[str, bytes]) -> dict[str, object]:
-    """What the tables themselves cannot say: above all the number of frames, empty ones included."""
+    """Return the data that the tables cannot hold: above all the number of frames, empty ones included."""
     counts = Counter(box.kind for drive in scenario.drives for boxes in drive.boxes for box in boxes)
     return {
         "name": "town",

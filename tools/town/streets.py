@@ -65,7 +65,7 @@ class Segment:
 
 
 def rng_for(*key: object) -> random.Random:
-    """Random stream of its own for a purpose or an object, so that adding one does not disturb the others."""
+    """Return a separate random stream for a purpose or an object, so that adding one does not disturb the others."""
     return random.Random(":".join(map(str, (SEED, *key))))
 
 
@@ -100,7 +100,7 @@ def town_segments() -> list[Segment]:
 
 
 def centre_line(start: Point, end: Point, bend_m: float) -> list[Point]:
-    """Points (metres) of a smooth arc whose middle lies `bend_m` beside the straight line."""
+    """Return the points (metres) of a smooth arc whose middle is `bend_m` off the straight line."""
     dx, dy = end[0] - start[0], end[1] - start[1]
     length = math.hypot(dx, dy)
     count = 12 if bend_m else 1

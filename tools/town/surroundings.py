@@ -1,7 +1,7 @@
-"""What stands still beside the streets of the bundled town: buildings, walls, hedges, lamp posts, trees, parked rows.
+"""Generate the occluders of the bundled town: buildings, walls, hedges, lamp posts, trees, parked rows.
 
-Boxes in the map frame of streets.py (x east, y north, z up, ground at 0). They stand behind the sidewalks, on no street
-and in nobody's way. Made from the streets alone, without a simulation; everything follows from SEED.
+Boxes in the map frame of streets.py (x east, y north, z up, ground at 0). They are behind the sidewalks, off the
+streets and out of the way. Made from the streets alone, without a simulation; everything follows from SEED.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from tools.town.streets import (
 )
 
 STREET_CLEARANCE_M = 0.2
-"""What stands keeps so far from the outer edge of every sidewalk."""
+"""Least distance of occluders from the outer edge of every sidewalk."""
 CORNER_CLEARANCE_M = 4.0
 """And so far beyond the corners of a crossing, where the kerb is round and people wait."""
 LAMP_PITCH_M = 28.0
@@ -42,7 +42,7 @@ MAP = "town"
 
 @dataclass(frozen=True)
 class Standing:
-    """A box that stands on the ground: centre x, y and size in metres, yaw in radians, map frame."""
+    """Box on the ground: centre x, y and size in metres, yaw in radians, map frame."""
 
     kind: str
     x_m: float
@@ -70,7 +70,7 @@ class Standing:
 
 
 class Free:
-    """Where no street is: the middles of all roads with half their widths, and round places at the crossings."""
+    """Places without streets: the middles of all roads with half their widths, and round places at the crossings."""
 
     def __init__(self, nodes: dict[tuple[int, int], Point], segments: list[Segment]) -> None:
         pieces: list[tuple[Point, Point, float]] = []
@@ -87,7 +87,7 @@ class Free:
         self._corner_m = np.array([math.hypot(max(w), min(w)) for w in widths.values()]) + CORNER_CLEARANCE_M
 
     def has_room_for(self, thing: Standing) -> bool:
-        """Whether it stands on no street and on no crossing."""
+        """Return whether it is on no street and on no crossing."""
         points = thing.outline()[:, None, :]
         along = self._ends - self._starts
         share = ((points - self._starts) * along).sum(2) / (along**2).sum(1)
@@ -125,13 +125,13 @@ class Roadside:
     def standing(
         self, kind: str, along_m: float, beyond_m: float, size_m: tuple[float, float, float]
     ) -> Standing:
-        """A thing of this length, width and height whose near side is so far beyond the sidewalk."""
+        """Return a box of this length, width and height whose near side is `beyond_m` beyond the sidewalk."""
         x, y, yaw_rad = self.place(along_m, beyond_m + size_m[1] / 2)
         return Standing(kind, x, y, *size_m, yaw_rad)
 
 
 def surroundings() -> list[Standing]:
-    """All that stands in the town, in the order of the streets."""
+    """Return all occluders of the town, in the order of the streets."""
     nodes, segments = node_positions(), town_segments()
     free = Free(nodes, segments)
     found: list[Standing] = []
@@ -189,7 +189,7 @@ def _plot(
 
 
 def _parked(roadside: Roadside, along_m: float) -> Standing:
-    """A car that stands across the street's direction on private ground."""
+    """Return a car parked across the street's direction on private ground."""
     across = roadside.standing("parked_car", along_m, 1.0, (PARKED_WIDTH_M, PARKED_LENGTH_M, PARKED_HEIGHT_M))
     turned_rad = math.remainder(across.yaw_rad + math.pi / 2, math.tau)
     return Standing(
@@ -198,5 +198,5 @@ def _parked(roadside: Roadside, along_m: float) -> Standing:
 
 
 def occluder_table(standing: list[Standing]) -> str:
-    """The text of the table of all that stands."""
+    """Return the text of the table of all occluders."""
     return "\n".join(["map,cls,x,y,z,length,width,height,yaw", *(thing.row() for thing in standing)]) + "\n"

@@ -1,4 +1,4 @@
-"""The traffic of the bundled town: road users and their trips, simulated with libsumo, recorded every two seconds.
+"""Traffic of the bundled town: objects and their trips, simulated with libsumo, recorded every two seconds.
 
 SUMO gives the middle of the front bumper in a map frame (x east, y north) and a nautical angle in degrees (0 = north,
 clockwise).
@@ -70,7 +70,7 @@ PARKED_KINDS = ("car", "car", "car", "car", "van")
 
 @dataclass(frozen=True)
 class Size:
-    """Size of one road user in metres."""
+    """Size of one object in metres."""
 
     length_m: float
     width_m: float
@@ -79,7 +79,7 @@ class Size:
 
 @dataclass(frozen=True)
 class Actor:
-    """A road user of the simulation: source class and size."""
+    """Object of the simulation: source class and size."""
 
     kind: str
     size: Size
@@ -113,7 +113,7 @@ def build_network(folder: Path) -> Path:
 
 
 def map_origin(net_file: Path) -> Point:
-    """Where the origin of the streets' map frame lies in that of the network: netconvert shifts the town."""
+    """Return the origin of the streets' map frame in that of the network: netconvert shifts the town."""
     location = ET.parse(net_file).getroot().find("location")
     assert location is not None
     x, y = location.attrib["netOffset"].split(",")
@@ -147,7 +147,7 @@ def read_edges(net_file: Path) -> Edges:
 
 
 def actor_size(kind: Kind, actor_id: str) -> Size:
-    """Size of one road user; depends on SEED and its id only and stays within two standard deviations."""
+    """Return the size of one object; depends on SEED and its id only and stays within two standard deviations."""
     rng = rng_for("size", actor_id)
     factors = [1 + kind.spread * max(-2.0, min(2.0, rng.gauss(0, 1))) for _ in range(3)]
     dimensions = (kind.length_m, kind.width_m, kind.height_m)
@@ -155,7 +155,7 @@ def actor_size(kind: Kind, actor_id: str) -> Size:
 
 
 def _type_element(kind: Kind, actor_id: str, size: Size, parked: bool) -> ET.Element:
-    """SUMO type of one road user: its own size and its own habit of keeping left or right in the lane."""
+    """Return the SUMO type of one object: its own size and its own tendency to keep left or right in the lane."""
     offset_m = max(-2.0, min(2.0, rng_for("lateral", actor_id).gauss(0, 1))) * kind.lateral_spread_m
     element = ET.Element("vType", id=f"type_{actor_id}", vClass=PARKING if parked else kind.v_class)
     element.attrib |= {"length": f"{size.length_m}", "width": f"{size.width_m}", "height": f"{size.height_m}"}
@@ -219,7 +219,7 @@ def _parked_element(actor_id: str, edge: str, lane: int, front_m: float) -> ET.E
 
 
 def write_traffic(path: Path, edges: Edges) -> dict[str, Actor]:
-    """Write types and trips in order of departure; returns all road users by id."""
+    """Write types and trips in order of departure; return all objects by id."""
     root = ET.Element("routes")
     actors: dict[str, Actor] = {}
     for actor_id, kind, edge, lane, front_m in parked_vehicles(edges):
