@@ -84,6 +84,16 @@ class Camera(Sensor):
             raise ValueError(f"distortion is limited to {MAX_LISTED_RAYS} rays (got {self.ray_count})")
         return self
 
+    @model_validator(mode="after")
+    def _image_has_a_ray(self) -> Self:
+        """Refuse a lens without a direction for the pixel nearest its axis: all others lie beyond it, too."""
+        if self.distortion is not None and np.isnan(directions(self, _nearest_axis(self))).any():
+            raise ValueError(
+                f"fx {self.fx:g} and fy {self.fy:g} px with this distortion leave no ray on the image; focal lengths "
+                "are in pixels: divide millimetres by the size of a pixel"
+            )
+        return self
+
     def intrinsics_px(self) -> tuple[float, float, float, float]:
         """Return focal lengths and principal point (fx, fy, cx, cy) in pixels of the native image (paper, eq. 3)."""
         if self.hfov_deg is not None:
@@ -103,6 +113,14 @@ class Camera(Sensor):
     def finest(self) -> Self:
         """Return the camera with a ray for every pixel."""
         return self if self.cast is None else self.model_copy(update={"cast": None})
+
+
+def _nearest_axis(camera: Camera) -> NDArray[np.int64]:
+    """Return the number of the ray through the pixel nearest the principal point, (1,)."""
+    _, _, *centre_px = camera.intrinsics_px()
+    parts = zip(centre_px, camera.image, camera.resolution, strict=True)
+    column, row = (min(max(math.floor(c * count / size), 0), count - 1) for c, size, count in parts)
+    return np.array([row * camera.resolution[0] + column])
 
 
 def image_lattice(camera: Camera) -> Lattice:

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pydantic import ValidationError
 
 from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt
 from riglens.core.sensing.rays import local_directions, missing_ray_count, sensor_rays
 from riglens.core.sensors.camera import cast_px, pixel_directions, project_px
+from riglens.core.sensors.lens import undistorted
 from tests.core.builders import camera
 
 WAYMO = BrownConrady(k1=0.04239, k2=-0.34165, p1=0.0019, p2=-0.0004)
@@ -101,8 +103,9 @@ def test_absurd_coefficients_give_unit_directions_or_none(k, is_fisheye: bool) -
     names = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
     brown = BrownConrady(**dict(zip(names, k, strict=True)))
     fisheye = KannalaBrandt(**dict(zip(("k1", "k2", "k3", "k4"), k[:4], strict=True)))
-    sensor = behind(fisheye if is_fisheye else brown, cast=(9, 7))
-    directions = local_directions(sensor, np.arange(63))
+    pixels = cast_px(behind(None, cast=(9, 7)), np.arange(63))
+    x, y = ((pixels - [633.4, 488.1]) / 900.0).T
+    directions = undistorted(fisheye if is_fisheye else brown, x, y)
     there = np.isfinite(directions).all(axis=1)
     assert np.isnan(directions[~there]).all()
     assert np.abs(np.linalg.norm(directions[there], axis=1) - 1.0).max(initial=0.0) < 1e-12
@@ -132,6 +135,17 @@ def test_pixels_beyond_the_fold_of_a_lens_have_no_ray_and_are_counted() -> None:
     assert np.array_equal(np.isfinite(local_directions(sensor, np.arange(19200))[:, 0]), inside)
     assert missing_ray_count(sensor) == (~inside).sum() > 1_000
     assert len(sensor_rays(sensor).directions) == inside.sum()
+
+
+@pytest.mark.parametrize("lens", [KannalaBrandt(k1=-0.05), BrownConrady(k1=-0.35)])
+def test_a_lens_without_a_ray_on_the_image_is_refused_with_a_hint_at_units(lens) -> None:
+    """A focal length in millimetres leaves a few rays, one in metres none."""
+    assert 0 < len(sensor_rays(behind(lens, 1.4, cast=None, cx=640.5, cy=480.5)).directions) < 30
+    with pytest.raises(
+        ValidationError, match=r"fx 0.0014 and fy 0.001414 px .* no ray .* pixels: divide milli"
+    ):
+        behind(lens, 0.0014)
+    assert len(sensor_rays(behind(None, 0.0014)).directions) == 160 * 120
 
 
 def test_a_point_beyond_the_fold_falls_on_no_pixel_though_the_equations_would_place_it() -> None:
