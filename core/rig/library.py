@@ -26,7 +26,7 @@ from ruamel.yaml.nodes import Node
 from riglens.assets import asset_path
 from riglens.core.cache_folder import cache_folder, keep
 from riglens.core.errors import InputError
-from riglens.core.files import atomic_write
+from riglens.core.files import atomic_write, open_regular
 from riglens.core.geometry import Pose
 from riglens.core.rig.model import EvenAngles, Frozen, Length, Positive, Sensor
 from riglens.core.rig.yaml.nodes import (
@@ -224,8 +224,9 @@ def stored_entries(path: Path) -> tuple[Entry, ...]:
     The file holds a checksum and the entries as JSON; a damaged one is rebuilt.
     """
     kept, maker = cache_folder() / NAME, _maker(path)
-    with contextlib.suppress(OSError, ValueError, TypeError):  # missing, damaged, or of other code
-        return _entries_of(kept.read_bytes(), maker)
+    # missing, damaged, or of other code
+    with contextlib.suppress(OSError, ValueError, TypeError), open_regular(kept, "a cached library") as file:
+        return _entries_of(file.read(), maker)
     entries = read_entries(path, path.name)
     body = json.dumps([entry.model_dump(mode="json") for entry in entries]).encode()
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.cache_folder import cache_folder, keep
-from riglens.core.files import atomic_write
+from riglens.core.files import atomic_write, open_regular
 from riglens.core.vehicle.surface import Painted, Surface
 
 _MADE_BY = ("body.py", "profile.py", "profiles.py", "wheels.py", "surface.py")
@@ -58,7 +58,7 @@ def _save(path: Path, maker: str, painted: Painted) -> None:
 
 
 def _load(path: Path, maker: str) -> Painted:
-    with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
+    with open_regular(path, "a cached car body") as file, np.load(file, allow_pickle=False) as archive:
         arrays: Arrays = {name: archive[name] for name in ("parts", "points", "normals", "triangles")}
         if str(archive["check"]) != _check(maker, arrays):
             raise ValueError("damaged, or made by other code")

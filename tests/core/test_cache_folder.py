@@ -5,12 +5,14 @@ import logging
 import os
 from pathlib import Path
 
+import numba
 import pytest
 
 from riglens.assets import asset_path
 from riglens.core import cache_folder
 from riglens.core.cache_folder import keep
-from riglens.core.rig.library import read_entries, stored_entries
+from riglens.core.kernels.runtime.compiled import KernelFolder
+from riglens.core.rig.library import NAME, read_entries, stored_entries
 from riglens.core.scene.pog import build_pog
 from riglens.core.scene.pog_store import cached_pog
 from riglens.core.vehicle.store import stored_surfaces
@@ -45,6 +47,20 @@ def test_a_full_disk_is_told_once_with_folder_and_remedy_and_everything_is_compu
     (line,) = [record.getMessage() for record in caplog.records if record.levelno >= logging.WARNING]
     assert f"{full_disk} cannot be written (No space left on device)" in line and "RIGLENS_CACHE_DIR" in line
     assert not list(full_disk.iterdir())
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+def test_a_pipe_in_the_cache_is_not_waited_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("RIGLENS_CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr(numba.config, "CACHE_DIR", "")
+    kernels = KernelFolder()
+    assert kernels.path is not None
+    for pipe in (tmp_path / NAME, tmp_path / "car-test.npz", kernels.path / "a.nbc"):
+        os.mkfifo(pipe)
+    library = asset_path("library.yaml")
+    assert stored_entries(library) == read_entries(library, library.name)
+    assert stored_surfaces("test", lambda: [("paint", superellipsoid((1.0, 1.0, 1.0), 1.0))])
+    assert kernels.read("a.nbc") is None
 
 
 def test_a_folder_that_cannot_be_made_is_told_too(

@@ -110,7 +110,7 @@ class KernelFolder:
 
     def read(self, name: str) -> bytes | None:
         """The content of a file; None when it is absent, or damaged, which is noted: it is compiled again."""
-        if self.path is None:
+        if self.path is None or not (self.path / name).is_file():  # a pipe would be waited for
             return None
         try:
             stored = (self.path / name).read_bytes()
