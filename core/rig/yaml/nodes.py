@@ -106,6 +106,12 @@ class _PlainComposer(Composer):
             _refuse(event, f"nested more than {MAX_DEPTH} levels deep")
         return super().compose_node(parent, index)
 
+    def compose_scalar_node(self, anchor: Any) -> Any:
+        node = super().compose_scalar_node(anchor)
+        if any("\ud800" <= character <= "\udfff" for character in node.value):
+            _refuse(node, f"half a character is no text (got {shortened(node.value)})")
+        return node
+
     def compose_mapping_node(self, anchor: Any) -> Any:
         node = super().compose_mapping_node(anchor)
         lines: dict[str, int] = {}

@@ -451,6 +451,13 @@ def test_very_many_values_are_refused_by_count(monkeypatch: pytest.MonkeyPatch) 
     assert complaint(text) == "1: more than 7 values"
 
 
+@pytest.mark.parametrize("text", ['name: "\\ud800"', '"\\udfff": 1', 'keep_out: [{material: "\\ud800"}]'])
+def test_halves_of_characters_are_refused_with_their_line(text: str) -> None:
+    """Pydantic cannot repeat them in its messages."""
+    with pytest.raises(InputError, match=r"^a\.yaml:2: half a character is no text"):
+        parse_yaml(f"riglens: 1\n{text}\n", "a.yaml")
+
+
 @pytest.mark.parametrize("before", ["name: ", "name:\n  ", "[", "{", "- ", '{"a":', ""])
 def test_long_tags_are_refused_unparsed(before: str) -> None:
     """The parser's time grows with their square: a megabyte took 14 s."""
