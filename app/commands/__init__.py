@@ -4,13 +4,17 @@ Only light modules are imported here, so that `riglens --help` answers at once a
 nothing never loads Qt or VTK; each command imports its own job when it runs.
 """
 
+import signal
 import sys
+import threading
 from collections.abc import Sequence
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit code. Ctrl-C ends also the loading of the program in one line."""
     try:
+        if threading.current_thread() is threading.main_thread():
+            signal.signal(signal.SIGTERM, signal.default_int_handler)  # as Ctrl-C, from the first import on
         from riglens.app.commands import running
     except KeyboardInterrupt:
         if sys.stderr is not None:

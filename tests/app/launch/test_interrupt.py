@@ -104,16 +104,21 @@ def test_an_interruption_that_python_drops_comes_again_soon_and_is_not_reported(
 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-def test_ctrl_c_while_the_commands_are_loaded_is_one_line(monkeypatch, capsys):
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_ctrl_c_while_the_commands_are_loaded_is_one_line(number, monkeypatch, capsys):
     class Interrupted:
         def find_spec(self, name: str, *_: object) -> None:
             if name == "riglens.app.commands.running":
-                raise KeyboardInterrupt
+                signal.raise_signal(number)
 
+    before = signal.getsignal(signal.SIGTERM)
     monkeypatch.setattr(sys, "meta_path", [Interrupted(), *sys.meta_path])
     monkeypatch.delitem(sys.modules, "riglens.app.commands.running", raising=False)
     monkeypatch.delattr(commands, "running", raising=False)
-    assert commands.main([]) == 130
+    try:
+        assert commands.main([]) == 130
+    finally:
+        signal.signal(signal.SIGTERM, before)
     assert capsys.readouterr() == ("", "riglens: interrupted; no file was changed\n")
 
 
