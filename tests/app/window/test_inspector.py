@@ -8,10 +8,11 @@ from typing import Any
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QCheckBox, QComboBox, QLabel, QLineEdit
+from PySide6.QtWidgets import QApplication, QCheckBox, QComboBox, QLabel, QLineEdit
 
 from riglens.core.rig.model import EvenAngles, KannalaBrandt, Rig
 from riglens.widgets.panels.fields.form import ChoiceBox
+from riglens.widgets.panels.inspector.sensor_forms import SensorForm
 from riglens.widgets.panels.sensors.rows import TYPE
 from tests.app.window.desk import FullDesk
 from tests.app.window_bench import CAMERA, LIDAR, RIG, Bench, choose_item
@@ -82,6 +83,16 @@ def test_visiting_every_field_without_typing_changes_no_bit(bench: FullDesk) -> 
         bench.qtbot.keyClick(edit, Qt.Key.Key_Return)
     bench.panels.tree.setFocus()
     assert bench.document.rig.sensors == (odd, CAMERA)
+
+
+def test_pose_tools_of_a_form_that_shows_no_sensor_change_nothing(bench: FullDesk) -> None:
+    before = bench.document.rig
+    for form in bench.panels.inspector.findChildren(SensorForm):
+        if form.subject is None:
+            QApplication.clipboard().setText("1 2 3 0 0 90")
+            form.tools.paste()
+            form.tools._level()
+    assert bench.document.rig == before
 
 
 def test_typing_what_is_already_shown_keeps_the_hidden_digits(bench: FullDesk) -> None:

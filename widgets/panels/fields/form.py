@@ -203,6 +203,8 @@ class Form(QWidget):
         self.show_problem("")
 
     def _try(self, widget: QWidget, write: Write, value: Any) -> None:
+        if self._subject is None:  # nothing has been shown yet
+            return
         before, after = self._meant(widget), []
         for subject in before:
             try:
