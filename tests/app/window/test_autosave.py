@@ -213,6 +213,13 @@ def test_a_file_with_one_wrong_value_is_passed_over(
     assert orphans(tmp_path) == []
 
 
+def test_what_was_left_behind_last_is_offered_first(tmp_path: Path) -> None:
+    left = [orphan(tmp_path) for _ in range(3)]
+    for file, saved_at in zip(left, (2e9, 3e9, 1e9), strict=True):
+        changed(file, "saved_at", to=saved_at)
+    assert [found.file for found in orphans(tmp_path)] == [left[1], left[0], left[2]]
+
+
 def test_wrong_files_do_not_keep_the_window_from_offering_a_right_one(qtbot: QtBot, tmp_path: Path) -> None:
     for place, value in WRONG:
         changed(orphan(tmp_path / "unsaved"), *place, to=value)

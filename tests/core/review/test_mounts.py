@@ -132,6 +132,12 @@ def test_a_door_is_kept_clear_and_a_roof_is_not() -> None:
     assert roof.zones == () and roof.materials <= {"paint", "panel"}
     own = KeepOut(name="hood", boxes=(Box(x=(0.75, 1.0)),))
     assert mounts_of(Rig(vehicle=SEDAN, sensors=(at(1.9, 0.0, 0.95),)), keep_out=(own,))[0].zones == ("hood",)
+    top = KeepOut(name="top", boxes=(Box(z=(0.98, 1.02)),))  # 1.42 to 1.48 m
+    zones = [
+        mounts_of(Rig(vehicle=SEDAN, sensors=(at(-0.3, 0.0, z),)), keep_out=(top,))[0].zones
+        for z in (1.46, 1.0)
+    ]
+    assert zones == [("top",), ()]
     with pytest.raises(ValueError, match="one of paint"):
         KeepOut(name="a", material="wood")
     with pytest.raises(ValueError, match="give material, boxes or both"):

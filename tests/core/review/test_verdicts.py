@@ -5,7 +5,15 @@ import pytest
 
 from riglens.core.errors import InputError
 from riglens.core.review.outline import Outline
-from riglens.core.review.profiles import Profile, Shape, Target, bundled_profiles, read_profiles, targets_of
+from riglens.core.review.profiles import (
+    Place,
+    Profile,
+    Shape,
+    Target,
+    bundled_profiles,
+    read_profiles,
+    targets_of,
+)
 from riglens.core.review.verdicts import ObjectVerdict, ObjectVisibility, ray_counts, surface_share, verdicts
 from riglens.core.rig.model import EvenAngles, Lidar, Rig, Sensor, Vehicle
 from riglens.core.sensing.body_ends import barrier_of
@@ -124,6 +132,14 @@ def test_objects_stand_where_their_profile_says_from_the_outermost_points() -> N
     assert {round(t.x_m, 6) for t in sides[0]} == {3.0, 2.4, 1.8, 1.2}
     for name in ("un-r159-pedestrians", "un-r151-cyclists", "fmvss-111-near", "un-r166-front"):
         assert "check before use" in by_name[name].source and "our choice" in by_name[name].source
+
+
+def test_an_object_beside_the_car_stands_outwards_of_its_side() -> None:
+    outline = Outline(-2.0, 3.0, -1.0, 1.5)
+    places = {"ahead": (3.5, 0.0), "behind": (-2.5, 0.0), "left": (0.0, 2.0), "right": (0.0, -1.5)}
+    for side, at in places.items():
+        other = {"y": 0.0} if side in ("ahead", "behind") else {"x": 0.0}
+        assert Place(**{side: 0.5}, **other).at_m(outline) == at
 
 
 @pytest.mark.parametrize(("side", "ys"), [("left", {2.0, 2.5, 3.0}), ("right", {-1.5, -2.0, -2.5})])
