@@ -11,12 +11,13 @@ from typing import Literal
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFileDialog, QInputDialog, QMessageBox, QWidget
 
+from riglens.core.formats.opening import ENDINGS
 from riglens.widgets.panels.help.guide import Guide
 from riglens.widgets.panels.help.shortcut_sheet import Group, ShortcutSheet
 
 RIG_FILES = "Rig files (*.yaml *.yml);;All files (*)"
 OPEN_FILES = (
-    "Rigs, also of other programs (*.yaml *.yml *.json *.json.gz *.urdf *.toml *.txt);;"
+    f"Rigs, also of other programs ({' '.join(f'*{ending}' for ending in (*ENDINGS, '.json.gz'))});;"
     "RigLens rigs (*.yaml *.yml);;All files (*)"
 )
 BOX_FILES = "Box tables (*.csv *.csv.gz *.parquet *.feather);;All files (*)"

@@ -21,6 +21,7 @@ from riglens.core.formats.kitti import KITTI
 from riglens.core.formats.mounts import ReadOptions
 from riglens.core.formats.nuscenes import NUSCENES
 from riglens.core.formats.opencv_yaml import OPENCV
+from riglens.core.formats.opening import ENDINGS, FOREIGN_ENDINGS
 from riglens.core.formats.osi import OSI
 from riglens.core.formats.pandaset import PANDASET
 from riglens.core.formats.riglens import RIGLENS
@@ -41,8 +42,6 @@ FORMATS = {
 
 READABLE = tuple(name for name, format_ in FORMATS.items() if format_.read)
 WRITABLE = tuple(name for name, format_ in FORMATS.items() if format_.write)
-_FOREIGN_ENDINGS = (".json", ".toml", ".urdf", ".xacro", ".xml", ".txt", ".py", ".feather")
-_DATA_ENDINGS = (".yaml", ".yml", *_FOREIGN_ENDINGS)
 
 
 def detect(source: Source) -> Format:
@@ -54,11 +53,11 @@ def detect(source: Source) -> Format:
         raise InputError(f"{source.where}: no such file or folder")
     if RIGLENS.recognises(source):
         return RIGLENS
-    if source.is_folder or source.suffix in _DATA_ENDINGS:
+    if source.is_folder or source.suffix in ENDINGS:
         found = next((format_ for format_ in FORMATS.values() if format_.recognises(source)), None)
         if found is not None:
             return found
-    if not source.is_folder and source.suffix not in _FOREIGN_ENDINGS:
+    if not source.is_folder and source.suffix not in FOREIGN_ENDINGS:
         return RIGLENS
     raise InputError(f"{source.where}: not a rig in a known format (known: {', '.join(READABLE)})")
 
@@ -66,7 +65,7 @@ def detect(source: Source) -> Format:
 def may_be_foreign(path: Path) -> bool:
     """Return whether an existing file or folder may hold a rig of another program, without reading it whole."""
     source = Source(path)
-    is_data = source.is_folder or source.suffix in _DATA_ENDINGS
+    is_data = source.is_folder or source.suffix in ENDINGS
     return source.path.exists() and is_data and not RIGLENS.recognises(source)
 
 

@@ -16,7 +16,9 @@ from riglens.core.rig.yaml.nodes import shortened
 if TYPE_CHECKING:
     from riglens.core.formats.report import Report
 
-_ENDINGS = (".yaml", ".yml", ".json", ".urdf", ".xacro", ".toml", ".py", ".feather")
+FOREIGN_ENDINGS = (".json", ".toml", ".urdf", ".xacro", ".xml", ".txt", ".py", ".feather")
+ENDINGS = (".yaml", ".yml", *FOREIGN_ENDINGS)
+"""Of rigs, also those of other programs."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +40,7 @@ def open_rig(name_or_path: str | Path) -> OpenedRig:
     found = find_preset(name)
     if found is not None:
         return OpenedRig(found.rig())
-    is_path = "/" in name or os.sep in name or name.lower().endswith(_ENDINGS) or os.path.exists(name)
+    is_path = "/" in name or os.sep in name or name.lower().endswith(ENDINGS) or os.path.exists(name)
     if is_path:
         return open_rig_file(Path(name))
     close = close_presets(name)

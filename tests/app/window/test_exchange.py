@@ -1,14 +1,17 @@
 """Rigs of other programs in the window: opened, exported, and a report to read each time."""
 
+from fnmatch import fnmatch
 from pathlib import Path
 
 import pytest
 from PySide6.QtGui import QAction
 
+from riglens.app.window.dialogs import OPEN_FILES
+from riglens.core.formats.argoverse import POSES
 from riglens.core.formats.exchange import WRITABLE, read_rig
 from tests.app.window.desk import FullDesk
 from tests.app.window_bench import RIG
-from tests.core.formats.cases import AUTOWARE_KIT, DRIVEWORKS, NUSCENES, URDF, write_files
+from tests.core.formats.cases import AUTOWARE_KIT, DRIVEWORKS, NUSCENES, SMALL, URDF, write_files
 from tests.waiting import TIMEOUT_MS
 
 
@@ -39,6 +42,13 @@ def test_a_rig_of_another_program_is_opened_with_a_report(
     (html,) = bench.dialogs.shown
     assert "<b>Converted</b>" in html and "<b>Approximated</b>" in html
     assert "converted:" in bench.dialogs.details[0] and " more" not in html
+
+
+def test_the_dialog_offers_every_kind_of_file_that_is_read() -> None:
+    offered = OPEN_FILES.partition("(")[2].partition(")")[0].split()
+    names = [name for files in SMALL.values() for name in files]
+    for name in (*names, "car.xacro", POSES, "calibrated_sensor.json.gz"):
+        assert any(fnmatch(name, pattern) for pattern in offered), name
 
 
 def test_saving_a_foreign_rig_asks_for_a_file_and_leaves_the_source_alone(
