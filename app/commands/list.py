@@ -29,6 +29,7 @@ from riglens.core.sensors.registry import AnyKind, kind_of, kinds
 
 WIDTH = 100
 _ANGLES_A_LINE = 8
+_CAVEATS = {"unverified": "no source at hand bears this out", "assumed": "our choice, no source states it"}
 Name = Annotated[str | None, Parameter(name="NAME")]
 
 
@@ -135,7 +136,7 @@ def _table(library: Library, kind: AnyKind) -> Table:
         table.add_row(Text(maker, "bold"))
         for entry in entries:
             what = entry.title.removeprefix(f"{maker} ")
-            marked = f"{what} [italic]({entry.caveat()})[/italic]" if entry.unverified else what
+            marked = f"{what} [italic]({entry.caveat()})[/italic]" if entry.caveat() else what
             table.add_row(entry.name, marked, *_figures(entry))
     return table
 
@@ -162,8 +163,9 @@ def _lines(entry: Entry, library: Library) -> Iterator[tuple[str, str]]:
     yield "source", entry.source
     if entry.note:
         yield "note", entry.note
-    if entry.unverified:
-        yield "unverified", f"{entry.caveat().partition(': ')[2]}: no source at hand bears this out"
+    for part in filter(None, entry.caveat().split("; ")):
+        word, _, figures = part.partition(": ")
+        yield word, f"{figures}: {_CAVEATS[word]}"
     yield "file", library.origins[entry.name]
     if entry.body_m is not None:
         yield "body", _body(entry)

@@ -51,7 +51,9 @@ MAX_SCANNED = 300_000
 _TABLES = ("calibrated_sensor", "sensor")
 _CAMERAS = ("FRONT", "FRONT_LEFT", "FRONT_RIGHT", "BACK", "BACK_LEFT", "BACK_RIGHT")
 OWN_CHANNELS = frozenset(f"CAM_{place}" for place in _CAMERAS) | {"LIDAR_TOP"}
-"""Cameras and LiDAR of the car of nuScenes itself; its LiDAR is an HDL-32E (Caesar et al., CVPR 2020)."""
+"""Cameras and LiDAR of the car of nuScenes itself."""
+OWN_LIDAR = "nuscenes-lidar-top"
+"""An HDL-32E at 20 turns a second (Caesar et al., CVPR 2020)."""
 
 
 def recognises(source: Source) -> bool:
@@ -196,7 +198,7 @@ def _add(row: Value, channel: str, modality: str, recorded: _Recorded, mounting:
     pose = se3(rotation_from_wxyz(rotation, wxyz), row.item("translation").vector())
     if modality == "lidar":
         if recorded.is_own:
-            mounting.add_lidar(channel, pose, said="Velodyne HDL-32E")
+            mounting.add_lidar(channel, pose, said=OWN_LIDAR)
         else:
             _add_unknown_lidar(channel, pose, recorded.sweep, mounting)
         return

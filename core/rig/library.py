@@ -12,7 +12,7 @@ import difflib
 import hashlib
 import json
 import os
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from functools import lru_cache
 from itertools import chain, pairwise
 from pathlib import Path
@@ -70,7 +70,7 @@ class Entry(Frozen):
 
     `azimuth_step_deg`: revolutions per second to degrees between neighbouring azimuths; `pixel_um`: edge of a pixel;
     `range_at`: reflectivity of a diffuse target to the metres at which the maker still states a return;
-    `unverified`: figures of this entry that no source at hand bears out.
+    `unverified`: figures of this entry that no source at hand bears out; `assumed`: those that are our choice.
     """
 
     name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9.+-]*$", max_length=60)]
@@ -83,6 +83,7 @@ class Entry(Frozen):
     azimuth_step_deg: dict[Rate, Positive] | None = None
     range_at: dict[Share, Positive] | None = None
     unverified: tuple[str, ...] = ()
+    assumed: tuple[str, ...] = ()
     pixel_um: Positive | None = None
     lens: Text | None = None
     fields: dict[str, Any]
@@ -100,15 +101,20 @@ class Entry(Frozen):
         return tuple(sorted((float(share), metres) for share, metres in (self.range_at or {}).items()))
 
     def caveat(self) -> str:
-        """Return "unverified: range, beams", or nothing when every figure has its source."""
-        told = (
-            figure for figure in self.unverified if figure != "range_at" or "range_m" not in self.unverified
-        )
-        named = dict.fromkeys(FIGURES.get(figure, figure) for figure in told)
-        return f"unverified: {', '.join(named)}" if named else ""
+        """Return "unverified: beams; assumed: range", or nothing when every figure has its source.
+
+        A LiDAR without `range_at` is assumed to reach its maximum range at the reflectivity of the range law.
+        """
+        assumed = self.assumed
+        kind = kind_named(self.kind)
+        if kind is not None and kind.has_range_law and not self.range_at:
+            assumed = (*assumed, "range_at")
+        lists = {"unverified": self.unverified, "assumed": assumed}
+        told = {word: _figure_names(figures, {*self.unverified, *assumed}) for word, figures in lists.items()}
+        return "; ".join(f"{word}: {', '.join(names)}" for word, names in told.items() if names)
 
     def origin(self) -> str:
-        """Return the source of the figures, and on a separate line the unverified ones."""
+        """Return where the figures come from, and on a line of its own which of them are unverified or assumed."""
         return "\n".join(part for part in (self.source, self.caveat()) if part)
 
 
@@ -124,8 +130,16 @@ FIGURES = {
     "image": "image size",
 }
 """Names of an entry's figures in sentences."""
+
+
+def _figure_names(figures: Iterable[str], marked: Collection[str]) -> tuple[str, ...]:
+    """Return the names in sentences, each once; the range by reflectivity goes without saying where the range is."""
+    told = (figure for figure in figures if figure != "range_at" or "range_m" not in marked)
+    return tuple(dict.fromkeys(FIGURES.get(figure, figure) for figure in told))
+
+
 _ABOUT = tuple(name for name in Entry.model_fields if name not in ("name", "fields"))
-_WORDS = ("kind", "title", "source", "maker", "note", "unverified")
+_WORDS = ("kind", "title", "source", "maker", "note", "unverified", "assumed")
 _ANGLES = ("elevations_deg", "azimuths_deg", "azimuth_offsets_deg")
 _OWN = ("name", "model", "position", "rpy_deg", "enabled", "mirror_of", "fails_with")
 """Fields of a sensor on a car that a model never has."""
@@ -193,11 +207,10 @@ def _check_about(entry: Entry, place: str) -> None:
             f"{place}: range_at must be at most {MAX_ANCHORS} ranges that rise with reflectivity"
         )
     stated = {*entry.fields, *(key for key in _ABOUT if getattr(entry, key) is not None)}
-    for figure in entry.unverified:
-        if figure not in stated or figure in _WORDS:
-            raise InputError(
-                f"{place}: unverified must be figures that the entry states (got '{shortened(figure)}')"
-            )
+    for key in ("unverified", "assumed"):
+        for figure in getattr(entry, key):
+            if figure not in stated or figure in _WORDS:
+                raise InputError(f"{place}: {key} must be figures that the entry states (got '{shortened(figure)}')")
 
 
 def _complete(fields: dict[str, Any], sensor: Sensor) -> dict[str, Any]:

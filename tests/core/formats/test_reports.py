@@ -280,8 +280,8 @@ def test_image_sizes_of_other_cars_are_those_of_sample_data() -> None:
 @pytest.mark.parametrize(
     ("channels", "size", "model"),
     [
-        (("LIDAR_TOP", "CAM_FRONT"), None, "velodyne-hdl-32e"),
-        (("LIDAR_TOP", "CAM_FRONT"), (1600, 900), "velodyne-hdl-32e"),
+        (("LIDAR_TOP", "CAM_FRONT"), None, "nuscenes-lidar-top"),
+        (("LIDAR_TOP", "CAM_FRONT"), (1600, 900), "nuscenes-lidar-top"),
         (("LIDAR_TOP", "CAM_FRONT"), (1920, 1080), "generic-16"),
         (("LIDAR_LEFT", "CAM_FRONT"), None, "generic-16"),
         (("LIDAR_TOP", "CAMERA_LEFT_FRONT"), None, "generic-16"),

@@ -1,6 +1,7 @@
 """The library of sensor models: real angles, every entry usable, a wrong entry refused."""
 
 import csv
+import math
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from riglens.core.rig.library import (
     user_library_files,
 )
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
+from riglens.core.rig.presets import preset
 from riglens.core.rig.yaml.file import dumps, loads
 
 ENTRIES = default_library().entries()
@@ -95,6 +97,7 @@ SOURCE = "title: Some sensor, source: measured by hand in the yard"
         (f"x: {{kind: lidar, {SOURCE}, elevations_deg: [1], range_at: {{1: 9, 1.0: 9}}}}", "x: range_at"),
         (f"x: {{kind: lidar, {SOURCE}, elevations_deg: [1], unverified: [range_m]}}", "x: unverified"),
         (f"x: {{kind: lidar, {SOURCE}, elevations_deg: [1], unverified: [title]}}", "x: unverified"),
+        (f"x: {{kind: lidar, {SOURCE}, elevations_deg: [1], assumed: [range_m]}}", "x: assumed"),
         (
             f"x: {{kind: camera, {SOURCE}, image: [640, 480], hfov_deg: 60, range_at: {{0.1: 9}}}}",
             "x: range_at",
@@ -141,10 +144,11 @@ def test_beams_rise_and_steps_fit_the_azimuths(entry: Entry) -> None:
         ("ouster-os0-128", (0.5, 75.0)),
         ("ouster-os1-128-rev7", (0.5, 170.0)),
         ("ouster-os2-128-rev7", (0.8, 350.0)),
-        ("robosense-rs-lidar-16", (0.4, 230.0)),
-        ("robosense-rs-lidar-32", (0.4, 230.0)),
+        ("robosense-rs-lidar-16", (0.4, 150.0)),
+        ("robosense-rs-lidar-32", (0.4, 200.0)),
         ("robosense-bpearl", (0.1, 150.0)),
         ("livox-mid-360", (0.1, 70.0)),
+        ("generic-16", (0.0, 100.0)),
     ],
 )
 def test_ranges_follow_revision_and_decoder(model: str, range_m: tuple[float, float]) -> None:
@@ -174,12 +178,40 @@ def test_tables_of_one_unit_and_disagreeing_sources_are_told() -> None:
 
 
 def test_what_no_source_bears_out_is_marked() -> None:
-    assert default_library().entry("velodyne-vlp-16").caveat() == ""
+    assert default_library().entry("ouster-os1-64").caveat() == ""
     et25 = default_library().entry("hesai-et25")
     assert et25.caveat() == "unverified: beams, azimuths, range"
     assert et25.origin().endswith("\nunverified: beams, azimuths, range")
     for entry in ENTRIES:
         assert "hird-party" not in entry.source or entry.unverified, entry.name
+
+
+def test_a_range_that_is_our_choice_is_told_where_it_is_used() -> None:
+    """The range law needs a range by reflectivity: where no source states one, it is assumed, and so is said."""
+    library = default_library()
+    assert library.entry("velodyne-vlp-16").origin().endswith("\nassumed: range by reflectivity")
+    assert library.entry("generic-16").caveat() == "assumed: range"
+    assert library.entry("hesai-jt128").caveat() == "unverified: range, azimuths"
+    assert (
+        library.entry("robosense-ruby-plus").caveat() == "unverified: beams; assumed: range by reflectivity"
+    )
+    assert library.entry("nuscenes-front").caveat() == ""
+
+
+def test_the_lidar_of_nuscenes_is_an_hdl_32e_at_twice_the_rate() -> None:
+    """46.08 microseconds a firing cycle, 20 turns a second."""
+    own, plain = (sensor_from_model(name, "a", Pose()) for name in ("nuscenes-lidar-top", "velodyne-hdl-32e"))
+    assert isinstance(own, Lidar) and isinstance(plain, Lidar)
+    assert own.azimuths().size == round(1e6 / 20 / 46.08) == 1085
+    assert plain.azimuths().size == round(1e6 / 10 / 46.08) == 2170
+    assert own.elevations().tolist() == plain.elevations().tolist() and own.range_m == plain.range_m
+    assert preset("nuScenes car").lidars()[0].model == "nuscenes-lidar-top"
+    assert preset("nuScenes car").lidars()[0].ray_count == 32 * 1085
+
+
+def test_the_rigs_of_the_paper_keep_their_unlimited_range() -> None:
+    assert {lidar.range_m for lidar in preset("W+T").lidars()} == {(0.0, math.inf)}
+    assert loads(dumps(preset("W+T"))).rig == preset("W+T")
 
 
 def test_cameras_of_argoverse_are_told_apart_by_version() -> None:

@@ -127,6 +127,7 @@ def test_leaving_the_library_writes_out_what_it_supplied() -> None:
     assert removed == "-     model: generic-16"
     assert added == [
         "+     elevations_deg: {from: -25.0, to: 25.0, count: 16}",
+        "+     range_m: [0.0, 100.0]",
     ]
 
 
