@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
@@ -28,10 +29,13 @@ from riglens.core.scene.readers import parse_class_map
 from riglens.core.shown_text import visible
 from riglens.core.study.target_counts import (
     EXPECTED,
+    FAR_RINGS_M,
     FEWEST,
     GOOD_RANK,
     GOOD_RATIO,
+    ONE_DRAW,
     RINGS_M,
+    SHARES,
     VARIANTS,
     Pairs,
     class_masks,
@@ -74,6 +78,7 @@ def study(
     with atomic_write(out / NAMES[2]) as stream:
         stream.write(chart(pairs))
     console = results()
+    console.print(share_table(pairs))
     for number in (*range(len(pairs.sequences)), None) if len(pairs.sequences) > 1 else (None,):
         name = "all together" if number is None else visible(pairs.sequences[number])
         console.print(Text(name, "bold"), soft_wrap=True)
@@ -98,19 +103,26 @@ def summary(pairs: Pairs) -> Iterator[dict[str, object]]:
                 chosen = mask & pairs.of_sequence(number)
                 line = {"sequence": sequence, "variant": variant, "class": name, "from_m": 0, "to_m": 60}
                 yield line | _figures(pairs, variant, chosen)
-                for ring in RINGS_M if name in CLASSES else ():
-                    inside = chosen & pairs.ring(CLASSES.index(name), ring)
+                cls = CLASSES.index(name) if name in CLASSES else None
+                for ring in FAR_RINGS_M if cls is None else RINGS_M:
+                    inside = chosen & pairs.ring(cls, ring)
                     yield line | {"from_m": ring[0], "to_m": ring[1]} | _figures(pairs, variant, inside)
 
 
 def _figures(pairs: Pairs, variant: str, chosen: NDArray[np.bool_]) -> dict[str, object]:
     ratio, count = pairs.ratio(variant, chosen)
     rank = pairs.rank(variant, chosen)
-    return {
+    sums = pairs.sums(variant, chosen)
+    line: dict[str, object] = {
         "spearman": "" if rank is None else rank,
         "median_ratio": "" if ratio is None else ratio,
         "n": count,
+        "sum_ratio": "" if sums is None else sums,
     }
+    for least in SHARES:
+        both = pairs.shares(variant, chosen, least) or ("", "")
+        line |= {f"share_{least}": both[0], f"true_share_{least}": both[1]}
+    return line
 
 
 def objects(pairs: Pairs) -> Iterator[dict[str, object]]:
@@ -125,6 +137,24 @@ def objects(pairs: Pairs) -> Iterator[dict[str, object]]:
             variant: float(points[place]) if variant == EXPECTED else int(points[place])
             for variant, points in pairs.predicted.items()
         }
+
+
+def share_table(pairs: Pairs) -> Table:
+    """Shares of road users with enough points, predicted and true: sequences and classes as rows."""
+    shown = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    shown.add_column(f"Share of objects, {ONE_DRAW}", no_wrap=True)
+    for least in SHARES:
+        shown.add_column(f"≥ {least}, predicted", justify="right")
+        shown.add_column("true", justify="right")
+    for number in (*range(len(pairs.sequences)), None) if len(pairs.sequences) > 1 else (None,):
+        sequence = "all together" if number is None else visible(pairs.sequences[number])
+        for name, mask in class_masks(pairs).items():
+            chosen = mask & pairs.of_sequence(number)
+            found = [pairs.shares(ONE_DRAW, chosen, least) or (math.nan,) * 2 for least in SHARES]
+            cells = ("–" if math.isnan(value) else f"{100 * value:.0f} %" for both in found for value in both)
+            shown.add_row(f"{sequence}, {name}, {int(chosen.sum()):,}", *cells)
+        shown.add_section()
+    return shown
 
 
 def table(pairs: Pairs, number: int | None) -> Table:

@@ -16,6 +16,12 @@ from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import Traffic
 
 RINGS_M = ((0.0, 10.0), (10.0, 20.0), (20.0, 30.0), (30.0, 40.0))
+FAR_RINGS_M = (*RINGS_M, (40.0, 50.0), (50.0, 60.0))
+"""Of road users of all classes together, which are enough there."""
+SHARES = (1, 5)
+"""Points that shares of road users are counted with: what a rig is judged by."""
+ONE_DRAW = "class shapes, range law"
+"""The way to predict by which rigs are judged."""
 GOOD_RATIO, GOOD_RANK = (0.8, 1.25), 0.9
 FEWEST = 20
 """Fewer objects than this make an unreliable median."""
@@ -24,7 +30,7 @@ EXPECTED = f"class shapes, range law, mean of {DRAWS} draws"
 VARIANTS = {
     "plain boxes": TargetSettings(shape="box", range_law=False),
     "class shapes": TargetSettings(shape="class", range_law=False),
-    "class shapes, range law": TargetSettings(shape="class", range_law=True),
+    ONE_DRAW: TargetSettings(shape="class", range_law=True),
     EXPECTED: TargetSettings(shape="class", range_law=True),
 }
 """Methods of prediction. The last but one is that of `targets.engine`: one draw of each spin phase and of each return.
@@ -58,10 +64,23 @@ class Pairs:
         ratios = predicted[both] / true[both]
         return (float(np.median(ratios)) if ratios.size else None), int(ratios.size)
 
-    def ring(self, cls: int, ring_m: tuple[float, float]) -> NDArray[np.bool_]:
-        """Return which objects are of a class and in a ring, (k,)."""
+    def sums(self, variant: str, chosen: NDArray[np.bool_]) -> float | None:
+        """Return predicted over true points of some objects, all added up; None where there are no true ones."""
+        true = int(self.true[chosen].sum())
+        return float(self.predicted[variant][chosen].sum()) / true if true else None
+
+    def shares(self, variant: str, chosen: NDArray[np.bool_], least: int) -> tuple[float, float] | None:
+        """Return the share of some objects with `least` points or more, predicted and true; None without objects."""
+        if not chosen.any():
+            return None
+        predicted, true = self.predicted[variant][chosen] >= least, self.true[chosen] >= least
+        return float(predicted.mean()), float(true.mean())
+
+    def ring(self, cls: int | None, ring_m: tuple[float, float]) -> NDArray[np.bool_]:
+        """Return which objects are of a class, or of any, and in a ring, (k,)."""
         low, high = ring_m
-        return np.asarray((self.cls == cls) & (self.distance_m >= low) & (self.distance_m < high))
+        mine = np.ones(len(self.cls), np.bool_) if cls is None else self.cls == cls
+        return np.asarray(mine & (self.distance_m >= low) & (self.distance_m < high))
 
     def of_sequence(self, number: int | None) -> NDArray[np.bool_]:
         """Return which objects are of a sequence, (k,); all of them for None."""

@@ -100,6 +100,10 @@ def test_rank_and_ratio():
     assert means.ratio("way", everything) == (2.0, 3)  # a mean below 0.5 is nothing
     assert pairs.rank("way", pairs.ring(2, (0.0, 10.0))) is None
     assert pairs.rank("way", everything) == pytest.approx(0.1)
+    assert pairs.sums("way", everything) == 80 / 38 and pairs.sums("way", pairs.ring(1, (0.0, 10.0))) is None
+    assert pairs.shares("way", everything, 5) == (0.8, 0.6)
+    assert pairs.shares("way", pairs.ring(None, (0.0, 9.0)), 1) == (1.0, 1.0)
+    assert pairs.shares("way", pairs.ring(1, (0.0, 10.0)), 1) is None
 
 
 @pytest.mark.parametrize(
