@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from riglens.core.engine.audit import RigAudit, SensorAudit, audit_document
 from riglens.core.engine.engine import Evaluation
@@ -16,6 +16,9 @@ from riglens.core.targets.object_table import object_table
 from riglens.core.targets.scores import ClassTargets, TargetScores
 from riglens.core.targets.targets_json import targets_document
 from riglens.core.targets.traffic import Traffic
+
+if TYPE_CHECKING:
+    import pyarrow as pa
 
 
 @dataclass(frozen=True)
@@ -124,8 +127,8 @@ class TargetResult(Mapping[str, ClassTargets]):
         """Return the duration of the counting; the first of a process includes loading the compiled code."""
         return self._scores.elapsed_ms
 
-    def objects(self) -> dict[str, list[Any]]:
-        """Return one entry per object in each column, as `riglens targets RIG --objects FILE` writes them."""
+    def objects(self) -> pa.Table:
+        """Return an Arrow table with a row per object, as `riglens targets RIG --objects FILE` writes it."""
         return object_table(self._traffic, self._scores)
 
     def to_dict(self) -> dict[str, Any]:

@@ -6,7 +6,7 @@ import csv
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Group, Parameter
 from rich import box
@@ -34,11 +34,14 @@ from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.shown_text import spreadsheet_cell, visible
 from riglens.core.targets.engine import TargetEngine, warm_up
-from riglens.core.targets.object_table import Columns, object_table
+from riglens.core.targets.object_table import object_table
 from riglens.core.targets.scores import Estimate, Row, TargetScores
 from riglens.core.targets.settings import HEIGHT_PX, TargetSettings
 from riglens.core.targets.targets_json import targets_document
 from riglens.core.targets.traffic import Traffic
+
+if TYPE_CHECKING:
+    import pyarrow as pa
 
 COUNT = Group("Hit coverage", sort_key=25)
 
@@ -164,19 +167,19 @@ def count_hits(
     return HitCoverage(traffic, found)
 
 
-def _write_objects(path: Path, columns: Columns) -> None:
+def _write_objects(path: Path, table: pa.Table) -> None:
     if path.suffix.lower() == ".parquet":
-        import pyarrow as pa
         from pyarrow import parquet
 
         with atomic_write(path) as stream:
-            parquet.write_table(pa.table(columns), stream)
+            parquet.write_table(table, stream)
         return
+    columns = table.to_pydict()
+    columns["seq"] = [spreadsheet_cell(name) for name in columns["seq"]]
     with atomic_write(path, "w") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow([spreadsheet_cell(name) for name in columns])
-        names = [spreadsheet_cell(name) for name in columns["seq"]]
-        writer.writerows(zip(names, *list(columns.values())[1:], strict=True))
+        writer.writerows(zip(*columns.values(), strict=True))
 
 
 # ---------------------------------------------------------------- tables
