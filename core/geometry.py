@@ -30,12 +30,27 @@ def rotation_from_rpy_deg(rpy_deg: Vec3) -> NDArray[np.float64]:
     )
 
 
-@dataclass(frozen=True)
-class Pose:
-    """Pose of a sensor in the vehicle frame: `position_m` in metres, `rpy_deg` roll, pitch, yaw in degrees."""
+def triple(vector: ArrayLike) -> Vec3:
+    """Return three numbers of any sequence or array as a tuple; raise ValueError for another number of them."""
+    if isinstance(vector, tuple) and len(vector) == 3:
+        return vector
+    x, y, z = np.asarray(vector, np.float64).tolist()
+    return x, y, z
 
-    position_m: Vec3 = (0.0, 0.0, 0.0)
-    rpy_deg: Vec3 = (0.0, 0.0, 0.0)
+
+@dataclass(frozen=True, init=False)
+class Pose:
+    """Pose of a sensor in the vehicle frame: `position_m` in metres, `rpy_deg` roll, pitch, yaw in degrees.
+
+    Lists and arrays become tuples.
+    """
+
+    position_m: Vec3
+    rpy_deg: Vec3
+
+    def __init__(self, position_m: ArrayLike = (0.0, 0.0, 0.0), rpy_deg: ArrayLike = (0.0, 0.0, 0.0)) -> None:
+        object.__setattr__(self, "position_m", triple(position_m))
+        object.__setattr__(self, "rpy_deg", triple(rpy_deg))
 
     def rotation(self) -> NDArray[np.float64]:
         """Rotation from the sensor to the vehicle frame, (3, 3)."""

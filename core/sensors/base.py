@@ -21,19 +21,28 @@ class Frozen(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _known_fields(cls, data: Any) -> Any:
-        """Refuse a field that does not exist with the name of the nearest one, which pydantic's own check lacks."""
+        """Refuse a field that does not exist with the name of the nearest one, which pydantic's own check lacks.
+
+        Lists and arrays become tuples, and numbers of numpy those of Python.
+        """
         fields = cls.model_fields
         for key in data if isinstance(data, dict) else ():
             if key not in fields:
                 known = [str(info.alias or name) for name, info in fields.items()]
                 if key not in known:
                     raise _unknown_field(str(key), known)
-        return data
+        return {key: _plain(value) for key, value in data.items()} if isinstance(data, dict) else data
 
     def replace(self, **changes: object) -> Self:
         """Return a validated copy with some fields changed; raise pydantic's ValidationError where one does not fit."""
         fields = {name: getattr(self, name) for name in type(self).model_fields}
         return type(self)(**(fields | changes))
+
+
+def _plain(value: Any) -> Any:
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    return tuple(_plain(one) for one in value) if isinstance(value, list) else value
 
 
 def _unknown_field(field: str, known: list[str]) -> PydanticCustomError:

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from riglens.core.errors import Cancelled
+from riglens.core.errors import Cancelled, InputError
 from riglens.core.geometry import Pose
 from riglens.core.kernels.runtime import jit
 from riglens.core.rig.model import Camera, Lidar, Rig, Sensor, rays_of
@@ -60,11 +60,11 @@ class TargetEngine:
         self,
         rig: Rig,
         settings: TargetSettings = USUAL,
-        frames: int | None = None,
+        frames: int | range | None = None,
         stance: Pose = Pose(),
         cancel: IsStale = never_stale,
     ) -> TargetScores:
-        """Count for a rig in the first `frames` frames of the sampling order, by default in all of them.
+        """Count for a rig in all frames, in the first so many of the sampling order, or in a range of it.
 
         `stance`: how the car's body stands on the ground; the sensors are where the rig says. InputError where the body
         blocks and its mesh file has not been read.
@@ -75,26 +75,33 @@ class TargetEngine:
         settings = replace(settings, body=settings.body or rig.body)
         if not self._is_serial:
             jit.use_threads(self._workers)
-        used = self._traffic.frames if frames is None else max(0, min(frames, self._traffic.frames))
+        span = self._span(frames)
         solid = solid_of(rig.vehicle, stance) if settings.body == "blocks" else None
         wanted = {sensor.name: _shape_of(sensor, settings, solid) for sensor in rig.sensors if sensor.enabled}
         shown = self._shown | set(wanted.values())
         self._held = {shape: held for shape, held in self._held.items() if shape in shown}
         for shape in wanted.values():
-            if not self._extend(shape, solid, used, cancel):
+            if not self._extend(shape, solid, span.stop, cancel):
                 raise Cancelled
         self._shown = set(wanted.values())
         self._held = {shape: self._held[shape] for shape in self._shown}
         by_sensor = {name: self._held[shape] for name, shape in wanted.items()}
-        groups = self._groups_of(used)
-        scores = scores_of(groups, rig, settings, self._gatherer.objects(groups.box, rig, by_sensor))
+        if self._groups is None or self._groups.span != span:
+            self._groups = Groups(self._traffic, span)
+        groups = self._groups
+        objects = self._gatherer.objects(groups.every, rig, by_sensor)
+        if groups.before:
+            objects = objects.without_first(groups.before)
+        scores = scores_of(groups, rig, settings, objects)
         return replace(scores, elapsed_ms=(time.perf_counter() - started) * 1e3)
 
-    def _groups_of(self, frames: int) -> Groups:
-        """Return the objects of the first frames; the last result is cached."""
-        if self._groups is None or self._groups.frames != frames:
-            self._groups = Groups(self._traffic, frames)
-        return self._groups
+    def _span(self, frames: int | range | None) -> range:
+        most = self._traffic.frames
+        if not isinstance(frames, range):
+            return range(most if frames is None else max(0, min(frames, most)))
+        if frames.step != 1 or not 0 <= frames.start <= frames.stop <= most:
+            raise InputError(f"must be a range of step 1 within 0 to {most} (got {frames})", "frames")
+        return frames
 
     def _extend(self, shape: _Shape, solid: Solid | None, frames: int, is_stale: IsStale) -> bool:
         """Cast a sensor in the frames that it lacks of the first `frames`; False when abandoned."""

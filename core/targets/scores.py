@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import Any, Self
@@ -74,6 +74,16 @@ class ObjectCounts:
         flags = [self.points >= min_points, self.heights_px >= HEIGHT_PX]
         flags += [found.counts >= _enough(kind) for kind, found in self.returns.items()]
         return np.asarray(np.concatenate(flags, axis=1).sum(axis=1))
+
+    def without_first(self, count: int) -> ObjectCounts:
+        """Return the counts of all but the first so many objects."""
+        columns = {
+            one.name: getattr(self, one.name)[count:]
+            for one in fields(self)
+            if one.name not in ("lidars", "cameras", "returns")
+        }
+        returns = {kind: replace(found, counts=found.counts[count:]) for kind, found in self.returns.items()}
+        return replace(self, **columns, returns=returns)
 
     @cached_property
     def height_px(self) -> Doubles:
@@ -165,21 +175,25 @@ class TargetScores:
 
 
 class Groups:
-    """The road users that count in the first `frames` frames, k of them, by class and ring of distance.
+    """The road users that count in some frames, k of them, by class and ring of distance.
 
-    box (k,): their places in the traffic; edges_m: of the rings. Made once for a number of frames.
+    `frames`: the first so many of the sampling order, or a range of it. box (k,): their places in the traffic; before:
+    how many count in frames before these; edges_m: of the rings. Made once for a range of frames.
     """
 
-    def __init__(self, traffic: Traffic, frames: int) -> None:
-        self.frames, self.of_frames = frames, traffic.frames
-        self.box = np.flatnonzero(traffic.counts[: traffic.starts[frames]])
+    def __init__(self, traffic: Traffic, frames: int | range) -> None:
+        self.span = range(frames) if isinstance(frames, int) else frames
+        self.frames, self.of_frames = len(self.span), traffic.frames
+        every = np.flatnonzero(traffic.counts[: traffic.starts[self.span.stop]])
+        self.before = int(np.searchsorted(every, traffic.starts[self.span.start]))
+        self.every, self.box = every, every[self.before :]
         self.edges_m = np.array(ring_edges_m(traffic.within_m))
         # the last ring ends with what counts: its end belongs to it
         ring = np.searchsorted(self.edges_m[1:-1], traffic.distance_m[self.box], side="right")
         rings = len(self.edges_m) - 1
         group = traffic.cls[self.box] * rings + ring
         self._order = np.argsort(group, kind="stable")
-        self._frame = traffic.frame_of_box[self.box][self._order]
+        self._frame = traffic.frame_of_box[self.box][self._order] - self.span.start
         self._bounds = np.searchsorted(group[self._order], np.arange(len(CLASSES) * rings + 1))
 
     def slices(self, number: int) -> list[slice]:
