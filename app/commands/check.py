@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, NamedTuple, Self
 
 from cyclopts import Parameter
 from rich import box
@@ -46,13 +47,23 @@ MARKS: dict[Status, tuple[str, str]] = {
 
 
 class Asked(NamedTuple):
-    """Inputs of a check: the file of requirements, its text and content, own profiles, and the day of the waivers."""
+    """The file of requirements, its text and what it says, files of your own profiles and the profiles that count,
+    and the day of the waivers."""
 
     file: Path
     text: str
     required: Requirements
     profiles: tuple[Path, ...]
+    judged: tuple[Profile, ...]
     day: date
+
+    @classmethod
+    def of(cls, file: Path, profiles: tuple[Path, ...], rigs: Sequence[Rig]) -> Self:
+        """Read requirements for some rigs; raise InputError for names that neither they nor the program have."""
+        judged, text = profiles_of(profiles), read_text(file, ACCEPTED)
+        return cls(
+            file, text, requirements_in(text, shown_path(file), rigs, judged), profiles, judged, date.today()
+        )
 
 
 class Scene(NamedTuple):
@@ -97,26 +108,52 @@ def check(
     """
     if github and json == "-":
         raise InputError("cannot share standard output: name a file with", "github", "json")
-    judged = profiles_of(profiles)
     loaded = load_rigs(rigs, score.solid(), libraries)
-    text = read_text(requirements, ACCEPTED)
-    required = requirements_in(text, shown_path(requirements), loaded, judged)
+    asked = Asked.of(requirements, profiles, loaded)
+    required = asked.required
     score = score.as_required(required.body, requirements)
-    asked = Asked(requirements, text, required, profiles, date.today())
     require_outputs((*rigs, requirements, *profiles, *scene.files), json, junit)
     note_missing_rays(loaded)
-    needed = _scene(scene, loaded, score, required)
-    checks, sources = [], []
-    for rig in loaded:
-        checks.append(_checked(rig, score, needed, required, judged))
-        sources.append(_sources(asked, needed, rig))
+    found = checked(loaded, score, _scene(scene, loaded, score, required), asked)
     if junit is not None:
-        _write_junit(junit, checks, sources[0], asked)
-    deliver(_document(checks, sources, asked.day), json, lambda: _print(checks, required, asked.day))
+        _write_junit(junit, found)
+    deliver(found.document(), json, lambda: _print(found.checks, required, asked.day))
     if github:
-        for line in _github_lines(checks, asked):
+        for line in _github_lines(found.checks, asked):
             sys.stdout.write(f"{line}\n")
-    return int(any(one.unmet(asked.day) for one in checks))
+    return int(any(one.unmet(asked.day) for one in found.checks))
+
+
+@dataclass(frozen=True)
+class Checked:
+    """Verdicts on rigs, and the inputs of each besides the rig."""
+
+    checks: Sequence[RigCheck]
+    sources: Sequence[dict[str, Any]]
+    asked: Asked
+
+    def document(self) -> dict[str, Any]:
+        """Return the verdicts on a rig; of several rigs those of each in a list."""
+        documents = [
+            check_document(check.rig, check.body, check.verdicts, source, self.asked.day)
+            for check, source in zip(self.checks, self.sources, strict=True)
+        ]
+        if len(documents) == 1:
+            return documents[0]
+        passes = all(document["passes"] for document in documents)
+        return {"riglens": FORMAT_VERSION, "passes": passes, "rigs": documents}
+
+
+def checked(rigs: Sequence[Rig], score: ScoreOptions, scene: Scene, asked: Asked) -> Checked:
+    """Check each rig against the requirements."""
+    checks, sources = [], []
+    for rig in rigs:
+        body = score.body_of(rig)
+        with progress_bar(f"Checking {visible(rig.name)}") as progress:
+            subject = Subject(rig, body, scene.field, scene.traffic, asked.judged, score.threads)
+            checks.append(RigCheck(rig, body, Check(subject, asked.required).verdicts(progress)))
+        sources.append(_sources(asked, scene, rig))
+    return Checked(checks, sources, asked)
 
 
 def _scene(scene: SceneOptions, rigs: Sequence[Rig], score: ScoreOptions, required: Requirements) -> Scene:
@@ -128,15 +165,6 @@ def _scene(scene: SceneOptions, rigs: Sequence[Rig], score: ScoreOptions, requir
     if required.needs_road_users:
         traffic = load_traffic(scene, WITHIN_M)
     return Scene(field, traffic)
-
-
-def _checked(
-    rig: Rig, score: ScoreOptions, scene: Scene, required: Requirements, profiles: tuple[Profile, ...]
-) -> RigCheck:
-    body = score.body_of(rig)
-    with progress_bar(f"Checking {visible(rig.name)}") as progress:
-        subject = Subject(rig, body, scene.field, scene.traffic, profiles, score.threads)
-        return RigCheck(rig, body, Check(subject, required).verdicts(progress))
 
 
 def _sources(asked: Asked, scene: Scene, rig: Rig) -> dict[str, Any]:
@@ -163,19 +191,8 @@ def _sha256(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()
 
 
-def _document(checks: Sequence[RigCheck], sources: Sequence[dict[str, Any]], day: date) -> dict[str, Any]:
-    """The verdicts on a rig; of several rigs those of each in a list."""
-    documents = [
-        check_document(check.rig, check.body, check.verdicts, source, day)
-        for check, source in zip(checks, sources, strict=True)
-    ]
-    if len(documents) == 1:
-        return documents[0]
-    passes = all(document["passes"] for document in documents)
-    return {"riglens": FORMAT_VERSION, "passes": passes, "rigs": documents}
-
-
-def _write_junit(path: Path, checks: Sequence[RigCheck], source: Mapping[str, Any], asked: Asked) -> None:
+def _write_junit(path: Path, found: Checked) -> None:
+    source, asked = found.sources[0], found.asked
     properties = {
         "version": source["version"],
         "requirements sha256": source["requirements"]["sha256"],
@@ -183,7 +200,7 @@ def _write_junit(path: Path, checks: Sequence[RigCheck], source: Mapping[str, An
         "seed": str(asked.required.seed),
     }
     with atomic_write(path) as stream:
-        stream.write(junit_xml(checks, str(asked.file), _lines(asked), properties, asked.day))
+        stream.write(junit_xml(found.checks, str(asked.file), _lines(asked), properties, asked.day))
 
 
 def _lines(asked: Asked) -> dict[str, int]:

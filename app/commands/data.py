@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import psutil
 from cyclopts import Parameter
@@ -21,27 +21,22 @@ from rich.text import Text
 
 from riglens.app.commands.options import Dask, GridArguments, Json, Out, ReadingArguments, Workers
 from riglens.app.commands.output import deliver, require_outputs
+from riglens.app.evaluation.described import Described, described
 from riglens.app.evaluation.scenario import boxes_of, grid_of, remarks_on
 from riglens.app.terminal.console import note, progress_bar, results
 from riglens.app.terminal.resumable import resumable
 from riglens.app.terminal.scores import data_line
 from riglens.core.files import is_stream, require_writable
-from riglens.core.geometry import Vec3
 from riglens.core.pieces.where import Where
 from riglens.core.pieces.work import Workers as Workforce
-from riglens.core.rig.model import FORMAT_VERSION
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import BYTES_PER_VOXEL, Pog, build_pog
 from riglens.core.scene.pog_parts import build_in_parts, groups_of, part_folder
 from riglens.core.scene.pog_store import save_pog
 from riglens.core.scene.readers import together
-from riglens.core.scene.readers.opening import has_known_origin
-from riglens.core.scene.survey import RINGS_M, SECTORS, Ground, Survey, survey
+from riglens.core.scene.survey import RINGS_M, SECTORS, Survey
 from riglens.core.shown_text import visible
-
-GROUND_IS_RIGHT_M = 0.2
-"""Bottoms of labelled boxes are rarely nearer to the road than that; the ROI starts at z = 0."""
 
 SHOWN_UNMAPPED = 20
 LONGEST_NAME_BYTES = 240
@@ -153,81 +148,13 @@ def show(*boxes: BoxPaths, scene: ReadingArguments = ReadingArguments(), json: J
         Also write the figures as JSON to a file; with - to standard output, instead of the tables.
     """
     require_outputs(boxes, json)
-    source = boxes_of(scene, boxes)
     with progress_bar("Reading boxes") as progress:
-        found = survey(source, progress)
-    is_known = scene.origin_m is None and all(has_known_origin(path) for path in boxes)
-    document = data_document(found, source.origin_m, is_known)
-    deliver(document, json, lambda: _print_survey(found, source.origin_m, is_known))
+        found = described(scene, boxes, progress)
+    deliver(found.document(), json, lambda: _print_survey(found))
 
 
-def data_document(found: Survey, origin_m: Vec3 | None, is_known: bool) -> dict[str, Any]:
-    """The figures as plain data; lengths in metres, boxes as counts by quarter and ring of distance."""
-    data = found.data
-    return {
-        "riglens": FORMAT_VERSION,
-        "data": {
-            "source": data.source,
-            "frames": data.frames,
-            "sequences": data.sequences,
-            "boxes": {name: data.boxes[name] for name in CLASSES},
-            "unmapped": dict(data.unmapped.most_common()),
-            "sha256": data.sha256,
-            "notes": list(data.notes),
-            "origin_m": None if origin_m is None else list(origin_m),
-        },
-        "frames_with_boxes": found.frames_with_boxes,
-        "boxes_per_frame": {"mean": found.boxes_per_frame, "most": found.most_in_a_frame},
-        "rings_m": [limit if math.isfinite(limit) else None for limit in RINGS_M],
-        "classes": {name: _class(found, cls) for cls, name in enumerate(CLASSES)},
-        "ground": _ground(found.ground),
-        "warnings": list(warnings(found, origin_m, is_known)),
-    }
-
-
-def _class(found: Survey, cls: int) -> dict[str, Any]:
-    sizes = [None if math.isnan(edge) else edge for edge in found.sizes_m[cls].tolist()]
-    return {
-        "boxes": int(found.counts[cls].sum()),
-        "sectors": {name: found.counts[cls, place].tolist() for place, name in enumerate(SECTORS)},
-        "median_size_m": dict(zip(("length", "width", "height"), sizes, strict=True)),
-    }
-
-
-def _ground(ground: Ground | None) -> dict[str, Any] | None:
-    if ground is None:
-        return None
-    return {
-        "height_m": ground.height_m,
-        "half_between_m": list(ground.between_m),
-        "boxes": ground.boxes,
-        "class": ground.cls,
-        "certain": ground.is_certain,
-    }
-
-
-def warnings(found: Survey, origin_m: Vec3 | None, is_known: bool) -> Iterator[str]:
-    """Yield warnings on directions without boxes, and on a ground that is not at z = 0.
-
-    A known height of the data's origin (`is_known`) is better than any estimate.
-    """
-    bare = found.bare_sectors()
-    if bare:
-        listed = ", ".join(f"{name} ({count:,})" for name, count in bare.items())
-        yield (
-            f"almost no boxes {listed}: the data may not cover every side, and coverage there gains almost nothing"
-        )
-    ground = found.ground
-    if ground is not None and not is_known and ground.is_certain and abs(ground.height_m) > GROUND_IS_RIGHT_M:
-        advice = "use --ground auto"
-        if origin_m is not None:
-            x, y, z = origin_m
-            advice += f" or --origin {x:g} {y:g} {z + ground.lift_m:.4g}"
-        yield f"the ground is not at z = 0 but at {ground.height_m:.2f} m: {advice}"
-
-
-def _print_survey(found: Survey, origin_m: Vec3 | None, is_known: bool) -> None:
-    console, data = results(), found.data
+def _print_survey(shown: Described) -> None:
+    console, found, data = results(), shown.survey, shown.survey.data
     console.print(Text.assemble(("Data    ", "bold"), visible(data.source)), soft_wrap=True)
     console.print(
         Text.assemble(
@@ -240,14 +167,14 @@ def _print_survey(found: Survey, origin_m: Vec3 | None, is_known: bool) -> None:
     ground = "unknown: no boxes nearby" if found.ground is None else found.ground.text()
     if found.ground is not None and not found.ground.is_certain:
         ground += " (not certain)"
-    elif found.ground is not None and is_known:
+    elif found.ground is not None and shown.is_origin_known:
         ground += " (an estimate; the data's own origin is kept)"
     console.print(Text.assemble(("Ground  ", "bold"), ground))
     console.print(_direction_table(found))
     console.print(_distance_table(found))
     if data.unmapped:
         console.print(_unmapped_table(found))
-    for line in warnings(found, origin_m, is_known):
+    for line in shown.warnings():
         console.print(Text.assemble(("warning: ", "bold yellow"), line), soft_wrap=True)
     for line in data.notes:
         note(line)

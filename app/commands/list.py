@@ -7,7 +7,7 @@ import sys
 from collections.abc import Iterable, Iterator, Sequence
 from functools import singledispatch
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 from rich import box
@@ -22,7 +22,7 @@ from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
 from riglens.core.geometry import Pose
 from riglens.core.rig.library import Cuboid, Entry, Library, default_library, use_libraries
-from riglens.core.rig.model import FORMAT_VERSION, Camera, Lidar, Rig, Sensor
+from riglens.core.rig.model import Camera, Lidar, Rig, Sensor
 from riglens.core.rig.presets import PRESETS, preset
 from riglens.core.rig.yaml.file import dumps
 from riglens.core.sensors.registry import AnyKind, kind_of, kinds
@@ -111,7 +111,7 @@ def sensors(
         else:
             _print(_lines(entries[0], models))
 
-    deliver({"riglens": FORMAT_VERSION, "models": [_plain(one, models) for one in entries]}, json, show)
+    deliver(models.document(entries), json, show)
 
 
 def _list(library: Library, kind: str | None) -> None:
@@ -245,15 +245,3 @@ def _console() -> Console:
     console = results()
     console.width = min(console.width, WIDTH)
     return console
-
-
-def _plain(entry: Entry, library: Library) -> dict[str, Any]:
-    """Return an entry as JSON: its fields under the names of the file, and the file it is from."""
-    about = entry.model_dump(exclude={"fields"}, exclude_none=True)
-    sensor = entry.sensor(entry.name, Pose())
-    figures = {key: _jsonable(getattr(sensor, key)) for key in entry.fields}
-    return about | figures | {"file": library.origins[entry.name]}
-
-
-def _jsonable(value: Any) -> Any:
-    return value.model_dump(by_alias=True) if hasattr(value, "model_dump") else value

@@ -18,7 +18,14 @@ from riglens.app.commands.tolerance import require_draws
 from riglens.app.evaluation.options import USUAL_DRAWS, SceneOptions, ScoreOptions
 from riglens.app.launch.system_libraries import require_system_libraries
 from riglens.app.studies.report_document import ReportDocument, document_of
-from riglens.app.studies.report_figures import ReportPlan, differences, labels_of, report_of, report_profiles
+from riglens.app.studies.report_figures import (
+    Labels,
+    ReportPlan,
+    differences,
+    labels_of,
+    report_of,
+    report_profiles,
+)
 from riglens.app.studies.report_page import printed_page, report_page
 from riglens.app.studies.report_reading import (
     FIGURES_NAME,
@@ -110,18 +117,32 @@ def report(
     loaded = load_rigs(rigs, score.solid(), libraries)
     require_outputs((*rigs, *scene.files, *([requirements] if requirements else [])), out)
     note_missing_rays(loaded)
+    labels = labels_of(project, revision, author)
+    write_report(loaded, out, scene, score, requirements, (draws, seed), labels)
+    results().print(f"wrote {visible(str(out))}", soft_wrap=True)
+    return 0
+
+
+def write_report(
+    rigs: Sequence[Rig],
+    out: Path,
+    scene: SceneOptions,
+    score: ScoreOptions,
+    requirements: Path | None,
+    draws_and_seed: tuple[int, int],
+    labels: Labels,
+) -> None:
+    """Make the page or PDF of some rigs."""
     text = required = None
     if requirements is not None:
         text = read_text(requirements, "a file of requirements")
-        required = _requirements(text, str(requirements), loaded)
+        required = _requirements(text, str(requirements), rigs)
         score = score.as_required(required.body, requirements)
-    labels = labels_of(project, revision, author)
-    plan = ReportPlan(tuple(loaded), scene, score, draws, seed, required, text, labels)
+    draws, seed = draws_and_seed
+    plan = ReportPlan(tuple(rigs), scene, score, draws, seed, required, text, labels)
     with stage_bar("Making the report") as tell:
         document = document_of(plan, report_of(plan, tell))
     _write(out, rendered(document, out.suffix.lower()))
-    results().print(f"wrote {visible(str(out))}", soft_wrap=True)
-    return 0
 
 
 def prepare(job: ReportJob, tell: Tell) -> None:

@@ -22,7 +22,7 @@ from riglens.app.commands.options import (
     Workers,
     number,
 )
-from riglens.app.evaluation.options import SceneOptions
+from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.evaluation.scenario import left_out
 from riglens.app.evaluation.traffic import car_poses
 from riglens.app.terminal.console import note, progress_bar, results
@@ -134,9 +134,7 @@ def simulate(
         Collect from the CARLA simulator that listens there instead: --frames N (200), one in --every N ticks of 0.05 s.
     """
     extras = Extras(pictures == "on", points is not None)
-    for name, value in (("every", every), ("sequences", sequences)):
-        if value is not None and value < 1:
-            raise InputError(f"must be an integer ≥ 1 (got {value})", name)
+    require_counts(every, sequences)
     if carla is not None:
         _refuse_with_carla(
             {"boxes": scene.boxes, "occluders": scene.occluders, "dask": dask, "workers": workers}
@@ -146,21 +144,44 @@ def simulate(
         use_libraries(libraries)
         collect(rigs, out, carla, (scene.frames, every), sweeps.settings, extras)
         return
-    where, settings, scene = Where(workers, dask), sweeps.settings, _with_surroundings(scene, surroundings)
+    where, settings, scene = Where(workers, dask), sweeps.settings, with_surroundings(scene, surroundings)
     loaded = load_rigs(rigs, score, libraries)
-    paths = _paths(out, loaded)
-    for rig, path in zip(loaded, paths, strict=True):
+    make_data_sets(loaded, out, scene, score, settings, extras, where, every or 1, sequences)
+
+
+def make_data_sets(
+    rigs: Sequence[Rig],
+    out: Path,
+    scene: SceneOptions,
+    score: ScoreOptions,
+    settings: SimulationSettings,
+    extras: Extras,
+    where: Where,
+    every: int = 1,
+    sequences: int | None = None,
+) -> list[Path]:
+    """Make a data set of each rig and return their folders."""
+    paths = _paths(out, rigs)
+    for rig, path in zip(rigs, paths, strict=True):
         require_channels(rig, extras)
         require_own(path)
-    traffic, scenes = _load(scene, every or 1, sequences)
+    traffic, scenes = _load(scene, every, sequences)
     poses = _poses(scene, traffic)
     sets = [
         Dataset(rig, replace(settings, body=score.body_of(rig)), extras, traffic, scenes, poses)
-        for rig in loaded
+        for rig in rigs
     ]
     for one in sets:
         _remark_on(one)
     _make_all(sets, paths, out, where)
+    return paths
+
+
+def require_counts(every: int | None, sequences: int | None) -> None:
+    """Raise InputError for a number of frames or sequences below 1."""
+    for name, value in (("every", every), ("sequences", sequences)):
+        if value is not None and value < 1:
+            raise InputError(f"must be an integer ≥ 1 (got {value})", name)
 
 
 def _make_all(sets: Sequence[Dataset], paths: Sequence[Path], out: Path, where: Where) -> None:
@@ -198,8 +219,8 @@ def _refuse_with_carla(said: Mapping[str, object]) -> None:
             )
 
 
-def _with_surroundings(scene: SceneOptions, said: str | None) -> SceneOptions:
-    """Return the traffic with its occluders, where they are known and not ignored."""
+def with_surroundings(scene: SceneOptions, said: str | None) -> SceneOptions:
+    """Return the traffic with what stands around it, where that is known and not refused."""
     known = scene.boxes is None or scene.occluders is not None
     if said == "block" and not known:
         raise InputError(

@@ -28,7 +28,8 @@ from riglens.core.cache_folder import cache_folder, keep
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write, open_regular
 from riglens.core.geometry import Pose
-from riglens.core.rig.model import EvenAngles, Frozen, Length, Positive, Sensor
+from riglens.core.plain import to_plain
+from riglens.core.rig.model import FORMAT_VERSION, EvenAngles, Frozen, Length, Positive, Sensor
 from riglens.core.rig.yaml.nodes import (
     Plain,
     line_of,
@@ -311,6 +312,16 @@ class Library:
         raise InputError(
             f"model: unknown sensor model '{shortened(model)}'; {hint}the library has {len(self._entries)}"
         )
+
+    def document(self, entries: Iterable[Entry]) -> dict[str, Any]:
+        """Return entries as plain data, each under the names of its file."""
+        return {"riglens": FORMAT_VERSION, "models": [self._plain(entry) for entry in entries]}
+
+    def _plain(self, entry: Entry) -> dict[str, Any]:
+        about = entry.model_dump(exclude={"fields"}, exclude_none=True)
+        sensor = entry.sensor(entry.name, Pose())
+        figures: dict[str, Any] = to_plain({key: getattr(sensor, key) for key in entry.fields})
+        return about | figures | {"file": self.origins[entry.name]}
 
 
 def default_library() -> Library:
