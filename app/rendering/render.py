@@ -39,6 +39,7 @@ from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, LEAST_DENSITY, MOST_D
 
 if TYPE_CHECKING:  # what draws is loaded with the first picture
     from riglens.widgets.viewport.masts import Mast
+    from riglens.widgets.viewport.scene_state import SceneState
 
 OUT = Path("out")
 """Default output folder of a run without a window."""
@@ -122,6 +123,18 @@ def score_and_draw(
     settings: MetricSettings = PAPER_SETTINGS,
 ) -> None:
     """Evaluate a rig, and the baseline of a heatmap of changes, and draw it; call `prepare_drawing` before."""
+    _draw(scored_state(rig, pog, field, picture, baseline, settings), picture)
+
+
+def scored_state(
+    rig: Rig,
+    pog: Pog,
+    field: EntropyField,
+    picture: RenderRequest,
+    baseline: Rig | None = None,
+    settings: MetricSettings = PAPER_SETTINGS,
+) -> SceneState:
+    """Evaluate a rig, and the baseline of a heatmap of changes, and return what is drawn."""
     with progress_bar("Casting rays"):
         engine = Engine(field)
         evaluation = engine.evaluate(rig, settings)
@@ -131,7 +144,7 @@ def score_and_draw(
                 baseline = baseline.with_body_mesh(rig.vehicle.body_mesh)
             before = engine.evaluate(baseline, settings)
             marks = replace(marks, baseline=seen_words(before), baseline_name=before.rig.name)
-    draw(pog, field, evaluation, marks, picture)
+    return _state(pog, field, evaluation, marks, picture)
 
 
 def drawn_score(rig: Rig, body: Body | None) -> ScoreOptions:
@@ -151,15 +164,28 @@ def as_drawn(rig: Rig, folder: Path, tell: Callable[[str], object] = note) -> Ri
         return rig
 
 
-def draw(
-    pog: Pog, field: EntropyField, evaluation: Evaluation, marks: VoxelMarks, picture: RenderRequest
-) -> None:
-    """Draw an evaluated rig with its rays and the heatmap of a class; call `prepare_drawing` before."""
-    from riglens.app.rendering.picture import Findings, PictureWords, with_words
-    from riglens.widgets.heatmap.scale import DEFAULT_LOOK, HeatLook
+def rig_state(rig: Rig, theme: Theme) -> SceneState:
+    """Return what is drawn of a rig without a scene."""
     from riglens.widgets.theme import palette
     from riglens.widgets.viewport.scene_state import SceneState
-    from riglens.widgets.viewport.still import render_still
+
+    solid = None if rig.vehicle.lacks_mesh or rig.body == "ignored" else rig.vehicle
+    return SceneState(
+        vehicle=rig.vehicle, solid_body=solid, rig=rig, masts=_masts(rig),
+        palette=palette(theme == "dark"), show_gizmo=False, show_selection=False,
+    )  # fmt: skip
+
+
+def _state(
+    pog: Pog,
+    field: EntropyField,
+    evaluation: Evaluation,
+    marks: VoxelMarks,
+    picture: RenderRequest,
+) -> SceneState:
+    """Return what is drawn of an evaluated rig: its rays and the heatmap of a class."""
+    from riglens.app.rendering.picture import Findings, PictureWords, with_words
+    from riglens.widgets.heatmap.scale import DEFAULT_LOOK, HeatLook
 
     look = HeatLook(
         DEFAULT_LOOK.threshold if picture.threshold is None else picture.threshold,
@@ -167,17 +193,21 @@ def draw(
         DEFAULT_LOOK.opacity if picture.opacity is None else picture.opacity,
         picture.slice_m,
     )
+    cells = Heatmaps(DisplayGrid.build(pog, field)).heatmap(picture.heat, picture.class_name, marks)
+    rig = evaluation.rig
+    state = replace(
+        rig_state(rig, picture.theme),
+        solid_body=rig.vehicle if evaluation.settings.body == "blocks" else None,
+        grid=field.grid, heatmap=cells, heat_look=look, ray_look=picture.rays, show_ground=picture.ground,
+    )  # fmt: skip
+    words = PictureWords(picture.legend, picture.title, picture.scores)
+    return with_words(state, words, Findings(rig, evaluation.scores, evaluation.settings, field))
+
+
+def _draw(state: SceneState, picture: RenderRequest) -> None:
+    from riglens.widgets.viewport.still import render_still
+
     with progress_bar("Drawing"):
-        cells = Heatmaps(DisplayGrid.build(pog, field)).heatmap(picture.heat, picture.class_name, marks)
-        rig = evaluation.rig
-        solid = rig.vehicle if evaluation.settings.body == "blocks" else None
-        state = SceneState(
-            vehicle=rig.vehicle, solid_body=solid, rig=rig, grid=field.grid, heatmap=cells,
-            heat_look=look, ray_look=picture.rays, masts=_masts(rig), palette=palette(picture.theme == "dark"),
-            show_ground=picture.ground,
-        )  # fmt: skip
-        words = PictureWords(picture.legend, picture.title, picture.scores)
-        state = with_words(state, words, Findings(rig, evaluation.scores, evaluation.settings, field))
         render_still(
             state, picture.size_px, picture.scale, picture.out, picture.transparent, view=picture.view
         )
@@ -210,7 +240,8 @@ def score_without_window(rigs: Sequence[Rig], folder: Path, scene: SceneOptions,
         stream.write(to_text(document))
     with atomic_write(rig_file, "w") as stream:
         stream.write(dumps(rig))
-    draw(pog, field, evaluations[0], marks_of(evaluations[0]), RenderRequest(screenshot))
+    picture = RenderRequest(screenshot)
+    _draw(_state(pog, field, evaluations[0], marks_of(evaluations[0]), picture), picture)
     results().print(f"Written: {screenshot}, {rig_file}, {scores}", soft_wrap=True)
 
 

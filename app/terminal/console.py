@@ -6,6 +6,7 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 
 from rich.console import Console, ConsoleOptions, ConsoleRenderable, RenderableType, RenderHook, RenderResult
@@ -20,6 +21,7 @@ from riglens.core.shown_text import visible, visible_lines
 
 PIPE_WIDTH = 120
 """Columns when standard output is a file or a pipe: wide enough that no number is cut off."""
+_listener = ContextVar[Callable[[str], object] | None]("listener", default=None)
 
 
 def results(beside: str | Path | None = None) -> Console:
@@ -27,6 +29,8 @@ def results(beside: str | Path | None = None) -> Console:
 
     beside: a file that the command writes; where that is standard output itself, the words go to standard error.
     """
+    if _listener.get() is not None:
+        return Console(quiet=True)
     if beside is not None and is_standard_output(beside):
         return remarks()
     return _console(width=None if sys.stdout.isatty() else PIPE_WIDTH)
@@ -72,7 +76,21 @@ class _WrittenOut:
 
 def note(message: str) -> None:
     """Print a remark, which is not an error, as one line on standard error."""
-    remarks().print(Text(f"note: {visible(message)}"), soft_wrap=True)
+    tell = _listener.get()
+    if tell is not None:
+        tell(message)
+    else:
+        remarks().print(Text(f"note: {visible(message)}"), soft_wrap=True)
+
+
+@contextmanager
+def called_from_python(tell: Callable[[str], object]) -> Iterator[None]:
+    """Hand notes to a function and print no results while the block runs."""
+    token = _listener.set(tell)
+    try:
+        yield
+    finally:
+        _listener.reset(token)
 
 
 def note_report(report: Report | None) -> None:

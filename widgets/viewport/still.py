@@ -32,7 +32,33 @@ def render_still(
     `size` is width and height; `scale` enlarges everything alike. With `path` a PNG is written there. `view`
     picks a named view of the whole ROI (InputError for an unknown one), else the state's camera is kept.
     """
-    plotter = pv.Plotter(off_screen=True, window_size=[size[0] * scale, size[1] * scale], lighting="none")
+    plotter = staged(state, size, scale, view, transparent)
+    try:
+        plotter.show(auto_close=False, interactive=False)
+        image = np.asarray(plotter.screenshot(None, transparent_background=transparent, return_img=True))
+        if path is not None:
+            write_png(image, path)
+        return image
+    finally:
+        plotter.close()
+
+
+def staged(
+    state: SceneState,
+    size: Size,
+    scale: int = 1,
+    view: str | None = None,
+    transparent: bool = False,
+    off_screen: bool = True,
+    notebook: bool = False,
+) -> pv.Plotter:
+    """Return a plotter that shows a state, ready to be drawn; for a notebook or a window of its own on request."""
+    plotter = pv.Plotter(
+        off_screen=off_screen,
+        notebook=notebook,
+        window_size=[size[0] * scale, size[1] * scale],
+        lighting="none",
+    )
     try:
         render_window(plotter).SetMultiSamples(_SAMPLES)
         scene = DrawnScene(plotter, state.palette, pixel_ratio=float(scale))
@@ -42,13 +68,10 @@ def render_still(
         if transparent:
             plotter.renderer.GradientBackgroundOff()
         scene.prepare()
-        plotter.show(auto_close=False, interactive=False)
-        image = np.asarray(plotter.screenshot(None, transparent_background=transparent, return_img=True))
-        if path is not None:
-            write_png(image, path)
-        return image
-    finally:
+    except BaseException:
         plotter.close()
+        raise
+    return plotter
 
 
 def png_of(image: NDArray[np.uint8]) -> bytes:
