@@ -5,93 +5,35 @@
     rig, scene = rl.open_rig("W+T"), rl.load_scene()
     print(rl.score(rig, scene)["car"].seen)
 
-The names below come from `riglens.api`, which is loaded with numpy and Numba when one of them is first used. See
+All names come from `riglens.api`, which is loaded with numpy and Numba when the first of them is used. See
 docs/scripting.md for examples.
 
 The other modules are `riglens.core`, `riglens.widgets` and `riglens.app`. A wheel holds these folders, and
 `riglens.assets`, in this one; in a checkout they are links to the folders beside it.
 """
 
+from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from riglens.api import (
-        AuditResult,
-        Camera,
-        ClassResult,
-        EvenAngles,
-        InputError,
-        Lidar,
-        OptimiseResult,
-        Pose,
-        Rig,
-        RigLensWarning,
-        RigResult,
-        Scene,
-        SceneEngine,
-        TargetResult,
-        Traffic,
-        Vehicle,
-        audit,
-        convert,
-        load_scene,
-        load_traffic,
-        open_rig,
-        optimise,
-        presets,
-        render,
-        save_rig,
-        score,
-        targets,
-    )
+    from riglens.api import *  # noqa: F403
+    from riglens.api import __all__ as __all__
 
     __version__: str
+else:
 
-__all__ = [
-    "AuditResult",
-    "Camera",
-    "ClassResult",
-    "EvenAngles",
-    "InputError",
-    "Lidar",
-    "OptimiseResult",
-    "Pose",
-    "Rig",
-    "RigLensWarning",
-    "RigResult",
-    "Scene",
-    "SceneEngine",
-    "TargetResult",
-    "Traffic",
-    "Vehicle",
-    "__version__",
-    "audit",
-    "convert",
-    "load_scene",
-    "load_traffic",
-    "open_rig",
-    "optimise",
-    "presets",
-    "render",
-    "save_rig",
-    "score",
-    "targets",
-]
+    def __getattr__(name: str) -> object:
+        """Return a name of `riglens.api`, loaded when it is first asked for (PEP 562)."""
+        if name == "__version__":
+            from riglens.version import installed_version
 
+            return installed_version()
+        is_listed = name == "__all__" or not name.startswith("__")
+        api = import_module("riglens.api") if is_listed else None
+        if api is None or name not in (*api.__all__, "__all__"):
+            raise AttributeError(f"module 'riglens' has no attribute '{name}'")
+        return getattr(api, name)
 
-def __getattr__(name: str) -> object:
-    """Return a name of `__all__`, loaded on first use (PEP 562)."""
-    if name == "__version__":
-        from riglens.version import installed_version
-
-        return installed_version()
-    if name not in __all__:
-        raise AttributeError(f"module 'riglens' has no attribute '{name}'")
-    from riglens import api
-
-    return getattr(api, name)
-
-
-def __dir__() -> list[str]:
-    """Return the names for tab completion."""
-    return sorted([*globals(), *__all__])
+    def __dir__() -> list[str]:
+        """Return the names that tab completion shows."""
+        return sorted([*globals(), *import_module("riglens.api").__all__, "__all__", "__version__"])

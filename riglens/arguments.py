@@ -1,17 +1,67 @@
-"""Arguments of the Python API: paths, and warnings about what was read."""
+"""Arguments of the Python interface: paths, vectors, classes of boxes, and warnings about what was read."""
 
 from __future__ import annotations
 
 import os
+import sys
+import warnings
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Literal
+
+from numpy.typing import ArrayLike
+
+from riglens.app.evaluation.options import SceneOptions
+from riglens.core.geometry import triple
+from riglens.core.scene.boxes import DataReport
 
 StrPath = str | os.PathLike[str]
+ClassName = Literal["car", "bicycle", "pedestrian"]
 
 
 class RigLensWarning(UserWarning):
-    """Something to know about data or a rig that were read: what does not count, was approximated or left out."""
+    """Remark on data or a rig that was read: boxes that do not count, values that were approximated or left out."""
 
 
-def path_of(path: StrPath | None) -> Path | None:
-    """A path as the code below takes it."""
-    return None if path is None else Path(path)
+def warn(line: str) -> None:
+    """Warn at the line of the caller's own code."""
+    frame, level = sys._getframe(1), 2
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").split(".")[0] == "riglens":
+        frame, level = frame.f_back, level + 1
+    warnings.warn(line, RigLensWarning, stacklevel=level)
+
+
+def warn_of_data(data: DataReport) -> None:
+    """Warn of boxes that do not count and of classes without any."""
+    from riglens.app.evaluation.scenario import remarks_on
+
+    for line in remarks_on(data):
+        warn(line)
+
+
+def scene_options(
+    boxes: StrPath | None,
+    *,
+    origin_m: ArrayLike | None,
+    frames: int | None,
+    classes: Mapping[str, str] | None,
+    find_ground: bool,
+    voxel_m: float | None = None,
+    roi_m: ArrayLike | None = None,
+    pog: StrPath | None = None,
+    surroundings: bool = False,
+    occluders: tuple[StrPath, StrPath] | None = None,
+) -> SceneOptions:
+    """Return the options of the command line for these arguments."""
+    return SceneOptions(
+        boxes=None if boxes is None else Path(boxes),
+        origin_m=None if origin_m is None else triple(origin_m),
+        frames=frames,
+        classes=tuple(f"{name}={cls}" for name, cls in (classes or {}).items()),
+        find_ground=find_ground,
+        voxel_m=voxel_m,
+        roi_m=None if roi_m is None else triple(roi_m),
+        pog=None if pog is None else Path(pog),
+        surroundings=surroundings or occluders is not None,
+        occluders=None if occluders is None else (Path(occluders[0]), Path(occluders[1])),
+    )

@@ -1,24 +1,112 @@
-"""Results of a score: figures by class, and the whole as JSON-able data."""
+"""Results of the Python interface: frozen, each with the whole JSON of a command, and tables for notebooks."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from abc import ABC, abstractmethod
+from base64 import b64encode
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Self
+from functools import cached_property
+from html import escape
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+import numpy as np
 
 from riglens.core.engine.audit import RigAudit, SensorAudit, audit_document
 from riglens.core.engine.engine import Evaluation
 from riglens.core.engine.evaluation_json import evaluation_document
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import ClassScores, KindScore
-from riglens.core.rig.model import Rig
+from riglens.core.plain import to_plain
+from riglens.core.review.blind import HEIGHTS_M, BlindMap
+from riglens.core.review.blind_json import blind_document
+from riglens.core.review.findings import Verdict
+from riglens.core.review.mounts import Mount, Violation
+from riglens.core.review.outline import SECTORS
+from riglens.core.review.redundancy import Coverage
+from riglens.core.review.redundancy_json import lost_share
+from riglens.core.review.tolerance import Spread, worst_rig
+from riglens.core.review.tolerance import ToleranceResult as Tolerances
+from riglens.core.review.tolerance_json import SPREAD
+from riglens.core.review.verdicts import ProfileVerdict
+from riglens.core.rig.model import FORMAT_VERSION, Rig
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.scene.pog import Pog
+from riglens.core.shown_text import visible
+from riglens.core.targets.card import Card
+from riglens.core.targets.card_table import card_document, card_lines
 from riglens.core.targets.object_table import object_table
-from riglens.core.targets.scores import ClassTargets, TargetScores
+from riglens.core.targets.scores import ClassTargets, Row, TargetScores
 from riglens.core.targets.targets_json import targets_document
 from riglens.core.targets.traffic import Traffic
 
 if TYPE_CHECKING:
     import pyarrow as pa
+
+T = TypeVar("T")
+Rows = list[dict[str, Any]]
+SHOWN = 40
+"""Rows of a table in a notebook."""
+
+
+class Result(ABC):
+    """What a function of the interface finds: `to_dict()` is the command's JSON, `table()` its main figures."""
+
+    @abstractmethod
+    def to_dict(self) -> dict[str, Any]:
+        """Return the result as JSON-able data, field by field what the command writes with --json."""
+
+    @abstractmethod
+    def rows(self) -> Rows:
+        """Return the main figures, a dict per row."""
+
+    def table(self) -> pa.Table:
+        """Return the main figures as an Arrow table; `.to_pandas()` where pandas is installed."""
+        import pyarrow
+
+        return pyarrow.Table.from_pylist(self.rows())
+
+    def _repr_html_(self) -> str:
+        return html_table(repr(self).strip("<>"), self.rows())
+
+
+class ByName(Result, Mapping[str, T], Generic[T]):
+    """A result that is a mapping too, by class of objects or by sensor."""
+
+    @property
+    @abstractmethod
+    def _by_name(self) -> Mapping[str, T]: ...
+
+    def __getitem__(self, name: str) -> T:
+        return self._by_name[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._by_name)
+
+    def __len__(self) -> int:
+        return len(self._by_name)
+
+
+def html_table(title: str, rows: Sequence[Mapping[str, Any]], picture: bytes | None = None) -> str:
+    """Return a small table for a notebook, below a PNG picture if there is one; every text is escaped."""
+    columns = list(dict.fromkeys(name for row in rows for name in row))
+    head = "".join(f"<th>{_text(name)}</th>" for name in columns)
+    body = "".join(
+        "<tr>" + "".join(f"<td>{_text(row.get(name))}</td>" for name in columns) + "</tr>"
+        for row in rows[:SHOWN]
+    )
+    more = f"<p>{len(rows) - SHOWN:,} more rows</p>" if len(rows) > SHOWN else ""
+    shown = f'<img width="640" src="data:image/png;base64,{b64encode(picture).decode()}">' if picture else ""
+    return f"<div><p><b>{_text(title)}</b></p>{shown}<table><tr>{head}</tr>{body}</table>{more}</div>"
+
+
+def _text(value: object) -> str:
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    return "—" if value is None else escape(visible(f"{value:,}" if type(value) is int else str(value)))
+
+
+# ---------------------------------------------------------------- scores
 
 
 @dataclass(frozen=True)
@@ -26,8 +114,8 @@ class ClassResult:
     """Score of a rig for one class: entropies in nats, shares from 0 to 1.
 
     `seen` is the share of the entropy `h_total` that any sensor sees, `seen_camera` and `seen_lidar` those of the
-    cameras and of the LiDARs, `by_kind` the scores of each kind of sensor by name. S-MS (`s_ms`)
-    falls as a rig sees more.
+    cameras and of the LiDARs, `by_kind` the scores of each kind of sensor by name. S-MS (`s_ms`) decreases as coverage
+    grows.
     """
 
     h_total: float
@@ -40,7 +128,8 @@ class ClassResult:
     by_kind: Mapping[str, KindScore]
 
     @classmethod
-    def _of(cls, scores: ClassScores) -> Self:
+    def of(cls, scores: ClassScores) -> ClassResult:
+        """Return the figures of one class."""
         camera, lidar = scores.camera, scores.lidar
         return cls(
             *(scores.h_total, scores.any_seen, camera.seen, lidar.seen, scores.s_ms),
@@ -48,22 +137,17 @@ class ClassResult:
         )
 
 
-class RigResult(Mapping[str, ClassResult]):
-    """Scores of a rig by class: `result["car"].seen`."""
+@dataclass(frozen=True, eq=False)
+class RigResult(ByName[ClassResult]):
+    """Scores of a rig by class: `result["car"].seen`; `pog` and `field` of the scene that it was scored on."""
 
-    def __init__(self, field: EntropyField, evaluation: Evaluation) -> None:
-        self._field, self._evaluation = field, evaluation
-        classes = evaluation.scores.classes
-        self._classes = {name: ClassResult._of(scores) for name, scores in classes.items()}
+    pog: Pog
+    field: EntropyField
+    _evaluation: Evaluation
 
-    def __getitem__(self, class_name: str) -> ClassResult:
-        return self._classes[class_name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._classes)
-
-    def __len__(self) -> int:
-        return len(self._classes)
+    @cached_property
+    def _by_name(self) -> Mapping[str, ClassResult]:
+        return {name: ClassResult.of(scores) for name, scores in self._evaluation.scores.classes.items()}
 
     def __repr__(self) -> str:
         seen = ", ".join(f"{name} seen {found.seen:.1%}" for name, found in self.items())
@@ -76,7 +160,7 @@ class RigResult(Mapping[str, ClassResult]):
 
     @property
     def covered_voxels(self) -> Mapping[str, int]:
-        """Number of informative voxels seen by "camera", "lidar" and "any"."""
+        """Number of informative voxels seen by each kind of sensor and by "any"."""
         return self._evaluation.scores.covered_voxels
 
     @property
@@ -85,28 +169,38 @@ class RigResult(Mapping[str, ClassResult]):
         return self._evaluation.elapsed_ms
 
     def to_dict(self) -> dict[str, Any]:
-        """The result as JSON-able data, field by field what `riglens evaluate RIG --json FILE` writes."""
-        return evaluation_document(self._field, self._evaluation.settings, [self._evaluation])
+        """Return the JSON of `riglens evaluate RIG`."""
+        return evaluation_document(self.field, self._evaluation.settings, [self._evaluation])
+
+    def rows(self) -> Rows:
+        """Return a row per class."""
+        return [
+            {
+                "class": name,
+                "h_total": found.h_total,
+                "seen": found.seen,
+                **{f"seen_{kind}": score.seen for kind, score in found.by_kind.items()},
+                "s_ms": found.s_ms,
+                **{f"s_mig_{kind}": score.s_mig for kind, score in found.by_kind.items()},
+            }
+            for name, found in self.items()
+        ]
 
 
-class TargetResult(Mapping[str, ClassTargets]):
-    """Figures of a rig for objects, by class: `result["car"].total.on_target.value`.
+@dataclass(frozen=True, eq=False)
+class TargetResult(ByName[ClassTargets]):
+    """What a rig gets onto objects, by class: `result["car"].total.on_target.value`.
 
-    `total` holds the figures of all road users of the class, `rings` those of rings of distance. A figure that is a
+    `total` holds the figures of all objects of the class, `rings` those of rings of distance. A figure that is a
     mean has a `value` and, where a sample of frames was used, its standard error `se`.
     """
 
-    def __init__(self, traffic: Traffic, scores: TargetScores) -> None:
-        self._traffic, self._scores = traffic, scores
+    _traffic: Traffic
+    _scores: TargetScores
 
-    def __getitem__(self, class_name: str) -> ClassTargets:
-        return self._scores.classes[class_name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._scores.classes)
-
-    def __len__(self) -> int:
-        return len(self._scores.classes)
+    @property
+    def _by_name(self) -> Mapping[str, ClassTargets]:
+        return self._scores.classes
 
     def __repr__(self) -> str:
         parts = (f"{name} on target {found.total.on_target.value:.1%}" for name, found in self.items())
@@ -119,7 +213,7 @@ class TargetResult(Mapping[str, ClassTargets]):
 
     @property
     def frames_used(self) -> int:
-        """Return the number of frames in which objects were counted."""
+        """Number of frames in which objects were counted."""
         return self._scores.frames_used
 
     @property
@@ -128,34 +222,48 @@ class TargetResult(Mapping[str, ClassTargets]):
         return self._scores.elapsed_ms
 
     def objects(self) -> pa.Table:
-        """Return an Arrow table with a row per object, as `riglens targets RIG --objects FILE` writes it."""
+        """Return an Arrow table with a row per object, as `riglens evaluate RIG --targets --objects FILE` writes it."""
         return object_table(self._traffic, self._scores)
 
     def to_dict(self) -> dict[str, Any]:
-        """The result as JSON-able data, field by field what `riglens targets RIG --json FILE` writes."""
+        """Return the JSON of `riglens targets RIG`."""
         return targets_document(self._traffic, [self._scores])
 
+    def rows(self) -> Rows:
+        """Return a row per class and ring of distance, the first of a class for all of its objects."""
+        return [
+            {"class": name} | _flat(row)
+            for name, found in self.items()
+            for row in (found.total, *found.rings)
+        ]
 
-class AuditResult(Mapping[str, SensorAudit]):
-    """Ray outcomes of a rig's enabled sensors, by sensor: `result["LIDAR_1"].shares["hits_car"]`.
 
-    Each has `rays`, `counts` and `shares` by what becomes of a ray (shares add up to one),
-    `lost_nat` and `lost_share` by class, the entropy that the car's body takes from the sensor on its own, and
-    `stand`, where the sensor sits on the car.
+def _flat(row: Row) -> dict[str, Any]:
+    """Return the figures of a row, estimates as two columns."""
+    plain = to_plain(row)
+    by_kind = plain.pop("by_kind")
+    found: dict[str, Any] = {}
+    for name, value in (plain | {f"share_{kind}": share for kind, share in by_kind.items()}).items():
+        if isinstance(value, dict):
+            found |= {name: value["value"], f"{name}_se": value["se"]}
+        else:
+            found[name] = value
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class AuditResult(ByName[SensorAudit]):
+    """Where the rays of a rig's enabled sensors go, by sensor: `result["LIDAR_1"].shares["hits_car"]`.
+
+    Each has `rays`, `counts` and `shares` by what becomes of a ray (shares add up to one), `lost_nat` and `lost_share`
+    by class, the entropy that the car's body takes from the sensor on its own, and `stand`, how it is mounted.
     """
 
-    def __init__(self, audit: RigAudit) -> None:
-        self._audit = audit
-        self._sensors = {sensor.name: sensor for sensor in audit.sensors}
+    _audit: RigAudit
 
-    def __getitem__(self, sensor_name: str) -> SensorAudit:
-        return self._sensors[sensor_name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._sensors)
-
-    def __len__(self) -> int:
-        return len(self._sensors)
+    @cached_property
+    def _by_name(self) -> Mapping[str, SensorAudit]:
+        return {sensor.name: sensor for sensor in self._audit.sensors}
 
     def __repr__(self) -> str:
         shares = ", ".join(f"{name} {found.shares['hits_car']:.1%}" for name, found in self.items())
@@ -163,9 +271,263 @@ class AuditResult(Mapping[str, SensorAudit]):
 
     @property
     def rig(self) -> Rig:
-        """Return the rig that was evaluated."""
+        """The rig whose rays were followed."""
         return self._audit.rig
 
     def to_dict(self) -> dict[str, Any]:
-        """The result as JSON-able data, field by field what `riglens audit RIG --json FILE` writes."""
+        """Return the JSON of `riglens audit RIG`."""
         return audit_document(self._audit)
+
+    def rows(self) -> Rows:
+        """Return a row per sensor: its rays, and the share of them by what becomes of them."""
+        return [
+            {"sensor": name, "kind": found.kind, "rays": found.rays, **found.shares}
+            for name, found in self.items()
+        ]
+
+
+# ---------------------------------------------------------------- reviews
+
+
+@dataclass(frozen=True, eq=False)
+class BlindResult(Result):
+    """Near-field blind zones of a rig: `zones` with areas and maps, `profiles` the verdicts on test objects.
+
+    `zones.lowest_m(by, k)` is the height (nx, ny) from which on k sensors see an object in each column,
+    `zones.ground.x_m` and `zones.ground.y_m` are the columns' places; `zones.area_m2(height_m)` is by sector and band.
+    """
+
+    zones: BlindMap
+    profiles: tuple[ProfileVerdict, ...]
+
+    def __repr__(self) -> str:
+        unseen = ", ".join(f"{self.zones.area_m2(h).sum():.1f} m² at {h:g} m" for h in HEIGHTS_M)
+        return f"<BlindResult of {self.zones.rig.name}, unseen ground by height of object: {unseen}>"
+
+    def _repr_png_(self) -> bytes:
+        from riglens.app.studies.blind_chart import blind_figure
+        from riglens.app.studies.pictures import picture
+
+        return picture(blind_figure(self.zones, "any", 1))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the JSON of `riglens blind RIG`."""
+        return blind_document(self.zones, self.profiles)
+
+    def rows(self) -> Rows:
+        """Return a row per height of object: the ground where no sensor sees it, in m², by sector."""
+        found = []
+        for height in HEIGHTS_M:
+            areas = np.round(self.zones.area_m2(height).sum(axis=1), 9).tolist()
+            found.append({"height_m": height, **dict(zip(SECTORS, areas, strict=True)), "all": sum(areas)})
+        return found
+
+
+@dataclass(frozen=True, eq=False)
+class RangeResult(Result):
+    """Detection range of a rig by class, heading and direction: `card.rows`."""
+
+    card: Card
+
+    def __repr__(self) -> str:
+        return f"<RangeResult of {self.card.rig.name}: {len(self.card.rows)} cases up to {self.card.plan.to_m:g} m>"
+
+    def _repr_png_(self) -> bytes:
+        from riglens.app.studies.card_chart import card_figure
+        from riglens.app.studies.pictures import picture
+
+        return picture(card_figure(self.card))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the JSON of `riglens card RIG`."""
+        return card_document(self.card)
+
+    def rows(self) -> Rows:
+        """Return a row per class, heading, direction and kind of sensor; None: detected at the farthest distance."""
+        return [
+            {name: None if cell == "" else cell for name, cell in line.items()}
+            for line in card_lines(self.card)
+        ]
+
+
+@dataclass(frozen=True, eq=False)
+class RedundancyResult(Result):
+    """What one, two and three sensors of a rig cover, and what is lost when sensors fail: `voxels`, `targets`."""
+
+    rig: Rig
+    voxels: Coverage
+    targets: Coverage | None
+    _document: Mapping[str, Any]
+
+    def __repr__(self) -> str:
+        return f"<RedundancyResult of {self.rig.name}: {len(self.voxels.failures)} failures>"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the JSON of `riglens redundancy RIG`."""
+        return dict(self._document)
+
+    def rows(self) -> Rows:
+        """Return a row per failure: the share of the entropy, and of the objects, that is lost, by class."""
+        found: Rows = []
+        for number, failure in enumerate(self.voxels.failures):
+            row: dict[str, Any] = {"what": failure.what, "name": failure.name}
+            for place, name in enumerate(CLASSES):
+                row[f"lost_{name}"] = lost_share(self.voxels, failure, place)
+                if self.targets is not None:
+                    row[f"lost_{name}_objects"] = lost_share(
+                        self.targets, self.targets.failures[number], place
+                    )
+            found.append(row)
+        return found
+
+
+@dataclass(frozen=True, eq=False)
+class ToleranceResult(Result):
+    """Spread of a rig's figures under errors of its mounts or of the car's stance: `spreads`, `floor` by figure."""
+
+    tolerances: Tolerances
+    _document: Mapping[str, Any]
+
+    def __repr__(self) -> str:
+        found = self.tolerances
+        return f"<ToleranceResult of {found.rig.name}: {found.draws} draws of {found.profile.name}>"
+
+    @property
+    def spreads(self) -> Mapping[str, Spread]:
+        """Spread of each figure over the draws."""
+        return self.tolerances.spreads
+
+    @property
+    def floor(self) -> Mapping[str, Spread]:
+        """Spread of each figure under errors of 1 mm and 0.01°: the noise floor."""
+        return self.tolerances.floor
+
+    def worst_rig(self, figure: str = "seen car") -> Rig:
+        """Return the rig of the draw in which a figure is worst."""
+        return worst_rig(self.tolerances, figure)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the JSON of `riglens tolerance RIG`."""
+        return dict(self._document)
+
+    def rows(self) -> Rows:
+        """Return a row per figure."""
+        return [{"figure": name} | to_plain(spread, *SPREAD) for name, spread in self.spreads.items()]
+
+
+@dataclass(frozen=True, eq=False)
+class MountsResult(Result):
+    """Mounts of a rig's enabled sensors, and `violations` of the usual limits."""
+
+    rig: Rig
+    mounts: tuple[Mount, ...]
+    violations: tuple[Violation, ...]
+    _document: Mapping[str, Any]
+
+    def __repr__(self) -> str:
+        return (
+            f"<MountsResult of {self.rig.name}: {len(self.mounts)} mounts, {len(self.violations)} violations>"
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the JSON of `riglens review RIG --only mounts`, that part alone."""
+        return dict(self._document)
+
+    def rows(self) -> Rows:
+        """Return a row per sensor."""
+        wrong = {one.sensor: one.text for one in reversed(self.violations)}
+        return [
+            {
+                "sensor": mount.name,
+                "height_m": mount.height_m,
+                "gap_m": mount.stand.gap_m,
+                "nearest_sensor": mount.neighbour,
+                "nearest_sensor_m": mount.neighbour_m,
+                "problem": wrong.get(mount.name),
+            }
+            for mount in self.mounts
+        ]
+
+
+@dataclass(frozen=True, eq=False)
+class CheckResult(Result):
+    """Verdicts on rigs by a file of requirements: `passes`, and the `verdicts` by name of the rig."""
+
+    verdicts: Mapping[str, tuple[Verdict, ...]]
+    _document: Mapping[str, Any]
+
+    def __repr__(self) -> str:
+        return f"<CheckResult of {', '.join(self.verdicts)}: {'passes' if self.passes else 'does not pass'}>"
+
+    @property
+    def passes(self) -> bool:
+        """Whether every requirement is met or waived today."""
+        return bool(self._document["passes"])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the JSON of `riglens check RIG...`."""
+        return dict(self._document)
+
+    def rows(self) -> Rows:
+        """Return a row per rig and requirement."""
+        return [
+            {
+                "rig": name,
+                "id": one.item.id,
+                "requirement": one.text,
+                "found": one.found_text,
+                "accepted": one.accepted_text,
+                "status": one.status,
+            }
+            for name, verdicts in self.verdicts.items()
+            for one in verdicts
+        ]
+
+
+@dataclass(frozen=True, eq=False)
+class ReviewResult(ByName[Result]):
+    """Parts of a review by name: "blind", "range", "redundancy", "tolerance", "audit", "mounts"."""
+
+    rig: Rig
+    parts: Mapping[str, Result]
+
+    @property
+    def _by_name(self) -> Mapping[str, Result]:
+        return self.parts
+
+    def __repr__(self) -> str:
+        return f"<ReviewResult of {self.rig.name}: {', '.join(self.parts)}>"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the JSON of `riglens review RIG`."""
+        return {"riglens": FORMAT_VERSION} | {name: part.to_dict() for name, part in self.parts.items()}
+
+    def rows(self) -> Rows:
+        """Return a row per part."""
+        return [{"part": name, "result": repr(part).strip("<>")} for name, part in self.parts.items()]
+
+    def _repr_html_(self) -> str:
+        return "".join(part._repr_html_() for part in self.parts.values())
+
+
+# ---------------------------------------------------------------- data and models
+
+
+@dataclass(frozen=True, eq=False)
+class Listing(Result):
+    """Figures of box data or of sensor models: `document` as JSON has them, a row each in `table()`."""
+
+    title: str
+    document: Mapping[str, Any]
+    _rows: Sequence[Mapping[str, Any]]
+
+    def __repr__(self) -> str:
+        return f"<{self.title}>"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the JSON of `riglens data show BOXES` or `riglens list sensors`."""
+        return dict(self.document)
+
+    def rows(self) -> Rows:
+        """Return a row per class of objects, or per model."""
+        return [dict(row) for row in self._rows]

@@ -1,36 +1,43 @@
-"""Scenes, scores and ray outcomes, for scripts."""
+"""Scenes: the traffic around the car on a grid, scores of rigs in it, where their rays go, and all of it as arrays."""
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
-from riglens.app.evaluation.options import SceneOptions, ScoreOptions
-from riglens.app.evaluation.scenario import load_scenario, remarks_on, settings_of
-from riglens.arguments import RigLensWarning, StrPath, path_of
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from riglens.app.evaluation.options import ScoreOptions
+from riglens.app.evaluation.scenario import load_scenario, settings_of
+from riglens.arguments import ClassName, StrPath, scene_options, warn, warn_of_data
 from riglens.core.engine.audit import audit as audit_rig
 from riglens.core.engine.engine import Engine, evaluate_from_scratch
-from riglens.core.geometry import Vec3
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import DEFAULT_LAMBDA, Body, Method, Reading
 from riglens.core.rig.body_mesh import BodyMesh
 from riglens.core.rig.model import Rig
-from riglens.core.scene.boxes import DataReport, Progress
+from riglens.core.scene.boxes import CLASSES, DataReport, Progress
+from riglens.core.scene.columns import unpack
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import Pog
 from riglens.core.vehicle.mesh_file import with_mesh_read
 from riglens.results import AuditResult, RigResult
 
+if TYPE_CHECKING:
+    from riglens.core.sensing.rays import Rays
+    from riglens.core.sensors.base import Sensor
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, eq=False)
 class Scene:
     """Traffic around the car, ready to be scored on: made by `load_scene`, never changed.
 
-    `pog` holds how often each voxel is occupied (probability of occupancy grid), `field` its entropies.
+    `pog` holds how often each voxel is occupied (probability of occupancy grid), `field` its entropies. Arrays have the
+    shape of the grid, (nx, ny, nz): voxel i along x lies at `grid.centres_m(0)[i]`.
     """
 
     pog: Pog
@@ -46,8 +53,47 @@ class Scene:
         """Return the report on the data: `source`, `frames`, `boxes` per class, `unmapped`, `sha256`, `notes`."""
         return self.field.data
 
+    def __repr__(self) -> str:
+        nx, ny, nz = self.grid.shape
+        return (
+            f"<Scene of {self.data.short_source}: {self.data.frames:,} frames, {nx} × {ny} × {nz} voxels of "
+            f"{self.grid.voxel_m:g} m>"
+        )
+
+    def probability(self, class_name: ClassName) -> NDArray[np.float64]:
+        """Return the probability that an object of a class occupies a voxel, (nx, ny, nz)."""
+        found = np.zeros(self.grid.shape)
+        found[unpack(self.grid, self.pog.index.words)] = self.pog.probability(CLASSES.index(class_name))
+        return found
+
+    def entropy(self, class_name: ClassName) -> NDArray[np.float64]:
+        """Return the entropy of each voxel for a class in nat, (nx, ny, nz)."""
+        found = np.zeros(self.grid.shape)
+        found[unpack(self.grid, self.field.index.words)] = self.field.entropy_nat(CLASSES.index(class_name))
+        return found
+
+    def seen(
+        self,
+        rig: Rig,
+        *,
+        kind: str | None = None,
+        sensor: str | None = None,
+        method: Method = "exact",
+        body: Body | None = None,
+        threads: int | None = None,
+        mesh_folder: StrPath = ".",
+    ) -> NDArray[np.bool_]:
+        """Return the informative voxels that a rig sees, all of it or one kind or one sensor, (nx, ny, nz)."""
+        sensors = [one for one in rig.sensors if sensor in (None, one.name) and kind in (None, one.kind)]
+        options = ScoreOptions(method, threads=threads, body=body)
+        part = with_blocking_mesh(rig, options.body_of(rig), mesh_folder).model_copy(
+            update={"sensors": tuple(sensors)}
+        )
+        found = Engine(self.field, threads).evaluate(part, settings_of(options))
+        return unpack(self.grid, found.seen_by_any())
+
     def engine(self, threads: int | None = None) -> SceneEngine:
-        """An engine for many rigs, which casts only what changes from one to the next; use it in a `with` block."""
+        """Return an engine for many rigs, which casts only what changes from one to the next; use it in a `with`."""
         return SceneEngine(self, threads)
 
 
@@ -55,8 +101,8 @@ def load_scene(
     boxes: StrPath | None = None,
     voxel_m: float | None = None,
     *,
-    roi_m: Vec3 | None = None,
-    origin_m: Vec3 | None = None,
+    roi_m: ArrayLike | None = None,
+    origin_m: ArrayLike | None = None,
     frames: int | None = None,
     classes: Mapping[str, str] | None = None,
     find_ground: bool = False,
@@ -87,21 +133,14 @@ def load_scene(
         Called with the fraction done, 0 to 1, while a POG is built.
 
     POGs of box data are kept in the user's cache folder, so that the next call for the same data is quick. Boxes that
-    do not count raise a `RigLensWarning`. Raises InputError on bad data or arguments that disagree.
+    do not count are reported as a `RigLensWarning`. Raises InputError on bad data or arguments that disagree.
     """
-    options = SceneOptions(
-        boxes=path_of(boxes),
-        origin_m=origin_m,
-        frames=frames,
-        classes=tuple(f"{name}={cls}" for name, cls in (classes or {}).items()),
-        voxel_m=voxel_m,
-        roi_m=roi_m,
-        pog=path_of(pog),
-        find_ground=find_ground,
-    )
+    options = scene_options(
+        boxes, origin_m=origin_m, frames=frames, classes=classes, find_ground=find_ground, voxel_m=voxel_m,
+        roi_m=roi_m, pog=pog,
+    )  # fmt: skip
     found = load_scenario(options, progress)
-    for line in remarks_on(found.field.data):
-        warnings.warn(line, RigLensWarning, stacklevel=2)
+    warn_of_data(found.field.data)
     return Scene(found.pog, found.field)
 
 
@@ -144,7 +183,7 @@ def score(
     options = ScoreOptions(method, reading, camera_weight, threads, body)
     rig = with_blocking_mesh(rig, options.body_of(rig), mesh_folder)
     (found,) = evaluate_from_scratch(scene.field, [rig], settings_of(options), threads)
-    return RigResult(scene.field, found)
+    return RigResult(scene.pog, scene.field, found)
 
 
 def audit(
@@ -176,10 +215,8 @@ def audit(
 
 
 def with_blocking_mesh(rig: Rig, body: Body | None, folder: StrPath) -> Rig:
-    """Return the mesh of a body that blocks, where a file holds it; warn the user's own call of an implausible size."""
-    if body != "blocks":
-        return rig
-    return with_mesh_read(rig, Path(folder), lambda line: warnings.warn(line, RigLensWarning, stacklevel=5))
+    """Return the rig with the mesh of a body that blocks, where a file holds it; warn of a size that is not a car's."""
+    return with_mesh_read(rig, Path(folder), warn) if body == "blocks" else rig
 
 
 class SceneEngine:
@@ -190,6 +227,7 @@ class SceneEngine:
 
     def __init__(self, scene: Scene, threads: int | None = None) -> None:
         ScoreOptions(threads=threads)
+        self._scene = scene
         self._engine: Engine | None = Engine(scene.field, threads)
         self._meshes: dict[tuple[str, Path], BodyMesh] = {}
 
@@ -223,4 +261,21 @@ class SceneEngine:
             if rig.vehicle.body_mesh is not None:
                 self._meshes[place] = rig.vehicle.body_mesh
         found = self._engine.evaluate(rig, settings_of(options), with_seen=False)
-        return RigResult(self._engine.field, found)
+        return RigResult(self._scene.pog, self._scene.field, found)
+
+
+# ---------------------------------------------------------------- rays and the car's body
+
+
+def rays(sensor: Sensor) -> Rays:
+    """Return the rays of a sensor in the vehicle frame: `origin_m`, unit `directions` (n, 3), `range_m`."""
+    from riglens.core.sensing.rays import sensor_rays
+
+    return sensor_rays(sensor)
+
+
+def body_triangles(rig: Rig, mesh_folder: StrPath = ".") -> NDArray[np.float64]:
+    """Return the triangles of the car's body in the vehicle frame, (t, 3, 3) metres: corners by triangle."""
+    from riglens.core.vehicle.solid import solid_of
+
+    return solid_of(with_blocking_mesh(rig, "blocks", mesh_folder).vehicle).triangles_m

@@ -37,10 +37,11 @@ def example(title: str) -> pytest.MarkDecorator:
 def test_the_page_has_these_examples_all_run_here() -> None:
     assert list(EXAMPLES) == [
         "Score a rig in five lines",
-        "Sweep the height of one sensor, with a plot",
+        "Sweep the height of one sensor",
         "Convert a rig",
         "A Parquet table of 100 rigs",
-        "Points on road users",
+        "Points on objects",
+        "Arrays",
         "Where the rays go",
         "A picture",
     ]
@@ -52,7 +53,7 @@ def test_a_score_in_five_lines(output: tuple[Path, str]) -> None:
     assert re.fullmatch(r"\d\d\.\d% of what is uncertain about cars is seen\n", output[1])
 
 
-@example("Sweep the height of one sensor, with a plot")
+@example("Sweep the height of one sensor")
 def test_a_sweep(output: tuple[Path, str]) -> None:
     assert matplotlib.image.imread(output[0] / "height.png")[..., :3].std() > 0.01
 
@@ -69,16 +70,26 @@ def test_a_conversion(output: tuple[Path, str]) -> None:
 @example("A Parquet table of 100 rigs")
 def test_a_table_of_rigs(output: tuple[Path, str]) -> None:
     table = pq.read_table(output[0] / "rigs.parquet")
-    assert table.column_names == ["rig", "x_m", "y_m", "z_m", "class", "seen", "seen_lidar", "s_ms"]
+    assert table.column_names[:5] == ["rig", "place_m", "class", "h_total", "seen"]
     assert table.num_rows == 300
     assert len(set(table["s_ms"].to_pylist())) > 200
 
 
-@example("Points on road users")
-def test_points_on_road_users(output: tuple[Path, str]) -> None:
+@example("Points on objects")
+def test_points_on_objects(output: tuple[Path, str]) -> None:
     lines = output[1].splitlines()
     assert [line.split(":")[0] for line in lines[::2]] == ["Trapezoid", "Center"]
-    assert all("road users without a point" in line for line in lines[1::2])
+    assert all("objects without a point" in line for line in lines[1::2])
+
+
+@example("Arrays")
+def test_arrays(output: tuple[Path, str]) -> None:
+    unseen, *sensors, triangles = output[1].splitlines()
+    assert float(unseen.split()[0]) > 0.0 and 0.0 < float(unseen.split()[-1]) <= 1.0
+    assert len(sensors) == len(rl.open_rig("W+T").lidars()) and all(
+        line.endswith("voxels") for line in sensors
+    )
+    assert triangles.endswith(", 3, 3) triangles of the car")
 
 
 @example("Where the rays go")

@@ -1,0 +1,206 @@
+"""Files that take long to make: stored POGs, simulated data sets, reports; and surveys of box data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Literal
+
+from numpy.typing import ArrayLike
+
+from riglens.app.evaluation.options import USUAL_DRAWS, SceneOptions, ScoreOptions
+from riglens.arguments import StrPath, scene_options, warn
+from riglens.core.metric.scores import Body
+from riglens.core.rig.model import Rig
+from riglens.core.scene.boxes import Progress
+from riglens.core.targets.settings import Phase
+from riglens.core.targets.shapes import Shape
+from riglens.results import Listing
+from riglens.scenes import Scene, load_scene, with_blocking_mesh
+
+
+def survey(
+    *boxes: StrPath,
+    origin_m: ArrayLike | None = None,
+    frames: int | None = None,
+    classes: Mapping[str, str] | None = None,
+    find_ground: bool = False,
+    progress: Progress | None = None,
+) -> Listing:
+    """Survey box data: classes, directions, distances, sizes, the ground, and what is not mapped.
+
+    Arguments as for `load_scene`; several data sets count as one.
+    """
+    from riglens.app.evaluation.described import described
+
+    options = scene_options(None, origin_m=origin_m, frames=frames, classes=classes, find_ground=find_ground)
+    document = described(options, [Path(one) for one in boxes], progress).document()
+    rows = [
+        {"class": name, "boxes": found["boxes"], **{k: sum(v) for k, v in found["sectors"].items()}}
+        for name, found in document["classes"].items()
+    ]
+    return Listing(
+        f"Survey of {document['data']['source']}: {document['data']['frames']:,} frames", document, rows
+    )
+
+
+def build_pog(
+    *boxes: StrPath,
+    out: StrPath,
+    voxel_m: float | None = None,
+    roi_m: ArrayLike | None = None,
+    origin_m: ArrayLike | None = None,
+    frames: int | None = None,
+    classes: Mapping[str, str] | None = None,
+    find_ground: bool = False,
+    workers: int | None = None,
+    dask: str | None = None,
+) -> Scene:
+    """Build the POG of box data sets together, store it for `load_scene(pog=out)`, and return the scene.
+
+    Arguments as for `load_scene`; `workers` processes build parts at the same time, or the Dask cluster at `dask`.
+    After an interruption the same call goes on where it was.
+    """
+    from riglens.app.commands.data import build
+    from riglens.app.terminal.console import called_from_python
+
+    options = scene_options(
+        None, origin_m=origin_m, frames=frames, classes=classes, find_ground=find_ground, voxel_m=voxel_m,
+        roi_m=roi_m,
+    )  # fmt: skip
+    with called_from_python(warn):
+        build(*(Path(one) for one in boxes), out=Path(out), scene=options, workers=workers, dask=dask)
+    return load_scene(pog=out)
+
+
+def simulate(
+    rigs: Rig | Sequence[Rig],
+    out: StrPath,
+    boxes: StrPath | None = None,
+    *,
+    origin_m: ArrayLike | None = None,
+    frames: int | None = None,
+    classes: Mapping[str, str] | None = None,
+    find_ground: bool = False,
+    surroundings: Literal["ignored", "block"] | None = None,
+    occluders: tuple[StrPath, StrPath] | None = None,
+    every: int = 1,
+    sequences: int | None = None,
+    clutter: int = 60,
+    road: Literal["uneven", "flat", "none"] = "uneven",
+    noise_m: float = 0.02,
+    dropout: float = 0.05,
+    shape: Shape = "class",
+    range_law: bool = True,
+    phase: Phase = "random",
+    seed: int = 0,
+    pictures: bool = True,
+    points: bool = False,
+    workers: int | None = None,
+    dask: str | None = None,
+    body: Body | None = None,
+    mesh_folder: StrPath = ".",
+) -> tuple[Path, ...]:
+    """Simulate what rigs measure in traffic, as data sets in nuScenes' format; return their folders.
+
+    Boxes as for `load_traffic`, settings as for `riglens simulate`; `points` also writes the points of each frame with
+    the object that each is on. After an interruption the same call goes on where it was.
+    """
+    from riglens.app.commands import simulate as command
+    from riglens.app.terminal.console import called_from_python
+    from riglens.core.pieces.where import Where
+    from riglens.core.simulate.settings import SimulationSettings
+    from riglens.core.simulate.units import Extras
+
+    command.require_counts(every, sequences)
+    options = scene_options(
+        boxes, origin_m=origin_m, frames=frames, classes=classes, find_ground=find_ground, occluders=occluders
+    )
+    settings = SimulationSettings(seed, shape, range_law, phase, noise_m, dropout, clutter, road)
+    score = ScoreOptions(body=body)
+    several = [with_blocking_mesh(rig, score.body_of(rig), mesh_folder) for rig in _several(rigs)]
+    with called_from_python(warn):
+        paths = command.make_data_sets(
+            several, Path(out), command.with_surroundings(options, surroundings), score, settings,
+            Extras(pictures, points), Where(workers, dask), every, sequences,
+        )  # fmt: skip
+    return tuple(paths)
+
+
+def report(
+    rigs: Rig | Sequence[Rig],
+    out: StrPath,
+    boxes: StrPath | None = None,
+    *,
+    voxel_m: float | None = None,
+    roi_m: ArrayLike | None = None,
+    origin_m: ArrayLike | None = None,
+    frames: int | None = None,
+    classes: Mapping[str, str] | None = None,
+    find_ground: bool = False,
+    pog: StrPath | None = None,
+    requirements: StrPath | None = None,
+    draws: int = USUAL_DRAWS,
+    seed: int = 0,
+    project: str | None = None,
+    revision: str | None = None,
+    author: str | None = None,
+    body: Body | None = None,
+    threads: int | None = None,
+    mesh_folder: StrPath = ".",
+) -> Path:
+    """Write a page (.html) or PDF about rigs with every figure attached, and return its path.
+
+    Boxes as for `load_scene`; `requirements` are checked on the page, `draws` are those of the tolerance, 0 for none;
+    project, revision and author go into the header.
+    """
+    from riglens.app.commands.output import require_ending, require_outputs
+    from riglens.app.commands.report import write_report
+    from riglens.app.commands.tolerance import require_draws
+    from riglens.app.studies.report_figures import labels_of
+    from riglens.app.terminal.console import called_from_python
+
+    path, score = Path(out), ScoreOptions(threads=threads, body=body)
+    options = scene_options(
+        boxes, origin_m=origin_m, frames=frames, classes=classes, find_ground=find_ground, voxel_m=voxel_m,
+        roi_m=roi_m, pog=pog,
+    )  # fmt: skip
+    require_ending("out", path, ".html", ".pdf")
+    require_draws(draws, seed, 0)
+    require_outputs(options.files, path)
+    several = [with_blocking_mesh(rig, "blocks", mesh_folder) for rig in _several(rigs)]
+    labels = labels_of(project, revision, author)
+    with called_from_python(warn):
+        write_report(
+            several,
+            path,
+            options,
+            score,
+            _path(requirements),
+            (draws, seed),
+            labels,
+        )
+    return path
+
+
+def verify_report(
+    path: StrPath, boxes: StrPath | None = None, *, meshes: StrPath | None = None, threads: int | None = None
+) -> bool:
+    """Make an earlier report again from what is attached to it, and return whether it is the same byte for byte.
+
+    `boxes`: the data that it was made of, where that was not the bundled town; `meshes`: the folder of its car bodies.
+    """
+    from riglens.app.commands.report import verified
+    from riglens.app.terminal.console import called_from_python
+
+    options, folder = SceneOptions(boxes=_path(boxes)), _path(meshes)
+    with called_from_python(warn):
+        return verified(Path(path), options, ScoreOptions(threads=threads), folder) == 0
+
+
+def _several(rigs: Rig | Sequence[Rig]) -> list[Rig]:
+    return [rigs] if isinstance(rigs, Rig) else list(rigs)
+
+
+def _path(path: StrPath | None) -> Path | None:
+    return None if path is None else Path(path)

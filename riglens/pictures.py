@@ -1,0 +1,229 @@
+"""Pictures of rigs and scenes: PNG files, what notebooks show, and a view to turn."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from riglens.app.evaluation.scenario import settings_of
+from riglens.arguments import ClassName, StrPath, warn
+from riglens.core.files import atomic_write
+from riglens.core.metric.scores import Body
+from riglens.core.optimise.results import OptimiseResult
+from riglens.core.rig.model import Rig
+from riglens.results import RigResult, Rows, html_table
+from riglens.scenes import Scene
+
+if TYPE_CHECKING:
+    from riglens.app.evaluation.options import HeatMode
+    from riglens.app.rendering.render import Theme, View
+    from riglens.widgets.viewport.scene_state import SceneState
+
+SIZE_PX = (960, 600)
+"""Of pictures in notebooks."""
+
+
+def render(
+    rig: Rig,
+    scene: Scene,
+    out: StrPath,
+    *,
+    view: View = "iso",
+    size_px: tuple[int, int] = (1280, 800),
+    scale: int = 1,
+    class_name: ClassName = "car",
+    heatmap: HeatMode = "seen",
+    baseline: Rig | None = None,
+    theme: Theme = "dark",
+    transparent: bool = False,
+    title: bool = False,
+    scores: bool = False,
+    mesh_folder: StrPath = ".",
+    body: Body | None = None,
+) -> None:
+    """Draw a rig, its rays and the heatmap of a class into a PNG file; it takes no display.
+
+    Parameters
+    ----------
+    out
+        The picture (.png).
+    view
+        Where to look from: "iso", "top", "front", "left" or "rear".
+    size_px, scale
+        Width and height in pixels, and how many times as many pixels to draw along each side.
+    class_name, heatmap
+        What the heatmap shows: "probability", "entropy", "seen", "unseen", "sensors", "change" or "off".
+    baseline
+        The rig that `heatmap="change"` starts from.
+    theme, transparent
+        "dark" or "light"; no background at all.
+    title, scores
+        Write the rig's name, and the table of its scores, into the picture.
+    mesh_folder
+        The folder from which a car body in a mesh file is named; that of the rig file, as a rule. A mesh that cannot
+        be read is warned of, and a plain box stands in for it.
+
+    Raises InputError when a value is not accepted or the file cannot be written.
+    """
+    from riglens.app.launch.display import prepare_drawing
+    from riglens.app.rendering.render import RenderRequest, as_drawn, drawn_score, score_and_draw
+    from riglens.core.files import require_writable
+
+    picture = RenderRequest(
+        Path(out), view, size_px, scale, class_name, heatmap, transparent=transparent, title=title,
+        scores=scores, theme=theme, baseline=baseline.name if baseline else None,
+    )  # fmt: skip
+    require_writable(out)
+    prepare_drawing()
+    rig = as_drawn(rig, Path(mesh_folder), warn)
+    score_and_draw(rig, scene.pog, scene.field, picture, baseline, settings_of(drawn_score(rig, body)))
+
+
+# ---------------------------------------------------------------- notebooks
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A picture as a PNG file in memory; notebooks show it."""
+
+    png: bytes
+
+    def save(self, path: StrPath) -> None:
+        """Write the PNG file."""
+        with atomic_write(path) as stream:
+            stream.write(self.png)
+
+    def _repr_png_(self) -> bytes:
+        return self.png
+
+
+def show(
+    rig: Rig,
+    scene: Scene | None = None,
+    *,
+    heatmap: HeatMode = "seen",
+    class_name: ClassName = "car",
+    view: View = "iso",
+    theme: Theme = "light",
+    mesh_folder: StrPath = ".",
+) -> Any:
+    """Show a rig, with a scene also the heatmap of a class.
+
+    In a notebook by pyvista's Jupyter backend, which can be turned where trame is installed; elsewhere in a window;
+    without a display it returns a `Picture`.
+    """
+    from riglens.app.launch.display import missing_display, prepare_drawing
+
+    prepare_drawing()
+    from riglens.widgets.viewport.still import png_of, render_still, staged
+
+    state = _state(rig, scene, heatmap, class_name, theme, mesh_folder)
+    is_notebook = "ipykernel" in sys.modules
+    if missing_display() is not None and not is_notebook:
+        return Picture(png_of(render_still(state, SIZE_PX, view=view)))
+    plotter = staged(state, SIZE_PX, view=view, off_screen=is_notebook, notebook=is_notebook)
+    return plotter.show(return_viewer=is_notebook)
+
+
+def _state(
+    rig: Rig,
+    scene: Scene | None,
+    heatmap: HeatMode,
+    class_name: ClassName,
+    theme: Theme,
+    mesh_folder: StrPath,
+) -> SceneState:
+    from riglens.app.rendering.render import RenderRequest, as_drawn, drawn_score, rig_state, scored_state
+
+    rig = as_drawn(rig, Path(mesh_folder), warn)
+    if scene is None:
+        return rig_state(rig, theme)
+    picture = RenderRequest(Path("picture.png"), class_name=class_name, heat=heatmap, theme=theme)
+    settings = settings_of(drawn_score(rig, None))
+    return scored_state(rig, scene.pog, scene.field, picture, settings=settings)
+
+
+def _png(rig: Rig, scene: Scene | None, heatmap: HeatMode) -> bytes | None:
+    """Return a picture for a notebook, None where the libraries that draw are missing."""
+    from riglens.app.launch.display import prepare_drawing
+    from riglens.app.launch.system_libraries import MissingLibraries
+
+    try:
+        prepare_drawing()
+    except MissingLibraries:
+        return None
+    from riglens.widgets.viewport.still import png_of, render_still
+
+    return png_of(render_still(_state(rig, scene, heatmap, "car", "light", "."), SIZE_PX, view="iso"))
+
+
+@lru_cache(maxsize=8)
+def _rig_png(rig: Rig) -> bytes | None:
+    return _png(rig, None, "off")
+
+
+def _rig_html(rig: Rig) -> str:
+    rows = [
+        {
+            "sensor": one.name,
+            "kind": one.kind,
+            "model": one.model,
+            "position_m": ", ".join(f"{value:g}" for value in one.position),
+            "rpy_deg": ", ".join(f"{value:g}" for value in one.rpy_deg),
+            "rays": one.ray_count,
+            "enabled": one.enabled,
+        }
+        for one in rig.sensors
+    ]
+    return html_table(f"{rig.name}: {rig.vehicle.body}, {len(rig.sensors)} sensors", rows, _rig_png(rig))
+
+
+def _scene_png(scene: Scene) -> bytes | None:
+    return _drawn_once(scene, Rig(), scene, "entropy")
+
+
+def _drawn_once(shown: object, rig: Rig, scene: Scene, heatmap: HeatMode) -> bytes | None:
+    """Return the picture of a scene or a result, kept with it: a notebook asks for it as PNG and within HTML."""
+    if "_png" not in vars(shown):
+        vars(shown)["_png"] = _png(rig, scene, heatmap)
+    found: bytes | None = vars(shown)["_png"]
+    return found
+
+
+def _scene_html(scene: Scene) -> str:
+    rows: Rows = [{"class": name, "boxes": count} for name, count in scene.data.boxes.items()]
+    return html_table(repr(scene).strip("<>"), rows, _scene_png(scene))
+
+
+def _result_png(result: RigResult) -> bytes | None:
+    return _drawn_once(result, result.rig, Scene(result.pog, result.field), "seen")
+
+
+def _result_html(result: RigResult) -> str:
+    return html_table(repr(result).strip("<>"), result.rows(), _result_png(result))
+
+
+def _proposals_png(found: OptimiseResult) -> bytes | None:
+    return _rig_png(found.best.rig)
+
+
+def _proposals_html(found: OptimiseResult) -> str:
+    rows = [
+        {"proposal": one.rig.name, "value": one.value, "cost": one.cost, "verdict": one.verdict}
+        for one in found.proposals
+    ]
+    title = f"{found.problem.rig.name}: hit coverage {found.before:.3f}; {found.sentence()}"
+    return html_table(title, rows, _proposals_png(found))
+
+
+for _type, _html, _picture in (
+    (Rig, _rig_html, _rig_png),
+    (Scene, _scene_html, _scene_png),
+    (RigResult, _result_html, _result_png),
+    (OptimiseResult, _proposals_html, _proposals_png),
+):  # what draws is above them, so they cannot have these methods by themselves
+    for _name, _method in (("_repr_html_", _html), ("_repr_png_", _picture)):
+        setattr(_type, _name, _method)

@@ -1,0 +1,277 @@
+"""Reviews of a rig: blind zones, detection range, redundancy, tolerance, mounts, requirements, and all in one go."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TypedDict
+
+from riglens.app.evaluation.options import ScoreOptions
+from riglens.app.evaluation.scenario import settings_of
+from riglens.arguments import StrPath
+from riglens.core.errors import InputError
+from riglens.core.metric.scores import Body, Method
+from riglens.core.review.blind import BlindSettings
+from riglens.core.review.measures import Measures
+from riglens.core.review.mounts import USUAL_LIMITS, mounts_of, violations
+from riglens.core.review.tolerance import profile_called
+from riglens.core.review.tolerance import tolerance as tolerance_of
+from riglens.core.review.tolerance_json import tolerance_document
+from riglens.core.rig.model import Rig
+from riglens.core.scene.boxes import Progress
+from riglens.core.targets.card import CardPlan, around
+from riglens.core.targets.settings import TargetSettings
+from riglens.core.targets.traffic import Traffic
+from riglens.results import (
+    BlindResult,
+    CheckResult,
+    MountsResult,
+    RangeResult,
+    RedundancyResult,
+    Result,
+    ReviewResult,
+    ToleranceResult,
+)
+from riglens.scenes import Scene, audit, load_scene, with_blocking_mesh
+from riglens.traffic import load_traffic
+
+
+class Solid(TypedDict):
+    """Arguments that all parts of a review share."""
+
+    threads: int | None
+    mesh_folder: StrPath
+
+
+def blind(
+    rig: Rig,
+    *,
+    width_m: float = 0.3,
+    within_m: float = 20.0,
+    voxel_m: float = 0.1,
+    profiles: Sequence[StrPath] = (),
+    threads: int | None = None,
+    mesh_folder: StrPath = ".",
+) -> BlindResult:
+    """Find the ground beside the car where an object stands unseen, and judge test objects. The car is solid.
+
+    Parameters
+    ----------
+    width_m
+        Width of the object; 0 for single columns of voxels.
+    within_m
+        Maximum distance from the car's outline.
+    voxel_m
+        Edge of a voxel.
+    profiles
+        Files of profiles of your own, instead of those that ship with the program.
+    threads
+        Threads to use, all processors by default. The result does not depend on it.
+    mesh_folder
+        The folder from which a car body in a mesh file is named; that of the rig file, as a rule.
+    """
+    from riglens.app.commands.blind import blind_zones, profiles_of
+
+    ScoreOptions(threads=threads)
+    settings, judged = (
+        BlindSettings(voxel_m, width_m, within_m=within_m),
+        profiles_of([Path(one) for one in profiles]),
+    )
+    return BlindResult(
+        *blind_zones(with_blocking_mesh(rig, "blocks", mesh_folder), settings, judged, threads)
+    )
+
+
+def detection_range(
+    rig: Rig,
+    *,
+    min_points: int = 5,
+    min_height_px: float = 25.0,
+    directions: int = 8,
+    to_m: float = 150.0,
+    reaction_s: float = 1.0,
+    deceleration_mps2: float = 5.0,
+    threads: int | None = None,
+    mesh_folder: StrPath = ".",
+) -> RangeResult:
+    """Find up to which distance a rig detects one object in the open, by class and direction. The car is solid.
+
+    Parameters
+    ----------
+    min_points, min_height_px
+        LiDAR points, and height in native pixels of a camera, that detect an object.
+    directions
+        Number of directions around the car, the first one ahead.
+    to_m
+        Maximum distance.
+    reaction_s, deceleration_mps2
+        How the car brakes (our choice).
+    """
+    from riglens.app.commands.detection_range import detection_range as range_of
+
+    ScoreOptions(threads=threads)
+    plan = CardPlan(
+        min_points,
+        min_height_px,
+        around(directions),
+        to_m,
+        reaction_s=reaction_s,
+        deceleration_mps2=deceleration_mps2,
+    )
+    return RangeResult(range_of(with_blocking_mesh(rig, "blocks", mesh_folder), plan, threads))
+
+
+def redundancy(
+    rig: Rig,
+    scene: Scene,
+    traffic: Traffic | None = None,
+    *,
+    min_points: int = 5,
+    method: Method = "exact",
+    body: Body | None = None,
+    threads: int | None = None,
+    mesh_folder: StrPath = ".",
+) -> RedundancyResult:
+    """Find what one, two and three sensors cover, and what is lost when sensors, pairs or groups fail.
+
+    With `traffic`, objects are counted too: LiDARs detect them by `min_points` points of all, a camera by 25 px of
+    height.
+    """
+    from riglens.app.commands.redundancy import redundancy_of
+
+    options = ScoreOptions(method, threads=threads, body=body)
+    rig = with_blocking_mesh(rig, options.body_of(rig), mesh_folder)
+    found = redundancy_of(rig, scene.field, traffic, options, TargetSettings(min_points=min_points))
+    return RedundancyResult(rig, found.voxels, found.targets, found.document())
+
+
+def tolerance(
+    rig: Rig,
+    scene: Scene,
+    traffic: Traffic | None = None,
+    *,
+    errors: str = "assembly",
+    draws: int = 256,
+    seed: int = 0,
+    sample: int = 100,
+    sensitivities: bool = True,
+    method: Method = "exact",
+    body: Body | None = None,
+    threads: int | None = None,
+    mesh_folder: StrPath = ".",
+    progress: Progress | None = None,
+) -> ToleranceResult:
+    """Find how much a rig's figures spread under small errors of its mounts, or of how the car stands.
+
+    Parameters
+    ----------
+    traffic
+        With it, objects are counted too, in `sample` frames.
+    errors
+        Which errors: "assembly", "service", "brackets", "ride" or "load".
+    draws, seed
+        Number of draws, balanced in powers of two, and their seed.
+    sensitivities
+        Also find what each error does on its own.
+    """
+    profile = profile_called(errors)
+    options = ScoreOptions(method, threads=threads, body=body)
+    rig = with_blocking_mesh(rig, options.body_of(rig), mesh_folder)
+    measure = Measures(scene.field, traffic, settings_of(options), sample, threads, designed=rig)
+    found = tolerance_of(rig, profile, measure, draws, seed, sensitivities, progress)
+    return ToleranceResult(found, tolerance_document(found, options.body_of(rig), measure))
+
+
+def mounts(rig: Rig, *, mesh_folder: StrPath = ".") -> MountsResult:
+    """Find how high, how near to the skin and how near to each other sensors are mounted, and what is wrong."""
+    from riglens.app.commands.mounts import mounts_document
+
+    rig = with_blocking_mesh(rig, "blocks", mesh_folder)
+    return MountsResult(rig, mounts_of(rig), violations(rig, USUAL_LIMITS), mounts_document(rig))
+
+
+def check(
+    rigs: Rig | Sequence[Rig],
+    requirements: StrPath,
+    scene: Scene | None = None,
+    traffic: Traffic | None = None,
+    *,
+    profiles: Sequence[StrPath] = (),
+    body: Body | None = None,
+    threads: int | None = None,
+    mesh_folder: StrPath = ".",
+) -> CheckResult:
+    """Check rigs against a file of requirements, in the bundled town unless scene and traffic are given.
+
+    Raises InputError for names that neither a rig nor the program has.
+    """
+    from riglens.app.commands import check as command
+
+    listed = [rigs] if isinstance(rigs, Rig) else rigs
+    several = [with_blocking_mesh(rig, "blocks", mesh_folder) for rig in listed]
+    asked = command.Asked.of(Path(requirements), tuple(Path(one) for one in profiles), several)
+    score = ScoreOptions(threads=threads, body=body).as_required(asked.required.body, asked.file)
+    if scene is None and asked.required.needs_scene:
+        scene = load_scene()
+    if traffic is None and asked.required.needs_road_users:
+        traffic = load_traffic()
+    needed = command.Scene(None if scene is None else scene.field, traffic)
+    found = command.checked(several, score, needed, asked)
+    return CheckResult({one.rig.name: one.verdicts for one in found.checks}, found.document())
+
+
+PARTS = ("blind", "range", "redundancy", "tolerance", "audit", "mounts")
+
+
+def review(
+    rig: Rig,
+    scene: Scene | None = None,
+    traffic: Traffic | None = None,
+    *,
+    only: Sequence[str] = PARTS,
+    min_points: int = 5,
+    profiles: Sequence[StrPath] = (),
+    errors: str = "assembly",
+    draws: int = 256,
+    seed: int = 0,
+    sample: int = 100,
+    body: Body | None = None,
+    threads: int | None = None,
+    mesh_folder: StrPath = ".",
+) -> ReviewResult:
+    """Review a rig: blind zones, detection range, redundancy, tolerance, where rays go, mounts.
+
+    The bundled town is the scene, and its objects the traffic, unless a scene is given.
+
+    Parameters
+    ----------
+    only
+        Some of the parts: "blind", "range", "redundancy", "tolerance", "audit", "mounts".
+    min_points
+        LiDAR points that detect an object.
+
+    The other arguments are those of the functions of the parts.
+    """
+    if unknown := [name for name in only if name not in PARTS]:
+        raise InputError(f"must be some of {', '.join(PARTS)} (got '{unknown[0]}')", "only")
+    if scene is None and {"redundancy", "tolerance", "audit"} & set(only):
+        scene = load_scene()
+        traffic = traffic or load_traffic()
+    solid: Solid = {"threads": threads, "mesh_folder": mesh_folder}
+
+    def of_scene() -> Scene:
+        assert scene is not None
+        return scene
+
+    makers: dict[str, Callable[[], Result]] = {
+        "blind": lambda: blind(rig, profiles=profiles, **solid),
+        "range": lambda: detection_range(rig, min_points=min_points, **solid),
+        "redundancy": lambda: redundancy(rig, of_scene(), traffic, min_points=min_points, body=body, **solid),
+        "tolerance": lambda: tolerance(
+            rig, of_scene(), traffic if sample else None, errors=errors, draws=draws, seed=seed, sample=sample,
+            body=body, **solid,
+        ),
+        "audit": lambda: audit(rig, of_scene(), **solid),
+        "mounts": lambda: mounts(rig, mesh_folder=mesh_folder),
+    }  # fmt: skip
+    return ReviewResult(rig, {name: makers[name]() for name in PARTS if name in only})

@@ -1,0 +1,110 @@
+"""Rigs and sensor models: presets, files, formats of other programs, and the library."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING
+
+from numpy.typing import ArrayLike
+
+from riglens.arguments import StrPath, warn
+from riglens.core.errors import InputError
+from riglens.core.files import require_apart
+from riglens.core.formats.opening import open_rig as open_any_rig
+from riglens.core.geometry import Pose
+from riglens.core.rig.library import default_library
+from riglens.core.rig.model import Rig
+from riglens.core.rig.presets import PRESETS
+from riglens.core.rig.yaml.file import load_rig, new_rig_file
+from riglens.core.sensors.base import Sensor
+from riglens.results import Listing
+
+if TYPE_CHECKING:
+    from riglens.core.formats.report import Report
+
+
+def open_rig(name_or_path: StrPath) -> Rig:
+    """Open a preset by its name ("W+T"), a rig file, or a rig in another program's format, which is detected.
+
+    What another program's file leaves open or RigLens cannot say is reported as a `RigLensWarning`. Raises
+    InputError when there is no such preset or file, or when the file is wrong.
+    """
+    rig, report = _read(name_or_path, None)
+    _warn_of_losses(report)
+    return rig
+
+
+def presets() -> tuple[str, ...]:
+    """List the names of the built-in rigs."""
+    return tuple(PRESETS)
+
+
+def save_rig(rig: Rig, path: StrPath) -> None:
+    """Write a rig file (YAML) that reads back to the same rig, bit for bit.
+
+    Comments and layout of a rig file that is there already are kept. Raises InputError when the rig is not valid or
+    the file cannot be written; an old file stays as it was then.
+    """
+    try:
+        file = load_rig(path)
+    except InputError:
+        file = new_rig_file(rig)
+    file.save(path, rig)
+
+
+def convert(
+    source: StrPath | Rig,
+    target: StrPath,
+    *,
+    source_format: str | None = None,
+    target_format: str | None = None,
+) -> Rig:
+    """Write a rig in another program's format; returns the rig that was written.
+
+    `source` is a rig, or what `open_rig` takes. Formats go by the files unless they are named as for
+    `riglens convert`. What is approximated or left out is reported as a `RigLensWarning`. Raises InputError when
+    reading or writing fails.
+    """
+    from riglens.core.formats.exchange import write_rig  # many formats, which a preset does not need
+
+    rig, report = _read(source, source_format)
+    if not isinstance(source, Rig):
+        require_apart(target, (source,))
+    exported = write_rig(rig, target, target_format)
+    _warn_of_losses(report)
+    _warn_of_losses(exported.report)
+    return rig
+
+
+def _read(source: StrPath | Rig, source_format: str | None) -> tuple[Rig, Report | None]:
+    if isinstance(source, Rig):
+        return source, None
+    if source_format is not None:
+        from riglens.core.formats.exchange import read_rig
+
+        imported = read_rig(source, source_format)
+        return imported.rig, imported.report
+    opened = open_any_rig(os.fspath(source))
+    return opened.rig, opened.report
+
+
+def _warn_of_losses(report: Report | None) -> None:
+    if report is not None:
+        for remark in (*report.of_kind("approximated"), *report.of_kind("ignored")):
+            warn(f"{report.title}: {remark.kind}: {remark.sentence()}")
+
+
+# ---------------------------------------------------------------- sensor models
+
+
+def sensors(kind: str | None = None) -> Listing:
+    """List the sensor models of the library, all or those of a kind, with every figure and its source."""
+    library = default_library()
+    entries = library.entries(kind)
+    rows = [{"model": one.name, "kind": one.kind, "maker": one.maker, "title": one.title} for one in entries]
+    return Listing(f"Sensor models: {len(entries)}", library.document(entries), rows)
+
+
+def sensor(model: str, name: str, position_m: ArrayLike, rpy_deg: ArrayLike = (0.0, 0.0, 0.0)) -> Sensor:
+    """Return a sensor of a library model in a pose; raise InputError for an unknown model."""
+    return default_library().entry(model).sensor(name, Pose(position_m, rpy_deg))

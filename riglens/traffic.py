@@ -1,0 +1,164 @@
+"""Traffic as single objects, and the points and pixels that a rig gets onto them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import fields
+from types import TracebackType
+from typing import Self
+
+from numpy.typing import ArrayLike
+
+from riglens.app.evaluation.options import ScoreOptions
+from riglens.app.evaluation.traffic import load_traffic as load_boxes
+from riglens.arguments import StrPath, scene_options, warn_of_data
+from riglens.core.errors import InputError
+from riglens.core.metric.scores import Body
+from riglens.core.rig.model import Rig
+from riglens.core.scene.boxes import Progress
+from riglens.core.targets.engine import TargetEngine
+from riglens.core.targets.settings import Phase, TargetSettings
+from riglens.core.targets.shapes import Shape
+from riglens.core.targets.traffic import WITHIN_M
+from riglens.core.targets.traffic import Traffic as Boxes
+from riglens.results import TargetResult
+from riglens.scenes import with_blocking_mesh
+
+
+class Traffic(Boxes):
+    """Objects of all frames of a data set, made by `load_traffic`: arrays with an entry per box, never changed.
+
+    `cls`, `centre_m`, `size_m`, `rotation`, `distance_m` and `counts` (whether it is near enough to count) of each box;
+    `frame_of_box` its frame, in the order in which frames are sampled. `within(m)` counts to another distance.
+    """
+
+    def __repr__(self) -> str:
+        return f"<Traffic of {self.data.short_source}: {self.frames:,} frames, {int(self.counts.sum()):,} objects>"
+
+    def engine(self, threads: int | None = None) -> TrafficEngine:
+        """Return an engine for many rigs, which casts only what changes from one to the next; use it in a `with`."""
+        return TrafficEngine(self, threads)
+
+
+def load_traffic(
+    boxes: StrPath | None = None,
+    *,
+    within_m: float = WITHIN_M,
+    origin_m: ArrayLike | None = None,
+    frames: int | None = None,
+    classes: Mapping[str, str] | None = None,
+    find_ground: bool = False,
+    surroundings: bool = False,
+    occluders: tuple[StrPath, StrPath] | None = None,
+    progress: Progress | None = None,
+) -> Traffic:
+    """Load the objects of a box data set, or of the bundled town, to count on with `targets`.
+
+    Parameters
+    ----------
+    within_m
+        Objects count up to this distance from the car; all of them hide what is behind them.
+    surroundings
+        Houses, walls and poles of the bundled town hide objects too.
+    occluders
+        Tables of what stands around your own boxes, and of the poses of the car.
+
+    The other arguments are those of `load_scene`. Boxes that do not count are reported as a `RigLensWarning`. Raises
+    InputError on bad data.
+    """
+    options = scene_options(
+        boxes, origin_m=origin_m, frames=frames, classes=classes, find_ground=find_ground,
+        surroundings=surroundings, occluders=occluders,
+    )  # fmt: skip
+    found = load_boxes(options, within_m, progress)
+    warn_of_data(found.data)
+    return Traffic(**{one.name: getattr(found, one.name) for one in fields(found)})
+
+
+class TrafficEngine:
+    """Counts rigs one after the other and casts only the sensors that changed; the counts are those of `targets`.
+
+    Made by `traffic.engine()`, for one thread. It holds what each sensor hits until the `with` block ends.
+    """
+
+    def __init__(self, traffic: Boxes, threads: int | None = None) -> None:
+        ScoreOptions(threads=threads)
+        self._engine: TargetEngine | None = TargetEngine(traffic, threads)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._engine = None
+
+    def evaluate(
+        self,
+        rig: Rig,
+        *,
+        shape: Shape = "class",
+        range_law: bool = True,
+        phase: Phase = "random",
+        seed: int = 0,
+        min_points: int = 5,
+        sample: int | range | None = None,
+        body: Body | None = None,
+        mesh_folder: StrPath = ".",
+    ) -> TargetResult:
+        """Count for a rig; arguments as for `targets`. Raises RuntimeError after the `with` block."""
+        if self._engine is None:
+            raise RuntimeError("this engine was closed at the end of its with block")
+        if isinstance(sample, int) and sample < 1:
+            raise InputError(f"must be an integer ≥ 1 (got {sample})", "sample")
+        body = ScoreOptions(body=body).body_of(rig)
+        settings = TargetSettings(shape, range_law, phase, seed, min_points, body)
+        found = self._engine.evaluate(with_blocking_mesh(rig, body, mesh_folder), settings, sample)
+        return TargetResult(self._engine.traffic, found)
+
+
+def targets(
+    rig: Rig,
+    traffic: Boxes,
+    *,
+    shape: Shape = "class",
+    range_law: bool = True,
+    phase: Phase = "random",
+    seed: int = 0,
+    min_points: int = 5,
+    sample: int | range | None = None,
+    threads: int | None = None,
+    body: Body | None = None,
+    mesh_folder: StrPath = ".",
+) -> TargetResult:
+    """Count the points and pixels that a rig gets onto objects, behind the traffic before them.
+
+    Parameters
+    ----------
+    rig, traffic
+        The rig to count for, and the objects: made by `load_traffic`. For many rigs use `traffic.engine()`.
+    shape
+        "class": cars have glass and a gap below, cyclists and pedestrians are slim; "box": plain boxes.
+    range_law
+        Whether rays of LiDARs that come from far, or meet a face at a slant, may get lost.
+    phase, seed
+        "random" turns each LiDAR in each frame by a part of its azimuth step, drawn by the seed; "0" does not.
+    min_points
+        LiDAR points that detect an object.
+    sample
+        Number of frames to use, drawn fairly, or a range of them: `range(100, 1100)` are held out from `100`.
+    threads
+        Threads to use, all processors by default. The counts do not depend on it.
+    body
+        Whether rays pass through the car's own body ("ignored", as in the paper) or end at it ("blocks"); as
+        `rig.self_occlusion` says by default.
+    mesh_folder
+        The folder from which a car body in a mesh file is named; that of the rig file, as a rule.
+
+    Raises InputError when a number is out of its range, or when the mesh of a body that blocks cannot be read.
+    """
+    with TrafficEngine(traffic, threads) as engine:
+        return engine.evaluate(
+            rig, shape=shape, range_law=range_law, phase=phase, seed=seed, min_points=min_points, sample=sample,
+            body=body, mesh_folder=mesh_folder,
+        )  # fmt: skip

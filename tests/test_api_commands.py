@@ -1,0 +1,122 @@
+"""Every command by the command line and by `import riglens as rl`: the same JSON, to the last bit."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pytest
+
+import riglens as rl
+from riglens.app.commands import main
+from tests.test_api import BOXES, ROI_M
+
+GRID = ["--voxel", "0.5", "--roi", *map(str, ROI_M)]
+REQUIREMENTS = """riglens_requirements: 1
+seen:
+  - {class: car, at_least: 0.1}
+on_target:
+  - {class: car, at_least: 0.99}
+mounts:
+  gap_m: 0.1
+"""
+
+
+class Place(NamedTuple):
+    """A rig, boxes on disk, and both as `rl` has them."""
+
+    folder: Path
+    boxes: Path
+    rig: rl.Rig
+    scene: rl.Scene
+    traffic: rl.Traffic
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Place:
+    """A small box table with all classes on a coarse grid, and a rig of three sensors."""
+    folder = tmp_path_factory.mktemp("api")
+    (folder / "boxes.csv").write_text(BOXES)
+    (folder / "requirements.yaml").write_text(REQUIREMENTS)
+    whole = rl.open_rig("W+T")
+    rig = whole.replace(name="few", sensors=(*whole.lidars()[:2], whole.cameras()[0]))
+    rl.save_rig(rig, folder / "rig.yaml")
+    boxes = folder / "boxes.csv"
+    return Place(folder, boxes, rig, rl.load_scene(boxes, 0.5, roi_m=ROI_M), rl.load_traffic(boxes))
+
+
+def by_words(place: Place, *words: object) -> dict[str, Any]:
+    """The JSON of a command; its exit code may say that a requirement is not met."""
+    out = place.folder / "out.json"
+    assert main([*map(str, words), "--json", str(out)]) in (0, 1)
+    found: dict[str, Any] = json.loads(out.read_text())
+    return found
+
+
+CASES: dict[str, tuple[list[str], Callable[[Place], Any]]] = {
+    "evaluate": (["BOXES", "GRID"], lambda p: rl.score(p.rig, p.scene)),
+    "targets": (["BOXES"], lambda p: rl.targets(p.rig, p.traffic)),
+    "audit": (["BOXES", "GRID"], lambda p: rl.audit(p.rig, p.scene)),
+    "blind": (
+        ["--width", "0", "--within", "5", "--voxel", "0.2"],
+        lambda p: rl.blind(p.rig, width_m=0, within_m=5, voxel_m=0.2),
+    ),
+    "card": (
+        ["--directions", "2", "--to", "30", "--min-points", "3"],
+        lambda p: rl.detection_range(p.rig, directions=2, to_m=30, min_points=3),
+    ),
+    "redundancy": (["BOXES", "GRID"], lambda p: rl.redundancy(p.rig, p.scene, p.traffic)),
+    "tolerance": (
+        ["BOXES", "GRID", "--draws", "4", "--sample", "2", "--errors", "ride"],
+        lambda p: rl.tolerance(p.rig, p.scene, p.traffic, draws=4, sample=2, errors="ride"),
+    ),
+    "review": (
+        ["BOXES", "GRID", "--draws", "2", "--sample", "0", "--only", "redundancy,mounts,tolerance,audit"],
+        lambda p: rl.review(
+            p.rig, p.scene, p.traffic, draws=2, sample=0, only=["redundancy", "mounts", "tolerance", "audit"]
+        ),
+    ),
+    "check": (
+        ["BOXES", "GRID", "--requirements", "REQUIREMENTS"],
+        lambda p: rl.check(p.rig, p.folder / "requirements.yaml", p.scene, p.traffic),
+    ),
+}
+
+
+@pytest.mark.parametrize("command", CASES)
+def test_a_command_says_the_same_by_both(place: Place, command: str) -> None:
+    words, ask = CASES[command]
+    said = {
+        "BOXES": ["--boxes", str(place.boxes)],
+        "GRID": GRID,
+        "REQUIREMENTS": [str(place.folder / "requirements.yaml")],
+    }
+    spelled = [part for word in words for part in said.get(word, [word])]
+    expected = by_words(place, command, place.folder / "rig.yaml", *spelled)
+    result = ask(place)
+    found = json.loads(json.dumps(result.to_dict()))
+    for document in (expected, found):
+        for rig in document.get("rigs", ()):
+            rig.pop("elapsed_ms", None)
+    assert found == expected
+    assert result.table().num_rows == len(result.rows()) > 0
+    assert "<table>" in result._repr_html_() and result.rig if hasattr(result, "rig") else True
+
+
+def test_data_and_models_are_those_of_the_command_line(place: Place) -> None:
+    expected = by_words(place, "data", "show", place.boxes, "--origin", "1", "0", "0")
+    survey = rl.survey(place.boxes, origin_m=[1, 0, 0])
+    assert json.loads(json.dumps(survey.to_dict())) == expected
+    assert survey.table()["boxes"].to_pylist() == [2, 1, 1]
+    expected = by_words(place, "list", "sensors", "--kind", "camera")
+    assert json.loads(json.dumps(rl.sensors("camera").to_dict())) == expected
+    vlp = rl.sensor("velodyne-vlp-16", "roof", [0, 0, 1.9])
+    assert vlp.kind == "lidar" and vlp.position == (0.0, 0.0, 1.9) and vlp.model == "velodyne-vlp-16"
+
+
+def test_a_pog_that_was_built_is_a_scene(place: Place) -> None:
+    built = rl.build_pog(place.boxes, out=place.folder / "town.npz", voxel_m=0.5, roi_m=list(ROI_M))
+    assert built.grid == place.scene.grid
+    assert dict(rl.score(place.rig, built)) == dict(rl.score(place.rig, place.scene))
