@@ -21,7 +21,7 @@ class OtherKernels:
     """A process of low priority that leaves compiled code on disk, started at most once, by any thread."""
 
     def __init__(
-        self, command: Sequence[str] = (sys.executable, "-m", "riglens.core.engine.warm_up")
+        self, command: Sequence[str] = (sys.executable, "-m", "riglens.app.evaluation.every_kernel")
     ) -> None:
         self._command = list(command)
         self._process: subprocess.Popen[bytes] | None = None
@@ -36,7 +36,8 @@ class OtherKernels:
     def begin_beside(self) -> None:
         """Start it at once, with fans first, where there is a second processor and they are not on disk; it then goes
         on with everything else."""
-        from riglens.core.engine.warm_up import FANS_FIRST, are_fans_compiled  # as below
+        from riglens.app.evaluation.kernel_steps import FANS_FIRST  # as below
+        from riglens.core.engine.warm_up import are_fans_compiled
 
         if (os.cpu_count() or 1) > 1 and not are_fans_compiled():
             self._start((FANS_FIRST,))
@@ -51,7 +52,10 @@ class OtherKernels:
             sleep(LOOK_S)
 
     def _start(self, options: Sequence[str]) -> None:
-        from riglens.core.engine.warm_up import is_everything_compiled  # the thread has loaded the compiler
+        from riglens.app.evaluation.kernel_steps import (  # the thread has loaded the compiler
+            STEPS,
+            steps_done,
+        )
 
         with self._lock:
             if self._is_over:
@@ -59,13 +63,24 @@ class OtherKernels:
             self._is_over = True
             nothing, command = subprocess.DEVNULL, [*self._command, *options]
             with contextlib.suppress(OSError):
-                if not is_everything_compiled():
+                if steps_done() < len(STEPS):
                     self._process = subprocess.Popen(command, stdin=nothing, stdout=nothing, stderr=nothing)
 
     @property
     def is_running(self) -> bool:
         """Return whether the process is at work."""
         return self._process is not None and self._process.poll() is None
+
+    def progress(self) -> tuple[int, int] | None:
+        """Return how many steps are ready and of how many, None while no process is at work."""
+        if not self.is_running:
+            return None
+        from riglens.app.evaluation.kernel_steps import (  # loaded by the thread that started it
+            STEPS,
+            steps_done,
+        )
+
+        return steps_done(), len(STEPS)
 
     def close(self) -> None:
         """End the process; kernels compiled so far stay on disk."""

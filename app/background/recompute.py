@@ -101,6 +101,10 @@ class Recompute(QObject):
         """Number of threads of the engines, None for all."""
         return self._threads
 
+    def compiling(self) -> tuple[int, int] | None:
+        """Return how many steps of compiling are ready and of how many, None while none is under way."""
+        return None if self._others is None else self._others.progress()
+
     def begin(self) -> None:
         """Start the requests made so far; for an owner that waits."""
         self._queue.release(Priority.LOAD)

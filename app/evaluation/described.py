@@ -52,13 +52,12 @@ class Described:
         }
 
     def warnings(self) -> Iterator[str]:
-        """Yield what deserves a second look: directions without boxes, a ground that is not at z = 0."""
+        """Yield warnings on directions without boxes, and on a ground that is not at z = 0."""
         bare = self.survey.bare_sectors()
         if bare:
             listed = ", ".join(f"{name} ({count:,})" for name, count in bare.items())
             yield (
-                f"next to no boxes {listed}: the data may not cover every side, and looking there gains a rig next to "
-                "nothing"
+                f"almost no boxes {listed}: the data may not cover every side, and coverage there gains almost nothing"
             )
         ground = self.survey.ground
         if ground is None or self.is_origin_known or not ground.is_certain:

@@ -30,6 +30,7 @@ from riglens.app.window.features.mounts import Mounts
 from riglens.app.window.features.objects import Objects
 from riglens.app.window.features.pick import Pick
 from riglens.app.window.features.picture import Picture
+from riglens.app.window.features.preparing import Preparing
 from riglens.app.window.features.report import Report
 from riglens.app.window.features.scene_data import SceneData
 from riglens.app.window.features.scores import ScoresShown
@@ -70,6 +71,7 @@ class Features(NamedTuple):
     scene_data: SceneData
     map: Map
     scores: ScoresShown
+    preparing: Preparing
     targets: Targets
     objects: Objects
     mounts: Mounts
@@ -135,6 +137,7 @@ def build_features(bench: Workbench) -> Features:
         scene_data=(scene_data := SceneData(bench)),
         map=(map_ := Map(bench)),
         scores=ScoresShown(bench),
+        preparing=Preparing(bench),
         targets=(targets := Targets(bench)),
         objects=Objects(bench),
         mounts=(mounts := Mounts(bench)),

@@ -1,9 +1,4 @@
-"""Compile kernels, or load them from disk, before they are needed: first those of one rig, then all others.
-
-Run as a process of its own, this module compiles what is not yet on disk and ends; the priority is the lowest there is.
-With FANS_FIRST it begins, at the usual priority, with the one kernel that takes longest, while the first one to need
-it does the rest (`compile_sums`).
-"""
+"""Kernels of the engine, compiled or loaded from disk before they are needed."""
 
 from __future__ import annotations
 
@@ -11,7 +6,6 @@ import sys
 from functools import singledispatch
 
 import numpy as np
-import psutil
 
 from riglens.core.engine.caster import Caster
 from riglens.core.engine.engine import Engine
@@ -55,11 +49,8 @@ BENT = Camera(
     name="bent", position=(0.0, 0.0, 2.0), image=(64, 64), cast=(64, 64), fx=64.0, fy=64.0, cx=32.0, cy=32.0,
     distortion=BrownConrady(k1=-0.1),
 )  # fmt: skip
-"""A lens with distortion: not every rig has one, so only the process that compiles everything does this one too."""
-LOWEST_PRIORITY = 19
-MARKER = f"everything-{FOLDER.sources.digest}-{sys.implementation.cache_tag}"
+"""A lens with distortion: not every rig has one, so only the process that compiles every kernel does this one too."""
 FANS = f"fans-{FOLDER.sources.digest_of('fans.fan')}-{sys.implementation.cache_tag}"
-FANS_FIRST = "--fans-first"
 
 ON_THE_CAR = Rig(
     sensors=(
@@ -160,36 +151,11 @@ def are_fans_compiled() -> bool:
     return FOLDER.read(FANS) is not None
 
 
-def is_everything_compiled() -> bool:
-    """Return whether a process has compiled all kernels of these sources before."""
-    return FOLDER.read(MARKER) is not None
-
-
-def compile_everything() -> None:
-    """Have the code of all ways to cast a sensor on disk."""
-    field = _tiny_field()
-    warm_up(field)
-    warm_up(field, rig=Rig(sensors=(BENT,)), settings=MetricSettings(body="blocks"))
-    FOLDER.write(MARKER, b"")
-
-
-def _tiny_field() -> EntropyField:
-    """Return a field of few voxels, wide enough for rays to drift apart; in half of them a box is present in one of two
-    frames."""
-    grid = VoxelGrid(1.0, (60.0, 60.0, 4.0))
+def tiny_field(voxel_m: float = 1.0) -> EntropyField:
+    """Return a field wide enough for rays to drift apart; in half of its voxels a box stands in one of two frames."""
+    grid = VoxelGrid(voxel_m, (60.0, 60.0, 4.0))
     occupied = np.ones(grid.shape, np.bool_)
     occupied[::2] = False
     index = VoxelIndex.of(grid, pack(grid, occupied))
     counts = np.ones((int(occupied.sum()), len(CLASSES)), np.uint16)
     return EntropyField.from_pog(Pog(grid, DataReport("tiny", 2, dict.fromkeys(CLASSES, 1)), index, counts))
-
-
-def _main(arguments: list[str]) -> None:
-    if FANS_FIRST in arguments and not are_fans_compiled():
-        compile_fans(_tiny_field())
-    psutil.Process().nice(getattr(psutil, "IDLE_PRIORITY_CLASS", LOWEST_PRIORITY))
-    compile_everything()
-
-
-if __name__ == "__main__":
-    _main(sys.argv[1:])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from functools import partial
 from pathlib import Path
 
 import numba
@@ -10,12 +11,12 @@ import pytest
 
 from riglens.app.background import compiling
 from riglens.app.background.compiling import OtherKernels
+from riglens.app.evaluation import every_kernel, kernel_steps
 from riglens.core.engine import warm_up
 from riglens.core.kernels.fans.fan import mark_fan
 from riglens.core.kernels.fans.profile import find_stays, masks_of
 from riglens.core.kernels.runtime.compiled import KernelFolder
 from riglens.core.kernels.voxels import update_coverage
-from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.model import Rig
 
 LONG = (sys.executable, "-c", "import time; time.sleep(600)")
@@ -27,6 +28,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> KernelFolder:
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
     folder = KernelFolder()
     monkeypatch.setattr(warm_up, "FOLDER", folder)
+    monkeypatch.setattr(kernel_steps, "FOLDER", folder)
     return folder
 
 
@@ -66,7 +68,7 @@ def test_fans_are_compiled_beside_the_first_load_and_the_process_goes_on(
     others = OtherKernels(LONG)
     others.begin_beside()
     first = others._process
-    assert first is not None and first.args == [*LONG, warm_up.FANS_FIRST]
+    assert first is not None and first.args == [*LONG, kernel_steps.FANS_FIRST]
     looks: list[float] = []
 
     def sleep(seconds: float) -> None:
@@ -108,7 +110,7 @@ def test_what_is_compiled_ahead_is_what_an_evaluation_calls(monkeypatch: pytest.
     """Another type of an argument would be compiled for nothing, and the right one again."""
     monkeypatch.setattr(warm_up, "FOLDER", KernelFolder())
     monkeypatch.setattr(KernelFolder, "write", lambda *_: None)
-    field = warm_up._tiny_field()
+    field = warm_up.tiny_field()
     upright = Rig(sensors=(warm_up.WARM_UP.sensors[0],))
     assert warm_up.needs_fans(upright) and not warm_up.needs_fans(Rig(sensors=(warm_up.BENT,)))
     warm_up.warm_up(field, 1, upright)
@@ -119,15 +121,36 @@ def test_what_is_compiled_ahead_is_what_an_evaluation_calls(monkeypatch: pytest.
     assert [set(kernel.signatures) for kernel in kernels] == before
 
 
-def test_none_is_started_when_all_is_on_disk(monkeypatch: pytest.MonkeyPatch, folder: KernelFolder) -> None:
-    warmed: list[tuple[Rig | None, MetricSettings | None]] = []
-    monkeypatch.setattr(
-        warm_up, "warm_up", lambda field, rig=None, settings=None: warmed.append((rig, settings))
-    )
-    assert not warm_up.is_everything_compiled()
-    warm_up.compile_everything()
-    assert warm_up.is_everything_compiled() and folder.read(warm_up.MARKER) == b""
-    assert warmed == [(None, None), (Rig(sensors=(warm_up.BENT,)), MetricSettings(body="blocks"))]
+@pytest.mark.usefixtures("folder")
+def test_a_finished_step_is_not_done_again_and_none_is_started_when_all_are_on_disk(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    assert tuple(every_kernel.FUNCTIONS) == kernel_steps.STEPS
+    done: list[str] = []
+    fakes = {step: partial(done.append, step) for step in kernel_steps.STEPS}
+    monkeypatch.setattr(every_kernel, "FUNCTIONS", fakes)
+    kernel_steps.mark_done("points")
+    assert kernel_steps.steps_done() == 1
+    every_kernel.compile_steps()
+    assert done == [step for step in kernel_steps.STEPS if step != "points"]
+    assert kernel_steps.steps_done() == len(kernel_steps.STEPS)
     others = OtherKernels(LONG)
     others.begin()
-    assert not others.is_running
+    assert not others.is_running and others.progress() is None
+
+
+@pytest.mark.usefixtures("folder")
+def test_progress_is_counted_in_steps_while_the_process_runs() -> None:
+    others = OtherKernels(LONG)
+    others.begin()
+    assert others.progress() == (0, len(kernel_steps.STEPS))
+    kernel_steps.mark_done("rays")
+    assert others.progress() == (1, len(kernel_steps.STEPS))
+    others.close()
+    assert others.progress() is None
+
+
+def test_every_step_does_what_its_callers_do() -> None:
+    """With code on disk they take seconds; a changed signature would be noticed by none but the first user."""
+    for step in every_kernel.FUNCTIONS.values():
+        step()
