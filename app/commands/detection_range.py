@@ -119,7 +119,7 @@ def _explanation(card: Card) -> Iterator[str]:
     """Yield the lines that explain the figures."""
     plan = card.plan
     yield (
-        f"LiDARs: fewer than {plan.min_points} points, as least-median-most over where the road user falls between the "
+        f"LiDARs: fewer than {plan.min_points} points, as worst/median/best over where the road user falls between the "
         f"beams (gap {card.gap_deg:.2g} deg). Cameras: less than {plan.min_height_px:g} pixels tall. More is better."
     )
     yield (

@@ -18,12 +18,12 @@ def bearing_text(bearing_deg: float) -> str:
 
 
 def reach_text(reach: Reach, to_m: float) -> str:
-    """Least, median and most, once where they are the same; > the farthest distance that was tried."""
+    """Return worst/median/best, once where they are the same; ">" marks the farthest distance tried."""
     if reach.most_m == 0.0:
         return "never"
     values = [reach.least_m, reach.median_m, reach.most_m]
     texts = [f">{to_m:g}" if math.isinf(value) else f"{value:.0f}" for value in values]
-    return texts[0] if len(set(texts)) == 1 else "-".join(texts)
+    return texts[0] if len(set(texts)) == 1 else "/".join(texts)
 
 
 def stop_text(speed_kmh: float | None) -> str:

@@ -95,7 +95,7 @@ class View(QWidget):
 
     @abstractmethod
     def look_at(self, x_m: float, y_m: float) -> None:
-        """Bring a point of the ground plan into the middle of the view; direction and distance stay."""
+        """Look over the car at a point of the ground plan; the distance stays."""
         raise NotImplementedError
 
     @abstractmethod

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 from PySide6.QtCore import QEvent, QPointF, Qt
@@ -18,6 +19,9 @@ from riglens.widgets.viewport.drop_target import DropTarget
 from riglens.widgets.viewport.measured import Place
 from riglens.widgets.viewport.redraw import Parts, Redraw
 from riglens.widgets.viewport.scene_state import SceneState
+
+OVER_TRAFFIC_DEG = 35.0
+"""Over a car 1.5 m high, the ground is seen from 2.1 m behind it on."""
 
 
 class ViewportBase(DropTarget):
@@ -107,9 +111,16 @@ class ViewportBase(DropTarget):
         self.request_render()
 
     def look_at(self, x_m: float, y_m: float) -> None:
-        """Bring a point of the ground plan into the middle of the view; direction and distance stay."""
+        """Look over the car at a point of the ground plan, so steeply that what stands before it does not hide it."""
         camera = self._scene.state.camera
-        self._scene.set_camera(replace(camera, focal_m=(x_m, y_m, camera.focal_m[2])))
+        self._scene.set_camera(
+            replace(
+                camera,
+                focal_m=(x_m, y_m, camera.focal_m[2]),
+                azimuth_deg=math.degrees(math.atan2(-y_m, -x_m)),
+                elevation_deg=max(camera.elevation_deg, OVER_TRAFFIC_DEG),
+            )
+        )
         self.request_render()
 
     def set_snap(self, snap: bool) -> None:

@@ -258,7 +258,7 @@ def test_the_table_says_what_the_terminal_does(qtbot: QtBot) -> None:
         row for row in CARD.rows if (row.cls, row.heading_deg, row.bearing_deg) == ("pedestrian", 0.0, 90.0)
     )
     text = table.text_of("Pedestrian, LiDARs", "left")
-    assert text.split("-")[0] == f"{row.lidar.least_m:.0f}"
+    assert text.split("/")[0] == f"{row.lidar.least_m:.0f}"
     assert table.text_of("Pedestrian, cameras", "behind") == "never"
     assert (table.figures.rowCount(), table.figures.columnCount()) == (10, len(NEAR.bearings_deg) + 1)
     assert table.line == Line("car", 0.0, LIDAR)
@@ -267,7 +267,7 @@ def test_the_table_says_what_the_terminal_does(qtbot: QtBot) -> None:
 
 
 def test_no_distance_is_cut_off_however_narrow_the_table(qtbot: QtBot) -> None:
-    """Out of sight behind a scroll bar, yes; 70-102-1…, never."""
+    """Out of sight behind a scroll bar, yes; 70/102/1…, never."""
     table = CardTable()
     qtbot.addWidget(table)
     table.resize(500, 200)
@@ -275,7 +275,7 @@ def test_no_distance_is_cut_off_however_narrow_the_table(qtbot: QtBot) -> None:
     rows = tuple(replace(row, reaches={**row.reaches, "lidar": far}) for row in CARD.rows)
     table.show_card(replace(CARD, rows=rows, plan=replace(NEAR, to_m=150.0)))
     table.show()
-    assert table.text_of("Car end on, LiDARs", "left") == "102-104-106"
+    assert table.text_of("Car end on, LiDARs", "left") == "102/104/106"
     for column in range(table.figures.columnCount()):
         text = table.figures.cell(0, column).text
         assert table.fontMetrics().horizontalAdvance(text) + 6 <= table.columnWidth(column)

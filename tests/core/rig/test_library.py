@@ -20,6 +20,7 @@ from riglens.core.rig.library import (
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
 from riglens.core.rig.presets import preset
 from riglens.core.rig.yaml.file import dumps, loads
+from riglens.core.sensors.camera import project_px
 
 ENTRIES = default_library().entries()
 
@@ -393,3 +394,12 @@ def test_a_sensor_says_in_what_it_differs_from_its_model() -> None:
     assert changed_fields(lidar.replace(range_m=(0.0, 30.0))) == ("range_m",)
     assert changed_fields(fewer.replace(model=None)) == ()
     assert changed_fields(fewer.replace(model="nobody-knows-1")) == ()
+
+
+def test_the_woodscape_fisheye_images_where_its_published_polynomial_does() -> None:
+    camera = sensor_from_model("valeo-woodscape-fisheye", "cam", Pose())
+    assert isinstance(camera, Camera)
+    angle = np.radians(np.linspace(0.1, 100.0, 500))
+    published = 339.749 * angle - 31.988 * angle**2 + 48.275 * angle**3 - 7.201 * angle**4
+    found = project_px(camera, np.stack([np.cos(angle), -np.sin(angle), np.zeros(500)], axis=1))
+    assert np.abs(found[:, 0] - 643.942 - published).max() < 0.43

@@ -12,6 +12,7 @@ import weakref
 from collections.abc import Callable, Generator
 
 import numpy as np
+import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
@@ -318,3 +319,12 @@ def test_without_any_display_the_view_is_drawn_into_a_picture():
         check=False,
     )
     assert run.stdout.strip() == "OffscreenViewport 320 True", run.stderr
+
+
+@pytest.mark.parametrize("x_m, y_m", [(30.0, 0.0), (-8.0, 6.0)])
+def test_a_place_is_looked_at_over_the_car(view, x_m, y_m):
+    view.look_at(x_m, y_m)
+    camera = view.state.camera
+    assert camera.focal_m[:2] == (x_m, y_m) and camera.elevation_deg >= 30.0
+    towards = camera.axes()[2][:2]
+    assert towards @ np.array([x_m, y_m]) == pytest.approx(np.hypot(*towards) * np.hypot(x_m, y_m))

@@ -19,7 +19,7 @@ STOPS_TIP = (
     "the least distance. Available: that distance less half the lengths of car and road user."
 )
 ROW_PX, TITLE_PX, PAD_PX = 22, 160, 12
-WIDEST = "888-888-888"
+WIDEST = "888/888/888"
 """The longest text of a cell: no column of distances is narrower."""
 
 
