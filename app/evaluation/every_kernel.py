@@ -42,7 +42,7 @@ from riglens.core.targets.card_making import card_of
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import Traffic, traffic_of
-from riglens.core.vehicle.solid import CarBody
+from riglens.core.vehicle.solid import solid_of
 from riglens.core.view.camera_picture import camera_picture
 from riglens.core.view.frame_scene import frame_scene, why_missed
 from riglens.core.view.frames import FrameBoxes
@@ -119,7 +119,7 @@ def _try_test_objects() -> None:
 
 
 def _show_a_frame() -> None:
-    traffic, solid = _traffic(), CarBody(RIG.vehicle).solid()
+    traffic, solid = _traffic(), solid_of(RIG.vehicle)
     boxes = FrameBoxes(traffic.cls, traffic.centre_m, traffic.size_m, traffic.rotation)
     frame_scene(RIG, 0, boxes, solid)
     why_missed(RIG, boxes, 1, solid, 5)

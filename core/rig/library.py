@@ -211,7 +211,9 @@ def _check_about(entry: Entry, place: str) -> None:
     for key in ("unverified", "assumed"):
         for figure in getattr(entry, key):
             if figure not in stated or figure in _WORDS:
-                raise InputError(f"{place}: {key} must be figures that the entry states (got '{shortened(figure)}')")
+                raise InputError(
+                    f"{place}: {key} must be figures that the entry states (got '{shortened(figure)}')"
+                )
 
 
 def _complete(fields: dict[str, Any], sensor: Sensor) -> dict[str, Any]:

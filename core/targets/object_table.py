@@ -55,7 +55,7 @@ def object_table(traffic: Traffic, scores: TargetScores) -> Table:
 
 
 def _places(traffic: Traffic, box: NDArray[np.int64]) -> dict[str, Any]:
-    """Return seq, frame, class and box of the boxes (k,); without names of its own a frame has its number in the data."""
+    """Return seq, frame, class and box of the boxes (k,); a frame without a name has its number."""
     import pyarrow as pa
 
     number = traffic.frame[traffic.frame_of_box[box]]
