@@ -17,7 +17,7 @@ from riglens.app.commands.output import deliver, require_ending, require_outputs
 from riglens.app.evaluation.blind_text import hole_text
 from riglens.app.studies.files import csv_text, write_text
 from riglens.app.terminal.console import progress_bar, results
-from riglens.app.terminal.loading import load_rigs, note_missing_rays
+from riglens.app.terminal.loading import load_rigs
 from riglens.core.files import atomic_write
 from riglens.core.kernels.runtime import jit
 from riglens.core.review.blind import HEIGHTS_M, BlindEngine, BlindMap, BlindSettings, By, unseen_by
@@ -76,7 +76,6 @@ def blind(
     asked = profiles_of(profiles)
     require_ending("out", out, ".csv", ".png")
     require_outputs((rig, *profiles), out, json)
-    note_missing_rays([opened])
     found, judged = blind_zones(opened, settings, asked, score.threads)
     if out is not None:
         _write_map(out, found, by, sensors)

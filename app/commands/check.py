@@ -20,7 +20,7 @@ from riglens.app.commands.options import Json, Libraries, Profiles, RunArguments
 from riglens.app.commands.output import deliver, require_outputs
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.terminal.console import progress_bar, results
-from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic, note_missing_rays
+from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic
 from riglens.assets import asset_path
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
@@ -113,7 +113,6 @@ def check(
     required = asked.required
     score = score.as_required(required.body, requirements)
     require_outputs((*rigs, requirements, *profiles, *scene.files), json, junit)
-    note_missing_rays(loaded)
     found = checked(loaded, score, _scene(scene, loaded, score, required), asked)
     if junit is not None:
         _write_junit(junit, found)

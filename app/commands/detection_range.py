@@ -15,7 +15,7 @@ from riglens.app.commands.options import Json, Libraries, RigName, SolidBody, Th
 from riglens.app.commands.output import deliver, require_ending, require_outputs
 from riglens.app.studies.files import csv_text, write_text
 from riglens.app.terminal.console import results
-from riglens.app.terminal.loading import load_rigs, note_missing_rays
+from riglens.app.terminal.loading import load_rigs
 from riglens.core.files import atomic_write
 from riglens.core.rig.model import Rig
 from riglens.core.shown_text import visible
@@ -82,7 +82,6 @@ def card(
     require_ending("chart", chart, ".png", ".svg")
     (opened,) = load_rigs([rig], score, libraries)
     require_outputs((rig,), csv, chart, json)
-    note_missing_rays([opened])
     found = detection_range(opened, plan, score.threads)
     if csv is not None:
         write_text(csv, csv_text(card_lines(found)))

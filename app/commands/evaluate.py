@@ -19,7 +19,7 @@ from riglens.app.commands.options import (
 from riglens.app.commands.output import deliver
 from riglens.app.evaluation.scenario import settings_of
 from riglens.app.terminal.console import note
-from riglens.app.terminal.loading import load_rigs, load_scene, note_missing_rays
+from riglens.app.terminal.loading import load_rigs, load_scene
 from riglens.app.terminal.scores import print_scores, score_rigs
 from riglens.core.engine.evaluation_json import evaluation_document
 from riglens.core.rig.model import Rig
@@ -53,7 +53,6 @@ def evaluate(
         count.require_unused(scene, surroundings)
     loaded = load_rigs(rigs, score, libraries)
     count.require_outputs(loaded, (*rigs, *scene.files), json)
-    note_missing_rays(loaded)
     _, field = load_scene(scene, loaded, score)
     for line in wrong_places(loaded):  # what is refused is refused in one line
         note(line)

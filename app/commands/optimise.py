@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Group, Parameter
+from pydantic import ValidationError
 from rich import box
 from rich.table import Table
 from rich.text import Text
@@ -18,12 +19,16 @@ from riglens.core.errors import InputError
 from riglens.core.optimise.mounts import Additions
 from riglens.core.optimise.results import OptimiseResult, Problem, check_folder
 from riglens.core.optimise.run import finished
-from riglens.core.review.mounts import Beyond, MountLimits
+from riglens.core.review.mounts import MountLimits
+from riglens.core.rig.yaml.problems import problems
 from riglens.core.shown_text import visible
 from riglens.core.targets.traffic import WITHIN_M
 
 ADDED = Group("Added sensors", sort_key=14)
 FRAMES = Group("Frames and checks", sort_key=15)
+HIGHEST_M = 100.0
+OPTIONS = {"height_m": "lowest", "spacing_m": "spacing", "beyond_m": "beyond"}
+"""Options of the rules of mounts."""
 
 
 def optimise(
@@ -114,17 +119,13 @@ def optimise(
 
 def _rules(lowest_m: float, spacing_m: float, beyond_m: float | None) -> MountLimits:
     """Return the rules of mounts in metres; raise InputError for a number outside its limits."""
-    for name, value, most in (
-        ("lowest", lowest_m, 3.0),
-        ("spacing", spacing_m, 5.0),
-        ("beyond", beyond_m or 0.0, 5.0),
-    ):
-        if not 0.0 <= value <= most:
-            raise InputError(f"must be between 0 and {most:g} m (got {value:g})", name)
-    out = (
-        Beyond() if beyond_m is None else Beyond(front=beyond_m, rear=beyond_m, left=beyond_m, right=beyond_m)
-    )
-    return MountLimits(height_m=(lowest_m, 100.0), spacing_m=spacing_m, beyond_m=out)
+    out = dict.fromkeys(("front", "rear", "left", "right"), beyond_m)
+    rules = {"height_m": (lowest_m, HIGHEST_M), "spacing_m": spacing_m, "beyond_m": out}
+    try:
+        return MountLimits.model_validate(rules)
+    except ValidationError as error:
+        problem = problems(error, rules)[0]
+        raise InputError(problem.complaint.strip(), OPTIONS[str(problem.path[0])]) from error
 
 
 def _costs(words: tuple[str, ...]) -> dict[str, float]:

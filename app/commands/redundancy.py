@@ -16,7 +16,7 @@ from riglens.app.evaluation.options import ScoreOptions
 from riglens.app.evaluation.scenario import settings_of
 from riglens.app.terminal.console import note, progress_bar, results
 from riglens.app.terminal.figures import percent
-from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic, note_missing_rays
+from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic
 from riglens.core.engine.engine import Engine
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.review.outline import SECTORS
@@ -74,7 +74,6 @@ def redundancy(
     counting = TargetSettings(min_points=min_points)
     (opened,) = load_rigs([rig], score, libraries)
     require_outputs((rig, *scene.files), json)
-    note_missing_rays([opened])
     _, field = load_scene(scene, [opened], score)
     traffic = None
     if road_users and scene.pog is None:

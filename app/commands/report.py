@@ -36,7 +36,7 @@ from riglens.app.studies.report_reading import (
     read_report,
 )
 from riglens.app.terminal.console import note, results, stage_bar
-from riglens.app.terminal.loading import load_rigs, note_missing_rays
+from riglens.app.terminal.loading import load_rigs
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
 from riglens.core.plain import to_text
@@ -116,7 +116,6 @@ def report(
     require_draws(draws, seed, 0)
     loaded = load_rigs(rigs, score.solid(), libraries)
     require_outputs((*rigs, *scene.files, *([requirements] if requirements else [])), out)
-    note_missing_rays(loaded)
     labels = labels_of(project, revision, author)
     write_report(loaded, out, scene, score, requirements, (draws, seed), labels)
     results().print(f"wrote {visible(str(out))}", soft_wrap=True)

@@ -25,22 +25,17 @@ from riglens.app.commands.options import (
 )
 from riglens.app.commands.output import deliver, require_outputs
 from riglens.app.commands.redundancy import redundancy_of
-from riglens.app.commands.tolerance import print_tolerance, require_draws
+from riglens.app.commands.tolerance import Drawing, drawn, print_tolerance
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
-from riglens.app.evaluation.scenario import settings_of
 from riglens.app.terminal.console import note, progress_bar, results
-from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic, note_missing_rays
+from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic
 from riglens.core.engine.audit import audit as audit_rig
 from riglens.core.engine.audit import audit_document
 from riglens.core.errors import InputError
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.review.blind import BlindSettings
 from riglens.core.review.blind_json import blind_document
-from riglens.core.review.measures import Measures
 from riglens.core.review.profiles import Profile
-from riglens.core.review.tolerance import ToleranceProfile, profile_called
-from riglens.core.review.tolerance import tolerance as tolerance_of
-from riglens.core.review.tolerance_json import tolerance_document
 from riglens.core.rig.model import FORMAT_VERSION, Rig
 from riglens.core.targets.card import CardPlan
 from riglens.core.targets.card_table import card_document
@@ -92,15 +87,10 @@ def review(
         Also write one JSON document, with a key per part, to a file; with - to standard output, instead of the tables.
     """
     parts = parts_of(only)
-    require_draws(draws, seed, 1)
-    asked = _Asked(
-        min_points, CardPlan(min_points), profiles_of(profiles), profile_called(errors), draws, seed, sample
-    )
-    counting = TargetSettings(min_points=min_points)
+    asked = _Asked(CardPlan(min_points), profiles_of(profiles), Drawing.of(errors, draws, seed, sample))
     (opened,) = load_rigs([rig], score.solid(), libraries)
     require_outputs((rig, *profiles, *scene.files), json)
-    note_missing_rays([opened])
-    found = Review(opened, scene, score, asked, counting)
+    found = Review(opened, scene, score, asked, TargetSettings(min_points=min_points))
     made = {name: PARTS[name](found) for name in parts}
     document = {"riglens": FORMAT_VERSION} | {name: part for name, (part, _) in made.items()}
 
@@ -116,13 +106,9 @@ def review(
 class _Asked:
     """Settings of the parts."""
 
-    min_points: int
     plan: CardPlan
     profiles: tuple[Profile, ...]
-    errors: ToleranceProfile
-    draws: int
-    seed: int
-    sample: int
+    drawing: Drawing
 
 
 @dataclass(frozen=True)
@@ -166,19 +152,9 @@ class Review:
 
     def tolerance(self) -> Part:
         """Draw errors and find how figures spread."""
-        asked, traffic = self.asked, self.traffic if self.asked.sample else None
-        with progress_bar("Drawing errors") as progress:
-            measure = Measures(
-                self.field,
-                traffic,
-                settings_of(self.score),
-                asked.sample,
-                self.score.threads,
-                designed=self.rig,
-            )
-            found = tolerance_of(self.rig, asked.errors, measure, asked.draws, asked.seed, True, progress)
-        body = self.score.body_of(self.rig)
-        return tolerance_document(found, body, measure), lambda: print_tolerance(found, body)
+        traffic = self.traffic if self.asked.drawing.sample else None
+        found, document = drawn(self.rig, self.field, traffic, self.score, self.asked.drawing)
+        return document, lambda: print_tolerance(found, document["body"])
 
     def audit(self) -> Part:
         """Follow every ray."""

@@ -26,7 +26,7 @@ from riglens.app.commands.output import deliver, require_ending, require_outputs
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.evaluation.scenario import remarks_on
 from riglens.app.terminal.console import note, progress_bar, results
-from riglens.app.terminal.loading import load_rigs, load_traffic, note_missing_rays
+from riglens.app.terminal.loading import load_rigs, load_traffic
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
 from riglens.core.metric.scores import common_body
@@ -135,7 +135,6 @@ def targets(
     """
     loaded = load_rigs(rigs, score, libraries)
     count.require_outputs(loaded, (*rigs, *scene.files), json)
-    note_missing_rays(loaded)
     found = count_hits(loaded, with_surroundings(scene, surroundings), count, score)
     deliver(found.document(), json, found.show)
 

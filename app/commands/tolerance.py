@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, NamedTuple
 
 from cyclopts import Group, Parameter
 from rich import box
@@ -20,11 +20,13 @@ from riglens.app.commands.options import (
     number,
 )
 from riglens.app.commands.output import deliver, require_outputs
+from riglens.app.evaluation.options import ScoreOptions
 from riglens.app.evaluation.scenario import settings_of
 from riglens.app.studies.files import write_text
 from riglens.app.terminal.console import progress_bar, results
-from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic, note_missing_rays
+from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic
 from riglens.core.errors import InputError
+from riglens.core.metric.entropy import EntropyField
 from riglens.core.review.measures import ON_TARGET, SEEN, Measures
 from riglens.core.review.tolerance import (
     MAX_DRAWS,
@@ -36,15 +38,31 @@ from riglens.core.review.tolerance import (
 )
 from riglens.core.review.tolerance import tolerance as tolerance_of
 from riglens.core.review.tolerance_json import tolerance_document
+from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.file import dumps
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.shown_text import visible
-from riglens.core.targets.traffic import WITHIN_M
+from riglens.core.targets.traffic import WITHIN_M, Traffic
 
 DRAWING = Group("Tolerance", sort_key=15)
 SHOWN = 10
 Errors = Annotated[str, Parameter(group=DRAWING, metavar="NAME")]
 Draws = Annotated[int, number(DRAWING)]
+
+
+class Drawing(NamedTuple):
+    """Errors to draw, how often, from which seed, and in how many frames objects are counted meanwhile."""
+
+    errors: ToleranceProfile
+    draws: int
+    seed: int
+    sample: int | None
+
+    @classmethod
+    def of(cls, errors: str, draws: int, seed: int, sample: int | None) -> Drawing:
+        """Return what was asked for; InputError for a number or a name that there is not."""
+        require_draws(draws, seed, 1)
+        return cls(profile_called(errors), draws, seed, sample)
 
 
 def tolerance(
@@ -86,23 +104,33 @@ def tolerance(
     json
         Also write the figures as JSON to a file; with - to standard output, instead of the table.
     """
-    profile = profile_called(errors)
-    require_draws(draws, seed, 1)
+    asked = Drawing.of(errors, draws, seed, sample)
     (opened,) = load_rigs([rig], score, libraries)
     require_outputs((rig, *scene.files), worst, json)
     figures = [f"{kind} {cls}" for kind in (SEEN, ON_TARGET) for cls in CLASSES]
     if figure not in figures:
         raise InputError(f"must be one of {', '.join(figures)} (got '{figure}')", "figure")
-    note_missing_rays([opened])
     _, field = load_scene(scene, [opened], score)
     traffic = load_traffic(scene, WITHIN_M) if sample != 0 and scene.pog is None else None
-    with progress_bar("Drawing errors") as progress:
-        measure = Measures(field, traffic, settings_of(score), sample, score.threads, designed=opened)
-        found = tolerance_of(opened, profile, measure, draws, seed, sensitivities, progress)
+    found, document = drawn(opened, field, traffic, score, asked, sensitivities)
     if worst is not None:
         write_text(worst, dumps(worst_rig(found, figure)))
-    body = score.body_of(opened)
-    deliver(tolerance_document(found, body, measure), json, lambda: print_tolerance(found, body))
+    deliver(document, json, lambda: print_tolerance(found, document["body"]))
+
+
+def drawn(
+    rig: Rig,
+    field: EntropyField,
+    traffic: Traffic | None,
+    score: ScoreOptions,
+    asked: Drawing,
+    sensitivities: bool = True,
+) -> tuple[ToleranceResult, dict[str, Any]]:
+    """Draw errors of a rig; return how its figures spread, also as plain data."""
+    with progress_bar("Drawing errors") as progress:
+        measure = Measures(field, traffic, settings_of(score), asked.sample, score.threads, designed=rig)
+        found = tolerance_of(rig, asked.errors, measure, asked.draws, asked.seed, sensitivities, progress)
+    return found, tolerance_document(found, score.body_of(rig), measure)
 
 
 def require_draws(draws: int, seed: int, least: int) -> None:

@@ -29,9 +29,18 @@ def load_rig(name: str) -> Rig:
 
 
 def load_rigs(names: Sequence[str], score: ScoreOptions, libraries: Sequence[Path] = ()) -> list[Rig]:
-    """Open rigs with the meshes of bodies that stop rays; raise InputError for the first that cannot be read."""
+    """Open rigs with the meshes of bodies that stop rays; raise InputError for the first that cannot be read.
+
+    Each enabled camera whose lens model gives some of its pixels no direction is noted.
+    """
     use_libraries(libraries)
-    return with_meshes([load_rig(name) for name in names], names, score.body)
+    rigs = with_meshes([load_rig(name) for name in names], names, score.body)
+    for rig in rigs:
+        for camera in rig.cameras():
+            if missing := missing_ray_count(camera):
+                share = f"{missing:,} of {camera.ray_count:,} rays are outside the valid range of its lens model"
+                note(f"{rig.name}: {camera.name}: {share}, and are left out")
+    return rigs
 
 
 def with_meshes(rigs: Sequence[Rig], names: Sequence[str], body: Body | None) -> list[Rig]:
@@ -43,17 +52,6 @@ def with_meshes(rigs: Sequence[Rig], names: Sequence[str], body: Body | None) ->
         with_mesh_read(rig, Path(name).parent, note) if (body or rig.body) == "blocks" else rig
         for name, rig in zip(names, rigs, strict=True)
     ]
-
-
-def note_missing_rays(rigs: Sequence[Rig]) -> None:
-    """Note each enabled camera whose lens model gives some of its pixels no direction."""
-    for rig in rigs:
-        for camera in rig.cameras():
-            if missing := missing_ray_count(camera):
-                share = (
-                    f"{missing:,} of {camera.ray_count:,} rays are outside the valid range of its lens model"
-                )
-                note(f"{rig.name}: {camera.name}: {share}, and are left out")
 
 
 def load_scene(
