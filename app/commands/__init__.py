@@ -1,7 +1,7 @@
-"""Define the command line `riglens`: one file of arguments per group of commands, which also does the work.
+"""Define the command line `riglens`: one file per command.
 
 Only light modules are imported here, so that `riglens --help` answers at once and a command that draws
-nothing never loads Qt or VTK; each command imports its own job when it runs.
+nothing never loads Qt or VTK; each command is imported when it is called.
 """
 
 import signal

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from riglens.app.commands import targets as hits
 from riglens.app.commands.options import (
+    COUNT,
+    CountArguments,
     EverythingArguments,
     Json,
     Libraries,
@@ -16,22 +17,17 @@ from riglens.app.commands.options import (
     ScoreArguments,
     Surroundings,
 )
-from riglens.app.commands.output import deliver
-from riglens.app.evaluation.scenario import settings_of
-from riglens.app.terminal.console import note
-from riglens.app.terminal.loading import load_rigs, load_scene
-from riglens.app.terminal.scores import print_scores, score_rigs
-from riglens.core.engine.evaluation_json import evaluation_document
-from riglens.core.rig.model import Rig
-from riglens.core.vehicle.standing import problems_in_short, stands_of
+
+if TYPE_CHECKING:
+    from riglens.core.rig.model import Rig
 
 
 def evaluate(
     *rigs: RigNames,
-    targets: Annotated[bool, Parameter(group=hits.COUNT)] = False,
+    targets: Annotated[bool, Parameter(group=COUNT)] = False,
     scene: EverythingArguments = EverythingArguments(),
     surroundings: Surroundings = None,
-    count: hits.CountArguments = hits.CountArguments(),
+    count: CountArguments = CountArguments(),
     libraries: Libraries = (),
     score: ScoreArguments = ScoreArguments(),
     json: Json = None,
@@ -49,10 +45,19 @@ def evaluate(
     json
         Also write the figures as JSON to a file; with - to standard output, instead of the tables.
     """
+    # --help needs nothing of this
+    from riglens.app.commands.output import deliver
+    from riglens.app.commands.targets import count_hits, require_count_outputs, with_surroundings
+    from riglens.app.evaluation.scenario import settings_of
+    from riglens.app.terminal.console import note
+    from riglens.app.terminal.loading import load_rigs, load_scene
+    from riglens.app.terminal.scores import print_scores, score_rigs
+    from riglens.core.engine.evaluation_json import evaluation_document
+
     if not targets:
         count.require_unused(scene, surroundings)
     loaded = load_rigs(rigs, score, libraries)
-    count.require_outputs(loaded, (*rigs, *scene.files), json)
+    require_count_outputs(count, loaded, (*rigs, *scene.files), json)
     _, field = load_scene(scene, loaded, score)
     for line in wrong_places(loaded):  # what is refused is refused in one line
         note(line)
@@ -60,7 +65,7 @@ def evaluate(
     document = evaluation_document(field, settings_of(score), evaluations)
     found = None
     if targets:
-        found = hits.count_hits(loaded, hits.with_surroundings(scene, surroundings), count, score)
+        found = count_hits(loaded, with_surroundings(scene, surroundings), count, score)
         document["targets"] = found.document()
 
     def show() -> None:
@@ -73,6 +78,8 @@ def evaluate(
 
 def wrong_places(rigs: Sequence[Rig]) -> Iterator[str]:
     """Yield one line for each sensor with an impossible mount; none for a body that was not read."""
+    from riglens.core.vehicle.standing import problems_in_short, stands_of
+
     for rig in rigs:
         if not rig.vehicle.lacks_mesh:
             for line in problems_in_short(stands_of(rig)):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import field, fields, make_dataclass
+from dataclasses import dataclass, field, fields, make_dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args, get_type_hints
 
@@ -12,9 +12,11 @@ from cyclopts import Group, Parameter, Token
 from riglens.app.evaluation.names import option_of
 from riglens.app.evaluation.options import Said, SceneOptions, ScoreOptions
 from riglens.app.terminal.console import is_standard_output
+from riglens.core.errors import InputError
 
 SCENE = Group("Scene: boxes and grid", sort_key=10)
 SCORE = Group("Score", sort_key=20)
+COUNT = Group("Hit coverage", sort_key=25)
 BUILD = Group("Build", sort_key=30)
 MAX_DIGITS = 40
 
@@ -170,3 +172,37 @@ else:
     RunArguments = _arguments(ScoreOptions, SCORE, "threads", "body")
     BodyArguments = _arguments(ScoreOptions, SCORE, "body")
     ThreadArguments = _arguments(ScoreOptions, SCORE, "threads")
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class CountArguments:
+    """Settings of counting points and pixels on objects."""
+
+    within_m: Annotated[float, Parameter(name="--within", group=COUNT, metavar="M")] = 60.0
+    """Objects count up to this distance from the car, in metres."""
+    sample: Annotated[int | None, number(COUNT)] = None
+    """Number of frames to use, sampled evenly; ± shows the error (all frames)."""
+    shape: Annotated[Literal["class", "box"], Parameter(group=COUNT)] = "class"
+    """class: cars have glass and a gap below, cyclists and pedestrians are slim; box: plain boxes."""
+    range_law: Annotated[Literal["on", "off"], Parameter(group=COUNT)] = "on"
+    """on: rays of LiDARs that come from far, or meet a face at a slant, may get lost."""
+    phase: Annotated[Literal["random", "0"], Parameter(group=COUNT)] = "random"
+    """random turns each LiDAR in each frame by a part of its azimuth step; 0 casts azimuths as listed."""
+    seed: Annotated[int, number(COUNT)] = 0
+    """Seed of the random draws."""
+    min_points: Annotated[int, number(COUNT)] = 5
+    """LiDAR points from which an object counts as detectable."""
+    objects: Annotated[Path | None, Parameter(group=COUNT, metavar="FILE.csv|.parquet")] = None
+    """Also write one row per object to a table; for one rig."""
+
+    def __post_init__(self) -> None:
+        if self.sample is not None and self.sample < 1:
+            raise InputError(f"must be an integer ≥ 1 (got {self.sample})", "sample")
+
+    def require_unused(self, scene: SceneOptions, surroundings: str | None) -> None:
+        """Raise InputError when an option was given that means nothing without --targets."""
+        said = [one.name for one in fields(self) if getattr(self, one.name) != one.default]
+        said += ["surroundings"] * (surroundings is not None) + ["occluders"] * (scene.occluders is not None)
+        for name in said[:1]:
+            raise InputError("needs", name, "targets")

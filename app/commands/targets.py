@@ -4,23 +4,22 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Any
 
-from cyclopts import Group, Parameter
 from rich import box
 from rich.table import Table
 from rich.text import Text
 
 from riglens.app.commands.options import (
+    CountArguments,
     Json,
     Libraries,
     RigNames,
     RunArguments,
     Surroundings,
     TrafficArguments,
-    number,
 )
 from riglens.app.commands.output import deliver, require_ending, require_outputs
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
@@ -42,54 +41,6 @@ from riglens.core.targets.traffic import Traffic
 
 if TYPE_CHECKING:
     import pyarrow as pa
-
-COUNT = Group("Hit coverage", sort_key=25)
-
-
-@Parameter(name="*")
-@dataclass(frozen=True)
-class CountArguments:
-    """Settings of counting points and pixels on objects."""
-
-    within_m: Annotated[float, Parameter(name="--within", group=COUNT, metavar="M")] = 60.0
-    """Objects count up to this distance from the car, in metres."""
-    sample: Annotated[int | None, number(COUNT)] = None
-    """Number of frames to use, sampled evenly; ± shows the error (all frames)."""
-    shape: Annotated[Literal["class", "box"], Parameter(group=COUNT)] = "class"
-    """class: cars have glass and a gap below, cyclists and pedestrians are slim; box: plain boxes."""
-    range_law: Annotated[Literal["on", "off"], Parameter(group=COUNT)] = "on"
-    """on: rays of LiDARs that come from far, or meet a face at a slant, may get lost."""
-    phase: Annotated[Literal["random", "0"], Parameter(group=COUNT)] = "random"
-    """random turns each LiDAR in each frame by a part of its azimuth step; 0 casts azimuths as listed."""
-    seed: Annotated[int, number(COUNT)] = 0
-    """Seed of the random draws."""
-    min_points: Annotated[int, number(COUNT)] = 5
-    """LiDAR points from which an object counts as detectable."""
-    objects: Annotated[Path | None, Parameter(group=COUNT, metavar="FILE.csv|.parquet")] = None
-    """Also write one row per object to a table; for one rig."""
-
-    def __post_init__(self) -> None:
-        if self.sample is not None and self.sample < 1:
-            raise InputError(f"must be an integer ≥ 1 (got {self.sample})", "sample")
-
-    @property
-    def settings(self) -> TargetSettings:
-        """The settings of the count; raise InputError for numbers out of their limits."""
-        return TargetSettings(self.shape, self.range_law == "on", self.phase, self.seed, self.min_points)
-
-    def require_unused(self, scene: SceneOptions, surroundings: str | None) -> None:
-        """Raise InputError when an option was given that means nothing without --targets."""
-        said = [one.name for one in fields(self) if getattr(self, one.name) != one.default]
-        said += ["surroundings"] * (surroundings is not None) + ["occluders"] * (scene.occluders is not None)
-        for name in said[:1]:
-            raise InputError("needs", name, "targets")
-
-    def require_outputs(self, rigs: Sequence[Rig], reads: Sequence[str | Path], json: str | None) -> None:
-        """Raise InputError when a file that is named cannot be written."""
-        require_ending("objects", self.objects, ".csv", ".parquet")
-        if self.objects is not None and len(rigs) > 1:
-            raise InputError(f"is for one rig (got {len(rigs)} rigs)", "objects")
-        require_outputs(reads, json, self.objects)
 
 
 @dataclass(frozen=True)
@@ -134,7 +85,7 @@ def targets(
         Also write the figures as JSON to a file; with - to standard output, instead of the table.
     """
     loaded = load_rigs(rigs, score, libraries)
-    count.require_outputs(loaded, (*rigs, *scene.files), json)
+    require_count_outputs(count, loaded, (*rigs, *scene.files), json)
     found = count_hits(loaded, with_surroundings(scene, surroundings), count, score)
     deliver(found.document(), json, found.show)
 
@@ -144,13 +95,25 @@ def with_surroundings(scene: SceneOptions, said: str | None) -> SceneOptions:
     return replace(scene, surroundings=said == "block" or (said is None and scene.occluders is not None))
 
 
+def require_count_outputs(
+    count: CountArguments, rigs: Sequence[Rig], reads: Sequence[str | Path], json: str | None
+) -> None:
+    """Raise InputError when a file that is named cannot be written."""
+    require_ending("objects", count.objects, ".csv", ".parquet")
+    if count.objects is not None and len(rigs) > 1:
+        raise InputError(f"is for one rig (got {len(rigs)} rigs)", "objects")
+    require_outputs(reads, json, count.objects)
+
+
 def count_hits(
     rigs: Sequence[Rig], scene: SceneOptions, count: CountArguments, score: ScoreOptions
 ) -> HitCoverage:
     """Load the traffic and count for each rig from scratch, so that their times can be compared."""
     if scene.pog is not None:
         raise InputError("needs a box data set: a stored POG holds no objects", "targets")
-    how = replace(count.settings, body=score.body)
+    how = TargetSettings(
+        count.shape, count.range_law == "on", count.phase, count.seed, count.min_points, score.body
+    )
     traffic = load_traffic(scene, count.within_m)
     for line in remarks_on(traffic.data):
         note(line)

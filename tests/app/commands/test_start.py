@@ -107,9 +107,10 @@ def test_help_explains_every_option(riglens, words):
     assert result.err == ""
 
 
-def test_help_loads_no_heavy_package():
+@pytest.mark.parametrize("words", [["--help"], ["evaluate", "--help"]])
+def test_help_loads_no_heavy_package(words):
     script = (
-        "import sys; from riglens.app.commands import main; main(['--help']);"
+        f"import sys; from riglens.app.commands import main; main({words});"
         "heavy = ('numpy', 'numba', 'pydantic', 'PySide6', 'pyvista');"
         "print([name for name in heavy if name in sys.modules], file=sys.stderr)"
     )
