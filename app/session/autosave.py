@@ -68,7 +68,7 @@ class AutosaveFile:
             ) from error
         content = {
             "riglens_autosave": VERSION,
-            "owner": _owner().model_dump(),
+            "owner": _Owner(pid=os.getpid(), started_at=psutil.Process().create_time()).model_dump(),
             "saved_at": time.time(),
             "path": None if unsaved.path is None else str(unsaved.path.absolute()),
             "rig": dumps(unsaved.rig),
@@ -137,10 +137,6 @@ class _Said(BaseModel):
     path: Any  # judged below, because names of files need not be Unicode
     rig: str
     base: str
-
-
-def _owner() -> _Owner:
-    return _Owner(pid=os.getpid(), started_at=psutil.Process().create_time())
 
 
 def _lock_of(file: Path) -> Path:

@@ -31,7 +31,6 @@ from riglens.core.formats.lenses import brown_conrady, kannala_brandt
 from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source, Value
-from riglens.core.geometry import Vec3
 from riglens.core.rig.model import Vehicle
 from riglens.core.rig.yaml.nodes import shortened
 
@@ -69,7 +68,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
     """Return the cameras of the chain."""
     notes = Notes()
     vehicle = options.vehicle_or(Vehicle())
-    mounting = Mounting(source.where, notes, vehicle, options.origin_m or _roof(vehicle))
+    mounting = Mounting(source.where, notes, vehicle, options.origin_m or (0.0, 0.0, vehicle.height))
     cameras = {name: value for name, value in source.yaml.items() if _CAMERA.fullmatch(name)}
     for name, _ in source.yaml.items():
         if name not in cameras:
@@ -80,10 +79,6 @@ def read(source: Source, options: ReadOptions) -> Imported:
     notes.converted("cameras from optical axes and inverse transforms")
     mounting.tell_assumed(options)
     return Imported(mounting.rig(source.name), notes.report(TITLE))
-
-
-def _roof(vehicle: Vehicle) -> Vec3:
-    return 0.0, 0.0, vehicle.height
 
 
 def _poses(chain: Mapping[str, Value], notes: Notes) -> dict[str, Matrix]:

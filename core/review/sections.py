@@ -27,6 +27,7 @@ Id = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,99}$")]
 MOST_RAISED = 1024
 """Draws up to which a chance is measured by default: the upper bound of none is 0.3 % then."""
 Relation = Literal["at least", "at most"]
+_LIMITS = ("at_least", "at_most", "at_most_m2", "at_most_unseen")
 assert set(Sector.__args__) == set(SECTORS)  # type: ignore[attr-defined]
 
 
@@ -58,7 +59,6 @@ class Requirement(Frozen):
     why: Words | None = None
     allow_missing: bool = False
     waived: Waiver | None = None
-    relation: ClassVar[Relation] = "at most"
     unit: ClassVar[str] = "share"
 
     @property
@@ -67,9 +67,15 @@ class Requirement(Frozen):
         return self.name
 
     @property
+    def relation(self) -> Relation:
+        """How the figure has to be to the limit."""
+        return "at least" if "at_least" in type(self).model_fields else "at most"
+
+    @property
     def accepted(self) -> float:
-        """The limit."""
-        raise NotImplementedError
+        """The limit; 0 where the requirement has no field for it."""
+        limits: list[float] = [getattr(self, name) for name in _LIMITS if name in type(self).model_fields]
+        return limits[0] if limits else 0.0
 
     @property
     def text(self) -> str:
@@ -79,17 +85,15 @@ class Requirement(Frozen):
     @property
     def kinds(self) -> tuple[str, ...]:
         """The kinds of sensors without which the figure does not exist; none: any kind will do."""
-        return ()
+        by = getattr(self, "by", "any")
+        return () if by == "any" else (by,)
 
     def scope(self) -> dict[str, object]:
         """Return what identifies the figure: neither its limit nor its labels."""
         return self.model_dump(exclude_defaults=True, exclude=_NOT_SCOPE)
 
 
-_NOT_SCOPE = {
-    *Requirement.model_fields,
-    *("at_least", "at_most", "at_most_m2", "at_most_unseen", "limit", "draws", "max_draws", "title"),
-}
+_NOT_SCOPE = {*Requirement.model_fields, *_LIMITS, "limit", "draws", "max_draws", "title"}
 
 
 class Seen(Requirement):
@@ -98,19 +102,10 @@ class Seen(Requirement):
     cls: Annotated[Class, Field(alias="class")]
     by: By = "any"
     at_least: Share
-    relation: ClassVar[Relation] = "at least"
-
-    @property
-    def accepted(self) -> float:
-        return self.at_least
 
     @property
     def text(self) -> str:
         return f"seen of {self.cls} by {self.by}"
-
-    @property
-    def kinds(self) -> tuple[str, ...]:
-        return _kinds_of(self.by)
 
 
 class OnTarget(Requirement):
@@ -120,7 +115,6 @@ class OnTarget(Requirement):
     ring_m: tuple[Metres, Metres] | None = None
     figure: Literal["on_target", "share_5", "visible", "both"] = "on_target"
     at_least: Share
-    relation: ClassVar[Relation] = "at least"
 
     @model_validator(mode="after")
     def _rings_of_ten(self) -> Self:
@@ -131,10 +125,6 @@ class OnTarget(Requirement):
                     f"ring_m must be [from, to] in whole tens of metres, from < to, at most {WITHIN_M:g}"
                 )
         return self
-
-    @property
-    def accepted(self) -> float:
-        return self.at_least
 
     @property
     def text(self) -> str:
@@ -186,18 +176,10 @@ class BlindArea(WorstCase):
         return self
 
     @property
-    def accepted(self) -> float:
-        return self.at_most_m2
-
-    @property
     def text(self) -> str:
         near = "" if self.within_m is None else f" within {self.within_m:g} m"
         unseen = f"{unseen_by(self.by, self.sensors)}{near}{_sector_text(self.sector)}"
         return f"ground where {self.height_m:g} m is {unseen}{self.case_text}"
-
-    @property
-    def kinds(self) -> tuple[str, ...]:
-        return _kinds_of(self.by)
 
 
 class BlindObjects(WorstCase):
@@ -206,10 +188,6 @@ class BlindObjects(WorstCase):
     profile: str
     at_most_unseen: Annotated[int, Field(ge=0)] = 0
     unit: ClassVar[str] = "objects"
-
-    @property
-    def accepted(self) -> float:
-        return self.at_most_unseen
 
     @property
     def text(self) -> str:
@@ -233,10 +211,6 @@ class Loss(Requirement):
         return self.title
 
     @property
-    def accepted(self) -> float:
-        return self.at_most
-
-    @property
     def text(self) -> str:
         return self.text_of(f"the worst {self.failure}" if self.name is None else self.name)
 
@@ -258,11 +232,6 @@ class Covered(Requirement):
     sensors: Literal["1", "2", "3", "two kinds"] | Literal[1, 2, 3]
     sector: Sector | None = None
     at_least: Share
-    relation: ClassVar[Relation] = "at least"
-
-    @property
-    def accepted(self) -> float:
-        return self.at_least
 
     @property
     def text(self) -> str:
@@ -283,10 +252,6 @@ class Tolerated(Requirement):
     at_most: Share = 0.05
 
     @property
-    def accepted(self) -> float:
-        return self.at_most
-
-    @property
     def text(self) -> str:
         return f"chance of {self.figure} of {self.cls} below {self.limit:g} under {self.profile}"
 
@@ -297,19 +262,11 @@ class Mounts(MountLimits, Requirement):
     unit: ClassVar[str] = "violations"
 
     @property
-    def accepted(self) -> float:
-        return 0.0
-
-    @property
     def text(self) -> str:
         return "all mounts"
 
     def scope(self) -> dict[str, object]:
         return {}
-
-
-def _kinds_of(by: By) -> tuple[str, ...]:
-    return () if by == "any" else (by,)
 
 
 def _sector_text(sector: str | None) -> str:

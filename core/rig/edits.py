@@ -87,7 +87,7 @@ def linked(rig: Rig, name: str, other: str) -> Rig:
 def unlinked(rig: Rig, name: str) -> Rig:
     """Return the rig with the mirror pair of a sensor dissolved; both stay where they are."""
     pair = (name, partner_of(rig, name))
-    return _with(rig, [_alone(sensor) for sensor in rig.sensors if sensor.name in pair])
+    return _with(rig, [_follower(sensor, None) for sensor in rig.sensors if sensor.name in pair])
 
 
 def without_sensor(rig: Rig, name: str) -> Rig:
@@ -146,10 +146,6 @@ def _image(sensor: Sensor, own: Sensor) -> Sensor:
 
 def _follower(sensor: Sensor, leader: str | None) -> Sensor:
     return sensor.model_copy(update={"mirror_of": leader})
-
-
-def _alone(sensor: Sensor) -> Sensor:
-    return _follower(sensor, None)
 
 
 def _with(rig: Rig, changed: list[Sensor]) -> Rig:

@@ -130,7 +130,7 @@ class _Rest:
     marks: unique_cells.Marks
 
     def is_of(self, lidars: Lidars, objects: int) -> bool:
-        return self.objects == objects and _are(self.lidars, lidars)
+        return self.objects == objects and sorted(map(id, self.lidars)) == sorted(map(id, lidars))
 
 
 class JoinedCells:
@@ -164,11 +164,6 @@ class JoinedCells:
             lists = _lists(lidars, objects)
             self._rest = _Rest(lidars, objects, lists, _marks(lists, objects))
         return self._rest
-
-
-def _are(some: Lidars, others: Lidars) -> bool:
-    """Return whether these are the very same contributions, in any order."""
-    return sorted(map(id, some)) == sorted(map(id, others))
 
 
 def _lists(lidars: Lidars, objects: int) -> unique_cells.Lists:
