@@ -61,7 +61,7 @@ def test_the_page_knows_what_becomes_of_every_ray() -> None:
 def test_rays_are_followed_when_asked_for_and_greyed_after_an_edit(desk: Desk) -> None:
     feature = Audit(desk.workbench)
     table = feature.panel.table
-    assert desk.recompute.audits == [] and feature.panel.note == "" and table.rowCount() == 0
+    assert desk.recompute.audits == [] and feature.panel.note == "" and table.figures.rowCount() == 0
     press(feature)
     (request,) = desk.recompute.audits
     assert request.rig == desk.document.rig and feature.panel.note == ASKED
@@ -71,7 +71,7 @@ def test_rays_are_followed_when_asked_for_and_greyed_after_an_edit(desk: Desk) -
         assert found is not None
         wanted = percents(found.shares)
         assert table.texts_of(sensor.name) == [f"{found.rays:,}", *(f"{wanted[n]:.1f} %" for n in OUTCOMES)]
-    table.cellClicked.emit(1, 0)
+    table.clicked.emit(table.figures.index(1, 0))
     assert desk.document.selected == RIG.sensors[1].name
     desk.drag("roof", (0.3, 0.0, 2.0))
     assert feature.panel.note == OUTDATED
@@ -84,7 +84,7 @@ def test_other_traffic_has_no_audit_yet(desk: Desk) -> None:
     press(feature)
     feature._take(desk.recompute.audits[0], audited(desk.document.rig))
     desk.load()
-    assert feature.answer is None and feature.panel.table.rowCount() == 0
+    assert feature.answer is None and feature.panel.table.figures.rowCount() == 0
 
 
 def test_an_answer_to_an_earlier_request_is_not_shown(desk: Desk) -> None:

@@ -48,5 +48,5 @@ def test_redundancy_lists_what_the_rig_loses_without_each_sensor(desk: FullDesk)
     table = feature.panel.table
     place = list(MEASURES).index("seen")
     assert table.texts_of("roof")[place] == "25.00" and table.texts_of("front")[place] == "0.00"
-    table.cellClicked.emit(0, 0)
+    table.clicked.emit(table.figures.index(0, 0))
     assert desk.document.selected == "roof"

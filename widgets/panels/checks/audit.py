@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWi
 from riglens.core.scene.boxes import CLASSES
 from riglens.widgets.panels.checks.sensor_table import SensorTable
 from riglens.widgets.panels.controls.style import MARGIN, as_panel
+from riglens.widgets.panels.figures.table import Figure
 
 if TYPE_CHECKING:  # made by the engine's thread, which loads the compiler
     from riglens.core.engine.audit import SensorAudit
@@ -53,7 +54,7 @@ class AuditPanel(QWidget):
         super().__init__(parent)
         as_panel(self)
         titles = dict(OUTCOMES.values())
-        self.table = SensorTable({"Rays": "Rays of the sensor"} | titles)
+        self.table = SensorTable("Rays of each sensor", {"Rays": "Rays of the sensor"} | titles)
         self._note, follow = QLabel(), QPushButton(FOLLOW)
         self._note.setObjectName("hint")
         self._note.setTextFormat(Qt.TextFormat.PlainText)
@@ -79,8 +80,10 @@ class AuditPanel(QWidget):
         return self._note.text()
 
 
-def _cells(found: SensorAudit) -> list[tuple[str, str]]:
+def _cells(found: SensorAudit) -> list[Figure]:
     lost = ", ".join(f"{name} {100.0 * found.lost_share[name]:.2f}" for name in CLASSES)
     tip = f"Loss by self-occlusion, in pp of H(Ω): {lost}"
     shown = percents(found.shares)
-    return [(f"{found.rays:,}", tip), *((f"{shown[name]:.1f} %", tip) for name in OUTCOMES)]
+    return [
+        Figure(text, tip=tip) for text in (f"{found.rays:,}", *(f"{shown[name]:.1f} %" for name in OUTCOMES))
+    ]

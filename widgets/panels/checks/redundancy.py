@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 
 from riglens.widgets.panels.checks.sensor_table import SensorTable
 from riglens.widgets.panels.controls.style import MARGIN, as_panel
+from riglens.widgets.panels.figures.table import Figure
 from riglens.widgets.panels.scores.text import NONE
 from riglens.widgets.panels.sensors.losses import HEADINGS, MEASURES, Loss, Measure
 
@@ -22,7 +23,8 @@ class RedundancyPanel(QWidget):
         super().__init__(parent)
         as_panel(self)
         unit = {measure: HEADINGS[measure].removesuffix(" ▾").removeprefix("Loss, ") for measure in MEASURES}
-        self.table = SensorTable({f"{title}, {unit[key]}": tip for key, (title, tip) in MEASURES.items()})
+        columns = {f"{title}, {unit[key]}": tip for key, (title, tip) in MEASURES.items()}
+        self.table = SensorTable("What each sensor is worth", columns)
         note = QLabel(NOTE)
         note.setObjectName("hint")
         note.setTextFormat(Qt.TextFormat.PlainText)
@@ -38,11 +40,13 @@ class RedundancyPanel(QWidget):
         nothing = Loss(None, NONE, "")
         self.table.show_rows(
             {
-                name: [(loss.text, loss.tip) for loss in (known.get(key, nothing) for key in MEASURES)]
+                name: [
+                    Figure(loss.text, tip=loss.tip) for loss in (known.get(key, nothing) for key in MEASURES)
+                ]
                 for name, known in losses.items()
             }
         )
 
     def grey(self) -> None:
         """Grey what belongs to an earlier rig."""
-        self.table.grey()
+        self.table.figures.grey()
