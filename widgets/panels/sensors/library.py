@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 from PySide6.QtCore import QByteArray, QMimeData, QPoint, QSize, Qt, Signal
 from PySide6.QtGui import (
@@ -45,12 +46,18 @@ _NOTHING = "No model matches all of these words"
 
 def model_tip(entry: Entry, sensor: Sensor) -> str:
     """Return title, figures and source of a model."""
+    notes = [entry.note] if entry.note else []
+    return "\n".join([f"{entry.title} ({entry.name})", *_described(sensor)[1], entry.origin(), *notes])
+
+
+@lru_cache(maxsize=256)
+def _described(sensor: Sensor) -> tuple[str, tuple[str, ...]]:
+    """Return short type and figures of a model; they take longer than all else when the theme changes."""
     figures = [f"{caption}: {value}" for caption, value in derived_rows(sensor)]
     low, high = sensor.range_m
     if high != float("inf"):
         figures.append(f"Range: {low:g} to {high:g} m")
-    notes = [entry.note] if entry.note else []
-    return "\n".join([f"{entry.title} ({entry.name})", *figures, entry.origin(), *notes])
+    return short_type(sensor), tuple(figures)
 
 
 class LibraryList(QWidget):
@@ -132,6 +139,7 @@ class _Models(QTreeWidget):
 
     def set_entries(self, entries: Sequence[Entry]) -> None:
         self.clear()
+        font = numbers_font(QFont())
         self._kinds = kinds()
         for kind in self._kinds:
             group = QTreeWidgetItem(self, [kind.heading])
@@ -141,22 +149,22 @@ class _Models(QTreeWidget):
             group.setIcon(0, icon(kind.name, colour_of(kind.name)))
             for entry in entries:
                 if entry.kind == kind.name:
-                    self._add(group, entry)
+                    self._add(group, entry, font)
         self.expandAll()
         self.show_counts()
 
-    def _add(self, group: QTreeWidgetItem, entry: Entry) -> None:
+    def _add(self, group: QTreeWidgetItem, entry: Entry, font: QFont) -> None:
         sensor = entry.sensor(entry.name, Pose())
-        row = QTreeWidgetItem(group, [entry.title, short_type(sensor)])
+        tip = model_tip(entry, sensor)
+        row = QTreeWidgetItem(group, [entry.title, _described(sensor)[0]])
         row.setFlags(Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable | Qt.ItemFlag.ItemIsDragEnabled)
         row.setData(0, _MODEL, entry.name)
-        row.setData(0, _WORDS, f"{entry.name} {model_tip(entry, sensor)}".casefold())
-        row.setFont(1, numbers_font(row.font(1)))
+        row.setData(0, _WORDS, f"{entry.name} {tip}".casefold())
+        row.setFont(1, font)
         row.setForeground(1, QBrush(QColor(tones().muted)))
         row.setTextAlignment(1, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-        tip = plain_tip(f"{model_tip(entry, sensor)}\n\nDrag it onto the car, or double-click.")
         for column in (0, 1):
-            row.setToolTip(column, tip)
+            row.setToolTip(column, plain_tip(f"{tip}\n\nDrag it onto the car, or double-click."))
 
     def rows(self) -> list[QTreeWidgetItem]:
         """Return the rows of all models."""
