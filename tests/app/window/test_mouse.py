@@ -23,7 +23,7 @@ RIG = Rig(name="small", sensors=(LIDAR.replace(position=(0.0, 0.0, 2.0)), CAMERA
 MAKERS: dict[str, Callable[[], QWidget]] = {"window": Viewport, "offscreen": OffscreenViewport}
 
 
-@pytest.fixture(params=MAKERS)
+@pytest.fixture(params=["window", pytest.param("offscreen", marks=pytest.mark.slow)])
 def bench(request: pytest.FixtureRequest, qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
     with open_bench(qtbot, tmp_path, RIG, MAKERS[request.param]()) as opened:
         yield opened

@@ -88,8 +88,7 @@ def test_a_switched_off_sensor_is_drawn_without_rays():
     assert np.array_equal(picture(rays), picture(no_rays))
 
 
-@pytest.mark.parametrize("kind", ["lidar", "camera"])
-@pytest.mark.parametrize("selected", [True, False])
+@pytest.mark.parametrize(("kind", "selected"), [("lidar", True), ("camera", False)])
 def test_rays_are_seen_through_a_heatmap_but_not_through_the_car(kind, selected):
     """Every ray here passes behind the nearer wall of cells."""
     camera = Camera(

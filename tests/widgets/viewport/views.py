@@ -60,7 +60,8 @@ class Offscreen(OffscreenViewport):
 
 
 AnyView = Window | Offscreen
-KINDS = pytest.mark.parametrize("kind", [Window, Offscreen], ids=["window", "offscreen"])
+BOTH = [pytest.param(Window, id="window"), pytest.param(Offscreen, id="offscreen", marks=pytest.mark.slow)]
+KINDS = pytest.mark.parametrize("kind", BOTH)
 
 
 def change(view: AnyView, **fields: Any) -> None:
