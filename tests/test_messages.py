@@ -44,11 +44,8 @@ def test_complaints_about_rigs_boxes_and_pogs_are_one_short_line_with_the_name_o
     assert len(targets) >= 24 and len(silent) < 4, "damaged, most of them are refused"
 
 
-@pytest.mark.parametrize("ending", ["glb", "obj", "ply", "stl"])
-def test_complaints_about_meshes_are_one_short_line_with_the_name_of_the_file(
-    tmp_path: Path, ending: str
-) -> None:
-    path = tmp_path / f"car.{ending}"
+def test_complaints_about_meshes_are_one_short_line_with_the_name_of_the_file(tmp_path: Path) -> None:
+    path = tmp_path / "car.ply"
     path.write_bytes(b"ply\nformat ascii 1.0\nelement vertex 9\n" + bytes(range(256)))
     with pytest.raises(InputError) as caught:
         read_mesh(path)

@@ -96,18 +96,21 @@ def test_rays_along_the_faces_and_edges_of_a_box_end_where_single_rays_do() -> N
 
 @pytest.mark.parametrize("model", MODELS)
 def test_every_model_of_the_library_ends_at_a_car_where_single_rays_do(model: str) -> None:
-    """Above the roof, at a corner, and inside, tilted."""
-    entry, body = LIBRARY.entry(model), ("sedan", "suv", "van")[MODELS.index(model) % 3]
-    vehicle = reference_vehicle(body)
-    solid, half = solid_of(vehicle), (vehicle.length / 2, vehicle.width / 2)
-    for place in ((0.1, 0.0, vehicle.height + 0.12), (half[0] - 0.3, half[1] + 0.05, 0.9), (0.2, 0.1, 1.3)):
-        sensor = entry.sensor("a", Pose(position_m=place, rpy_deg=(2.0, 6.0, 40.0)))
-        if isinstance(sensor, Camera):
-            sensor = sensor.replace(cast=(240, 150))
-        barrier = barrier_of(sensor, solid)
-        ends = barrier_ends(sensor, barrier)
-        np.testing.assert_array_equal(ends, by_tree(sensor, barrier))
-    assert np.isfinite(ends).any()
+    """Above the roof, at a corner, or inside, tilted."""
+    number, turn = MODELS.index(model), (2.0, 6.0, 40.0)
+    vehicle = reference_vehicle(("sedan", "suv", "van")[number % 3])
+    places = (
+        (0.1, 0.0, vehicle.height + 0.12),
+        (vehicle.length / 2 - 0.3, vehicle.width / 2 + 0.05, 0.9),
+        (0.2, 0.1, 1.3),
+    )
+    sensor = LIBRARY.entry(model).sensor("a", Pose(position_m=places[number // 3 % 3], rpy_deg=turn))
+    if isinstance(sensor, Camera):
+        sensor = sensor.replace(cast=(240, 150))
+    barrier = barrier_of(sensor, solid_of(vehicle))
+    ends = barrier_ends(sensor, barrier)
+    np.testing.assert_array_equal(ends, by_tree(sensor, barrier))
+    assert np.isfinite(ends).any() or places[number // 3 % 3] != places[-1]
 
 
 @pytest.mark.parametrize("seed", range(20))

@@ -25,7 +25,7 @@ from tests.core.rooms import SMALL
 def test_following_rays_gives_what_fractions_give() -> None:
     rng = np.random.default_rng(3)
     for grid in (grid_of(9, 7, 5), grid_of(6, 1, 20, 0.1), SMALL):
-        for _ in range(4):
+        for _ in range(2):
             sensor = random_sensor(grid, rng, rays=20)
             on_a_corner = np.array(grid.origin_m) + rng.integers(0, grid.shape) * grid.voxel_m
             level = sensor.replace(position=tuple(map(float, on_a_corner)), rpy_deg=(0.0, 0.0, 90.0))

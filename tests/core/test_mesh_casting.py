@@ -108,14 +108,16 @@ def test_a_mesh_covers_what_the_definition_says(seed: int) -> None:
     "rpy_deg",
     [
         (2.0, -3.0, 8.0),
-        (0.0, 90.0, 0.0),
-        *(pytest.param(level, marks=pytest.mark.slow) for level in ((0.0, 0.0, 8.0), (90.0, 0.0, 30.0))),
+        *(
+            pytest.param(turn, marks=pytest.mark.slow)
+            for turn in ((0.0, 0.0, 8.0), (0.0, 90.0, 0.0), (90.0, 0.0, 30.0))
+        ),
     ],
 )
 def test_all_pixels_of_library_cameras_see_what_their_rays_see(rpy_deg: tuple[float, float, float]) -> None:
-    field = field_at(0.37, (44.4, 29.6, 3.7), 1.0)
-    for camera in models():
-        place = (0.31, -0.4, 1.73)
+    """Some models stand for all in the quick run."""
+    field, place = field_at(0.37, (44.4, 29.6, 3.7), 1.0), (0.31, -0.4, 1.73)
+    for camera in models()[::4] if rpy_deg == (2.0, -3.0, 8.0) else models():
         assert not differs(field, camera.replace(cast=camera.image, position=place, rpy_deg=rpy_deg))
 
 

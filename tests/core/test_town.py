@@ -69,6 +69,7 @@ def in_map(boxes: NDArray[np.float64], pose: dict[str, str]) -> NDArray[np.float
     return moved
 
 
+@pytest.mark.slow
 def test_the_occluders_are_those_that_the_script_makes() -> None:
     assert text_of("occluders.csv.gz") == occluder_table(surroundings())
 
@@ -78,7 +79,7 @@ def test_every_frame_has_a_pose() -> None:
     assert frames == [(str(seq), str(frame)) for seq in range(50) for frame in range(50)]
 
 
-@pytest.mark.parametrize("step", [10, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("step", [50, pytest.param(1, marks=pytest.mark.slow)])
 def test_occluders_touch_no_road_user_and_not_the_ego_car(step: int) -> None:
     standing = footprints(rows_of("occluders.csv.gz"))
     reach_m = np.hypot(standing[:, 2], standing[:, 3]) / 2

@@ -127,17 +127,18 @@ def test_l_k_is_what_a_search_through_all_voxels_finds(voxel_m: float, width_m: 
 
 
 def widened(lowest: np.ndarray, radius: float) -> np.ndarray:
-    """The lowest of all columns whose centres lie within a radius, column by column."""
-    nx, ny = lowest.shape
-    best = lowest.copy()
-    for ix in range(nx):
-        for iy in range(ny):
-            reach = int(radius) + 1
-            for jx in range(max(0, ix - reach), min(nx, ix + reach + 1)):
-                for jy in range(max(0, iy - reach), min(ny, iy + reach + 1)):
-                    if np.hypot(jx - ix, jy - iy) <= radius + 1e-9:
-                        best[ix, iy] = min(best[ix, iy], lowest[jx, jy])
-    return best
+    """The lowest of all columns whose centres lie within a radius."""
+    reach = int(radius) + 1
+    steps = range(-reach, reach + 1)
+    around = np.pad(lowest, reach, constant_values=np.inf)
+    return np.minimum.reduce(
+        [
+            np.roll(around, (x, y), (0, 1))[reach:-reach, reach:-reach]
+            for x in steps
+            for y in steps
+            if np.hypot(x, y) <= radius + 1e-9
+        ]
+    )
 
 
 def test_any_number_of_threads_and_any_way_to_a_rig_gives_the_same_map() -> None:

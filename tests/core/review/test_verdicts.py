@@ -23,29 +23,22 @@ from tests.core.review.scenes import BOX, camera, dense_lidar, random_rig
 from tests.core.vehicle.solids import brute_force
 
 
-def stays_in(
-    origin: np.ndarray, d: np.ndarray, target: Target, near: float, far: float
-) -> tuple[float, float]:
-    """Where a ray is inside of a cylinder, from its nearest approach to the axis and half the chord."""
-    flat = np.hypot(d[0], d[1])
-    away = np.array([target.x_m, target.y_m]) - origin[:2]
-    along, aside = (away @ d[:2]) / flat, (away[0] * d[1] - away[1] * d[0]) / flat
-    if abs(aside) >= target.radius_m:
-        return np.inf, -np.inf
-    chord = np.sqrt(target.radius_m**2 - aside**2)
-    t = sorted(((0.0 - origin[2]) / d[2], (target.height_m - origin[2]) / d[2]))
-    return max(near, (along - chord) / flat, t[0]), min(far, (along + chord) / flat, t[1])
+def counted(sensor: Sensor, directions: np.ndarray, target: Target, ends: np.ndarray) -> list[int]:
+    """Rays that get there before they end, and rays that would if nothing ended them.
 
-
-def counted(sensor: Sensor, target: Target, ends: np.ndarray) -> tuple[int, int]:
-    """Rays that get there before they end, and rays that would if nothing ended them."""
-    rays = sensor_rays(sensor)
-    free = total = 0
-    for d, end in zip(rays.directions, ends, strict=True):
-        near, far = stays_in(np.array(sensor.position), d, target, *sensor.range_m)
-        total += near < far
-        free += near < far and near < end
-    return free, total
+    A ray is inside of a cylinder by its nearest approach to the axis, half the chord there, and the two lids.
+    """
+    (x, y, z), (least, most) = sensor.position, sensor.range_m
+    dx, dy, dz = directions.T
+    flat = np.hypot(dx, dy)
+    away = np.array([target.x_m - x, target.y_m - y])
+    along, aside = (away[0] * dx + away[1] * dy) / flat, (away[0] * dy - away[1] * dx) / flat
+    chord = np.sqrt(np.maximum(target.radius_m**2 - aside**2, 0.0))
+    lids = np.sort([(0.0 - z) / dz, (target.height_m - z) / dz], axis=0)
+    near = np.maximum(np.maximum(least, (along - chord) / flat), lids[0])
+    far = np.minimum(np.minimum(most, (along + chord) / flat), lids[1])
+    meets = (abs(aside) < target.radius_m) & (near < far)
+    return [int((meets & (near < ends)).sum()), int(meets.sum())]
 
 
 def test_rays_on_objects_are_those_of_a_search_through_all_rays_and_triangles() -> None:
@@ -55,15 +48,13 @@ def test_rays_on_objects_are_those_of_a_search_through_all_rays_and_triangles() 
     for sensor in random_rig(rng, 6).sensors:
         ranged = sensor.replace(range_m=(0.3, 6.0))
         barrier = barrier_of(ranged, solid)
-        corners = solid.triangles_m
-        ends, _ = brute_force(
-            np.array(ranged.position), sensor_rays(ranged).directions, corners, barrier.start_m
-        )
+        directions = sensor_rays(ranged).directions
+        ends, _ = brute_force(np.array(ranged.position), directions, solid.triangles_m, barrier.start_m)
         for _ in range(8):
             x, y, r, h = rng.uniform([-6.0, -6.0, 0.05, 0.2], [6.0, 6.0, 0.6, 2.0]).tolist()
             target = Target("o", x, y, r, h)
             found = ray_counts(ranged, [target], ends)[0].tolist()
-            assert found == list(counted(ranged, target, ends))
+            assert found == counted(ranged, directions, target, ends)
             blocked += found[1] - found[0]
     assert blocked > 0
 

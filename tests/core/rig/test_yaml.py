@@ -12,6 +12,7 @@ from riglens.core.geometry import Pose
 from riglens.core.rig.library import default_library
 from riglens.core.rig.model import BrownConrady, Camera, EvenAngles, KannalaBrandt, Lidar, Rig, Sensor
 from riglens.core.rig.presets import preset
+from riglens.core.rig.yaml import file, nodes
 from riglens.core.rig.yaml.file import dumps, load_rig, loads, new_rig_file, rig_sha256, same_rig
 from riglens.core.rig.yaml.text import ordered_fields
 from tests.core.rig.cases import rigs
@@ -122,19 +123,21 @@ def test_a_rig_that_could_not_be_read_back_is_not_written(model: str, complaint:
 
 
 def test_a_rig_too_large_to_be_read_is_not_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for module in (file, nodes):
+        monkeypatch.setattr(module, "MAX_BYTES", 10_000)
+        monkeypatch.setattr(module, "MAX_VALUES", 1_000)
     path = tmp_path / "rig.yaml"
     path.write_text("old")
-    beams = tuple(angle / 4000.0 + 1e-9 for angle in range(1000))
-    sensors = [Lidar(name=f"L{n}", position=(0.0, 0.0, 2.0), elevations_deg=beams) for n in range(101)]
-    with pytest.raises(InputError, match=r"rig\.yaml: would be larger than 1 MB"):
+    beams = tuple(angle / 4000.0 + 1e-9 for angle in range(200))
+    sensors = [Lidar(name=f"L{n}", position=(0.0, 0.0, 2.0), elevations_deg=beams) for n in range(6)]
+    with pytest.raises(InputError, match=r"rig\.yaml: would be larger than 0\.01 MB"):
         new_rig_file(Rig(name="many", sensors=tuple(sensors))).save(path)
-    flat = tuple(float(angle % 90) for angle in range(1000))
-    for number, sensor in enumerate(sensors):
-        sensors[number] = sensor.replace(elevations_deg=flat)
-    with pytest.raises(InputError, match=r"rig\.yaml:\d+: more than 100000 values"):
+    flat = tuple(float(angle % 90) for angle in range(200))
+    sensors = [sensor.replace(elevations_deg=flat) for sensor in sensors]
+    with pytest.raises(InputError, match=r"rig\.yaml:\d+: more than 1000 values"):
         new_rig_file(Rig(name="many", sensors=tuple(sensors))).save(path)
     assert path.read_text() == "old"
-    few = Rig(name="many", sensors=tuple(sensors[:9]))
+    few = Rig(name="many", sensors=tuple(sensors[:4]))
     assert same_rig(load_rig(new_rig_file(few).save(path).path or "").rig, few)
 
 

@@ -42,26 +42,27 @@ def box(low: tuple[float, float, float], high: tuple[float, float, float]) -> Ar
 
 def brute_force(origin: Array, directions: Array, corners: Array, start_m: float) -> tuple[Array, Array]:
     """Distance (n,) to the first of the triangles (t, 3, 3), inf without one, and the lowest number there, or -1."""
-    distance, number = np.full(len(directions), np.inf), np.full(len(directions), -1)
+    if not len(directions) or not len(corners):
+        return np.full(len(directions), np.inf), np.full(len(directions), -1)
     low, high = corners.min(axis=1) - GROWN_M, corners.max(axis=1) + GROWN_M
-    for ray, d in enumerate(directions):
-        t = _meetings(origin, d, corners, low, high)
-        t[~(t > start_m)] = np.inf
-        if len(t) and np.isfinite(t.min()):
-            distance[ray], number[ray] = t.min(), int(np.flatnonzero(t == t.min())[0])
-    return distance, number
+    parts = np.array_split(directions, -(-len(directions) * len(corners) // 100_000))
+    t = np.concatenate([_meetings(origin, part[:, :, None], corners, low, high) for part in parts])
+    t[~(t > start_m)] = np.inf
+    distance = t.min(axis=1)
+    return distance, np.where(np.isfinite(distance), t.argmin(axis=1), -1)
 
 
-def _meetings(o: Array, d: Array, corners: Array, low: Array, high: Array) -> Array:
-    t0, t1 = np.zeros(len(corners)), np.full(len(corners), np.inf)
+def _meetings(o: Array, directions: Array, corners: Array, low: Array, high: Array) -> Array:
+    """Distances (n, t) of rays with directions (n, 3, 1) to triangles, inf where they do not meet."""
+    d = directions.swapaxes(0, 1)
+    t0, t1 = np.zeros((len(directions), len(corners))), np.full((len(directions), len(corners)), np.inf)
     with np.errstate(all="ignore"):
         for axis in range(3):
-            if d[axis] == 0.0:
-                outside = (o[axis] < low[:, axis]) | (o[axis] > high[:, axis])
-                t0[outside], t1[outside] = np.inf, -np.inf
-                continue
             a, b = (low[:, axis] - o[axis]) / d[axis], (high[:, axis] - o[axis]) / d[axis]
-            t0, t1 = np.maximum(t0, np.minimum(a, b)), np.minimum(t1, np.maximum(a, b))
+            outside = (o[axis] < low[:, axis]) | (o[axis] > high[:, axis])
+            level, never = d[axis] == 0.0, np.where(outside, np.inf, 0.0)
+            t0 = np.maximum(t0, np.where(level, never, np.minimum(a, b)))
+            t1 = np.where(level, np.where(outside, -np.inf, t1), np.minimum(t1, np.maximum(a, b)))
         ux, uy, uz = (corners[:, 1] - corners[:, 0]).T
         vx, vy, vz = (corners[:, 2] - corners[:, 0]).T
         px, py, pz = d[1] * vz - d[2] * vy, d[2] * vx - d[0] * vz, d[0] * vy - d[1] * vx
