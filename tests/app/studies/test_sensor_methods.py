@@ -47,8 +47,8 @@ def test_the_chart_has_a_panel_per_sensor_and_pose_and_a_mark_for_every_point(st
     assert [axes.get_title(loc="left") for axes in figure.axes] == [
         "velodyne-vlp-16, 28,800 rays, upright",
         "velodyne-vlp-16, 28,800 rays, tilted by 2° and −3°",
-        "pandaset-wide, 2,073,600 rays, upright",
-        "pandaset-wide, 2,073,600 rays, tilted by 2° and −3°",
+        "bent, 20,736 rays, upright",
+        "bent, 20,736 rays, tilted by 2° and −3°",
     ]
     for axes, result in zip(figure.axes, study.results, strict=True):
         marks = [line for line in axes.lines if line.get_marker() not in ("None", "")]

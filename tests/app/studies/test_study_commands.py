@@ -26,31 +26,37 @@ def rows_after(text, title):
     return [line.split() for line in lines[start : lines.index("", start)]]
 
 
-def test_published_figures_stand_beside_ours_in_the_three_blocks_of_the_paper(riglens, boxes):
-    result = riglens("study", "table1", "--boxes", boxes, *SMALL_GRID)
-    assert result.code == 0
+@pytest.fixture(scope="module")
+def table1(tmp_path_factory):
+    """Standard output, and the two CSV files of the table on a small scene."""
+    folder = tmp_path_factory.mktemp("table1")
+    (folder / "boxes.csv").write_text(BOXES)
+    files = ("--csv", folder / "table1.csv", "--detection-csv", folder / "table2.csv")
+    arguments = ("study", "table1", "--boxes", folder / "boxes.csv", *SMALL_GRID, *files)
+    with contextlib.redirect_stdout(io.StringIO()) as out:
+        assert main([str(argument) for argument in arguments]) == 0
+    return out.getvalue(), *([*csv.DictReader(path.read_text().splitlines())] for path in files[1::2])
+
+
+def test_published_figures_stand_beside_ours_in_the_three_blocks_of_the_paper(table1):
+    out, rows, _ = table1
     for title, first_rig in {
         "Camera S-MIG": ["-73.08", "-14.15", "-13.13"],
         "LiDAR S-MIG": ["-6.45", "-1.07", "-1.08"],
         "S-MS": ["-13.75", "-2.48", "-2.39"],
     }.items():
-        rows = rows_after(result.out, title)
-        assert [row[0] for row in rows] == PAPER_RIGS
-        assert rows[0][2::2] == first_rig
-
-
-def test_the_csv_holds_full_precision_in_nats(riglens, boxes, tmp_path):
-    target = tmp_path / "table1.csv"
-    assert riglens("study", "table1", "--boxes", boxes, *SMALL_GRID, "--csv", target).code == 0
-    rows = list(csv.DictReader(target.read_text().splitlines()))
+        block = rows_after(out, title)
+        assert [row[0] for row in block] == PAPER_RIGS
+        assert block[0][2::2] == first_rig
+    assert max(len(line.rstrip()) for line in out.splitlines()) <= 100
     assert [row["rig"] for row in rows[::3]] == PAPER_RIGS
     assert float(rows[0]["published_s_ms"]) == pytest.approx(-13750.0)
     weighted = 0.1 * float(rows[0]["camera_s_mig"]) + float(rows[0]["lidar_s_mig"])
     assert float(rows[0]["s_ms"]) == pytest.approx(weighted, rel=1e-12)
 
 
-def test_each_class_says_whether_its_orders_agree(riglens, boxes):
-    out = riglens("study", "table1", "--boxes", boxes, *SMALL_GRID).out
+def test_each_class_says_whether_its_orders_agree(table1):
+    out = table1[0]
     orders = out[out.index("lowest first") :]
     assert orders.count("LiDAR groups") == orders.count("camera groups") == orders.count("rigs, S-MS") == 3
     agree, disagree = orders.count(" yes "), orders.count(" no ")
@@ -59,11 +65,9 @@ def test_each_class_says_whether_its_orders_agree(riglens, boxes):
     assert f"{agree} of 9 orders" in orders
 
 
-def test_published_detection_stands_beside_our_figures(riglens, boxes, tmp_path):
-    target = tmp_path / "table2.csv"
-    result = riglens("study", "table1", "--boxes", boxes, *SMALL_GRID, "--detection-csv", target)
-    assert result.code == 0
-    lines = [line.split() for line in result.out.splitlines()]
+def test_published_detection_stands_beside_our_figures(table1):
+    out, _, rows = table1
+    lines = [line.split() for line in out.splitlines()]
     assert next(line for line in lines if line[:2] == ["W+T", "83.5"])[:5] == [
         "W+T",
         "83.5",
@@ -72,8 +76,7 @@ def test_published_detection_stands_beside_our_figures(riglens, boxes, tmp_path)
         "71.3",
     ]
     assert next(line for line in lines if line[:2] == ["Square", "50.0"])
-    assert "Line 49.6 < Trapezoid 50.9 < Pyramid 52.2 < Center 52.5" in result.out
-    rows = list(csv.DictReader(target.read_text().splitlines()))
+    assert "Line 49.6 < Trapezoid 50.9 < Pyramid 52.2 < Center 52.5" in out
     assert len(rows) == (8 + 5) * 4 and {row["paper"] for row in rows} == {"ICRA, Table II", "Place3D"}
     assert all(0.0 <= float(row["on_target"]) <= 1.0 for row in rows)
 
@@ -87,11 +90,7 @@ def test_a_pog_has_no_road_users_to_count_points_on(riglens, boxes, tmp_path):
     assert ranks.split()[2:] == ["–"] * 4
 
 
-def test_it_fits_a_terminal_of_100_columns(riglens, boxes):
-    lines = riglens("study", "table1", "--boxes", boxes, *SMALL_GRID).out.splitlines()
-    assert max(len(line.rstrip()) for line in lines) <= 100
-
-
+@pytest.mark.slow
 def test_nuscenes_boxes_order_the_groups_as_the_paper_does(riglens, shared_data):
     table = shared_data / "boxes" / "nuscenes_mini_val_ego.csv.gz"
     out = riglens("study", "table1", "--boxes", table, "--origin", "-1.35", "0", "0").out
@@ -118,6 +117,11 @@ def test_the_csv_of_table1_holds_every_figure_in_full_precision():
 # ---------------------------------------------------------------- accuracy
 
 
+ONE_LIDAR = (
+    "riglens: 1\nname: one\nsensors: [{name: a, kind: lidar, model: generic-16, position: [0, 0, 2]}]\n"
+)
+
+
 def test_it_writes_chart_and_csv_and_prints_every_point(riglens, boxes, tmp_path):
     folder = tmp_path / "deep" / "study"
     result = riglens("study", "accuracy", "--boxes", boxes, *SMALL_GRID, "--quick", "--out", folder)
@@ -136,8 +140,9 @@ def test_it_writes_chart_and_csv_and_prints_every_point(riglens, boxes, tmp_path
 
 
 def test_a_voxel_edge_that_does_not_divide_the_roi_is_left_out_with_a_note(riglens, boxes, tmp_path):
-    roi = ("--voxel", "0.5", "--roi", "21", "20", "3")
-    result = riglens("study", "accuracy", "--boxes", boxes, *roi, "--quick", "--out", tmp_path)
+    roi, rig = ("--voxel", "0.5", "--roi", "21", "20", "3"), tmp_path / "one.yaml"
+    rig.write_text(ONE_LIDAR)
+    result = riglens("study", "accuracy", rig, "--boxes", boxes, *roi, "--quick", "--out", tmp_path / "out")
     assert result.code == 0
     assert "note: δ 2.00 m is left out" in result.err
     assert "exact, δ 1.00 m" in result.out
@@ -147,7 +152,9 @@ def test_a_voxel_edge_that_does_not_divide_the_roi_is_left_out_with_a_note(rigle
 def test_a_stored_pog_is_studied_on_its_own_grid(riglens, boxes, tmp_path):
     pog = tmp_path / "scene.npz"
     assert riglens("pog", boxes, "--out", pog, *SMALL_GRID).code == 0
-    result = riglens("study", "accuracy", "Trapezoid", "--pog", pog, "--quick", "--out", tmp_path / "out")
+    rig = tmp_path / "one.yaml"
+    rig.write_text(ONE_LIDAR)
+    result = riglens("study", "accuracy", rig, "--pog", pog, "--quick", "--out", tmp_path / "out")
     assert result.code == 0
     assert "holds one grid only" in result.err
     assert "exact, δ 1.00 m" not in result.out

@@ -1,11 +1,15 @@
 """Small studies of made-up scenes, measured once per process: the tests of measuring and of telling share them."""
 
+import tempfile
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
+import pytest
 
 from riglens.core.metric.entropy import EntropyField
+from riglens.core.rig.library import LIBRARY_VARIABLE
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import build_pog
@@ -24,6 +28,17 @@ from riglens.core.study.stability_metric import (
 from tests.core.builders import boxes_of, camera, grid_of, random_field, rig_of, spinning
 
 QUICK = AccuracyPlan(repetitions=1, threads=1, lattices=("1/2",))
+BENT = """bent:
+  kind: camera
+  title: A camera with a bent lens and few pixels
+  source: our choice
+  image: [192, 108]
+  fx: 93.0
+  fy: 94.0
+  cx: 96.0
+  cy: 54.0
+  distortion: {model: brown_conrady, k1: -0.165, k2: 0.0099}
+"""
 SHAPES = {0.5: (24, 20, 10), 1.0: (12, 10, 5)}
 PLAN = StabilityPlan(
     voxel_m=0.5,
@@ -54,10 +69,13 @@ def small_accuracy_study() -> AccuracyStudy:
 
 @cache
 def small_sensor_study() -> SensorStudy:
-    """A LiDAR and a camera of the library on a coarse grid of a made-up scene, one run of each way."""
+    """A LiDAR of the library and a camera of one's own on a coarse grid of a made-up scene, one run of each way."""
     field = random_field(grid_of(24, 20, 4, 1.0), np.random.default_rng(7))
     rig = rig_of(camera((0.31, 0.17, 1.73), (0.0, 0.0, 12.0)), spinning((-0.27, 0.41, 1.93), (0.0, 0.0, 8.0)))
-    return study_sensors(field, rig, ("velodyne-vlp-16", "pandaset-wide"), repetitions=1)
+    with tempfile.TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:
+        (own := Path(folder, "own.yaml")).write_text(BENT)
+        patch.setenv(LIBRARY_VARIABLE, str(own))
+        return study_sensors(field, rig, ("velodyne-vlp-16", "bent"), repetitions=1)
 
 
 @cache
