@@ -6,11 +6,14 @@ import os
 import subprocess
 import sys
 import threading
+from collections.abc import Callable
+from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 
 import pytest
 
-from riglens.core.rig.yaml.file import loads
+from riglens.app.commands import main
+from riglens.core.rig.yaml.file import load_rig, loads
 from riglens.core.scene.pog_store import load_pog, read_pog
 from tests.app.conftest import REPOSITORY, SMALL_GRID, program
 from tests.waiting import TIMEOUT_S
@@ -30,13 +33,39 @@ def through_a_shell(redirection: str, *arguments: object) -> "subprocess.Complet
     )
 
 
+Pipe = Callable[..., tuple[bytes, bytes]]
+
+
+@pytest.fixture
+def through_a_pipe(capfd: pytest.CaptureFixture[str]) -> Pipe:
+    """Run `riglens ARGUMENTS... | cat` in this process; what came through the pipe, and standard error."""
+
+    def run(*arguments: object) -> tuple[bytes, bytes]:
+        received: list[bytes] = []
+        reading, writing = os.pipe()
+        with capfd.disabled(), os.fdopen(reading, "rb") as end:
+            listener = threading.Thread(target=lambda: received.append(end.read()))
+            listener.start()
+            kept, err = os.dup(1), io.StringIO()
+            os.dup2(writing, 1)
+            os.close(writing)
+            with open(1, "w", closefd=False) as out, redirect_stdout(out), redirect_stderr(err):
+                code = main([str(argument) for argument in arguments])
+            os.dup2(kept, 1)
+            os.close(kept)
+            listener.join()
+        assert code == 0, err.getvalue()
+        return received[0], err.getvalue().encode()
+
+    return run
+
+
 @pytest.mark.parametrize("redirection", [">&-", "<&- >&- 2>&-"])
-def test_closed_streams_take_no_result_away_from_files(tmp_path: Path, boxes: Path, redirection: str) -> None:
-    words = ("evaluate", "W+T", "--boxes", boxes, *SMALL_GRID, "--json", tmp_path / "scores.json")
-    done = through_a_shell(redirection, *words)
+def test_closed_streams_take_no_result_away_from_files(tmp_path: Path, redirection: str) -> None:
+    done = through_a_shell(redirection, "list", "rigs", "W+T", "--out", tmp_path / "rig.yaml")
     assert (done.returncode, done.stdout) == (0, b"")
     assert b"Traceback" not in done.stderr
-    assert json.loads((tmp_path / "scores.json").read_text())["rigs"][0]["name"] == "W+T"
+    assert load_rig(tmp_path / "rig.yaml").rig.name == "W+T"
 
 
 @pytest.mark.parametrize("words", [("--help",), ("presets", "W+T")])
@@ -50,22 +79,24 @@ def test_no_complaint_goes_to_standard_output() -> None:
     assert (done.returncode, done.stdout) == (2, b"")
 
 
-def test_a_pog_on_standard_output_is_alone_there(tmp_path: Path, boxes: Path) -> None:
-    done = through_a_shell("", "pog", boxes, *SMALL_GRID, "--out", "/dev/stdout")
-    assert done.returncode == 0 and b"3 frames" in done.stderr
-    assert read_pog(io.BytesIO(done.stdout)).data.frames == 3
-    done = through_a_shell(f"> {tmp_path}/pog.npz", "pog", boxes, *SMALL_GRID, "--out", "/dev/stdout")
+def test_a_pog_on_standard_output_is_alone_there(tmp_path: Path, boxes: Path, through_a_pipe: Pipe) -> None:
+    words = ("pog", boxes, *SMALL_GRID, "--out", "/dev/stdout")
+    out, err = through_a_pipe(*words)
+    assert b"3 frames" in err and read_pog(io.BytesIO(out)).data.frames == 3
+    done = through_a_shell(f"> {tmp_path}/pog.npz", *words)
     assert done.returncode == 0 and load_pog(tmp_path / "pog.npz").data.frames == 3
 
 
-def test_other_results_on_standard_output_are_alone_there(boxes: Path) -> None:
-    done = through_a_shell("", "convert", "W+T", "/dev/stdout", "--to", "riglens")
-    assert done.returncode == 0 and loads(done.stdout.decode()).rig.name == "W+T"
-    assert b"/dev/stdout: " in done.stderr
-    done = through_a_shell("", "data", boxes, "--json", "/dev/stdout")
-    assert done.returncode == 0 and json.loads(done.stdout)["riglens"] == 1
-    done = through_a_shell("", "study", "table1", *SMALL_GRID, "--csv", "/dev/stdout")
-    assert done.returncode == 0 and done.stdout.startswith(b"rig,class,") and b"Table" not in done.stdout
+def test_other_results_on_standard_output_are_alone_there(boxes: Path, through_a_pipe: Pipe) -> None:
+    out, err = through_a_pipe("convert", "W+T", "/dev/stdout", "--to", "riglens")
+    assert loads(out.decode()).rig.name == "W+T" and b"/dev/stdout: " in err
+    out, _ = through_a_pipe("data", boxes, "--json", "/dev/stdout")
+    assert json.loads(out)["riglens"] == 1
+    out, _ = through_a_pipe("study", "table1", "--boxes", boxes, *SMALL_GRID, "--csv", "/dev/stdout")
+    assert out.startswith(b"rig,class,") and b"Table" not in out
+    words = ("render", "W+T", "--boxes", boxes, *SMALL_GRID, "--size", "64x64", "--out", "/dev/stdout")
+    out, _ = through_a_pipe(*words)
+    assert out.startswith(b"\x89PNG") and out.endswith(b"IEND\xaeB`\x82")
 
 
 def test_a_build_of_several_parts_into_a_pipe(riglens, boxes: Path, tmp_path: Path) -> None:
@@ -103,10 +134,3 @@ def test_a_name_as_long_as_a_file_may_have_is_fine(riglens, boxes: Path, tmp_pat
     assert riglens("pog", boxes, other, *SMALL_GRID, "--out", out, "--workers", "1").code == 0
     assert load_pog(out).data.frames == 6
     assert sorted(path.suffix for path in tmp_path.iterdir()) == [".csv", ".csv", ".npz"]
-
-
-def test_a_picture_can_go_through_a_pipe(boxes: Path) -> None:
-    words = ("render", "W+T", "--boxes", boxes, *SMALL_GRID, "--size", "64x64", "--out", "/dev/stdout")
-    done = through_a_shell("", *words)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.startswith(b"\x89PNG") and done.stdout.endswith(b"IEND\xaeB`\x82")

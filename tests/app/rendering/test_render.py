@@ -1,13 +1,19 @@
 """`riglens render` draws car, sensors and heatmap; `riglens` without a display does the same job."""
 
+import io
 import json
+import pickle
 
 import matplotlib.image
 import numpy as np
 import pytest
 
+from riglens.app.commands import start
+from riglens.app.evaluation.options import DEFAULT_RIG, SceneOptions, ScoreOptions
+from riglens.app.rendering import render
 from riglens.core.rig.presets import preset
 from riglens.core.rig.yaml.file import load_rig
+from riglens.widgets.viewport import still
 from tests.app.conftest import SMALL_GRID
 from tests.waiting import TIMEOUT_S
 
@@ -36,37 +42,33 @@ def test_the_picture_has_the_size_that_was_asked_for(riglens, boxes, tmp_path):
     assert "640 x 400" in result.out
 
 
-def test_views_classes_and_rigs_give_different_pictures(riglens, boxes, tmp_path):
-    def picture(*extra, rig="W+T"):
-        out = tmp_path / "one.png"
-        options = ("--boxes", boxes, *SMALL_GRID, "--size", "320x200", "--out", out)
-        assert riglens("render", rig, *options, *extra).code == 0
-        return pixels(out)
+def content(of):
+    """Every value of what is handed over, whoever else holds it."""
+    pickler = pickle.Pickler(stream := io.BytesIO())
+    pickler.fast = True  # nothing is written as the same as before
+    pickler.dump(of)
+    return stream.getvalue()
 
-    first = picture()
-    assert len(np.unique(first.reshape(-1, 3), axis=0)) > 100
-    assert np.array_equal(first, picture())
-    others = {
-        "top": picture("--view", "top"),
-        "pedestrian": picture("--class", "pedestrian"),
-        "no heatmap": picture("--heatmap", "off"),
-        "sensors": picture("--heatmap", "sensors"),
-        "change": picture("--heatmap", "change", "--baseline", "N+C"),
-        "slice": picture("--slice", "0.5", "1"),
-        "log": picture("--log"),
-        "no legend": picture("--no-legend"),
-        "no rays": picture("--no-rays"),
-        "strong rays": picture("--ray-opacity", "0.6"),
-        "many rays": picture("--ray-density", "4"),
-        "footprints": picture("--fill", "ground"),
-        "frusta": picture("--fill", "frusta"),
-        "title": picture("--title"),
-        "scores": picture("--scores"),
-        "no sensors behind": picture(rig="Center"),
-    }
-    same = [name for name, other in others.items() if np.array_equal(first, other)]
-    assert same == []
-    assert heat_share(others["no rays"]) > 0.02 and heat_share(others["no heatmap"]) == 0.0
+
+def test_every_option_changes_what_is_drawn(riglens, boxes, tmp_path, monkeypatch):
+    drawn = []
+    monkeypatch.setattr(still, "render_still", lambda *what, **how: drawn.append(content((what, how))))
+
+    def asked(*extra, rig="W+T"):
+        options = ("--boxes", boxes, *SMALL_GRID, "--size", "320x200", "--out", tmp_path / "one.png")
+        assert riglens("render", rig, *options, *extra).code == 0
+        return drawn.pop()
+
+    first = asked()
+    assert first == asked()
+    options = (
+        "--view top", "--class pedestrian", "--heatmap off", "--heatmap sensors",
+        "--heatmap change --baseline N+C", "--slice 0.5 1", "--log", "--threshold 0.5", "--opacity 0.1", "--no-legend",
+        "--no-rays", "--ray-opacity 0.6", "--ray-density 4", "--fill ground", "--fill frusta", "--title", "--scores",
+        "--scale 2", "--transparent", "--no-ground", "--theme light",
+    )  # fmt: skip
+    pictures = [first, asked(rig="Center"), *(asked(*option.split()) for option in options)]
+    assert len(set(pictures)) == len(pictures)
 
 
 def test_a_transparent_picture_has_no_background(riglens, boxes, tmp_path):
@@ -134,16 +136,13 @@ def test_without_a_display_the_same_job_runs_in_the_terminal(riglens_process, bo
     }
 
 
-def test_without_a_display_and_a_rig_the_start_rig_and_that_of_the_paper_are_scored(
-    riglens_process, boxes, tmp_path
-):
-    process = riglens_process("--boxes", boxes, *SMALL_GRID, env=NO_DISPLAY, cwd=tmp_path)
-    out, err = process.communicate(timeout=TIMEOUT_S)
-    assert process.returncode == 0, err
-    document = json.loads((tmp_path / "out" / "scores.json").read_text())
-    assert [rig["name"] for rig in document["rigs"]] == ["nuScenes car", "W+T"]
-    assert all(name in out for name in ("nuScenes car", "W+T"))
-    assert load_rig(tmp_path / "out" / "rig.yaml").rig == preset("nuScenes car")
+def test_without_a_display_and_a_rig_the_start_rig_and_that_of_the_paper_are_scored(monkeypatch, capsys):
+    scored = []
+    monkeypatch.setattr(start, "missing_display", lambda: "none")
+    monkeypatch.setattr(render, "score_without_window", lambda rigs, *_: scored.append(rigs))
+    assert start.start(DEFAULT_RIG, SceneOptions(), ScoreOptions()) == 0
+    assert scored == [(preset("nuScenes car"), preset("W+T"))]
+    assert capsys.readouterr().err.splitlines()[0] == "no display: running headless (none)"
 
 
 def test_a_display_that_does_not_answer_is_no_display(riglens_process, tmp_path):
