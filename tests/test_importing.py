@@ -61,6 +61,7 @@ def run(home: Path, *arguments: str | Path) -> str:
     return done.stdout
 
 
+@pytest.mark.slow
 def test_every_module_is_imported_without_a_file_or_a_setting(home: Path) -> None:
     run(home, "-c", EVERY_MODULE, REPOSITORY)
     assert [str(path.relative_to(home)) for path in home.rglob("*")] == []

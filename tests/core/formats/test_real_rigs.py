@@ -98,6 +98,7 @@ def test_nuscenes_poses_are_those_of_the_table(nuscenes: Path) -> None:
             assert_same_pose(sensor_matrix(rig.sensor("LIDAR_TOP")), expected)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["pandaset"])
 def test_pandaset_cameras_look_where_their_names_say(shared_data: Path, form: str) -> None:
     imported = read_rig(real(shared_data, "rigs", form, "static_extrinsic_calibration.yaml"))

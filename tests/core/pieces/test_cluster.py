@@ -293,8 +293,11 @@ GONE = (
 
 @pytest.mark.parametrize(
     ("victim", "harm"),
-    [("worker", signal.SIGKILL), ("scheduler", signal.SIGKILL), ("scheduler", signal.SIGSTOP)],
-    ids=["no workers", "dead scheduler", "silent scheduler"],
+    [
+        pytest.param("worker", signal.SIGKILL, id="no workers"),
+        pytest.param("scheduler", signal.SIGKILL, id="dead scheduler", marks=pytest.mark.slow),
+        pytest.param("scheduler", signal.SIGSTOP, id="silent scheduler", marks=pytest.mark.slow),
+    ],
 )
 def test_a_cluster_that_goes_away_ends_the_build_and_what_is_done_is_kept(
     build: Build, tmp_path: Path, victim: str, harm: signal.Signals
@@ -308,6 +311,7 @@ def test_a_cluster_that_goes_away_ends_the_build_and_what_is_done_is_kept(
     assert 1 <= build.kept < 8
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not shutil.which("openssl"), reason="no openssl to make certificates")
 def test_a_cluster_with_certificates(build: Build, tmp_path: Path) -> None:
     import dask

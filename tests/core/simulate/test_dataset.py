@@ -59,6 +59,7 @@ def test_the_folder_holds_what_was_planned(whole: dict[str, bytes]) -> None:
     assert not any(name.startswith(".") for name in whole)
 
 
+@pytest.mark.slow
 def test_processes_give_the_same_files(tmp_path: Path, whole: dict[str, bytes]) -> None:
     with worker_processes(2) as workers:
         make(tmp_path / "set", dataset(), workers=workers)

@@ -17,6 +17,7 @@ def offload_thread() -> None:
     utils._offload_executor.submit(int).result()
 
 
+@pytest.mark.slow
 def test_a_cluster_makes_the_same_files(tmp_path: Path) -> None:
     with Cluster(tmp_path) as cluster, cluster_workers(cluster.address) as workers:
         make(tmp_path / "there", dataset(), workers=workers)
