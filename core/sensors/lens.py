@@ -8,7 +8,7 @@ no direction, and directions beyond it no pixel: both come out as NaN.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Annotated, Literal
 
@@ -120,7 +120,11 @@ def radial_of(lens: BrownConrady | KannalaBrandt) -> Radial:
         fisheye = (1.0, lens.k1, lens.k2, lens.k3, lens.k4)
         return Radial(fisheye, (1.0,), min(math.pi, _turning_point(fisheye, (1.0,))))
     top, bottom = (1.0, lens.k1, lens.k2, lens.k3), (1.0, lens.k4, lens.k5, lens.k6)
-    return Radial(top, bottom, _turning_point(top, bottom))
+    found = Radial(top, bottom, _turning_point(top, bottom))
+    # at a pole of the rational model, rounding may put the limit behind it, where the image is turned over
+    with np.errstate(divide="ignore"):
+        is_behind_pole = math.isfinite(found.limit) and found.value(np.array(found.limit)) < 0.0
+    return replace(found, limit=found.limit * (1.0 - 1e-12)) if is_behind_pole else found
 
 
 def undistorted(lens: BrownConrady | KannalaBrandt, x: Doubles, y: Doubles) -> Doubles:

@@ -80,6 +80,16 @@ def test_every_pixel_with_a_direction_is_hit_again_by_it(lens, focal_px: float) 
     assert np.abs(np.linalg.norm(directions[there], axis=1) - 1.0).max() < 1e-15
 
 
+def test_a_rational_lens_with_a_pole_keeps_its_rays() -> None:
+    """Its limit was rounded to behind the pole, and no pixel had a direction."""
+    for k1, k4, k6 in ((0.1, 0.02, -0.003), (0.05, -0.1, 0.0), (-0.01, 0.1, -0.02)):
+        sensor = behind(BrownConrady(k1=k1, k4=k4, k6=k6))
+        pixels = cast_px(sensor, np.arange(sensor.ray_count))
+        directions = pixel_directions(sensor, pixels)
+        assert np.isfinite(directions).all()
+        assert np.abs(project_px(sensor, directions) - pixels).max() < 1e-9
+
+
 @settings(max_examples=60, deadline=None)
 @given(
     k=st.tuples(*[st.floats(-0.4, 0.4)] * 3),
