@@ -4,6 +4,7 @@ Only light modules are imported here, so that `riglens --help` answers at once a
 nothing never loads Qt or VTK; each command is imported when it is called.
 """
 
+import atexit
 import signal
 import sys
 import threading
@@ -15,6 +16,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         if threading.current_thread() is threading.main_thread():
             signal.signal(signal.SIGTERM, signal.default_int_handler)  # as Ctrl-C, from the first import on
+            for number in (signal.SIGINT, signal.SIGTERM):  # the work is done: its exit code stays
+                atexit.register(signal.signal, number, signal.SIG_IGN)
         from riglens.app.commands import running
     except KeyboardInterrupt:
         if sys.stderr is not None:
