@@ -31,6 +31,7 @@ def convert(
     rear_axle_x: Annotated[float | None, Parameter(metavar="M")] = None,
     origin: Annotated[Triple | None, Parameter(metavar="X Y Z")] = None,
     token: Annotated[str | None, Parameter(metavar="TEXT")] = None,
+    kit: Annotated[Path | None, Parameter(metavar="DIR")] = None,
     report: Annotated[Path | None, Parameter(metavar="FILE")] = None,
 ) -> None:
     """Convert a rig between formats, reporting everything converted, approximated or left out.
@@ -56,6 +57,8 @@ def convert(
         Where the origin of IN lies in the vehicle frame, in metres.
     token
         Which rig of several: a token of nuScenes, the id of a CARLA vehicle, the class of a CARLA agent.
+    kit
+        Folder of an Autoware kit's description, where its xacro is not beside the calibration (individual_params).
     report
         Write what became of everything to this file as well, sensor by sensor.
     """
@@ -66,7 +69,7 @@ def convert(
         if report.absolute() == out.absolute():
             raise InputError(f"must be another file than OUT (got {report})", "report")
     known = open_rig(vehicle).rig.vehicle if vehicle is not None else None
-    rig, read = _read(source, from_, ReadOptions(known, rear_axle_x, origin, token))
+    rig, read = _read(source, from_, ReadOptions(known, rear_axle_x, origin, token, kit))
     written = write_rig(rig, out, target.name).report
     for found in (read, written):
         note_report(found)

@@ -89,7 +89,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
     vehicle = options.vehicle_or(find_vehicle(source, notes) or Vehicle())
     origin_m = options.origin_m or rear_axle_on_ground(vehicle)
     mounting = Mounting(source.where, notes, vehicle, _root_place(tree, origin_m, vehicle, options, notes))
-    macros, inner = find_macros(source, notes), tree.inner_frames()
+    macros, inner = find_macros(source, notes, options.kit), tree.inner_frames()
     leaves = [frame for frame in tree.frames() if frame not in inner]
     for frame in leaves:
         _add(frame, tree.root_SE3(frame), macros.get(frame), source, mounting)

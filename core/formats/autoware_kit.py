@@ -17,7 +17,7 @@ from riglens.core.formats.mounts import find_lidar_model
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Element, Source, Value
 from riglens.core.rig.model import Vehicle
-from riglens.core.rig.yaml.nodes import shortened
+from riglens.core.rig.yaml.nodes import shortened, shown_path
 
 VEHICLE_INFO = "vehicle_info.param.yaml"
 _CALL = "xacro:"
@@ -57,10 +57,18 @@ def kit_name(source: Source) -> str:
     return shortened(f"{kit} {vehicle}" if is_of_vehicle else kit, 100)
 
 
-def find_macros(source: Source, notes: Notes) -> dict[str, str]:
-    """Return the macro that the kit's xacro calls for a frame, by the frame's possible names."""
+def find_macros(source: Source, notes: Notes, kit: Path | None = None) -> dict[str, str]:
+    """Return the macro that the kit's xacro calls for a frame, by the frame's possible names.
+
+    `kit` is the folder of its description, where the xacro does not lie beside the calibration.
+    """
     macros: dict[str, str] = {}
-    for path in _xacro_files(source.folder):
+    files = _xacro_files(kit or source.folder)
+    if kit is not None and not files:
+        raise InputError(
+            f"must be a folder with xacro files, or one whose urdf/ has some (got {shown_path(kit)})", "kit"
+        )
+    for path in files:
         try:
             calls = list(_calls(source.another(path).xml))[:_MOST_CALLS]
         except InputError:

@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Collection
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -30,13 +31,15 @@ class ReadOptions:
     """Details of a foreign file that the user may state because the file does not contain them.
 
     vehicle: the car that the sensors are on; rear_axle_x: where its rear axle is, metres from the body centre;
-    origin_m: where the origin of the file lies in the vehicle frame, metres; token: which rig to take of several.
+    origin_m: where the origin of the file lies in the vehicle frame, metres; token: which rig to take of several;
+    kit: the folder of an Autoware kit's description, which lies elsewhere than its individual_params.
     """
 
     vehicle: Vehicle | None = None
     rear_axle_x: float | None = None
     origin_m: Vec3 | None = None
     token: str | None = None
+    kit: Path | None = None
 
     def __post_init__(self) -> None:
         numbers = [*(self.origin_m or ()), self.rear_axle_x or 0.0]

@@ -11,7 +11,7 @@ from riglens.core.formats.frames import kind_of
 from riglens.core.formats.mounts import ReadOptions
 from riglens.core.formats.source import Source
 from riglens.core.rig.model import Vehicle
-from tests.core.formats.cases import VEHICLE, lidar, rig_of, write_files
+from tests.core.formats.cases import KALIBR, VEHICLE, lidar, rig_of, write_files
 from tests.core.formats.test_reports import has
 from tests.core.formats.test_round_trips import again
 
@@ -118,6 +118,16 @@ def test_the_xacro_of_a_kit_says_what_stands_where(tmp_path: Path) -> None:
     assert has(imported.report, "ignored", "radar_macro in the kit's xacro", "velodyne_old_base_link")
     assert has(imported.report, "ignored", "cannot be read as XML", "broken.xacro")
     assert imported.rig == read_rig(config.parent).rig
+    apart = tmp_path / "individual_params" / "default"
+    assert "roof" not in sensors(kit(apart, *frames))
+    for described in (config.parent, config.parent / "urdf"):
+        read = read_rig(apart, options=ReadOptions(kit=described))
+        assert [sensor.model for sensor in read.rig.lidars()] == ["velodyne-vlp-16", "hesai-qt64"]
+    with pytest.raises(InputError, match=r"^kit must be a folder with xacro files"):
+        read_rig(apart, options=ReadOptions(kit=tmp_path))
+    write_files(tmp_path / "other", KALIBR)
+    with pytest.raises(InputError, match=r"^kit goes with a kit of Autoware only"):
+        read_rig(tmp_path / "other" / "camchain.yaml", options=ReadOptions(kit=config))
 
 
 @pytest.mark.parametrize(
