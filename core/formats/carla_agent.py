@@ -1,8 +1,9 @@
 """CARLA leaderboard: the list that an agent's sensors() returns, in a Python file (import).
 
-The file is parsed, never executed: what is written out as numbers and texts is read, what the code would compute is
-told. Poses relative to the vehicle's actor, on the ground under its bounding box, in CARLA's left-handed axes: x
-forward, y to the RIGHT, z up; positive pitch looks UP, positive yaw turns RIGHT; metres, degrees.
+The file is parsed, never executed: what is written out as numbers and texts is read, also under a name of config.py
+beside it (`self.config.camera_pos[0]`, as agents of TransFuser have it); what the code would compute is told. Poses
+relative to the vehicle's actor, on the ground under its bounding box, in CARLA's left-handed axes: x forward, y to the
+RIGHT, z up; positive pitch looks UP, positive yaw turns RIGHT; metres, degrees.
 Source: CARLA leaderboard, autoagents/autonomous_agent.py and agent_wrapper.py (which fixes the LiDAR's rays).
 """
 
@@ -35,6 +36,9 @@ LIDAR_RAYS = {
 _POSITION, _ANGLES = ("x", "y", "z"), ("roll", "pitch", "yaw")
 _SUMS = {ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv}
 _COMPUTED = object()
+_CONFIG, _CONFIG_FILE, _MOST_ELEMENTS = "config", "config.py", 100
+_Names = dict[str, Any]
+"""What names of a configuration hold, as far as it is written out."""
 
 
 def recognises(source: Source) -> bool:
@@ -50,8 +54,9 @@ def read(source: Source, options: ReadOptions) -> Imported:
     )
     entries, agent = _entries(source, options.token, notes)
     notes.read(f"sensors of {agent}", field="token")
+    names = _names_beside(source, notes)
     for entry in entries:
-        _add(entry, source, mounting)
+        _add(entry, names, source, mounting)
     notes.converted("left-handed axes to right-handed: y, pitch and yaw change sign")
     if options.vehicle is None:
         notes.approximated("vehicle not in the file: a sedan", field="vehicle")
@@ -60,11 +65,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
 
 def _entries(source: Source, token: str | None, notes: Notes) -> tuple[list[ast.Dict], str]:
     """Return the sensors in one function `sensors`, or without any in the whole file, and words that say where."""
-    try:
-        tree = ast.parse(source.text)
-    except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
-        line = getattr(error, "lineno", None) or 1
-        raise InputError(f"{source.where}:{line}: not Python: {shortened(str(error), 80)}") from error
+    tree = _tree(source)
     found: dict[str, list[ast.Dict]] = {}
     for owner in (node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)):
         for function in owner.body:
@@ -82,6 +83,29 @@ def _entries(source: Source, token: str | None, notes: Notes) -> tuple[list[ast.
     return found[agent], shortened(agent, 40)
 
 
+def _tree(source: Source) -> ast.Module:
+    try:
+        return ast.parse(source.text)
+    except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
+        line = getattr(error, "lineno", None) or 1
+        raise InputError(f"{source.where}:{line}: not Python: {shortened(str(error), 80)}") from error
+
+
+def _names_beside(source: Source, notes: Notes) -> _Names:
+    """Return what config.py beside an agent that uses a configuration gives to names; none that it gives twice."""
+    beside = source.sibling(_CONFIG_FILE) if f"{_CONFIG}." in source.text else None
+    names: _Names = {}
+    for node in ast.walk(_tree(beside)) if beside is not None else ():
+        targets = node.targets if isinstance(node, ast.Assign) else []
+        target = node.target if isinstance(node, ast.AnnAssign) else targets[0] if len(targets) == 1 else None
+        name = target.attr if isinstance(target, ast.Attribute) else getattr(target, "id", None)
+        if name is not None and isinstance(node, ast.Assign | ast.AnnAssign) and node.value is not None:
+            names[name] = _COMPUTED if name in names else _literal(node.value, {})
+    if names:
+        notes.read(f"numbers of {_CONFIG_FILE} beside it")
+    return names
+
+
 def _sensors_in(tree: ast.AST) -> list[ast.Dict]:
     """Return the dictionaries whose type is a sensor's, in the order of the file."""
     written = [node for node in ast.walk(tree) if isinstance(node, ast.Dict) and _type_of(node)]
@@ -89,31 +113,46 @@ def _sensors_in(tree: ast.AST) -> list[ast.Dict]:
 
 
 def _type_of(node: ast.Dict) -> str:
-    kind = _fields(node).get("type")
+    kind = _fields(node, {}).get("type")
     return kind if isinstance(kind, str) and kind.startswith("sensor.") else ""
 
 
-def _fields(node: ast.Dict) -> dict[str, Any]:
+def _fields(node: ast.Dict, names: _Names) -> dict[str, Any]:
     """Return the literal values of a dictionary under text keys; _COMPUTED where the code would have to run."""
     pairs = zip(node.keys, node.values, strict=True)
     return {
-        key.value: _literal(value)
+        key.value: _literal(value, names)
         for key, value in pairs
         if isinstance(key, ast.Constant) and isinstance(key.value, str)
     }
 
 
-def _literal(node: ast.expr, depth: int = 0) -> Any:
-    """Return a text or number, or sums and products of numbers; _COMPUTED for anything else."""
+def _literal(node: ast.expr, names: _Names, depth: int = 0) -> Any:
+    """Return a text or number, sums and products of numbers, or a list of them, also by a name of the configuration.
+
+    _COMPUTED for anything else.
+    """
     if isinstance(node, ast.Constant):
         return node.value
     if depth > 20:
         return _COMPUTED
+    if isinstance(node, ast.Attribute) and _CONFIG in (
+        getattr(node.value, "attr", ""),
+        getattr(node.value, "id", ""),
+    ):
+        return names.get(node.attr, _COMPUTED)
+    if isinstance(node, ast.List | ast.Tuple) and len(node.elts) <= _MOST_ELEMENTS:
+        elements = [_literal(element, names, depth + 1) for element in node.elts]
+        return _COMPUTED if any(element is _COMPUTED for element in elements) else elements
+    if isinstance(node, ast.Subscript):
+        listed, index = _literal(node.value, names, depth + 1), _literal(node.slice, names, depth + 1)
+        is_there = isinstance(listed, list) and type(index) is int and -len(listed) <= index < len(listed)
+        return listed[index] if is_there else _COMPUTED
     if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub | ast.UAdd):
-        value = _literal(node.operand, depth + 1)
+        value = _literal(node.operand, names, depth + 1)
         return _COMPUTED if not _is_number(value) else -value if isinstance(node.op, ast.USub) else value
     if isinstance(node, ast.BinOp) and type(node.op) in _SUMS:
-        parts = _literal(node.left, depth + 1), _literal(node.right, depth + 1)
+        parts = _literal(node.left, names, depth + 1), _literal(node.right, names, depth + 1)
         if all(_is_number(part) and abs(part) < 1e12 for part in parts) and (
             parts[1] or not isinstance(node.op, ast.Div)
         ):
@@ -125,8 +164,8 @@ def _is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def _add(node: ast.Dict, source: Source, mounting: Mounting) -> None:
-    fields, notes = _fields(node), mounting.notes
+def _add(node: ast.Dict, names: _Names, source: Source, mounting: Mounting) -> None:
+    fields, notes = _fields(node, names), mounting.notes
     kind = _type_of(node)
     named = fields.get("id")
     name = named if isinstance(named, str) else f"line {node.lineno}"

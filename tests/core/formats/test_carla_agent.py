@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from riglens.core.errors import InputError
+from riglens.core.formats.exchange import read_rig
 from riglens.core.formats.mounts import ReadOptions
 from riglens.core.rig.model import Camera, Lidar
 from tests.core.formats.cases import CARLA_AGENT, assert_same_pose, read_files, sensor_matrix, transform
@@ -57,6 +58,43 @@ def test_nothing_in_the_file_runs(tmp_path: Path) -> None:
     entry = CAMERA % (f"[open({str(mark)!r}, 'w'), 1.0][1]", SIZE)
     read = read_files(agent(f"{entry}, {CAMERA % ('1', SIZE)}", before))
     assert len(read.rig.sensors) == 1 and not mark.exists()
+
+
+CONFIG = """\
+import os
+class GlobalConfig:
+    camera_pos = [-1.5, 0.25, 2.0]
+    twice = 1
+    def __init__(self, **kwargs):
+        self.camera_rot = [0.0, 0.0, -60.0]
+        self.width: int = 640
+        self.twice = 2
+        self.lidar_pos = [float(x) for x in "123"]
+        os.system("touch {mark}")
+"""
+
+
+def test_names_of_a_configuration_beside_the_agent_are_read_and_never_run(tmp_path: Path) -> None:
+    mark = tmp_path / "mark"
+    entry = (CAMERA % ("self.config.camera_pos[0]", SIZE)).replace("'y': 0", "'y': config.camera_pos[1]")
+    entry = entry.replace("'yaw': 0", "'yaw': self.config.camera_rot[-1]").replace("800", "self.config.width")
+    left_out = (
+        "self.config.lidar_pos[0]", "self.config.twice", "self.config.camera_pos[7]", "self.other.width",
+        "self.config.camera_pos[True]", "self.config.width[0]", "self.config.nothing", "config",
+    )  # fmt: skip
+    others = [(CAMERA % (x, SIZE)).replace("'a'", f"'{number}'") for number, x in enumerate(left_out)]
+    files = {**agent(", ".join([entry, *others])), "config.py": CONFIG.replace("{mark}", str(mark))}
+    for name, text in files.items():
+        (tmp_path / name).write_text(text)
+    read = read_rig(tmp_path / "agent.py")
+    (camera,) = read.rig.sensors
+    turned = Rotation.from_euler("z", 60.0, degrees=True)
+    assert_same_pose(sensor_matrix(camera), transform(turned, (-1.5, -0.25, 2.0)))
+    assert isinstance(camera, Camera) and camera.image == (640, 600) and not mark.exists()
+    assert has(read.report, "read", "numbers of config.py") and has(read.report, "ignored", "left out: x")
+    (tmp_path / "config.py").write_text("x = (\n")
+    with pytest.raises(InputError, match=r"config\.py:1: not Python"):
+        read_rig(tmp_path / "agent.py")
 
 
 def test_of_several_agents_one_is_chosen() -> None:
