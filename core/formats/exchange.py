@@ -45,7 +45,7 @@ WRITABLE = tuple(name for name, format_ in FORMATS.items() if format_.write)
 
 
 def detect(source: Source) -> Format:
-    """Return the format of a file or folder; an unknown YAML file is read as a rig, for its error message.
+    """Return the format of a file or folder; a YAML file that could be a rig is read as one, for its error message.
 
     Raise InputError when there is no such file, and when no format fits.
     """
@@ -57,9 +57,19 @@ def detect(source: Source) -> Format:
         found = next((format_ for format_ in FORMATS.values() if format_.recognises(source)), None)
         if found is not None:
             return found
-    if not source.is_folder and source.suffix not in FOREIGN_ENDINGS:
+    if not source.is_folder and source.suffix not in FOREIGN_ENDINGS and not _is_other_yaml(source):
         return RIGLENS
     raise InputError(f"{source.where}: not a rig in a known format (known: {', '.join(READABLE)})")
+
+
+def _is_other_yaml(source: Source) -> bool:
+    """Return whether this is a YAML mapping without any of the fields by which a rig is known."""
+    is_yaml = source.suffix in (".yaml", ".yml")
+    return (
+        is_yaml
+        and source.yaml.is_mapping
+        and not {"riglens", "vehicle", "sensors", "name"} & source.yaml.raw.keys()
+    )
 
 
 def may_be_foreign(path: Path) -> bool:

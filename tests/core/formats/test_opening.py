@@ -50,7 +50,8 @@ def test_a_file_of_another_program_comes_with_a_report_and_without_a_file(tmp_pa
 def test_what_is_no_rig_is_refused_in_one_line(tmp_path: Path) -> None:
     (tmp_path / "a.json").write_text("[1, 2]")
     (tmp_path / "empty").mkdir()
-    for name in ("a.json", "empty"):
+    (tmp_path / "c.yaml").write_text("lidars: [front]\n")
+    for name in ("a.json", "c.yaml", "empty"):
         with pytest.raises(InputError, match=r"not a rig in a known format .known: riglens, nuscenes"):
             open_rig(tmp_path / name)
     (tmp_path / "b.yaml").write_text("name: my rig\nsensors: []\n")
