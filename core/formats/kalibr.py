@@ -18,16 +18,9 @@ from typing import Any
 import numpy as np
 
 from riglens.core.formats.base import Format, Imported
-from riglens.core.formats.frames import (
-    ROUNDED_OFF_RAD,
-    Matrix,
-    from_optical,
-    inverse,
-    nearest_rotation,
-    se3,
-    to_optical,
-)
-from riglens.core.formats.lenses import brown_conrady, kannala_brandt
+from riglens.core.formats.frames import Matrix, from_optical, inverse, to_optical
+from riglens.core.formats.lenses import named_lens
+from riglens.core.formats.matrices import level_axes, rigid
 from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source, Value
@@ -52,8 +45,6 @@ _KNOWN = frozenset(
 )
 """Fields that are read, or that do not affect the pose and view of a camera."""
 _SAME_M, _SAME_DEG = 1e-4, 0.01
-_EXTRA = {"omni": 1, "eucm": 2, "ds": 2}
-"""Number of parameters before fx, fy, cx, cy in other models."""
 
 
 def recognises(source: Source) -> bool:
@@ -89,13 +80,11 @@ def _poses(chain: Mapping[str, Value], notes: Notes) -> dict[str, Matrix]:
     by_imu = {
         name: pose for name, value in chain.items() if (pose := _by_imu(value, name, notes)) is not None
     }
-    steps = {name: _transform(value, _STEP, name, notes) for name, value in chain.items() if _STEP in value}
+    steps = {name: rigid(value.item(_STEP), name, notes) for name, value in chain.items() if _STEP in value}
     names = list(chain)
     anchor = names.index(next(iter(by_imu), names[0]))
     poses = {names[anchor]: by_imu.get(names[anchor], to_optical(np.eye(4)))}
-    if by_imu:
-        notes.approximated("the IMU's axes are taken as x forward, y left, z up")
-    else:
+    if not by_imu:
         notes.approximated("no IMU in the file: the first camera looks straight ahead", names[anchor])
     for before, name in pairwise(names[anchor:]):
         if name not in by_imu and name not in steps:
@@ -106,11 +95,12 @@ def _poses(chain: Mapping[str, Value], notes: Notes) -> dict[str, Matrix]:
             poses[name], chained, f"{_STEP} leads elsewhere than the transform of the IMU", name, notes
         )
     for name, after in pairwise(reversed(names[: anchor + 1])):
-        step = steps[name] if name in steps else _rigid(chain[name].item(_STEP), name, notes)
+        step = steps[name] if name in steps else rigid(chain[name].item(_STEP), name, notes)
         poses[after] = poses[name] @ step
     if names[0] in steps:
         notes.ignored(f"{_STEP} of the first camera: no camera is before it", names[0])
-    return {name: poses[name] for name in names}
+    turn = level_axes(poses.values(), notes) if by_imu else np.eye(4)
+    return {name: turn @ poses[name] for name in names}
 
 
 def _by_imu(value: Value, name: str, notes: Notes) -> Matrix | None:
@@ -122,7 +112,7 @@ def _by_imu(value: Value, name: str, notes: Notes) -> Matrix | None:
     found = [key for key in (_FROM_IMU, _TO_IMU) if key in value]
     if not found:
         return None
-    matrices = {key: _transform(value, key, name, notes) for key in found}
+    matrices = {key: rigid(value.item(key), name, notes) for key in found}
     poses = [inverse(matrix) if key == _FROM_IMU else matrix for key, matrix in matrices.items()]
     _remark_apart(
         poses[0], poses[-1], f"{_TO_IMU} is not the inverse of {_FROM_IMU}, which is taken", name, notes
@@ -139,56 +129,14 @@ def _remark_apart(taken: Matrix, other: Matrix, what: str, name: str, notes: Not
         notes.ignored(f"{what}: {apart_m:.3g} m and {apart_deg:.3g} deg apart", name)
 
 
-def _transform(value: Value, key: str, name: str, notes: Notes) -> Matrix:
-    return _rigid(value.item(key), name, notes)
-
-
-def _rigid(value: Value, name: str, notes: Notes) -> Matrix:
-    matrix = _matrix(value)
-    rotation, error = nearest_rotation(value, matrix[:3, :3])
-    if error > ROUNDED_OFF_RAD:
-        notes.approximated("rotation matrix not orthonormal: the nearest one that is", name)
-    return se3(rotation, matrix[:3, 3])
-
-
-def _matrix(value: Value) -> Matrix:
-    """Return a (4, 4) matrix given as four rows, as 16 numbers, or as OpenCV writes it: rows, cols, dt, data."""
-    if value.is_mapping:
-        for side in ("rows", "cols"):
-            value.item(side).whole(4, 4)
-        return np.array(value.item("data").numbers(16)).reshape(4, 4)
-    elements = value.elements()
-    if len(elements) == 16:
-        return np.array(value.numbers(16)).reshape(4, 4)
-    return value.matrix(4, 4)
-
-
 def _lens(value: Value, name: str, notes: Notes) -> dict[str, Any]:
-    """Return image and pinhole; of other camera models only focal lengths and centre are kept."""
     width, height = (side.whole(1, MAX_PIXELS) for side in value.item("resolution").elements(2))
-    model = value.item("camera_model").text() if "camera_model" in value else "pinhole"
-    extra = _EXTRA.get(model, 0)
-    if model != "pinhole":
-        notes.approximated(
-            f"lens of model '{shortened(model, 20)}' as a pinhole with its focal lengths", name
-        )
-    fx, fy, cx, cy = value.item("intrinsics").numbers(4 + extra)[extra:]
-    lens = {"image": (width, height), "fx": fx, "fy": fy, "cx": cx, "cy": cy}
-    return lens | _distortion(value, name, model, notes)
-
-
-def _distortion(value: Value, name: str, model: str, notes: Notes) -> dict[str, Any]:
-    """Return the distortion: radtan is Brown-Conrady, equidistant Kannala-Brandt; both only with the pinhole model."""
+    model, kind = (
+        value.item(key).text() if key in value else absent
+        for key, absent in (("camera_model", "pinhole"), ("distortion_model", "none"))
+    )
     coefficients = value.get("distortion_coeffs")
-    kind = value.item("distortion_model").text() if "distortion_model" in value else "none"
-    if coefficients is None or kind == "none":
-        return {}
-    if model == "pinhole" and kind == "radtan":
-        return brown_conrady(coefficients, coefficients.numbers(4), name, notes)
-    if model == "pinhole" and kind == "equidistant":
-        return kannala_brandt(coefficients, coefficients.numbers(4), name, notes)
-    notes.ignored(f"lens distortion of model '{shortened(kind, 20)}'", name)
-    return {}
+    return named_lens(model, value.item("intrinsics"), kind, coefficients, (width, height), name, notes)
 
 
 KALIBR = Format("kalibr", TITLE, recognises, read)

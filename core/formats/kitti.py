@@ -14,15 +14,9 @@ import numpy as np
 
 from riglens.core.errors import InputError
 from riglens.core.formats.base import Format, Imported
-from riglens.core.formats.frames import (
-    ROUNDED_OFF_RAD,
-    Matrix,
-    from_optical,
-    inverse,
-    nearest_rotation,
-    se3,
-)
-from riglens.core.formats.lenses import brown_conrady
+from riglens.core.formats.frames import Matrix, from_optical, inverse, se3
+from riglens.core.formats.lenses import brown_conrady, pinhole
+from riglens.core.formats.matrices import quoted_numbers, rotation_of
 from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source, Value
@@ -37,7 +31,7 @@ RECTIFIED_IMAGE = (1242, 375)
 CAM_TO_CAM, VELO_TO_CAM = "calib_cam_to_cam.txt", "calib_velo_to_cam.txt"
 _VELO, _RECT = ("Tr_velo_to_cam", "Tr_velo_cam"), ("R0_rect", "R_rect")
 _MAX_LINES = 500
-_Table = dict[str, Value]
+Table = dict[str, Value]
 
 
 def recognises(source: Source) -> bool:
@@ -60,7 +54,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
     if is_raw:
         _read_raw(source, mounting)
     else:
-        _read_benchmark(_table(source), mounting)
+        _read_benchmark(table_of(source), mounting)
     mounting.add_lidar("velodyne", np.eye(4), said="Velodyne HDL-64E")
     x, y, z = mounting.origin_m
     notes.converted("cameras from optical axes, through the calibration, to the axes of the Velodyne")
@@ -73,12 +67,12 @@ def read(source: Source, options: ReadOptions) -> Imported:
     return Imported(mounting.rig(f"KITTI {source.name}"), notes.report(TITLE))
 
 
-def _table(source: Source) -> _Table:
+def table_of(source: Source) -> Table:
     """Return the numbers of every line `name: numbers` or `name numbers`; other lines are left out."""
     lines = source.text.splitlines()
     if len(lines) > _MAX_LINES:
         raise InputError(f"{source.where}: must be at most {_MAX_LINES} lines (got {len(lines)})")
-    table: _Table = {}
+    table: Table = {}
     for line in lines:
         name, *words = line.replace(":", " ", 1).split()[:50] or [""]
         if name in table:
@@ -88,30 +82,22 @@ def _table(source: Source) -> _Table:
     return table
 
 
-def _matrix(table: _Table, names: tuple[str, ...], rows: int, columns: int) -> tuple[Value, Matrix]:
+def table_matrix(table: Table, names: tuple[str, ...], rows: int, columns: int) -> tuple[Value, Matrix]:
     """Return the matrix under one of the names, row by row."""
     value = next((table[name] for name in names if name in table), None)
     if value is None:
         where = next(iter(table.values())).place[0] if table else "calibration"
         raise InputError(f"{where}: {names[0]}: missing")
-    numbers = [word.number(quoted=True) for word in value.elements(rows * columns)]
-    return value, np.array(numbers).reshape(rows, columns)
+    return value, quoted_numbers(value, rows, columns)
 
 
-def _rotation(value: Value, matrix: Matrix, notes: Notes) -> Matrix:
-    rotation, error = nearest_rotation(value, matrix)
-    if error > ROUNDED_OFF_RAD:
-        notes.approximated("rotation matrix not orthonormal: the nearest one that is", value.place[1])
-    return rotation
-
-
-def _read_benchmark(table: _Table, mounting: Mounting) -> None:
+def _read_benchmark(table: Table, mounting: Mounting) -> None:
     """Rectified cameras of the tracking and object benchmarks."""
     notes = mounting.notes
-    velo_value, velo = _matrix(table, _VELO, 3, 4)
-    rect_value, rect = _matrix(table, _RECT, 3, 3)
-    camera_SE3_velo = se3(_rotation(velo_value, velo[:, :3], notes), velo[:, 3])
-    velo_SE3_rectified = inverse(se3(_rotation(rect_value, rect, notes), (0.0, 0.0, 0.0)) @ camera_SE3_velo)
+    velo_value, velo = table_matrix(table, _VELO, 3, 4)
+    rect_value, rect = table_matrix(table, _RECT, 3, 3)
+    camera_SE3_velo = se3(rotation_of(velo_value, velo[:, :3], notes), velo[:, 3])
+    velo_SE3_rectified = inverse(se3(rotation_of(rect_value, rect, notes), (0.0, 0.0, 0.0)) @ camera_SE3_velo)
     for index in range(4):
         if f"P{index}" in table:
             mounting.notes.approximated(
@@ -134,8 +120,7 @@ def _add_projection(
         value.refuse("a projection matrix K [I | t]", "another matrix")
     centre = -np.linalg.solve(k, projection[:, 3])
     pose = velo_SE3_rectified @ se3(np.eye(3), centre)
-    lens = {"fx": float(k[0, 0]), "fy": float(k[1, 1]), "cx": float(k[0, 2]), "cy": float(k[1, 2])}
-    mounting.add_camera(name, from_optical(pose), image=image, **lens)
+    mounting.add_camera(name, from_optical(pose), image=image, **pinhole(k))
 
 
 def _read_raw(source: Source, mounting: Mounting) -> None:
@@ -143,11 +128,11 @@ def _read_raw(source: Source, mounting: Mounting) -> None:
     cameras, velo = (source.sibling(name) for name in (CAM_TO_CAM, VELO_TO_CAM))
     if cameras is None or velo is None:
         raise InputError(f"{source.where}: a raw drive needs {CAM_TO_CAM} and {VELO_TO_CAM} in one folder")
-    table, notes = _table(cameras), mounting.notes
-    velo_table = _table(velo)
-    value, rotation = _matrix(velo_table, ("R",), 3, 3)
-    _, position = _matrix(velo_table, ("T",), 3, 1)
-    velo_SE3_camera0 = inverse(se3(_rotation(value, rotation, notes), position[:, 0]))
+    table, notes = table_of(cameras), mounting.notes
+    velo_table = table_of(velo)
+    value, rotation = table_matrix(velo_table, ("R",), 3, 3)
+    _, position = table_matrix(velo_table, ("T",), 3, 1)
+    velo_SE3_camera0 = inverse(se3(rotation_of(value, rotation, notes), position[:, 0]))
     for index in range(4):
         number = f"{index:02d}"
         if f"K_{number}" in table:
@@ -160,41 +145,44 @@ def _read_raw(source: Source, mounting: Mounting) -> None:
         notes.ignored("IMU", "calib_imu_to_velo.txt")
 
 
-def _add_rectified(table: _Table, number: str, velo_SE3_camera0: Matrix, mounting: Mounting) -> None:
+def _add_rectified(table: Table, number: str, velo_SE3_camera0: Matrix, mounting: Mounting) -> None:
     """Add a camera of which a raw drive has the rectified projection alone."""
     name, notes = f"cam{int(number)}", mounting.notes
-    value, rotation = _matrix(table, ("R_rect_00", "R_rect_0"), 3, 3)
-    velo_SE3_rectified = velo_SE3_camera0 @ inverse(se3(_rotation(value, rotation, notes), (0.0, 0.0, 0.0)))
+    value, rotation = table_matrix(table, ("R_rect_00", "R_rect_0"), 3, 3)
+    velo_SE3_rectified = velo_SE3_camera0 @ inverse(se3(rotation_of(value, rotation, notes), (0.0, 0.0, 0.0)))
     notes.approximated(f"K_{number} not in the file: the rectified camera of P_rect_{number}", name)
     image = RECTIFIED_IMAGE
     if f"S_rect_{number}" in table:
-        size_value, size = _matrix(table, (f"S_rect_{number}",), 1, 2)
-        width, height = (Value(float(side), *size_value.place).whole(1, MAX_PIXELS) for side in size[0])
-        image = width, height
+        image = image_size(table, f"S_rect_{number}")
     else:
         notes.approximated("image size not in the file: 1242 x 375 pixels, as rectified", name)
     _add_projection(table[f"P_rect_{number}"], int(number), velo_SE3_rectified, image, mounting)
 
 
-def _add_raw(table: _Table, number: str, velo_SE3_camera0: Matrix, mounting: Mounting) -> None:
+def _add_raw(table: Table, number: str, velo_SE3_camera0: Matrix, mounting: Mounting) -> None:
     name, notes = f"cam{int(number)}", mounting.notes
-    value, rotation = _matrix(table, (f"R_{number}",), 3, 3)
-    _, position = _matrix(table, (f"T_{number}",), 3, 1)
-    _, k = _matrix(table, (f"K_{number}",), 3, 3)
-    size_value, size = _matrix(table, (f"S_{number}",), 1, 2)
-    width, height = (Value(float(side), *size_value.place).whole(1, MAX_PIXELS) for side in size[0])
-    camera_SE3_camera0 = se3(_rotation(value, rotation, notes), position[:, 0])
-    lens: dict[str, Any] = {
-        "fx": float(k[0, 0]),
-        "fy": float(k[1, 1]),
-        "cx": float(k[0, 2]),
-        "cy": float(k[1, 2]),
-    }
-    if f"D_{number}" in table:
-        d_value, d = _matrix(table, (f"D_{number}",), 1, 5)
-        lens |= brown_conrady(d_value, [float(k) for k in d[0]], name, notes)
+    value, rotation = table_matrix(table, (f"R_{number}",), 3, 3)
+    _, position = table_matrix(table, (f"T_{number}",), 3, 1)
+    camera_SE3_camera0 = se3(rotation_of(value, rotation, notes), position[:, 0])
     pose = velo_SE3_camera0 @ inverse(camera_SE3_camera0)
-    mounting.add_camera(name, from_optical(pose), image=(width, height), **lens)
+    mounting.add_camera(name, from_optical(pose), **raw_lens(table, number, name, notes))
+
+
+def raw_lens(table: Table, number: str, name: str, notes: Notes) -> dict[str, Any]:
+    """Return image and lens of an unrectified camera: S, K and D of that number."""
+    _, k = table_matrix(table, (f"K_{number}",), 3, 3)
+    lens: dict[str, Any] = {"image": image_size(table, f"S_{number}"), **pinhole(k)}
+    if f"D_{number}" in table:
+        d_value, d = table_matrix(table, (f"D_{number}",), 1, 5)
+        lens |= brown_conrady(d_value, [float(k) for k in d[0]], name, notes)
+    return lens
+
+
+def image_size(table: Table, name: str) -> tuple[int, int]:
+    """Return width and height in pixels, which stand in a line as numbers with a point."""
+    value, ((wide, high),) = table_matrix(table, (name,), 1, 2)
+    width, height = (Value(float(side), *value.place).whole(1, MAX_PIXELS) for side in (wide, high))
+    return width, height
 
 
 KITTI = Format("kitti", TITLE, recognises, read)

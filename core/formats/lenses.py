@@ -1,9 +1,14 @@
-"""Lenses of other programs as a camera's lens: OpenCV's distortions, and the f-theta polynomials of DriveWorks."""
+"""Lenses of other programs as a camera's lens: OpenCV's distortions, and those that are fitted.
+
+Fitted by the nearest Kannala-Brandt lens are the f-theta polynomials of DriveWorks, and models that project by way of
+a unit sphere: unified (MEI of VINS, `omni` of Kalibr), extended unified (`eucm`) and double sphere (`ds`).
+Source: Mei and Rives, ICRA 2007; Khomutenko et al., RA-L 2016; Usenko et al., The double sphere camera model, 3DV 2018.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,12 +18,24 @@ from numpy.typing import NDArray
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Value
 from riglens.core.rig.model import BrownConrady, KannalaBrandt
+from riglens.core.rig.yaml.nodes import shortened
 
+Doubles = NDArray[np.float64]
 BROWN_CONRADY = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
 KANNALA_BRANDT = ("k1", "k2", "k3", "k4")
 _LIMIT = 1e9
 _SAMPLES = 400
 _POWERS = (1, 3, 5, 7, 9)
+
+
+def pinhole(matrix: Doubles) -> dict[str, float]:
+    """Return focal lengths and principal point of a camera matrix, (3, 3) or more."""
+    return {
+        "fx": float(matrix[0, 0]),
+        "fy": float(matrix[1, 1]),
+        "cx": float(matrix[0, 2]),
+        "cy": float(matrix[1, 2]),
+    }
 
 
 def brown_conrady(value: Value, coefficients: Sequence[float], name: str, notes: Notes) -> dict[str, Any]:
@@ -66,20 +83,47 @@ class FTheta:
         odd_only = all(part == 0.0 for power, part in parts.items() if power not in _POWERS)
         return not self.is_backward and odd_only and 0.0 < parts.get(1, 0.0) <= _LIMIT
 
-    def samples(self, image: tuple[int, int]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def samples(self, image: tuple[int, int]) -> tuple[Doubles, Doubles]:
         """Return angles in radians and distances in pixels of points between principal point and farthest corner."""
-        far_x, far_y = (max(abs(c), abs(s - c)) for c, s in zip((self.cx_px, self.cy_px), image, strict=True))
-        farthest_px = math.hypot(far_x / self.stretch, far_y)
         polynomial = np.polynomial.Polynomial(self.coefficients or (0.0,))
+        if not self.is_backward:
+            return _sampled(self, image, polynomial)
+        distances = np.linspace(0.0, _farthest_px(self, image), _SAMPLES)
         with np.errstate(all="ignore"):
-            if self.is_backward:
-                distances = np.linspace(0.0, farthest_px, _SAMPLES)
-                return np.asarray(polynomial(distances)), distances
-            angles = np.linspace(0.0, math.pi, 4 * _SAMPLES)
-            distances = np.asarray(polynomial(angles))
-        reached = np.flatnonzero(distances > farthest_px)
-        end = int(reached[0]) + 1 if reached.size else len(angles)
-        return angles[:end], distances[:end]
+            return np.asarray(polynomial(distances)), distances
+
+
+@dataclass(frozen=True)
+class SphereLens:
+    """Principal point and focal length along v in pixels; `plane`: from the angle off the axis to the distance from
+    the principal point in focal lengths; stretch: pixels along u for one along v."""
+
+    cx_px: float
+    cy_px: float
+    focal_px: float
+    stretch: float
+    plane: Callable[[Doubles], Doubles]
+
+    def samples(self, image: tuple[int, int]) -> tuple[Doubles, Doubles]:
+        """Return angles in radians and distances in pixels of points between principal point and farthest corner."""
+        return _sampled(self, image, lambda angles: self.focal_px * self.plane(angles))
+
+
+def _farthest_px(lens: FTheta | SphereLens, image: tuple[int, int]) -> float:
+    """Return how far the farthest corner of the image is from the principal point, in pixels along v."""
+    far_x, far_y = (max(abs(c), abs(s - c)) for c, s in zip((lens.cx_px, lens.cy_px), image, strict=True))
+    return math.hypot(far_x / lens.stretch, far_y)
+
+
+def _sampled(
+    lens: FTheta | SphereLens, image: tuple[int, int], forward: Callable[[Doubles], Doubles]
+) -> tuple[Doubles, Doubles]:
+    angles = np.linspace(0.0, math.pi, 4 * _SAMPLES)
+    with np.errstate(all="ignore"):
+        distances = np.asarray(forward(angles))
+    reached = np.flatnonzero(distances > _farthest_px(lens, image))
+    end = int(reached[0]) + 1 if reached.size else len(angles)
+    return angles[:end], distances[:end]
 
 
 def ftheta_fields(
@@ -94,8 +138,114 @@ def ftheta_fields(
         focal_px, rest, off_px = _nearest_kannala_brandt(lens, image, where)
         notes.approximated("f-theta polynomial as the nearest Kannala-Brandt lens", name)
         notes.converted(f"f-theta lens: at most {off_px:.2g} pixels off", name)
+    return _fitted(lens, image, focal_px, rest, where)
+
+
+def sphere_fields(
+    model: str,
+    numbers: Sequence[float],
+    lens: tuple[float, float, float, float],
+    bend: Sequence[float],
+    image: tuple[int, int],
+    where: Value,
+    name: str,
+    notes: Notes,
+) -> dict[str, Any]:
+    """Return image and lens of the Kannala-Brandt camera nearest to a lens by way of a sphere; report how far off.
+
+    numbers: those of the model before fx, fy, cx, cy (`lens`, pixels); bend: k1 k2 p1 p2 on the plane, if any.
+    """
+    fx, fy, cx, cy = lens
+    if not (0.0 < fx <= _LIMIT and 0.0 < fy <= _LIMIT):
+        where.refuse("a lens with focal lengths in pixels", "another one")
+    k1, k2, p1, p2 = (*bend, 0.0, 0.0, 0.0, 0.0)[:4]
+    project = SPHERE_MODELS[model][1]
+
+    def plane(angles: Doubles) -> Doubles:
+        across = project(numbers, np.sin(angles), np.cos(angles))
+        return across * (1.0 + k1 * across**2 + k2 * across**4)
+
+    said = SphereLens(cx, cy, fy, fx / fy, plane)
+    focal_px, rest, off_px = _nearest_kannala_brandt(said, image, where)
+    notes.approximated(
+        f"lens of model '{model}' as the nearest Kannala-Brandt lens, at most {off_px:.2g} pixels off", name
+    )
+    if p1 or p2:
+        aside_px = 3.0 * math.hypot(p1, p2) * _farthest_px(said, image) ** 2 / fy
+        notes.ignored(f"tangential distortion: at most {aside_px:.2g} pixels", name)
+    return _fitted(said, image, focal_px, rest, where)
+
+
+RADIAL_TANGENTIAL = ("radtan", "radial-tangential")
+EQUIDISTANT = ("equidistant",)
+
+
+def named_lens(
+    model: str,
+    intrinsics: Value,
+    kind: str,
+    coefficients: Value | None,
+    image: tuple[int, int],
+    name: str,
+    notes: Notes,
+) -> dict[str, Any]:
+    """Return image and lens by the names of Kalibr and maplab: numbers of the model, fx, fy, cx, cy; a distortion.
+
+    Of other models only focal lengths and centre are kept.
+    """
+    bend = [] if coefficients is None or kind == "none" else coefficients.numbers()
+    if model in SPHERE_MODELS:
+        count = SPHERE_MODELS[model][0]
+        *numbers, fx, fy, cx, cy = intrinsics.numbers(count + 4)
+        if bend and kind not in RADIAL_TANGENTIAL:
+            notes.ignored(f"lens distortion of model '{shortened(kind, 20)}'", name)
+            bend = []
+        return sphere_fields(model, numbers, (fx, fy, cx, cy), bend, image, intrinsics, name, notes)
+    fx, fy, cx, cy = intrinsics.numbers(4)
+    lens = {"image": image, "fx": fx, "fy": fy, "cx": cx, "cy": cy}
+    if model != "pinhole":
+        notes.approximated(
+            f"lens of model '{shortened(model, 20)}' as a pinhole with its focal lengths", name
+        )
+    if coefficients is None or kind == "none":
+        return lens
+    if model == "pinhole" and kind in RADIAL_TANGENTIAL:
+        return lens | brown_conrady(coefficients, coefficients.numbers(4), name, notes)
+    if model == "pinhole" and kind in EQUIDISTANT:
+        return lens | kannala_brandt(coefficients, coefficients.numbers(4), name, notes)
+    notes.ignored(f"lens distortion of model '{shortened(kind, 20)}'", name)
+    return lens
+
+
+def _unified(numbers: Sequence[float], across: Doubles, ahead: Doubles) -> Doubles:
+    return across / (ahead + numbers[0])
+
+
+def _extended(numbers: Sequence[float], across: Doubles, ahead: Doubles) -> Doubles:
+    alpha, beta = numbers
+    return across / (alpha * np.sqrt(beta * across**2 + ahead**2) + (1.0 - alpha) * ahead)
+
+
+def _double(numbers: Sequence[float], across: Doubles, ahead: Doubles) -> Doubles:
+    xi, alpha = numbers
+    return across / (alpha * np.sqrt(across**2 + (xi + ahead) ** 2) + (1.0 - alpha) * (xi + ahead))
+
+
+SPHERE_MODELS: dict[str, tuple[int, Callable[[Sequence[float], Doubles, Doubles], Doubles]]] = {
+    "omni": (1, _unified),
+    "mei": (1, _unified),
+    "eucm": (2, _extended),
+    "ds": (2, _double),
+}
+"""How many numbers each model has, and where it puts a direction (across, ahead) on the plane."""
+
+
+def _fitted(
+    lens: FTheta | SphereLens, image: tuple[int, int], focal_px: float, rest: list[float], where: Value
+) -> dict[str, Any]:
+    """Return image and lens of a fitted camera."""
     if any(abs(number) > _LIMIT * focal_px for number in rest):
-        where.refuse("an f-theta polynomial with a focal length", "another one")
+        where.refuse("a lens with a focal length", "another one")
     scaled = {key: number / focal_px for key, number in zip(KANNALA_BRANDT, rest, strict=True)}
     distortion = KannalaBrandt.model_validate(scaled)
     centre = {"cx": lens.cx_px, "cy": lens.cy_px}
@@ -108,9 +258,7 @@ def ftheta_fields(
     }
 
 
-def _rising(
-    angles: NDArray[np.float64], distances: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _rising(angles: Doubles, distances: Doubles) -> tuple[Doubles, Doubles]:
     """Return the samples from the first on as long as both rise, up to 180 degrees: a lens may end inside its image."""
     with np.errstate(all="ignore"):
         rises = (np.diff(angles) > 0.0) & (np.diff(distances) > 0.0) & (angles[1:] <= math.pi)
@@ -120,16 +268,16 @@ def _rising(
 
 
 def _nearest_kannala_brandt(
-    lens: FTheta, image: tuple[int, int], where: Value
+    lens: FTheta | SphereLens, image: tuple[int, int], where: Value
 ) -> tuple[float, list[float], float]:
     """Return the focal length in pixels, the coefficients of the higher powers, and the error in pixels."""
     angles, distances = _rising(*lens.samples(image))
     nearest_edge_px = min(lens.cx_px, image[0] - lens.cx_px, lens.cy_px, image[1] - lens.cy_px)
     if len(angles) < len(_POWERS) or not distances[-1] >= min(nearest_edge_px, image[0]) / 2.0:
-        where.refuse("an f-theta polynomial that rises over the image, to 180 degrees at most", "another one")
+        where.refuse("a lens whose image grows with the angle, to 180 degrees at most", "another one")
     columns = np.stack([angles**power for power in _POWERS], axis=1)
     found, *_ = np.linalg.lstsq(columns, distances, rcond=None)
     focal_px, *rest = (float(number) for number in found)
     if not focal_px > 0.0:
-        where.refuse("an f-theta polynomial with a focal length", "another one")
+        where.refuse("a lens with a focal length", "another one")
     return focal_px, rest, float(np.abs(columns @ found - distances).max())

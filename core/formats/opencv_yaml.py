@@ -16,14 +16,15 @@ import numpy as np
 
 from riglens.core.errors import InputError
 from riglens.core.formats.base import Format, Imported
-from riglens.core.formats.frames import (
-    ROUNDED_OFF_RAD,
-    Matrix,
-    from_optical,
-    nearest_rotation,
-    se3,
+from riglens.core.formats.frames import Matrix
+from riglens.core.formats.lenses import (
+    BROWN_CONRADY,
+    KANNALA_BRANDT,
+    brown_conrady,
+    kannala_brandt,
+    sphere_fields,
 )
-from riglens.core.formats.lenses import BROWN_CONRADY, KANNALA_BRANDT, brown_conrady, kannala_brandt
+from riglens.core.formats.matrices import add_by_imu, rigid
 from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source, Value
@@ -81,6 +82,7 @@ def _add_one(root: Value, source: Source, mounting: Mounting) -> None:
 def _add_chain(source: Source, mounting: Mounting) -> None:
     """Add the cameras of a VINS configuration; each has its intrinsics in a file next to it."""
     notes = mounting.notes
+    found: dict[str, tuple[Matrix, dict[str, Any]]] = {}
     cameras = {name: value for name, value in source.yaml.items() if _EXTRINSIC.fullmatch(name)}
     for name, value in cameras.items():
         camera = name.removeprefix("body_T_")
@@ -91,10 +93,9 @@ def _add_chain(source: Source, mounting: Mounting) -> None:
                 camera,
             )
             continue
-        pose = _rigid(value, camera, notes)
-        mounting.add_camera(camera, from_optical(pose), **read_lens(lens, camera, notes))
-    notes.approximated("the IMU's axes are taken as x forward, y left, z up")
-    if not mounting.sensors:
+        found[camera] = rigid(value, camera, notes), read_lens(lens, camera, notes)
+    add_by_imu(found, mounting)
+    if not found:
         raise InputError(
             f"{source.where}: intrinsics are missing: name their file by cam0_calib: FILE for body_T_cam0"
         )
@@ -112,24 +113,12 @@ def _beside(source: Source, key: str) -> Value | None:
     return None if found is None else found.yaml
 
 
-def _rigid(value: Value, name: str, notes: Notes) -> Matrix:
-    """Return a (4, 4) matrix given as four rows or as OpenCV writes it."""
-    matrix = (
-        np.array(value.item("data").numbers(16)).reshape(4, 4) if value.is_mapping else value.matrix(4, 4)
-    )
-    rotation, error = nearest_rotation(value, matrix[:3, :3])
-    if error > ROUNDED_OFF_RAD:
-        notes.approximated("rotation matrix not orthonormal: the nearest one that is", name)
-    return se3(rotation, matrix[:3, 3])
-
-
 def read_lens(root: Value, name: str, notes: Notes) -> dict[str, Any]:
     """Return image and lens of a YAML mapping as OpenCV, ROS or VINS write it; raise InputError."""
     keys = next((keys for keys in _SIZES if keys[0] in root), _SIZES[0])
     width, height = (root.item(key).whole(1, MAX_PIXELS) for key in keys)
-    return {"image": (width, height)} | (
-        _vins(root, name, notes) if _PROJECTION in root else _ros(root, name, notes)
-    )
+    lens = _vins(root, (width, height), name, notes) if _PROJECTION in root else _ros(root, name, notes)
+    return {"image": (width, height)} | lens
 
 
 def _ros(root: Value, name: str, notes: Notes) -> dict[str, Any]:
@@ -167,25 +156,28 @@ def _distortion(model: str, value: Value, name: str, notes: Notes) -> dict[str, 
     return {}
 
 
-def _vins(root: Value, name: str, notes: Notes) -> dict[str, Any]:
-    """Return the lens of VINS: a pinhole with k1 k2 p1 p2, or a fisheye with k2 to k5; of MEI the pinhole part."""
+def _vins(root: Value, image: tuple[int, int], name: str, notes: Notes) -> dict[str, Any]:
+    """Return the lens of VINS: a pinhole with k1 k2 p1 p2, a fisheye with k2 to k5, or the fisheye nearest to MEI."""
     model = root.item("model_type").text().lower()
     projection = root.item(_PROJECTION)
     if model == "kannala_brandt":
         fx, fy, cx, cy = projection.field_numbers("mu", "mv", "u0", "v0")
         coefficients = projection.field_numbers(*_FISHEYE_FIELDS)
         return _pinhole(fx, fy, cx, cy) | kannala_brandt(projection, coefficients, name, notes)
-    names = ("fx", "fy", "cx", "cy") if "fx" in projection else ("gamma1", "gamma2", "u0", "v0")
-    lens = _pinhole(*projection.field_numbers(*names))
     distortion = root.get("distortion_parameters")
+    bend = [] if distortion is None else distortion.field_numbers("k1", "k2", "p1", "p2")
+    names = ("fx", "fy", "cx", "cy") if "fx" in projection else ("gamma1", "gamma2", "u0", "v0")
+    fx, fy, cx, cy = projection.field_numbers(*names)
+    if model == "mei":
+        xi = root.item("mirror_parameters").field_numbers("xi")
+        return sphere_fields(model, xi, (fx, fy, cx, cy), bend, image, projection, name, notes)
     if model != "pinhole":
         notes.approximated(
             f"lens of model '{shortened(model, 20)}' as a pinhole with its focal lengths", name
         )
-        return lens
-    if distortion is None:
-        return lens
-    return lens | brown_conrady(distortion, distortion.field_numbers("k1", "k2", "p1", "p2"), name, notes)
+    elif distortion is not None:
+        return _pinhole(fx, fy, cx, cy) | brown_conrady(distortion, bend, name, notes)
+    return _pinhole(fx, fy, cx, cy)
 
 
 def _pinhole(fx: float, fy: float, cx: float, cy: float) -> dict[str, Any]:

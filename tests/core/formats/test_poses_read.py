@@ -177,9 +177,18 @@ def test_kalibr_chains_inverse_transforms(imu: Pose, second: Pose) -> None:
     cam1_T_cam0 = pose_matrix(second)
     lens = "  intrinsics: [458.6, 457.3, 367.2, 248.4]\n  resolution: [752, 480]\n"
     text = f"cam0:\n  T_cam_imu: {rows(cam0_T_imu)}\n{lens}cam1:\n  T_cn_cnm1: {rows(cam1_T_cam0)}\n{lens}"
-    one, other = read_files({"camchain.yaml": text}, options=AT_ORIGIN).rig.sensors
-    assert_same_pose(sensor_matrix(one), pose_matrix(imu))
-    assert_same_pose(optical(sensor_matrix(other)), np.linalg.inv(cam0_T_imu) @ np.linalg.inv(cam1_T_cam0))
+    one, other = (
+        optical(sensor_matrix(camera))
+        for camera in read_files({"camchain.yaml": text}, options=AT_ORIGIN).rig.sensors
+    )
+    imu_T_cam0 = np.linalg.inv(cam0_T_imu)
+    turn = np.round(one @ cam0_T_imu)  # an axis of the IMU to each of the vehicle
+    assert_same_pose(one, turn @ imu_T_cam0)
+    assert_same_pose(other, turn @ imu_T_cam0 @ np.linalg.inv(cam1_T_cam0))
+    upward = -one[:3, 1] - other[:3, 1]
+    tipped = 0.5 * np.linalg.norm(upward)  # by 60 degrees
+    assert upward[2] >= tipped - 1e-9
+    assert np.array_equal(turn, np.eye(4)) or (turn.T[:3, :3] @ upward)[2] < tipped + 1e-9
 
 
 @settings(max_examples=25)
