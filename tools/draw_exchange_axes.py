@@ -101,6 +101,42 @@ PANELS = (
         ("IMU (or the camera), anywhere · m", "4 × 4 matrices from the camera · optical"),
     ),
     Panel(
+        "EuRoC, maplab, FAST-LIVO2",
+        (CENTRE + 24, ROOF - 4),
+        ISO,
+        ("IMU, anywhere: x forward unless tipped · m", "4 × 4 matrices from the camera · optical"),
+    ),
+    Panel(
+        "Apollo",
+        (REAR, GROUND),
+        {"x": "near", "y": "forward", "z": "up"},
+        ("novatel: taken under the rear axle · m", "quaternion x y z w · cameras optical"),
+    ),
+    Panel(
+        "KITTI-360",
+        (REAR, AXLE),
+        {"x": "forward", "y": "near", "z": "down"},
+        ("GPS/IMU over the rear axle · m", "3 × 4 matrices · cameras optical"),
+    ),
+    Panel(
+        "Boreas",
+        (CENTRE, ROOF - 4),
+        {"x": "near", "y": "forward", "z": "up"},
+        ("Applanix, taken as on the roof · m", "4 × 4 matrices T_a_b · cameras optical"),
+    ),
+    Panel(
+        "AirSim",
+        (CENTRE, GROUND),
+        {"x": "forward", "y": "near", "z": "down"},
+        ("pawn: taken under the body centre · m", "roll pitch yaw °, up and right · body"),
+    ),
+    Panel(
+        "MMDetection3D",
+        (REAR, GROUND),
+        ISO,
+        ("ground under the rear axle, or LiDAR · m", "4 × 4 matrices · cameras optical"),
+    ),
+    Panel(
         "CARLA leaderboard agent",
         (CENTRE, GROUND),
         {"x": "forward", "y": "near", "z": "up"},
@@ -163,7 +199,7 @@ def across(x: float, y: float, is_near: bool, colour: str, name: str) -> str:
 
 def frame(x: float, y: float, axes: dict[str, str]) -> str:
     """Axes in a point."""
-    steps = {"forward": (ARROW, 0), "back": (-ARROW, 0), "up": (0, -ARROW), "down": (0, ARROW)}
+    steps = {"forward": (ARROW, 0), "back": (-ARROW, 0), "up": (0, -ARROW), "down": (0, 28)}
     drawn = []
     for (name, where), colour in zip(axes.items(), (RED, GREEN, BLUE), strict=True):
         if where in steps:

@@ -37,7 +37,8 @@ def convert(
     """Convert a rig between formats, reporting everything converted, approximated or left out.
 
     Formats: riglens, nuscenes, autoware, urdf, carla, carla-toml, driveworks both ways; pandaset, argoverse,
-    kalibr, opencv, kitti, carla-agent read only; osi written only.
+    kalibr, euroc, fast-livo, apollo, opencv, kitti, kitti-360, boreas, airsim, mmdet3d, carla-agent read only;
+    osi written only.
 
     Parameters
     ----------
@@ -56,7 +57,8 @@ def convert(
     origin
         Where the origin of IN lies in the vehicle frame, in metres.
     token
-        Which rig of several: a token of nuScenes, the id of a CARLA vehicle, the class of a CARLA agent.
+        Which rig of several: a token of nuScenes, the id of a CARLA vehicle, the class of a CARLA agent, the name of
+        an AirSim vehicle, the index of an entry of mmdet3d.
     kit
         Folder of an Autoware kit's description, where its xacro is not beside the calibration (individual_params).
     report

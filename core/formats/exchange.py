@@ -9,15 +9,22 @@ from pathlib import Path
 
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_folder, atomic_write
+from riglens.core.formats.airsim import AIRSIM
+from riglens.core.formats.apollo import APOLLO
 from riglens.core.formats.argoverse import ARGOVERSE
 from riglens.core.formats.autoware import AUTOWARE
 from riglens.core.formats.base import Exported, Format, Imported
+from riglens.core.formats.boreas import BOREAS
 from riglens.core.formats.carla_agent import CARLA_AGENT
 from riglens.core.formats.carla_objects import CARLA
 from riglens.core.formats.carla_toml import CARLA_TOML
 from riglens.core.formats.driveworks import DRIVEWORKS
+from riglens.core.formats.euroc import EUROC
+from riglens.core.formats.fast_livo import FAST_LIVO
 from riglens.core.formats.kalibr import KALIBR
 from riglens.core.formats.kitti import KITTI
+from riglens.core.formats.kitti360 import KITTI_360
+from riglens.core.formats.mmdet3d import MMDET3D
 from riglens.core.formats.mounts import ReadOptions
 from riglens.core.formats.nuscenes import NUSCENES
 from riglens.core.formats.opencv_yaml import OPENCV
@@ -35,7 +42,21 @@ FORMATS = {
     format_.name: format_
     for format_ in (
         *(RIGLENS, NUSCENES, AUTOWARE, URDF, CARLA, CARLA_TOML, DRIVEWORKS),
-        *(PANDASET, ARGOVERSE, KALIBR, OPENCV, KITTI, CARLA_AGENT, OSI),
+        *(
+            PANDASET,
+            ARGOVERSE,
+            KALIBR,
+            EUROC,
+            FAST_LIVO,
+            APOLLO,
+            OPENCV,
+            KITTI,
+            KITTI_360,
+            BOREAS,
+            AIRSIM,
+            MMDET3D,
+        ),
+        *(CARLA_AGENT, OSI),
     )
 }
 """Every format by its name on the command line; RigLens' own comes first."""

@@ -357,6 +357,165 @@ class FirstAgent(AutonomousAgent):
         return sensors
 """
 }
+FORWARD = "[0, 0, 1, 0.3, -1, 0, 0, 0.1, 0, -1, 0, 0.2, 0, 0, 0, 1]"
+"""A camera's optical axes in axes x forward, y left, z up."""
+EUROC: Files = {
+    f"{side}CameraParams.yaml": f"""\
+%YAML:1.0
+camera_id: {side.lower()}_cam
+T_BS:
+  cols: 4
+  rows: 4
+  data: {FORWARD.replace("0.1", shift)}
+resolution: [752, 480]
+camera_model: pinhole
+intrinsics: [458.6, 457.3, 367.2, 248.4]
+distortion_model: radial-tangential
+distortion_coefficients: [-0.28, 0.07, 0.0002, 0.00002]
+"""
+    for side, shift in (("Left", "0.05"), ("Right", "-0.05"))
+}
+MAPLAB: Files = {
+    "sensors.yaml": f"""\
+sensors:
+  - {{id: a0, sensor_type: IMU, topic: /imu0}}
+  - id: b0
+    sensor_type: NCAMERA
+    cameras:
+      - camera:
+          topic: /cam0/image_raw
+          image_height: 480
+          image_width: 752
+          type: pinhole
+          intrinsics: {{cols: 1, rows: 4, data: [467.7, 467.5, 376.5, 231.3]}}
+          distortion: {{type: equidistant, parameters: {{cols: 1, rows: 4, data: [0.01, 0.02, -0.03, 0.01]}}}}
+        T_B_C: {{rows: 4, cols: 4, data: {FORWARD}}}
+  - {{id: c0, sensor_type: LIDAR, topic: /os0_128}}
+extrinsics:
+  - {{sensor_id: a0, base_sensor_id: a0, T_B_S: {{data: [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]}}}}
+  - {{sensor_id: b0, base_sensor_id: a0, T_B_S: {{data: [[1, 0, 0, 0.5], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]}}}}
+  - {{sensor_id: c0, base_sensor_id: a0, T_B_S: {{data: [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0.7], [0, 0, 0, 1]]}}}}
+"""
+}
+FAST_LIVO: Files = {
+    "avia.yaml": """\
+extrin_calib:
+  extrinsic_T: [0.04, 0.02, -0.03]
+  extrinsic_R: [1, 0, 0, 0, 1, 0, 0, 0, 1]
+  Rcl: [0, -1, 0, 0, 0, -1, 1, 0, 0]
+  Pcl: [0.02, 0.1, -0.03]
+preprocess: {lidar_type: 5, scan_line: 32}
+"""
+}
+APOLLO: Files = {
+    "front_6mm_extrinsics.yaml": """\
+header: {seq: 0, frame_id: lidar64, stamp: {secs: 0, nsecs: 0}}
+child_frame_id: front_6mm
+transform:
+  rotation: {x: -0.5, y: 0.5, z: -0.5, w: 0.5}
+  translation: {x: 0.6, y: 0.1, z: -0.2}
+""",
+    "front_6mm_intrinsics.yaml": """\
+header: {frame_id: front_6mm}
+height: 1080
+width: 1920
+distortion_model: plumb_bob
+D: [-0.55, 0.3, -0.005, -0.0008, -0.1]
+K: [1951.7, 0.0, 936.2, 0.0, 1949.4, 532.0, 0.0, 0.0, 1.0]
+""",
+    "lidar64_novatel_extrinsics.yaml": """\
+header: {frame_id: novatel}
+child_frame_id: lidar64
+transform:
+  rotation: {x: 0, y: 0, z: 0.7071067811865476, w: 0.7071067811865476}
+  translation: {x: -0.1, y: 1.2, z: 1.8}
+""",
+}
+BOREAS: Files = {
+    "T_applanix_lidar.txt": "0 -1 0 0\n1 0 0 0.2\n0 0 1 0.45\n0 0 0 1\n",
+    "T_camera_lidar.txt": "0 -1 0 -0.04\n0 0 -1 -0.8\n1 0 0 -0.2\n0 0 0 1\n",
+    "P_camera.txt": "1475.6 0.0 1226.0 0.0\n0.0 1475.4 1031.6 0.0\n0 0 1 0\n0 0 0 1\n",
+}
+KITTI_360: Files = {
+    "calib_cam_to_pose.txt": """\
+image_00: 0 0 1 1.5 1 0 0 -0.3 0 1 0 -1.1
+image_02: 1 0 0 0.7 0 0 -1 -0.15 0 1 0 -1.07
+""",
+    "calib_cam_to_velo.txt": "0 0 1 0.75 -1 0 0 0.05 0 -1 0 -0.3",
+    "perspective.txt": """\
+S_00: 1392 512
+K_00: 788.6 0 687.2 0 786.4 317.8 0 0 1
+D_00: -0.34 0.19 0.001 -0.0004 -0.07
+""",
+    "image_02.yaml": """\
+%YAML:1.0
+---
+model_type: MEI
+camera_name: image_02
+image_width: 1400
+image_height: 1400
+mirror_parameters:
+   xi: 2.2
+distortion_parameters: {k1: 0.017, k2: 1.65, p1: 0.0004, p2: 0.0004}
+projection_parameters: {gamma1: 1336.3, gamma2: 1335.8, u0: 716.9, v0: 705.8}
+""",
+}
+AIRSIM: Files = {
+    "settings.json": json.dumps(
+        {
+            "SettingsVersion": 1.2,
+            "SimMode": "Car",
+            "Vehicles": {
+                "Car1": {
+                    "VehicleType": "PhysXCar",
+                    "Cameras": {
+                        "view": {
+                            "CaptureSettings": [
+                                {"ImageType": 3, "Width": 10, "Height": 10},
+                                {"ImageType": 0, "Width": 640, "Height": 480, "FOV_Degrees": 100},
+                            ],
+                            **{"X": 1.0, "Y": 0.5, "Z": -1.5, "Roll": 0.0, "Pitch": 10.0, "Yaw": 30.0},
+                        }
+                    },
+                    "Sensors": {
+                        "top": {
+                            **{"SensorType": 6, "Enabled": True, "NumberOfChannels": 16, "Z": -2},
+                            **{"PointsPerSecond": 160_000, "RotationsPerSecond": 10, "Range": 80},
+                            **{"VerticalFOVUpper": 15, "VerticalFOVLower": -25},
+                            **{"HorizontalFOVStart": -20, "HorizontalFOVEnd": 90},
+                        },
+                        "imu": {"SensorType": 2, "Enabled": True},
+                    },
+                },
+                "Car2": {"VehicleType": "PhysXCar"},
+            },
+        }
+    )
+}
+MMDET3D: Files = {
+    "infos.json": json.dumps(
+        {
+            "data_list": [
+                {
+                    "images": {
+                        "CAM_FRONT": {
+                            "cam2img": K,
+                            "cam2ego": [[0, 0, 1, 1.7], [-1, 0, 0, 0], [0, -1, 0, 1.5], [0, 0, 0, 1]],
+                            **{"width": 1600, "height": 900},
+                        },
+                        "CAM_BACK": {
+                            "cam2img": K,
+                            "lidar2cam": [[-1, 0, 0, 0], [0, 0, -1, -0.3], [0, -1, 0, -0.5], [0, 0, 0, 1]],
+                        },
+                    },
+                    "lidar_points": {
+                        "lidar2ego": [[0, 1, 0, 0.9], [-1, 0, 0, 0], [0, 0, 1, 1.8], [0, 0, 0, 1]]
+                    },
+                }
+            ]
+        }
+    )
+}
 SMALL: dict[str, Files] = {
     "nuscenes": NUSCENES,
     "autoware": AUTOWARE_KIT,
@@ -366,10 +525,18 @@ SMALL: dict[str, Files] = {
     "driveworks": DRIVEWORKS,
     "pandaset": PANDASET,
     "kalibr": KALIBR,
+    "euroc": EUROC,
+    "euroc-raw": MAPLAB,
+    "fast-livo": FAST_LIVO,
+    "apollo": APOLLO,
     "opencv": OPENCV,
     "carla-agent": CARLA_AGENT,
     "kitti": KITTI,
     "kitti-raw": KITTI_RAW,
+    "kitti-360": KITTI_360,
+    "boreas": BOREAS,
+    "airsim": AIRSIM,
+    "mmdet3d": MMDET3D,
 }
 """A valid rig in every format that is read; the last one is another form of the one before."""
 

@@ -1,0 +1,145 @@
+"""Baidu Apollo: a folder of calibration data with *_extrinsics.yaml and *_intrinsics.yaml (import).
+
+Each extrinsic file holds one transform from child_frame_id to header.frame_id: metres, a quaternion x, y, z, w. Frames
+are chained to one root, usually `novatel` or `localization`: x to the RIGHT, y FORWARD, z up, at the rear axle. Cameras
+have optical axes; intrinsics are messages sensor_msgs/CameraInfo. LiDARs have x forward, y left, z up. What a frame
+holds is told by the folder of its file (camera_params, velodyne_params, lidar_params, radar_params), else by its name.
+Source: Apollo, docs "Apollo coordinate systems"; modules/calibration/data.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import numpy as np
+
+from riglens.core.errors import InputError
+from riglens.core.formats.base import Format, Imported
+from riglens.core.formats.frames import (
+    FrameTree,
+    Matrix,
+    from_optical,
+    kind_of,
+    rotation_from_wxyz,
+    se3,
+)
+from riglens.core.formats.mounts import Mounting, ReadOptions, rear_axle_on_ground
+from riglens.core.formats.opencv_yaml import read_lens
+from riglens.core.formats.report import Notes
+from riglens.core.formats.source import Source, Value
+from riglens.core.rig.model import Vehicle
+from riglens.core.rig.yaml.nodes import shortened
+
+TITLE = "Apollo calibration"
+VEHICLE_R_ROOT: Matrix = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+"""From x right, y forward, z up to x forward, y left, z up."""
+_KINDS = {"camera": "camera", "velodyne": "lidar", "lidar": "lidar", "radar": "radar"}
+_VELODYNE = re.compile(r"velodyne_?(16|32|64|128)")
+_MODELS = {"16": "VLP-16", "32": "HDL-32E", "64": "HDL-64E", "128": "VLS-128"}
+
+
+def recognises(source: Source) -> bool:
+    """Return whether this is an extrinsic file, or a folder with such files in it or in its folders *_params."""
+    if source.is_folder:
+        return any(_is_transform(file) for file in _files(source, "extrinsics")[:8])
+    return source.suffix in (".yaml", ".yml") and _is_transform(source)
+
+
+def _is_transform(file: Source) -> bool:
+    root = file.yaml
+    header = root.raw.get("header") if root.is_mapping else None
+    return (
+        "transform" in root and "child_frame_id" in root and isinstance(header, dict) and "frame_id" in header
+    )
+
+
+def _files(source: Source, what: str) -> list[Source]:
+    """Return the files of that kind in the folder and in its folders; of a file in *_params, those of all."""
+    folder = (
+        source.folder.resolve().parent if source.folder.resolve().name.endswith("_params") else source.folder
+    )
+    top = source.another(folder)
+    return [*top.siblings(f"*_{what}*.yaml"), *top.siblings(f"*_params/*_{what}*.yaml")]
+
+
+def read(source: Source, options: ReadOptions) -> Imported:
+    """Return the cameras and LiDARs of all files, chained to their root."""
+    notes = Notes()
+    tree = FrameTree(source.where)
+    kinds: dict[str, str | None] = {}
+    for file in _files(source, "extrinsics") or [source]:
+        if not _is_transform(file):
+            notes.ignored("it does not name its frames", file.path.name)
+            continue
+        parent, child = (file.yaml.item(key) for key in ("header", "child_frame_id"))
+        name = child.text()
+        tree.add(parent.item("frame_id").text(), name, _transform(file.yaml.item("transform")))
+        group = file.path.resolve().parent.name.removesuffix("_params")
+        kinds[name] = _KINDS.get(group) or kind_of(name)
+    lenses = {_frame(file): file.yaml for file in _files(source, "intrinsics") if file.yaml.is_mapping}
+    vehicle = options.vehicle_or(Vehicle())
+    mounting = Mounting(source.where, notes, vehicle, options.origin_m or rear_axle_on_ground(vehicle))
+    turn = _root_axes(tree, mounting, options)
+    for frame in tree.frames():
+        _add(frame, turn @ tree.root_SE3(frame), kinds[frame], lenses, tree, mounting)
+    notes.converted("cameras from optical axes; quaternions to roll, pitch, yaw")
+    mounting.tell_assumed(options)
+    return Imported(mounting.rig(f"Apollo {source.name}"), notes.report(TITLE))
+
+
+def _transform(value: Value) -> Matrix:
+    rotation, position = value.item("rotation"), value.item("translation")
+    wxyz = rotation.field_numbers("w", "x", "y", "z")
+    return se3(rotation_from_wxyz(rotation, wxyz), np.array(position.field_numbers("x", "y", "z")))
+
+
+def _frame(file: Source) -> str:
+    """Return the frame of an intrinsic file: that of its header, else its name."""
+    header = file.yaml.get("header")
+    said = header.get("frame_id") if header is not None and header.is_mapping else None
+    return (said.text() if said is not None else "") or re.sub(r"_intrinsics.*", "", file.name)
+
+
+def _root_axes(tree: FrameTree, mounting: Mounting, options: ReadOptions) -> Matrix:
+    """Return the transform from the root's axes; a root that is a LiDAR stands on the roof and has its own."""
+    roots = sorted({tree.root_of(frame) for frame in tree.frames()})
+    if len(roots) != 1:
+        said = shortened(", ".join(roots), 160) or "none"
+        raise InputError(f"{tree.where}: frames must have one root (got {said})")
+    if kind_of(roots[0]) == "lidar":
+        mounting.origin_m = options.origin_m or (0.0, 0.0, mounting.vehicle.height)
+        mounting.notes.approximated(f"the root {roots[0]} is a LiDAR: x forward, y left, z up on the roof")
+        mounting.add_lidar(roots[0], np.eye(4), said=_model(roots[0]))
+        return np.eye(4)
+    mounting.notes.converted(f"axes of {shortened(roots[0], 40)}, x right, y forward, to x forward, y left")
+    return se3(VEHICLE_R_ROOT, np.zeros(3))
+
+
+def _model(frame: str) -> str | None:
+    found = _VELODYNE.search(frame.lower())
+    return f"Velodyne {_MODELS[found[1]]}" if found else None
+
+
+def _add(
+    frame: str,
+    vehicle_SE3_frame: Matrix,
+    kind: str | None,
+    lenses: dict[str, Value],
+    tree: FrameTree,
+    mounting: Mounting,
+) -> None:
+    if frame in lenses or kind == "camera":
+        lens: dict[str, Any] = {"image": (1920, 1080), "hfov_deg": 70.0}
+        if frame in lenses:
+            lens = read_lens(lenses[frame], frame, mounting.notes)
+        else:
+            mounting.notes.approximated("no intrinsics beside it: 1920 x 1080 pixels, 70 degrees wide", frame)
+        mounting.add_camera(frame, from_optical(vehicle_SE3_frame), **lens)
+    elif kind == "lidar":
+        mounting.add_lidar(frame, vehicle_SE3_frame, said=_model(frame))
+    elif frame not in tree.inner_frames():
+        mounting.notes.ignored("neither camera nor LiDAR, judging by its folder or name", frame)
+
+
+APOLLO = Format("apollo", TITLE, recognises, read)

@@ -1,0 +1,153 @@
+"""EuRoC's sensor.yaml, Kimera-VIO's camera files and maplab's sensors, with rovioli's ncamera (import).
+
+All give each camera's place by a matrix from its optical axes to a body, which is the IMU: T_BS of EuRoC and Kimera,
+T_B_C of maplab, there chained with T_B_S of the sensor that the camera belongs to. Metres. The files know neither the
+vehicle nor how the IMU is mounted in it.
+Source: EuRoC MAV dataset (Burri et al., IJRR 2016); Kimera-VIO, params; maplab wiki, "Sensor calibration format".
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from riglens.core.formats.base import Format, Imported
+from riglens.core.formats.frames import FrameTree, Matrix
+from riglens.core.formats.lenses import named_lens
+from riglens.core.formats.matrices import add_by_imu, rigid
+from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions
+from riglens.core.formats.report import Notes
+from riglens.core.formats.source import Source, Value
+from riglens.core.rig.model import Vehicle
+from riglens.core.rig.yaml.nodes import shortened
+
+TITLE = "EuRoC, Kimera-VIO or maplab calibration"
+_PLACES = ("cam[0-9]*/sensor.yaml", "mav0/cam[0-9]*/sensor.yaml", "*CameraParams.yaml")
+_MODELS = {"unified-projection": "omni"}
+"""What maplab calls models that Kalibr names otherwise."""
+_Cameras = dict[str, tuple[Matrix, dict[str, Any]]]
+
+
+def recognises(source: Source) -> bool:
+    """Return whether this is such a file, or a folder with files of cameras."""
+    if source.is_folder:
+        return any("T_BS" in file.yaml for file in _files(source)[:1])
+    if source.suffix not in (".yaml", ".yml") or not source.yaml.is_mapping:
+        return False
+    root = source.yaml
+    entries = root.raw.get("sensors" if "extrinsics" in root else "cameras", ())
+    is_list = isinstance(entries, (list, tuple)) and bool(entries)
+    return "T_BS" in root or (
+        is_list and all(isinstance(entry, dict) and _KEYS & entry.keys() for entry in entries)
+    )
+
+
+_KEYS = frozenset(("sensor_type", "camera"))
+
+
+def _files(source: Source) -> list[Source]:
+    return (
+        next((found for place in _PLACES if (found := source.siblings(place))), [])
+        if source.is_folder
+        else [source]
+    )
+
+
+def read(source: Source, options: ReadOptions) -> Imported:
+    """Return the cameras, and maplab's LiDARs."""
+    notes = Notes()
+    vehicle = options.vehicle_or(Vehicle())
+    mounting = Mounting(source.where, notes, vehicle, options.origin_m or (0.0, 0.0, vehicle.height))
+    cameras: _Cameras = {}
+    lidars: dict[str, Matrix] = {}
+    for file in _files(source):
+        root = file.yaml
+        if "T_BS" in root:
+            _add_plain(root, file, cameras, notes)
+        elif "sensors" in root:
+            _add_sensors(root, source, cameras, lidars, notes)
+        else:
+            cameras |= _ncamera(root.item("cameras"), np.eye(4), notes)
+    turn = add_by_imu(cameras, mounting)
+    for name, pose in lidars.items():
+        mounting.add_lidar(name, turn @ pose)
+    notes.converted("cameras from optical axes")
+    mounting.tell_assumed(options)
+    return Imported(mounting.rig(source.name), notes.report(TITLE))
+
+
+def _add_plain(root: Value, file: Source, cameras: _Cameras, notes: Notes) -> None:
+    """Add the one camera of a file of EuRoC or Kimera-VIO, named by itself or by its folder."""
+    name = root.item("camera_id").text() if "camera_id" in root else ""
+    name = name or (file.path.resolve().parent.name if file.name == "sensor" else file.name)
+    if "intrinsics" not in root:
+        notes.ignored("no camera: a T_BS without intrinsics", name)
+        return
+    width, height = (side.whole(1, MAX_PIXELS) for side in root.item("resolution").elements(2))
+    model, kind = (
+        root.item(key).text().lower() if key in root else absent
+        for key, absent in (("camera_model", "pinhole"), ("distortion_model", "none"))
+    )
+    bend = root.get("distortion_coefficients")
+    lens = named_lens(model, root.item("intrinsics"), kind, bend, (width, height), name, notes)
+    cameras[_free(name, cameras)] = rigid(root.item("T_BS"), name, notes), lens
+
+
+def _add_sensors(
+    root: Value, source: Source, cameras: _Cameras, lidars: dict[str, Matrix], notes: Notes
+) -> None:
+    """Add the cameras and LiDARs of a maplab file, by the extrinsics that name their ids."""
+    tree = FrameTree(source.where)
+    for entry in root.item("extrinsics").elements():
+        sensor, base = (entry.item(key).text() for key in ("sensor_id", "base_sensor_id"))
+        pose = rigid(entry.item("T_B_S"), sensor, notes)
+        if sensor != base:
+            tree.add(base, sensor, pose)
+    for entry in root.item("sensors").elements():
+        kind, sensor = entry.item("sensor_type").text(), entry.item("id").text()
+        if kind == "NCAMERA":
+            cameras |= _ncamera(entry.item("cameras"), tree.root_SE3(sensor), notes)
+        elif kind == "LIDAR":
+            lidars[_free(_name(entry), lidars)] = tree.root_SE3(sensor)
+        else:
+            notes.ignored(f"neither camera nor LiDAR: {shortened(kind, 40)}", _name(entry))
+
+
+def _ncamera(listed: Value, base_SE3_body: Matrix, notes: Notes) -> _Cameras:
+    """Return the cameras of a list of maplab."""
+    found: _Cameras = {}
+    for entry in listed.elements():
+        camera = entry.item("camera")
+        name = _name(camera)
+        pose = base_SE3_body @ rigid(entry.item("T_B_C"), name, notes)
+        found[_free(name, found)] = pose, _lens(camera, name, notes)
+    return found
+
+
+def _lens(camera: Value, name: str, notes: Notes) -> dict[str, Any]:
+    width, height = (camera.item(f"image_{side}").whole(1, MAX_PIXELS) for side in ("width", "height"))
+    model = camera.item("type").text()
+    distortion = camera.get("distortion")
+    kind = "none" if distortion is None else distortion.item("type").text()
+    parameters = distortion.get("parameters") if distortion is not None else None
+    bend = None if parameters is None else parameters.item("data")
+    numbers = camera.item("intrinsics").item("data")
+    return named_lens(_MODELS.get(model, model), numbers, kind, bend, (width, height), name, notes)
+
+
+def _name(entry: Value) -> str:
+    """Return the first word of a topic, else a label, else the id."""
+    for key in ("topic", "label", "id"):
+        words = [word for word in entry.item(key).text().split("/") if word] if key in entry else []
+        if words:
+            return words[0]
+    return "sensor"
+
+
+def _free(name: str, taken: dict[str, Any]) -> str:
+    """Return a name that is not taken: those of one file may be equal."""
+    return next(new for number in range(len(taken) + 1) if (new := name + "_" * number) not in taken)
+
+
+EUROC = Format("euroc", TITLE, recognises, read)

@@ -1,0 +1,89 @@
+"""FAST-LIVO2: a configuration with extrin_calib, and the file of its camera beside it (import).
+
+extrinsic_R and extrinsic_T take points of the LiDAR to the IMU, Rcl and Pcl those of the LiDAR to the camera in optical
+axes; metres. The launch file, which is not read, says which camera file belongs to a configuration: here it is the one
+whose name holds that of the configuration, or the only one. The LiDAR's axes are x forward, y left, z up.
+Source: FAST-LIVO2, src/LIVMapper.cpp, src/vio.cpp and include/common_lib.h.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from riglens.core.formats.base import Format, Imported
+from riglens.core.formats.frames import Matrix, inverse, se3
+from riglens.core.formats.lenses import brown_conrady, kannala_brandt
+from riglens.core.formats.matrices import add_by_imu, rotation_of
+from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions
+from riglens.core.formats.report import Notes
+from riglens.core.formats.source import Source, Value
+from riglens.core.rig.model import Vehicle
+from riglens.core.rig.yaml.nodes import shortened
+
+TITLE = "FAST-LIVO2 configuration"
+_CALIBRATION, _RADIAL, _FISHEYE = (
+    "extrin_calib",
+    ("cam_d0", "cam_d1", "cam_d2", "cam_d3"),
+    ("k1", "k2", "k3", "k4"),
+)
+_LIDARS = {1: "Livox Avia", 2: "Velodyne VLP-16", 5: "Hesai XT32", 6: "Hesai Pandar128"}
+"""LiDARs of preprocess.lidar_type that name a model; 3 is an Ouster, 7 a RoboSense, 4 a depth camera."""
+
+
+def recognises(source: Source) -> bool:
+    """Return whether this is a YAML mapping with extrin_calib."""
+    return source.suffix in (".yaml", ".yml") and not source.is_folder and _CALIBRATION in source.yaml
+
+
+def read(source: Source, options: ReadOptions) -> Imported:
+    """Return the LiDAR and the camera around the IMU."""
+    notes = Notes()
+    vehicle = options.vehicle_or(Vehicle())
+    mounting = Mounting(source.where, notes, vehicle, options.origin_m or (0.0, 0.0, vehicle.height))
+    found = source.yaml.item(_CALIBRATION)
+    imu_SE3_lidar = _transform(found, "extrinsic_R", "extrinsic_T", notes)
+    camera_SE3_lidar = _transform(found, "Rcl", "Pcl", notes)
+    camera = {"camera": (imu_SE3_lidar @ inverse(camera_SE3_lidar), _lens(source, notes))}
+    turn = add_by_imu(camera, mounting)
+    mounting.add_lidar("lidar", turn @ imu_SE3_lidar, said=_model(source.yaml))
+    notes.converted("camera from optical axes, through the LiDAR")
+    mounting.tell_assumed(options)
+    return Imported(mounting.rig(source.name), notes.report(TITLE))
+
+
+def _transform(found: Value, rotation: str, position: str, notes: Notes) -> Matrix:
+    numbers = np.array(found.item(rotation).numbers(9)).reshape(3, 3)
+    return se3(rotation_of(found.item(rotation), numbers, notes), found.item(position).vector())
+
+
+def _model(root: Value) -> str | None:
+    settings = root.get("preprocess")
+    kind = settings.get("lidar_type") if settings is not None and settings.is_mapping else None
+    return None if kind is None else _LIDARS.get(kind.whole(0, 1000))
+
+
+def _lens(source: Source, notes: Notes) -> dict[str, Any]:
+    files = source.siblings("camera*.yaml")
+    own = [file for file in files if source.name.lower() in file.name.lower()] or files
+    if len(own) != 1:
+        said = ", ".join(shortened(file.path.name, 40) for file in own) or "no camera*.yaml"
+        notes.approximated(
+            f"lens and image not in one file beside it ({said}): 1600 x 900 pixels, 70 degrees wide", "camera"
+        )
+        return {"image": (1600, 900), "hfov_deg": 70.0}
+    root = own[0].yaml
+    notes.read(f"image and lens from {shortened(own[0].path.name, 40)}", "camera")
+    image = tuple(root.item(f"cam_{side}").whole(1, MAX_PIXELS) for side in ("width", "height"))
+    fx, fy, cx, cy = root.field_numbers("cam_fx", "cam_fy", "cam_cx", "cam_cy")
+    lens = {"image": image, "fx": fx, "fy": fy, "cx": cx, "cy": cy}
+    if "scale" in root and root.item("scale").number() != 1.0:
+        notes.ignored("scale: the image is read at its full size", "camera")
+    if root.item("cam_model").text().lower().startswith("equidistant"):
+        return lens | kannala_brandt(root, root.field_numbers(*_FISHEYE), "camera", notes)
+    numbers = [root.item(key).number() if key in root else 0.0 for key in _RADIAL]
+    return lens | brown_conrady(root, numbers, "camera", notes)
+
+
+FAST_LIVO = Format("fast-livo", TITLE, recognises, read)

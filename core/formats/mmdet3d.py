@@ -1,0 +1,99 @@
+"""MMDetection3D: infos of version 1, as JSON (import).
+
+The infos are pickles, which are never loaded: a script in docs/formats-exchange.md writes them as JSON. An entry of
+data_list holds images with cam2img (3 rows of 3 or 4) and cam2ego or lidar2cam, lidar_points with lidar2ego, (4, 4);
+metres, cameras in optical axes. The ego frame is that of nuScenes, on the ground under the rear axle; infos without one
+are in the axes of the LiDAR, x forward, y left, z up.
+Source: MMDetection3D, tools/dataset_converters/update_infos_to_v2.py.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from riglens.core.errors import InputError
+from riglens.core.formats.base import Format, Imported
+from riglens.core.formats.frames import Matrix, from_optical, inverse, se3
+from riglens.core.formats.lenses import pinhole
+from riglens.core.formats.matrices import rigid
+from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions, rear_axle_on_ground
+from riglens.core.formats.report import Notes
+from riglens.core.formats.source import Source, Value
+from riglens.core.rig.model import Vehicle
+from riglens.core.rig.yaml.nodes import shortened
+
+TITLE = "MMDetection3D infos"
+
+
+def recognises(source: Source) -> bool:
+    """Return whether this is a JSON mapping with a data_list whose entries have images or LiDAR points."""
+    if source.is_folder or source.suffix != ".json":
+        return False
+    entries = source.json.raw.get("data_list") if source.json.is_mapping else None
+    first = entries[0] if isinstance(entries, list) and entries else None
+    return isinstance(first, dict) and bool({"images", "lidar_points"} & first.keys())
+
+
+def read(source: Source, options: ReadOptions) -> Imported:
+    """Return the cameras and the LiDAR of one entry: that of the index `options.token`, or the first."""
+    notes = Notes()
+    info = _entry(source, options.token, notes)
+    points = info.get("lidar_points")
+    has_ego = points is not None and "lidar2ego" in points
+    vehicle = options.vehicle_or(Vehicle())
+    known_m = rear_axle_on_ground(vehicle) if has_ego else (0.0, 0.0, vehicle.height)
+    mounting = Mounting(source.where, notes, vehicle, options.origin_m or known_m)
+    root_SE3_lidar = (
+        rigid(points.item("lidar2ego"), "lidar", notes) if points is not None and has_ego else np.eye(4)
+    )
+    for name, value in info.item("images").items() if "images" in info else ():
+        _add_camera(name, value, root_SE3_lidar, mounting)
+    if points is not None:
+        mounting.add_lidar("lidar", root_SE3_lidar)
+    notes.converted("cameras from optical axes")
+    mounting.tell_assumed(options)
+    return Imported(mounting.rig(source.name), notes.report(TITLE))
+
+
+def _entry(source: Source, token: str | None, notes: Notes) -> Value:
+    entries = source.json.item("data_list").elements()
+    if token is not None and not (token.isdecimal() and int(token) < len(entries)):
+        raise InputError(
+            f"{source.where}: token: found '{shortened(token)}'; accepted is an index from 0 to {len(entries) - 1}"
+        )
+    notes.read(f"entry {token or 0} of {len(entries)}", field="token" if len(entries) > 1 else "")
+    return entries[int(token or 0)]
+
+
+def _add_camera(name: str, value: Value, root_SE3_lidar: Matrix, mounting: Mounting) -> None:
+    """Add a camera; one without a matrix or without a place is reported."""
+    notes = mounting.notes
+    if "cam2img" not in value or not ("cam2ego" in value or "lidar2cam" in value):
+        notes.ignored("no cam2img, or neither cam2ego nor lidar2cam", name)
+        return
+    if "cam2ego" in value:
+        pose = rigid(value.item("cam2ego"), name, notes)
+    else:
+        pose = root_SE3_lidar @ inverse(rigid(value.item("lidar2cam"), name, notes))
+    rows = value.item("cam2img").elements()
+    projection = np.array([row.numbers(len(rows[0].elements())) for row in rows[:3]])
+    if projection.shape not in ((3, 3), (3, 4)):
+        value.item("cam2img").refuse("a matrix of 3 rows of 3 or 4 numbers", "another one")
+    k = projection[:, :3]
+    if np.tril(k, -1).any() or not (k[0, 0] > 0.0 and k[1, 1] > 0.0 and k[2, 2] == 1.0):
+        value.item("cam2img").refuse("a camera matrix with focal lengths", "another one")
+    if projection[:, 3:].size:
+        pose = pose @ se3(np.eye(3), -np.linalg.solve(k, projection[:, 3]))
+    mounting.add_camera(name, from_optical(pose), **_image(name, value, notes), **pinhole(k))
+
+
+def _image(name: str, value: Value, notes: Notes) -> dict[str, Any]:
+    if "width" in value and "height" in value:
+        return {"image": tuple(value.item(key).whole(1, MAX_PIXELS) for key in ("width", "height"))}
+    notes.approximated("image size not in the file: 1600 x 900 pixels", name)
+    return {"image": (1600, 900)}
+
+
+MMDET3D = Format("mmdet3d", TITLE, recognises, read)

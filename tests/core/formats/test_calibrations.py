@@ -1,0 +1,195 @@
+"""Calibrations of vision and driving research: poses by SciPy from each convention, fitted lenses, refusals."""
+
+import json
+import textwrap
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from riglens.core.errors import InputError
+from riglens.core.formats.exchange import read_rig
+from riglens.core.formats.mounts import ReadOptions
+from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt, Lidar
+from tests.core.formats.cases import (
+    AIRSIM,
+    APOLLO,
+    BOREAS,
+    EUROC,
+    FAST_LIVO,
+    KITTI_360,
+    MAPLAB,
+    MMDET3D,
+    OPTICAL_IN_BODY,
+    VEHICLE,
+    Files,
+    assert_same_pose,
+    optical,
+    read_files,
+    sensor_matrix,
+    transform,
+    write_files,
+)
+from tests.core.formats.test_reports import has
+
+AT_ORIGIN = ReadOptions(vehicle=VEHICLE, origin_m=(0.0, 0.0, 0.0))
+LEVEL = Rotation.identity()
+
+
+def poses(files: Files, options: ReadOptions = AT_ORIGIN) -> dict[str, np.ndarray]:
+    return {sensor.name: sensor_matrix(sensor) for sensor in read_files(files, options=options).rig.sensors}
+
+
+def test_kimera_and_maplab_place_cameras_and_lidars_by_their_matrices() -> None:
+    found = poses(EUROC)
+    assert_same_pose(found["left_cam"], transform(LEVEL, (0.3, 0.05, 0.2)))
+    assert_same_pose(found["right_cam"], transform(LEVEL, (0.3, -0.05, 0.2)))
+    imported = read_files(MAPLAB, options=AT_ORIGIN)
+    camera, lidar = imported.rig.sensors
+    assert_same_pose(sensor_matrix(camera), transform(LEVEL, (0.8, 0.1, 0.2)))
+    assert_same_pose(sensor_matrix(lidar), transform(LEVEL, (0.0, 0.0, 0.7)))
+    assert isinstance(camera, Camera) and camera.distortion == KannalaBrandt(
+        k1=0.01, k2=0.02, k3=-0.03, k4=0.01
+    )
+    assert camera.name == "cam0" and isinstance(lidar, Lidar) and lidar.name == "os0_128"
+    assert has(imported.report, "ignored", "neither camera nor LiDAR: IMU")
+    listed = textwrap.dedent(
+        "    cameras:" + MAPLAB["sensors.yaml"].partition("cameras:")[2].partition("  - {id: c0")[0]
+    )
+    (camera,) = read_files({"ncamera.yaml": listed}, options=AT_ORIGIN).rig.sensors
+    assert_same_pose(sensor_matrix(camera), transform(LEVEL, (0.3, 0.1, 0.2)))
+
+
+def test_a_folder_of_euroc_names_cameras_by_their_folders(tmp_path: Path) -> None:
+    for name, text in zip(("cam0", "cam1"), EUROC.values(), strict=True):
+        write_files(tmp_path / "mav0" / name, {"sensor.yaml": text.replace("camera_id", "comment")})
+    write_files(tmp_path / "mav0" / "imu0", {"sensor.yaml": "T_BS: {data: [1]}\nrate_hz: 200\n"})
+    for path in (tmp_path, tmp_path / "mav0"):
+        assert [sensor.name for sensor in read_rig(path).rig.sensors] == ["cam0", "cam1"]
+    assert read_rig(tmp_path / "mav0" / "cam1" / "sensor.yaml").rig.sensors[0].name == "cam1"
+
+
+def test_fast_livo_places_the_camera_through_the_lidar(tmp_path: Path) -> None:
+    imported = read_files(FAST_LIVO, options=AT_ORIGIN)
+    camera, lidar = imported.rig.sensors
+    lidar_in_imu = transform(LEVEL, (0.04, 0.02, -0.03))
+    camera_T_lidar = transform(OPTICAL_IN_BODY.inv(), (0.02, 0.1, -0.03))
+    assert_same_pose(sensor_matrix(lidar), lidar_in_imu)
+    assert_same_pose(optical(sensor_matrix(camera)), lidar_in_imu @ np.linalg.inv(camera_T_lidar))
+    assert lidar.model == "hesai-xt32" and has(
+        imported.report, "approximated", "lens and image not in one file"
+    )
+    lens = "cam_model: Pinhole\ncam_width: 640\ncam_height: 512\nscale: 0.5\ncam_fx: 400\ncam_fy: 401\ncam_cx: 320\n"
+    other = (
+        lens.replace("640", "720").replace("Pinhole", "EquidistantCamera") + "k1: 0.1\nk2: 0\nk3: 0\nk4: 0\n"
+    )
+    write_files(tmp_path, {**FAST_LIVO, "camera_pinhole.yaml": f"{lens}cam_cy: 256\ncam_d0: -0.1\n"})
+    (camera, _) = read_rig(tmp_path / "avia.yaml").rig.sensors
+    assert isinstance(camera, Camera) and (camera.image, camera.fy) == ((640, 512), 401.0)
+    assert camera.distortion == BrownConrady(k1=-0.1)
+    write_files(tmp_path, {"camera_fisheye_avia.yaml": f"{other}cam_cy: 256\n"})
+    (camera, _) = read_rig(tmp_path / "avia.yaml").rig.sensors
+    assert isinstance(camera, Camera) and camera.image == (720, 512)
+    assert camera.distortion == KannalaBrandt(k1=0.1)
+
+
+def test_apollo_chains_frames_with_x_right_and_y_forward(tmp_path: Path) -> None:
+    root = transform(Rotation.from_euler("z", -90.0, degrees=True), (0.0, 0.0, 0.0))
+    lidar = root @ transform(Rotation.from_euler("z", 90.0, degrees=True), (-0.1, 1.2, 1.8))
+    camera = lidar @ transform(Rotation.from_quat((-0.5, 0.5, -0.5, 0.5)), (0.6, 0.1, -0.2))
+    found = poses(APOLLO)
+    assert_same_pose(found["lidar64"], lidar)
+    assert_same_pose(optical(found["front_6mm"]), camera)
+    np.testing.assert_allclose(found["lidar64"][:3, 3], (1.2, 0.1, 1.8), atol=1e-12)
+    for name, text in APOLLO.items():
+        write_files(tmp_path / f"{'velodyne' if 'novatel' in name else 'camera'}_params", {name: text})
+    radar = APOLLO["front_6mm_extrinsics.yaml"].replace("front_6mm", "ahead")
+    write_files(tmp_path / "radar_params", {"ahead_extrinsics.yaml": radar})
+    for path in (tmp_path, tmp_path / "camera_params" / "front_6mm_extrinsics.yaml"):
+        imported = read_rig(path, options=AT_ORIGIN)
+        assert {s.name: s.kind for s in imported.rig.sensors} == {"front_6mm": "camera", "lidar64": "lidar"}
+        assert has(imported.report, "ignored", "judging by its folder", "ahead")
+
+
+def test_boreas_and_kitti_360_lead_through_the_lidar_and_the_imu() -> None:
+    found = poses(BOREAS)
+    assert_same_pose(found["lidar"], transform(LEVEL, (0.2, 0.0, 0.45)))
+    camera_T_lidar = transform(OPTICAL_IN_BODY.inv(), (-0.04, -0.8, -0.2))
+    assert_same_pose(optical(found["camera"]), found["lidar"] @ np.linalg.inv(camera_T_lidar))
+    found = poses(KITTI_360)
+    assert_same_pose(found["image_00"], transform(LEVEL, (1.5, 0.3, 1.1)))
+    assert_same_pose(
+        found["image_02"], transform(Rotation.from_euler("z", 90.0, degrees=True), (0.7, 0.15, 1.07))
+    )
+    lens = "S_rect_00: 1408 376\nR_rect_00: 0 -1 0 1 0 0 0 0 1\nP_rect_00: 552 0 682 0 0 553 238 0 0 0 1 0\n"
+    rectified = read_files({**KITTI_360, "perspective.txt": lens}, options=AT_ORIGIN).rig.sensor("image_00")
+    assert isinstance(rectified, Camera) and (rectified.image, rectified.fy) == ((1408, 376), 553.0)
+    turn = transform(Rotation.from_euler("z", 90.0, degrees=True), (0.0, 0.0, 0.0))
+    assert_same_pose(optical(sensor_matrix(rectified)), optical(found["image_00"]) @ np.linalg.inv(turn))
+    velo_T_camera = transform(OPTICAL_IN_BODY, (0.75, 0.05, -0.3))
+    assert_same_pose(found["velodyne"], optical(found["image_00"]) @ np.linalg.inv(velo_T_camera))
+
+
+def test_airsim_has_y_right_and_z_down() -> None:
+    imported = read_files(AIRSIM, options=AT_ORIGIN)
+    camera, lidar = imported.rig.sensors
+    ned = Rotation.from_euler("ZYX", (30.0, 10.0, 0.0), degrees=True)
+    flip = np.diag([1.0, -1.0, -1.0])
+    expected = transform(Rotation.from_matrix(flip @ ned.as_matrix() @ flip), (1.0, -0.5, 1.5))
+    assert_same_pose(sensor_matrix(camera), expected)
+    assert isinstance(camera, Camera) and (camera.image, camera.hfov_deg) == ((640, 480), 100.0)
+    assert isinstance(lidar, Lidar) and lidar.range_m == (0.0, 80.0) and lidar.position[2] == 2.0
+    azimuths, beams = lidar.azimuths(), lidar.elevations()
+    assert (beams[0], beams[-1], len(beams), len(azimuths)) == (-25.0, 15.0, 16, 1000)
+    assert azimuths[0] == -90.0 and 19.0 < azimuths[-1] < 20.0
+    with pytest.raises(InputError, match="accepted is the name of a vehicle"):
+        read_files(AIRSIM, options=ReadOptions(token="Car3"))
+
+
+def test_mmdet3d_leads_to_the_ego_frame_directly_or_through_the_lidar() -> None:
+    found = poses(MMDET3D)
+    info = json.loads(MMDET3D["infos.json"])["data_list"][0]
+    lidar = np.array(info["lidar_points"]["lidar2ego"], dtype=float)
+    assert_same_pose(found["lidar"], lidar)
+    assert_same_pose(
+        optical(found["CAM_FRONT"]), np.array(info["images"]["CAM_FRONT"]["cam2ego"], dtype=float)
+    )
+    back = np.array(info["images"]["CAM_BACK"]["lidar2cam"], dtype=float)
+    assert_same_pose(optical(found["CAM_BACK"]), lidar @ np.linalg.inv(back))
+
+
+@pytest.mark.parametrize(
+    ("files", "old", "new", "complaint"),
+    [
+        (EUROC, "[752, 480]", "[752]", "resolution: found a list of 1"),
+        (EUROC, "[0, 0, 1, 0.3", "[0, 0, 2, 0.3", "a rotation matrix, orthonormal and right-handed"),
+        (MAPLAB, "sensor_id: b0", "sensor_id: c0", "frame 'c0' has two parents"),
+        (MAPLAB, "cols: 4, data", "cols: 3, data", "T_B_C.cols: found 3"),
+        (MAPLAB, "image_width: 752", "image_width: .nan", "image_width: found nan"),
+        (FAST_LIVO, "[0.04, 0.02, -0.03]", "[0.04, 0.02]", "extrinsic_T: found a list of 2"),
+        (FAST_LIVO, "Rcl: [0, -1", "Rcl: [0, 1", "Rcl: found one that is not"),
+        (APOLLO, "frame_id: novatel", "frame_id: front_6mm", "is its own ancestor"),
+        (APOLLO, "z: 0.7071067811865476", "z: 9", "rotation: found length"),
+        (BOREAS, "0 0 0 1\n", "0 0 0\n", "found a list of 15; accepted is a list of 16"),
+        (BOREAS, "1475.6 0.0", "inf 0.0", "found inf"),
+        (KITTI_360, "xi: 2.2", "xi: -9", "a lens whose image grows"),
+        (KITTI_360, "gamma1: 1336.3", "gamma1: 0", "a lens with focal lengths in pixels"),
+        (KITTI_360, "image_02: 1 0", "image_02: 1", "image_02: found a list of 11"),
+        (AIRSIM, '"FOV_Degrees": 100', '"FOV_Degrees": 400', "hfov_deg must be at most"),
+        (AIRSIM, '"NumberOfChannels": 16', '"NumberOfChannels": 0.5', "NumberOfChannels: found 0.5"),
+        (AIRSIM, '"Yaw": 30.0', '"Yaw": NaN', "found NaN; accepted are finite numbers"),
+        (MMDET3D, "[1266.4, 0.0, 816.3]", "[0.0, 0.0, 816.3]", "cam2img: found another one"),
+        (MMDET3D, "[0.0, 1266.4, 491.5]", "[1266.4, 1266.4, 491.5]", "cam2img: found another one"),
+        (MMDET3D, '"images": {', '"images": [], "x": {', "images: found a list of 0"),
+    ],
+)
+def test_wrong_values_are_refused_in_one_line(
+    files: Files, old: str, new: str, complaint: str, tmp_path: Path
+) -> None:
+    name = next(name for name, text in files.items() if old in text)
+    broken = {**files, name: files[name].replace(old, new, 1)}
+    with pytest.raises(InputError) as caught:
+        read_files(broken, options=AT_ORIGIN)
+    line = str(caught.value)
+    assert complaint in line and line.isprintable() and len(line) < 400
