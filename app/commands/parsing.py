@@ -84,6 +84,9 @@ GROUPS = {
             "targets": Command(
                 "study:targets", "Predicted against true points on the objects of a recording."
             ),
+            "external": Command(
+                "study:external", "Published experiments with fewer beams against figures of the same rigs."
+            ),
             "detection": Command(
                 "study:detection",
                 "Score against detection, with a small detector trained here.\n\n"

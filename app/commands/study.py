@@ -26,6 +26,7 @@ from riglens.app.commands.options import (
 from riglens.app.evaluation.options import PAPER_RIG
 from riglens.app.studies import accuracy as study_accuracy
 from riglens.app.studies import detection as study_detection
+from riglens.app.studies import external as study_external
 from riglens.app.studies import sensor_methods
 from riglens.app.studies import stability as study_stability
 from riglens.app.studies import table1 as study_table1
@@ -174,6 +175,32 @@ def detection(
     where = Where(1 if workers is None and dask is None else workers, dask)
     plan = study_detection.Plan(quick, per_rig, published, seeds, where, device, score.body, cameras)
     study_detection.study(rigs, scene, plan, out)
+
+
+def external(
+    *,
+    nuscenes: Annotated[Path | None, Parameter(metavar="PATH")] = None,
+    kitti: Annotated[Path | None, Parameter(metavar="PATH")] = None,
+    frames: Annotated[int, number()] = study_external.FRAMES,
+    score: ThreadArguments = ThreadArguments(),
+    out: Folder = Path("out"),
+) -> None:
+    """Published experiments with fewer beams or points against on target, seen and other figures of the same rigs.
+
+    Parameters
+    ----------
+    nuscenes
+        Boxes of nuScenes: its folder, or a table in the frame of the rear axle (the bundled town).
+    kitti
+        Boxes of KITTI: a folder of labels, or a table in the frame of the Velodyne (the bundled town).
+    frames
+        Sampled frames of each.
+    out
+        Folder for external.csv.
+    """
+    if frames < 1:
+        raise InputError(f"must be an integer ≥ 1 (got {frames})", "frames")
+    study_external.study(nuscenes, kitti, score.threads, frames, out)
 
 
 def stability(

@@ -1,0 +1,100 @@
+"""Published experiments with fewer beams: what is reduced, what is reported, and what the page says of the figures."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from riglens.core.rig.model import Lidar
+from riglens.core.study.external import (
+    EXPERIMENTS,
+    FIGURES,
+    GROUPS,
+    TOLERANCE,
+    Experiment,
+    Outcome,
+    mean_error,
+)
+
+TOWN = "bundled town"
+DOCS = Path(__file__).resolve().parents[3] / "docs"
+
+
+def named(name: str) -> Experiment:
+    (found,) = (one for one in EXPERIMENTS if one.name == name)
+    return found
+
+
+def lidars(name: str) -> tuple[Lidar, ...]:
+    return named(name).rig().lidars()
+
+
+def test_the_beams_are_those_that_the_sources_keep() -> None:
+    """FUTR3D's loader takes angles of 0.65 to 1.98 degrees for beam 7, and so on downwards."""
+    (four,) = lidars("32 to 4 beams")
+    assert four.elevations().tolist() == [-6.67, -4.0, -1.33, 1.33]
+    (one,) = lidars("32 to 1 beam")
+    assert one.elevations().tolist() == [-1.33] and one.azimuths().size == 1085
+
+
+def test_every_second_beam_and_azimuth_keep_their_offsets() -> None:
+    (whole,) = named("64 to 32 beams").whole().lidars()
+    (half,), (quarter,) = lidars("64 to 32 beams"), lidars("64 to 16, half the azimuths")
+    assert half.elevations().tolist() == whole.elevations()[1::2].tolist()
+    assert half.azimuth_offsets_deg == (whole.azimuth_offsets_deg or ())[1::2]
+    assert quarter.beam_count == 16 and quarter.azimuths().size == whole.azimuths().size // 2
+    assert named("64 to 32, half the azimuths").rig().lidars()[0].ray_count == pytest.approx(
+        lidars("64 to 16 beams")[0].ray_count, rel=1e-3
+    )
+
+
+def test_points_at_random_are_a_share_of_all_beams_and_others_in_each_sweep() -> None:
+    name = "a fifth of the points at random"
+    kept, added_up = lidars(name), lidars(f"{name}, ten sweeps")
+    (whole,) = named(name).whole().lidars()
+    assert np.concatenate([lidar.elevations() for lidar in kept]).tolist() == whole.elevations().tolist()
+    assert sum(lidar.ray_count for lidar in kept) == pytest.approx(0.2 * whole.ray_count, rel=0.05)
+    assert len(added_up) == 10 * len(kept) == len({lidar.azimuths_deg for lidar in added_up})
+    assert all(np.isin(lidar.azimuths(), whole.azimuths()).all() for lidar in kept)
+    assert len(named(f"{name}, ten sweeps").whole().lidars()) == 10
+
+
+def test_what_is_reported_is_a_loss_with_its_source() -> None:
+    assert len({one.name for one in EXPERIMENTS}) == len(EXPERIMENTS)
+    assert all(0.0 < one.published < 1.0 and "arXiv" in one.source for one in EXPERIMENTS)
+    assert named("32 to 4 beams").published == pytest.approx(0.70, abs=0.005)
+    for name in (
+        "64 to 32 beams",
+        "64 to 16, half the azimuths",
+    ):  # training on what is met is worth something
+        assert named(f"{name}, not retrained").published < named(name).published
+
+
+def test_errors_are_told_with_their_sign_and_compared_without() -> None:
+    experiment = named("32 to 1 beam")
+    ratios = dict.fromkeys(FIGURES, experiment.published + 2 * TOLERANCE)
+    high = Outcome(experiment, "boxes", ratios | {"seen": experiment.published - TOLERANCE / 2})
+    assert high.error("on_target") == pytest.approx(2 * TOLERANCE) and not high.passes("on_target")
+    assert high.error("seen") < 0.0 and high.passes("seen")
+    assert mean_error([high], "seen") == pytest.approx(TOLERANCE / 2)
+
+
+def test_the_page_says_what_the_table_does() -> None:
+    with (DOCS / "data" / "external.csv").open(encoding="utf-8", newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    page = (DOCS / "study-external.md").read_text(encoding="utf-8")
+    assert {row["experiment"] for row in rows} == {one.name for one in EXPERIMENTS}
+    for row in rows:
+        assert float(row["published"]) == pytest.approx(named(row["experiment"]).published, abs=1e-4)
+        said = " | ".join(f"{float(row[name]):.2f}" for name in ("published", *FIGURES))
+        if row["boxes"] != TOWN or row["group"] == GROUPS[0]:
+            assert f"| {row['experiment']} | {said} |" in page, row["experiment"]
+    for boxes in ({TOWN}, {row["boxes"] for row in rows} - {TOWN}):
+        of = [row for row in rows if row["boxes"] in boxes and row["group"] == GROUPS[0]]
+        errors = (
+            np.mean([abs(float(row[name]) - float(row["published"])) for row in of]) for name in FIGURES
+        )
+        assert f"| **mean error** | | {' | '.join(f'{error:.3f}' for error in errors)} |" in page
