@@ -17,7 +17,14 @@ from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.scenario import load_scenario, remarks_on
 from riglens.app.evaluation.traffic import load_traffic
 from riglens.app.studies.detection_chart import chart, correlation, painted_words, pair_chart
-from riglens.app.studies.detection_files import as_json, pair_lines, rank_lines, rig_lines, seed_lines
+from riglens.app.studies.detection_files import (
+    as_json,
+    order_lines,
+    pair_lines,
+    rank_lines,
+    rig_lines,
+    seed_lines,
+)
 from riglens.app.studies.files import csv_text, require_folder, write_text
 from riglens.app.terminal.console import note, progress_bar, results
 from riglens.app.terminal.loading import with_meshes
@@ -49,7 +56,7 @@ from riglens.core.targets.traffic import WITHIN_M
 CHART, PAIRS = "detection.png", "detection-pairs.png"
 NAMES = (
     "detection.csv", "detection-seeds.csv", "detection-ranks.csv", "detection-pairs.csv", "detection.json",
-    CHART, PAIRS,
+    CHART, PAIRS, "detection-orders.csv",
 )  # fmt: skip
 PIECES, MAP = "pieces", "mAP"
 
@@ -143,11 +150,11 @@ def _result(asked: Study, scores: Surrogates, workers: Workers, out: Path) -> Re
 
 
 def _surrogates(asked: Study, scene: SceneOptions) -> Surrogates:
-    """Return the scores of the rigs; objects are counted as in `riglens targets` by default."""
+    """Return the scores of the rigs; objects are those that average precision is over."""
     with progress_bar("Scores of the rigs") as progress:
         engine, counts = Engine(load_scenario(scene).field), TargetEngine(asked.traffic)
         settings = TargetSettings(body=asked.protocol.simulation.body)
-        return surrogates(asked.compared, engine, counts, settings, progress)
+        return surrogates(asked.compared, engine, counts, settings, progress, asked.judged)
 
 
 def write(result: Result, out: Path) -> None:
@@ -158,8 +165,9 @@ def write(result: Result, out: Path) -> None:
         NAMES[2]: csv_text(list(rank_lines(result))),
         NAMES[4]: json.dumps(as_json(result), indent=1) + "\n",
     }
-    pairs = list(pair_lines(result))
+    pairs, orders = list(pair_lines(result)), list(order_lines(result))
     texts[NAMES[3]] = csv_text(pairs) if pairs else "rig,other,class,difference\n"
+    texts[NAMES[7]] = csv_text(orders)
     for name, text in texts.items():
         write_text(out / name, text)
     for name, picture in ((NAMES[5], chart(result)), (NAMES[6], pair_chart(result))):
@@ -187,7 +195,11 @@ def _say(result: Result, console: Console) -> None:
         words = painted_words(result.study.protocol.cameras)
         console.print(f"{words.capitalize()}; S-MS and seen are of all sensors.", soft_wrap=True)
     console.print(_pairs_text(result), soft_wrap=True)
-    console.print(_rank_table(result) if len(every.rigs) >= FEWEST_RIGS else _too_few(len(every.rigs)))
+    if len(every.rigs) < FEWEST_RIGS:
+        console.print(f"Rank correlations need {FEWEST_RIGS} rigs or more; there are {len(every.rigs)}.")
+    else:
+        console.print(_rank_table(result))
+        console.print(_order_table(result))
     console.print(Text(f"{WORDING}.", "bold"), soft_wrap=True)
 
 
@@ -249,5 +261,15 @@ def _rank_table(result: Result) -> Table:
     return shown
 
 
-def _too_few(rigs: int) -> str:
-    return f"Rank correlations need {FEWEST_RIGS} rigs or more; there are {rigs}."
+def _order_table(result: Result) -> Table:
+    """Share of the resolved pairs that each figure orders as mAP does, by how far apart they are."""
+    shown = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    shown.add_column("Resolved pairs in the order of mAP")
+    mine = [one for one in result.orders if one.column == MEAN]
+    for apart in dict.fromkeys(one.apart for one in mine):
+        pairs = next(one.pairs for one in mine if one.apart == apart)
+        shown.add_column(f"{apart}, {pairs}", justify="right", no_wrap=True)
+    for name in dict.fromkeys(one.surrogate for one in mine):
+        found = [one for one in mine if one.surrogate == name]
+        shown.add_row(name, *(f"{100 * one.right / one.pairs:.0f} %" if one.pairs else "–" for one in found))
+    return shown

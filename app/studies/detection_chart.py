@@ -103,11 +103,11 @@ def _name_points(axes: Axes, rigs: tuple[str, ...], x: Doubles, y: Doubles, bars
 
 def _rank_text(result: Result, name: str, column: str) -> str:
     words = []
-    for group in result.groups():
+    for group in ("all rigs", "equal ray count"):
+        sought = (group, name, column, "spearman")
         found = next(
-            one.found
-            for one in result.ranks
-            if (one.among, one.surrogate, one.column, one.kind) == (group, name, column, "spearman")
+            (one.found for one in result.ranks if (one.among, one.surrogate, one.column, one.kind) == sought),
+            None,
         )
         if found is not None:
             words.append(f"Spearman, {group} {correlation(found)}")

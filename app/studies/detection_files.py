@@ -59,6 +59,13 @@ def pair_lines(result: Result) -> Iterator[Line]:
                 yield line | {"verdict": result.every.verdict(one, other, column)}
 
 
+def order_lines(result: Result) -> Iterator[Line]:
+    """One line per surrogate, class and distance of rigs: resolved pairs, and how many it orders the same way."""
+    for one in result.orders:
+        line: Line = {"surrogate": one.surrogate, "class": one.column, "apart": one.apart}
+        yield line | {"pairs": one.pairs, "right": one.right}
+
+
 def as_json(result: Result) -> dict[str, Any]:
     """All of it, as `riglens study detection --json` writes it."""
     study, split = result.study, result.study.split
@@ -77,6 +84,7 @@ def as_json(result: Result) -> dict[str, Any]:
         "rigs": [_rig(result, place) for place in range(len(study.compared))],
         "ranks": list(rank_lines(result)),
         "pairs": list(pair_lines(result)),
+        "orders": list(order_lines(result)),
     }
 
 

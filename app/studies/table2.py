@@ -36,7 +36,10 @@ TITLES = {
     "seen": "seen",
     "on_target": "on target",
     "share_5": "≥ 5 pts",
+    "share_1": "≥ 1 pt",
 }
+_SHOWN = tuple(name for name in SURROGATES if name != "rays")
+"""Rigs of a paper all cast the same number of rays."""
 SURE_P = 0.05
 _IN_NATS = ("s_ms", "residual", "hits")
 
@@ -107,14 +110,16 @@ def figures_table(one: Compared) -> Table:
         shown.add_column(
             f"paper\n{column.replace('pedestrian', 'pedestr.')}", justify="right", no_wrap=True, style="dim"
         )
-    for name in SURROGATES:
+    for name in _SHOWN:
         head, title = (
-            ("10³ nat", TITLES[name].removeprefix("S-MS ")) if name in _IN_NATS else ("%", TITLES[name])
+            ("10³ nat", TITLES[name].removeprefix("S-MS "))
+            if name in _IN_NATS
+            else ("%", "\n".join(TITLES[name].rsplit(" ", 1)))
         )
         shown.add_column(f"{head}\n{title}", justify="right", no_wrap=True)
     for place, rig in enumerate(one.paper.rigs):
         published = [f"{one.paper.of(column).mean(axis=0)[place]:.1f}" for column in COLUMNS]
-        shown.add_row(rig.name, *published, *(_figure(one.ours, name, place) for name in SURROGATES))
+        shown.add_row(rig.name, *published, *(_figure(one.ours, name, place) for name in _SHOWN))
     return shown
 
 
@@ -130,7 +135,7 @@ def ranks_table(one: Compared) -> Table:
     for column in COLUMNS:
         shown.add_column(f"\n{column}", no_wrap=True)
     by_key = {(it.surrogate, it.column): it.found for it in one.agreements}
-    for name in SURROGATES:
+    for name in _SHOWN:
         shown.add_row(Text(TITLES[name]), *(_rank(by_key[name, column]) for column in COLUMNS))
     return shown
 

@@ -42,6 +42,12 @@ class Study:
         """Frames for training and test."""
         return split(self.traffic.data, self.protocol)
 
+    @cached_property
+    def judged(self) -> NDArray[np.bool_]:
+        """Which boxes of the traffic average precision is over, (n,): those in the region, in frames of the test."""
+        tested = np.isin(self.traffic.frame, self.split.test)[self.traffic.frame_of_box]
+        return np.asarray(tested & self.protocol.region.holds(self.traffic.centre_m[:, :2]))
+
     @property
     def has_cameras(self) -> bool:
         """Return whether cameras take part: points get the classes that they show."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -122,3 +123,12 @@ def _rig(name: str, *lidars: tuple[str, Vec3]) -> Rig:
 def equal_rays(rays: list[int]) -> list[int]:
     """The places of the rigs that cast as many rays as the paper's."""
     return [place for place, count in enumerate(rays) if count == FOUR_16_RAYS]
+
+
+def families(names: Sequence[str]) -> dict[str, list[int]]:
+    """The places of rigs of a kind: the LiDAR groups of the paper and its code, and those drawn at random."""
+    groups = {group.name for group in LIDAR_GROUPS}
+    return {
+        "LiDAR groups": [place for place, name in enumerate(names) if name in groups],
+        "random rigs": [place for place, name in enumerate(names) if name.startswith("random ")],
+    }

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.study.detection.pieces import Pieces, Study
-from riglens.core.study.detection.published import equal_rays
+from riglens.core.study.detection.published import equal_rays, families
 from riglens.core.study.detection.statistics import COLUMNS, Precisions, precisions
 from riglens.core.study.detection.surrogates import SURROGATES, Surrogates
 from riglens.core.study.ranks import STATISTICS, RankCorrelation, Statistic, rank_correlation
@@ -30,6 +31,22 @@ class Finding:
 
 
 @dataclass(frozen=True)
+class Order:
+    """Of the pairs that average precision of a column resolves, so far apart: how many there are, and how many a
+    surrogate puts in the same order, higher taken as better; equal values put none."""
+
+    surrogate: str
+    column: str
+    apart: str
+    pairs: int
+    right: int
+
+
+EASY_POINTS = 10.0
+"""Pairs of rigs farther apart in average precision are easy to order."""
+
+
+@dataclass(frozen=True)
 class Result:
     """every: precision over all objects; hit: over those with a LiDAR point, as the devkit counts, so that each rig has
     its own test."""
@@ -40,12 +57,11 @@ class Result:
     surrogates: Surrogates
 
     def groups(self) -> dict[str, list[int]]:
-        """Return the groups of rigs that are analysed together: all of them, and those with the rays of the paper's
-        rigs."""
+        """Return the groups of rigs that are analysed together: all, those with the rays of the paper's rigs, and families of them."""
         rays = [one.rays for one in self.study.compared]
         every = {"all rigs": list(range(len(rays)))}
-        same = equal_rays(rays)
-        return every | ({"equal ray count": same} if 0 < len(same) < len(rays) else {})
+        same = {"equal ray count": equal_rays(rays), **families([one.name for one in self.study.compared])}
+        return every | {name: places for name, places in same.items() if 0 < len(places) < len(rays)}
 
     @cached_property
     def ranks(self) -> list[Finding]:
@@ -57,6 +73,30 @@ class Result:
             for name in SURROGATES
             for kind in STATISTICS
         ]
+
+    @cached_property
+    def orders(self) -> list[Order]:
+        """How many of the resolved pairs each surrogate puts in the order of average precision."""
+        found = []
+        for column in COLUMNS:
+            ap = self.every.value[:, COLUMNS.index(column)]
+            pairs = [
+                (one, other)
+                for one, other in combinations(range(len(ap)), 2)
+                if self.every.verdict(one, other, column) != "not resolved"
+            ]
+            places = np.array(pairs, np.int64).reshape(-1, 2).T
+            lead = ap[places[0]] - ap[places[1]]
+            for name in SURROGATES:
+                values = self.surrogates.of(name, column)
+                right = (values[places[0]] - values[places[1]]) * lead > 0.0
+                for apart, chosen in (
+                    ("all", np.ones(len(lead), np.bool_)),
+                    (f"below {EASY_POINTS:g} points", np.abs(lead) < EASY_POINTS),
+                    (f"from {EASY_POINTS:g} points", np.abs(lead) >= EASY_POINTS),
+                ):
+                    found.append(Order(name, column, apart, int(chosen.sum()), int(right[chosen].sum())))
+        return found
 
     def _correlation(
         self, kind: Statistic, name: str, column: str, places: list[int]

@@ -14,7 +14,9 @@ from riglens.core.scene.boxes import CLASSES
 from riglens.core.study.detection.protocol import Entrant
 from riglens.core.study.detection.statistics import COLUMNS
 from riglens.core.targets.engine import TargetEngine
+from riglens.core.targets.scores import TargetScores
 from riglens.core.targets.settings import TargetSettings
+from riglens.core.targets.traffic import NO_CLASS, Traffic
 
 Doubles = NDArray[np.float64]
 
@@ -23,10 +25,13 @@ SURROGATES = {
     "residual": "S-MS, reading residual, nats: higher where more is seen",
     "hits": "S-MS, reading hits, nats: lower where more rays meet entropy",
     "seen": "share of the entropy seen, 0 to 1",
-    "on_target": "mean over road users of 1 - exp(-cells/5), 0 to 1",
-    "share_5": "share of road users with 5 LiDAR points or more, 0 to 1",
+    "on_target": "mean over objects of 1 - exp(-cells/5), 0 to 1",
+    "share_5": "share of objects with 5 LiDAR points or more, 0 to 1",
+    "share_1": "share of objects with a LiDAR point, 0 to 1",
+    "rays": "LiDAR rays of a frame",
 }
-"""Figures compared with average precision, by name; as RigLens shows them, of the sensors that take part."""
+"""Figures compared with average precision, by name, of the sensors that take part; the last two are baselines to beat.
+S-MS and seen are of the whole region of the scores, figures of objects of those that average precision is over."""
 _READINGS: dict[str, Reading] = {"s_ms": "covered", "residual": "residual", "hits": "hits"}
 LOWER_IS_MORE = ("s_ms", "hits")
 """Figures whose lower values mean more coverage."""
@@ -49,18 +54,26 @@ def surrogates(
     targets: TargetEngine,
     settings: TargetSettings,
     tell: Callable[[float], None],
+    judged: NDArray[np.bool_] | None = None,
 ) -> Surrogates:
-    """Score the rigs by all surrogates; the car's body as in `settings`."""
+    """Score the rigs in all ways; the car's body as `settings` says.
+
+    judged (n,): which boxes of the traffic the detector is judged on; None: all objects that count.
+    """
     values = {name: np.zeros((len(rigs), len(COLUMNS))) for name in SURROGATES}
     for place, entrant in enumerate(rigs):
-        for name, by_class in _of(entrant, engine, targets, settings).items():
+        for name, by_class in _of(entrant, engine, targets, settings, judged).items():
             values[name][place] = np.array([*by_class, np.mean(by_class)])
         tell((place + 1) / len(rigs))
     return Surrogates(values)
 
 
 def _of(
-    entrant: Entrant, engine: Engine, targets: TargetEngine, settings: TargetSettings
+    entrant: Entrant,
+    engine: Engine,
+    targets: TargetEngine,
+    settings: TargetSettings,
+    judged: NDArray[np.bool_] | None,
 ) -> dict[str, list[float]]:
     found: dict[str, list[float]] = {}
     for name, reading in _READINGS.items():
@@ -69,8 +82,30 @@ def _of(
         found[name] = [classes[cls].s_ms for cls in CLASSES]
         if name == "s_ms":
             found["seen"] = [classes[cls].any_seen for cls in CLASSES]
-    counted = targets.evaluate(entrant.rig, settings).classes
-    totals = [counted[cls].total for cls in CLASSES]
-    found["on_target"] = [row.on_target.value for row in totals]
-    found["share_5"] = [row.share_5.value for row in totals]
-    return found
+    counted = targets.evaluate(entrant.rig, settings)
+    return (
+        found | _of_objects(counted, targets.traffic, judged) | {"rays": [float(entrant.rays)] * len(CLASSES)}
+    )
+
+
+def _of_objects(
+    counted: TargetScores, traffic: Traffic, judged: NDArray[np.bool_] | None
+) -> dict[str, list[float]]:
+    if judged is None:
+        totals = [counted.classes[cls].total for cls in CLASSES]
+        return {
+            "on_target": [row.on_target.value for row in totals],
+            "share_5": [row.share_5.value for row in totals],
+            "share_1": [row.share_1.value for row in totals],
+        }
+    objects = counted.objects
+    cls = np.where(judged[objects.box], traffic.cls[objects.box], NO_CLASS)
+    figures = {
+        "on_target": objects.on_target,
+        "share_5": objects.all_points >= 5,
+        "share_1": objects.all_points >= 1,
+    }
+    return {
+        name: [float(values[cls == k].mean()) if (cls == k).any() else 0.0 for k in range(len(CLASSES))]
+        for name, values in figures.items()
+    }

@@ -67,8 +67,9 @@ def test_tables_hold_every_rig_class_pair_and_surrogate() -> None:
     for row in per_rig:
         assert float(row["ap_low"]) < float(row["ap"]) < float(row["ap_high"])
     assert len(pairs) == 21 * 4 and {row["verdict"] for row in pairs} == {"worse", "not resolved"}
-    assert len(ranks) == 2 * 4 * 6 * 2
-    assert {row["among"]: int(row["rigs"]) for row in ranks} == {"all rigs": 7, "equal ray count": 5}
+    assert len(ranks) == 3 * 4 * len(SURROGATES) * 2
+    among = {row["among"]: int(row["rigs"]) for row in ranks}
+    assert among == {"all rigs": 7, "equal ray count": 5, "LiDAR groups": 5}
     assert len(rows(seed_lines(result))) == 7 * 3
 
 

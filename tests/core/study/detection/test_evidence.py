@@ -58,6 +58,117 @@ def test_the_tables_are_those_of_the_registered_rigs_and_seeds() -> None:
     assert all(by_mean[low] + 3.0 < by_mean[high] for low, high in pairwise(ladder))
 
 
+LABELS = {
+    "on_target": "on target",
+    "share_5": "share with ≥ 5 points",
+    "share_1": "share with ≥ 1 point",
+    "seen": "*seen*",
+    "rays": "number of rays",
+    "s_ms": "S-MS",
+    "residual": "S-MS, `residual`",
+    "hits": "S-MS, `hits`",
+    "on_target_60m": "on target within 60 m",
+    "share_5_60m": "≥ 5 points within 60 m",
+}
+COLUMNS = ("car", "bicycle", "pedestrian", "mean")
+
+
+def with_interval(row: dict[str, str], name: str = "value", low: str = "low", high: str = "high") -> str:
+    if not row[name]:
+        return "–"
+    value, least, most = (float(row[key]) for key in (name, low, high))
+    return f"{value:.2f} [{least:.2f}, {most:.2f}]".replace("-", "−")
+
+
+def test_the_page_has_the_rank_correlations_of_the_table() -> None:
+    page = (DOCS / PAGE).read_text(encoding="utf-8")
+    rows = {
+        (row["among"], row["surrogate"], row["class"]): with_interval(row)
+        for row in lines("detection-ranks.csv")
+        if row["statistic"] == "spearman"
+    }
+    for among in ("all rigs", "equal ray count"):
+        for name, label in LABELS.items():
+            assert f"| {label} | {' | '.join(rows[among, name, of] for of in COLUMNS)} |" in page, (
+                among,
+                name,
+            )
+    for among in ("LiDAR groups", "random rigs"):
+        for name in ("on_target", "share_5", "share_1", "seen", "s_ms"):
+            said = " | ".join(rows[among, name, of] for of in COLUMNS)
+            assert f"| {LABELS[name]} | {said} |" in page, (among, name)
+
+
+def test_the_page_has_the_rigs_of_the_table() -> None:
+    page = (DOCS / PAGE).read_text(encoding="utf-8")
+    by_rig: dict[str, dict[str, dict[str, str]]] = {}
+    for row in lines("detection.csv"):
+        by_rig.setdefault(row["rig"], {})[row["class"]] = row
+    for rig, of in by_rig.items():
+        mean_of = {key: float(of["mean"][key]) for key in of["mean"] if key not in ("rig", "class")}
+        assert all(
+            mean_of[name] == pytest.approx(mean(float(of[cls][name]) for cls in COLUMNS[:3]), abs=2e-4)
+            for name in ("on_target", "share_5", "share_1", "seen")
+        )
+        by_class = " | ".join(f"{float(of[cls]['ap']):.1f}" for cls in COLUMNS[:3])
+        said = (
+            f"| {rig} | {mean_of['rays']:,.0f} | {by_class} | {mean_of['ap']:.1f} "
+            f"[{mean_of['ap_low']:.1f}, {mean_of['ap_high']:.1f}] | {mean_of['ap_hit']:.1f} | "
+            f"{100 * mean_of['seen']:.1f} % | {mean_of['on_target']:.3f} | {100 * mean_of['share_5']:.1f} % | "
+            f"{100 * mean_of['share_1']:.1f} % |"
+        )
+        assert said in page, rig
+
+
+def test_orders_are_those_of_the_tables_of_rigs_and_pairs() -> None:
+    page = (DOCS / PAGE).read_text(encoding="utf-8")
+    figures = {row["rig"]: row for row in lines("detection.csv") if row["class"] == "mean"}
+    bands = {"all": (0.0, 100.0), "below 10 points": (0.0, 10.0), "from 10 points": (10.0, 100.0)}
+    counted: dict[tuple[str, str], list[bool]] = {}
+    near: dict[int, list[bool]] = {}
+    for row in lines("detection-pairs.csv"):
+        if row["class"] != "mean":
+            continue
+        one, other = figures[row["rig"]], figures[row["other"]]
+        lead = float(one["ap"]) - float(other["ap"])
+        apart = float(one["on_target"]) - float(other["on_target"])
+        near.setdefault(sum(abs(apart) >= edge for edge in (0.01, 0.04)), []).append(apart * lead > 0.0)
+        if row["verdict"] == "not resolved":
+            continue
+        for name in set(LABELS) & set(one):
+            right = (float(one[name]) - float(other[name])) * lead > 0.0
+            for band, (low, high) in bands.items():
+                if low <= abs(lead) < high:
+                    counted.setdefault((name, band), []).append(right)
+    rows = {
+        (row["surrogate"], row["apart"]): (int(row["pairs"]), int(row["right"]))
+        for row in lines("detection-orders.csv")
+        if row["class"] == "mean"
+    }
+    for key, (pairs, right) in rows.items():
+        assert pairs == len(counted[key]) and abs(right - sum(counted[key])) <= 1, key  # figures are rounded
+    for name in ("on_target", "share_5", "share_1", "seen", "rays", "s_ms"):
+        said = (
+            f"{rows[name, band][1]} ({100 * rows[name, band][1] / rows[name, band][0]:.0f} %)"
+            for band in bands
+        )
+        assert f"| {LABELS[name]} | {' | '.join(said)} |" in page, name
+    shares = [100 * mean(near[band]) for band in range(3)]
+    assert f"in {shares[0]:.0f} %, from 0.01 to 0.04 in {shares[1]:.0f} %, beyond in all" in page
+    assert shares[2] == 100.0
+
+
+def test_published_placements_stand_beside_ours() -> None:
+    page = (DOCS / PAGE).read_text(encoding="utf-8")
+    rows = {
+        (row["paper"], row["surrogate"], row["class"]): with_interval(row)
+        for row in lines("detection-placements.csv")
+    }
+    for name in ("on_target", "share_5", "share_1", "seen", "s_ms"):
+        said = [rows[paper, name, of] for paper in ("Place3D", "ICRA, Table II") for of in ("car", "mean")]
+        assert f"| {LABELS[name]} | {' | '.join(said)} |" in page, name
+
+
 def test_seeds_differ_by_less_than_a_point_and_by_what_the_page_says() -> None:
     rows, page = lines("detection-seeds.csv"), (DOCS / PAGE).read_text(encoding="utf-8")
     spread = {}
