@@ -1,4 +1,4 @@
-"""What scripts use, as `import riglens as rl`: every command as a function, with the code of the command line.
+"""The Python interface, `import riglens as rl`: every command as a function, with the code of the command line.
 
 Lengths are in metres, angles in degrees, entropies in nats. Coordinates are those of the vehicle frame: x forward,
 y left, z up, origin on the ground under the centre of the body (ISO 8855). Lists, tuples and arrays are accepted

@@ -64,7 +64,7 @@ def render(
         Write the rig's name, and the table of its scores, into the picture.
     mesh_folder
         The folder from which a car body in a mesh file is named; that of the rig file, as a rule. A mesh that cannot
-        be read is warned of, and a plain box stands in for it.
+        be read is warned of, and a plain box is drawn instead.
 
     Raises InputError when a value is not accepted or the file cannot be written.
     """

@@ -50,7 +50,7 @@ SHOWN = 40
 
 
 class Result(ABC):
-    """What a function of the interface finds: `to_dict()` is the command's JSON, `table()` its main figures."""
+    """Result of a function of the interface: `to_dict()` is the command's JSON, `table()` its main figures."""
 
     @abstractmethod
     def to_dict(self) -> dict[str, Any]:
@@ -165,7 +165,7 @@ class RigResult(ByName[ClassResult]):
 
     @property
     def elapsed_ms(self) -> float:
-        """Return the duration of the evaluation; the first of a process includes loading the compiled code."""
+        """Time of the evaluation; the first of a process includes loading the compiled code."""
         return self._evaluation.elapsed_ms
 
     def to_dict(self) -> dict[str, Any]:
@@ -189,7 +189,7 @@ class RigResult(ByName[ClassResult]):
 
 @dataclass(frozen=True, eq=False)
 class TargetResult(ByName[ClassTargets]):
-    """What a rig gets onto objects, by class: `result["car"].total.on_target.value`.
+    """Hit coverage of a rig by class: `result["car"].total.on_target.value`.
 
     `total` holds the figures of all objects of the class, `rings` those of rings of distance. A figure that is a
     mean has a `value` and, where a sample of frames was used, its standard error `se`.
@@ -218,7 +218,7 @@ class TargetResult(ByName[ClassTargets]):
 
     @property
     def elapsed_ms(self) -> float:
-        """Return the duration of the counting; the first of a process includes loading the compiled code."""
+        """Time of the counting; the first of a process includes loading the compiled code."""
         return self._scores.elapsed_ms
 
     def objects(self) -> pa.Table:
@@ -253,7 +253,7 @@ def _flat(row: Row) -> dict[str, Any]:
 
 @dataclass(frozen=True, eq=False)
 class AuditResult(ByName[SensorAudit]):
-    """Where the rays of a rig's enabled sensors go, by sensor: `result["LIDAR_1"].shares["hits_car"]`.
+    """Outcomes of the rays of a rig's enabled sensors, by sensor: `result["LIDAR_1"].shares["hits_car"]`.
 
     Each has `rays`, `counts` and `shares` by what becomes of a ray (shares add up to one), `lost_nat` and `lost_share`
     by class, the entropy that the car's body takes from the sensor on its own, and `stand`, how it is mounted.
@@ -352,7 +352,7 @@ class RangeResult(Result):
 
 @dataclass(frozen=True, eq=False)
 class RedundancyResult(Result):
-    """What one, two and three sensors of a rig cover, and what is lost when sensors fail: `voxels`, `targets`."""
+    """Coverage by one, two and three sensors of a rig, and what is lost when sensors fail: `voxels`, `targets`."""
 
     rig: Rig
     voxels: Coverage

@@ -53,7 +53,7 @@ def blind(
     threads: int | None = None,
     mesh_folder: StrPath = ".",
 ) -> BlindResult:
-    """Find the ground beside the car where an object stands unseen, and judge test objects. The car is solid.
+    """Find the ground beside the car where an object is unseen, and judge test objects. The car is solid.
 
     Parameters
     ----------
@@ -161,7 +161,7 @@ def tolerance(
     mesh_folder: StrPath = ".",
     progress: Progress | None = None,
 ) -> ToleranceResult:
-    """Find how much a rig's figures spread under small errors of its mounts, or of how the car stands.
+    """Find how much a rig's figures spread under small errors of its mounts, or of the stance of the car.
 
     Parameters
     ----------

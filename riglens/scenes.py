@@ -50,7 +50,7 @@ class Scene:
 
     @property
     def data(self) -> DataReport:
-        """Return the report on the data: `source`, `frames`, `boxes` per class, `unmapped`, `sha256`, `notes`."""
+        """Report on the data: `source`, `frames`, `boxes` per class, `unmapped`, `sha256`, `notes`."""
         return self.field.data
 
     def __repr__(self) -> str:

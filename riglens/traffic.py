@@ -1,9 +1,9 @@
-"""Traffic as single objects, and the points and pixels that a rig gets onto them."""
+"""Traffic as single objects, and the points and pixels of a rig on them."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import fields, replace
 from types import TracebackType
 from typing import Self
 
@@ -29,11 +29,23 @@ class Traffic(Boxes):
     """Objects of all frames of a data set, made by `load_traffic`: arrays with an entry per box, never changed.
 
     `cls`, `centre_m`, `size_m`, `rotation`, `distance_m` and `counts` (whether it is near enough to count) of each box;
-    `frame_of_box` its frame, in the order in which frames are sampled. `within(m)` counts to another distance.
+    `frame_of_box` its frame, in the order in which frames are sampled. `within(m)` counts to another distance,
+    `part(range(200))` holds some frames alone.
     """
 
     def __repr__(self) -> str:
         return f"<Traffic of {self.data.short_source}: {self.frames:,} frames, {int(self.counts.sum()):,} objects>"
+
+    def part(self, frames: range) -> Traffic:
+        """Return some frames by themselves, a range of the order in which frames are sampled."""
+        if frames.step != 1 or not 0 <= frames.start < frames.stop <= self.frames:
+            raise InputError(f"must be a range of step 1 within 0 to {self.frames} (got {frames})", "frames")
+        starts = self.starts[frames.start : frames.stop + 1]
+        boxes = slice(int(starts[0]), int(starts[-1]))
+        columns = {one: getattr(self, one)[boxes] for one in ("row", "cls", "centre_m", "size_m", "rotation")}
+        return replace(
+            self, frame=self.frame[frames.start : frames.stop], starts=starts - starts[0], **columns
+        )
 
     def engine(self, threads: int | None = None) -> TrafficEngine:
         """Return an engine for many rigs, which casts only what changes from one to the next; use it in a `with`."""
@@ -61,7 +73,7 @@ def load_traffic(
     surroundings
         Houses, walls and poles of the bundled town hide objects too.
     occluders
-        Tables of what stands around your own boxes, and of the poses of the car.
+        Tables of what surrounds your own boxes, and of the poses of the car.
 
     The other arguments are those of `load_scene`. Boxes that do not count are reported as a `RigLensWarning`. Raises
     InputError on bad data.
@@ -131,7 +143,7 @@ def targets(
     body: Body | None = None,
     mesh_folder: StrPath = ".",
 ) -> TargetResult:
-    """Count the points and pixels that a rig gets onto objects, behind the traffic before them.
+    """Count the points and pixels of a rig on objects, with occlusion by traffic.
 
     Parameters
     ----------

@@ -104,3 +104,5 @@ def test_a_range_of_frames_holds_out_the_others(boxes: str) -> None:
     )
     with pytest.raises(RuntimeError, match="closed"):
         engine.evaluate(rig)
+    alone = traffic.part(range(1, 3))
+    assert alone.frames == 2 and rl.targets(rig, alone).objects().equals(rest.objects())

@@ -1,4 +1,4 @@
-"""What box data hold, as plain data, and what deserves a second look."""
+"""Surveys of box data as plain data, with warnings about what deserves a second look."""
 
 from __future__ import annotations
 

@@ -31,6 +31,7 @@ from riglens.core.metric.scores import PAPER_SETTINGS, Body, MetricSettings
 from riglens.core.plain import to_text
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.file import dumps
+from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import Pog
 from riglens.core.vehicle.mesh_file import with_mesh_read
 from riglens.core.vehicle.standing import stands_of
@@ -165,13 +166,19 @@ def as_drawn(rig: Rig, folder: Path, tell: Callable[[str], object] = note) -> Ri
 
 
 def rig_state(rig: Rig, theme: Theme) -> SceneState:
-    """Return what is drawn of a rig without a scene."""
+    """Return what is drawn of a rig without a scene: its surroundings of a few metres."""
     from riglens.widgets.theme import palette
     from riglens.widgets.viewport.scene_state import SceneState
 
-    solid = None if rig.vehicle.lacks_mesh or rig.body == "ignored" else rig.vehicle
+    vehicle, top_m = rig.vehicle, max([rig.vehicle.height, *(sensor.position[2] for sensor in rig.sensors)])
+    near_m = (
+        2.0 * math.ceil(vehicle.length / 2 + 4),
+        2.0 * math.ceil(vehicle.width / 2 + 3),
+        math.ceil(top_m) + 1.0,
+    )
     return SceneState(
-        vehicle=rig.vehicle, solid_body=solid, rig=rig, masts=_masts(rig),
+        vehicle=vehicle, rig=rig, masts=_masts(rig), grid=VoxelGrid(1.0, near_m),
+        solid_body=None if vehicle.lacks_mesh or rig.body == "ignored" else vehicle,
         palette=palette(theme == "dark"), show_gizmo=False, show_selection=False,
     )  # fmt: skip
 

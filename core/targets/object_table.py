@@ -1,4 +1,4 @@
-"""Table with one row per object, in the order of the data: its box and each sensor's hits on it."""
+"""One row per object, in the order of the data: its box, and the points and pixels of each sensor on it."""
 
 from __future__ import annotations
 
