@@ -136,7 +136,7 @@ EYE, TOP = camera((0.0, 0.0, 1.6)).replace(name="eye"), spinning((0.0, 0.0, 1.6)
 
 
 def test_a_kind_is_known_while_it_is_registered() -> None:
-    assert [kind.name for kind in kinds()] == ["lidar", "camera", "probe"]
+    assert [kind.name for kind in kinds()] == ["lidar", "camera", "radar", "ultrasonic", "probe"]
     assert kind_of(probe()) is PROBE
     with pytest.raises(ValueError, match="there is a kind 'probe' already"), registered(PROBE):
         pass
@@ -149,7 +149,9 @@ def test_a_rig_file_holds_it_and_says_what_its_fields_accept() -> None:
     assert loads(text).rig == rig
     with pytest.raises(InputError, match=r'probe "probe": opening_deg must be at most 90 \(got 200'):
         loads(text.replace("opening_deg: 60", "opening_deg: 200"))
-    with pytest.raises(InputError, match=r"kind must be lidar or camera or probe \(got sonar"):
+    with pytest.raises(
+        InputError, match=r"kind must be lidar or camera or radar or ultrasonic or probe \(got sonar"
+    ):
         loads(text.replace("kind: probe", "kind: sonar"))
     with pytest.raises(ValidationError):
         rig.replace(sensors=({"name": "a", "kind": "sonar", "position": (0.0, 0.0, 0.0)},))
@@ -264,7 +266,7 @@ def test_blind_zones_and_profiles_ask_for_it_by_name() -> None:
     assert mine < nothing
     assert {zone["by"] for zone in blind_document(found, ())["zones"]} == {"any", "camera", "lidar", "probe"}
     made = {"name": "x", "title": "a title", "source": "a source of it", "object": {}, "at": ()}
-    with pytest.raises(ValidationError, match="'any', 'camera', 'lidar' or 'probe'"):
+    with pytest.raises(ValidationError, match="'any', 'camera', 'lidar', 'probe', 'radar' or 'ultrasonic'"):
         Profile.model_validate(made | {"by": "sonar"})
 
 
@@ -388,7 +390,7 @@ MAY_NAME_KINDS = {
     "widgets/viewport/drawn_scene.py": "the camera of the view",
 }
 """Files and folders that may name a kind of sensor, and why."""
-_ASKS = re.compile(r"isinstance\([^)]*\b(Lidar|Camera)\b")
+_ASKS = re.compile(r"isinstance\([^)]*\b(Lidar|Camera|Radar|Ultrasonic)\b")
 
 
 def names_a_kind(path: Path) -> bool:
@@ -398,7 +400,7 @@ def names_a_kind(path: Path) -> bool:
     tokens = list(tokenize.generate_tokens(io.StringIO(source).readline))
     for before, token in zip([None, None, *tokens], tokens, strict=False):
         is_name = before is not None and before.string == "name"  # a sensor called so
-        if token.string in ('"lidar"', '"camera"') and not is_name:
+        if token.string in ('"lidar"', '"camera"', '"radar"', '"ultrasonic"') and not is_name:
             return True
     return False
 

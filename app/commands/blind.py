@@ -38,7 +38,9 @@ def blind(
     width: Annotated[float, Parameter(group=ZONES, metavar="M")] = 0.3,
     within: Annotated[float, Parameter(group=ZONES, metavar="M")] = 20.0,
     voxel: Annotated[float, Parameter(group=ZONES, metavar="M")] = 0.1,
-    by: Annotated[Literal["any", "lidar", "camera"], Parameter(group=ZONES, metavar="NAME")] = "any",
+    by: Annotated[
+        Literal["any", "lidar", "camera", "radar", "ultrasonic"], Parameter(group=ZONES, metavar="NAME")
+    ] = "any",
     sensors: Annotated[Literal[1, 2], Parameter(group=ZONES, metavar="1|2")] = 1,
     profiles: Profiles = (),
     body: SolidBody = None,

@@ -25,6 +25,7 @@ from riglens.core.rig.library import Cuboid, Entry, Library, default_library, us
 from riglens.core.rig.model import Camera, Lidar, Rig, Sensor
 from riglens.core.rig.presets import PRESETS, preset
 from riglens.core.rig.yaml.file import dumps
+from riglens.core.sensing.rays import farthest_m
 from riglens.core.sensors.registry import AnyKind, kind_of, kinds
 
 WIDTH = 100
@@ -84,7 +85,9 @@ def sensors(
     name: Name = None,
     /,
     *,
-    kind: Annotated[Literal["lidar", "camera"] | None, Parameter(metavar="KIND")] = None,
+    kind: Annotated[
+        Literal["lidar", "camera", "radar", "ultrasonic"] | None, Parameter(metavar="KIND")
+    ] = None,
     libraries: Libraries = (),
     json: Json = None,
 ) -> None:
@@ -95,7 +98,7 @@ def sensors(
     name
         One model; without it all are listed.
     kind
-        Only LiDARs or only cameras.
+        Only sensors of one kind.
     json
         Also write JSON with every figure of every model listed to a file; with - to standard output, instead.
     """
@@ -150,7 +153,7 @@ def _figures(entry: Entry) -> tuple[str, str, str]:
 
 
 def _range(sensor: Sensor) -> str:
-    low, high = sensor.range_m
+    low, high = sensor.range_m[0], farthest_m(sensor)
     return f"{low:g}–{high:g} m" if math.isfinite(high) else "–"
 
 

@@ -9,7 +9,7 @@ from riglens.app.evaluation.requests import failed_text
 from riglens.app.terminal.figures import decimals, percent, thousands
 from riglens.core.metric.scores import MetricSettings, Scores
 from riglens.core.rig.model import Rig
-from riglens.core.sensors.registry import kinds
+from riglens.core.sensors.registry import shown_kinds
 from riglens.widgets.viewport.scene_state import Caption, SceneState
 
 if TYPE_CHECKING:
@@ -62,9 +62,9 @@ def with_words(state: SceneState, words: PictureWords, found: Findings | None) -
 
 def subtitle(found: Findings) -> str:
     """Sensors, voxel edge and data in one line."""
-    counts = [
-        (kind, len(found.rig.enabled_of(kind.model))) for kind in sorted(kinds(), key=lambda kind: kind.name)
-    ]
+    present = shown_kinds(sensor.kind for sensor in found.rig.sensors if sensor.enabled)
+    shown = sorted(present, key=lambda kind: kind.name)
+    counts = [(kind, len(found.rig.enabled_of(kind.model))) for kind in shown]
     sensors = ", ".join(f"{count} {kind.title if count == 1 else kind.plural}" for kind, count in counts)
     data = f"{found.field.data.short_source}, {found.field.data.frames:,} frames"
     return f"{sensors} · δ = {found.field.grid.voxel_m:g} m · {data}"
@@ -73,7 +73,10 @@ def subtitle(found: Findings) -> str:
 def score_rows(scores: Scores, settings: MetricSettings) -> tuple[tuple[str, ...], ...]:
     """Return the scores as rows of text with a heading on the car's body, entropies in 10³ nat."""
     digits = min(3, max(decimals(found.h_total) for found in scores.classes.values()))
-    shown = sorted(kinds(), key=lambda kind: kind.name)
+    seeing = (
+        name for one in scores.classes.values() for name, found in one.kinds.items() if found.seen > 0.0
+    )
+    shown = sorted(shown_kinds(seeing), key=lambda kind: kind.name)
     heads = [f"S-MIG {kind.title}" for kind in shown]
     rows: list[tuple[str, ...]] = [(f"10³ nat, body {settings.body}", *heads, "S-MS", "seen")]
     for name, found in scores.classes.items():

@@ -23,6 +23,7 @@ from riglens.core.review.findings import amounts
 from riglens.core.review.mounts import SIDES, USUAL_LIMITS
 from riglens.core.rig.library import default_library
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.sensing.rays import farthest_m
 from riglens.core.sensors.base import Sensor
 from riglens.core.sensors.registry import kind_of, kinds
 from riglens.core.shown_text import visible
@@ -211,7 +212,7 @@ def view_text(sensor: Sensor) -> tuple[str, str]:
     wide, high = (
         f"{angle:.0f}" if math.isfinite(angle) else "—" for angle in kind_of(sensor).view_deg(sensor)
     )
-    near, far = sensor.range_m
+    near, far = sensor.range_m[0], farthest_m(sensor)
     reach = "no limit" if math.isinf(far) else f"{near:g} to {far:g}"
     return f"{wide} × {high}", reach if near == 0.0 or math.isfinite(far) else f"from {near:g}"
 

@@ -121,7 +121,8 @@ def _fates(caster: Caster, sensor: Sensor, barrier: Barrier | None, others: Word
     rays = caster.rays(sensor, "exact")._replace(box=np.array([0, nx, 0, ny, 0, nz], np.int64))
     if barrier is not None:
         ends = barrier_ends(sensor, barrier, caster.workers) / caster.field.grid.voxel_m
-        rays = rays._replace(is_stopped=ends < rays.reach[1])
+        most = np.minimum(rays.reach[1], rays.ends) if rays.ends.size else rays.reach[1]
+        rays = rays._replace(is_stopped=ends < most)
     fates = np.empty(len(rays.rows) * len(rays.planes), np.int8)
     follow_rays(rays, words, others, caster.workers, fates)
     for number in np.flatnonzero(fates == OPEN):
@@ -135,7 +136,9 @@ def _fate_in_fractions(caster: Caster, rays: Cast, number: int, others: Words) -
     seen = [(word, bit) for word, bit in met if caster.field.index.words[word] & bit]
     if seen:
         return NEW if any(bit & ~others[word] for word, bit in seen) else SHARED
-    return (GROUND if ends_at_ground(rays, ray_direction(rays, number)) else NOTHING) if met else OUTSIDE
+    return (
+        (GROUND if ends_at_ground(rays, number, ray_direction(rays, number)) else NOTHING) if met else OUTSIDE
+    )
 
 
 def audit_document(found: RigAudit) -> dict[str, Any]:

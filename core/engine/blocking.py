@@ -52,11 +52,14 @@ def blocked(
 
 
 def _cut(rays: Cast, shadow: Shadow, voxel_m: float) -> Cast:
-    """Rays that end at the body, each in its own direction and with its own end."""
+    """Rays that end at the body, or before it by their own limits, each in its own direction and with its own end."""
+    ends = shadow.cut_m / voxel_m
+    if rays.ends.size:
+        ends = np.minimum(ends, rays.ends[shadow.cut])
     directions = Lattice(rays.kind, rays.rows, rays.planes).directions(shadow.cut)
     return rays._replace(
         kind=LISTED,
         rows=np.ascontiguousarray(directions),
         planes=np.zeros((1, 2)),
-        ends=shadow.cut_m / voxel_m,
+        ends=ends,
     )

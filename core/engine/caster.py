@@ -46,7 +46,7 @@ from riglens.core.metric.scores import Method
 from riglens.core.rig.model import Camera, Lidar, Sensor
 from riglens.core.scene.columns import Words, words_per_column
 from riglens.core.sensing.rational_walk import walk_rational
-from riglens.core.sensing.rays import lattice, sensor_rays
+from riglens.core.sensing.rays import farthest_m, lattice, limits_m, sensor_rays
 from riglens.core.sensors.lattice import Lattice
 from riglens.core.vehicle.solid import Barrier
 
@@ -79,9 +79,12 @@ class Window(NamedTuple):
 
 
 @singledispatch
-def _outermost(_: Sensor) -> NDArray[np.float64] | None:
-    """Directions (n, 3) in the vehicle frame between which all rays of a sensor lie; None where that is unknown."""
-    return None
+def _outermost(sensor: Sensor) -> NDArray[np.float64] | None:
+    """Directions (n, 3) in the vehicle frame between which all rays of a sensor lie; None where that is unknown.
+
+    All rays of a sensor that looks into sectors, which has few.
+    """
+    return sensor_rays(sensor).directions if limits_m(sensor).size else None
 
 
 @_outermost.register
@@ -128,7 +131,9 @@ class Caster:
     def _mark_free(
         self, sensor: Sensor, rays: Cast, method: Method, window: Window, marks: Words, is_stale: IsStale
     ) -> bool:
-        """Rays without ends of their own, in the quickest way that serves them."""
+        """Rays that the car does not stop, in the quickest way that serves them; one by one where they have ends."""
+        if rays.ends.size:
+            return self._mark_rays(rays, marks, is_stale)
         if method == "exact" and is_upright(rays.rotation) and is_plain(rays):
             return self._mark_fan(rays, window, marks, is_stale)
         if method == "exact":
@@ -170,18 +175,22 @@ class Caster:
         return self._field
 
     def window(self, sensor: Sensor) -> Window:
-        """Return where a sensor can mark: for a camera, only ahead of it along the axes on which all its corner rays
-        (all its rays, where the lens has distortion) point the same way."""
+        """Return where a sensor can mark: within its range, and only ahead of it along the axes on which all its rays
+        point the same way: all corner rays of a pinhole, all rays where a lens has distortion or rows have limits."""
         nx, ny, _ = self._field.grid.shape
-        sides = [0, nx, 0, ny]
+        sides, cells = [0, nx, 0, ny], min(farthest_m(sensor) / self._field.grid.voxel_m, FARTHEST)
+        for axis, place in enumerate(self._field.grid.to_grid(sensor.position)[:2]):
+            most = (nx, ny)[axis]
+            sides[2 * axis] = int(np.clip(np.floor(place - cells) - 1, 0, most - 1))
+            sides[2 * axis + 1] = int(np.clip(np.ceil(place + cells) + 1, 1, most))
         directions = _outermost(sensor)
         if directions is not None:
             for axis, place in enumerate(self._field.grid.to_grid(sensor.position)[:2]):
                 cell = int(np.clip(np.floor(place), 0, (nx, ny)[axis] - 1))
                 if (directions[:, axis] > 0.0).all():
-                    sides[2 * axis] = max(cell - 1, 0)
+                    sides[2 * axis] = max(cell - 1, sides[2 * axis])
                 elif (directions[:, axis] < 0.0).all():
-                    sides[2 * axis + 1] = min(cell + 2, (nx, ny)[axis])
+                    sides[2 * axis + 1] = min(cell + 2, sides[2 * axis + 1])
         depth = words_per_column(self._field.grid)
         return Window(sides[0], sides[1], sides[2] * depth, sides[3] * depth)
 
@@ -341,7 +350,7 @@ class Caster:
             box,
             self._shape,
             method == "bresenham",
-            np.zeros(0),
+            limits_m(sensor) / grid.voxel_m,
             in_row=sensor.resolution[0],
         )
 

@@ -143,7 +143,7 @@ class Engine:
         self._threads, self._processors, self._last_ms = jit.use_threads(threads), Processors(), 0.0
         self._caster = Caster(field, self._threads)
         words = field.index.words.size
-        kinds = len(kind_names())
+        kinds, self._nothing = len(kind_names()), np.zeros(words, np.uint64)
         self._state = _State(
             np.zeros((0, words), np.uint64),
             np.zeros((kinds, words), np.uint64),
@@ -181,9 +181,15 @@ class Engine:
         if settings.reading == "hits" and hits is None:
             raise Cancelled
         scores = score(self._field, self._state.sums_q, settings, hits)
-        seen = self._state.union.copy() if with_seen else np.empty((len(kind_names()), 0), np.uint64)
+        nothing, there = (
+            self._nothing if with_seen else self._nothing[:0],
+            {s.kind for s in rig.sensors if s.enabled},
+        )
+        by_kind = {
+            kind: row.copy() if with_seen and kind in there else nothing
+            for kind, row in zip(kind_names(), self._state.union, strict=True)
+        }
         self._last_ms = elapsed_ms = (time.perf_counter() - started) * 1e3
-        by_kind = dict(zip(kind_names(), seen, strict=True))
         return Evaluation(rig, settings, scores, by_kind, elapsed_ms, self._threads)
 
     @property

@@ -12,7 +12,7 @@ from riglens.core.plain import to_plain
 from riglens.core.rig.model import FORMAT_VERSION
 from riglens.core.rig.yaml.file import rig_sha256
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.sensors.registry import kind_names
+from riglens.core.sensors.registry import shown_kinds
 
 
 def evaluation_document(
@@ -47,20 +47,21 @@ def evaluation_document(
 
 def _rig(evaluation: Evaluation, body: Body | None) -> dict[str, Any]:
     scores = evaluation.scores
+    kinds = sorted(kind.name for kind in shown_kinds(sensor.kind for sensor in evaluation.rig.sensors))
     return {
         "name": evaluation.rig.name,
         "sha256": rig_sha256(evaluation.rig),
         **({} if body else {"body": evaluation.settings.body}),
         "elapsed_ms": evaluation.elapsed_ms,
-        "covered_voxels": {kind: int(scores.covered_voxels[kind]) for kind in (*sorted(kind_names()), "any")},
-        "classes": {name: _class(scores.classes[name]) for name in CLASSES},
+        "covered_voxels": {kind: int(scores.covered_voxels[kind]) for kind in (*kinds, "any")},
+        "classes": {name: _class(scores.classes[name], kinds) for name in CLASSES},
     }
 
 
-def _class(scores: ClassScores) -> dict[str, Any]:
+def _class(scores: ClassScores, kinds: Sequence[str]) -> dict[str, Any]:
     return {
         "h_total": scores.h_total,
-        **{kind: to_plain(scores.kinds[kind]) for kind in sorted(kind_names())},
+        **{kind: to_plain(scores.kinds[kind]) for kind in kinds},
         "any": {"seen": scores.any_seen},
         "s_ms": scores.s_ms,
     }

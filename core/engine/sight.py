@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from riglens.core.metric.voxel import Voxel
 from riglens.core.rig.model import Camera, Lidar, Sensor
 from riglens.core.scene.grid import VoxelGrid
-from riglens.core.sensing.rays import sensor_rays
+from riglens.core.sensing.rays import farthest_m, limits_m, sensor_rays
 from riglens.core.vehicle.solid import Barrier
 
 Verdict = Literal["sees", "off", "outside", "range", "between", "body", "missed"]
@@ -50,9 +50,11 @@ class Sight:
 
 @dataclass(frozen=True)
 class _Nearest:
-    """Rays that may pass nearest to a box, unit directions (k, 3), and the one nearest by angle."""
+    """Rays that may pass nearest to a box, unit directions (k, 3), where each ends (k,), and the one nearest by
+    angle."""
 
     directions: Points
+    far_m: Points
     by_angle: int
     angle_rad: float
 
@@ -68,9 +70,9 @@ def sight(sensor: Sensor, grid: VoxelGrid, voxel: Voxel, sees: bool, barrier: Ba
         return Sight(sensor.name, "sees", distance_m)
     low, high = centre - edge / 2, centre + edge / 2
     nearest = _nearest_rays(sensor, centre, edge * math.sqrt(3.0) / 2)
-    if barrier is not None and _is_behind(sensor, nearest.directions, low, high, barrier):
+    if barrier is not None and _is_behind(sensor, nearest, low, high, barrier):
         return Sight(sensor.name, "body", distance_m)
-    if _would_cross(sensor, nearest.directions, low, high):
+    if _would_cross(sensor, nearest, low, high):
         return Sight(sensor.name, "range", distance_m)
     side = _outside(sensor, centre, nearest.by_angle)
     if not side and _is_out_of_range(sensor, low, high):
@@ -94,44 +96,47 @@ def _nearest_rays(sensor: Sensor, centre: Points, radius_m: float) -> _Nearest:
     from all of the box are left out: they are nearest where they start.
     """
     length = float(np.linalg.norm(centre))
-    kept: list[tuple[Points, Points]] = []
+    kept: list[tuple[Points, Points, Points]] = []
+    limits = limits_m(sensor)
     by_angle, best_cosine, least = 0, -math.inf, math.inf
     for start, directions in _chunks(sensor):
         along = directions @ centre
         beside = np.linalg.norm(centre - np.maximum(along, 0.0)[:, None] * directions, axis=1)
         least = min(least, float(beside.min()))
         near = (beside <= least + radius_m) & (along > -radius_m)
-        kept.append((directions[near], beside[near]))
+        ends = limits[start : start + len(near)][near] if limits.size else np.full(near.sum(), np.inf)
+        kept.append((directions[near], beside[near], np.minimum(ends, sensor.range_m[1])))
         place = int(along.argmax())
         if along[place] > best_cosine:
             by_angle, best_cosine = start + place, float(along[place])
-    directions, distances = (np.concatenate(parts) for parts in zip(*kept, strict=True))
+    directions, distances, far_m = (np.concatenate(parts) for parts in zip(*kept, strict=True))
     angle = math.acos(min(1.0, max(-1.0, best_cosine / length))) if length else 0.0
-    return _Nearest(directions[distances <= least + radius_m], by_angle, angle)
+    chosen = distances <= least + radius_m
+    return _Nearest(directions[chosen], far_m[chosen], by_angle, angle)
 
 
 def _is_out_of_range(sensor: Sensor, low: Points, high: Points) -> bool:
     """Return whether all of the box is beyond the range, or before it."""
-    near, far = sensor.range_m
+    near, far = sensor.range_m[0], farthest_m(sensor)
     nearest = float(np.linalg.norm(np.clip(0.0, low, high)))
     farthest = float(np.linalg.norm(np.maximum(np.abs(low), np.abs(high))))
     return nearest >= far or farthest <= near
 
 
-def _would_cross(sensor: Sensor, directions: Points, low: Points, high: Points) -> bool:
+def _would_cross(sensor: Sensor, rays: _Nearest, low: Points, high: Points) -> bool:
     """Return whether rays run through the box, but none within the range."""
-    enter, leave = _passages(directions, low, high)
+    enter, leave = _passages(rays.directions, low, high)
     crosses = leave > enter
-    return bool(crosses.any() and not (crosses & _in_range(sensor, enter, leave)).any())
+    return bool(crosses.any() and not (crosses & _in_range(sensor, rays, enter, leave)).any())
 
 
-def _is_behind(sensor: Sensor, directions: Points, low: Points, high: Points, barrier: Barrier) -> bool:
+def _is_behind(sensor: Sensor, nearest: _Nearest, low: Points, high: Points, barrier: Barrier) -> bool:
     """Return whether rays would run through the box within the range, and end at the car before they leave it."""
     from riglens.core.kernels.body.solid import meet_listed
 
-    enter, leave = _passages(directions, low, high)
-    chosen = (leave > enter) & _in_range(sensor, enter, leave)
-    rays = np.ascontiguousarray(directions[chosen])
+    enter, leave = _passages(nearest.directions, low, high)
+    chosen = (leave > enter) & _in_range(sensor, nearest, enter, leave)
+    rays = np.ascontiguousarray(nearest.directions[chosen])
     met = meet_listed(
         np.array(sensor.position), rays, barrier.tree, barrier.stops, leave[chosen], barrier.start_m
     )
@@ -146,9 +151,8 @@ def _passages(directions: Points, low: Points, high: Points) -> tuple[Points, Po
     return enter, np.asarray(np.nanmin(np.maximum(first, second), axis=1))
 
 
-def _in_range(sensor: Sensor, enter: Points, leave: Points) -> NDArray[np.bool_]:
-    near, far = sensor.range_m
-    return np.asarray(np.minimum(leave, far) > np.maximum(enter, near))
+def _in_range(sensor: Sensor, rays: _Nearest, enter: Points, leave: Points) -> NDArray[np.bool_]:
+    return np.asarray(np.minimum(leave, rays.far_m) > np.maximum(enter, sensor.range_m[0]))
 
 
 def _miss(directions: Points, low: Points, high: Points) -> float:

@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 
 from riglens.core.plain import to_plain
-from riglens.core.review.blind import HEIGHTS_M, BlindMap, By, Hole, by_names
+from riglens.core.review.blind import HEIGHTS_M, BlindMap, By, Hole
 from riglens.core.review.outline import SECTORS
 from riglens.core.review.profiles import ONLY_GEOMETRY
 from riglens.core.review.verdicts import ObjectVerdict, ProfileVerdict
 from riglens.core.rig.model import FORMAT_VERSION, Rig
 from riglens.core.rig.yaml.file import rig_sha256
+from riglens.core.sensors.registry import shown_kinds
 
 SHARE_WITHIN_M = 10.0
 """Distance within which the IIHS states the visible share of the ground (news of 26 June 2025); the height from which
@@ -31,6 +32,7 @@ def share_seen(found: BlindMap, by: By = "any", k: int = 1) -> float:
 def blind_document(found: BlindMap, profiles: Sequence[ProfileVerdict]) -> dict[str, Any]:
     """Return the blind zones of a rig and its results for profiles."""
     settings = found.settings
+    kinds = sorted(kind.name for kind in shown_kinds(sensor.kind for sensor in found.rig.sensors))
     return {
         "riglens": FORMAT_VERSION,
         "body": settings.body,
@@ -41,7 +43,7 @@ def blind_document(found: BlindMap, profiles: Sequence[ProfileVerdict]) -> dict[
             "heights_m": list(HEIGHTS_M),
         },
         "ground_m2": _rounded(found.ground_m2()),
-        "zones": [_zone(found, by, k) for by in by_names() for k in (1, 2)],
+        "zones": [_zone(found, by, k) for by in ("any", *kinds) for k in (1, 2)],
         "note": ONLY_GEOMETRY,
         "profiles": [_profile(verdict, found.rig) for verdict in profiles],
     }

@@ -22,7 +22,9 @@ from riglens.core.review.outline import Outline
 from riglens.core.review.profiles import Profile, Target, targets_of
 from riglens.core.rig.model import Camera, Lidar, Rig, Sensor
 from riglens.core.sensing.body_ends import barrier_ends, barrier_of, rays_in_metres
+from riglens.core.sensing.rays import limits_m
 from riglens.core.sensors.camera import project_px
+from riglens.core.sensors.kind import REFERENCE, Echo
 from riglens.core.sensors.registry import kind_of
 from riglens.core.vehicle.solid import Barrier, solid_of
 
@@ -149,9 +151,20 @@ def ray_counts(sensor: Sensor, targets: Sequence[Target], ends_m: Doubles) -> ND
 
     counts = np.zeros((len(targets), 2), np.int64)
     if targets:
-        rays = rays_in_metres(sensor)._replace(ends=ends_m)
-        cylinders = np.array([target.cylinder for target in targets])
-        count_on_cylinders(rays, cylinders, _cones(np.array(sensor.position), cylinders), counts)
+        rays, cylinders = rays_in_metres(sensor), np.array([target.cylinder for target in targets])
+        cones, diameters = _cones(np.array(sensor.position), cylinders), 2.0 * cylinders[:, 2]
+        for diameter in np.unique(diameters):
+            mine, limits = diameters == diameter, limits_m(sensor, Echo(width_m=float(diameter)))
+            ends = (
+                np.minimum(limits, ends_m)
+                if limits.size and ends_m.size
+                else ends_m
+                if ends_m.size
+                else limits
+            )
+            found = counts[mine]
+            count_on_cylinders(rays._replace(ends=ends), cylinders[mine], cones[mine], found)
+            counts[mine] = found
     return counts
 
 
@@ -173,7 +186,7 @@ def surface_share(sensor: Sensor, target: Target, barrier: Barrier | None) -> fl
         return 0.0
     ahead = points - np.array(sensor.position)
     distance = np.linalg.norm(ahead, axis=1)
-    seen = in_view(sensor, ahead @ sensor.pose.rotation(), distance)
+    seen = in_view(sensor, ahead @ sensor.pose.rotation(), distance, Echo(width_m=2.0 * target.radius_m))
     if barrier is not None and seen.any():
         from riglens.core.kernels.body.solid import meet_listed  # the compiler
 
@@ -186,10 +199,15 @@ def surface_share(sensor: Sensor, target: Target, barrier: Barrier | None) -> fl
     return float(weights[seen].sum()) / total
 
 
-def in_view(sensor: Sensor, local_m: Doubles, distance_m: Doubles) -> NDArray[np.bool_]:
-    """Return whether points (n, 3) in the sensor frame lie in its field of view and in its range."""
+def in_view(
+    sensor: Sensor, local_m: Doubles, distance_m: Doubles, echo: Echo = REFERENCE
+) -> NDArray[np.bool_]:
+    """Return whether points (n, 3) of an object, in the sensor frame, lie in its field of view and in its range."""
     near, far = sensor.range_m
     ranged = (distance_m > near) & (distance_m <= far)
+    of_kind = kind_of(sensor).in_field
+    if of_kind is not None:
+        return ranged & of_kind(sensor, local_m, distance_m, echo)
     return np.asarray(ranged & _in_field(sensor, local_m, distance_m))
 
 

@@ -28,10 +28,10 @@ NO_VOID = np.array([1.0, 1.0, 1.0, -1.0, -1.0, -1.0])
 def housing_radius_m(sensor: Sensor) -> float:
     """Return the radius of a ball around a sensor that contains its housing: nearer surfaces stop none of its rays.
 
-    Half the diagonal of the housing in the sensor library.
+    Half the diagonal of the housing in the sensor library, or how near to a sensor of its kind the body lets rays pass.
     """
-    known = _known_radius_m(sensor.model) if sensor.model else None
-    return kind_of(sensor).occlusion.housing_radius_m if known is None else known
+    known, occlusion = _known_radius_m(sensor.model) if sensor.model else None, kind_of(sensor).occlusion
+    return max(occlusion.passes_within_m, occlusion.housing_radius_m if known is None else known)
 
 
 @lru_cache(maxsize=256)

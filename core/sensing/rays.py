@@ -14,6 +14,7 @@ from riglens.core.kernels.runtime import codes
 from riglens.core.rig.model import Lidar, Sensor, rays_of
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.sensors.base import NOWHERE
+from riglens.core.sensors.kind import REFERENCE, Echo
 from riglens.core.sensors.lattice import Ids, Lattice
 from riglens.core.sensors.lidar import beam_lattice
 from riglens.core.sensors.registry import kind_of
@@ -23,11 +24,18 @@ _AT_ONCE = 1 << 16
 
 @dataclass(frozen=True)
 class Rays:
-    """Rays in the vehicle frame: `origin_m` (3,), unit `directions` (n, 3), `range_m` (from, to) in metres."""
+    """Rays in the vehicle frame: `origin_m` (3,), unit `directions` (n, 3), `range_m` (from, to) in metres, and
+    `limits_m` (n,) where rays end sooner, (0,) where none does."""
 
     origin_m: Vec3
     directions: NDArray[np.float64]
     range_m: tuple[float, float]
+    limits_m: NDArray[np.float64]
+
+    @property
+    def far_m(self) -> NDArray[np.float64]:
+        """Where each ray ends, metres (n,), or all of them ()."""
+        return np.minimum(self.range_m[1], self.limits_m) if self.limits_m.size else np.array(self.range_m[1])
 
 
 def lattice(sensor: Sensor) -> Lattice:
@@ -89,6 +97,18 @@ def missing_ray_count(sensor: Sensor) -> int:
     return sensor.ray_count - len(lattice(sensor).rows) if is_listed(sensor) else 0
 
 
+def limits_m(sensor: Sensor, echo: Echo = REFERENCE) -> NDArray[np.float64]:
+    """How far each ray of the lattice reaches an object, metres (rays,), where its kind limits rows; (0,) where not."""
+    rows = kind_of(sensor).limits_m(sensor, echo)
+    return np.zeros(0) if rows is None else np.repeat(rows, sensor.resolution[0])
+
+
+def farthest_m(sensor: Sensor) -> float:
+    """Where the longest ray of a sensor ends."""
+    rows = kind_of(sensor).limits_m(sensor, REFERENCE)
+    return sensor.range_m[1] if rows is None else min(sensor.range_m[1], float(rows.max()))
+
+
 def rotate(rotation: NDArray[np.float64], directions: NDArray[np.float64]) -> NDArray[np.float64]:
     """R d for directions (n, 3), summed from left to right, as the kernels do (no BLAS, no fused operations)."""
     x, y, z = directions[:, 0], directions[:, 1], directions[:, 2]
@@ -102,7 +122,10 @@ def sensor_rays(sensor: Sensor, rows: Ids | None = None) -> Rays:
     direction is then NaN.
     """
     local = lattice(sensor).directions() if rows is None else local_directions(sensor, rows)
-    return Rays(sensor.position, rotate(sensor.pose.rotation(), local), sensor.range_m)
+    limits = limits_m(sensor)
+    if rows is not None and limits.size:
+        limits = limits[rows]
+    return Rays(sensor.position, rotate(sensor.pose.rotation(), local), sensor.range_m, limits)
 
 
 def clip_to_roi(grid: VoxelGrid, rays: Rays) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -122,5 +145,5 @@ def clip_to_roi(grid: VoxelGrid, rays: Rays) -> tuple[NDArray[np.float64], NDArr
     first = np.where(flat, np.where(inside, -math.inf, math.inf), first)
     second = np.where(flat, np.where(inside, math.inf, -math.inf), second)
     t0 = np.maximum(np.minimum(first, second).max(axis=1), rays.range_m[0])
-    t1 = np.minimum(np.maximum(first, second).min(axis=1), rays.range_m[1])
+    t1 = np.minimum(np.maximum(first, second).min(axis=1), rays.far_m)
     return t0, np.where(flat.any(axis=1) & ~(inside | ~flat).all(axis=1), t0, t1)

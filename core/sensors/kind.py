@@ -19,11 +19,13 @@ Doubles = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Occlusion:
-    """Self-occlusion of a kind: the body stops rays beyond `housing_radius_m` of the sensor, the radius of a housing
-    whose model is not known; glass does not, if the sensor sees through it."""
+    """How the car's own body stops the rays: not within `housing_radius_m` of the sensor, the radius of a housing whose
+    model is not known, nor within `passes_within_m`, whatever the housing, as a bumper's skin lets radar pass, and not
+    where it is of glass, if the sensor sees through that."""
 
     housing_radius_m: float
     sees_through_glass: bool = False
+    passes_within_m: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -34,6 +36,18 @@ class Placement:
     above_roof_m: float
     rpy_deg: Callable[[Doubles], Vec3]
     away_when_level: bool = False
+
+
+@dataclass(frozen=True)
+class Echo:
+    """An object that sends waves back: its class, "" for none, and its width in metres, None where it is not known."""
+
+    cls: str = ""
+    width_m: float | None = None
+
+
+REFERENCE = Echo()
+"""The object that a voxel counts as, which a data sheet's range refers to."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +79,10 @@ class SensorKind(Generic[S]):
     has_range_law: whether the range law decides which of its rays return.
     spins: whether a turn may start at any azimuth, so that each frame has a phase of its own.
     coarse_power: of the ratio between what two rigs see on voxels twice as large, in an estimate on those.
+    limits_m: how far each row of the lattice reaches an object (rows,), beside `range_m`; None: no other limit.
+    in_field: whether places (n, 3) of an object in the sensor frame, so far off (n,), are in view; None: by `view_deg`.
+    cells: resolution cells (n, k) of places (n, 3) in the sensor frame: objects in the same one count once.
+    blocks: how many lattices of equal rows lie above each other in that of a sensor.
     """
 
     name: str
@@ -86,6 +104,10 @@ class SensorKind(Generic[S]):
     has_range_law: bool = False
     coarse_power: float = 1.0
     spins: bool = False
+    limits_m: Callable[[S, Echo], Doubles | None] = lambda *_: None
+    in_field: Callable[[S, Doubles, Doubles, Echo], NDArray[np.bool_]] | None = None
+    cells: Callable[[S, Doubles], NDArray[np.int64]] | None = None
+    blocks: Callable[[S], int] = lambda _: 1
 
     @property
     def heading(self) -> str:

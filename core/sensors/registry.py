@@ -13,14 +13,22 @@ from riglens.core.sensors.base import Sensor
 from riglens.core.sensors.camera import CAMERA
 from riglens.core.sensors.kind import SensorKind
 from riglens.core.sensors.lidar import LIDAR
+from riglens.core.sensors.radar import RADAR
+from riglens.core.sensors.ultrasonic import ULTRASONIC
 
 AnyKind = SensorKind[Any]
-_KINDS: dict[str, AnyKind] = {kind.name: kind for kind in (LIDAR, CAMERA)}
+_KINDS: dict[str, AnyKind] = {kind.name: kind for kind in (LIDAR, CAMERA, RADAR, ULTRASONIC)}
 
 
 def kinds() -> tuple[AnyKind, ...]:
     """Return every kind; LiDARs first, as in lists of sensors."""
     return tuple(_KINDS.values())
+
+
+def shown_kinds(present: Iterable[str]) -> tuple[AnyKind, ...]:
+    """Return the kinds that have rows in tables: those that S-MS weighs, and those of the sensors that are there."""
+    there = set(present)
+    return tuple(kind for kind in kinds() if kind.score_weight != 0.0 or kind.name in there)
 
 
 def kind_names() -> tuple[str, ...]:

@@ -11,8 +11,11 @@ from numpy.typing import NDArray
 from riglens.core.kernels.objects.box_frames import Beams
 from riglens.core.kernels.objects.windows import TURN
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Sensor, rays_of
+from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensing.body_ends import barrier_ends
-from riglens.core.sensing.rays import is_listed, lattice, local_directions
+from riglens.core.sensing.rays import is_listed, lattice, limits_m, local_directions
+from riglens.core.sensors.kind import Echo
+from riglens.core.targets.card import SIZES_M
 from riglens.core.vehicle.solid import Barrier
 
 Doubles = NDArray[np.float64]
@@ -166,8 +169,15 @@ def _beams(sensor: Sensor, row_at: Doubles, row_of: Ids, column_at: Doubles, col
     return Beams(
         False, column_of.size, 0, none, none, none, np.ones((0, 2)), np.zeros(3), np.eye(3),
         np.array(sensor.range_m, np.float64), row_at, row_of, column_at, column_of,
-        none, none, none, _NO_BLOCKS, np.array([-1.0, 0.0]), 0.0, _NO_WORDS,
+        none, none, none, _NO_BLOCKS, np.array([-1.0, 0.0]), 0.0, _NO_WORDS, _limits_m(sensor),
     )  # fmt: skip
+
+
+def _limits_m(sensor: Sensor) -> Doubles:
+    """How far each ray detects an object of each class, (3, rays); (0, 0) where nothing limits rays."""
+    echoes = (Echo(cls, min(SIZES_M[cls][:2])) for cls in CLASSES)
+    found = np.stack([limits_m(sensor, echo) for echo in echoes])
+    return found if found.size else np.zeros((0, 0))
 
 
 def _blocks(directions: Doubles, columns: int) -> Doubles:

@@ -138,7 +138,27 @@ class TargetCaster:
                 bounds = (start + (until - start) * one // workers for one in (worker, worker + 1))
                 mine = slice(*(int(self._objects_before[bound]) - objects.start for bound in bounds))
                 cells.starts[worker].append(at[mine])
+        self._count_cells_once(sensor, objects, found, beams.limits)
         return Contribution(end - first, found, at, cells.joined())
+
+    def _count_cells_once(
+        self, sensor: Sensor, objects: slice, found: NDArray[np.int32], limits_m: NDArray[np.float64]
+    ) -> None:
+        """Leave one object in each resolution cell of a frame: what is detected from farthest, or by most rays."""
+        cells_of, rays = kind_of(sensor).cells, found[kernel.RAYS]
+        met = np.flatnonzero(rays)
+        if cells_of is None or not met.size:
+            return
+        traffic = self._traffic
+        box = np.flatnonzero(traffic.counts)[objects][met]
+        local_m = (traffic.centre_m[box] - np.array(sensor.position)) @ sensor.pose.rotation()
+        cell = np.column_stack([traffic.frame_of_box[box], cells_of(sensor, local_m)])
+        reach = limits_m.max(axis=1)[traffic.cls[box]] if limits_m.size else np.zeros(len(box))
+        best = np.lexsort((-rays[met], -reach))
+        _, first = np.unique(cell[best], axis=0, return_index=True)
+        weaker = np.ones(len(met), np.bool_)
+        weaker[best[first]] = False
+        rays[met[weaker]] = 0
 
 
 class _Cells:

@@ -120,7 +120,8 @@ def _shape_of(sensor: Sensor, settings: TargetSettings, solid: Solid | None) -> 
     """Return the key of a contribution: the rays, and the name of a LiDAR whose draws depend on it; thresholds do not
     count."""
     stop = None if solid is None else (solid.fingerprint, housing_radius_m(sensor))
-    rays, kind = rays_of(sensor), kind_of(sensor)
+    kind = kind_of(sensor)
+    rays = rays_of(sensor.finest() if kind.hits.measure == "returns" else sensor)
     if (kind.spins and settings.phase == "random") or (kind.has_range_law and settings.range_law):
         rays = rays.model_copy(update={"name": sensor.name, "model": sensor.model})
     return rays, replace(settings, min_points=1), stop

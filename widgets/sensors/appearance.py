@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from riglens.core.sensors.camera import CAMERA
 from riglens.core.sensors.lidar import LIDAR, Lidar
+from riglens.core.sensors.radar import RADAR
+from riglens.core.sensors.ultrasonic import ULTRASONIC
 from riglens.widgets.sensors.ways import CAMERA_WAYS, LIDAR_WAYS, Ways
 from riglens.widgets.theme import Palette, mix
 
@@ -34,6 +36,8 @@ class Appearance:
     colour: of their bodies and in panels; ray_colours: on dark and on light ground; icon: SVG paths in a square of 24.
     shape: of a body; cuboid: of one that the library knows as a box. beams: None for rays that form an image.
     has_corners: whether the rays in the corners of the lattice bound the field of view.
+    is_fan: whether each block of the lattice is drawn as its middle row alone, with an arc at its range.
+    scale: of the shape, where the library does not know the size.
     heading: above its own fields; ways: fields among them that can be given in several ways.
     """
 
@@ -44,6 +48,8 @@ class Appearance:
     cuboid: Shape = "box"
     beams: Callable[[Any], Beams | None] = lambda _: None
     has_corners: bool = False
+    is_fan: bool = False
+    scale: float = 1.0
     heading: str = "Sensor"
     ways: tuple[Ways, ...] = ()
 
@@ -82,6 +88,24 @@ APPEARANCES = {
         has_corners=True,
         heading="Image and lens",
         ways=CAMERA_WAYS,
+    ),
+    RADAR.name: Appearance(
+        colour="#84cc16",
+        ray_colours=("#b6e24a", "#4d7c0f"),
+        icon='<path d="M12 20L4.5 9.5a9.5 9.5 0 0 1 15 0z"/><path d="M8.3 14.8a5 5 0 0 1 7.4 0"/>',
+        is_fan=True,
+        scale=0.6,
+        heading="Scans",
+    ),
+    ULTRASONIC.name: Appearance(
+        colour="#38bdf8",
+        ray_colours=("#7cc8ff", "#0369a1"),
+        icon='<circle cx="6" cy="12" r="2"/><path d="M11 8a6 6 0 0 1 0 8M15 5.5a10 10 0 0 1 0 13"/>',
+        shape=lambda _: "lens",
+        cuboid="lens",
+        is_fan=True,
+        scale=0.3,
+        heading="Sound",
     ),
 }
 

@@ -55,7 +55,7 @@ def sensor_body(sensor: Sensor) -> SensorBody:
     """The body of a sensor, in its true size when the library knows it."""
     look, known = appearance_of(sensor.kind), _known_body(sensor.model)
     if known is None:
-        return SensorBody(look.shape(sensor))
+        return SensorBody(look.shape(sensor), (look.scale,) * 3)
     if isinstance(known, Cylinder):
         shape: Shape = "puck"
         size_m = (known.diameter, known.diameter, known.height)

@@ -5,8 +5,6 @@ Both are geometry: fields of view and ranges, cut off at the ROI, as if there we
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
@@ -15,6 +13,7 @@ from vtkmodules.vtkRenderingCore import vtkRenderer
 from riglens.core.rig.model import Sensor
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.sensing.rays import Rays, clip_to_roi, sensor_rays
+from riglens.core.sensors.registry import kind_of
 from riglens.widgets.drawing.actors import rgba_actor
 from riglens.widgets.sensors.appearance import appearance_of, ray_colour, selected_ray_colour
 from riglens.widgets.sensors.ray_look import Fill
@@ -31,32 +30,39 @@ _OPACITY = {"ground": (0.06, 0.18), "frusta": (0.05, 0.12)}
 
 def fill_mesh(sensor: Sensor, grid: VoxelGrid, fill: Fill, colour: str, opacity: float) -> pv.PolyData:
     """The footprint ("ground") or the outside of the field of view ("frusta") with an `rgba` array; or nothing."""
-    nodes, is_closed = _nodes(sensor)
-    rays = sensor_rays(sensor, nodes.ravel())
-    points, quads = (
-        _footprint(rays, nodes.shape, grid)
-        if fill == "ground"
-        else _outside(rays, nodes.shape, grid, is_closed)
-    )
-    if not len(quads):
+    blocks, is_closed = _nodes(sensor)
+    parts = []
+    for nodes in blocks:
+        rays = sensor_rays(sensor, nodes.ravel())
+        points, quads = (
+            _footprint(rays, nodes.shape, grid)
+            if fill == "ground"
+            else _outside(rays, nodes.shape, grid, is_closed)
+        )
+        if len(quads):
+            parts.append(pv.PolyData(points, np.insert(quads, 0, quads.shape[1], axis=1).ravel()))
+    if not parts:
         return pv.PolyData()
-    mesh = pv.PolyData(points, np.insert(quads, 0, quads.shape[1], axis=1).ravel())
+    mesh = parts[0].append_polydata(*parts[1:]) if parts[1:] else parts[0]
+    points = mesh.points
     rgba = np.append(np.array(rgb(colour)) * 255, 255 * opacity).astype(np.uint8)
     mesh["rgba"] = np.tile(rgba, (len(points), 1))
     return mesh
 
 
-def _nodes(sensor: Sensor) -> tuple[Quads, bool]:
-    """Ray numbers of a coarse lattice, (beams upwards, azimuths) or (rows, columns); if it goes round."""
+def _nodes(sensor: Sensor) -> tuple[list[Quads], bool]:
+    """Ray numbers of coarse lattices, (beams upwards, azimuths) or (rows, columns) of each block; if they go round."""
     columns, rows = sensor.resolution
     beams = appearance_of(sensor.kind).beams(sensor)
     if beams is None:
-        down, across = _spread(rows, _ROWS), _spread(columns, _COLUMNS)
-        return down[:, None] * columns + across, False
+        blocks = kind_of(sensor).blocks(sensor)
+        down, across = _spread(rows // blocks, _ROWS), _spread(columns, _COLUMNS)
+        first = np.arange(blocks) * (rows // blocks)
+        return [(start + down[:, None]) * columns + across for start in first], False
     upwards, turns = beams.upwards[_spread(rows, _BEAMS)], _spread(columns, _TURNS)
     if beams.goes_round:
         turns = np.append(turns, turns[0])
-    return upwards[:, None] * columns + turns, beams.goes_round
+    return [upwards[:, None] * columns + turns], beams.goes_round
 
 
 def _spread(count: int, most: int) -> Quads:
@@ -68,8 +74,8 @@ def _footprint(rays: Rays, shape: tuple[int, ...], grid: VoxelGrid) -> tuple[Poi
     x_m, y_m, height_m = rays.origin_m
     low, high = np.array(grid.origin_m), np.array(grid.origin_m) + np.array(grid.roi_m)
     inside = low[0] < x_m < high[0] and low[1] < y_m < high[1]
-    reach_m = math.sqrt(max(0.0, rays.range_m[1] ** 2 - height_m**2))
-    if height_m <= 0.0 or not inside or reach_m == 0.0:
+    reach_m = np.sqrt(np.maximum(0.0, rays.far_m**2 - height_m**2))
+    if height_m <= 0.0 or not inside or not reach_m.any():
         return np.zeros((0, 3)), np.zeros((0, 4), np.int64)
     flat = np.hypot(rays.directions[:, 0], rays.directions[:, 1])
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -16,6 +16,7 @@ from vtkmodules.vtkRenderingCore import vtkRenderer
 from riglens.core.rig.model import Sensor
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.sensing.rays import clip_to_roi, sensor_rays
+from riglens.core.sensors.registry import kind_of
 from riglens.core.vehicle.solid import Solid
 from riglens.widgets.drawing.actors import line_mesh, rgba_actor
 from riglens.widgets.drawing.camera import OrbitCamera, Size
@@ -39,6 +40,13 @@ Points = NDArray[np.float64]
 def fan_rows(sensor: Sensor, most: int) -> _Index:
     """Row numbers of at most about `most` rays, evenly spread over beams and azimuths or over the image."""
     columns, rows = sensor.resolution
+    if appearance_of(sensor.kind).is_fan:
+        blocks = kind_of(sensor).blocks(sensor)
+        middle = ((np.arange(blocks) + 0.5) * rows / blocks).astype(np.int64)
+        across = (
+            np.linspace(0, columns - 1, min(columns, max(25, most // (12 * blocks)))).round().astype(np.int64)
+        )
+        return np.asarray((middle[:, None] * columns + across).ravel())
     if appearance_of(sensor.kind).beams(sensor) is not None:
         return _spread(rows, columns, max(3, min(most // 36, int(most**0.5 / 2))), most, False)
     tall = max(2, round((most / 5 * rows / columns) ** 0.5))
@@ -88,6 +96,8 @@ def fan_of(
     beams = look.beams(sensor)
     if look.has_corners:
         return Fan(fan, _frustum(sensor, grid, colour, min(1.0, _EDGES * alpha), framed, solid))
+    if look.is_fan:
+        return Fan(fan, _range_arcs(sensor, starts, ends, row, colour, min(1.0, _RINGS * alpha)))
     if beams is not None:
         beam = row // sensor.resolution[0]
         return Fan(fan, _beam_rings(beam, beams.goes_round, ends, colour, min(1.0, _RINGS * alpha)))
@@ -106,6 +116,18 @@ def _beam_rings(beam: _Index, goes_round: bool, ends: Points, colour: str, alpha
     level = np.abs(ends[:, 2] - ends[after, 2]) < 1e-6
     joined = same_beam & level & (after != here)
     return _tinted(ends[joined], ends[after][joined], colour, alpha, alpha)
+
+
+def _range_arcs(
+    sensor: Sensor, starts: Points, ends: Points, row: _Index, colour: str, alpha: float
+) -> pv.PolyData:
+    """The first and the last ray of each row, and arcs that join the ends of neighbours that end with the range."""
+    line, rays = row // sensor.resolution[0], sensor_rays(sensor, row)
+    at_range = np.linalg.norm(ends - np.array(rays.origin_m), axis=1) >= rays.far_m - 1e-6
+    joined = np.flatnonzero((line[1:] == line[:-1]) & at_range[1:] & at_range[:-1])
+    sides = np.flatnonzero(np.diff(line, prepend=-1, append=-1)[:-1] | np.diff(line, append=-1))
+    arcs = _tinted(ends[joined], ends[joined + 1], colour, alpha, alpha)
+    return _joined([arcs, _tinted(starts[sides], ends[sides], colour, 0.3 * alpha, alpha)])
 
 
 def _segments(

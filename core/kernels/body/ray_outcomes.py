@@ -33,13 +33,14 @@ def _meets(runs: np.ndarray, count: int, depth: int, informative: np.ndarray, ot
 
 
 @inlined
-def ends_at_ground(rays: Cast, d: tuple[float, float, float]) -> bool:
+def ends_at_ground(rays: Cast, ray: int, d: tuple[float, float, float]) -> bool:
     """Whether a ray passes the floor of the grid, within its sides and its range."""
     if d[2] >= 0.0 or rays.origin[2] < 0.0:
         return False
     t = rays.origin[2] / -d[2]
     x, y = rays.origin[0] + t * d[0], rays.origin[1] + t * d[1]
-    return bool(0.0 <= x < rays.shape[0] and 0.0 <= y < rays.shape[1] and t <= rays.reach[1])
+    far = min(rays.reach[1], rays.ends[ray]) if rays.ends.size > 0 else rays.reach[1]
+    return bool(0.0 <= x < rays.shape[0] and 0.0 <= y < rays.shape[1] and t <= far)
 
 
 @inlined
@@ -50,7 +51,7 @@ def _fate(rays: Cast, ray: int, informative: np.ndarray, others: np.ndarray, run
     if count <= 0:
         return OUTSIDE if count == 0 else OPEN
     found = _meets(runs, count, (rays.shape[2] + 63) // 64, informative, others)
-    return GROUND if found == NOTHING and ends_at_ground(rays, ray_direction(rays, ray)) else found
+    return GROUND if found == NOTHING and ends_at_ground(rays, ray, ray_direction(rays, ray)) else found
 
 
 @parallel_kernel

@@ -55,7 +55,8 @@ class Beams(NamedTuple):
     a cone around all of them, with the number 0; none for the others. field: cosine and sine of the half angle of a
     cone around x that holds all rays. least: what comes nearer to the plane x = 0 of a camera than this, in metres, is
     in no image. stops (rows * words,) uint64 or (0,): for a camera with straight rows and columns a bit for each slot
-    whose ray the car's own body stops somewhere, every row in words of its own.
+    whose ray the car's own body stops somewhere, every row in words of its own. limits (3, rays) or (0, 0): from where
+    on rays, by their numbers, get nothing back from objects of the three classes, metres.
     """
 
     turns: bool
@@ -79,6 +80,7 @@ class Beams(NamedTuple):
     field: np.ndarray
     least: float
     stops: np.ndarray
+    limits: np.ndarray
 
 
 class Faces(NamedTuple):

@@ -75,6 +75,13 @@ def is_stopped(beams: Beams, row: int, slot: int, inverse: float) -> bool:
 
 
 @lean_inlined
+def is_in_range(traffic: Traffic, beams: Beams, box: int, row: int, slot: int, inverse: float) -> bool:
+    """Whether a listed ray, a unit vector, gets anything back from an object of that class where it meets it."""
+    ray = row * beams.columns + beams.column_of[slot % beams.columns]
+    return bool(beams.limits[traffic.cls[box], ray] * inverse >= 1.0)
+
+
+@lean_inlined
 def cosine_of(traffic: Traffic, part: int, start: Direction, along: Direction) -> float:
     """Cosine of the angle between a ray, in the axes of an object, and the normal of the face by which it enters a
     part; 1 for a ray that starts inside."""
@@ -118,6 +125,10 @@ def _take(
             if beams.turns and traffic.is_glass[part]:
                 continue
             if beams.ends.size > 0 and is_stopped(beams, row, slot, canvas.inverse[slot]):
+                continue
+            if beams.limits.size > 0 and not is_in_range(
+                traffic, beams, box, row, slot, canvas.inverse[slot]
+            ):
                 continue
             if beams.turns:
                 along, t = turned(turn, local_direction(beams, place, column)), 1.0 / canvas.inverse[slot]

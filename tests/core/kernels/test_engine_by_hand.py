@@ -59,7 +59,7 @@ def lidar_voxels(answer: Evaluation) -> set[Voxel]:
 def test_a_ray_ahead_sees_its_row() -> None:
     answer = evaluated(Engine(FIELD, 1), rig_of(AHEAD))
     assert lidar_voxels(answer) == row(range(4), 0, 1)
-    assert answer.scores.covered_voxels == {"camera": 0, "lidar": 4, "any": 4}
+    assert answer.scores.covered_voxels.items() >= {"camera": 0, "lidar": 4, "any": 4}.items()
     assert answer.scores.classes["car"].lidar.seen == 4 / 64
     assert answer.scores.classes["car"].s_ms == pytest.approx(-4.0 * math.log(2.0))
 

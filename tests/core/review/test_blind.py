@@ -114,6 +114,9 @@ def test_l_k_is_what_a_search_through_all_voxels_finds(voxel_m: float, width_m: 
                 seen = unpack(found.grid, np.array(inside.marks_of(sensor, "exact")))
                 lowest = np.where(seen.any(axis=2), seen.argmax(axis=2) + 1.0, np.inf) * voxel_m
                 lows.append(widened(lowest, width_m / 2.0 / voxel_m))
+        if not lows:
+            assert np.isinf(found.lowest_m(by, 1)).all()
+            continue
         ordered = np.sort(np.stack(lows), axis=0)
         for k in (1, 2, 3):
             if k > len(ordered):

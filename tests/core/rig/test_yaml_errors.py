@@ -155,13 +155,13 @@ def test_the_files_these_tests_break_are_fine() -> None:
         ),
         (
             "kind: lidar\n    position: [1",
-            "kind: radar\n    position: [1",
-            '10: radar "rear": kind must be lidar or camera (got radar)',
+            "kind: sonar\n    position: [1",
+            '10: sonar "rear": kind must be lidar or camera or radar or ultrasonic (got sonar)',
         ),
         (
             "    kind: lidar\n    position: [1",
             "    position: [1",
-            '9: sensor "rear": kind must be lidar or camera',
+            '9: sensor "rear": kind must be lidar or camera or radar or ultrasonic',
         ),
         (
             "    position: [1",

@@ -93,6 +93,12 @@ def _directions(sensor: Sensor, phase: float) -> Doubles:
     )
 
 
+def entries(traffic: Traffic, boxes: slice, sensor: Sensor, directions: Doubles) -> Doubles:
+    """Where each ray enters each whole box, (rays, boxes), inf: nowhere."""
+    parts = parts_of("box", traffic.cls[boxes], traffic.size_m[boxes])
+    return _entries(traffic, boxes, parts, sensor, directions)[0]
+
+
 def _entries(
     traffic: Traffic, boxes: slice, parts: Parts, sensor: Sensor, directions: Doubles
 ) -> tuple[Doubles, Doubles, Doubles]:

@@ -12,7 +12,7 @@ from PySide6.QtCore import Qt, Signal
 from riglens.core.metric.scores import ClassScores, Reading, Scores
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.sensors.registry import kinds
+from riglens.core.sensors.registry import AnyKind, shown_kinds
 from riglens.core.shown_text import spreadsheet_cell
 from riglens.core.targets.quantities import Figures
 from riglens.widgets.panels.figures.table import SORT, Figure, FigureModel, Heading, Index, delimited
@@ -65,13 +65,8 @@ class CompareRow:
     @property
     def sensors(self) -> str:
         """Return the number of sensors that count, by kind, in words."""
-        counts = zip(self.counts, kinds(), strict=True)
-        return " + ".join(f"{count} {kind.title[0].upper()}" for count, kind in counts)
-
-    @property
-    def counts(self) -> list[int]:
-        """Return the number of sensors of each kind that count."""
-        return [len(self.rig.enabled_of(kind.model)) for kind in kinds()]
+        shown = shown_kinds(sensor.kind for sensor in self.rig.sensors if sensor.enabled)
+        return " + ".join(f"{len(self.rig.enabled_of(kind.model))} {kind.title[0].upper()}" for kind in shown)
 
 
 @dataclass(frozen=True)
@@ -112,14 +107,14 @@ def columns_for(class_name: str) -> tuple[ScoreColumn, ...]:
 _FIGURES = ("on target (fraction)", "detected (fraction)", "road users")
 
 
-def _fields() -> dict[str, Callable[[ClassScores], float]]:
+def _fields(shown: Sequence[AnyKind]) -> dict[str, Callable[[ClassScores], float]]:
     """Return the exported values of a class's scores, by title."""
 
     def of_kind(kind: str, figure: str) -> Callable[[ClassScores], float]:
         return lambda found: float(getattr(found.kinds[kind], figure))
 
     found: dict[str, Callable[[ClassScores], float]] = {"H total (nat)": lambda c: c.h_total}
-    for kind in sorted(kinds(), key=lambda kind: kind.name):
+    for kind in sorted(shown, key=lambda kind: kind.name):
         found[f"{kind.title} S-MIG (nat)"] = of_kind(kind.name, "s_mig")
         found[f"{kind.title} seen (fraction)"] = of_kind(kind.name, "seen")
     return found | {"S-MS (nat)": lambda c: c.s_ms, "seen (fraction)": lambda c: c.any_seen}
@@ -127,15 +122,17 @@ def _fields() -> dict[str, Callable[[ClassScores], float]]:
 
 def table_text(rows: Sequence[CompareRow], delimiter: str) -> str:
     """Return every number of every rig in full precision, whatever the window shows; one line per rig."""
-    titles = [f"{name} {title}" for name in CLASSES for title in (*_FIGURES, *_fields())]
-    lines: list[Sequence[object]] = [["rig", "origin", "where", *(kind.plural for kind in kinds()), *titles]]
+    shown = shown_kinds(sensor.kind for row in rows for sensor in row.rig.sensors)
+    titles = [f"{name} {title}" for name in CLASSES for title in (*_FIGURES, *_fields(shown))]
+    lines: list[Sequence[object]] = [["rig", "origin", "where", *(kind.plural for kind in shown), *titles]]
     for row in rows:
         said = [spreadsheet_cell(text) for text in (row.name, ORIGIN_TITLES[row.origin], row.where)]
-        lines.append((*said, *row.counts, *_numbers(row)))
+        counts = (len(row.rig.enabled_of(kind.model)) for kind in shown)
+        lines.append((*said, *counts, *_numbers(row, shown)))
     return delimited(lines, delimiter)
 
 
-def _numbers(row: CompareRow) -> list[str]:
+def _numbers(row: CompareRow, shown: Sequence[AnyKind]) -> list[str]:
     found: list[str] = []
     for name in CLASSES:
         if row.figures:
@@ -147,7 +144,7 @@ def _numbers(row: CompareRow) -> list[str]:
             found += [""] * len(_FIGURES)
         scores = row.scores
         found += [
-            repr(read(scores.classes[name])) if scores is not None else "" for read in _fields().values()
+            repr(read(scores.classes[name])) if scores is not None else "" for read in _fields(shown).values()
         ]
     return found
 

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin
 
+from annotated_types import MaxLen
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from PySide6.QtWidgets import QCheckBox, QLabel, QWidget
 
+from riglens.core.sensors.base import Frozen
 from riglens.widgets.panels.fields.edits import IntegerEdit, ListEdit, NumberEdit, TextEdit, ValueEdit
 from riglens.widgets.panels.fields.form import ChoiceBox, Form, Path, read, write
 from riglens.widgets.panels.fields.quantity import DEGREES, METRES, NO_UNIT, PIXELS, Unit
@@ -94,6 +96,8 @@ class ModelRows:
         """Add the row of one field of a model, which lies at a path in the subject of the form."""
         info = model.model_fields[name]
         title, tip, whole = title_of(name, info), info.description or "", (*path, name)
+        if path and isinstance(path[-1], int):
+            title = f"{path[-1] + 1}  {title}"
         kind = _kind_of(name, info)
         if kind.plain is bool:
             check = QCheckBox()
@@ -107,6 +111,8 @@ class ModelRows:
             return self._row(title, [box], tip)
         if get_origin(kind.plain) is tuple and Ellipsis not in get_args(kind.plain):
             return self._add_items(title, tip, whole, kind, way)
+        if get_origin(kind.plain) is tuple and _is_model(get_args(kind.plain)[0]):
+            return self._add_models(title, name, info, get_args(kind.plain)[0])
         edit = _edit(kind.plain, kind)
         self._bind(edit, whole, f"{name}.list" if isinstance(edit, ListEdit) else name, title, way)
         return self._row(title, [edit], tip)
@@ -159,6 +165,26 @@ class ModelRows:
             )
         return rows
 
+    def _add_models(self, title: str, name: str, info: FieldInfo, model: type[Frozen]) -> QWidget:
+        """Add how many parts of a model a field holds, and the rows of each, of which those of the first are shown."""
+        box = ChoiceBox()
+        for count in range(
+            1, next(rule.max_length for rule in info.metadata if isinstance(rule, MaxLen)) + 1
+        ):
+            box.addItem(str(count), count)
+            rows: list[QWidget] = []
+            way = Way(f"{count}", _holds(name, count), lambda subject: subject, model=model)
+            for field in model.model_fields:
+                rows.append(self.add(model, field, (name, count - 1), way))
+            self._ways.append((way, rows))
+        self._form.bind_choice(
+            box,
+            lambda subject: len(getattr(subject, name)),
+            lambda subject, count: subject.replace(**{name: _of_length(getattr(subject, name), count)}),
+            f"{name}.count",
+        )
+        return self._row(title, [box], info.description or "")
+
     def _add_items(self, title: str, tip: str, path: Path, kind: _Kind, way: Way | None = None) -> QWidget:
         """Add the items of a tuple side by side; the description names them up to its semicolon."""
         items = [_plain(item) for item in get_args(kind.plain)]
@@ -192,6 +218,16 @@ class ModelRows:
         if self._is_shared:
             self._form.share(*(widget for widget in widgets if not isinstance(widget, QLabel)))
         return self._form.add_row(title, widgets, tip)
+
+
+def _holds(name: str, count: int) -> Callable[[Any], bool]:
+    """Return whether a field of a subject holds that many parts."""
+    return lambda subject: len(getattr(subject, name)) >= count
+
+
+def _of_length(parts: tuple[Any, ...], count: int) -> tuple[Any, ...]:
+    """Return the first parts; where there are too few, the last one again."""
+    return (*parts[:count], *(parts[-1:] * (count - len(parts))))
 
 
 def model_tip(model: type[BaseModel]) -> str:

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QComboBox, QLabel, QPushButton, QScrollArea, QStac
 from riglens.core.geometry import Pose
 from riglens.core.rig.edits import partner_of
 from riglens.core.rig.model import MeshPlacement, Rig, Vehicle
-from riglens.core.sensors.registry import kinds
+from riglens.core.sensors.registry import kinds, shown_kinds
 from riglens.core.vehicle.profiles import PROFILES, reference_vehicle
 from riglens.core.vehicle.standing import Stand
 from riglens.widgets.panels.controls.scrolled import breakable, scrolled
@@ -263,10 +263,10 @@ class RigForm(Form):
         self.mesh_rows.show_for(subject.vehicle)
         self._show_body(subject.vehicle.body)
         rays = sum(sensor.ray_count for sensor in subject.sensors if sensor.enabled)
-        counted = [(kind, len(subject.enabled_of(kind.model))) for kind in kinds()]
-        counts = " and ".join(
-            f"{count} {kind.title if count == 1 else kind.plural}" for kind, count in counted
-        )
+        shown = shown_kinds(sensor.kind for sensor in subject.sensors if sensor.enabled)
+        counted = [(kind, len(subject.enabled_of(kind.model))) for kind in shown]
+        *first, last = (f"{count} {kind.title if count == 1 else kind.plural}" for kind, count in counted)
+        counts = f"{', '.join(first)} and {last}"
         self._summary.setText(
             f"{counts} count in the scores: {rays:,} rays.\n\nSelect a sensor in the list or in the view to edit it."
             if subject.sensors

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QHeaderView
 
 from riglens.core.metric.scores import MetricSettings, Scores
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.sensors.registry import kind_names
+from riglens.core.sensors.registry import shown_kinds
 from riglens.core.targets.quantities import ON_TARGET as ON_TARGET_QUANTITY
 from riglens.core.targets.quantities import WHO, Cells
 from riglens.widgets.panels.controls.item_views import OwnKeys, StandardKey
@@ -77,9 +77,9 @@ class ScoreTable(FigureTable):
         return max(CHANGE_PX, max(map(wide, LONGEST_CHANGES)) + 2 * _CELL_MARGIN_PX)
 
     def set_details(self, shown: bool) -> None:
-        """Show S-MIG by kind, of which S-MS is made, next to the three figures, or hide it."""
-        for kind in kind_names():
-            for key in (kind, f"{kind} change"):
+        """Show S-MIG by kind, of which S-MS is made, beside the three figures, or hide it."""
+        for kind in shown_kinds(()):
+            for key in (kind.name, f"{kind.name} change"):
                 self.setColumnHidden(self.place_of(key), not shown)
 
     def place_of(self, column: str) -> int:

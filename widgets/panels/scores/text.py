@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from riglens.core.metric.scores import ClassScores, Reading
-from riglens.core.sensors.registry import AnyKind, kinds
+from riglens.core.sensors.registry import AnyKind, shown_kinds
 from riglens.core.study.evidence import EVIDENCE
 
 SURE = 2.0
@@ -102,7 +102,7 @@ S_MS = MetricColumn("s_ms", "S-MS", "S-MS", SIGN_NOTE, value=lambda c: c.s_ms)
 
 def columns() -> tuple[MetricColumn, ...]:
     """Return the scores: seen, S-MS, and the S-MIG of each kind of sensor that S-MS is made of."""
-    return (SEEN, S_MS, *(_s_mig(kind) for kind in sorted(kinds(), key=lambda kind: kind.name)))
+    return (SEEN, S_MS, *(_s_mig(kind) for kind in sorted(shown_kinds(()), key=lambda kind: kind.name)))
 
 
 def _s_mig(kind: AnyKind) -> MetricColumn:

@@ -30,6 +30,7 @@ from PySide6.QtWidgets import (
 from riglens.core.geometry import Pose
 from riglens.core.rig.library import Entry
 from riglens.core.rig.model import Sensor
+from riglens.core.sensing.rays import farthest_m
 from riglens.core.sensors.registry import AnyKind, kinds
 from riglens.widgets.panels.controls.icons import icon
 from riglens.widgets.panels.controls.style import MARGIN, as_panel, numbers_font, plain_tip, tones
@@ -54,7 +55,7 @@ def model_tip(entry: Entry, sensor: Sensor) -> str:
 def _described(sensor: Sensor) -> tuple[str, tuple[str, ...]]:
     """Return short type and figures of a model; they take longer than all else when the theme changes."""
     figures = [f"{caption}: {value}" for caption, value in derived_rows(sensor)]
-    low, high = sensor.range_m
+    low, high = sensor.range_m[0], farthest_m(sensor)
     if high != float("inf"):
         figures.append(f"Range: {low:g} to {high:g} m")
     return short_type(sensor), tuple(figures)

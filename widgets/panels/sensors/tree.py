@@ -21,7 +21,7 @@ from PySide6.QtWidgets import QAbstractItemView, QMenu, QTreeWidget, QTreeWidget
 
 from riglens.core.rig.edits import partner_of
 from riglens.core.rig.model import Rig, Sensor
-from riglens.core.sensors.registry import kinds
+from riglens.core.sensors.registry import kinds, shown_kinds
 from riglens.widgets.panels.controls.icons import icon
 from riglens.widgets.panels.controls.item_views import BAR_SHARE, give_context_menu
 from riglens.widgets.panels.controls.menus import add_entry
@@ -203,7 +203,8 @@ class SensorList(QTreeWidget):
         scrolled = self.verticalScrollBar().value()
         self.clear()
         groups = {
-            kind.name: self._group(kind.name, f"{kind.heading}  {names.count(kind.name)}") for kind in kinds()
+            kind.name: self._group(kind.name, f"{kind.heading}  {names.count(kind.name)}")
+            for kind in shown_kinds(names)
         }
         rows = [QTreeWidgetItem(groups[name]) for name in names]
         self.expandAll()
