@@ -129,6 +129,11 @@ FIGURES = {
     "body_m": "size",
     "hfov_deg": "field of view",
     "image": "image size",
+    "reference_dbsm": "reference cross section",
+    "azimuth_deg": "azimuth",
+    "elevation_deg": "elevation",
+    "pole_range_m": "range",
+    "wall_range_m": "range",
 }
 """Names of an entry's figures in sentences."""
 
@@ -217,13 +222,15 @@ def _check_about(entry: Entry, place: str) -> None:
 
 
 def _complete(fields: dict[str, Any], sensor: Sensor) -> dict[str, Any]:
-    """Return the fields with every coefficient of a lens filled in, so that they compare equal to a sensor's."""
-    parts = {name: getattr(sensor, name) for name in fields}
-    return fields | {
-        name: part.model_dump()
-        for name, part in parts.items()
-        if isinstance(part, BaseModel) and not isinstance(part, EvenAngles)
-    }
+    """Return the fields with every part of a lens or a scan filled in, so that they compare equal to a sensor's."""
+    found = dict(fields)
+    for name in fields:
+        part = getattr(sensor, name)
+        if isinstance(part, BaseModel) and not isinstance(part, EvenAngles):
+            found[name] = part.model_dump()
+        elif isinstance(part, tuple) and isinstance(part[0], BaseModel):
+            found[name] = tuple(each.model_dump() for each in part)
+    return found
 
 
 def library_path(folder: Path) -> Path:

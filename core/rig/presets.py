@@ -163,6 +163,16 @@ CARS = (
     Preset(
         "Waymo car", "5 cameras + 5 LiDARs, a Chrysler Pacifica of the Waymo Open Dataset", file="waymo.yaml"
     ),
+    Preset(
+        "nuScenes car with radars",
+        "6 cameras + 1 LiDAR + 5 radars, the car of nuScenes with all its sensors",
+        file="nuscenes-radars.yaml",
+    ),
+    Preset(
+        "production car",
+        "6 cameras + 5 radars + 12 ultrasonic sensors + 1 LiDAR, as in cars that are sold",
+        file="production.yaml",
+    ),
 )
 """Cars as their public calibrations describe them; the files name their sources."""
 

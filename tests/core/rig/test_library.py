@@ -72,7 +72,8 @@ def test_the_models_of_the_paper_are_the_defaults_of_the_paper() -> None:
 def test_models_are_listed_by_kind() -> None:
     library = default_library()
     assert {entry.kind for entry in library.entries("camera")} == {"camera"}
-    assert library.entries("lidar") + library.entries("camera") == library.entries()
+    kinds = ("lidar", "camera", "radar", "ultrasonic")
+    assert tuple(entry for kind in kinds for entry in library.entries(kind)) == library.entries()
 
 
 def test_an_unknown_model_is_refused_with_the_known_ones() -> None:
