@@ -46,6 +46,7 @@ from riglens.core.formats.source import MAX_ANGLE, Source, Value
 from riglens.core.geometry import Vec3
 from riglens.core.rig.model import Camera, Rig, Sensor, Vehicle
 from riglens.core.rig.yaml.nodes import shortened, value_text
+from riglens.core.sensors.registry import kind_named
 
 TITLE = "Autoware sensor kit calibration"
 BASE, KIT = "base_link", "sensor_kit_base_link"
@@ -164,6 +165,8 @@ def _add(frame: str, root_SE3_frame: Matrix, macro: str | None, source: Source, 
                 "the base of the LiDAR is taken as its centre, which is a few cm higher", frame
             )
         mounting.add_lidar(without_ending(frame), root_SE3_frame, said=macro)
+    elif (other := kind_named(kind)) is not None:
+        mounting.add_other(other, without_ending(frame), root_SE3_frame, said=macro)
     elif macro is not None:
         mounting.notes.ignored(f"neither camera nor LiDAR: {shortened(macro, 40)} in the kit's xacro", frame)
     else:
@@ -218,6 +221,8 @@ def _lidar_frame(name: str) -> str:
 _FRAMES: dict[str, Callable[[str], str]] = {
     "camera": lambda name: f"{name}/camera_link",
     "lidar": _lidar_frame,
+    "radar": lambda name: f"{name}/radar_link",
+    "ultrasonic": lambda name: f"{name}/ultrasonic_link",
 }
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from riglens.core.errors import InputError
 from riglens.core.formats.frames import SensorKind, kind_of
-from riglens.core.formats.mounts import find_lidar_model
+from riglens.core.formats.mounts import find_model
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Element, Source, Value
 from riglens.core.rig.model import Vehicle
@@ -108,7 +108,7 @@ def _calls(root: Element) -> Iterator[tuple[str, str]]:
 
 def kind_of_macro(macro: str) -> SensorKind | None:
     """Return the kind of sensor that a macro makes, None when it is another thing."""
-    return kind_of(macro) or ("lidar" if find_lidar_model(macro) is not None else None)
+    return kind_of(macro) or ("lidar" if find_model(macro) is not None else None)
 
 
 def find_vehicle(source: Source, notes: Notes) -> Vehicle | None:

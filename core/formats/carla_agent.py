@@ -15,13 +15,14 @@ from typing import Any
 
 from riglens.core.errors import InputError
 from riglens.core.formats.base import Format, Imported
-from riglens.core.formats.carla_objects import KNOWN, lidar_fields
+from riglens.core.formats.carla_objects import KNOWN, RADAR_TYPE, lidar_fields
 from riglens.core.formats.carla_toml import right_handed
 from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source, Value
 from riglens.core.rig.model import Vehicle
 from riglens.core.rig.yaml.nodes import shortened
+from riglens.core.sensors.radar import RADAR
 
 TITLE = "CARLA leaderboard agent"
 LIDAR_RAYS = {
@@ -170,10 +171,10 @@ def _add(node: ast.Dict, names: _Names, source: Source, mounting: Mounting) -> N
     named = fields.get("id")
     name = named if isinstance(named, str) else f"line {node.lineno}"
     family = kind.removeprefix("sensor.").partition(".")[0]
-    if family not in ("camera", "lidar"):
+    if family not in ("camera", "lidar") and kind != RADAR_TYPE:
         notes.ignored(f"neither camera nor LiDAR: {shortened(kind, 40)}", name)
         return
-    if kind.removeprefix(f"sensor.{family}.") not in KNOWN[family]:
+    if kind != RADAR_TYPE and kind.removeprefix(f"sensor.{family}.") not in KNOWN[family]:
         notes.approximated(f"unknown type '{shortened(kind, 40)}', read as a sensor.{family} of CARLA", name)
     computed = [key for key, value in fields.items() if value is _COMPUTED]
     placed = [key for key in computed if key in (*_POSITION, *_ANGLES, "width", "height", "fov")]
@@ -193,6 +194,9 @@ def _add(node: ast.Dict, names: _Names, source: Source, mounting: Mounting) -> N
     if family == "lidar":
         _add_lidar(name, pose, value, mounting)
         return
+    if kind == RADAR_TYPE:
+        mounting.add_other(RADAR, name, pose, **_radar_fields(value))
+        return
     if kind != "sensor.camera.rgb":
         notes.read("camera of another kind, imported for its view", name)
     image = (value.item("width").whole(1, MAX_PIXELS), value.item("height").whole(1, MAX_PIXELS))
@@ -208,6 +212,13 @@ def _add_lidar(name: str, pose: Any, value: Value, mounting: Mounting) -> None:
         )
     told = Value(LIDAR_RAYS | value.raw, *value.place)
     mounting.add_lidar(name, pose, **lidar_fields(told, name, mounting.notes))
+
+
+def _radar_fields(value: Value) -> dict[str, Any]:
+    """Return the scan of the leaderboard's radar: as high as it is wide, up to 100 m."""
+    half_deg = value.item("fov").number(1e-3, 180.0) / 2.0
+    ends = (-half_deg, half_deg)
+    return {"scans": ({"azimuth_deg": ends, "elevation_deg": ends, "range_m": 100.0},)}
 
 
 CARLA_AGENT = Format("carla-agent", TITLE, recognises, read)

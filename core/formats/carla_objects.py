@@ -23,6 +23,7 @@ from riglens.core.formats.source import Source, Value
 from riglens.core.geometry import Vec3
 from riglens.core.rig.model import Camera, EvenAngles, Rig, Sensor, Vehicle
 from riglens.core.rig.yaml.nodes import shortened
+from riglens.core.sensors.radar import RADAR, Radar
 
 TITLE = "CARLA ROS bridge objects.json"
 ORIGIN: Vec3 = (0.0, 0.0, 0.0)
@@ -31,6 +32,7 @@ CAMERAS = ("rgb", "depth", "semantic_segmentation", "instance_segmentation", "op
 _POSITION, _ANGLES = ("x", "y", "z"), ("roll", "pitch", "yaw")
 
 
+RADAR_TYPE = "sensor.other.radar"
 KNOWN = {
     "lidar": ("ray_cast", "ray_cast_semantic"),
     "camera": (
@@ -88,6 +90,9 @@ def _text(value: Value, key: str, default: str) -> str:
 def _add(sensor: Value, mounting: Mounting) -> None:
     kind, name = sensor.item("type").text(), sensor.item("id").text()
     family, _, model = kind.removeprefix("sensor.").partition(".")
+    if kind == RADAR_TYPE:
+        mounting.add_other(RADAR, name, _pose(sensor.get("spawn_point")), **_radar_fields(sensor))
+        return
     if family not in ("camera", "lidar"):
         mounting.notes.ignored(f"neither camera nor LiDAR: {shortened(kind, 40)}", name)
         return
@@ -136,6 +141,15 @@ def lidar_fields(sensor: Value, name: str, notes: Notes) -> dict[str, Any]:
     }
 
 
+def _radar_fields(sensor: Value) -> dict[str, Any]:
+    """Return the one scan of CARLA's radar, which is symmetric about its axis, with the defaults of CARLA."""
+    wide, high = (
+        _number(sensor, f"{axis}_fov", 30.0, low=1e-3, high=180.0) / 2 for axis in ("horizontal", "vertical")
+    )
+    scan = {"azimuth_deg": (-wide, wide), "elevation_deg": (-high, high)}
+    return {"scans": ({**scan, "range_m": _number(sensor, "range", 100.0, low=1e-3, high=1000.0)},)}
+
+
 def _number(value: Value, key: str, default: float, low: float = -1e6, high: float = 1e6) -> float:
     found = value.get(key)
     return default if found is None else found.number(low, high, quoted=True)
@@ -164,6 +178,20 @@ def _sensor(sensor: Sensor, notes: Notes) -> dict[str, object]:
     return {"type": type_, "id": sensor.name, "spawn_point": spawn, **write_fields(sensor, notes)}
 
 
+def _fields_of_radar(radar: Radar, notes: Notes) -> dict[str, float]:
+    """Return the scan that reaches farthest, as wide and as high as CARLA's symmetric field of view has to be."""
+    scan = max(radar.scans, key=lambda scan: scan.range_m)
+    ends = {"horizontal": scan.azimuth_deg, "vertical": scan.elevation_deg}
+    fov = {f"{axis}_fov": 2.0 * max(map(abs, limits)) for axis, limits in ends.items()}
+    notes.written("pose, field of view and range", radar.name)
+    if len(radar.scans) > 1:
+        notes.ignored(f"{len(radar.scans) - 1} scans of shorter range: CARLA's radar has one", radar.name)
+    if any(low != -high for low, high in ends.values()):
+        notes.approximated("CARLA's field of view is symmetric: it is written wide enough", radar.name)
+    notes.ignored("cross sections, resolution and model: the file has no place for them", radar.name)
+    return {**fov, "range": scan.range_m}
+
+
 def _image_fields(camera: Camera, notes: Notes) -> dict[str, float]:
     width, height = camera.image
     fields = {"image_size_x": width, "image_size_y": height, "fov": _fov_deg(camera, notes)}
@@ -185,6 +213,7 @@ def _fov_deg(camera: Camera, notes: Notes) -> float:
 _WRITERS: dict[str, tuple[str, Callable[[Any, Notes], dict[str, Any]]]] = {
     "lidar": ("sensor.lidar.ray_cast", rays_to_write),
     "camera": ("sensor.camera.rgb", _image_fields),
+    "radar": (RADAR_TYPE, _fields_of_radar),
 }
 """CARLA's type of each kind, and how its fields are written."""
 CARLA = Format("carla", TITLE, recognises, read, write)

@@ -29,8 +29,9 @@ from riglens.core.formats.mounts import (
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import MAX_ANGLE, Source, Value
 from riglens.core.geometry import rotation_from_rpy_deg
-from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt, Lidar, Rig, Sensor, Vehicle
+from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt, Rig, Sensor, Vehicle
 from riglens.core.rig.yaml.nodes import shortened
+from riglens.core.sensors.registry import kind_named
 
 TITLE = "NVIDIA DriveWorks rig JSON"
 VERSION = 2
@@ -121,7 +122,7 @@ def _add(sensor: Value, default_name: str, mounting: Mounting) -> None:
     name = default_name if name_value is None else name_value.text()
     words = name if protocol is None else protocol.text()
     kind = words.lower().replace(":", ".").split(".")[0]
-    if kind not in ("camera", "lidar"):
+    if kind not in _PROPERTIES:
         mounting.notes.ignored("neither camera nor LiDAR", name)
         return
     if NOMINAL not in sensor:
@@ -130,7 +131,9 @@ def _add(sensor: Value, default_name: str, mounting: Mounting) -> None:
     pose = _pose(sensor, name, mounting.notes)
     properties = sensor.get("properties")
     if kind == "lidar":
-        mounting.add_lidar(name, pose, said=_lidar_words(sensor, properties))
+        mounting.add_lidar(name, pose, said=_model_words(sensor, properties))
+    elif (other := kind_named(kind)) is not None and kind != "camera":
+        mounting.add_other(other, name, pose, said=_model_words(sensor, properties))
     else:
         mounting.add_camera(name, pose, **_lens(properties, name, mounting.notes))
 
@@ -154,7 +157,7 @@ def _rotation(value: Value) -> Matrix:
     return rotation_from_rpy_deg(value.item(RPY).vector(limit=MAX_ANGLE))
 
 
-def _lidar_words(sensor: Value, properties: Value | None) -> str | None:
+def _model_words(sensor: Value, properties: Value | None) -> str | None:
     """Return the model that the file names: in our own property, or as device=... in the sensor's parameters."""
     model = properties.get("model") if properties is not None and properties.is_mapping else None
     if model is not None:
@@ -275,15 +278,18 @@ def _camera_properties(camera: Camera, notes: Notes) -> dict[str, str]:
     return properties
 
 
-def _lidar_properties(lidar: Lidar, notes: Notes) -> dict[str, str]:
-    notes.written("pose and model" if lidar.model else "pose", lidar.name)
-    notes.ignored("beam angles and range: the file has no place for them", lidar.name)
-    return {"model": lidar.model} if lidar.model else {}
+def _model_property(sensor: Sensor, notes: Notes) -> dict[str, str]:
+    notes.written("pose and model" if sensor.model else "pose", sensor.name)
+    figures = "beam angles" if sensor.kind == "lidar" else "field of view"
+    notes.ignored(f"{figures} and range: the file has no place for them", sensor.name)
+    return {"model": sensor.model} if sensor.model else {}
 
 
 _PROPERTIES: dict[str, Callable[[Any, Notes], dict[str, str]]] = {
     "camera": _camera_properties,
-    "lidar": _lidar_properties,
+    "lidar": _model_property,
+    "radar": _model_property,
+    "ultrasonic": _model_property,
 }
 """Writers of a sensor's properties, by kind."""
 

@@ -18,13 +18,12 @@ from riglens.core.geometry import Pose, Vec3, rotation_from_rpy_deg, rpy_deg_fro
 from riglens.core.rig.pose_text import quaternion_xyzw, rotation_from_quaternion
 from riglens.core.rig.yaml.nodes import shortened
 
-SensorKind = Literal["camera", "lidar"]
+SensorKind = Literal["camera", "lidar", "radar", "ultrasonic"]
 
-_OTHER = re.compile(
-    r"imu|gnss|gps|radar|ars4|srr|umrr|esr[_0-9]|smartmicro|continental|sonar|ultrasonic|odom|antenna|"
-    r"(kit|unit)_base_link$"
-)
+_OTHER = re.compile(r"imu|gnss|gps|odom|antenna|(kit|unit)_base_link$")
 """Other sensors, and the mounts of kits."""
+_RADAR = re.compile(r"radar|ars[45]|srr|umrr|esr[_0-9]|smartmicro|continental")
+_ULTRASONIC = re.compile(r"sonar|ultrasonic|ultrasound")
 _CAMERA = re.compile(
     r"camera|optical|(^|[^a-z])cam([^a-z]|$)|(^|[^a-z])zed([^a-z]|$)|blackfly|realsense|(^|[^a-z])d4[0-9]{2}([^0-9]|$)"
 )
@@ -36,6 +35,8 @@ _LIDAR = re.compile(
 _ENDINGS = (
     "/camera_optical_link",
     "/camera_link",
+    "/radar_link",
+    "/ultrasonic_link",
     "/lidar_link",
     "_optical_frame",
     "_optical_link",
@@ -45,7 +46,7 @@ _ENDINGS = (
 
 
 def kind_of(frame: str) -> SensorKind | None:
-    """Return the kind of sensor that a name suggests, None when it suggests neither.
+    """Return the kind of sensor that a name suggests, None when it suggests none.
 
     What comes after the last slash decides if it says anything, as in camera0/camera_link.
     """
@@ -54,6 +55,10 @@ def kind_of(frame: str) -> SensorKind | None:
     for words in (last, name) if last != name else (name,):
         if _OTHER.search(words):
             return None
+        if _RADAR.search(words):
+            return "radar"
+        if _ULTRASONIC.search(words):
+            return "ultrasonic"
         if _CAMERA.search(words):
             return "camera"
         if _LIDAR.search(words):

@@ -20,9 +20,12 @@ from riglens.core.rig.library import Entry, default_library
 from riglens.core.rig.model import MAX_SENSORS, Camera, Lidar, Rig, Sensor, Vehicle
 from riglens.core.rig.yaml.nodes import shortened
 from riglens.core.rig.yaml.problems import problem_text, problems
-from riglens.core.sensors.registry import kind_of
+from riglens.core.sensors.lidar import LIDAR
+from riglens.core.sensors.registry import AnyKind, kind_of, shown_kinds
 
 DEFAULT_LIDAR = "generic-16"
+_ASSUMED = {"lidar": DEFAULT_LIDAR, "radar": "generic-radar", "ultrasonic": "generic-ultrasonic"}
+"""The library model of each kind that stands for an unknown one."""
 MAX_PIXELS = 20_000
 
 
@@ -70,10 +73,19 @@ class Mounting:
 
     def add_lidar(self, name: str, root_SE3_sensor: Matrix, said: str | None = None, **fields: Any) -> None:
         """Add a LiDAR at a pose; beams from `fields`, or from the library model named by `said`, or a default."""
-        entry = None if "elevations_deg" in fields else self._entry(name, said)
+        entry = None if "elevations_deg" in fields else self._entry(LIDAR, name, said)
         supplied = entry.fields if entry else {}
         model = {"model": entry.name} if entry else {}
         self._add(Lidar, name, root_SE3_sensor, **(supplied | model | fields))
+
+    def add_other(
+        self, kind: AnyKind, name: str, root_SE3_sensor: Matrix, said: str | None = None, **fields: Any
+    ) -> None:
+        """Add a radar or an ultrasonic sensor at a pose, with `fields` or as `add_lidar` finds its model."""
+        if not fields:
+            entry = self._entry(kind, name, said)
+            fields = entry.fields | {"model": entry.name}
+        self._add(kind.model, name, root_SE3_sensor, **fields)
 
     def add_camera(self, name: str, root_SE3_sensor: Matrix, **fields: Any) -> None:
         """Add a camera at the pose of its body frame (x forward, y left, z up)."""
@@ -93,27 +105,29 @@ class Mounting:
     def rig(self, name: str, may_be_empty: bool = False) -> Rig:
         """Return the rig of all sensors so far; raise InputError when there is none and that is not allowed."""
         if not self.sensors and not may_be_empty:
-            raise InputError(f"{self.where}: a rig needs at least one LiDAR or camera")
-        counts = [sum(s.kind == kind for s in self.sensors) for kind in ("camera", "lidar")]
-        self.notes.read(f"{_count(counts[0], 'camera')}, {_count(counts[1], 'LiDAR')}")
+            raise InputError(f"{self.where}: a rig needs at least one sensor")
+        shown = sorted(shown_kinds(s.kind for s in self.sensors), key=lambda kind: kind.name)
+        counts = [(sum(s.kind == kind.name for s in self.sensors), kind) for kind in shown]
+        self.notes.read(", ".join(f"{n} {kind.title if n == 1 else kind.plural}" for n, kind in counts))
         return Rig(name=shortened(name, 190) or "imported", vehicle=self.vehicle, sensors=tuple(self.sensors))
 
-    def _entry(self, name: str, said: str | None) -> Entry:
-        found = find_lidar_model(said or name)
+    def _entry(self, kind: AnyKind, name: str, said: str | None) -> Entry:
+        found, assumed = find_model(said or name, kind.name), _ASSUMED[kind.name]
+        part = "beams" if kind is LIDAR else "angles"
         if found is not None:
-            how = "its beams are those of the library model" if said else "taken by its name for a"
+            how = f"its {part} are those of the library model" if said else "taken by its name for a"
             add = self.notes.read if said else self.notes.approximated
             add(f"{how} {found.name}", name)
             if found.unverified:
                 self.notes.approximated(f"{found.name} in the library is {found.caveat()}", name)
             return found
         what = f"unknown to the library ({shortened(said, 40)})" if said else "not in the file"
-        self.notes.approximated(f"unknown beams, LiDAR model {what}: assumed those of {DEFAULT_LIDAR}", name)
-        return default_library().entry(DEFAULT_LIDAR)
+        self.notes.approximated(
+            f"unknown {part}, {kind.title} model {what}: assumed those of {assumed}", name
+        )
+        return default_library().entry(assumed)
 
-    def _add(
-        self, kind: type[Lidar] | type[Camera], name: str, root_SE3_sensor: Matrix, **fields: Any
-    ) -> None:
+    def _add(self, kind: type[Sensor], name: str, root_SE3_sensor: Matrix, **fields: Any) -> None:
         if len(self.sensors) >= MAX_SENSORS:
             raise InputError(f"{self.where}: too many sensors (at most {MAX_SENSORS})")
         pose = self.pose(root_SE3_sensor)
@@ -149,14 +163,15 @@ _OTHER_NAMES = {
     "helios": "robosense-helios-5515",
     "livoxhorizon": "livox-horizon",
     "livoxhap": "livox-hap",
+    "ars408": "continental-ars408-21",
 }
 """Names of models in frames and macros, letters and digits alone, that do not hold the library's product name."""
 
 
-def find_lidar_model(words: str) -> Entry | None:
-    """Return the LiDAR of the library that the words name ("VELO_VLP32C", "Hesai Pandar64"); the longest name wins."""
+def find_model(words: str, kind: str = "lidar") -> Entry | None:
+    """Return the sensor of the library that the words name ("VELO_VLP32C", "Hesai Pandar64"); the longest name wins."""
     plain = _letters(words)
-    entries = default_library().entries("lidar")
+    entries = default_library().entries(kind)
     exact = [entry for entry in entries if entry.name == words]
     other_name = next((name for said, name in _OTHER_NAMES.items() if said in plain), None)
     found = exact or [entry for entry in entries if _product(entry) in plain]
@@ -177,10 +192,6 @@ def _letters(words: str) -> str:
 
 def _numbered(base: str, number: int) -> str:
     return base if number == 1 else f"{base}_{number}"
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
 def sensors_to_write(rig: Rig, notes: Notes, kinds: Collection[str]) -> list[Sensor]:

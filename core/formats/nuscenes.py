@@ -29,7 +29,7 @@ from riglens.core.formats.mounts import (
     MAX_PIXELS,
     Mounting,
     ReadOptions,
-    find_lidar_model,
+    find_model,
     rear_axle_on_ground,
     root_SE3_body,
     sensors_to_write,
@@ -41,6 +41,7 @@ from riglens.core.rig.model import Camera, Rig, Sensor, Vehicle
 from riglens.core.rig.yaml.nodes import shortened
 from riglens.core.scene.readers.json_records import json_records
 from riglens.core.scene.readers.nuscenes_tables import table_file, version_folder
+from riglens.core.sensors.radar import RADAR
 
 TITLE = "nuScenes tables"
 ZOE = Vehicle(body="sedan", length=4.084, width=1.73, height=1.562, rear_axle_x=-1.35)
@@ -51,7 +52,7 @@ MAX_SCANNED = 300_000
 _TABLES = ("calibrated_sensor", "sensor")
 _CAMERAS = ("FRONT", "FRONT_LEFT", "FRONT_RIGHT", "BACK", "BACK_LEFT", "BACK_RIGHT")
 OWN_CHANNELS = frozenset(f"CAM_{place}" for place in _CAMERAS) | {"LIDAR_TOP"}
-"""Cameras and LiDAR of the car of nuScenes itself."""
+"""Cameras and LiDAR of the car of nuScenes itself; its radars are ARS 408-21 (Caesar et al., CVPR 2020)."""
 OWN_LIDAR = "nuscenes-lidar-top"
 """An HDL-32E at 20 turns a second (Caesar et al., CVPR 2020)."""
 
@@ -190,12 +191,15 @@ class _Recorded:
 
 
 def _add(row: Value, channel: str, modality: str, recorded: _Recorded, mounting: Mounting) -> None:
-    if modality not in ("camera", "lidar"):
+    if modality not in ("camera", "lidar", "radar"):
         mounting.notes.ignored(f"RigLens has no {shortened(modality, 30)}s", channel)
         return
     rotation = row.item("rotation")
     wxyz = rotation.numbers(4, limit=2.0)
     pose = se3(rotation_from_wxyz(rotation, wxyz), row.item("translation").vector())
+    if modality == "radar":
+        mounting.add_other(RADAR, channel, pose, said="Continental ARS 408-21" if recorded.is_own else None)
+        return
     if modality == "lidar":
         if recorded.is_own:
             mounting.add_lidar(channel, pose, said=OWN_LIDAR)
@@ -213,7 +217,7 @@ def _add(row: Value, channel: str, modality: str, recorded: _Recorded, mounting:
 
 def _add_unknown_lidar(channel: str, pose: Matrix, sweep: Path | None, mounting: Mounting) -> None:
     """Add a LiDAR of another car: a model that its channel names, else beams from its points, else assumed ones."""
-    rings = None if sweep is None or find_lidar_model(channel) else rings_of(sweep)
+    rings = None if sweep is None or find_model(channel) else rings_of(sweep)
     if isinstance(rings, Rings):
         beams = f"{len(rings.elevations_deg)} beams and their elevations"
         mounting.notes.read(
@@ -263,6 +267,7 @@ def write(rig: Rig) -> Exported:
 _LEFT_OUT = {
     "camera": ("pose, lens and image size", "ray lattice"),
     "lidar": ("pose", "beam angles, model"),
+    "radar": ("pose", "scans, model"),
 }
 """Fields that are written of each kind, and fields that are not."""
 

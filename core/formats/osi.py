@@ -21,6 +21,8 @@ from riglens.core.formats.ray_export import FULL_TURN_DEG, report_symmetric, tur
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source
 from riglens.core.rig.model import Camera, Lidar, Rig, Sensor
+from riglens.core.sensing.rays import farthest_m
+from riglens.core.sensors.sectors import Sectored
 
 TITLE = "ASAM OSI sensor view configuration (JSON)"
 WHEEL_RADIUS_M = 0.33
@@ -57,8 +59,8 @@ def _message(sensor: Sensor, number: int, rig: Rig, notes: Notes) -> dict[str, A
     wide_rad, high_rad, rays = _VIEWS[sensor.kind](sensor, notes)
     view = {"field_of_view_horizontal": wide_rad, "field_of_view_vertical": high_rad}
     message: dict[str, Any] = {"version": VERSION, **common, **view}
-    if not math.isinf(sensor.range_m[1]):
-        message["range"] = sensor.range_m[1]
+    if not math.isinf(far_m := farthest_m(sensor)):
+        message["range"] = far_m
     if sensor.range_m[0] > 0.0:
         notes.ignored(f"smallest range {sensor.range_m[0]:g} m: OSI has no field for it", sensor.name)
     message[f"{sensor.kind}_sensor_view_configuration"] = [{**common, **view, **rays}]
@@ -103,9 +105,26 @@ def _lidar(lidar: Lidar, notes: Notes) -> tuple[float, float, dict[str, int]]:
     return math.radians(wide_deg), math.radians(tall_deg), rays
 
 
+def _sectored(sensor: Sectored, notes: Notes) -> tuple[float, float, dict[str, int]]:
+    """Return the symmetric fields of view in radians that hold every sector, and the numbers of rays."""
+    ends = [
+        [abs(end) for s in sensor.sectors for end in getattr(s, name)]
+        for name in ("azimuth_deg", "elevation_deg")
+    ]
+    wide_deg, high_deg = (2.0 * max(each) for each in ends)
+    notes.written("mounting position, field of view and numbers of rays", sensor.name)
+    what = "scans, cross sections and resolution" if sensor.kind == "radar" else "ranges by width"
+    notes.ignored(f"{what}: OSI has one symmetric field of view and one range", sensor.name)
+    columns, rows = sensor.resolution
+    rays = {"number_of_rays_horizontal": columns, "number_of_rays_vertical": rows}
+    return math.radians(wide_deg), math.radians(high_deg), rays
+
+
 _VIEWS: dict[str, Callable[[Any, Notes], tuple[float, float, dict[str, int]]]] = {
     "camera": _camera,
     "lidar": _lidar,
+    "radar": _sectored,
+    "ultrasonic": _sectored,
 }
 """Writers of a sensor, by kind."""
 OSI = Format("osi", TITLE, recognises, write=write)

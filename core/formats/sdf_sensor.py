@@ -13,6 +13,7 @@ from riglens.core.formats.mounts import MAX_PIXELS, Mounting
 from riglens.core.formats.source import Element
 from riglens.core.rig.model import EvenAngles, KannalaBrandt
 from riglens.core.rig.yaml.nodes import shortened
+from riglens.core.sensors.ultrasonic import ULTRASONIC
 
 WIDE_ANGLE, EQUIDISTANT, PINHOLE = "wideanglecamera", "equidistant", "gnomonical"
 KINDS: dict[str, SensorKind] = {
@@ -20,6 +21,7 @@ KINDS: dict[str, SensorKind] = {
         ("camera", WIDE_ANGLE, "wide_angle_camera", "depth", "depth_camera", "rgbd_camera", "rgbd"), "camera"
     ),
     **dict.fromkeys(("ray", "gpu_ray", "lidar", "gpu_lidar"), "lidar"),
+    "sonar": "ultrasonic",
 }
 _MAX_SAMPLES = 100_000
 _PLUGINS: tuple[tuple[str, SensorKind], ...] = (
@@ -32,6 +34,8 @@ _PLUGINS: tuple[tuple[str, SensorKind], ...] = (
 """Words in the file names of Gazebo's plugins, as in libgazebo_ros_camera.so and libgazebo_ros_velodyne_laser.so."""
 _RANGE_FINDER = "ros_range"
 """libgazebo_ros_range.so publishes one distance (sensor_msgs/Range) of a sensor of type ray: a sonar, not a LiDAR."""
+_SHORT_M = 10.0
+"""A single ray of no more than this is a sonar, too: our choice."""
 
 
 def plugin_kind(holder: Element) -> SensorKind | None:
@@ -45,8 +49,22 @@ def plugin_kind(holder: Element) -> SensorKind | None:
 
 
 def is_range_finder(sensor: Element) -> bool:
-    """Return whether a plugin of a sensor publishes a single distance."""
-    return any(_RANGE_FINDER in plugin.attributes.get("filename", "") for plugin in sensor.all("plugin"))
+    """Return whether a sensor measures a single distance: as its plugin says, or with one ray of a few metres."""
+    if any(_RANGE_FINDER in plugin.attributes.get("filename", "") for plugin in sensor.all("plugin")):
+        return True
+    lidar = sensor.first("lidar") or sensor.first("ray")
+    scan = None if lidar is None else lidar.first("scan")
+    if lidar is None or scan is None or scan.first("horizontal", "samples") is None:
+        return False
+    axes = [axis for axis in ("horizontal", "vertical") if scan.first(axis, "samples") is not None]
+    is_one = all(_whole(scan, axis, "samples", most=_MAX_SAMPLES) == 1 for axis in axes)
+    return is_one and _number(lidar, "range", "max", default=math.inf) <= _SHORT_M
+
+
+def is_infrared(sensor: Element) -> bool:
+    """Return whether a plugin of a range finder says that it measures by light."""
+    said = (plugin.first("radiation") for plugin in sensor.all("plugin"))
+    return any(element is not None and "infrared" in element.text.lower() for element in said)
 
 
 def plugin_frame(holder: Element) -> str | None:
@@ -84,6 +102,8 @@ def add_sdf_sensor(
         base_SE3_link = base_SE3_link @ on_link
     if kind == "camera":
         mounting.add_camera(name, base_SE3_link, **_camera_fields(sensor, name, mounting))
+    elif kind == "ultrasonic":
+        mounting.add_other(ULTRASONIC, name, base_SE3_link, **_sonar_fields(sensor, name, mounting))
     else:
         mounting.add_lidar(name, base_SE3_link, **_lidar_fields(sensor))
 
@@ -157,6 +177,32 @@ def _lidar_fields(sensor: Element) -> dict[str, Any]:
     if lidar.first("range") is not None:
         fields["range_m"] = (_number(lidar, "range", "min", default=0.0), _number(lidar, "range", "max"))
     return fields
+
+
+def _sonar_fields(sensor: Element, name: str, mounting: Mounting) -> dict[str, Any]:
+    """Return field of view and range of a sonar, or of a fan of rays whose nearest distance a plugin publishes."""
+    ends: dict[str, tuple[float, float]] = {}
+    far = near = None
+    sonar, lidar = sensor.first("sonar"), sensor.first("lidar") or sensor.first("ray")
+    if sonar is not None:
+        near, far = _number(sonar, "min", default=0.0), _number(sonar, "max")
+        half = math.degrees(math.atan2(_number(sonar, "radius", default=0.5), far))
+        ends = {"azimuth_deg": (-half, half), "elevation_deg": (-half, half)}
+    elif lidar is not None:
+        if lidar.first("range") is not None:
+            near, far = _number(lidar, "range", "min", default=0.0), _number(lidar, "range", "max")
+        scan = lidar.first("scan")
+        for field, axis in (("azimuth_deg", "horizontal"), ("elevation_deg", "vertical")):
+            if scan is not None and scan.first(axis) is not None:
+                low, high, count = _ends(scan, axis)
+                ends |= {field: (low, high)} if count > 1 and low < high else {}
+    if len(ends) < 2:
+        mounting.notes.approximated("field of view of a sonar not in the file: assumed", name)
+    if far is None or math.isinf(far):
+        mounting.notes.approximated("range of a sonar not in the file: assumed", name)
+        return dict(ends) or {"wall_range_m": _SHORT_M / 2.0}
+    limits = {"pole_range_m": far, "wall_range_m": far}
+    return {**ends, **limits, **({} if not near else {"range_m": (near, math.inf)})}
 
 
 def _azimuths(scan: Element) -> EvenAngles:

@@ -47,6 +47,7 @@ from riglens.core.formats.sdf_sensor import (
     KINDS,
     WIDE_ANGLE,
     add_sdf_sensor,
+    is_infrared,
     is_range_finder,
     numbers_in,
     plugin_frame,
@@ -57,6 +58,7 @@ from riglens.core.formats.xacro import expanded, is_xacro
 from riglens.core.geometry import Vec3
 from riglens.core.rig.model import Camera, KannalaBrandt, Lidar, Rig, Sensor, Vehicle
 from riglens.core.rig.yaml.nodes import shortened
+from riglens.core.sensors.registry import kind_named
 
 TITLE = "ROS URDF"
 _OPTICAL_RPY = (-90.0, 0.0, -90.0)
@@ -198,9 +200,6 @@ class _Found:
     is_told: bool = False
 
 
-_WORDS = {"camera": "camera", "lidar": "LiDAR"}
-
-
 def recognises(source: Source) -> bool:
     """Return whether this is an XML file whose root is <robot>."""
     if source.is_folder or source.suffix not in (".urdf", ".xacro", ".xml"):
@@ -281,12 +280,18 @@ def _sensors(root: Element, tree: FrameTree, notes: Notes) -> list[_Found]:
         if kind is None and name not in (*BASES, *taken):
             kind = _kind_of_mesh(link)
             if kind is not None:
-                notes.approximated(f"taken for a {_WORDS[kind]} by the name of its mesh", name)
+                notes.approximated(f"taken for a {_title(kind)} by the name of its mesh", name)
         if kind is None and name not in (*BASES, *taken):
-            notes.ignored("link whose name and mesh suggest neither camera nor LiDAR", name)
+            notes.ignored("link whose name and mesh suggest no sensor", name)
         elif kind is not None and name not in taken:
             found.append(_Found(name, kind))
     return _outermost(found, tree, notes)
+
+
+def _title(kind: SensorKind) -> str:
+    found = kind_named(kind)
+    assert found is not None
+    return found.title
 
 
 def _outermost(found: list[_Found], tree: FrameTree, notes: Notes) -> list[_Found]:
@@ -309,10 +314,11 @@ def _gazebo_sensors(root: Element, links: set[str], notes: Notes) -> Iterator[_F
         sensors = [*gazebo.all("sensor")]
         for sensor in sensors or ([gazebo] if plugin_kind(gazebo) else []):
             name, said = sensor.attributes.get("name", "?"), sensor.attributes.get("type", "")
-            if is_range_finder(sensor):
-                notes.ignored("range finder with a single distance, no LiDAR", name)
+            is_sonar = is_range_finder(sensor)
+            if is_sonar and is_infrared(sensor):
+                notes.ignored("range finder with a single distance by light", name)
                 continue
-            kind = KINDS.get(said.lower()) or plugin_kind(sensor)
+            kind = "ultrasonic" if is_sonar else KINDS.get(said.lower()) or plugin_kind(sensor)
             link = gazebo.attributes.get("reference") or plugin_frame(sensor) or plugin_frame(gazebo)
             if kind is None:
                 notes.ignored(f"Gazebo sensor of type '{shortened(said, 30)}'", name)
@@ -345,6 +351,10 @@ def _add(found: _Found, base_SE3_link: Matrix, mounting: Mounting) -> None:
         add_sdf_sensor(found.sensor, found.kind, name, base_SE3_link, mounting)
     elif found.kind == "lidar":
         mounting.add_lidar(name, base_SE3_link)
+    elif found.kind != "camera":
+        other = kind_named(found.kind)
+        assert other is not None
+        mounting.add_other(other, name, base_SE3_link)
     else:
         body = from_optical(base_SE3_link) if is_optical(found.link) else base_SE3_link
         mounting.notes.approximated(

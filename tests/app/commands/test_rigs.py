@@ -67,11 +67,11 @@ def test_tables_become_a_rig_file_and_the_report_stands_on_standard_error(
     folder = write_files(tmp_path / "tables", NUSCENES)
     outcome = riglens("convert", folder, tmp_path / "rig.yaml")
     assert outcome.code == 0
-    assert outcome.out.endswith("rig.yaml: 2 sensors as RigLens rig YAML\n")
+    assert outcome.out.endswith("rig.yaml: 3 sensors as RigLens rig YAML\n")
     for line in (
         "note: nuScenes tables: read: rig 1 of 2, its first row is a1; --token changes it",
         "converted: origin from the rear axle on the ground to the body centre: added -1.35 0 0 m",
-        "ignored: RigLens has no radars (RADAR_FRONT)",
+        "read: its angles are those of the library model continental-ars408-21 (RADAR_FRONT)",
     ):
         assert line in outcome.err
     camera = load_rig(tmp_path / "rig.yaml").rig.sensor("CAM_FRONT")

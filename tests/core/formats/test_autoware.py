@@ -49,8 +49,7 @@ def sensors(imported: Imported) -> dict[str, str]:
 @pytest.mark.parametrize(
     "frame",
     [
-        "continental_base_link",
-        "srr520_front_base_link",
+        "gnss_base_link",
         "front_unit_base_link",
         "top_base_link",
         "rack_base_link",
@@ -85,7 +84,7 @@ def test_known_product_names_are_lidars(tmp_path: Path, frame: str, name: str, m
     [
         ("imu_side/camera_link", "camera"),
         ("radar_front/lidar_link", "lidar"),
-        ("velodyne/radar_link", None),
+        ("velodyne/radar_link", "radar"),
         ("camera0/camera_optical_link", "camera"),
         ("lidar/", "lidar"),
         ("zed_left", "camera"),
@@ -113,9 +112,10 @@ def test_the_xacro_of_a_kit_says_what_stands_where(tmp_path: Path) -> None:
     write_files(config.parent / "urdf", {"kit.xacro": xacro, "broken.xacro": "<robot>"})
     frames = ("roof_base_link", "side_base_link", "velodyne_old_base_link", "eye/view_link", "left_base_link")
     imported = kit(config, *frames)
-    assert sensors(imported) == {"roof": "lidar", "side": "lidar", "eye/view": "camera"}
+    kinds = {"roof": "lidar", "side": "lidar", "velodyne_old": "radar", "eye/view": "camera"}
+    assert sensors(imported) == kinds
     assert [sensor.model for sensor in imported.rig.lidars()] == ["velodyne-vlp-16", "hesai-qt64"]
-    assert has(imported.report, "ignored", "radar_macro in the kit's xacro", "velodyne_old_base_link")
+    assert has(imported.report, "approximated", "assumed those of generic-radar", "velodyne_old")
     assert has(imported.report, "ignored", "cannot be read as XML", "broken.xacro")
     assert imported.rig == read_rig(config.parent).rig
     apart = tmp_path / "individual_params" / "default"
@@ -144,8 +144,8 @@ def test_an_empty_kit_is_read(tmp_path: Path, empty: str) -> None:
 
 
 def test_a_kit_of_other_sensors_is_still_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="at least one LiDAR or camera"):
-        kit(tmp_path, "front/radar_link")
+    with pytest.raises(InputError, match="at least one sensor"):
+        kit(tmp_path, "front/imu_link")
 
 
 @pytest.mark.parametrize(

@@ -1,9 +1,12 @@
 """What the links of a robot carry: by sensors and plugins of Gazebo, by frames of scans, by files of shapes."""
 
+import math
+
 import pytest
 
 from riglens.core.formats.base import Imported
 from riglens.core.rig.model import Lidar
+from riglens.core.sensors.ultrasonic import Ultrasonic
 from tests.core.formats.cases import read_files
 from tests.core.formats.test_reports import has
 
@@ -75,8 +78,40 @@ def test_a_scan_from_above_downwards_has_the_same_beams() -> None:
     )
 
 
-def test_a_range_finder_is_not_a_lidar() -> None:
-    sonar = SCAN.format(0, 0, "<plugin name='p' filename='libgazebo_ros_range.so'/>")
+RANGE = "libgazebo_ros_range.so"
+ONE_RAY = """<sensor name='s' type='ray'><ray><scan><horizontal><samples>1</samples><min_angle>0</min_angle>
+  <max_angle>0</max_angle></horizontal></scan><range><min>0.1</min><max>{}</max></range></ray></sensor>"""
+
+
+def found(sensor: str) -> list[tuple[str, str]]:
+    read = robot(f"<gazebo reference='mast'>{sensor}</gazebo>")
+    return [(one.name, one.kind) for one in read.rig.sensors]
+
+
+def test_a_range_finder_is_a_sonar_unless_it_uses_light() -> None:
+    sonar = SCAN.format(-0.2, 0.2, f"<plugin name='p' filename='{RANGE}'/>")
     read = robot(f"<gazebo reference='mast'>{sonar}</gazebo>")
-    assert [sensor.name for sensor in read.rig.sensors] == ["front_scan"]
-    assert has(read.report, "ignored", "range finder", "s")
+    one = read.rig.sensor("s")
+    assert isinstance(one, Ultrasonic)
+    assert one.azimuth_deg == pytest.approx((-57.29578, 57.29578))
+    assert one.elevation_deg == pytest.approx((-11.459156, 11.459156))
+    by_light = f"<plugin name='p' filename='{RANGE}'><radiation>infrared</radiation></plugin>"
+    assert found(SCAN.format(0, 0, by_light)) == [("front_scan", "lidar")]
+
+
+def test_a_single_ray_of_few_metres_is_a_sonar_and_a_long_one_is_a_lidar() -> None:
+    assert ("s", "ultrasonic") in found(ONE_RAY.format(4.0)) and ("s", "lidar") in found(ONE_RAY.format(40.0))
+    read = robot(f"<gazebo reference='mast'>{ONE_RAY.format(4.0)}</gazebo>")
+    one = read.rig.sensor("s")
+    assert isinstance(one, Ultrasonic)
+    assert (one.pole_range_m, one.wall_range_m, one.range_m) == (4.0, 4.0, (0.1, math.inf))
+    assert has(read.report, "approximated", "field of view of a sonar not in the file", "s")
+
+
+def test_a_sonar_of_sdf_has_its_cone() -> None:
+    read = robot(
+        "<gazebo reference='mast'><sensor name='s' type='sonar'><sonar><min>0.1</min><max>5</max>"
+        "<radius>2.5</radius></sonar></sensor></gazebo>"
+    )
+    one = read.rig.sensor("s")
+    assert isinstance(one, Ultrasonic) and one.azimuth_deg == pytest.approx((-26.565051, 26.565051))

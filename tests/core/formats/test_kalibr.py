@@ -99,7 +99,7 @@ def test_transforms_that_agree_are_not_told() -> None:
 
 def test_a_file_without_cameras_is_refused(tmp_path: Path) -> None:
     (tmp_path / "a.yaml").write_text("imu0: {rate: 200}\n")
-    with pytest.raises(InputError, match="at least one LiDAR or camera"):
+    with pytest.raises(InputError, match="at least one sensor"):
         read_rig(tmp_path / "a.yaml", "kalibr")
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from riglens.core.errors import InputError
 from riglens.core.formats.exchange import FORMATS, READABLE, WRITABLE, read_rig
-from riglens.core.formats.mounts import ReadOptions, find_lidar_model
+from riglens.core.formats.mounts import ReadOptions, find_model
 from riglens.core.formats.report import KINDS, Notes, Report
 from riglens.core.rig.model import BrownConrady, Camera, EvenAngles, KannalaBrandt, Lidar, Rig, Vehicle
 from tests.core.formats.cases import (
@@ -81,7 +81,7 @@ def test_every_import_says_what_it_read_and_where_the_origin_is(case: str) -> No
 @pytest.mark.parametrize(
     ("files", "pieces"),
     [
-        (NUSCENES, ("ignored", "RADAR_FRONT")),
+        (NUSCENES, ("read", "continental-ars408-21", "RADAR_FRONT")),
         (NUSCENES, ("approximated", "1600 x 900", "CAM_FRONT")),
         (NUSCENES, ("converted", "rear axle on the ground", "-1.35 0 0")),
         (AUTOWARE_KIT, ("ignored", "gnss_link")),
@@ -90,7 +90,7 @@ def test_every_import_says_what_it_read_and_where_the_origin_is(case: str) -> No
         (URDF, ("approximated", "movable joint", "(l)")),
         (URDF, ("read", "same branch", "camera_link")),
         (URDF, ("ignored", "meshes")),
-        (URDF, ("ignored", "neither camera nor LiDAR", "mount")),
+        (URDF, ("ignored", "suggest no sensor", "mount")),
         (CARLA, ("ignored", "(imu)")),
         (CARLA, ("ignored", "not the vehicle", "map")),
         (CARLA_TOML, ("converted", "left-handed", "change sign")),
@@ -178,7 +178,7 @@ def test_an_f_theta_lens_keeps_the_angle_of_every_pixel() -> None:
     ],
 )
 def test_lidar_models_are_found_by_their_product_names(words: str, model: str | None) -> None:
-    found = find_lidar_model(words)
+    found = find_model(words)
     assert (found.name if found else None) == model
 
 
@@ -208,12 +208,12 @@ def test_the_list_of_formats_is_the_documented_one() -> None:
 def test_unknown_types_and_single_beams_of_carla_are_told() -> None:
     lidar = {"type": "sensor.lidar.hss", "id": "l", "channels": 1, "lower_fov": -30.0, "upper_fov": 10.0}
     odd = {"type": "sensor.camera.x_ray", "id": "c", "image_size_x": 800, "image_size_y": 600}
-    radar = {"type": "sensor.other.radar", "id": "r"}
-    ego = {"type": "vehicle.tesla.model3", "id": "ego", "sensors": [lidar, odd, radar]}
+    gnss = {"type": "sensor.other.gnss", "id": "g"}
+    ego = {"type": "vehicle.tesla.model3", "id": "ego", "sensors": [lidar, odd, gnss]}
     read = read_files({"objects.json": json.dumps({"objects": [ego]})}, "carla")
     assert has(read.report, "approximated", "unknown type 'sensor.lidar.hss'", "(l)")
     assert has(read.report, "approximated", "unknown type 'sensor.camera.x_ray'", "(c)")
-    assert has(read.report, "ignored", "neither camera nor LiDAR: sensor.other.radar")
+    assert has(read.report, "ignored", "neither camera nor LiDAR: sensor.other.gnss")
     assert has(read.report, "read", "one beam, which CARLA casts at upper_fov", "(l)")
     (found,) = read.rig.lidars()
     assert found.elevations().tolist() == [10.0]
