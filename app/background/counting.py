@@ -19,7 +19,7 @@ from riglens.app.evaluation.requests import LoadedScene
 from riglens.core.errors import InputError
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.targets.quantities import ON_TARGET, Cells, Figures, figures_of
+from riglens.core.targets.quantities import ON_TARGET, Cells, Figures, PredictedCells, figures_of
 from riglens.core.targets.settings import TargetSettings
 
 if TYPE_CHECKING:  # made by the thread, which loads the compiler
@@ -57,8 +57,8 @@ class CountRequest:
 class CountAnswer:
     """Answer to one request, from `scores.frames_used` frames; more may follow. Both rigs use the same frames.
 
-    `on_target` is that over all distances, in cells (len(WHO),); `ground` what is over the ground by class, once all
-    frames were used.
+    `on_target` is that over all distances, in cells (len(WHO),), `predicted` that of its domain; `ground` what is over
+    the ground by class, once all frames were used.
     """
 
     request: CountRequest
@@ -66,6 +66,7 @@ class CountAnswer:
     scores: TargetScores
     baseline: TargetScores
     on_target: Cells
+    predicted: PredictedCells
     ground: tuple[GroundView, ...] = ()
 
     @classmethod
@@ -74,12 +75,13 @@ class CountAnswer:
     ) -> Self:
         """The answer of a rig's and the baseline's scores."""
         from riglens.core.targets.ground import ground_view  # the thread has loaded the compiler
-        from riglens.core.targets.tables import totals_of
+        from riglens.core.targets.tables import predicted_of, totals_of
 
         is_whole = scores.frames_used == scores.frames
         ground = tuple(ground_view(traffic, scores, name) for name in CLASSES) if is_whole else ()
         on_target = totals_of(traffic, scores, baseline, ON_TARGET)
-        return cls(request, traffic, scores, baseline, on_target, ground)
+        predicted = predicted_of(traffic, scores, baseline)
+        return cls(request, traffic, scores, baseline, on_target, predicted, ground)
 
     @property
     def is_whole(self) -> bool:

@@ -27,12 +27,12 @@ from riglens.core.files import atomic_write
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.review.check_json import check_document
 from riglens.core.review.check_junit import RigCheck, junit_xml
-from riglens.core.review.checked_yaml import line_of
 from riglens.core.review.checking import NO_ROAD_USERS, Check, Subject
 from riglens.core.review.findings import Status, Verdict
 from riglens.core.review.profiles import Profile
 from riglens.core.review.requirements import ACCEPTED, Requirements, requirements_in
 from riglens.core.rig.model import FORMAT_VERSION, Rig
+from riglens.core.rig.yaml.checked import line_of
 from riglens.core.rig.yaml.nodes import read_text, shown_path
 from riglens.core.shown_text import visible
 from riglens.core.targets.traffic import WITHIN_M, Traffic

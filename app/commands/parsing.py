@@ -93,6 +93,9 @@ GROUPS = {
                 "It compares rigs and does not predict the AP of your stack. About an hour of one core for two rigs; "
                 "after an interruption the same command resumes.",
             ),
+            "predicted": Command(
+                "study:predicted", "Calibrate predicted detection on the rigs of the detection study."
+            ),
         },
     ),
 }

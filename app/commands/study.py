@@ -27,6 +27,7 @@ from riglens.app.evaluation.options import PAPER_RIG
 from riglens.app.studies import accuracy as study_accuracy
 from riglens.app.studies import detection as study_detection
 from riglens.app.studies import external as study_external
+from riglens.app.studies import predicted as study_predicted
 from riglens.app.studies import sensor_methods
 from riglens.app.studies import stability as study_stability
 from riglens.app.studies import table1 as study_table1
@@ -223,3 +224,18 @@ def stability(
         Smaller cases and fewer settings: a look, not a measurement.
     """
     study_stability.study(scene, score, out, quick, edits)
+
+
+def predicted(
+    detection: Annotated[Path, Parameter(name="DETECTION.csv")], *, out: Folder = Path("out")
+) -> None:
+    """The calibration of predicted detection, fitted to the average precision of the published study.
+
+    Parameters
+    ----------
+    detection
+        detection.csv of `riglens study detection --published`; docs/data holds it.
+    out
+        Folder for predicted-detection.csv, predicted-detection-cells.csv and study.yaml, the calibration.
+    """
+    study_predicted.study(detection, out)

@@ -60,7 +60,7 @@ class HitCoverage:
         for line in _heading(self.traffic, self.scores):
             console.print(line, soft_wrap=True)
         console.print(_table(self.scores))
-        for text in _explanation(self.scores[0]):
+        for text in _explanation(self.scores):
             console.print(text, soft_wrap=True)
 
 
@@ -163,11 +163,17 @@ def _heading(traffic: Traffic, every: Sequence[TargetScores]) -> Iterator[Text]:
     phase = f"random (seed {settings.seed})" if settings.phase == "random" else "as listed"
     body = common_body(one.settings.body for one in every)
     by_rig = ", ".join(f"{one.settings.body} for {visible(one.rig.name)}" for one in every)
+    calibration = scores.calibration
+    yield _line(
+        "Predict",
+        f"{calibration.predicts} by '{visible(calibration.name)}', objects {calibration.domain.region}, LiDARs alone",
+    )
     yield _line("Count", f"body {body or by_rig}, {shape}, {law}, spin phase {phase}, surroundings {around}")
 
 
-def _explanation(scores: TargetScores) -> Iterable[str]:
+def _explanation(every: Sequence[TargetScores]) -> Iterable[str]:
     """Yield the lines that explain the columns."""
+    scores = every[0]
     points = scores.settings.min_points
     yield (
         "on target = mean of 1 - exp(-cells/5), cells of 0.2 m hit by LiDARs; visible = pixels seen "
@@ -177,8 +183,16 @@ def _explanation(scores: TargetScores) -> Iterable[str]:
         f"both = at least {points} points, and {HEIGHT_PX} pixels tall; neither = less of each. More is better, "
         "except for neither."
     )
+    predicted = scores.calibration
+    yield (
+        f"predicted {predicted.predicts} = what a detector would reach on these objects: "
+        f"{visible(predicted.detector)}; ± is one standard error, of calibration and sample."
+    )
+    for one in every:
+        if one.predicted_outside:
+            yield f"{visible(one.rig.name)}: outside the domain of the prediction: {one.predicted_outside}."
     if scores.frames_used < scores.frames:
-        yield "± is one standard error of the sample of frames."
+        yield "± of the others is one standard error of the sample of frames."
 
 
 def _table(scores: Sequence[TargetScores]) -> Table:
@@ -187,7 +201,8 @@ def _table(scores: Sequence[TargetScores]) -> Table:
     points = scores[0].settings.min_points
     table.add_column("in %, except\nobjects and medians", no_wrap=True, overflow="ellipsis", max_width=22)
     for title in (
-        "\nobjects", "LiDAR\non target", "LiDAR\n≥ 1 pt", f"LiDAR\n≥ {points} pts", "median\npts",
+        "\nobjects", f"predicted\n{scores[0].calibration.predicts}", "LiDAR\non target", "LiDAR\n≥ 1 pt",
+        f"LiDAR\n≥ {points} pts", "median\npts",
         "camera\nvisible", f"camera\n≥ {HEIGHT_PX} px", "median\npx", "\nboth", "\nneither",
     ):  # fmt: skip
         table.add_column(title, justify="right", no_wrap=True)
@@ -203,9 +218,10 @@ def _table(scores: Sequence[TargetScores]) -> Table:
 
 def _figures(row: Row) -> list[str]:
     if not row.objects:
-        return ["0", *["–"] * 9]
+        return ["0", *["–"] * 10]
     return [
         f"{row.objects:,}",
+        "–" if row.predicted is None else _share(row.predicted),
         _share(row.on_target),
         _share(row.share_1),
         _share(row.share_n),

@@ -39,6 +39,7 @@ from riglens.core.review.sections import (
     Loss,
     Mounts,
     OnTarget,
+    PredictedDetection,
     Requirement,
     Seen,
     Tolerated,
@@ -98,6 +99,7 @@ class Check:
         makers: dict[type[Requirement], Callable[[Any], Finding]] = {
             Seen: self._seen,
             OnTarget: self._on_target,
+            PredictedDetection: self._predicted,
             BlindArea: self._blind_area,
             BlindObjects: self._blind_objects,
             Loss: self._lost,
@@ -195,14 +197,34 @@ class Check:
         kinds = {"any": scores.any_seen} | {kind: found.seen for kind, found in scores.kinds.items()}
         return Finding(kinds[one.by])
 
-    def _on_target(self, one: OnTarget) -> Finding:
+    def _rows(self, one: OnTarget) -> Sequence[Row]:
+        """Return what was counted in the rings of a requirement; nothing where objects do not count so far."""
         table = self._targets.classes[one.cls]
-        rows: Sequence[Row] = [table.total]
-        if one.ring_m is not None:
-            low, high = one.ring_m
-            rows = [row for row in table.rings if low <= row.from_m and row.to_m <= high]
-            if not rows or rows[-1].to_m != high:
-                return missing(f"road users count within {self._traffic.within_m:g} m")
+        if one.ring_m is None:
+            return [table.total]
+        low, high = one.ring_m
+        rows = [row for row in table.rings if low <= row.from_m and row.to_m <= high]
+        return rows if rows and rows[-1].to_m == high else []
+
+    def _predicted(self, one: PredictedDetection) -> Finding:
+        if self._targets.predicted_outside:
+            return missing(f"outside the domain: {self._targets.predicted_outside}")
+        found = [row.predicted for row in self._rows(one) if row.predicted is not None]
+        domain = self._targets.calibration.domain.region
+        if not found:
+            return missing(f"there is no {one.cls} {domain}")
+        count = sum(row.objects for row in found)
+        error = float(self._targets.calibration.errors[1 + CLASSES.index(one.cls)])
+        return Finding(
+            sum(row.objects * row.value for row in found) / count,
+            f"{one.text} ({count:,} road users {domain})",
+            details=(f"± {100.0 * error:.1f} %, one standard error of the calibration",),
+        )
+
+    def _on_target(self, one: OnTarget) -> Finding:
+        rows = self._rows(one)
+        if not rows:
+            return missing(f"road users count within {self._traffic.within_m:g} m")
         count = sum(row.objects for row in rows)
         text = f"{one.text} ({count:,} road users)"
         if not count:

@@ -17,9 +17,9 @@ from pydantic import Field, model_validator
 from riglens.assets import asset_path
 from riglens.core.errors import InputError
 from riglens.core.review.blind import By
-from riglens.core.review.checked_yaml import read_checked
 from riglens.core.review.outline import Outline
 from riglens.core.rig.model import Frozen, Vehicle
+from riglens.core.rig.yaml.checked import read_checked
 
 ONLY_GEOMETRY = "geometry only, no approval"
 MAX_OBJECTS = 2_000

@@ -13,7 +13,6 @@ from pydantic import Field, model_validator
 
 from riglens.core.metric.scores import Body
 from riglens.core.review.blind import BlindSettings
-from riglens.core.review.checked_yaml import Problem, checked
 from riglens.core.review.profiles import Profile
 from riglens.core.review.redundancy import failing_of
 from riglens.core.review.sections import (
@@ -23,6 +22,7 @@ from riglens.core.review.sections import (
     Loss,
     Mounts,
     OnTarget,
+    PredictedDetection,
     Requirement,
     Seen,
     Tolerated,
@@ -30,6 +30,7 @@ from riglens.core.review.sections import (
 )
 from riglens.core.review.tolerance import PROFILES, ToleranceProfile
 from riglens.core.rig.model import Frozen, Rig
+from riglens.core.rig.yaml.checked import Problem, checked
 from riglens.core.rig.yaml.nodes import read_text, shortened, shown_path
 
 
@@ -49,7 +50,16 @@ class Item:
 
 MOST = 500
 ACCEPTED = "a file of requirements, which starts with riglens_requirements: 1"
-SECTIONS = ("seen", "on_target", "blind_areas", "blind_objects", "losses", "covered", "tolerance")
+SECTIONS = (
+    "seen",
+    "predicted_detection",
+    "on_target",
+    "blind_areas",
+    "blind_objects",
+    "losses",
+    "covered",
+    "tolerance",
+)
 
 
 class Requirements(Frozen):
@@ -64,6 +74,7 @@ class Requirements(Frozen):
     seed: Annotated[int, Field(ge=0, lt=1 << 63)] = 0
     sample_frames: Annotated[int, Field(ge=1)] = 100
     seen: Annotated[tuple[Seen, ...], Field(max_length=MOST)] = ()
+    predicted_detection: Annotated[tuple[PredictedDetection, ...], Field(max_length=MOST)] = ()
     on_target: Annotated[tuple[OnTarget, ...], Field(max_length=MOST)] = ()
     blind_areas: Annotated[tuple[BlindArea, ...], Field(max_length=MOST)] = ()
     blind_objects: Annotated[tuple[BlindObjects, ...], Field(max_length=MOST)] = ()
@@ -87,14 +98,15 @@ class Requirements(Frozen):
     @property
     def needs_scene(self) -> bool:
         """Return whether any requirement depends on traffic."""
-        return bool(self.seen or self.on_target or self.losses or self.covered or self.tolerance)
+        return bool(self.seen or self.losses or self.covered or self.tolerance) or self.needs_road_users
 
     @property
     def needs_road_users(self) -> bool:
         """Return whether any requirement is on objects of the traffic."""
         counted = [*(one.of for one in self.losses), *(one.of for one in self.covered)]
         of_users = "road_users" in counted
-        return bool(self.on_target) or of_users or any(one.figure == "on_target" for one in self.tolerance)
+        of_users |= bool(self.on_target or self.predicted_detection)
+        return of_users or any(one.figure == "on_target" for one in self.tolerance)
 
     @property
     def blind_settings(self) -> BlindSettings:

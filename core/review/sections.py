@@ -128,12 +128,25 @@ class OnTarget(Requirement):
 
     @property
     def text(self) -> str:
-        where = "" if self.ring_m is None else f", {self.ring_m[0]:g} to {self.ring_m[1]:g} m"
-        return f"{self.figure} of {self.cls}{where}"
+        return f"{self.figure} of {self.cls}{self._where}"
+
+    @property
+    def _where(self) -> str:
+        return "" if self.ring_m is None else f", {self.ring_m[0]:g} to {self.ring_m[1]:g} m"
 
     @property
     def kinds(self) -> tuple[str, ...]:
         return {"visible": (CAMERA.name,), "both": (LIDAR.name, CAMERA.name)}.get(self.figure, (LIDAR.name,))
+
+
+class PredictedDetection(OnTarget):
+    """Predicted detection of a class within distances, or in its whole domain, at least."""
+
+    figure: Literal["predicted"] = "predicted"  # type: ignore[assignment]
+
+    @property
+    def text(self) -> str:
+        return f"predicted detection of {self.cls}{self._where}"
 
 
 class WorstCase(Requirement):

@@ -124,7 +124,7 @@ def _shape_of(sensor: Sensor, settings: TargetSettings, solid: Solid | None) -> 
     rays = rays_of(sensor.finest() if kind.hits.measure == "returns" else sensor)
     if (kind.spins and settings.phase == "random") or (kind.has_range_law and settings.range_law):
         rays = rays.model_copy(update={"name": sensor.name, "model": sensor.model})
-    return rays, replace(settings, min_points=1), stop
+    return rays, replace(settings, min_points=1, calibration=None), stop
 
 
 def warm_up(threads: int | None = None) -> None:

@@ -59,8 +59,16 @@ ON_TARGET = Quantity(
     "Mean of 1 - exp(-cells / 5), with the cells of 0.2 m on a road user that LiDARs hit. More is better.",
     "share", lambda objects, _: objects.on_target,
 )  # fmt: skip
+PREDICTED = Quantity(
+    "predicted", "Predicted AP",
+    "Average precision that a detector would reach on these objects by what LiDARs get onto them, from a calibration. "
+    "More is better.",
+    "share", lambda objects, _: objects.predicted,
+)  # fmt: skip
+"""NaN for objects of which the calibration says nothing; they do not count."""
 QUANTITIES = (
     ON_TARGET,
+    PREDICTED,
     Quantity(
         LIDAR.name, "By LiDARs", "Share of road users with at least that many points of LiDARs. More is better.",
         "share", _by(LIDAR.name),
@@ -140,6 +148,29 @@ class Cells:
     def anchored(self, exact: Cells) -> Cells:
         """Return exact values of the same baseline plus the changes of this sample, whose errors are those of pairs."""
         return replace(self, value=exact.value - exact.change + self.change, se=self.change_se)
+
+
+@dataclass(frozen=True)
+class PredictedCells:
+    """Predicted detection in cells (len(WHO),) with the errors of sampled frames alone.
+
+    errors (len(WHO),): of the calibration; about: the figure and its detector in words; outside: why a rig is outside
+    the domain, empty where it is inside.
+    """
+
+    cells: Cells
+    errors: Doubles
+    about: str
+    outside: str
+
+    def anchored(self, exact: PredictedCells) -> PredictedCells:
+        """As `Cells.anchored`."""
+        return replace(self, cells=self.cells.anchored(exact.cells))
+
+    @property
+    def se(self) -> Doubles:
+        """Standard errors of calibration and sample together."""
+        return np.hypot(self.cells.se, self.errors)
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import Any, Self
@@ -16,6 +17,7 @@ from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensors.camera import CAMERA
 from riglens.core.sensors.lidar import LIDAR
 from riglens.core.sensors.registry import kind_named
+from riglens.core.targets.calibration import Calibration, Domain, shipped
 from riglens.core.targets.settings import CELLS_SCALE, HEIGHT_PX, RING_M, RINGS_TO_M, TargetSettings
 from riglens.core.targets.traffic import Traffic
 
@@ -43,7 +45,8 @@ class ObjectCounts:
     box (k,): their places in the traffic; points (k, lidars) rays that reach them first, pixels (k, cameras) native
     pixels that show them, of the enabled sensors by name; points_alone and pixels_alone (k,): of all of them together
     without occlusion; cells (k,): distinct cells of 0.2 m that LiDARs hit; heights_px (k, cameras): rows of
-    native pixels from the first to the last that shows it; returns: of the kinds of sensor beside these two, by name.
+    native pixels from the first to the last that shows it; returns: of the kinds of sensor beside these two, by name;
+    predicted (k,): how well a detector finds each, 0 to 1, NaN where its calibration says nothing.
     """
 
     box: Counts
@@ -56,6 +59,7 @@ class ObjectCounts:
     cells: Counts
     heights_px: Doubles
     returns: Mapping[str, Returns] = field(default_factory=dict)
+    predicted: Doubles = field(default_factory=lambda: np.zeros(0))
 
     def detected(self, min_points: int, failed: Collection[str] = ()) -> dict[str, NDArray[np.bool_]]:
         """Return by kind of sensor which objects are detected (k,) without some sensors: LiDARs by `min_points` points
@@ -128,12 +132,21 @@ class Estimate:
 
 
 @dataclass(frozen=True)
+class Predicted(Estimate):
+    """Predicted detection, a mean over `objects` objects: `sample_se` of the sampled frames alone, `se` with the error
+    of the calibration on rigs or sequences that it was not fitted on."""
+
+    objects: int = 0
+    sample_se: float = 0.0
+
+
+@dataclass(frozen=True)
 class Row:
     """Objects of one class, in one ring or in all: their number, and the rig's figures for them.
 
     LiDARs: on_target, shares with at least 1, 5 and `min_points` points, median points. Cameras: mean visible share,
     share at least 25 pixels tall, median height. by_kind: of further kinds, the share with enough returns. By both: by
-    sensors of two kinds; by neither: by none.
+    sensors of two kinds; by neither: by none. predicted: detection; None where the calibration says nothing.
     """
 
     from_m: float
@@ -150,6 +163,7 @@ class Row:
     both: Estimate
     neither: Estimate
     by_kind: Mapping[str, Estimate] = field(default_factory=dict)
+    predicted: Predicted | None = None
 
 
 @dataclass(frozen=True)
@@ -173,6 +187,31 @@ class TargetScores:
     classes: Mapping[str, ClassTargets]
     elapsed_ms: float = 0.0
 
+    @property
+    def calibration(self) -> Calibration:
+        """The calibration of predicted detection."""
+        return self.settings.calibration or shipped()
+
+    @property
+    def predicted_outside(self) -> str:
+        """Why predicted detection is outside its domain; nothing where it is inside."""
+        return self.calibration.outside(self.rig, self.settings.shape, self.settings.range_law)
+
+    @property
+    def predicted_mean(self) -> Predicted | None:
+        """Mean of predicted detection over classes; None where there is none of a class."""
+        found = [one.total.predicted for one in self.classes.values()]
+        known = [one for one in found if one is not None]
+        if len(known) < len(found):
+            return None
+        sample_se = float(np.linalg.norm([one.sample_se for one in known])) / len(known)
+        return Predicted(
+            sum(one.value for one in known) / len(known),
+            math.hypot(sample_se, self.calibration.mean_error),
+            sum(one.objects for one in known),
+            sample_se,
+        )
+
 
 class Groups:
     """The road users that count in some frames, k of them, by class and ring of distance.
@@ -187,11 +226,13 @@ class Groups:
         every = np.flatnonzero(traffic.counts[: traffic.starts[self.span.stop]])
         self.before = int(np.searchsorted(every, traffic.starts[self.span.start]))
         self.every, self.box = every, every[self.before :]
+        self.cls, self._centre_m = traffic.cls[self.box], traffic.centre_m[self.box, :2]
+        self._inside: dict[Domain, NDArray[np.bool_]] = {}
         self.edges_m = np.array(ring_edges_m(traffic.within_m))
         # the last ring ends with what counts: its end belongs to it
         ring = np.searchsorted(self.edges_m[1:-1], traffic.distance_m[self.box], side="right")
         rings = len(self.edges_m) - 1
-        group = traffic.cls[self.box] * rings + ring
+        group = self.cls * rings + ring
         self._order = np.argsort(group, kind="stable")
         self._frame = traffic.frame_of_box[self.box][self._order] - self.span.start
         self._bounds = np.searchsorted(group[self._order], np.arange(len(CLASSES) * rings + 1))
@@ -206,7 +247,13 @@ class Groups:
         """Values of objects (k,), class by class and ring by ring."""
         return values[self._order]
 
-    def mean(self, values: Doubles, part: slice) -> Estimate:
+    def inside(self, domain: Domain) -> NDArray[np.bool_]:
+        """Return which objects (k,) lie in the region of a calibration; kept."""
+        if domain not in self._inside:
+            self._inside[domain] = domain.holds(self._centre_m)
+        return self._inside[domain]
+
+    def mean(self, values: Doubles, part: slice | Counts) -> Estimate:
         """Mean of a part of sorted values, and its standard error."""
         mine = values[part]
         if not mine.size:
@@ -233,9 +280,15 @@ def standard_error(misses: NDArray[Any], objects: ArrayLike, of_frames: int) -> 
 
 
 def scores_of(groups: Groups, rig: Rig, settings: TargetSettings, objects: ObjectCounts) -> TargetScores:
-    """Tabulate the figures of a rig's enabled sensors for the objects of `groups`."""
+    """Tabulate the figures of a rig's enabled sensors for the objects of `groups`, and predicted detection."""
+    calibration = settings.calibration or shipped()
+    n = objects.cells if calibration.unit == "cells" else objects.all_points
+    inside = groups.inside(calibration.domain) if objects.lidars else np.zeros(len(n), np.bool_)
+    objects = replace(objects, predicted=calibration.of_objects(groups.cls, inside, n))
     tables = _Sorted.of(groups, objects, settings)
-    classes = {name: _class_targets(groups, tables, number) for number, name in enumerate(CLASSES)}
+    classes = {
+        name: _class_targets(groups, tables, number, calibration) for number, name in enumerate(CLASSES)
+    }
     within_m = float(groups.edges_m[-1])
     return TargetScores(rig, settings, groups.of_frames, groups.frames, within_m, objects, classes)
 
@@ -259,6 +312,7 @@ class _Sorted:
     share_25px: Doubles
     both: Doubles
     neither: Doubles
+    predicted: Doubles
     by_kind: Mapping[str, Doubles] = field(kw_only=True)
 
     @classmethod
@@ -272,22 +326,26 @@ class _Sorted:
         kinds = np.sum(list(found.values()), axis=0)
         columns = (
             points, height_px, on_target, points >= 1, points >= 5, by_lidar, visible, by_camera,
-            kinds >= 2, kinds == 0,
+            kinds >= 2, kinds == 0, groups.sorted(objects.predicted),
         )  # fmt: skip
         others = {kind: found[kind].astype(np.float64) for kind in objects.returns}
         return cls(*(column.astype(np.float64) for column in columns), by_kind=others)
 
 
-def _class_targets(groups: Groups, tables: _Sorted, number: int) -> ClassTargets:
+def _class_targets(groups: Groups, tables: _Sorted, number: int, calibration: Calibration) -> ClassTargets:
     whole, *rings = groups.slices(number)
     edges = groups.edges_m.tolist()
+    curve = calibration.classes.of(CLASSES[number])
+    error = 0.0 if curve is None else curve.error
     return ClassTargets(
-        _row(groups, tables, whole, (0.0, edges[-1])),
-        tuple(_row(groups, tables, part, ring) for part, ring in zip(rings, pairwise(edges), strict=True)),
+        _row(groups, tables, whole, (0.0, edges[-1]), error),
+        tuple(
+            _row(groups, tables, part, ring, error) for part, ring in zip(rings, pairwise(edges), strict=True)
+        ),
     )
 
 
-def _row(groups: Groups, tables: _Sorted, part: slice, ring_m: tuple[float, float]) -> Row:
+def _row(groups: Groups, tables: _Sorted, part: slice, ring_m: tuple[float, float], error: float) -> Row:
     def mean(values: Doubles) -> Estimate:
         return groups.mean(values, part)
 
@@ -305,7 +363,17 @@ def _row(groups: Groups, tables: _Sorted, part: slice, ring_m: tuple[float, floa
         mean(tables.both),
         mean(tables.neither),
         {kind: mean(values) for kind, values in tables.by_kind.items()},
+        _predicted(groups, tables.predicted, part, error),
     )
+
+
+def _predicted(groups: Groups, values: Doubles, part: slice, error: float) -> Predicted | None:
+    """Return the mean over the objects of which the calibration says something; None without any."""
+    known = part.start + np.flatnonzero(~np.isnan(values[part]))
+    if not known.size:
+        return None
+    found = groups.mean(values, known)
+    return Predicted(found.value, math.hypot(found.se, error), len(known), found.se)
 
 
 def _median(values: Doubles) -> float:

@@ -8,6 +8,7 @@ from typing import Literal
 from riglens.core.errors import InputError
 from riglens.core.metric.scores import Body
 from riglens.core.plain import to_plain
+from riglens.core.targets.calibration import Calibration
 from riglens.core.targets.shapes import Shape
 
 Phase = Literal["random", "0"]
@@ -23,7 +24,8 @@ class TargetSettings:
     """shape: plain boxes, or what road users of a class are made of. range_law: whether far and oblique rays of LiDARs
     get lost. phase: `random` turns each LiDAR in each frame by a part of its azimuth step, drawn by `seed`, its name
     and the frame; `0` casts the azimuths as they are listed. min_points: an object with this many points of LiDARs is
-    detectable. body: whether rays end at the car's own body; None: as each rig says.
+    detectable. body: whether rays end at the car's own body; None: as each rig says. calibration: of predicted
+    detection; None: the one that ships.
     """
 
     shape: Shape = "class"
@@ -32,6 +34,7 @@ class TargetSettings:
     seed: int = 0
     min_points: int = 5
     body: Body | None = "ignored"
+    calibration: Calibration | None = None
 
     def __post_init__(self) -> None:
         if not 0 <= self.seed < 1 << 63:

@@ -3,14 +3,24 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.targets.quantities import EVERYBODY, SECTORS, WHO, Cells, Quantity, Rose, Table
+from riglens.core.targets.quantities import (
+    EVERYBODY,
+    PREDICTED,
+    SECTORS,
+    WHO,
+    Cells,
+    PredictedCells,
+    Quantity,
+    Rose,
+    Table,
+)
 from riglens.core.targets.scores import TargetScores, ring_edges_m, standard_error
 from riglens.core.targets.traffic import Traffic
 
@@ -28,7 +38,8 @@ def table_of(traffic: Traffic, now: TargetScores, before: TargetScores, quantity
         chosen = np.ones(len(cls), np.bool_) if number == 0 else cls == number - 1
         rings = figures.cells(chosen, ring, len(edges_m) - 1)
         parts.append(_beside(figures.cells(chosen, everywhere, 1), rings))
-    return Table(quantity, edges_m, _stacked(parts))
+    cells = _stacked(parts)
+    return Table(quantity, edges_m, _widened(cells, quantity, now.calibration.errors[:, None]))
 
 
 def totals_of(traffic: Traffic, now: TargetScores, before: TargetScores, quantity: Quantity) -> Cells:
@@ -40,6 +51,17 @@ def totals_of(traffic: Traffic, now: TargetScores, before: TargetScores, quantit
     return Cells(*(np.concatenate(parts) for parts in zip(*map(_parts, rows), strict=True)))
 
 
+def predicted_of(traffic: Traffic, now: TargetScores, before: TargetScores) -> PredictedCells:
+    """Return predicted detection over all distances of its domain, with changes as in `table_of`."""
+    found = now.calibration
+    about = (
+        f"{found.predicts} of this detector: {found.detector}. Objects {found.domain.region}; LiDARs alone."
+    )
+    return PredictedCells(
+        totals_of(traffic, now, before, PREDICTED), found.errors, about, now.predicted_outside
+    )
+
+
 def rose_of(traffic: Traffic, now: TargetScores, before: TargetScores, quantity: Quantity, who: str) -> Rose:
     """Tabulate a quantity of one of `WHO` by ring and sector."""
     edges_m, box = ring_edges_m(traffic.within_m), now.objects.box
@@ -48,7 +70,12 @@ def rose_of(traffic: Traffic, now: TargetScores, before: TargetScores, quantity:
     group = _ring(traffic, now) * SECTORS + _sector(traffic.centre_m[box])
     flat = _Figures.of(traffic, now, before, quantity).cells(chosen, group, rings * SECTORS)
     cells = Cells(*(part.reshape(rings, SECTORS) for part in _parts(flat)))
-    return Rose(quantity, who, edges_m, cells)
+    return Rose(quantity, who, edges_m, _widened(cells, quantity, now.calibration.errors[WHO.index(who)]))
+
+
+def _widened(cells: Cells, quantity: Quantity, error: ArrayLike) -> Cells:
+    """Return cells whose standard errors hold that of the calibration too, where the quantity has one."""
+    return replace(cells, se=np.hypot(cells.se, error)) if quantity is PREDICTED else cells
 
 
 def _ring(traffic: Traffic, scores: TargetScores) -> Counts:
@@ -85,7 +112,8 @@ class _Figures:
         )
 
     def cells(self, chosen: NDArray[np.bool_], group: Counts, groups: int) -> Cells:
-        """Return the numbers of the chosen objects by group (k,), (groups,)."""
+        """Return the numbers of the chosen objects by group (k,), (groups,); those without the quantity do not count."""
+        chosen = chosen & ~np.isnan(self.mine) & ~np.isnan(self.theirs)
         group, mine, theirs = group[chosen], self.mine[chosen], self.theirs[chosen]
         objects = np.bincount(group, minlength=groups)
         if self.quantity.is_median:

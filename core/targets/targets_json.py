@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 
 from riglens.core.metric.scores import Body, common_body
+from riglens.core.plain import to_plain
 from riglens.core.rig.model import FORMAT_VERSION
 from riglens.core.rig.yaml.file import rig_sha256
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.targets.scores import ClassTargets, Row, TargetScores
+from riglens.core.targets.scores import ClassTargets, Predicted, Row, TargetScores
 from riglens.core.targets.traffic import Traffic
 
 
@@ -38,6 +39,7 @@ def targets_document(traffic: Traffic, scores: Sequence[TargetScores]) -> dict[s
             "surroundings_sha256": traffic.surroundings_sha256,
             "notes": list(data.notes),
         },
+        "calibration": to_plain(first.calibration),
         "rigs": [_rig(one, body) for one in scores],
     }
 
@@ -48,6 +50,8 @@ def _rig(scores: TargetScores, body: Body | None) -> dict[str, Any]:
         "sha256": rig_sha256(scores.rig),
         **({} if body else {"body": scores.settings.body}),
         "elapsed_ms": scores.elapsed_ms,
+        "predicted_mean": _predicted(scores.predicted_mean),
+        "predicted_outside": scores.predicted_outside,
         "classes": {name: _class(scores.classes[name]) for name in CLASSES},
     }
 
@@ -56,6 +60,7 @@ def _class(found: ClassTargets) -> dict[str, Any]:
     total = found.total
     return {
         "objects": total.objects,
+        "predicted": _predicted(total.predicted),
         "lidar": {
             "on_target": total.on_target.value,
             "on_target_se": total.on_target.se,
@@ -83,11 +88,16 @@ def _class(found: ClassTargets) -> dict[str, Any]:
     }
 
 
+def _predicted(found: Predicted | None) -> dict[str, Any] | None:
+    return None if found is None else to_plain(found, "value", "se", "sample_se", "objects")
+
+
 def _ring(ring: Row) -> dict[str, Any]:
     return {
         "from_m": ring.from_m,
         "to_m": ring.to_m,
         "objects": ring.objects,
+        "predicted": _predicted(ring.predicted),
         "on_target": ring.on_target.value,
         "on_target_se": ring.on_target.se,
         "share_5": ring.share_5.value,

@@ -10,7 +10,7 @@ from riglens.app.background.counting import CountAnswer, CountRequest
 from riglens.app.window.feature import Feature
 from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
-from riglens.core.targets.quantities import Cells
+from riglens.core.targets.quantities import Cells, PredictedCells
 from riglens.widgets.panels.controls.scrolled import scrolled
 from riglens.widgets.panels.targets.panel import MOST_POINTS, TargetsPanel
 from riglens.widgets.timers import Timers, single_shot
@@ -122,26 +122,28 @@ class Targets(Feature):
             baseline = LAST_SAVED if pinned is None else pinned.name
             answer = self.answer
             self.panel.show_counts(answer.traffic, answer.scores, answer.baseline, baseline)
-            self.bench.panels.scores.show_on_target(self._on_target(answer))
+            self.bench.panels.scores.show_counted(*self._counted(answer))
             if answer.request is not self._asked:
                 self._grey()
 
-    def _on_target(self, answer: CountAnswer) -> Cells:
-        """Return the figure next to the scores: of a sample, the last exact value plus the change in the same
+    def _counted(self, answer: CountAnswer) -> tuple[Cells, PredictedCells]:
+        """Return the figures next to the scores: of a sample, the last exact value plus the change in the same
         frames."""
         exact, asked = self._exact, answer.request
         if exact is None or answer.is_whole or exact.request.scene is not asked.scene:
-            return answer.on_target
+            return answer.on_target, answer.predicted
         known = exact.request
         is_same = (known.settings, known.baseline_rig) == (asked.settings, asked.baseline_rig)
-        return answer.on_target.anchored(exact.on_target) if is_same else answer.on_target
+        if not is_same:
+            return answer.on_target, answer.predicted
+        return answer.on_target.anchored(exact.on_target), answer.predicted.anchored(exact.predicted)
 
     def _grey(self) -> None:
         self.panel.set_stale()
-        self.bench.panels.scores.grey_on_target()
+        self.bench.panels.scores.grey_counted()
 
     def _on_problem(self, reason: str) -> None:
         self.answer = None
         self.panel.show_problem(reason)
-        self.bench.panels.scores.forget_on_target(reason)
+        self.bench.panels.scores.forget_counted(reason)
         self.counted.emit()

@@ -72,9 +72,9 @@ def test_a_table_that_calls_its_frames_by_far_numbers_gets_them_back(riglens, tm
 def test_a_sample_says_so_and_gives_its_error(riglens, boxes):
     result = riglens("targets", "Center", "--boxes", boxes, "--sample", "2")
     assert result.code == 0
-    assert "2 of 3 frames" in result.out and "one standard error" in result.out
+    assert "2 of 3 frames" in result.out and "error of the sample" in result.out
     whole = riglens("targets", "Center", "--boxes", boxes, "--sample", "9")
-    assert "3 frames" in whole.out and "±" not in whole.out
+    assert "3 frames" in whole.out and "error of the sample" not in whole.out
 
 
 def test_the_table_tells_rings_for_one_rig_and_rigs_beside_each_other(riglens, boxes):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,14 +13,14 @@ from pytestqt.qtbot import QtBot
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.model import Rig
 from riglens.core.targets.engine import TargetEngine
-from riglens.core.targets.quantities import QUANTITIES, WHO
+from riglens.core.targets.quantities import ON_TARGET, PREDICTED, QUANTITIES, WHO
 from riglens.core.targets.scores import TargetScores
 from riglens.core.targets.settings import USUAL
-from riglens.core.targets.tables import table_of, totals_of
+from riglens.core.targets.tables import predicted_of, table_of, totals_of
 from riglens.widgets.panels.figures.table import Figure
 from riglens.widgets.panels.scores.panel import ScoresPanel
 from riglens.widgets.panels.scores.table import ScoreTable
-from riglens.widgets.panels.scores.text import THREE_FIGURES, sampled_text
+from riglens.widgets.panels.scores.text import THREE_FIGURES, sampled_change_text, sampled_text
 from riglens.widgets.panels.targets.panel import TargetsPanel
 from riglens.widgets.panels.targets.text import change_text, error_text, value_text
 from tests.core.builders import rig_of, spinning
@@ -27,7 +28,7 @@ from tests.core.targets.cases import random_traffic
 
 TRAFFIC = random_traffic(np.random.default_rng(3), 30)
 NOW, BEFORE = rig_of(spinning((0.0, 0.0, 1.9))), rig_of(spinning((0.0, 0.0, 0.6)))
-ON_TARGET, MEDIAN, MISSED = QUANTITIES[0], QUANTITIES[2], QUANTITIES[-1]
+MEDIAN, MISSED = next(one for one in QUANTITIES if one.is_median), QUANTITIES[-1]
 
 
 def counts(rig: Rig, frames: int | None = None) -> TargetScores:
@@ -186,13 +187,59 @@ def scores(qtbot: QtBot) -> ScoresPanel:
     return made
 
 
+def show_counted(scores: ScoresPanel, now: TargetScores, before: TargetScores) -> None:
+    scores.show_counted(totals_of(TRAFFIC, now, before, ON_TARGET), predicted_of(TRAFFIC, now, before))
+
+
+def test_the_score_table_shows_predicted_detection_with_the_error_of_its_calibration(
+    scores: ScoresPanel,
+) -> None:
+    now, before, row = counts(NOW), counts(BEFORE), WHO.index("car")
+    show_counted(scores, now, before)
+    found = now.classes["car"].total.predicted
+    assert found is not None and found.se == now.calibration.classes.car.error  # type: ignore[union-attr]
+    assert scores.text_of("car", "predicted") == sampled_text(found.value, found.se)
+    change = float(totals_of(TRAFFIC, now, before, PREDICTED).change[row])
+    assert scores.text_of("car", "predicted change") == sampled_change_text(change, 0.0)
+
+
+def test_predicted_detection_is_grey_outside_its_domain_and_says_why(scores: ScoresPanel) -> None:
+    table = scores.findChild(ScoreTable)
+    assert table is not None
+    now = counts(NOW)
+    cells, predicted = totals_of(TRAFFIC, now, now, ON_TARGET), predicted_of(TRAFFIC, now, now)
+    for outside, tone in (("", "text"), ("too many rays", "muted")):
+        scores.show_counted(cells, replace(predicted, outside=outside))
+        cell = table.cell("car", "predicted")
+        assert cell.tone == tone and outside in cell.tip and now.calibration.detector in cell.tip
+
+
+@pytest.mark.parametrize(
+    ("change", "tone"), [(0.02, "more"), (-0.02, "less"), (0.009, "text"), (-0.009, "text")]
+)
+def test_a_difference_that_is_not_resolved_is_neither_better_nor_worse(
+    scores: ScoresPanel, change: float, tone: str
+) -> None:
+    table, now = scores.findChild(ScoreTable), counts(NOW)
+    assert table is not None
+    cells, predicted = totals_of(TRAFFIC, now, now, ON_TARGET), predicted_of(TRAFFIC, now, now)
+    moved = replace(cells, change=np.full(len(WHO), change))
+    same_way = replace(
+        predicted, outside="", cells=replace(predicted.cells, change=np.full(len(WHO), 2.0 * change))
+    )
+    scores.show_counted(moved, same_way)
+    for column in ("on_target change", "predicted change"):
+        assert table.cell("car", column).tone == tone
+    assert ("better" in table.cell("car", "on_target").tip) == (tone == "more")
+
+
 def test_the_score_table_shows_on_target_with_error_and_change(scores: ScoresPanel) -> None:
     cells = totals_of(TRAFFIC, counts(NOW, 12), counts(BEFORE, 12), ON_TARGET)
-    scores.show_on_target(cells)
+    show_counted(scores, counts(NOW, 12), counts(BEFORE, 12))
     row = WHO.index("car")
     assert scores.text_of("car", "on_target") == sampled_text(cells.value[row], cells.se[row])
     assert "±" in scores.text_of("car", "on_target") and "±" in scores.text_of("car", "on_target change")
-    scores.show_on_target(totals_of(TRAFFIC, counts(NOW), counts(NOW), ON_TARGET))
+    show_counted(scores, counts(NOW), counts(NOW))
     assert "±" not in scores.text_of("car", "on_target") and scores.text_of("car", "on_target change") == "–"
 
 
@@ -207,29 +254,29 @@ def test_totals_are_the_first_column_of_the_table() -> None:
 def test_three_figures_are_always_shown_and_s_mig_by_kind_on_request(scores: ScoresPanel) -> None:
     table = scores.findChild(ScoreTable)
     assert table is not None
-    assert [table.place_of(key) for key in ("on_target", "seen", "s_ms")] == [0, 2, 4]
+    assert [table.place_of(key) for key in ("predicted", "on_target", "seen", "s_ms")] == [0, 2, 4, 6]
     for width, details in ((1400, False), (700, True), (700, False)):
         scores.resize(width, 230)
         scores.set_details(details)
-        assert [table.isColumnHidden(place) for place in range(6)] == [False] * 6
-        assert [table.isColumnHidden(place) for place in range(6, 10)] == [not details] * 4
+        assert [table.isColumnHidden(place) for place in range(8)] == [False] * 8
+        assert [table.isColumnHidden(place) for place in range(8, 12)] == [not details] * 4
 
 
 def test_scores_and_road_users_are_greyed_apart(scores: ScoresPanel) -> None:
-    scores.show_on_target(totals_of(TRAFFIC, counts(NOW), counts(BEFORE), ON_TARGET))
+    show_counted(scores, counts(NOW), counts(BEFORE))
     table = scores.findChild(ScoreTable)
     assert table is not None
     place = table.place_of("on_target")
     table.grey()
     assert not table.figures.is_grey(place)
-    scores.grey_on_target()
+    scores.grey_counted()
     assert table.figures.is_grey(place)
 
 
 def test_without_road_users_there_is_no_number_and_nothing_to_copy(scores: ScoresPanel) -> None:
-    scores.show_on_target(totals_of(TRAFFIC, counts(NOW), counts(BEFORE), ON_TARGET))
+    show_counted(scores, counts(NOW), counts(BEFORE))
     assert scores.as_text().splitlines()[1].split("\t")[1:4] != [""] * 3
-    scores.forget_on_target("no boxes")
+    scores.forget_counted("no boxes")
     assert scores.text_of("car", "on_target") == "–"
     assert scores.as_text().splitlines()[1].split("\t")[1:4] == [""] * 3
 

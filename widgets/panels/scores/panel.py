@@ -18,7 +18,7 @@ from PySide6.QtWidgets import (
 )
 
 from riglens.core.metric.scores import MAX_LAMBDA, READINGS, MetricSettings, Scores
-from riglens.core.targets.quantities import Cells
+from riglens.core.targets.quantities import Cells, PredictedCells
 from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel
 from riglens.widgets.panels.fields.edits import NumberEdit
 from riglens.widgets.panels.fields.form import ChoiceBox
@@ -48,7 +48,7 @@ class ScoresPanel(QWidget):
         self._is_estimate = False
         self._baseline = LAST_SAVED
         self._table = ScoreTable()
-        self._table.forget_on_target(NOT_COUNTED_NOTE)
+        self._table.forget_counted(NOT_COUNTED_NOTE)
         self._weight = NumberEdit(0.05)
         self._reading = ChoiceBox()
         self._details = QCheckBox("Paper details")
@@ -146,17 +146,17 @@ class ScoresPanel(QWidget):
         self._is_stale = self._is_estimate = False
         self._table.show_scores(scores, baseline, self._settings)
 
-    def show_on_target(self, cells: Cells) -> None:
-        """Show current numbers on objects and their change, in cells (len(WHO),)."""
-        self._table.show_on_target(cells)
+    def show_counted(self, on_target: Cells, predicted: PredictedCells) -> None:
+        """Show up-to-date numbers on objects and their change, in cells (len(WHO),)."""
+        self._table.show_counted(on_target, predicted)
 
-    def grey_on_target(self) -> None:
+    def grey_counted(self) -> None:
         """Grey the numbers on objects: newer ones are on their way."""
-        self._table.grey_on_target()
+        self._table.grey_counted()
 
-    def forget_on_target(self, reason: str) -> None:
+    def forget_counted(self, reason: str) -> None:
         """Show no numbers on objects, and the reason."""
-        self._table.forget_on_target(reason)
+        self._table.forget_counted(reason)
 
     def show_estimate(self, scores: Scores) -> None:
         """Show rough scores until the exact ones arrive; until then there is nothing to copy."""

@@ -57,6 +57,12 @@ ON_TARGET_NOTE = (
     "traffic. During a drag it is estimated from a sample of frames, ± two standard errors. "
     "By distance and direction in the panel Targets."
 )
+PREDICTED_NOTE = (
+    "Average precision, of 100, that the detector of the detection study would reach on these objects with the points "
+    "of the LiDARs; more is better.\n"
+    "A curve by class turns the spots hit on each object into it. It compares rigs in the same traffic and does not "
+    "predict the AP of your stack; cameras are left out. Grey where the rig is outside its domain"
+)
 SEEN_NOTE = (
     "Share of the class's entropy H(Ω) that any enabled sensor covers; more is better.\n"
     "Occlusion by traffic is ignored here; on target includes it, see the panel Targets."
@@ -81,6 +87,7 @@ class MetricColumn(Column):
     value: Callable[[ClassScores], float] = field(kw_only=True)
 
 
+PREDICTED = Column("predicted", "Predicted AP", "Pred. AP", PREDICTED_NOTE, is_share=True)
 ON_TARGET = Column("on_target", "On target", "On target", ON_TARGET_NOTE, is_share=True)
 DETECTED = Column(
     "detected",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from riglens.core.targets.quantities import Cells, Quantity
+from riglens.core.targets.quantities import PREDICTED, Cells, Quantity
 from riglens.widgets.panels.scores.text import MINUS, NONE, SURE, error_digits
 
 UNITS = {"share": "%", "points": "points", "px": "px"}
@@ -41,19 +41,26 @@ def is_better(quantity: Quantity, change: float) -> bool:
 
 
 def tip_text(
-    quantity: Quantity, where: str, cells: Cells, place: int | tuple[int, int], baseline: str
+    quantity: Quantity,
+    where: str,
+    cells: Cells,
+    place: int | tuple[int, int],
+    baseline: str,
+    is_resolved: bool = True,
 ) -> str:
     """Describe one cell in full: place, quantity, number of objects, error, and change."""
     objects, value, se = int(cells.objects[place]), float(cells.value[place]), float(cells.se[place])
     if not objects:
         return f"{where}: no road users in these frames"
     unit, scale = UNITS[quantity.unit], 100.0 if quantity.unit == "share" else 1.0
-    sure = f" ± {scale * SURE * se:.2g} (two standard errors of a sample of frames)" if se else ""
+    source = "the calibration and a sample of frames" if quantity is PREDICTED else "a sample of frames"
+    sure = f" ± {scale * SURE * se:.2g} (two standard errors of {source})" if se else ""
     lines = [f"{where}: {scale * value:.4g}{sure} {unit}", f"{quantity.title} of {objects:,} road users"]
     change, change_se = float(cells.change[place]), float(cells.change_se[place])
     if change:
         sure = f" ± {scale * SURE * change_se:.2g}" if change_se else ""
         better = "better" if is_better(quantity, change) else "worse"
+        better = better if is_resolved else "too little to tell rigs apart"
         told = CHANGE_UNITS[quantity.unit]
         lines.append(f"{scale * change:+.3g}{sure} {told} against {baseline}: {better}")
     return "\n".join(lines)

@@ -1,0 +1,122 @@
+"""Predicted detection from the published study: curves by class, and their errors on rigs left out of the fit."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from riglens.core.errors import InputError
+from riglens.core.rig.model import Rig
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.study.curves import MeansOfRigs
+from riglens.core.study.detection.protocol import Protocol, entrants, split
+from riglens.core.study.detection.published import FOUR_16_RAYS
+from riglens.core.study.ranks import spearman
+from riglens.core.targets.calibration import MOST, Calibration, Curves, Domain, Unit
+from riglens.core.targets.engine import TargetEngine
+from riglens.core.targets.traffic import Traffic
+
+Doubles = NDArray[np.float64]
+Counts = NDArray[np.int64]
+
+GOAL_ERROR, GOAL_RANK = 0.015, 0.98
+"""Set before the fit: root mean square error of predicted mAP of rigs left out at most so large, their rank correlation
+with measured mAP at least so high."""
+UNITS: tuple[Unit, ...] = ("cells", "points")
+DETECTOR = "pillars of 0.25 m and a U-Net of 0.15 M weights, one sweep, shared by 30 rigs, five seeds"
+SOURCE = "riglens study detection --published: AP over all objects, docs/data/detection.csv"
+DATA = "simulated sweeps of the bundled town"
+
+
+def objects_by_number(
+    rigs: Sequence[Rig], traffic: Traffic, protocol: Protocol, tell: Callable[[float], None]
+) -> dict[Unit, Counts]:
+    """Count, for each rig, how many objects of the test frames have 0 to MOST cells and points: by unit
+    (rigs, classes, MOST + 1). Objects in the region of average precision alone."""
+    frames = split(traffic.data, protocol).test
+    test = traffic.frames_alone(np.argsort(traffic.frame)[frames])
+    found = {unit: np.zeros((len(rigs), len(CLASSES), MOST + 1), np.int64) for unit in UNITS}
+    for place, entrant in enumerate(entrants(rigs)):
+        objects = TargetEngine(test).evaluate(entrant.rig, protocol.simulation.targets()).objects
+        inside = protocol.region.holds(test.centre_m[objects.box, :2])
+        cls = test.cls[objects.box]
+        for unit, n in zip(UNITS, (objects.cells, objects.all_points), strict=True):
+            np.add.at(found[unit][place], (cls[inside], np.minimum(n[inside], MOST)), 1)
+        tell((place + 1) / len(rigs))
+    return found
+
+
+def read_precision(path: Path, rigs: Sequence[Rig]) -> Doubles:
+    """Read average precision, 0 to 1, (rigs, classes), from the table of `riglens study detection`."""
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            found = {(line["rig"], line["class"]): float(line["ap"]) / 100.0 for line in csv.DictReader(file)}
+        return np.array([[found[rig.name, name] for name in CLASSES] for rig in rigs])
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from error
+    except (KeyError, ValueError, TypeError, csv.Error) as error:
+        raise InputError(
+            f"{path}: must be detection.csv of `riglens study detection --published`, with rig, class and ap"
+        ) from error
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """AP of rigs, 0 to 1, (rigs, classes): observed, and predicted by the curves of all other rigs."""
+
+    rigs: tuple[str, ...]
+    rays: Counts
+    observed: Doubles
+    left_out: Doubles
+    calibration: Calibration
+
+    def errors(self) -> Doubles:
+        """Return the root mean square errors of the classes and of their mean, (classes + 1,)."""
+        misses = self.left_out - self.observed
+        every = np.column_stack([misses, misses.mean(axis=1)])
+        return np.asarray(np.sqrt(np.mean(every**2, axis=0)))
+
+    def rank(self, equal_rays: bool = False) -> float:
+        """Return Spearman's coefficient of predicted and measured mAP, of all rigs or those of equal ray count."""
+        chosen = self.rays == FOUR_16_RAYS if equal_rays else self.rays > 0
+        return float(spearman(self.left_out.mean(axis=1)[chosen], self.observed.mean(axis=1)[chosen]))
+
+
+def calibrate_rigs(
+    rays: Mapping[str, int], objects: Counts, observed: Doubles, unit: Unit, protocol: Protocol
+) -> Prediction:
+    """Fit the curves of all classes to rigs, whose LiDAR rays are given by name.
+
+    objects (rigs, classes, MOST + 1) have so many cells or points; observed (rigs, classes) average precision, 0 to 1.
+    """
+    curves, left_out = {}, []
+    for number, name in enumerate(CLASSES):
+        n = np.flatnonzero(objects[:, number].any(axis=0))
+        means = MeansOfRigs(
+            n.astype(np.float64), objects[:, number, n].astype(np.float64), observed[:, number]
+        )
+        curves[name], predicted = means.fitted()
+        left_out.append(predicted)
+    number_of_rays = np.array(list(rays.values()))
+    region = protocol.region
+    calibration = Calibration(
+        name=f"study of {len(rays)} rigs",
+        predicts="AP",
+        unit=unit,
+        detector=DETECTOR,
+        source=SOURCE,
+        domain=Domain(
+            length_m=region.length_m,
+            width_m=region.width_m,
+            rays=(int(number_of_rays.min()), int(number_of_rays.max())),
+            data=DATA,
+        ),
+        classes=Curves(**curves),
+        mean_error=float(np.sqrt(np.mean((np.transpose(left_out) - observed).mean(axis=1) ** 2))),
+    )
+    return Prediction(tuple(rays), number_of_rays, observed, np.transpose(left_out), calibration)

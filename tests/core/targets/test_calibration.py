@@ -1,0 +1,155 @@
+"""Predicted detection: the curve of each object, means with their errors, domains, and the file of a calibration."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from riglens.core.errors import InputError
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.targets.calibration import (
+    MOST,
+    Calibration,
+    Curve,
+    Curves,
+    Domain,
+    read_calibration,
+    shipped,
+)
+from riglens.core.targets.engine import TargetEngine
+from riglens.core.targets.quantities import PREDICTED
+from riglens.core.targets.scores import TargetScores
+from riglens.core.targets.settings import USUAL
+from riglens.core.targets.tables import table_of
+from tests.core.builders import rig_of, spinning
+from tests.core.targets.cases import traffic
+
+CAR = Curve(a=0.9, b=12.0, c=0.8, error=0.02, objects=100)
+PEDESTRIAN = Curve(a=0.8, b=3.0, c=2.0, error=0.03, objects=50)
+NEAR = Calibration(
+    name="near",
+    predicts="recall",
+    unit="points",
+    detector="a detector",
+    source="made up",
+    domain=Domain(within_m=30.0, length_m=40.0, width_m=20.0, data="none"),
+    classes=Curves(car=CAR, pedestrian=PEDESTRIAN),
+    mean_error=0.015,
+)
+PLACES = [(8.0, 0.0), (-15.0, 4.0), (19.0, -9.0), (25.0, 0.0), (0.0, 12.0), (40.0, 3.0)]
+"""The first three in the region."""
+BOXES = [
+    (frame, cls, (x, y + 1.5 * cls, 0.9), (1.0, 0.8, 1.8), 0.0)
+    for frame in range(6)
+    for cls in range(3)
+    for x, y in PLACES
+]
+TRAFFIC = traffic(BOXES, 6)
+RIG = rig_of(spinning((0.0, 0.0, 1.8), beams=16, count=720))
+CALIBRATED = replace(USUAL, calibration=NEAR)
+
+
+def scores(
+    frames: int | None = None,
+) -> TargetScores:
+    return TargetEngine(TRAFFIC, threads=1).evaluate(RIG, CALIBRATED, frames)
+
+
+def test_the_prediction_is_the_mean_of_the_curve_over_objects_of_the_region() -> None:
+    found = scores()
+    objects, box = found.objects, found.objects.box
+    x, y = TRAFFIC.centre_m[box, 0], TRAFFIC.centre_m[box, 1]
+    inside = (np.hypot(x, y) <= 30.0) & (np.abs(x) < 20.0) & (np.abs(y) < 10.0)
+    for name, curve in (("car", CAR), ("pedestrian", PEDESTRIAN)):
+        chosen = inside & (TRAFFIC.cls[box] == CLASSES.index(name))
+        n = objects.all_points[chosen]
+        wanted = [curve.a * (1.0 - math.exp(-((one / curve.b) ** curve.c))) for one in n.tolist()]
+        row = found.classes[name].total.predicted
+        assert row is not None and row.objects == chosen.sum() < len(PLACES) * 6
+        assert row.value == pytest.approx(np.mean(wanted)) and row.value > 0.0
+        assert (row.se, row.sample_se) == (curve.error, 0.0), "all frames were used"
+        rings = [ring for ring in found.classes[name].rings if ring.predicted is not None]
+        total = sum(ring.predicted.objects * ring.predicted.value for ring in rings)  # type: ignore[union-attr]
+        assert total / row.objects == pytest.approx(row.value)
+    assert found.classes["bicycle"].total.predicted is None, "the class has no curve"
+    assert found.predicted_mean is None
+
+
+def test_a_sample_of_frames_adds_its_own_error() -> None:
+    row = scores(frames=3).classes["car"].total.predicted
+    assert row is not None
+    assert row.se == pytest.approx(math.hypot(row.sample_se, CAR.error)) and row.sample_se > 0.0
+
+
+def test_tables_hold_the_same_figures() -> None:
+    found = scores()
+    cells = table_of(TRAFFIC, found, found, PREDICTED).cells
+    for number, name in enumerate(CLASSES, 1):
+        row = found.classes[name].total.predicted
+        assert cells.objects[number, 0] == (0 if row is None else row.objects)
+        if row is not None:
+            assert (cells.value[number, 0], cells.se[number, 0]) == pytest.approx((row.value, row.se))
+
+
+def test_the_calibration_changes_no_other_figure_and_casts_nothing() -> None:
+    engine = TargetEngine(TRAFFIC, threads=1)
+    one, other = engine.evaluate(RIG, USUAL), engine.evaluate(RIG, CALIBRATED)
+    assert one.objects.points is other.objects.points
+    for name in CLASSES:
+        mine, theirs = one.classes[name].total, other.classes[name].total
+        assert replace(mine, predicted=None) == replace(theirs, predicted=None)
+
+
+def test_what_lies_outside_the_domain_is_said() -> None:
+    calibration = shipped()
+    assert calibration.outside(RIG, "class", True) == ""
+    assert "plain" not in NEAR.outside(RIG, "class", True)
+    assert "class shapes" in calibration.outside(RIG, "box", True)
+    assert "rays" in calibration.outside(rig_of(spinning((0.0, 0.0, 1.8), count=2)), "class", True)
+    assert "no enabled LiDAR" in NEAR.outside(rig_of(), "class", True)
+    none = TargetEngine(TRAFFIC, threads=1).evaluate(rig_of(), USUAL)
+    assert np.isnan(none.objects.predicted).all() and none.classes["car"].total.predicted is None
+
+
+def test_numbers_beyond_the_table_are_those_of_its_end() -> None:
+    cls, inside = np.zeros(2, np.uint8), np.ones(2, np.bool_)
+    found = NEAR.of_objects(cls, inside, np.array([MOST, 10 * MOST]))
+    assert found[0] == found[1] == pytest.approx(CAR.a)
+
+
+@pytest.mark.parametrize("calibration", [NEAR, shipped()])
+def test_a_calibration_reads_back_to_the_same_bits(tmp_path: Path, calibration: Calibration) -> None:
+    path = tmp_path / "calibration.yaml"
+    path.write_text(calibration.text())
+    assert read_calibration(path) == calibration
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "names"),
+    [
+        ("riglens_calibration: 1", "riglens_calibration: 2", 1, "riglens_calibration"),
+        ("unit: points", "unit: pixels", 4, "unit"),
+        ("a: 0.9,", "a: 1.5,", 10, "classes.car.a"),
+        ("b: 12.0,", "b: .nan,", 10, "classes.car.b"),
+        ("c: 0.8,", "", 10, "classes.car.c"),
+        ("objects: 100", "objects: many", 10, "classes.car.objects"),
+        ("mean_error: 0.015", "mean_error: -1", 8, "mean_error"),
+        ("within_m: 30.0, length_m: 40.0", "within_m: 30.0", 7, "domain"),
+        ("  car:", "  tram:", 10, "classes"),
+        ("name: near", "name: near\nname: far", 3, "given twice"),
+    ],
+)
+def test_a_broken_file_is_one_line_with_its_place(
+    tmp_path: Path, old: str, new: str, line: int, names: str
+) -> None:
+    path, text = tmp_path / "calibration.yaml", NEAR.text()
+    assert old in text
+    path.write_text(text.replace(old, new, 1))
+    with pytest.raises(InputError) as caught:
+        read_calibration(path)
+    assert names in str(caught.value) and "\n" not in str(caught.value)
+    assert f"{path}:{line}:" in str(caught.value)
