@@ -38,7 +38,9 @@ def load_rigs(names: Sequence[str], score: ScoreOptions, libraries: Sequence[Pat
     for rig in rigs:
         for camera in rig.cameras():
             if missing := missing_ray_count(camera):
-                share = f"{missing:,} of {camera.ray_count:,} rays are outside the valid range of its lens model"
+                share = (
+                    f"{missing:,} of {camera.ray_count:,} rays are outside the valid range of its lens model"
+                )
                 note(f"{rig.name}: {camera.name}: {share}, and are left out")
     return rigs
 

@@ -112,7 +112,7 @@ class _Figures:
         )
 
     def cells(self, chosen: NDArray[np.bool_], group: Counts, groups: int) -> Cells:
-        """Return the numbers of the chosen objects by group (k,), (groups,); those without the quantity do not count."""
+        """Return the numbers of the chosen objects by group (k,), (groups,); without those that lack it."""
         chosen = chosen & ~np.isnan(self.mine) & ~np.isnan(self.theirs)
         group, mine, theirs = group[chosen], self.mine[chosen], self.theirs[chosen]
         objects = np.bincount(group, minlength=groups)

@@ -57,7 +57,7 @@ class Result:
     surrogates: Surrogates
 
     def groups(self) -> dict[str, list[int]]:
-        """Return the groups of rigs that are analysed together: all, those with the rays of the paper's rigs, and families of them."""
+        """Return the groups of rigs that are analysed together: all, equal ray counts, and families."""
         rays = [one.rays for one in self.study.compared]
         every = {"all rigs": list(range(len(rays)))}
         same = {"equal ray count": equal_rays(rays), **families([one.name for one in self.study.compared])}
