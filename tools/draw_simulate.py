@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 
-from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
+from riglens.core.rig.model import Camera, Lidar, LinearAngles, Rig
 from riglens.core.scene.readers import bundled_occluders, bundled_source
 from riglens.core.simulate.pictures import LABELS, Cameras, class_labels
 from riglens.core.simulate.settings import SimulationSettings
@@ -31,8 +31,8 @@ def lidar(name: str, y_m: float) -> Lidar:
     return Lidar(
         name=name,
         position=(0.2, y_m, 1.75),
-        elevations_deg=EvenAngles(from_=-25.0, to=8.0, count=32),
-        azimuths_deg=EvenAngles(from_=-180.0, to=180.0, count=1080),
+        elevations_deg=LinearAngles(from_=-25.0, to=8.0, count=32),
+        azimuths_deg=LinearAngles(from_=-180.0, to=180.0, count=1080),
         range_m=(0.5, 120.0),
     )
 

@@ -17,7 +17,7 @@ from riglens.core.formats.frames import Matrix, se3_from_rpy_deg
 from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import MAX_ANGLE, Source, Value
-from riglens.core.rig.model import EvenAngles, Vehicle
+from riglens.core.rig.model import LinearAngles, Vehicle
 from riglens.core.rig.yaml.nodes import shortened
 
 TITLE = "AirSim settings"
@@ -139,8 +139,8 @@ def _rays(value: Value, name: str, notes: Notes) -> dict[str, Any]:
         right, left_deg = -180.0, 180.0
     points, turns = (rays[f"{what}PerSecond"].number(1e-3, 1e9) for what in ("Points", "Rotations"))
     return {
-        "elevations_deg": EvenAngles(from_=low if channels > 1 else high, to=high, count=channels),
-        "azimuths_deg": EvenAngles(from_=right, to=left_deg, count=azimuth_count(points, turns, channels)),
+        "elevations_deg": LinearAngles(from_=low if channels > 1 else high, to=high, count=channels),
+        "azimuths_deg": LinearAngles(from_=right, to=left_deg, count=azimuth_count(points, turns, channels)),
         "range_m": (0.0, rays["Range"].number(1e-3, 1e6)),
     }
 

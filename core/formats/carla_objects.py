@@ -21,7 +21,7 @@ from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions, root_
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source, Value
 from riglens.core.geometry import Vec3
-from riglens.core.rig.model import Camera, EvenAngles, Rig, Sensor, Vehicle
+from riglens.core.rig.model import Camera, LinearAngles, Rig, Sensor, Vehicle
 from riglens.core.rig.yaml.nodes import shortened
 from riglens.core.sensors.radar import RADAR, Radar
 
@@ -133,8 +133,8 @@ def lidar_fields(sensor: Value, name: str, notes: Notes) -> dict[str, Any]:
     turns = _number(sensor, "rotation_frequency", 10.0, low=1e-3, high=1e6)
     span = _number(sensor, "horizontal_fov", 360.0, low=1e-3, high=360.0)
     return {
-        "elevations_deg": EvenAngles(from_=lower, to=upper, count=channels),
-        "azimuths_deg": EvenAngles(
+        "elevations_deg": LinearAngles(from_=lower, to=upper, count=channels),
+        "azimuths_deg": LinearAngles(
             from_=-span / 2, to=span / 2, count=azimuth_count(points, turns, channels)
         ),
         "range_m": (0.0, _number(sensor, "range", 10.0, low=1e-3, high=1e6)),

@@ -25,7 +25,7 @@ from riglens.core.formats.ray_export import FULL_TURN_DEG, turn_ends_deg
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import MAX_ANGLE, Source, Value
 from riglens.core.geometry import Vec3
-from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Sensor, Vehicle
+from riglens.core.rig.model import Camera, Lidar, LinearAngles, Rig, Sensor, Vehicle
 from riglens.core.rig.yaml.nodes import shortened, value_text
 
 TITLE = "CARLA TOML of the published placement code"
@@ -140,8 +140,8 @@ def _add_lidar(name: str, fields: dict[str, Value], mounting: Mounting) -> None:
     mounting.add_lidar(
         name,
         right_handed((x, y, z), (roll, pitch, 0.0)),
-        elevations_deg=EvenAngles(from_=lower, to=upper, count=channels),
-        azimuths_deg=EvenAngles(from_=-180.0, to=180.0, count=azimuth_count(points, turns, 1)),
+        elevations_deg=LinearAngles(from_=lower, to=upper, count=channels),
+        azimuths_deg=LinearAngles(from_=-180.0, to=180.0, count=azimuth_count(points, turns, 1)),
         range_m=(0.0, _number(fields, "lidar_range_in_meters", RANGE_M)),
     )
 

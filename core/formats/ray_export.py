@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from riglens.core.formats.lens_export import SMALLEST_TOLD_DEG
 from riglens.core.formats.report import Notes
-from riglens.core.rig.model import EvenAngles, Lidar
+from riglens.core.rig.model import Lidar, LinearAngles
 
 Doubles = NDArray[np.float64]
 FULL_TURN_DEG = 360.0
@@ -16,7 +16,7 @@ FULL_TURN_DEG = 360.0
 def turn_ends_deg(lidar: Lidar) -> tuple[float, float]:
     """Return the azimuths between which the LiDAR sweeps, in degrees; listed azimuths reach half a step farther."""
     turn = lidar.azimuths_deg
-    if isinstance(turn, EvenAngles):
+    if isinstance(turn, LinearAngles):
         return turn.from_, turn.to
     listed = np.sort(np.array(turn, dtype=np.float64))
     half_step = float(np.median(np.diff(listed))) / 2.0 if len(listed) > 1 else 0.0
@@ -27,7 +27,7 @@ def turn_ends_deg(lidar: Lidar) -> tuple[float, float]:
 def report_uneven(lidar: Lidar, who: str, notes: Notes) -> None:
     """Report the difference of beams, azimuths and offsets from the evenly spaced ones of `who`."""
     kinds = {"beams": lidar.elevations_deg, "azimuths": lidar.azimuths_deg}
-    uneven = [kind for kind, angles in kinds.items() if not isinstance(angles, EvenAngles)]
+    uneven = [kind for kind, angles in kinds.items() if not isinstance(angles, LinearAngles)]
     if uneven:
         off_deg = max(_off_even_deg(lidar.elevations()), _off_even_deg(lidar.azimuths()))
         notes.approximated(

@@ -11,7 +11,7 @@ from typing import Any
 from riglens.core.formats.frames import Matrix, SensorKind, se3_from_rpy_deg
 from riglens.core.formats.mounts import MAX_PIXELS, Mounting
 from riglens.core.formats.source import Element
-from riglens.core.rig.model import EvenAngles, KannalaBrandt
+from riglens.core.rig.model import KannalaBrandt, LinearAngles
 from riglens.core.rig.yaml.nodes import shortened
 from riglens.core.sensors.ultrasonic import ULTRASONIC
 
@@ -205,7 +205,7 @@ def _sonar_fields(sensor: Element, name: str, mounting: Mounting) -> dict[str, A
     return {**ends, **limits, **({} if not near else {"range_m": (near, math.inf)})}
 
 
-def _azimuths(scan: Element) -> EvenAngles:
+def _azimuths(scan: Element) -> LinearAngles:
     """Return the azimuths: SDF casts rays at both ends; here the end is open, one step further, at most a full turn."""
     low, high, count = _ends(scan, "horizontal")
     if count == 1:
@@ -214,9 +214,9 @@ def _azimuths(scan: Element) -> EvenAngles:
     return _even(scan, low, min(end, low + 360.0), count)
 
 
-def _elevations(scan: Element) -> EvenAngles:
+def _elevations(scan: Element) -> LinearAngles:
     if scan.first("vertical") is None:
-        return EvenAngles(from_=0.0, to=0.0, count=1)
+        return LinearAngles(from_=0.0, to=0.0, count=1)
     return _even(scan, *_ends(scan, "vertical"))
 
 
@@ -231,7 +231,7 @@ def _angle(scan: Element, *path: str) -> float:
     return round(math.degrees(_number(scan, *path)), 12)
 
 
-def _even(scan: Element, low: float, high: float, count: int) -> EvenAngles:
+def _even(scan: Element, low: float, high: float, count: int) -> LinearAngles:
     if not -360.0 <= low <= high <= 360.0:
         raise scan.error(f"angles must be within ±360 degrees (got {low:g} to {high:g})")
-    return EvenAngles(from_=low, to=high, count=count)
+    return LinearAngles(from_=low, to=high, count=count)

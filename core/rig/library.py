@@ -29,7 +29,7 @@ from riglens.core.errors import InputError
 from riglens.core.files import atomic_write, open_regular
 from riglens.core.geometry import Pose
 from riglens.core.plain import to_plain
-from riglens.core.rig.model import FORMAT_VERSION, EvenAngles, Frozen, Length, Positive, Sensor
+from riglens.core.rig.model import FORMAT_VERSION, Frozen, Length, LinearAngles, Positive, Sensor
 from riglens.core.rig.yaml.nodes import (
     Plain,
     line_of,
@@ -226,7 +226,7 @@ def _complete(fields: dict[str, Any], sensor: Sensor) -> dict[str, Any]:
     found = dict(fields)
     for name in fields:
         part = getattr(sensor, name)
-        if isinstance(part, BaseModel) and not isinstance(part, EvenAngles):
+        if isinstance(part, BaseModel) and not isinstance(part, LinearAngles):
             found[name] = part.model_dump()
         elif isinstance(part, tuple) and isinstance(part[0], BaseModel):
             found[name] = tuple(each.model_dump() for each in part)

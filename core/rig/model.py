@@ -19,13 +19,29 @@ from riglens.core.sensors.base import (
 )
 from riglens.core.sensors.camera import Camera
 from riglens.core.sensors.lens import BrownConrady, KannalaBrandt
-from riglens.core.sensors.lidar import EvenAngles, Lidar
+from riglens.core.sensors.lidar import Lidar, LinearAngles
 from riglens.core.sensors.registry import validated_sensor
 
 __all__ = [
-    "FORMAT_VERSION", "MAX_SENSORS", "MAX_SPOTS", "PARAMETRIC_BODIES", "BrownConrady", "Camera",
-    "EvenAngles", "Frozen", "KannalaBrandt", "Length", "Lidar", "MeshPlacement", "Positive", "Rig", "Sensor", "Spot",
-    "Vehicle", "mirror_problem", "rays_of",
+    "FORMAT_VERSION",
+    "MAX_SENSORS",
+    "MAX_SPOTS",
+    "PARAMETRIC_BODIES",
+    "BrownConrady",
+    "Camera",
+    "Frozen",
+    "KannalaBrandt",
+    "Length",
+    "Lidar",
+    "LinearAngles",
+    "MeshPlacement",
+    "Positive",
+    "Rig",
+    "Sensor",
+    "Spot",
+    "Vehicle",
+    "mirror_problem",
+    "rays_of",
 ]  # fmt: skip
 
 FORMAT_VERSION = 1

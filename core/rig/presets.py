@@ -10,7 +10,7 @@ from functools import lru_cache
 from riglens.assets import asset_path
 from riglens.core.errors import InputError
 from riglens.core.geometry import Vec3
-from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
+from riglens.core.rig.model import Camera, Lidar, LinearAngles, Rig
 from riglens.core.rig.yaml.nodes import shortened
 
 _OUTER_ROLL_DEG = math.degrees(0.28)
@@ -45,8 +45,8 @@ class LidarGroup:
                 model="generic-16",
                 position=position_m,
                 rpy_deg=rpy_deg,
-                elevations_deg=EvenAngles(from_=-25.0, to=25.0, count=16),
-                azimuths_deg=EvenAngles(from_=-180.0, to=180.0, count=360),
+                elevations_deg=LinearAngles(from_=-25.0, to=25.0, count=16),
+                azimuths_deg=LinearAngles(from_=-180.0, to=180.0, count=360),
             )
             for number, (position_m, rpy_deg) in enumerate(
                 zip(self.positions_m, self.rpy_deg, strict=True), 1

@@ -18,7 +18,7 @@ Elevation = Annotated[float, Field(allow_inf_nan=False, ge=-90.0, le=90.0)]
 Azimuth = Annotated[float, Field(allow_inf_nan=False, ge=-360.0, le=360.0)]
 
 
-class EvenAngles(Frozen):
+class LinearAngles(Frozen):
     """`count` evenly spaced angles in degrees; whether `to` is included depends on where they are used."""
 
     from_: Azimuth = Field(alias="from")
@@ -49,8 +49,8 @@ class Lidar(Sensor):
     """
 
     kind: Literal["lidar"] = "lidar"
-    elevations_deg: EvenAngles | Annotated[tuple[Elevation, ...], Field(min_length=1)]
-    azimuths_deg: EvenAngles | Annotated[tuple[Azimuth, ...], Field(min_length=1)] = EvenAngles(
+    elevations_deg: LinearAngles | Annotated[tuple[Elevation, ...], Field(min_length=1)]
+    azimuths_deg: LinearAngles | Annotated[tuple[Azimuth, ...], Field(min_length=1)] = LinearAngles(
         from_=-180.0, to=180.0, count=360
     )
     azimuth_offsets_deg: Annotated[
@@ -63,9 +63,9 @@ class Lidar(Sensor):
         if not 0 < self.ray_count <= MAX_RAYS_PER_SENSOR:
             raise ValueError(f"a LiDAR must cast 1 to {MAX_RAYS_PER_SENSOR} rays (got {self.ray_count})")
         beams, turn = self.elevations_deg, self.azimuths_deg
-        if isinstance(beams, EvenAngles) and (beams.from_ < -90.0 or beams.to > 90.0):
+        if isinstance(beams, LinearAngles) and (beams.from_ < -90.0 or beams.to > 90.0):
             raise ValueError(f"elevations_deg must be within [-90, 90] (got {beams.from_} to {beams.to})")
-        span_deg = turn.to - turn.from_ if isinstance(turn, EvenAngles) else max(turn) - min(turn)
+        span_deg = turn.to - turn.from_ if isinstance(turn, LinearAngles) else max(turn) - min(turn)
         if span_deg > 360.0:
             raise ValueError(f"azimuths_deg must span at most 360 degrees (got {span_deg})")
         return self
@@ -87,25 +87,27 @@ class Lidar(Sensor):
         """Return the beam elevations in degrees, (beams,)."""
         angles = self.elevations_deg
         return (
-            angles.both_ends_deg() if isinstance(angles, EvenAngles) else np.array(angles, dtype=np.float64)
+            angles.both_ends_deg() if isinstance(angles, LinearAngles) else np.array(angles, dtype=np.float64)
         )
 
     def azimuths(self) -> NDArray[np.float64]:
         """Return the azimuths in degrees, (azimuths,)."""
         angles = self.azimuths_deg
-        return angles.open_end_deg() if isinstance(angles, EvenAngles) else np.array(angles, dtype=np.float64)
+        return (
+            angles.open_end_deg() if isinstance(angles, LinearAngles) else np.array(angles, dtype=np.float64)
+        )
 
     @property
     def beam_count(self) -> int:
         """Number of beams."""
         beams = self.elevations_deg
-        return beams.count if isinstance(beams, EvenAngles) else len(beams)
+        return beams.count if isinstance(beams, LinearAngles) else len(beams)
 
     @property
     def resolution(self) -> tuple[int, int]:
         """Azimuths and beams."""
         turn = self.azimuths_deg
-        return turn.count if isinstance(turn, EvenAngles) else len(turn), self.beam_count
+        return turn.count if isinstance(turn, LinearAngles) else len(turn), self.beam_count
 
 
 def beam_lattice(lidar: Lidar) -> Lattice:
@@ -134,7 +136,7 @@ def directions(lidar: Lidar, rays: Ids) -> NDArray[np.float64]:
 
 def _turn_deg(lidar: Lidar) -> float:
     turn = lidar.azimuths_deg
-    return turn.to - turn.from_ if isinstance(turn, EvenAngles) else max(turn) - min(turn)
+    return turn.to - turn.from_ if isinstance(turn, LinearAngles) else max(turn) - min(turn)
 
 
 def _view_deg(lidar: Lidar) -> tuple[float, float]:

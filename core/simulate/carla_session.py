@@ -22,7 +22,7 @@ from riglens.core.formats.carla_lidar import rays_to_write
 from riglens.core.formats.lens_export import centred_pinhole, report_lens
 from riglens.core.formats.report import Notes
 from riglens.core.geometry import Pose
-from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Sensor
+from riglens.core.rig.model import Camera, Lidar, LinearAngles, Rig, Sensor
 from riglens.core.sensors.registry import kind_of
 
 Doubles = NDArray[np.float64]
@@ -110,8 +110,8 @@ def _(lidar: Lidar, notes: Notes) -> Sensor | None:
     rays = rays_to_write(lidar, notes)
     half_deg = rays.get("horizontal_fov", 360.0) / 2.0
     return lidar.replace(
-        elevations_deg=EvenAngles(from_=rays["lower_fov"], to=rays["upper_fov"], count=lidar.beam_count),
-        azimuths_deg=EvenAngles(from_=-half_deg, to=half_deg, count=len(lidar.azimuths())),
+        elevations_deg=LinearAngles(from_=rays["lower_fov"], to=rays["upper_fov"], count=lidar.beam_count),
+        azimuths_deg=LinearAngles(from_=-half_deg, to=half_deg, count=len(lidar.azimuths())),
         azimuth_offsets_deg=None,
         range_m=(0.0, rays["range"]),
     )

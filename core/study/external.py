@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from riglens.core.engine.engine import Engine
 from riglens.core.metric.scores import PAPER_SETTINGS
-from riglens.core.rig.model import EvenAngles, Lidar, Rig
+from riglens.core.rig.model import Lidar, LinearAngles, Rig
 from riglens.core.rig.presets import preset
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.targets.engine import TargetEngine
@@ -87,9 +87,9 @@ class Experiment:
         rig = preset(_RIGS[self.recording])
         (lidar,) = rig.lidars()
         turn, count = lidar.azimuths_deg, lidar.beam_count
-        assert isinstance(turn, EvenAngles)
+        assert isinstance(turn, LinearAngles)
         places = range(count) if beams is None else [count - 1 - beam for beam in reversed(beams)]
-        coarser = EvenAngles(from_=turn.from_, to=turn.to, count=turn.count // azimuth_step)
+        coarser = LinearAngles(from_=turn.from_, to=turn.to, count=turn.count // azimuth_step)
         sweep = [_with_beams(lidar, places).replace(azimuths_deg=coarser)]
         sensors: list[Lidar] = []
         rng = np.random.default_rng(0)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from riglens.core.geometry import Vec3
-from riglens.core.rig.model import Camera, EvenAngles, Lidar, Sensor
+from riglens.core.rig.model import Camera, Lidar, LinearAngles, Sensor
 from riglens.core.rig.presets import preset
 from riglens.core.scene.grid import VoxelGrid
 
@@ -46,8 +46,8 @@ def spinning(position: Vec3, rpy_deg: Vec3 = (0.0, 0.0, 0.0), beams: int = 16, c
         name="lidar",
         position=position,
         rpy_deg=rpy_deg,
-        elevations_deg=EvenAngles(from_=-25.0, to=25.0, count=beams),
-        azimuths_deg=EvenAngles(from_=-180.0, to=180.0, count=count),
+        elevations_deg=LinearAngles(from_=-25.0, to=25.0, count=beams),
+        azimuths_deg=LinearAngles(from_=-180.0, to=180.0, count=count),
     )
 
 
@@ -271,7 +271,7 @@ def _thinned(sensor: Sensor) -> Sensor:
     return thinned
 
 
-_EVERY_FOUR_DEGREES = EvenAngles(from_=-180.0, to=180.0, count=90)
+_EVERY_FOUR_DEGREES = LinearAngles(from_=-180.0, to=180.0, count=90)
 
 
 def _sizes(quick: bool) -> Iterator[RayCase]:

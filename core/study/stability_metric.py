@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from riglens.core.engine.engine import Engine
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import DEFAULT_LAMBDA, MetricSettings, Reading, s_ms
-from riglens.core.rig.model import Camera, EvenAngles, Rig, Sensor
+from riglens.core.rig.model import Camera, LinearAngles, Rig, Sensor
 from riglens.core.rig.presets import CAMERA_GROUPS, LIDAR_GROUPS, PAPER_RIGS, preset
 from riglens.core.scene.boxes import CLASSES, BoxBatch, BoxSource, DataReport, Progress
 from riglens.core.scene.grid import DEFAULT_VOXEL_M, VoxelGrid
@@ -43,7 +43,7 @@ class RayLattice:
         return changed
 
     def _with_rays(self, sensor: Sensor) -> Sensor:
-        turn = EvenAngles(from_=-180.0, to=180.0, count=self.azimuths)
+        turn = LinearAngles(from_=-180.0, to=180.0, count=self.azimuths)
         changes = {"cast": self.cast} if isinstance(sensor, Camera) else {"azimuths_deg": turn}
         changed: Sensor = sensor.replace(**changes)
         return changed

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.assets import asset_path
-from riglens.core.rig.model import EvenAngles, Lidar, Rig
+from riglens.core.rig.model import Lidar, LinearAngles, Rig
 from riglens.core.rig.presets import PAPER_RIGS, preset
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.study.detection.protocol import Entrant
@@ -109,10 +109,10 @@ def _place3d_rig(name: str, lines: Sequence[Mapping[str, str]]) -> Rig:
             Lidar(
                 name=f"LIDAR_{number}",
                 position=(float(line["x_m"]), float(line["y_m"]), float(line["z_m"])),
-                elevations_deg=EvenAngles(
+                elevations_deg=LinearAngles(
                     from_=float(line["lower_deg"]), to=float(line["upper_deg"]), count=BEAMS
                 ),
-                azimuths_deg=EvenAngles(from_=-180.0, to=180.0, count=AZIMUTHS),
+                azimuths_deg=LinearAngles(from_=-180.0, to=180.0, count=AZIMUTHS),
                 range_m=(0.0, RANGE_M),
             )
             for number, line in enumerate(lines, 1)

@@ -19,7 +19,7 @@ from riglens.core.errors import InputError
 from riglens.core.files import open_regular
 from riglens.core.geometry import Pose, rpy_deg_from_rotation
 from riglens.core.rig.library import sensor_from_model
-from riglens.core.rig.model import EvenAngles, Lidar, Rig
+from riglens.core.rig.model import Lidar, LinearAngles, Rig
 from riglens.core.scene.boxes import rotations_from_quaternions
 from riglens.core.scene.readers.argoverse_files import is_feather
 from riglens.core.scene.readers.classes import ANY_TABLE, ARGOVERSE, UNMAPPED, ClassTable
@@ -85,7 +85,7 @@ class Recorder:
         sensor = sensor_from_model(self.model, name, pose)
         if not isinstance(sensor, Lidar):
             raise InputError(f"must be a LiDAR of the library (got the camera '{self.model}')", "model")
-        return sensor.replace(azimuths_deg=EvenAngles(from_=-180.0, to=180.0, count=self.azimuths))
+        return sensor.replace(azimuths_deg=LinearAngles(from_=-180.0, to=180.0, count=self.azimuths))
 
 
 def rigs_by_sequence(path: Path, recorder: Recorder) -> dict[str, Rig]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from riglens.core.kernels.objects.box_frames import Beams
 from riglens.core.kernels.objects.windows import TURN
-from riglens.core.rig.model import Camera, EvenAngles, Lidar, Sensor, rays_of
+from riglens.core.rig.model import Camera, Lidar, LinearAngles, Sensor, rays_of
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensing.body_ends import barrier_ends
 from riglens.core.sensing.rays import is_listed, lattice, limits_m, local_directions
@@ -85,7 +85,7 @@ def azimuth_step_rad(_: Sensor) -> float:
 
 @azimuth_step_rad.register
 def _azimuth_step_rad(lidar: Lidar) -> float:
-    if isinstance(lidar.azimuths_deg, EvenAngles):
+    if isinstance(lidar.azimuths_deg, LinearAngles):
         turn = lidar.azimuths_deg
         return math.radians((turn.to - turn.from_) / turn.count)
     steps = np.diff(np.unique(lidar.azimuths()))

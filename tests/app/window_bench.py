@@ -27,7 +27,7 @@ from riglens.app.window.workbench import Panels, Workbench
 from riglens.core.engine.engine import Engine
 from riglens.core.geometry import Pose
 from riglens.core.metric.scores import MetricSettings, Scores
-from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
+from riglens.core.rig.model import Camera, Lidar, LinearAngles, Rig
 from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.panels.help.shortcut_sheet import Group
 from riglens.widgets.viewport.scene_state import SceneState
@@ -44,8 +44,8 @@ s,2,pedestrian,2,5,0.9,0.6,0.6,1.8,0
 LIDAR = Lidar(
     name="roof",
     position=(0.1, 0.2, 1.9),
-    elevations_deg=EvenAngles(from_=-20.0, to=10.0, count=8),
-    azimuths_deg=EvenAngles(from_=-180.0, to=180.0, count=36),
+    elevations_deg=LinearAngles(from_=-20.0, to=10.0, count=8),
+    azimuths_deg=LinearAngles(from_=-180.0, to=180.0, count=36),
 )
 CAMERA = Camera(name="front", position=(1.0, 0.0, 1.4), image=(160, 90), hfov_deg=90.0, cast=(32, 18))
 RIG = Rig(name="small", sensors=(LIDAR, CAMERA))

@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from riglens.core.rig.model import EvenAngles, Lidar, Rig
+from riglens.core.rig.model import Lidar, LinearAngles, Rig
 from riglens.core.scene.readers.bundled import bundled_source
 from riglens.core.simulate.sweeps import Simulator
 from riglens.core.targets.traffic import Traffic, read_traffic
@@ -19,8 +19,8 @@ GOAL = 1.0
 DENSE = Lidar(
     name="dense",
     position=(0.0, 0.0, 2.0),
-    elevations_deg=EvenAngles(from_=-22.5, to=22.5, count=128),
-    azimuths_deg=EvenAngles(from_=-180.0, to=180.0, count=1024),
+    elevations_deg=LinearAngles(from_=-22.5, to=22.5, count=128),
+    azimuths_deg=LinearAngles(from_=-180.0, to=180.0, count=1024),
     range_m=(0.5, 120.0),
 )
 RIGS = {"W+T": (wide_trapezoid(), 250.0), "one LiDAR": (Rig(name="dense", sensors=(DENSE,)), 40.0)}

@@ -17,7 +17,7 @@ from riglens.core.engine.engine import Engine
 from riglens.core.geometry import Pose
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.rig.library import Library, load_library
-from riglens.core.rig.model import Camera, EvenAngles, Rig, Sensor
+from riglens.core.rig.model import Camera, LinearAngles, Rig, Sensor
 from riglens.core.rig.presets import preset
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.grid import VoxelGrid
@@ -28,8 +28,8 @@ from tests.bench.yardsticks import PlainDda
 
 THREADS = 2
 NATIVE_CAST = (1600, 900)
-DENSE_AZIMUTHS = EvenAngles(from_=-180.0, to=180.0, count=3600)
-DENSE_BEAMS = EvenAngles(from_=-25.0, to=25.0, count=128)
+DENSE_AZIMUTHS = LinearAngles(from_=-180.0, to=180.0, count=3600)
+DENSE_BEAMS = LinearAngles(from_=-25.0, to=25.0, count=128)
 TILT_DEG = (3.0, -4.0, 0.0)
 POSES_DEG = {"upright": (0.0, 0.0, 8.0), "tilted": (2.0, -3.0, 8.0)}
 """How sensors of the library are turned: roll, pitch, yaw."""

@@ -12,7 +12,7 @@ from riglens.core.engine.engine import Engine, Evaluation
 from riglens.core.kernels.rays.cast import mark_rays
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Method, MetricSettings
-from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Sensor
+from riglens.core.rig.model import Camera, Lidar, LinearAngles, Rig, Sensor
 from riglens.core.scene.boxes import CLASSES, BoxBatch, DataReport, Progress
 from riglens.core.scene.columns import VoxelIndex, pack, unpack
 from riglens.core.scene.grid import VoxelGrid
@@ -120,8 +120,8 @@ def spinning(position: Numbers, rpy_deg: Numbers = (0.0, 0.0, 0.0), beams: int =
         name="L",
         position=triple(position),
         rpy_deg=triple(rpy_deg),
-        elevations_deg=EvenAngles(from_=-25.0, to=25.0, count=beams),
-        azimuths_deg=EvenAngles(from_=-180.0, to=180.0, count=count),
+        elevations_deg=LinearAngles(from_=-25.0, to=25.0, count=beams),
+        azimuths_deg=LinearAngles(from_=-180.0, to=180.0, count=count),
     )
 
 

@@ -8,7 +8,7 @@ from riglens.core.engine.caster import Caster
 from riglens.core.engine.engine import Engine
 from riglens.core.kernels.runtime.jit import use_threads
 from riglens.core.metric.scores import MetricSettings
-from riglens.core.rig.model import EvenAngles, Lidar, Rig, Vehicle
+from riglens.core.rig.model import Lidar, LinearAngles, Rig, Vehicle
 from riglens.core.sensing.body_ends import barrier_of
 from tests.core.audit_by_ray import fates_by_ray
 from tests.core.builders import camera, field_of, grid_of, random_field, random_sensor, rig_of, spinning
@@ -34,7 +34,9 @@ def test_inside_a_closed_car_every_beam_hits_it_and_all_is_lost() -> None:
     rig = Rig(
         vehicle=Vehicle(body="suv", length=4.66, width=1.9, height=1.7),
         sensors=(
-            Lidar(name="in", position=(0.2, 0.0, 1.3), elevations_deg=EvenAngles(from_=-25, to=25, count=9)),
+            Lidar(
+                name="in", position=(0.2, 0.0, 1.3), elevations_deg=LinearAngles(from_=-25, to=25, count=9)
+            ),
         ),
     )
     field = field_of(GRID)

@@ -17,7 +17,7 @@ from riglens.core.kernels.body.solid import ends_by_tree
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import METHODS, READINGS, MetricSettings
 from riglens.core.rig.body_mesh import BodyMesh
-from riglens.core.rig.model import BrownConrady, Camera, EvenAngles, Lidar, Rig, Sensor, Vehicle
+from riglens.core.rig.model import BrownConrady, Camera, Lidar, LinearAngles, Rig, Sensor, Vehicle
 from riglens.core.sensing.body_ends import (
     barrier_ends,
     barrier_of,
@@ -142,9 +142,9 @@ def test_every_way_of_casting_sees_what_single_rays_see(seed: int) -> None:
 def dense_lidar(rng: np.random.Generator) -> Lidar:
     """A LiDAR with rays close enough for core and sheets: tilted, upside down, with offsets, a sector, a range."""
     beams = int(rng.integers(2, 40))
-    turn = EvenAngles(from_=-180.0, to=180.0, count=int(rng.integers(520, 800)))
+    turn = LinearAngles(from_=-180.0, to=180.0, count=int(rng.integers(520, 800)))
     wide = float(rng.choice([155.0, 240.0]))
-    sector = EvenAngles(from_=-0.6 * wide, to=0.4 * wide, count=int(rng.integers(400, 500)))
+    sector = LinearAngles(from_=-0.6 * wide, to=0.4 * wide, count=int(rng.integers(400, 500)))
     offsets = tuple(rng.uniform(-3.0, 3.0, beams)) if rng.random() < 0.4 else None
     low = float(rng.uniform(-40.0, 0.0))
     return Lidar(
@@ -154,7 +154,7 @@ def dense_lidar(rng: np.random.Generator) -> Lidar:
             float(rng.choice([0.0, 180.0]) + rng.uniform(-9, 9)),
             *map(float, rng.uniform([-9, -180], [9, 180])),
         ),
-        elevations_deg=EvenAngles(from_=low, to=low + float(rng.uniform(2.0, 45.0)), count=beams),
+        elevations_deg=LinearAngles(from_=low, to=low + float(rng.uniform(2.0, 45.0)), count=beams),
         azimuths_deg=turn if rng.random() < 0.6 else sector,
         azimuth_offsets_deg=offsets,
         range_m=(float(rng.choice([0.0, 0.5])), float(rng.choice([np.inf, 5.0]))),
@@ -226,8 +226,8 @@ def test_bent_lenses_see_what_single_rays_see_and_stay_in_their_mesh(seed: int) 
 
 LISTED: list[Sensor] = [
     Lidar(
-        name="L", position=(0.3, 0.1, 1.7), elevations_deg=EvenAngles(from_=-40, to=25, count=9),
-        azimuth_offsets_deg=tuple(0.3 * i for i in range(9)), azimuths_deg=EvenAngles(from_=-180, to=180, count=40),
+        name="L", position=(0.3, 0.1, 1.7), elevations_deg=LinearAngles(from_=-40, to=25, count=9),
+        azimuth_offsets_deg=tuple(0.3 * i for i in range(9)), azimuths_deg=LinearAngles(from_=-180, to=180, count=40),
     ),
     Camera(
         name="C", position=(0.4, 0.0, 1.5), rpy_deg=(0.0, 10.0, 30.0), fx=900.0, fy=910.0, cx=800.0, cy=440.0,

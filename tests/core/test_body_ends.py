@@ -7,7 +7,7 @@ import pytest
 
 from riglens.core.kernels.runtime.jit import use_threads
 from riglens.core.rig.library import default_library
-from riglens.core.rig.model import BrownConrady, Camera, EvenAngles, Lidar, Sensor, Vehicle
+from riglens.core.rig.model import BrownConrady, Camera, Lidar, LinearAngles, Sensor, Vehicle
 from riglens.core.sensing.body_ends import body_ends, housing_radius_m
 from riglens.core.sensing.rays import sensor_rays
 from riglens.core.sensors.registry import kind_of
@@ -15,7 +15,7 @@ from riglens.core.vehicle.profiles import reference_vehicle
 from riglens.core.vehicle.solid import Solid, solid_of
 from tests.core.vehicle.solids import brute_force, plate, soup
 
-BEAMS: dict[str, Any] = {"elevations_deg": EvenAngles(from_=-60.0, to=60.0, count=13)}
+BEAMS: dict[str, Any] = {"elevations_deg": LinearAngles(from_=-60.0, to=60.0, count=13)}
 SENSORS: list[Sensor] = [
     Lidar(name="upright", position=(0.1, 0.2, 0.3), **BEAMS),
     Lidar(name="tilted", position=(0.1, 0.2, 0.3), rpy_deg=(20.0, -33.0, 5.0), **BEAMS),
@@ -89,7 +89,7 @@ def test_no_beam_leaves_a_closed_car_and_a_camera_looks_out_of_its_windows(body:
     """But for the slot between wing and wheel housing, which a few beams find from the van's seat."""
     solid = solid_of(reference_vehicle(body))
     inside = (0.2, 0.0, 1.3)
-    lidar = Lidar(name="in", position=inside, elevations_deg=EvenAngles(from_=-60, to=85, count=64))
+    lidar = Lidar(name="in", position=inside, elevations_deg=LinearAngles(from_=-60, to=85, count=64))
     assert np.isfinite(body_ends(lidar, solid)).mean() >= least
     camera = Camera(name="in", position=inside, hfov_deg=60.0, cast=(64, 36))
     free = np.isinf(body_ends(camera, solid)).reshape(36, 64)
@@ -102,7 +102,7 @@ def test_the_edge_of_a_roof_throws_its_shadow_where_geometry_says() -> None:
     roof = plate(h, half_m=dx, axis=2)
     sensor = Lidar(
         name="roof", position=(0.0, 0.0, h_s), azimuths_deg=(0.0,),
-        elevations_deg=EvenAngles(from_=-89.0, to=0.0, count=20_001),
+        elevations_deg=LinearAngles(from_=-89.0, to=0.0, count=20_001),
     )  # fmt: skip
     free = np.isinf(body_ends(sensor, Solid.of(roof)))
     down = np.radians(-sensor.elevations()[free])
@@ -112,5 +112,7 @@ def test_the_edge_of_a_roof_throws_its_shadow_where_geometry_says() -> None:
 
 def test_the_sensors_of_the_paper_stand_above_the_roof_of_the_usual_car() -> None:
     """At 2.2 m, 0.75 m above a sedan: hardly a beam is lost."""
-    lidar = Lidar(name="l", position=(-0.4, 0.2, 2.2), elevations_deg=EvenAngles(from_=-25, to=25, count=16))
+    lidar = Lidar(
+        name="l", position=(-0.4, 0.2, 2.2), elevations_deg=LinearAngles(from_=-25, to=25, count=16)
+    )
     assert np.isinf(body_ends(lidar, solid_of(Vehicle()))).mean() > 0.95

@@ -10,7 +10,7 @@ from riglens.core.geometry import Pose
 from riglens.core.kernels.body.solid import ends_by_tree
 from riglens.core.kernels.runtime.jit import use_threads
 from riglens.core.rig.library import load_library
-from riglens.core.rig.model import BrownConrady, Camera, EvenAngles, Lidar, Sensor
+from riglens.core.rig.model import BrownConrady, Camera, Lidar, LinearAngles, Sensor
 from riglens.core.sensing.body_ends import (
     NO_VOID,
     barrier_ends,
@@ -47,7 +47,7 @@ def random_sensor(rng: np.random.Generator, spread_m: float) -> Sensor:
     beams = int(rng.integers(1, 40))
     elevations = tuple(np.round(rng.uniform(-90, 90, beams), int(rng.choice([0, 9]))))
     first, width = float(rng.uniform(-180, 0)), float(rng.choice([40.0, 360.0]))
-    turn = EvenAngles(from_=first, to=first + width, count=int(rng.integers(1, 300)))
+    turn = LinearAngles(from_=first, to=first + width, count=int(rng.integers(1, 300)))
     offsets = tuple(rng.uniform(-20, 20, beams)) if rng.random() < 0.4 else None
     return Lidar(
         name="a", position=position, rpy_deg=rpy, elevations_deg=elevations, azimuths_deg=turn,  # type: ignore[arg-type]
@@ -85,8 +85,8 @@ def test_bent_lenses_end_at_random_triangles_where_single_rays_do(seed: int) -> 
 def test_rays_along_the_faces_and_edges_of_a_box_end_where_single_rays_do() -> None:
     """Sensors in the plane of faces and on edges and corners, with beams along them."""
     solid = Solid.of(box((-1.0, -1.0, 0.0), (1.0, 1.0, 1.0)))
-    turn = EvenAngles(from_=-180.0, to=180.0, count=72)
-    beams = EvenAngles(from_=-90.0, to=90.0, count=25)
+    turn = LinearAngles(from_=-180.0, to=180.0, count=72)
+    beams = LinearAngles(from_=-90.0, to=90.0, count=25)
     for x in (-2.0, -1.0, 0.0, 1.0):
         for z in (0.0, 0.5, 1.0, 1.5):
             sensor = Lidar(name="a", position=(x, -1.0, z), elevations_deg=beams, azimuths_deg=turn)

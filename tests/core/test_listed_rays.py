@@ -15,7 +15,7 @@ from riglens.core.engine.frustums import make_frustum
 from riglens.core.geometry import Pose
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.library import load_library
-from riglens.core.rig.model import BrownConrady, Camera, EvenAngles, KannalaBrandt, Lidar
+from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt, Lidar, LinearAngles
 from riglens.core.scene.columns import unpack
 from riglens.core.sensing.rays import lattice, lattices_by_offset, sensor_rays
 from riglens.core.study.reference import exact_cover
@@ -39,7 +39,7 @@ def staggered(rng: np.random.Generator, rpy_deg: tuple[float, float, float]) -> 
         position=tuple(map(float, position)),
         rpy_deg=rpy_deg,
         elevations_deg=tuple(map(float, np.sort(rng.uniform(-30, 20, 5)))),
-        azimuths_deg=EvenAngles(from_=-180.0, to=180.0, count=40),
+        azimuths_deg=LinearAngles(from_=-180.0, to=180.0, count=40),
         azimuth_offsets_deg=tuple(map(float, rng.uniform(-8.0, 8.0, 5))),
     )
 
@@ -146,7 +146,7 @@ def paired(rng: np.random.Generator) -> Lidar:
     beams = tuple(map(float, np.sort(rng.uniform(-20.0, 20.0, 27))))
     offsets = tuple(map(float, rng.permutation([-1.4] * 10 + [0.0] * 8 + [3.125] * 9)))
     lidar = staggered(rng, (0.0, 0.0, float(rng.choice([0.0, 90.0, rng.uniform(-180.0, 180.0)]))))
-    azimuths = EvenAngles(from_=-180.0, to=180.0, count=20)
+    azimuths = LinearAngles(from_=-180.0, to=180.0, count=20)
     lidar = lidar.replace(elevations_deg=beams, azimuth_offsets_deg=offsets, azimuths_deg=azimuths)
     return lidar.replace(position=(*lidar.position[:2], 1.3))
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from riglens.core.engine.engine import Engine
 from riglens.core.engine.inspect import sees_voxel
 from riglens.core.engine.sight import sight
-from riglens.core.rig.model import EvenAngles, Lidar
+from riglens.core.rig.model import Lidar, LinearAngles
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.sensing.body_ends import barrier_of
 from riglens.core.sensing.rays import sensor_rays
@@ -88,7 +88,7 @@ def test_beyond_the_highest_and_lowest_beam_and_the_sector_a_lidar_does_not_look
         name="front",
         position=(0.0, 0.0, 2.0),
         elevations_deg=(-10.0, 0.0, 10.0),
-        azimuths_deg=EvenAngles(**{"from": -60.0, "to": 60.0, "count": 120}),
+        azimuths_deg=LinearAngles(**{"from": -60.0, "to": 60.0, "count": 120}),
     )
     found = sight(front, GRID, voxel_at(GRID, point), sees=False)
     assert (found.verdict, found.side) == ("outside", side)
@@ -154,7 +154,7 @@ def test_between_rays_but_before_the_range_begins_or_after_it_ends_is_out_of_ran
 def test_the_sector_of_a_lidar_turns_with_it_and_within_it_nothing_is_beside(yaw_deg, point, verdict):
     sector = Lidar(
         name="sector", position=(0.0, 0.0, 2.0), rpy_deg=(0.0, 0.0, yaw_deg), elevations_deg=(-10.0, 0.0, 10.0),
-        azimuths_deg=EvenAngles(**{"from": -60.0, "to": 60.0, "count": 120}),
+        azimuths_deg=LinearAngles(**{"from": -60.0, "to": 60.0, "count": 120}),
     )  # fmt: skip
     found = sight(sector, GRID, voxel_at(GRID, point), sees=False)
     assert (found.verdict, found.side) == (verdict, "" if verdict == "between" else "beside")

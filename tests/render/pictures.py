@@ -21,7 +21,7 @@ from riglens.core.engine.engine import Engine
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import PAPER_SETTINGS
 from riglens.core.review.blind import BlindEngine, BlindSettings
-from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
+from riglens.core.rig.model import Camera, Lidar, LinearAngles, Rig
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import Pog
 from riglens.core.view.display import DisplayGrid
@@ -39,8 +39,8 @@ FRAMES = 100
 LIDAR = Lidar(
     name="roof",
     position=(0.0, 0.0, 1.9),
-    elevations_deg=EvenAngles(from_=-25.0, to=15.0, count=12),
-    azimuths_deg=EvenAngles(from_=-180.0, to=180.0, count=120),
+    elevations_deg=LinearAngles(from_=-25.0, to=15.0, count=12),
+    azimuths_deg=LinearAngles(from_=-180.0, to=180.0, count=120),
 )
 CAMERA = Camera(name="front", position=(1.2, 0.0, 1.4), hfov_deg=80.0, cast=(64, 36))
 REAR = CAMERA.replace(name="rear", position=(-1.5, 0.0, 1.4), rpy_deg=(0.0, 0.0, 180.0))

@@ -10,7 +10,7 @@ from typing import Any
 from riglens.core.sensors.base import Frozen
 from riglens.core.sensors.camera import Camera
 from riglens.core.sensors.lens import BrownConrady, KannalaBrandt
-from riglens.core.sensors.lidar import LIDAR, EvenAngles, Lidar
+from riglens.core.sensors.lidar import LIDAR, Lidar, LinearAngles
 
 
 @dataclass(frozen=True)
@@ -41,12 +41,12 @@ def _angles(field: str, title: str, tip: str) -> Ways:
 
     def evenly(lidar: Lidar) -> Lidar:
         angles = doubles(lidar)
-        return lidar.replace(**{field: EvenAngles(from_=min(angles), to=max(angles), count=len(angles))})
+        return lidar.replace(**{field: LinearAngles(from_=min(angles), to=max(angles), count=len(angles))})
 
     def is_even(lidar: Lidar) -> bool:
-        return isinstance(getattr(lidar, field), EvenAngles)
+        return isinstance(getattr(lidar, field), LinearAngles)
 
-    even = Way("evenly spaced", is_even, evenly, model=EvenAngles)
+    even = Way("evenly spaced", is_even, evenly, model=LinearAngles)
     listed = Way(
         "list",
         lambda lidar: not is_even(lidar),

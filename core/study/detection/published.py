@@ -9,7 +9,7 @@ import numpy as np
 
 from riglens.core.geometry import Pose, Vec3
 from riglens.core.rig.library import default_library, sensor_from_model
-from riglens.core.rig.model import EvenAngles, Lidar, Rig
+from riglens.core.rig.model import Lidar, LinearAngles, Rig
 from riglens.core.rig.presets import CAMERA_GROUPS, CARS, LIDAR_GROUPS, PAPER_LIDAR_GROUPS, preset
 from riglens.core.simulate.settings import SimulationSettings
 from riglens.core.study.detection.protocol import Protocol
@@ -27,7 +27,7 @@ _AS_RUN: dict[str, dict[str, object]] = {
     "robosense-rs-lidar-32": {"range_m": (0.4, 230.0)},
     "nuscenes-lidar-top": {
         "model": "velodyne-hdl-32e",
-        "azimuths_deg": EvenAngles(from_=-180.0, to=180.0, count=2170),
+        "azimuths_deg": LinearAngles(from_=-180.0, to=180.0, count=2170),
     },
 }
 """What the library said of these models when the studies ran: the rigs stay those that were measured."""

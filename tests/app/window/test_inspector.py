@@ -10,7 +10,7 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QCheckBox, QComboBox, QLabel, QLineEdit
 
-from riglens.core.rig.model import EvenAngles, KannalaBrandt, Rig
+from riglens.core.rig.model import KannalaBrandt, LinearAngles, Rig
 from riglens.widgets.panels.fields.form import ChoiceBox
 from riglens.widgets.panels.inspector.sensor_forms import SensorForm
 from riglens.widgets.panels.sensors.rows import TYPE
@@ -20,10 +20,10 @@ from tests.app.window_bench import CAMERA, LIDAR, RIG, Bench, choose_item
 ODD = 0.1 + 0.2  # 0.30000000000000004: no short decimal gives it back
 
 
-def even(**changes: float) -> EvenAngles:
+def even(**changes: float) -> LinearAngles:
     angles = LIDAR.elevations_deg
-    assert isinstance(angles, EvenAngles)
-    changed: EvenAngles = angles.replace(**changes)
+    assert isinstance(angles, LinearAngles)
+    changed: LinearAngles = angles.replace(**changes)
     return changed
 
 
@@ -232,7 +232,7 @@ def test_beams_can_be_a_list_and_evenly_spaced_again(bench: FullDesk) -> None:
     bench.type("elevations_deg.list", "-10, -2.5; 0 7")
     assert bench.document.rig.sensor("roof").elevations_deg == (-10.0, -2.5, 0.0, 7.0)
     bench.choose("elevations_deg.way", "evenly spaced")
-    assert bench.document.rig.sensor("roof").elevations_deg == EvenAngles(
+    assert bench.document.rig.sensor("roof").elevations_deg == LinearAngles(
         **{"from": -10.0, "to": 7.0, "count": 4}
     )
 

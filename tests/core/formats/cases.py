@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 from riglens.core.formats.base import Imported
 from riglens.core.formats.exchange import read_rig
 from riglens.core.formats.mounts import ReadOptions
-from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Sensor, Vehicle
+from riglens.core.rig.model import Camera, Lidar, LinearAngles, Rig, Sensor, Vehicle
 
 Matrix = NDArray[np.float64]
 Files = Mapping[str, str]
@@ -545,7 +545,7 @@ VEHICLE = Vehicle(length=4.9, width=1.9, height=1.6, rear_axle_x=-1.4)
 
 def lidar(name: str, pose: Pose, **fields: Any) -> Lidar:
     """A LiDAR of 8 beams there."""
-    beams = {"elevations_deg": EvenAngles(from_=-15.0, to=10.0, count=8)}
+    beams = {"elevations_deg": LinearAngles(from_=-15.0, to=10.0, count=8)}
     return Lidar(name=name, position=pose[0], rpy_deg=pose[1], **(beams | fields))
 
 

@@ -13,7 +13,7 @@ import pytest
 from riglens.core.formats.exchange import FORMATS
 from riglens.core.formats.lens_export import extent, most_off_deg
 from riglens.core.formats.report import Report
-from riglens.core.rig.model import BrownConrady, Camera, EvenAngles, KannalaBrandt, Rig
+from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt, LinearAngles, Rig
 from riglens.core.sensors.camera import pixel_directions
 from tests.core.formats.cases import camera, lidar, read_files, rig_of
 from tests.core.formats.test_poses_written import written
@@ -211,7 +211,7 @@ def test_heading_and_extent_that_a_lidar_loses_are_told_with_their_size(
         "top",
         turned,
         elevations_deg=(-25.0, -15.0, 15.0),
-        azimuths_deg=EvenAngles(from_=30.0, to=90.0, count=60),
+        azimuths_deg=LinearAngles(from_=30.0, to=90.0, count=60),
         azimuth_offsets_deg=(0.0, -2.5, 1.0),
         range_m=(0.5, 90.0),
     )
@@ -220,11 +220,11 @@ def test_heading_and_extent_that_a_lidar_loses_are_told_with_their_size(
 
 @pytest.mark.parametrize("name", ["osi", "carla", "carla-toml", "urdf"])
 def test_what_is_held_is_not_called_lost(name: str) -> None:
-    even = {"elevations_deg": EvenAngles(from_=-9.0, to=9.0, count=4)}
+    even = {"elevations_deg": LinearAngles(from_=-9.0, to=9.0, count=4)}
     rig = rig_of(camera("c", LEVEL), lidar("l", LEVEL, **even))
     lines = [line for line in report_on(name, rig).lines() if " off" in line or "field of view 8" in line]
     assert not lines
-    whole = EvenAngles(from_=-60.0, to=60.0, count=240)
+    whole = LinearAngles(from_=-60.0, to=60.0, count=240)
     level = rig_of(lidar("l", LEVEL, azimuths_deg=whole, **even))
     assert not any(" off" in line for line in report_on(name, level).lines())
     if name == "osi":

@@ -10,7 +10,7 @@ from riglens.core.errors import InputError
 from riglens.core.formats.exchange import FORMATS, READABLE, WRITABLE, read_rig
 from riglens.core.formats.mounts import ReadOptions, find_model
 from riglens.core.formats.report import KINDS, Notes, Report
-from riglens.core.rig.model import BrownConrady, Camera, EvenAngles, KannalaBrandt, Lidar, Rig, Vehicle
+from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt, Lidar, LinearAngles, Rig, Vehicle
 from tests.core.formats.cases import (
     AUTOWARE_KIT,
     CARLA,
@@ -194,7 +194,7 @@ def test_a_vehicle_is_what_the_user_says_then_what_the_file_says() -> None:
 def test_carla_beams_and_turns_are_counted_as_carla_does() -> None:
     found = read_files(CARLA).rig.sensor("lidar")
     assert isinstance(found, Lidar)
-    assert found.elevations_deg == EvenAngles(from_=-26.8, to=2.0, count=32)
+    assert found.elevations_deg == LinearAngles(from_=-26.8, to=2.0, count=32)
     assert found.azimuths().size == 320_000 / (20 * 32) and found.range_m == (0.0, 50.0)
 
 

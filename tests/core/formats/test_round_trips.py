@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from riglens.core.formats.exchange import FORMATS
 from riglens.core.formats.mounts import ReadOptions
-from riglens.core.rig.model import BrownConrady, Camera, EvenAngles, KannalaBrandt, Lidar, Rig
+from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt, Lidar, LinearAngles, Rig
 from tests.core.formats.cases import (
     POSES,
     VEHICLE,
@@ -93,7 +93,7 @@ def test_a_field_of_view_comes_back(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["carla", "carla-toml", "urdf"])
 def test_even_beams_azimuths_and_range_come_back(name: str) -> None:
-    turn = EvenAngles(from_=-180.0, to=180.0, count=900)
+    turn = LinearAngles(from_=-180.0, to=180.0, count=900)
     sent = lidar("l", LEVEL, azimuths_deg=turn, range_m=(0.0, 120.0))
     (back,) = again(name, rig_of(sent)).sensors
     assert isinstance(back, Lidar)
@@ -103,7 +103,7 @@ def test_even_beams_azimuths_and_range_come_back(name: str) -> None:
 
 
 def test_an_endless_range_and_part_of_a_turn_come_back_from_urdf() -> None:
-    front = EvenAngles(from_=-60.0, to=60.0, count=240)
+    front = LinearAngles(from_=-60.0, to=60.0, count=240)
     (back,) = again("urdf", rig_of(lidar("l", LEVEL, azimuths_deg=front, range_m=(0.5, math.inf)))).sensors
     assert isinstance(back, Lidar)
     assert back.azimuths() == pytest.approx(front.open_end_deg(), abs=1e-9)

@@ -13,7 +13,7 @@ from riglens.core.optimise.mounts import Additions
 from riglens.core.optimise.results import OptimiseResult, Problem
 from riglens.core.optimise.run import finished, optimise
 from riglens.core.review.blind import BlindEngine, BlindSettings
-from riglens.core.rig.model import EvenAngles, Lidar, Rig
+from riglens.core.rig.model import Lidar, LinearAngles, Rig
 from riglens.core.rig.yaml.file import load_rig
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import TargetSettings
@@ -25,8 +25,8 @@ ADDED = Additions(("generic-16",), 2, spots_m=0.7, tilts_deg=(0.0, 15.0))
 OWN = Lidar(
     name="own",
     position=(0.0, 0.0, 1.8),
-    elevations_deg=EvenAngles(from_=-20.0, to=5.0, count=4),
-    azimuths_deg=EvenAngles(from_=-180.0, to=180.0, count=90),
+    elevations_deg=LinearAngles(from_=-20.0, to=5.0, count=4),
+    azimuths_deg=LinearAngles(from_=-180.0, to=180.0, count=90),
 )
 RIG = Rig(name="car", sensors=(OWN,))
 
@@ -141,8 +141,8 @@ def stack(turns_deg: tuple[float, ...]) -> Rig:
             name=f"L{number}",
             position=(0.0, 0.0, 2.0),
             rpy_deg=(0.0, 0.0, turn),
-            elevations_deg=EvenAngles(from_=-25.0, to=15.0, count=8),
-            azimuths_deg=EvenAngles(from_=-180.0, to=180.0, count=120),
+            elevations_deg=LinearAngles(from_=-25.0, to=15.0, count=8),
+            azimuths_deg=LinearAngles(from_=-180.0, to=180.0, count=120),
         )
         for number, turn in enumerate(turns_deg)
     ]

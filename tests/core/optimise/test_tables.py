@@ -6,7 +6,7 @@ import pytest
 from riglens.core.errors import Cancelled
 from riglens.core.optimise.tables import UNIT, GroundTableMaker, HitTableMaker, hit_worth
 from riglens.core.review.blind import BlindEngine, BlindSettings
-from riglens.core.rig.model import EvenAngles, Lidar, Rig, Vehicle
+from riglens.core.rig.model import Lidar, LinearAngles, Rig, Vehicle
 from riglens.core.targets.engine import TargetEngine, never_stale
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.vehicle.solid import solid_of
@@ -65,7 +65,7 @@ def test_worth_rises_by_ever_less_and_ends_at_one() -> None:
 
 def test_ground_that_a_set_sees_is_what_it_takes_from_the_blind_map() -> None:
     def lidar(name: str, x_m: float, y_m: float) -> Lidar:
-        turn = EvenAngles(from_=-180.0, to=180.0, count=180)
+        turn = LinearAngles(from_=-180.0, to=180.0, count=180)
         return Lidar(
             name=name, position=(x_m, y_m, 1.2), elevations_deg=(-30.0, -20.0, -10.0), azimuths_deg=turn
         )

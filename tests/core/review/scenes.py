@@ -3,7 +3,7 @@
 import numpy as np
 
 from riglens.core.rig.body_mesh import BodyMesh
-from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Sensor, Vehicle
+from riglens.core.rig.model import Camera, Lidar, LinearAngles, Rig, Sensor, Vehicle
 
 BOX_FILE = Vehicle(body="box.stl", length=4.0, width=2.0, height=1.5)
 
@@ -27,8 +27,8 @@ def dense_lidar(z_m: float, beams: int = 901, turns: int = 720, x_m: float = 0.0
     return Lidar(
         name=f"lidar {x_m:g}",
         position=(x_m, 0.0, z_m),
-        elevations_deg=EvenAngles(from_=-90.0, to=0.0, count=beams),
-        azimuths_deg=EvenAngles(from_=-180.0, to=180.0, count=turns),
+        elevations_deg=LinearAngles(from_=-90.0, to=0.0, count=beams),
+        azimuths_deg=LinearAngles(from_=-180.0, to=180.0, count=turns),
     )
 
 

@@ -15,7 +15,7 @@ from riglens.core.review.profiles import (
     targets_of,
 )
 from riglens.core.review.verdicts import ObjectVerdict, ObjectVisibility, ray_counts, surface_share, verdicts
-from riglens.core.rig.model import EvenAngles, Lidar, Rig, Sensor, Vehicle
+from riglens.core.rig.model import Lidar, LinearAngles, Rig, Sensor, Vehicle
 from riglens.core.sensing.body_ends import barrier_of
 from riglens.core.sensing.rays import sensor_rays
 from riglens.core.vehicle.solid import solid_of
@@ -143,7 +143,7 @@ def test_a_field_beside_the_car_lies_outwards_of_its_side(side: str, ys: set[flo
 
 
 def test_an_object_is_seen_from_just_enough_rays_and_share_on() -> None:
-    level = dense_lidar(1.0, 301, 720).replace(elevations_deg=EvenAngles(from_=-30.0, to=0.0, count=301))
+    level = dense_lidar(1.0, 301, 720).replace(elevations_deg=LinearAngles(from_=-30.0, to=0.0, count=301))
     rig, half = Rig(vehicle=BOX, sensors=(level,)), {"x": 0.0, "left": 5.0}
 
     def judged(rays: int, share: float) -> ObjectVerdict:

@@ -8,9 +8,9 @@ from riglens.core.rig.library import default_library
 from riglens.core.rig.model import (
     BrownConrady,
     Camera,
-    EvenAngles,
     KannalaBrandt,
     Lidar,
+    LinearAngles,
     MeshPlacement,
     Rig,
     Vehicle,
@@ -27,11 +27,11 @@ def numbers(low: float, high: float) -> st.SearchStrategy[float]:
     return st.floats(low, high, allow_nan=False) | NASTY.filter(lambda value: low <= value <= high)
 
 
-def angles(limit_deg: float) -> st.SearchStrategy[EvenAngles | tuple[float, ...]]:
+def angles(limit_deg: float) -> st.SearchStrategy[LinearAngles | tuple[float, ...]]:
     """Angles in [-limit, limit] degrees, as a list or evenly spaced."""
     listed = st.lists(numbers(-limit_deg, limit_deg), min_size=1, max_size=5).map(tuple)
     ends = st.tuples(numbers(-limit_deg, limit_deg), numbers(-limit_deg, limit_deg)).map(sorted)
-    even = st.builds(lambda e, n: EvenAngles(from_=e[0], to=e[1], count=n), ends, st.integers(1, 1000))
+    even = st.builds(lambda e, n: LinearAngles(from_=e[0], to=e[1], count=n), ends, st.integers(1, 1000))
     return listed | even
 
 

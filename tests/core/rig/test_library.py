@@ -17,7 +17,7 @@ from riglens.core.rig.library import (
     sensor_from_model,
     user_library_files,
 )
-from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
+from riglens.core.rig.model import Camera, Lidar, LinearAngles, Rig
 from riglens.core.rig.presets import preset
 from riglens.core.rig.yaml.file import dumps, loads
 from riglens.core.sensors.camera import project_px
@@ -63,7 +63,7 @@ def test_lidars_have_their_published_beams(
 
 def test_the_models_of_the_paper_are_the_defaults_of_the_paper() -> None:
     lidar = sensor_from_model("generic-16", "a", Pose())
-    assert isinstance(lidar, Lidar) and lidar.elevations_deg == EvenAngles(from_=-25.0, to=25.0, count=16)
+    assert isinstance(lidar, Lidar) and lidar.elevations_deg == LinearAngles(from_=-25.0, to=25.0, count=16)
     for hfov_deg in (55, 70, 110):
         camera = sensor_from_model(f"paper-camera-{hfov_deg}", "a", Pose())
         assert isinstance(camera, Camera) and (camera.image, camera.hfov_deg) == ((1600, 900), hfov_deg)
@@ -129,7 +129,7 @@ def test_the_library_is_as_large_and_as_well_sourced_as_it_says() -> None:
 @pytest.mark.parametrize("entry", default_library().entries("lidar"), ids=lambda entry: entry.name)
 def test_beams_rise_and_steps_fit_the_azimuths(entry: Entry) -> None:
     lidar = entry.sensor("a", Pose())
-    assert isinstance(lidar, Lidar) and isinstance(lidar.azimuths_deg, EvenAngles)
+    assert isinstance(lidar, Lidar) and isinstance(lidar.azimuths_deg, LinearAngles)
     assert (np.diff(lidar.elevations()) >= 0.0).all()
     if entry.azimuth_step_deg and "10" in entry.azimuth_step_deg:
         turn = lidar.azimuths_deg

@@ -19,7 +19,7 @@ from riglens.core.rig.edits import (
     with_mirror_image,
     without_sensor,
 )
-from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
+from riglens.core.rig.model import Camera, Lidar, LinearAngles, Rig
 from riglens.core.rig.yaml.file import dumps, loads, new_rig_file, rig_sha256
 
 metres = st.floats(-5.0, 5.0)
@@ -33,7 +33,7 @@ LEFT = Lidar(
     name="left",
     position=(-0.4, 0.8, 2.2),
     rpy_deg=(5.0, 10.0, 30.0),
-    elevations_deg=EvenAngles(**{"from": -25.0, "to": 25.0, "count": 16}),
+    elevations_deg=LinearAngles(**{"from": -25.0, "to": 25.0, "count": 16}),
 )
 RIGHT = LEFT.replace(name="right", position=(1.0, 0.0, 1.0))
 CAMERA = Camera(name="front", position=(1.0, 0.0, 1.4), hfov_deg=70.0)

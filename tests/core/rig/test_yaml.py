@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
 from riglens.core.rig.library import default_library
-from riglens.core.rig.model import BrownConrady, Camera, EvenAngles, KannalaBrandt, Lidar, Rig, Sensor
+from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt, Lidar, LinearAngles, Rig, Sensor
 from riglens.core.rig.presets import preset
 from riglens.core.rig.yaml import file, nodes
 from riglens.core.rig.yaml.file import dumps, load_rig, loads, new_rig_file, rig_sha256, same_rig
@@ -47,7 +47,7 @@ def test_the_documented_example_means_what_it_says() -> None:
     assert isinstance(lidar, Lidar) and isinstance(camera, Camera)
     assert (rig.name, rig.vehicle.body, rig.vehicle.rear_axle_x) == ("wide-trapezoid", "sedan", -1.35)
     assert lidar.position == (-0.4, 0.2, 2.2) and lidar.range_m == (0.0, 100.0) and lidar.enabled
-    assert lidar.elevations_deg == EvenAngles(from_=-25.0, to=25.0, count=16)
+    assert lidar.elevations_deg == LinearAngles(from_=-25.0, to=25.0, count=16)
     assert (camera.image, camera.hfov_deg, camera.cast) == ((1600, 900), 70.0, (352, 128))
 
 

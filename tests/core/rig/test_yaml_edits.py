@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from riglens.core.geometry import Pose
 from riglens.core.rig.library import sensor_from_model
-from riglens.core.rig.model import EvenAngles, Lidar, Rig, Sensor
+from riglens.core.rig.model import Lidar, LinearAngles, Rig, Sensor
 from riglens.core.rig.yaml.edit import edited_text
 from riglens.core.rig.yaml.file import loads, same_rig
 from riglens.core.rig.yaml.nodes import value_text
@@ -81,7 +81,7 @@ def test_one_number_changes_only_its_own_characters() -> None:
     assert saved(rig) == FILE.replace("2e0 ]", "2.25 ]")
     rig = with_sensor("right", position=(1.5, -0.7, 2.0))
     assert saved(rig) == FILE.replace("-0.80        # mirrored", "-0.7        # mirrored")
-    rig = with_sensor("right", elevations_deg=EvenAngles(from_=-25.0, to=15.0, count=16))
+    rig = with_sensor("right", elevations_deg=LinearAngles(from_=-25.0, to=15.0, count=16))
     assert saved(rig) == FILE.replace("to: 25,", "to: 15.0,")
     rig = with_sensor("cam", hfov_deg=110.0)
     assert saved(rig) == FILE.replace("hfov_deg: 70,", "hfov_deg: 110.0,")

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from riglens.core.pieces.folder import sole_run
 from riglens.core.pieces.work import OwnProcess, Workers, results
-from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Sensor
+from riglens.core.rig.model import Camera, Lidar, LinearAngles, Rig, Sensor
 from riglens.core.scene.boxes import FrameLabels
 from riglens.core.simulate.dataset import Dataset, DatasetFolder, scenes_of
 from riglens.core.simulate.settings import SimulationSettings
@@ -26,8 +26,8 @@ def lidar(name: str, x_m: float, yaw_deg: float = 0.0) -> Lidar:
         name=name,
         position=(x_m, 0.3, 1.9),
         rpy_deg=(1.0, -2.0, yaw_deg),
-        elevations_deg=EvenAngles(from_=-24.0, to=4.0, count=16),
-        azimuths_deg=EvenAngles(from_=-180.0, to=180.0, count=360),
+        elevations_deg=LinearAngles(from_=-24.0, to=4.0, count=16),
+        azimuths_deg=LinearAngles(from_=-180.0, to=180.0, count=360),
         range_m=(0.5, 100.0),
     )
 

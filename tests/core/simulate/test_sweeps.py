@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from riglens.core.errors import InputError
-from riglens.core.rig.model import EvenAngles, Lidar, Rig
+from riglens.core.rig.model import Lidar, LinearAngles, Rig
 from riglens.core.simulate.clutter import Footprints, overlaps
 from riglens.core.simulate.settings import BARE, USUAL_SIMULATION, SimulationSettings
 from riglens.core.simulate.sweeps import GROUND, STATIC, Simulator, Sweep, points_inside
@@ -20,8 +20,8 @@ from tests.core.targets.cases import random_rig, random_traffic, traffic
 LIDAR = Lidar(
     name="top",
     position=(0.0, 0.0, 2.0),
-    elevations_deg=EvenAngles(from_=-20.0, to=5.0, count=12),
-    azimuths_deg=EvenAngles(from_=-180.0, to=180.0, count=180),
+    elevations_deg=LinearAngles(from_=-20.0, to=5.0, count=12),
+    azimuths_deg=LinearAngles(from_=-180.0, to=180.0, count=180),
     range_m=(1.0, 100.0),
 )
 RIG = Rig(name="one", sensors=(LIDAR,))
@@ -111,7 +111,7 @@ def test_another_rig_meets_the_same_world() -> None:
 
 def test_noise_and_losses_are_as_large_as_they_are_said_to_be() -> None:
     ring = LIDAR.replace(
-        elevations_deg=(-30.0,), azimuths_deg=EvenAngles(from_=-180.0, to=180.0, count=20_000)
+        elevations_deg=(-30.0,), azimuths_deg=LinearAngles(from_=-180.0, to=180.0, count=20_000)
     )
     rig = Rig(name="ring", sensors=(ring,))
     settings = replace(BARE, ground="flat", range_law=False, noise_m=0.05, dropout=0.2)

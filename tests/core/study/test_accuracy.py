@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from riglens.core.errors import InputError
 from riglens.core.metric.scores import MetricSettings
-from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
+from riglens.core.rig.model import Camera, Lidar, LinearAngles, Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.columns import unpack
 from riglens.core.sensing.rays import sensor_rays
@@ -43,7 +43,7 @@ cameras = st.builds(
     ranges,
 )
 turns = st.builds(
-    lambda start, width, count: EvenAngles(from_=start, to=start + width, count=count),
+    lambda start, width, count: LinearAngles(from_=start, to=start + width, count=count),
     st.floats(-180.0, 0.0),
     st.floats(1.0, 360.0),
     st.integers(1, 30),
@@ -125,7 +125,7 @@ def test_centres_in_view_are_the_voxels_whose_centre_the_field_of_view_holds(sen
 def test_centres_in_view_depend_on_the_sector_of_azimuths_and_not_on_the_number_of_rays():
     few = spinning((0.3, 0.2, 5.1), beams=2, count=3)
     many = spinning((0.3, 0.2, 5.1), beams=9, count=200)
-    left = many.replace(azimuths_deg=EvenAngles(from_=0.0, to=180.0, count=50))
+    left = many.replace(azimuths_deg=LinearAngles(from_=0.0, to=180.0, count=50))
     tests = VoxelTests(FIELD, 1)
     whole = tests.centres_in_view(rig_of(many))
     half = tests.centres_in_view(rig_of(left))

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.rig.model import BrownConrady, Camera, EvenAngles, KannalaBrandt, Lidar, Rig, Sensor
+from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt, Lidar, LinearAngles, Rig, Sensor
 from riglens.core.scene.boxes import CLASSES, DataReport, rotations_from_yaw
 from riglens.core.targets.traffic import Traffic, traffic_of
 
@@ -76,9 +76,11 @@ def _random_sensor(rng: np.random.Generator) -> Sensor:
 def _random_lidar(rng: np.random.Generator, place: dict[str, Any]) -> Lidar:
     beams = int(rng.integers(1, 9))
     elevations = tuple(rng.uniform(-40.0, 30.0, beams).tolist())
-    turn: EvenAngles | tuple[float, ...] = EvenAngles(from_=-180.0, to=180.0, count=int(rng.integers(1, 200)))
+    turn: LinearAngles | tuple[float, ...] = LinearAngles(
+        from_=-180.0, to=180.0, count=int(rng.integers(1, 200))
+    )
     if rng.random() < 0.3:
-        turn = EvenAngles(from_=-60.0, to=70.0, count=90)
+        turn = LinearAngles(from_=-60.0, to=70.0, count=90)
     elif rng.random() < 0.3:
         turn = tuple(rng.uniform(-180.0, 180.0, 50).tolist())
     offsets = tuple(rng.uniform(-9.0, 9.0, beams).tolist()) if rng.random() < 0.4 else None

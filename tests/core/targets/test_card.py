@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from riglens.core.errors import InputError
-from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
+from riglens.core.rig.model import Camera, Lidar, LinearAngles, Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.targets import card_making as module
 from riglens.core.targets.card import SIZES_M, CardPlan, Case, Reach, around
@@ -29,7 +29,7 @@ def rows(card):
 def one_beam(height_m, step_deg, **more):
     """A single level beam all around, so that rows of points are columns of azimuths."""
     count = round(360 / step_deg)
-    azimuths = EvenAngles.model_validate({"from": -180.0, "to": 180.0, "count": count})
+    azimuths = LinearAngles.model_validate({"from": -180.0, "to": 180.0, "count": count})
     return Lidar(
         name="L", position=(0.0, 0.0, height_m), elevations_deg=(0.0,), azimuths_deg=azimuths, **more
     )

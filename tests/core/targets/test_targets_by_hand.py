@@ -11,7 +11,7 @@ from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
 from riglens.core.kernels.objects.counts import COLUMNS
 from riglens.core.rig.library import sensor_from_model
-from riglens.core.rig.model import EvenAngles, Rig, Sensor
+from riglens.core.rig.model import LinearAngles, Rig, Sensor
 from riglens.core.targets.beams import azimuth_step_rad
 from riglens.core.targets.contribution import Contribution, phases_rad
 from riglens.core.targets.draws import sensor_key
@@ -211,7 +211,7 @@ def test_a_single_azimuth_has_no_phase_and_a_sector_shifts_by_less_than_a_step()
 
     frames = np.arange(1000)
     assert not phases_rad(lidar(), TargetSettings(), frames).any()
-    sector = lidar().replace(azimuths_deg=EvenAngles(from_=-60.0, to=60.0, count=60))
+    sector = lidar().replace(azimuths_deg=LinearAngles(from_=-60.0, to=60.0, count=60))
     phases = phases_rad(sector, TargetSettings(), frames)
     assert phases.min() >= 0.0 and phases.max() < math.radians(2.0)
     assert np.histogram(phases, 4, (0.0, math.radians(2.0)))[0].min() > 200

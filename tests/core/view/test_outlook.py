@@ -12,7 +12,7 @@ from riglens.app.evaluation.heatmap import Heatmaps
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.scenario import load_scenario
 from riglens.core.geometry import Vec3
-from riglens.core.rig.model import Camera, EvenAngles, Lidar
+from riglens.core.rig.model import Camera, Lidar, LinearAngles
 from riglens.core.view.display import DisplayGrid
 from riglens.core.view.outlook import Gap, looks_into, widest_gap
 
@@ -75,10 +75,10 @@ def test_a_sensor_looks_elsewhere_when_its_rays_run_in_the_gap() -> None:
     gap = Gap(45.0, 315.0)
     assert looks_into(camera(180.0), gap) and looks_into(camera(-110.0, 120.0), gap)
     assert not looks_into(camera(0.0), gap) and not looks_into(camera(55.0), gap)
-    turn = EvenAngles(**{"from": -180.0, "to": 180.0, "count": 360})
-    beams = EvenAngles(**{"from": -20.0, "to": 10.0, "count": 8})
+    turn = LinearAngles(**{"from": -180.0, "to": 180.0, "count": 360})
+    beams = LinearAngles(**{"from": -20.0, "to": 10.0, "count": 8})
     assert not looks_into(
         Lidar(name="l", position=(0.0, 0.0, 2.0), elevations_deg=beams, azimuths_deg=turn), gap
     )
-    rear = EvenAngles(**{"from": 120.0, "to": 240.0, "count": 120})
+    rear = LinearAngles(**{"from": 120.0, "to": 240.0, "count": 120})
     assert looks_into(Lidar(name="l", position=(0.0, 0.0, 2.0), elevations_deg=beams, azimuths_deg=rear), gap)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from riglens.core.rig.model import EvenAngles, Lidar
+from riglens.core.rig.model import Lidar, LinearAngles
 from riglens.core.vehicle.solid import Solid
 from riglens.core.view.frames import FrameBoxes
 from riglens.core.view.hits import GROUND, NOTHING
@@ -18,7 +18,7 @@ def lidar(**changes: object) -> Lidar:
         "name": "roof",
         "position": (0.0, 0.0, 2.0),
         "elevations_deg": (-10.0, 5.0, -30.0, -1.0),
-        "azimuths_deg": EvenAngles(**{"from": 0.0, "to": 360.0, "count": 72}),
+        "azimuths_deg": LinearAngles(**{"from": 0.0, "to": 360.0, "count": 72}),
     }
     return Lidar(**(fields | changes))  # type: ignore[arg-type]
 

@@ -7,7 +7,7 @@ from PySide6.QtGui import QColor, QImage, QWheelEvent
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
+from riglens.core.rig.model import Camera, Lidar, LinearAngles, Rig
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.view.top_view import BLIND, MOST, TopView
 from riglens.widgets.maps.map_items import BLIND_COLOUR, PlaneView, ring_labels
@@ -19,7 +19,7 @@ GRID = VoxelGrid(0.5, (20.0, 20.0, 4.0))
 LIDAR = Lidar(
     name="roof",
     position=(4.0, 2.0, 1.9),
-    elevations_deg=EvenAngles(**{"from": -20.0, "to": 10.0, "count": 4}),
+    elevations_deg=LinearAngles(**{"from": -20.0, "to": 10.0, "count": 4}),
 )
 CAMERA = Camera(name="front", position=(-5.0, -3.0, 1.4), image=(160, 90), hfov_deg=90.0, cast=(32, 18))
 

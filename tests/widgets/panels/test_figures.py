@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from riglens.core.rig.model import Camera, EvenAngles, Lidar, Sensor
+from riglens.core.rig.model import Camera, Lidar, LinearAngles, Sensor
 from riglens.core.rig.presets import preset
 from riglens.widgets.panels.compare.model import CompareRow, columns_for, table_text
 from riglens.widgets.panels.sensors.rows import derived_rows, short_type
@@ -14,8 +14,8 @@ from riglens.widgets.panels.sensors.rows import derived_rows, short_type
 LIDAR = Lidar(
     name="top",
     position=(0.0, 0.0, 2.0),
-    elevations_deg=EvenAngles(from_=-15.0, to=15.0, count=16),
-    azimuths_deg=EvenAngles(from_=-180.0, to=180.0, count=1800),
+    elevations_deg=LinearAngles(from_=-15.0, to=15.0, count=16),
+    azimuths_deg=LinearAngles(from_=-180.0, to=180.0, count=1800),
 )
 CAMERA = Camera(name="front", position=(1.0, 0.0, 1.4), image=(1600, 900), hfov_deg=90.0, cast=(400, 225))
 

@@ -7,13 +7,13 @@ import pytest
 
 from riglens.core.geometry import Pose
 from riglens.core.rig.library import default_library, sensor_from_model
-from riglens.core.rig.model import Camera, EvenAngles, Lidar
+from riglens.core.rig.model import Camera, Lidar, LinearAngles
 from riglens.widgets.sensors.appearance import colour_of
 from riglens.widgets.sensors.bodies import SensorBody, sensor_body, sensor_mesh
 from riglens.widgets.theme import DARK, LIGHT
 
 SPINNING = Lidar(name="roof", position=(0.2, -0.5, 2.2), elevations_deg=(-10.0, 0.0))
-FORWARD = SPINNING.replace(azimuths_deg=EvenAngles(**{"from": -60.0, "to": 60.0, "count": 600}))
+FORWARD = SPINNING.replace(azimuths_deg=LinearAngles(**{"from": -60.0, "to": 60.0, "count": 600}))
 CAMERA = Camera(name="front", position=(0.5, 0.0, 1.8), hfov_deg=70.0, cast=(352, 128))
 COLOUR = colour_of("lidar")
 SENSORS = [SPINNING, FORWARD, CAMERA]

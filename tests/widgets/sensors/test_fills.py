@@ -5,15 +5,15 @@ import math
 import numpy as np
 import pytest
 
-from riglens.core.rig.model import Camera, EvenAngles, KannalaBrandt, Lidar
+from riglens.core.rig.model import Camera, KannalaBrandt, Lidar, LinearAngles
 from riglens.core.scene.grid import VoxelGrid
 from riglens.widgets.sensors.fills import fill_mesh
 
 GRID = VoxelGrid(0.5, (60.0, 40.0, 4.0))
 ROOF = Lidar(
     name="roof", position=(0.0, 0.0, 2.0), range_m=(0.5, 15.0),
-    elevations_deg=EvenAngles(from_=-45.0, to=10.0, count=16),
-    azimuths_deg=EvenAngles(from_=-180.0, to=180.0, count=360),
+    elevations_deg=LinearAngles(from_=-45.0, to=10.0, count=16),
+    azimuths_deg=LinearAngles(from_=-180.0, to=180.0, count=360),
 )  # fmt: skip
 FRONT = Camera(name="front", position=(1.0, 0.5, 1.5), hfov_deg=60.0, cast=(64, 36), rpy_deg=(0.0, 10.0, 0.0))
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from riglens.core.rig.model import EvenAngles, Lidar, Rig, Vehicle
+from riglens.core.rig.model import Lidar, LinearAngles, Rig, Vehicle
 from riglens.core.scene.grid import VoxelGrid
 from riglens.widgets.car.keep_out import KeepOut, Zone
 from riglens.widgets.drawing.camera import OrbitCamera
@@ -27,7 +27,7 @@ from riglens.widgets.viewport.scene_state import ALL_FIELDS, Caption, Marker, Po
 LIDAR = Lidar(
     name="roof",
     position=(0.2, 0.5, 2.2),
-    elevations_deg=EvenAngles(**{"from": -25.0, "to": 25.0, "count": 4}),
+    elevations_deg=LinearAngles(**{"from": -25.0, "to": 25.0, "count": 4}),
 )
 OTHER = LIDAR.replace(name="other")
 STATE = SceneState(rig=Rig(sensors=(LIDAR, OTHER)), selected="roof")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from riglens.core.rig.model import Camera, EvenAngles, Lidar, Vehicle
+from riglens.core.rig.model import Camera, Lidar, LinearAngles, Vehicle
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.sensing.body_ends import body_ends
 from riglens.core.sensing.rays import clip_to_roi, sensor_rays
@@ -30,15 +30,15 @@ LIDAR = Lidar(
     name="roof",
     position=(0.2, -0.5, 2.2),
     rpy_deg=(1.0, 2.0, 33.0),
-    elevations_deg=EvenAngles(**{"from": -25.0, "to": 25.0, "count": 16}),
+    elevations_deg=LinearAngles(**{"from": -25.0, "to": 25.0, "count": 16}),
 )
 CAMERA = Camera(
     name="front", position=(0.5, 0.0, 1.8), rpy_deg=(0.0, 5.0, 55.0), hfov_deg=70.0, cast=(352, 128)
 )
 ONE_BEAM = LIDAR.replace(elevations_deg=(0.0,), azimuths_deg=(0.0,))
 MANY_BEAMS = LIDAR.replace(
-    elevations_deg=EvenAngles(**{"from": -25.0, "to": 15.0, "count": 128}),
-    azimuths_deg=EvenAngles(**{"from": -180.0, "to": 180.0, "count": 1800}),
+    elevations_deg=LinearAngles(**{"from": -25.0, "to": 15.0, "count": 128}),
+    azimuths_deg=LinearAngles(**{"from": -180.0, "to": 180.0, "count": 1800}),
 )
 TINY_CAMERA = CAMERA.replace(cast=(1, 1))
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
+from riglens.core.rig.model import Camera, Lidar, LinearAngles, Rig
 from riglens.core.sensors.registry import kind_names
 from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.heatmap.scale import HeatLook, HeatmapData
@@ -22,7 +22,7 @@ SIZE = (320, 200)
 LIDAR = Lidar(
     name="roof",
     position=(0.0, 0.0, 2.0),
-    elevations_deg=EvenAngles(**{"from": -25.0, "to": 25.0, "count": 16}),
+    elevations_deg=LinearAngles(**{"from": -25.0, "to": 25.0, "count": 16}),
 )
 RIG = Rig(sensors=(LIDAR,))
 SIDE_VIEW = OrbitCamera((0.0, 0.0, 0.7), 9.0, -90.0, 5.0)

@@ -12,7 +12,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
+from riglens.core.rig.model import Camera, Lidar, LinearAngles, Rig
 from riglens.widgets.gizmo.drag import Handle
 from riglens.widgets.gizmo.handles import handle_polyline
 from riglens.widgets.viewport.offscreen import OffscreenViewport
@@ -25,7 +25,7 @@ LIDAR = Lidar(
     name="roof",
     position=(0.2, 0.5, 2.2),
     rpy_deg=(0.0, 0.0, 20.0),
-    elevations_deg=EvenAngles(from_=-25.0, to=25.0, count=16),
+    elevations_deg=LinearAngles(from_=-25.0, to=25.0, count=16),
 )
 CAMERA = Camera(name="front", position=(-1.2, -0.5, 1.8), hfov_deg=70.0, cast=(352, 128))
 RIG = Rig(sensors=(LIDAR, CAMERA))

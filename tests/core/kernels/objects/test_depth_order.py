@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from riglens.core.kernels.objects.depth_order import line_up, queue_for
-from riglens.core.rig.model import EvenAngles, Lidar
+from riglens.core.rig.model import Lidar, LinearAngles
 from riglens.core.targets.beams import beams_of
 from riglens.core.targets.contribution import TargetCaster
 from riglens.core.targets.shapes import parts_of
@@ -17,8 +17,8 @@ from tests.core.targets.cases import random_traffic, traffic
 AROUND = Lidar(
     name="L",
     position=(0.3, -0.2, 1.5),
-    elevations_deg=EvenAngles(from_=-40.0, to=20.0, count=40),
-    azimuths_deg=EvenAngles(from_=-180.0, to=180.0, count=240),
+    elevations_deg=LinearAngles(from_=-40.0, to=20.0, count=40),
+    azimuths_deg=LinearAngles(from_=-180.0, to=180.0, count=240),
 )
 
 

@@ -8,7 +8,7 @@ from riglens.core.detect.net import Machine
 from riglens.core.detect.pillars import Region
 from riglens.core.geometry import Pose
 from riglens.core.rig.library import sensor_from_model
-from riglens.core.rig.model import EvenAngles, Lidar, Rig
+from riglens.core.rig.model import Lidar, LinearAngles, Rig
 from riglens.core.scene.boxes import CLASSES, DataReport, FrameLabels, rotations_from_yaw
 from riglens.core.simulate.settings import SimulationSettings
 from riglens.core.study.detection.protocol import Protocol
@@ -50,7 +50,7 @@ def rig(name: str, beams: int = 8, height_m: float = 2.0) -> Rig:
     lidar = sensor_from_model("generic-16", "LIDAR", Pose((0.0, 0.0, height_m), (0.0, 0.0, 0.0)))
     assert isinstance(lidar, Lidar)
     lidar = lidar.replace(
-        elevations_deg=EvenAngles(from_=-25.0, to=5.0, count=beams),
-        azimuths_deg=EvenAngles(from_=-180.0, to=180.0, count=90),
+        elevations_deg=LinearAngles(from_=-25.0, to=5.0, count=beams),
+        azimuths_deg=LinearAngles(from_=-180.0, to=180.0, count=90),
     )
     return Rig(name=name, sensors=(lidar,))
