@@ -11,7 +11,7 @@ from riglens.app.commands.output import deliver, require_outputs
 from riglens.app.terminal.console import progress_bar, results
 from riglens.app.terminal.figures import percent
 from riglens.app.terminal.loading import load_rigs, load_scene
-from riglens.core.engine.audit import FATES, RigAudit, audit_document
+from riglens.core.engine.audit import RAY_OUTCOMES, RigAudit, audit_document
 from riglens.core.engine.audit import audit as audit_rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.shown_text import visible
@@ -72,7 +72,7 @@ def _shares_table(found: RigAudit) -> Table:
     for title in ("rays", *TITLES):
         table.add_column(title, justify="right", no_wrap=True)
     for sensor in found.sensors:
-        shares = (percent(sensor.shares[fate]) for fate in FATES)
+        shares = (percent(sensor.shares[fate]) for fate in RAY_OUTCOMES)
         table.add_row(Text(visible(sensor.name)), f"{sensor.rays:,}", *shares)
     return table
 

@@ -36,7 +36,7 @@ from riglens.core.sensing.body_ends import barrier_ends, barrier_of
 from riglens.core.vehicle.solid import Barrier, solid_of
 from riglens.core.vehicle.standing import Stand, stand
 
-FATES = ("hits_car", "never_enters", "ground", "meets_nothing", "seen_by_others", "brings_new")
+RAY_OUTCOMES = ("hits_car", "never_enters", "ground", "meets_nothing", "seen_by_others", "brings_new")
 """Outcomes of a ray, in display order and by the numbers of `kernels.body.ray_outcomes`."""
 
 
@@ -44,7 +44,7 @@ FATES = ("hits_car", "never_enters", "ground", "meets_nothing", "seen_by_others"
 class SensorAudit:
     """Ray outcomes of one sensor.
 
-    `counts` are rays by the names in FATES; `lost_nat` is the entropy by class that the sensor on its own would see but
+    `counts` are rays by the names in RAY_OUTCOMES; `lost_nat` is the entropy by class that the sensor on its own would see but
     for the car's body, and `lost_share` the same as a share of H(Omega).
     """
 
@@ -99,8 +99,8 @@ def audit(field: EntropyField, rig: Rig, body: Body = "blocks", threads: int | N
     audits = []
     for sensor, own in zip(enabled, marks, strict=True):
         barrier = barrier_of(sensor, solid) if body == "blocks" else None
-        fates = _fates(caster, sensor, barrier, twice | (once & ~own))
-        counts = {name: int(np.count_nonzero(fates == code)) for code, name in enumerate(FATES)}
+        outcomes = _outcomes(caster, sensor, barrier, twice | (once & ~own))
+        counts = {name: int(np.count_nonzero(outcomes == code)) for code, name in enumerate(RAY_OUTCOMES)}
         lost = _lost(engine, rig, sensor)
         audits.append(SensorAudit(sensor.name, sensor.kind, counts, *lost, stand(sensor.position, solid)))
     return RigAudit(rig, body, tuple(audits))
@@ -115,7 +115,7 @@ def _seen_once_and_twice(field: EntropyField, marks: list[Words]) -> tuple[Words
     return once, twice
 
 
-def _fates(caster: Caster, sensor: Sensor, barrier: Barrier | None, others: Words) -> NDArray[np.int8]:
+def _outcomes(caster: Caster, sensor: Sensor, barrier: Barrier | None, others: Words) -> NDArray[np.int8]:
     """Return the outcome of each ray of a sensor, where `others` is what the other sensors see."""
     words, (nx, ny, nz) = caster.field.index.words, caster.field.grid.shape
     rays = caster.rays(sensor, "exact")._replace(box=np.array([0, nx, 0, ny, 0, nz], np.int64))
@@ -123,14 +123,14 @@ def _fates(caster: Caster, sensor: Sensor, barrier: Barrier | None, others: Word
         ends = barrier_ends(sensor, barrier, caster.workers) / caster.field.grid.voxel_m
         most = np.minimum(rays.reach[1], rays.ends) if rays.ends.size else rays.reach[1]
         rays = rays._replace(is_stopped=ends < most)
-    fates = np.empty(len(rays.rows) * len(rays.planes), np.int8)
-    follow_rays(rays, words, others, caster.workers, fates)
-    for number in np.flatnonzero(fates == OPEN):
-        fates[number] = _fate_in_fractions(caster, rays, int(number), others)
-    return fates
+    outcomes = np.empty(len(rays.rows) * len(rays.planes), np.int8)
+    follow_rays(rays, words, others, caster.workers, outcomes)
+    for number in np.flatnonzero(outcomes == OPEN):
+        outcomes[number] = _outcome_in_fractions(caster, rays, int(number), others)
+    return outcomes
 
 
-def _fate_in_fractions(caster: Caster, rays: Cast, number: int, others: Words) -> int:
+def _outcome_in_fractions(caster: Caster, rays: Cast, number: int, others: Words) -> int:
     """The same for a ray that the kernels leave open."""
     met = list(caster.walk_irregular(rays, np.array([number])))
     seen = [(word, bit) for word, bit in met if caster.field.index.words[word] & bit]

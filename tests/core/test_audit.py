@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from riglens.core.engine.audit import FATES, _fates, audit
+from riglens.core.engine.audit import RAY_OUTCOMES, _outcomes, audit
 from riglens.core.engine.caster import Caster
 from riglens.core.engine.engine import Engine
 from riglens.core.kernels.runtime.jit import use_threads
@@ -25,7 +25,7 @@ def test_the_shares_of_each_sensor_add_up_to_one_and_rays_count_once() -> None:
     )
     for body in ("ignored", "blocks"):
         for sensor, found in zip(rig.sensors, audit(field, rig, body).sensors, strict=True):  # type: ignore[arg-type]
-            assert found.rays == sensor.ray_count and tuple(found.counts) == FATES
+            assert found.rays == sensor.ray_count and tuple(found.counts) == RAY_OUTCOMES
             assert sum(found.shares.values()) == pytest.approx(1.0, abs=1e-12)
             assert body == "blocks" or found.counts["hits_car"] == 0
 
@@ -75,8 +75,8 @@ def test_what_two_sensors_both_see_is_new_with_neither_and_what_passes_by_never_
     ray = Lidar(name="a", position=(3.0, 0.1, 2.0), elevations_deg=(0.0,), azimuths_deg=(0.0,))
     away = ray.replace(position=(30.0, 0.1, 2.0))
     found = audit(field_of(GRID), rig_of(ray, ray.replace(name="b"), away), "ignored").sensors
-    fates = [next(fate for fate in FATES if sensor.counts[fate]) for sensor in found]
-    assert fates == ["seen_by_others", "seen_by_others", "never_enters"]
+    outcomes = [next(fate for fate in RAY_OUTCOMES if sensor.counts[fate]) for sensor in found]
+    assert outcomes == ["seen_by_others", "seen_by_others", "never_enters"]
 
 
 @pytest.mark.parametrize("seed", range(24))
@@ -90,7 +90,7 @@ def test_every_ray_has_the_fate_that_python_gives_it_on_any_number_of_threads(se
     barrier = barrier_of(sensor, soup(seed, 40)) if seed % 3 else None
     expected = fates_by_ray(Caster(field), sensor, barrier, others)
     for workers in (1, 3):
-        np.testing.assert_array_equal(_fates(Caster(field, workers), sensor, barrier, others), expected)
+        np.testing.assert_array_equal(_outcomes(Caster(field, workers), sensor, barrier, others), expected)
 
 
 def test_rays_that_kernels_leave_open_have_their_fates_too() -> None:
@@ -98,5 +98,5 @@ def test_rays_that_kernels_leave_open_have_their_fates_too() -> None:
     field = field_of(GRID)
     ray = Lidar(name="a", position=(0.1, 0.1, 2.0), elevations_deg=(1e-200, -60.0), azimuths_deg=(1e-200,))
     nothing = np.zeros_like(field.index.words)
-    found = _fates(Caster(field), ray, None, nothing)
+    found = _outcomes(Caster(field), ray, None, nothing)
     np.testing.assert_array_equal(found, fates_by_ray(Caster(field), ray, None, nothing))

@@ -14,7 +14,7 @@ from pytestqt.qtbot import QtBot
 
 from riglens.app.window.features.audit import Audit
 from riglens.app.window.features.follow import Follow
-from riglens.core.engine.audit import FATES, RigAudit, audit
+from riglens.core.engine.audit import RAY_OUTCOMES, RigAudit, audit
 from riglens.core.rig.model import Rig
 from riglens.widgets.panels.checks.audit import ASKED, OUTCOMES, OUTDATED, percents
 from tests.app.window.desk import Desk, open_desk
@@ -48,14 +48,14 @@ def press(feature: Audit) -> None:
 
 @given(st.lists(st.integers(0, 10**6), min_size=6, max_size=6).filter(any))
 def test_shares_as_shown_add_up_to_a_hundred_percent(counts: list[int]) -> None:
-    shares = {name: count / sum(counts) for name, count in zip(FATES, counts, strict=True)}
+    shares = {name: count / sum(counts) for name, count in zip(RAY_OUTCOMES, counts, strict=True)}
     shown = percents(shares)
     assert round(sum(shown.values()), 6) == 100.0
     assert all(abs(shown[name] - 100.0 * share) <= 0.1 + 1e-9 for name, share in shares.items())
 
 
 def test_the_page_knows_what_becomes_of_every_ray() -> None:
-    assert set(OUTCOMES) == set(FATES)
+    assert set(OUTCOMES) == set(RAY_OUTCOMES)
 
 
 def test_rays_are_followed_when_asked_for_and_greyed_after_an_edit(desk: Desk) -> None:
