@@ -209,7 +209,7 @@ def check(
 
     listed = [rigs] if isinstance(rigs, Rig) else rigs
     several = [with_blocking_mesh(rig, "blocks", mesh_folder) for rig in listed]
-    asked = command.Asked.of(Path(requirements), tuple(Path(one) for one in profiles), several)
+    asked = command.CheckInputs.of(Path(requirements), tuple(Path(one) for one in profiles), several)
     score = ScoreOptions(threads=threads, body=body).as_required(asked.required.body, asked.file)
     if scene is None and asked.required.needs_scene:
         scene = load_scene()

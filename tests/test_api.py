@@ -42,7 +42,7 @@ def scene(boxes: Path) -> rl.Scene:
 
 def moved(rig: rl.Rig, z_m: float) -> rl.Rig:
     """The rig with its first LiDAR at another height."""
-    lidar = rig.lidars()[0]
+    lidar = rig.enabled_lidars()[0]
     x_m, y_m, _ = lidar.position
     return rig.with_sensor(lidar.name, lidar.with_pose(rl.Pose((x_m, y_m, z_m), lidar.rpy_deg)))
 
@@ -109,7 +109,7 @@ def test_scores_are_those_of_the_command_line_to_the_last_bit(
 
 def test_an_engine_gives_the_scores_of_single_evaluations(scene: rl.Scene) -> None:
     rig = rl.open_rig("N+P")
-    one_lidar = rig.replace(sensors=rig.lidars()[:1])
+    one_lidar = rig.replace(sensors=rig.enabled_lidars()[:1])
     rigs = [moved(one_lidar, z_m) for z_m in (0.3, 1.0, 3.8)]
     with scene.engine(threads=2) as engine:
         found = [dict(engine.evaluate(rig)) for rig in [*rigs, rigs[0]]]

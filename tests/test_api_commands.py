@@ -41,7 +41,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Place:
     (folder / "boxes.csv").write_text(BOXES)
     (folder / "requirements.yaml").write_text(REQUIREMENTS)
     whole = rl.open_rig("W+T")
-    rig = whole.replace(name="few", sensors=(*whole.lidars()[:2], whole.cameras()[0]))
+    rig = whole.replace(name="few", sensors=(*whole.enabled_lidars()[:2], whole.enabled_cameras()[0]))
     rl.save_rig(rig, folder / "rig.yaml")
     boxes = folder / "boxes.csv"
     return Place(folder, boxes, rig, rl.load_scene(boxes, 0.5, roi_m=ROI_M), rl.load_traffic(boxes))

@@ -86,7 +86,7 @@ def test_points_on_objects(output: tuple[Path, str]) -> None:
 def test_arrays(output: tuple[Path, str]) -> None:
     unseen, *sensors, triangles = output[1].splitlines()
     assert float(unseen.split()[0]) > 0.0 and 0.0 < float(unseen.split()[-1]) <= 1.0
-    assert len(sensors) == len(rl.open_rig("W+T").lidars()) and all(
+    assert len(sensors) == len(rl.open_rig("W+T").enabled_lidars()) and all(
         line.endswith("voxels") for line in sensors
     )
     assert triangles.endswith(", 3, 3) triangles of the car")

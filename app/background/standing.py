@@ -13,14 +13,14 @@ from riglens.core.geometry import Vec3
 from riglens.core.rig.model import Sensor, Vehicle
 from riglens.core.sensing.rays import sensor_rays
 from riglens.core.vehicle.solid import solid_of
-from riglens.core.vehicle.standing import Stand, stand
+from riglens.core.vehicle.standing import MountStatus, stand
 
 MOST_RAYS = 3000
 NONE_M = np.zeros((0, 3), np.float32)
 
 
 @dataclass(frozen=True)
-class StandRequest:
+class MountStatusRequest:
     """Request for the mounts of sensors on a body, by name and position, metres, and for the stopped rays of one
     sensor, if any."""
 
@@ -29,11 +29,11 @@ class StandRequest:
     stopped_of: Sensor | None = None
 
 
-StandAnswer = tuple[Mapping[str, Stand], NDArray[np.float32]]
+MountStatusAnswer = tuple[Mapping[str, MountStatus], NDArray[np.float32]]
 """Mount of each sensor, by name, and where rays end at the body, (n, 3) metres."""
 
 
-def stopped_rays(request: StandRequest) -> NDArray[np.float32]:
+def stopped_rays(request: MountStatusRequest) -> NDArray[np.float32]:
     """Return where rays of the selected sensor end at the body, (n, 3): of evenly chosen ones, MOST_RAYS at most."""
     sensor = request.stopped_of
     if sensor is None:
@@ -47,14 +47,14 @@ def stopped_rays(request: StandRequest) -> NDArray[np.float32]:
     return np.asarray(np.array(sensor.position) + met_m[stopped, None] * directions[stopped], np.float32)
 
 
-class Stands:
+class MountStatuses:
     """Mounts of sensors; cached while body and place stay the same, so a drag costs the moved sensor only."""
 
     def __init__(self) -> None:
         self._vehicle: Vehicle | None = None
-        self._known: dict[Vec3, Stand] = {}
+        self._known: dict[Vec3, MountStatus] = {}
 
-    def __call__(self, request: StandRequest, context: Context[StandAnswer]) -> StandAnswer:
+    def __call__(self, request: MountStatusRequest, context: Context[MountStatusAnswer]) -> MountStatusAnswer:
         """Return the answer to a request."""
         if request.vehicle != self._vehicle:
             self._vehicle, self._known = request.vehicle, {}

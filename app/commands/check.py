@@ -46,7 +46,7 @@ MARKS: dict[Status, tuple[str, str]] = {
 }
 
 
-class Asked(NamedTuple):
+class CheckInputs(NamedTuple):
     """The file of requirements, its text and what it says, files of your own profiles and the profiles that count,
     and the day of the waivers."""
 
@@ -109,7 +109,7 @@ def check(
     if github and json == "-":
         raise InputError("cannot share standard output: name a file with", "github", "json")
     loaded = load_rigs(rigs, score.solid(), libraries)
-    asked = Asked.of(requirements, profiles, loaded)
+    asked = CheckInputs.of(requirements, profiles, loaded)
     required = asked.required
     score = score.as_required(required.body, requirements)
     require_outputs((*rigs, requirements, *profiles, *scene.files), json, junit)
@@ -129,7 +129,7 @@ class Checked:
 
     checks: Sequence[RigCheck]
     sources: Sequence[dict[str, Any]]
-    asked: Asked
+    asked: CheckInputs
 
     def document(self) -> dict[str, Any]:
         """Return the verdicts on a rig; of several rigs those of each in a list."""
@@ -143,7 +143,7 @@ class Checked:
         return {"riglens": FORMAT_VERSION, "passes": passes, "rigs": documents}
 
 
-def checked(rigs: Sequence[Rig], score: ScoreOptions, scene: Scene, asked: Asked) -> Checked:
+def checked(rigs: Sequence[Rig], score: ScoreOptions, scene: Scene, asked: CheckInputs) -> Checked:
     """Check each rig against the requirements."""
     checks, sources = [], []
     for rig in rigs:
@@ -166,7 +166,7 @@ def _scene(scene: SceneOptions, rigs: Sequence[Rig], score: ScoreOptions, requir
     return Scene(field, traffic)
 
 
-def _sources(asked: Asked, scene: Scene, rig: Rig) -> dict[str, Any]:
+def _sources(asked: CheckInputs, scene: Scene, rig: Rig) -> dict[str, Any]:
     """Return the inputs of verdicts besides the rig, with their SHA-256."""
     files = asked.profiles or (asset_path("review/blind.yaml"),)
     field, required, mesh = scene.field, asked.required, rig.vehicle.body_mesh
@@ -202,7 +202,7 @@ def _write_junit(path: Path, found: Checked) -> None:
         stream.write(junit_xml(found.checks, str(asked.file), _lines(asked), properties, asked.day))
 
 
-def _lines(asked: Asked) -> dict[str, int]:
+def _lines(asked: CheckInputs) -> dict[str, int]:
     """Return the line of each requirement in its file."""
     return {item.id: line_of(asked.text, item.place) for item in asked.required.items()}
 
@@ -248,7 +248,7 @@ def _words(verdict: Verdict, day: date | None) -> Text:
     return words
 
 
-def _github_lines(checks: Sequence[RigCheck], asked: Asked) -> Iterator[str]:
+def _github_lines(checks: Sequence[RigCheck], asked: CheckInputs) -> Iterator[str]:
     """Yield workflow commands of GitHub: an error for each unmet requirement, a warning for each waived one."""
     lines, day = _lines(asked), asked.day
     for check in checks:

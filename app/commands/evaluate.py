@@ -78,9 +78,9 @@ def evaluate(
 
 def wrong_places(rigs: Sequence[Rig]) -> Iterator[str]:
     """Yield one line for each sensor with an impossible mount; none for a body that was not read."""
-    from riglens.core.vehicle.standing import problems_in_short, stands_of
+    from riglens.core.vehicle.standing import mount_statuses, problems_in_short
 
     for rig in rigs:
         if not rig.vehicle.lacks_mesh:
-            for line in problems_in_short(stands_of(rig)):
+            for line in problems_in_short(mount_statuses(rig)):
                 yield f"{rig.name}: {line}"

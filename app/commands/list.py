@@ -63,7 +63,7 @@ def rigs(name: Name = None, /, *, out: Annotated[Path | None, Parameter(metavar=
 
 
 def _counts(rig: Rig) -> tuple[int, int]:
-    return len(rig.cameras()), len(rig.lidars())
+    return len(rig.enabled_cameras()), len(rig.enabled_lidars())
 
 
 def preset_table(presets: Iterable[tuple[str, str, int, int]]) -> Table:

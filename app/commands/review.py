@@ -87,7 +87,9 @@ def review(
         Also write one JSON document, with a key per part, to a file; with - to standard output, instead of the tables.
     """
     parts = parts_of(only)
-    asked = _Asked(CardPlan(min_points), profiles_of(profiles), Drawing.of(errors, draws, seed, sample))
+    asked = _ReviewOptions(
+        CardPlan(min_points), profiles_of(profiles), Drawing.of(errors, draws, seed, sample)
+    )
     (opened,) = load_rigs([rig], score.solid(), libraries)
     require_outputs((rig, *profiles, *scene.files), json)
     found = Review(opened, scene, score, asked, TargetSettings(min_points=min_points))
@@ -103,7 +105,7 @@ def review(
 
 
 @dataclass(frozen=True)
-class _Asked:
+class _ReviewOptions:
     """Settings of the parts."""
 
     plan: CardPlan
@@ -118,7 +120,7 @@ class Review:
     rig: Rig
     scene: SceneOptions
     score: ScoreOptions
-    asked: _Asked
+    asked: _ReviewOptions
     counting: TargetSettings
 
     @cached_property

@@ -267,7 +267,7 @@ def _remark_on(one: Dataset) -> None:
     """Print remarks on a rig's data set."""
     if not any(channel.modality == "lidar" for channel in one.channels):
         note(f"{one.rig.name}: no LiDARs: pictures and labels only; the kit's evaluation needs LIDAR_TOP")
-    bent = [camera.name for camera in one.rig.cameras() if camera.distortion is not None]
+    bent = [camera.name for camera in one.rig.enabled_cameras() if camera.distortion is not None]
     if bent and one.extras.pictures:
         note(
             f"{one.rig.name}: pictures of {', '.join(bent)} keep the lens distortion, which the tables cannot express"

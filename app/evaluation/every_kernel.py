@@ -123,7 +123,7 @@ def _show_a_frame() -> None:
     boxes = FrameBoxes(traffic.cls, traffic.centre_m, traffic.size_m, traffic.rotation)
     frame_scene(RIG, 0, boxes, solid)
     why_missed(RIG, boxes, 1, solid, 5)
-    camera_picture(RIG.cameras()[0], tiny_field().grid, boxes, solid)
+    camera_picture(RIG.enabled_cameras()[0], tiny_field().grid, boxes, solid)
 
 
 def _traffic() -> Traffic:

@@ -118,7 +118,7 @@ class Scoring:
             return None
         blocks = evaluation.settings.body == "blocks"
         solid = solid_of(request.rig.vehicle) if blocks else None
-        asked = AskedVoxel(request.settings.method, voxel, solid, request.is_preview)
+        asked = VoxelRequest(request.settings.method, voxel, solid, request.is_preview)
         return self._reporter.report(self._engine, request.rig, asked)
 
     def _baseline_of(self, request: EvaluationRequest, evaluation: Evaluation) -> _Baseline:
@@ -206,7 +206,7 @@ def _same_sets(one: MetricSettings, other: MetricSettings) -> bool:
     return (one.method, one.body) == (other.method, other.body)
 
 
-class AskedVoxel(NamedTuple):
+class VoxelRequest(NamedTuple):
     """Request about a voxel: its place, method and body; a preview leaves out new reasons."""
 
     method: Method
@@ -222,7 +222,7 @@ class VoxelReporter:
         self._pog = pog
         self._kept: dict[tuple[Sensor, Voxel, Solid | None], Sight] = {}
 
-    def report(self, engine: Engine, rig: Rig, asked: AskedVoxel) -> PickedVoxel:
+    def report(self, engine: Engine, rig: Rig, asked: VoxelRequest) -> PickedVoxel:
         """The voxel as the engine's last evaluation, of this rig, sees it."""
         voxel = asked.voxel
         facts = voxel_facts(self._pog, voxel)
@@ -240,7 +240,7 @@ class VoxelReporter:
             sights.append(found)
         return PickedVoxel(facts, tuple(sights))
 
-    def _look(self, sensor: Sensor, facts: VoxelFacts, sees: bool, asked: AskedVoxel) -> Sight:
+    def _look(self, sensor: Sensor, facts: VoxelFacts, sees: bool, asked: VoxelRequest) -> Sight:
         if asked.is_preview and sensor.enabled and not sees:
             away = np.array(facts.centre_m) - np.array(sensor.position)
             return Sight(sensor.name, "missed", float(np.linalg.norm(away)))

@@ -34,7 +34,7 @@ from riglens.core.rig.yaml.file import dumps
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import Pog
 from riglens.core.vehicle.mesh_file import with_mesh_read
-from riglens.core.vehicle.standing import stands_of
+from riglens.core.vehicle.standing import mount_statuses
 from riglens.core.view.display import DisplayGrid
 from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, LEAST_DENSITY, MOST_DENSITY, RayLook
 
@@ -224,7 +224,7 @@ def _masts(rig: Rig) -> tuple[Mast, ...]:
     """Return the masts of sensors that are not on the car's surface; none where a box replaces the car."""
     from riglens.widgets.viewport.masts import masts_of
 
-    return () if rig.vehicle.lacks_mesh else masts_of(stands_of(rig))
+    return () if rig.vehicle.lacks_mesh else masts_of(mount_statuses(rig))
 
 
 # ---------------------------------------------------------------- instead of the window

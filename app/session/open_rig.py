@@ -22,7 +22,7 @@ from riglens.core.rig.yaml.file import RigFile, load_rig, new_rig_file
 Names = tuple[str, ...]
 
 
-class _Told(NamedTuple):
+class _Emitted(NamedTuple):
     """Parts of the rig that were emitted last."""
 
     vehicle: Vehicle
@@ -64,7 +64,7 @@ class OpenRig(QObject):
         super().__init__()
         self.revision = 0
         self._start(rig, rig_file, path)
-        self._told = self._parts()
+        self._emitted = self._parts()
 
     def _start(self, rig: Rig, rig_file: RigFile | None, path: Path | None) -> None:
         self._history = History(rig)
@@ -301,16 +301,17 @@ class OpenRig(QObject):
         if not self.is_dragging:
             self.rig_settled.emit()
 
-    def _parts(self) -> _Told:
-        return _Told(self.rig.vehicle, self.is_modified, (self.undo_label, self.redo_label))
+    def _parts(self) -> _Emitted:
+        return _Emitted(self.rig.vehicle, self.is_modified, (self.undo_label, self.redo_label))
 
     def _tell_parts(self) -> None:
         """Emit the parts that differ from those emitted last."""
-        before, self._told = self._told, self._parts()
+        before, now = self._emitted, self._parts()
+        self._emitted = now
         changes = (
-            (before.vehicle is not self._told.vehicle and before.vehicle != self._told.vehicle, self.vehicle_changed),
-            (before.is_modified != self._told.is_modified, self.modified_changed),
-            (before.steps != self._told.steps, self.steps_changed),
+            (before.vehicle is not now.vehicle and before.vehicle != now.vehicle, self.vehicle_changed),
+            (before.is_modified != now.is_modified, self.modified_changed),
+            (before.steps != now.steps, self.steps_changed),
         )  # fmt: skip
         for is_other, changed in changes:
             if is_other:

@@ -49,8 +49,8 @@ def own_text(study: AccuracyStudy) -> str:
 
 def lattice_text(rig: Rig) -> str:
     """The ray lattice of the cameras, of the LiDARs where there are none."""
-    casts = {camera.resolution for camera in rig.cameras()}
-    sizes = casts or {(len(lidar.elevations()), len(lidar.azimuths())) for lidar in rig.lidars()}
+    casts = {camera.resolution for camera in rig.enabled_cameras()}
+    sizes = casts or {(len(lidar.elevations()), len(lidar.azimuths())) for lidar in rig.enabled_lidars()}
     return " × ".join(map(str, next(iter(sizes)))) if len(sizes) == 1 else "lattices of several sizes"
 
 
@@ -58,8 +58,8 @@ def sensors_text(rig: Rig) -> str:
     """Describe a rig's sensors: their number and lattices."""
     parts = []
     for name, sizes in (
-        ("camera", [camera.resolution for camera in rig.cameras()]),
-        ("LiDAR", [(len(lidar.elevations()), len(lidar.azimuths())) for lidar in rig.lidars()]),
+        ("camera", [camera.resolution for camera in rig.enabled_cameras()]),
+        ("LiDAR", [(len(lidar.elevations()), len(lidar.azimuths())) for lidar in rig.enabled_lidars()]),
     ):
         if sizes:
             shown = " × ".join(map(str, sizes[0])) if len(set(sizes)) == 1 else "various"

@@ -45,7 +45,7 @@ from riglens.core.study.detection.pieces import Pieces, Study, jobs
 from riglens.core.study.detection.protocol import WORDING, Protocol, entrants
 from riglens.core.study.detection.published import CAMERA_PROTOCOL, PROTOCOL, camera_rigs, published_rigs
 from riglens.core.study.detection.result import Result, assemble, finished_seeds
-from riglens.core.study.detection.run import Told, run
+from riglens.core.study.detection.run import StudyProgress, run
 from riglens.core.study.detection.statistics import COLUMNS, LEAST_DIFFERENCE, MEAN, Estimate
 from riglens.core.study.detection.surrogates import Surrogates, surrogates
 from riglens.core.study.ranks import FEWEST_RIGS
@@ -131,7 +131,7 @@ def _result(asked: Study, scores: Surrogates, workers: Workers, out: Path) -> Re
     """Compute the missing parts; tables and charts are written whenever another seed is complete."""
     pieces, shown = Pieces(asked, out / PIECES), 0
 
-    def tell(told: Told) -> None:
+    def tell(told: StudyProgress) -> None:
         nonlocal shown
         progress(told.share)
         if told.finished is None:

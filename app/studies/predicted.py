@@ -39,7 +39,7 @@ def study(detection: Path, out: Path) -> None:
     traffic = load_traffic(SceneOptions(), WITHIN_M)
     with progress_bar("Casting rays") as progress:
         objects = objects_by_number(rigs, traffic, PROTOCOL, progress)
-    rays = {rig.name: sum(lidar.ray_count for lidar in rig.lidars()) for rig in rigs}
+    rays = {rig.name: sum(lidar.ray_count for lidar in rig.enabled_lidars()) for rig in rigs}
     found = [calibrate_rigs(rays, objects[unit], observed, unit, PROTOCOL) for unit in UNITS]
     write_text(out / NAMES[0], csv_text(list(rig_lines(found[0]))))
     write_text(out / NAMES[1], csv_text(list(count_lines(found[0].rigs, objects["cells"]))))

@@ -36,7 +36,7 @@ def load_rigs(names: Sequence[str], score: ScoreOptions, libraries: Sequence[Pat
     use_libraries(libraries)
     rigs = with_meshes([load_rig(name) for name in names], names, score.body)
     for rig in rigs:
-        for camera in rig.cameras():
+        for camera in rig.enabled_cameras():
             if missing := missing_ray_count(camera):
                 share = (
                     f"{missing:,} of {camera.ray_count:,} rays are outside the valid range of its lens model"

@@ -34,7 +34,7 @@ from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.columns import Words
 from riglens.core.sensing.body_ends import barrier_ends, barrier_of
 from riglens.core.vehicle.solid import Barrier, solid_of
-from riglens.core.vehicle.standing import Stand, stand
+from riglens.core.vehicle.standing import MountStatus, stand
 
 RAY_OUTCOMES = ("hits_car", "never_enters", "ground", "meets_nothing", "seen_by_others", "brings_new")
 """Outcomes of a ray, in display order and by the numbers of `kernels.body.ray_outcomes`."""
@@ -44,8 +44,8 @@ RAY_OUTCOMES = ("hits_car", "never_enters", "ground", "meets_nothing", "seen_by_
 class SensorAudit:
     """Ray outcomes of one sensor.
 
-    `counts` are rays by the names in RAY_OUTCOMES; `lost_nat` is the entropy by class that the sensor on its own would see but
-    for the car's body, and `lost_share` the same as a share of H(Omega).
+    `counts` are rays by the names in RAY_OUTCOMES; `lost_nat` is the entropy by class that the sensor on its own loses
+    to the car's body, and `lost_share` the same as a share of H(Omega).
     """
 
     name: str
@@ -53,7 +53,7 @@ class SensorAudit:
     counts: Mapping[str, int]
     lost_nat: Mapping[str, float]
     lost_share: Mapping[str, float]
-    stand: Stand
+    stand: MountStatus
 
     @property
     def rays(self) -> int:

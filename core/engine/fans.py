@@ -140,7 +140,7 @@ def is_plain(rays: Cast) -> bool:
     return bool(
         is_near(rays)
         and (endless or rays.kind == LIDAR)
-        and is_tame(rays.rows, rays.planes, rays.rotation, rays.origin)
+        and is_well_scaled(rays.rows, rays.planes, rays.rotation, rays.origin)
     )
 
 
@@ -198,7 +198,7 @@ def planes_of(rays: Cast) -> int:
     return rays.in_row if is_whole else len(rays.rows)
 
 
-def is_tame(*tables: NDArray[np.float64]) -> bool:
+def is_well_scaled(*tables: NDArray[np.float64]) -> bool:
     """Return whether no number of some tables is so small or large that a ray could need rational arithmetic."""
     for table in tables:
         small = (table < TAMEST) & (table > -TAMEST)

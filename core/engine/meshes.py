@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.engine.fans import farthest, is_near, is_tame
+from riglens.core.engine.fans import farthest, is_near, is_well_scaled
 from riglens.core.engine.frustums import SHORTEST_DEPTH
 from riglens.core.kernels.cameras.frustum import BALL
 from riglens.core.kernels.cameras.lens_mesh import NO_BINS, SECTORS, WIDEST, Mesh, lay_border
@@ -58,7 +58,7 @@ class CameraMesh(NamedTuple):
 def make_mesh(camera: Camera, rays: Cast) -> CameraMesh | None:
     """The mesh of a distorted camera in grid units; None where walking its rays is simpler."""
     endless = rays.reach[0] == 0.0 and rays.reach[1] > farthest(rays) + 1.0
-    if rays.kind != LISTED or not (endless and is_near(rays) and is_tame(rays.rotation, rays.origin)):
+    if rays.kind != LISTED or not (endless and is_near(rays) and is_well_scaled(rays.rotation, rays.origin)):
         return None
     joined = ray_mesh(rays_of(camera).model_copy(update=NOWHERE))
     if joined is None:
@@ -116,7 +116,7 @@ def ray_mesh(camera: Camera) -> RayMesh | None:
     lower = exists[:-1, :-1] & exists[1:, :-1] & exists[1:, 1:]
     upper = exists[:-1, :-1] & exists[1:, 1:] & exists[:-1, 1:]
     widest = _widest(table.rows, numbers, lower, upper)
-    if widest is None or BALL / widest[0] < SHORTEST_DEPTH or not is_tame(table.rows):
+    if widest is None or BALL / widest[0] < SHORTEST_DEPTH or not is_well_scaled(table.rows):
         return None
     joined = np.zeros((rows, columns), np.bool_)
     for triangles, corners in ((lower, _LOWER), (upper, _UPPER)):

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.engine.fans import is_near, is_tame
+from riglens.core.engine.fans import is_near, is_well_scaled
 from riglens.core.kernels.beams.cones import A_TURN, FINDER, HALF_COLUMN, NO_BEAMS, SLACK, Beams, Spinner
 from riglens.core.kernels.beams.cores import NEARLY_ONE, Shells
 from riglens.core.kernels.cameras.frustum import BALL
@@ -51,7 +51,7 @@ def make_sheets(
     """Return the cones of a LiDAR in grid units, each as far as its rays are within `worth` voxels of each other or in
     a core; None where walking its rays is simpler, or faster because they drift apart within the `shortest` radius in
     voxels, or because they are a sector of fewer azimuths than the `fewest`."""
-    if not is_near(rays) or not is_tame(rays.rows, rays.planes, rays.rotation, rays.origin):
+    if not is_near(rays) or not is_well_scaled(rays.rows, rays.planes, rays.rotation, rays.origin):
         return None
     spinner = _spinner(lidar, rays)
     if spinner.is_sector and spinner.azimuths.size < fewest:

@@ -66,7 +66,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
     for sensor, value in _named(vehicle, "Sensors"):
         _add_sensor(sensor, value, mounting)
     notes.converted("from y right, z down to y left, z up: y, z, pitch and yaw change sign")
-    mounting.tell_assumed(options)
+    mounting.report_assumptions(options)
     return Imported(mounting.rig(f"AirSim {shortened(name, 80)}"), notes.report(TITLE))
 
 

@@ -84,7 +84,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
     for frame in tree.frames():
         _add(frame, turn @ tree.root_SE3(frame), kinds[frame], lenses, tree, mounting)
     notes.converted("cameras from optical axes; quaternions to roll, pitch, yaw")
-    mounting.tell_assumed(options)
+    mounting.report_assumptions(options)
     return Imported(mounting.rig(f"Apollo {source.name}"), notes.report(TITLE))
 
 

@@ -66,7 +66,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
     if _beside(source, _RADAR):
         notes.ignored("neither camera nor LiDAR", "radar")
     notes.converted("from x right, y forward, and optical axes, through the LiDAR")
-    mounting.tell_assumed(options)
+    mounting.report_assumptions(options)
     return Imported(mounting.rig(f"Boreas {source.name}"), notes.report(TITLE))
 
 

@@ -73,7 +73,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
     for name, pose in lidars.items():
         mounting.add_lidar(name, turn @ pose)
     notes.converted("cameras from optical axes")
-    mounting.tell_assumed(options)
+    mounting.report_assumptions(options)
     return Imported(mounting.rig(source.name), notes.report(TITLE))
 
 

@@ -49,7 +49,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
     turn = add_by_imu(camera, mounting)
     mounting.add_lidar("lidar", turn @ imu_SE3_lidar, said=_model(source.yaml))
     notes.converted("camera from optical axes, through the LiDAR")
-    mounting.tell_assumed(options)
+    mounting.report_assumptions(options)
     return Imported(mounting.rig(source.name), notes.report(TITLE))
 
 

@@ -68,7 +68,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
     for name, pose in _poses(chain, notes).items():
         mounting.add_camera(name, from_optical(pose), **_lens(chain[name], name, notes))
     notes.converted("cameras from optical axes and inverse transforms")
-    mounting.tell_assumed(options)
+    mounting.report_assumptions(options)
     return Imported(mounting.rig(source.name), notes.report(TITLE))
 
 

@@ -73,7 +73,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
             "laser scanners that look at the street's sides: their beams are not in the files", "SICK"
         )
     notes.converted("from the axes of the IMU, y right, z down, and optical axes")
-    mounting.tell_assumed(options)
+    mounting.report_assumptions(options)
     return Imported(mounting.rig(f"KITTI-360 {source.name}"), notes.report(TITLE))
 
 

@@ -53,7 +53,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
     if points is not None:
         mounting.add_lidar("lidar", root_SE3_lidar)
     notes.converted("cameras from optical axes")
-    mounting.tell_assumed(options)
+    mounting.report_assumptions(options)
     return Imported(mounting.rig(source.name), notes.report(TITLE))
 
 

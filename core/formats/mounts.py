@@ -91,7 +91,7 @@ class Mounting:
         """Add a camera at the pose of its body frame (x forward, y left, z up)."""
         self._add(Camera, name, root_SE3_sensor, **fields)
 
-    def tell_assumed(self, options: ReadOptions) -> None:
+    def report_assumptions(self, options: ReadOptions) -> None:
         """Report the assumptions for a file with nothing but sensors, where the options do not replace them."""
         if options.origin_m is None:
             x, y, z = self.origin_m

@@ -68,7 +68,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
     else:
         _add_chain(source, mounting)
     notes.converted("cameras from optical axes")
-    mounting.tell_assumed(options)
+    mounting.report_assumptions(options)
     return Imported(mounting.rig(source.name), notes.report(TITLE))
 
 

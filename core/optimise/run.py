@@ -109,7 +109,7 @@ class _Run:
 
     def cast(self) -> Generator[Progress, None, None]:
         """Cast the coverage of the rig and of each candidate, in an order drawn by the seed; build the tables."""
-        base = self._maker.cells_of(self.problem.rig.lidars(), self._is_stale)
+        base = self._maker.cells_of(self.problem.rig.enabled_lidars(), self._is_stale)
         order = np.random.default_rng(self.problem.seed).permutation(len(self.candidates)).tolist()
         found: dict[int, tuple[Cells, Cells]] = {}
         best, first = None, FIRST // (2 if self.problem.additions.mirrored else 1)

@@ -16,7 +16,7 @@ from riglens.core.rig.library import Cylinder, default_library
 from riglens.core.rig.model import Frozen, Rig, Sensor, Vehicle
 from riglens.core.sensors.registry import kind_of
 from riglens.core.vehicle.solid import MATERIALS, Solid, solid_of
-from riglens.core.vehicle.standing import Stand, materials_at, stand
+from riglens.core.vehicle.standing import MountStatus, materials_at, stand
 
 Doubles = NDArray[np.float64]
 Limit = Annotated[float, Field(allow_inf_nan=False, ge=-100.0, le=100.0)]
@@ -118,7 +118,7 @@ class Mount:
 
     name: str
     height_m: float
-    stand: Stand
+    stand: MountStatus
     neighbour: str | None
     neighbour_m: float
     beyond_m: dict[str, float]
@@ -140,10 +140,10 @@ class Footings:
 
     def __init__(self) -> None:
         self._vehicle: Vehicle | None = None
-        self._known: dict[Vec3, tuple[Stand, frozenset[str]]] = {}
+        self._known: dict[Vec3, tuple[MountStatus, frozenset[str]]] = {}
 
-    def of(self, rig: Rig) -> dict[Vec3, tuple[Stand, frozenset[str]]]:
-        """Stands and materials by the places of a rig's enabled sensors. A mesh of a file has no materials."""
+    def of(self, rig: Rig) -> dict[Vec3, tuple[MountStatus, frozenset[str]]]:
+        """MountStatuses and materials by the places of a rig's enabled sensors. A mesh of a file has no materials."""
         vehicle = rig.vehicle
         known, solid = self._known if vehicle == self._vehicle else {}, solid_of(vehicle)
         self._vehicle, self._known = vehicle, {}
@@ -152,7 +152,7 @@ class Footings:
         return self._known
 
 
-def _footing(place_m: Vec3, solid: Solid, has_materials: bool) -> tuple[Stand, frozenset[str]]:
+def _footing(place_m: Vec3, solid: Solid, has_materials: bool) -> tuple[MountStatus, frozenset[str]]:
     standing = stand(place_m, solid)
     if not has_materials or standing.nearest_m is None:
         return standing, frozenset()

@@ -189,14 +189,14 @@ class Rig(Frozen):
         """Return the enabled sensors of a class, in order."""
         return tuple(s for s in self.sensors if isinstance(s, model) and s.enabled)
 
-    def cameras(self) -> tuple[Camera, ...]:
+    def enabled_cameras(self) -> tuple[Camera, ...]:
         """Return the enabled cameras, in order."""
         return self.enabled_of(Camera)
 
-    def lidars(self) -> tuple[Lidar, ...]:
+    def enabled_lidars(self) -> tuple[Lidar, ...]:
         """Return the enabled LiDARs, in order."""
         return self.enabled_of(Lidar)
 
     def with_lidars_alone(self) -> Self:
         """Return the rig with its enabled LiDARs and no other sensor."""
-        return self.model_copy(update={"sensors": self.lidars()})
+        return self.model_copy(update={"sensors": self.enabled_lidars()})

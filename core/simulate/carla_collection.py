@@ -110,7 +110,7 @@ class Collection:
             "inside": inside,
             "hits": inside,
             "visible": [None] * len(inside),
-            "boxes_2d": [[] for _ in self.rig.cameras()],
+            "boxes_2d": [[] for _ in self.rig.enabled_cameras()],
             "track": [actor.number for actor in _near(tick)],
         }
 
@@ -209,7 +209,7 @@ def true_boxes(tick: Tick) -> TrueBoxes:
 
 def sweep_of(tick: Tick, rig: Rig) -> Sweep:
     """Return the points of all LiDARs in the vehicle frame; their surfaces are unknown: all are GROUND."""
-    parts = [_points_of(lidar, tick.data[lidar.name]) for lidar in rig.lidars()]
+    parts = [_points_of(lidar, tick.data[lidar.name]) for lidar in rig.enabled_lidars()]
     counts = [len(points) for points, _, _ in parts]
     empty = (np.zeros((0, 3)), np.zeros(0), np.zeros(0, np.int64))
     points, bright, ring = (np.concatenate(columns) for columns in zip(empty, *parts, strict=True))
@@ -240,7 +240,7 @@ def _points_of(lidar: Lidar, sent: Any) -> tuple[NDArray[Any], NDArray[Any], NDA
 def _pictures(tick: Tick, stem: str, channel: Channel, rig: Rig) -> dict[str, bytes]:
     """Picture, labels and depth of a camera."""
     assert channel.sensor is not None
-    camera = rig.cameras()[channel.sensor]
+    camera = rig.enabled_cameras()[channel.sensor]
     bgra = {
         kind: _pixels(tick.data[f"{camera.name} {kind}"])
         for kind in ("rgb", "semantic_segmentation", "depth")

@@ -131,7 +131,7 @@ class Session:
 
     def mount(self, rig: Rig, noise_m: float, dropout: float, with_cameras: bool) -> None:
         """Put the sensors of a castable rig on the car."""
-        for lidar in rig.lidars():
+        for lidar in rig.enabled_lidars():
             rays = rays_to_write(lidar, Notes())
             turns = 1.0 / STEP_S
             fields = {
@@ -142,7 +142,7 @@ class Session:
                 "dropoff_general_rate": dropout,
             }
             self._spawn(lidar.name, "sensor.lidar.ray_cast", fields, lidar.pose)
-        for camera in rig.cameras() if with_cameras else ():
+        for camera in rig.enabled_cameras() if with_cameras else ():
             width, height = camera.image
             fields = {"image_size_x": width, "image_size_y": height, "fov": camera.hfov_deg or 90.0}
             for kind in CAMERAS:

@@ -57,7 +57,7 @@ def ego_origin_m(rig: Rig) -> Doubles:
 def channels_of(rig: Rig, with_cameras: bool = True) -> list[Channel]:
     """All LiDARs together, then each on its own where there are several, then the cameras."""
     origin_m, taken = ego_origin_m(rig), {MERGED}
-    lidars, found = rig.lidars(), list[Channel]()
+    lidars, found = rig.enabled_lidars(), list[Channel]()
     if lidars:
         middle_m = np.mean([lidar.position for lidar in lidars], axis=0) - origin_m
         found.append(Channel(MERGED, "lidar", middle_m, _RIGHT_AHEAD))
@@ -67,7 +67,7 @@ def channels_of(rig: Rig, with_cameras: bool = True) -> list[Channel]:
             found.append(
                 Channel(_name("LIDAR", lidar, taken), "lidar", place_m, lidar.pose.rotation(), number)
             )
-    for number, camera in enumerate(rig.cameras() if with_cameras else ()):
+    for number, camera in enumerate(rig.enabled_cameras() if with_cameras else ()):
         found.append(_camera(camera, number, _name("CAM", camera, taken), origin_m))
     return found
 

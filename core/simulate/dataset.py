@@ -146,7 +146,7 @@ def require_channels(rig: Rig, extras: Extras) -> list[Channel]:
     """Return the sources of a rig's files; InputError for a rig without sensors."""
     found = channels_of(rig, extras.pictures)
     if not found:
-        more = " while no pictures are drawn" if rig.cameras() else ""
+        more = " while no pictures are drawn" if rig.enabled_cameras() else ""
         raise InputError(
             f"rig {visible(rig.name)}: needs an enabled LiDAR, or cameras with pictures (no LiDAR{more})"
         )
@@ -184,7 +184,9 @@ def bytes_needed(dataset: Dataset, keys: Sequence[str]) -> int:
     tried = sorted({frames[0], frames[len(frames) // 2], frames[-1]})
     one = [len(simulate_unit(dataset.unit(Span((frame,), ("s__{}__0",))))) for frame in tried]
     users = int(np.count_nonzero(dataset.traffic.cls < len(CLASSES))) / max(1, dataset.traffic.frames)
-    tables = users * (TABLE_BYTES + TABLE_BYTES_2D * bool(dataset.rig.cameras() and dataset.extras.pictures))
+    tables = users * (
+        TABLE_BYTES + TABLE_BYTES_2D * bool(dataset.rig.enabled_cameras() and dataset.extras.pictures)
+    )
     return int(sum(one) / len(one) * len(frames) + tables * dataset.frames)
 
 

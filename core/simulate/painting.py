@@ -79,7 +79,7 @@ class Painter:
     """Label points with a rig's enabled cameras. For one thread, which may be any."""
 
     def __init__(self, rig: Rig, worlds: Worlds, segmentation: Segmentation) -> None:
-        self._eyes = [_eye(camera) for camera in rig.cameras()]
+        self._eyes = [_eye(camera) for camera in rig.enabled_cameras()]
         self._worlds, self._segmentation = worlds, segmentation
         self._cameras = Cameras(rig.model_copy(update={"sensors": tuple(self._eyes)}), worlds, False)
 

@@ -87,11 +87,11 @@ class Cameras:
     def __init__(self, rig: Rig, worlds: Worlds, is_native: bool = True) -> None:
         self._worlds = worlds
         body = own_body(rig.vehicle) if (worlds.settings.body or rig.body) == "blocks" else None
-        self._beams = [_beams(camera, body, is_native) for camera in rig.cameras()]
+        self._beams = [_beams(camera, body, is_native) for camera in rig.enabled_cameras()]
         self._canvases = dict[tuple[int, int], Canvas]()
 
     def picture(self, camera: int, frame: int) -> CameraPicture:
-        """Return the picture of a camera, by its index in `rig.cameras()`, in a frame."""
+        """Return the picture of a camera, by its index in `rig.enabled_cameras()`, in a frame."""
         beams, world = self._beams[camera], self._worlds.world(frame)
         rows, columns = beams.row_of.size, beams.columns
         if (rows, columns) not in self._canvases:

@@ -32,8 +32,8 @@ class Sweep:
     """Points of all LiDARs of a rig in a frame, N of them, LiDAR by LiDAR, each beam by beam from below.
 
     points_m (N, 3) float32 in the vehicle frame; intensity (N,) float32, 0 to 255, which tells nothing of a class; ring
-    (N,) int16 the beam as the rig lists it; sensor (N,) int16 place among `rig.lidars()`; object (N,) int32 place among
-    the road users of the frame, GROUND, or STATIC for what stands around. Of each road user (n,): rays of all LiDARs
+    (N,) int16 the beam as the rig lists it; sensor (N,) int16 place among `rig.enabled_lidars()`; object (N,) int32
+    place among the objects of the frame, GROUND, or STATIC for what stands around. Of each road user (n,): rays of all LiDARs
     that reach it, whether or not they come back, and those that would if nothing else stood there.
     """
 
@@ -88,8 +88,8 @@ class Simulator:
         self.worlds = traffic if isinstance(traffic, Worlds) else Worlds(traffic, settings)
         self.settings = self.worlds.settings
         body = own_body(rig.vehicle) if (self.settings.body or rig.body) == "blocks" else None
-        self._sources = [_source(lidar, body, self.settings) for lidar in rig.lidars()]
-        rays = max((lidar.ray_count for lidar in rig.lidars()), default=0)
+        self._sources = [_source(lidar, body, self.settings) for lidar in rig.enabled_lidars()]
+        rays = max((lidar.ray_count for lidar in rig.enabled_lidars()), default=0)
         self._columns = (
             np.empty((rays, 3), np.float32),
             np.empty(rays, np.float32),

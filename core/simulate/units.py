@@ -84,7 +84,7 @@ def simulate_unit(unit: Unit) -> bytes:
     with zipfile.ZipFile(stream, "w") as archive:
         for frame, stem in zip(unit.frames, unit.stems, strict=True):
             truth, sweep = worlds.truth(frame), simulator.sweep(frame)
-            pictures = [cameras.picture(number, frame) for number in range(len(unit.rig.cameras()))]
+            pictures = [cameras.picture(number, frame) for number in range(len(unit.rig.enabled_cameras()))]
             merged = np.zeros((0, 5), np.float32)
             for channel in channels:
                 name = file_name(stem, channel.name, channel.ending)
@@ -151,7 +151,7 @@ def records_of(sweep: Sweep, channel: Channel, rig: Rig) -> NDArray[np.float32]:
     """x, y, z, intensity, ring (n, 5) in the frame of a channel; of all LiDARs, rings are numbered on through them."""
     ring = sweep.ring.astype(np.float32)
     if channel.sensor is None:
-        beams = np.concatenate([[0], np.cumsum([lidar.beam_count for lidar in rig.lidars()])])
+        beams = np.concatenate([[0], np.cumsum([lidar.beam_count for lidar in rig.enabled_lidars()])])
         ring = ring + beams[sweep.sensor].astype(np.float32)
     else:
         mine = sweep.sensor == channel.sensor
@@ -204,7 +204,7 @@ def _parquet(sweep: Sweep, truth: TrueBoxes, rig: Rig) -> bytes:
     import pyarrow as pa
     from pyarrow import parquet
 
-    lidars = _names_array(tuple(lidar.name for lidar in rig.lidars()))
+    lidars = _names_array(tuple(lidar.name for lidar in rig.enabled_lidars()))
     on = np.where(sweep.object >= 0, np.append(truth.cls, 0)[np.maximum(sweep.object, -1)], len(CLASSES))
     on = np.where(sweep.object < 0, len(CLASSES) + (sweep.object == -1), on).astype(np.int8)
     columns = {

@@ -221,8 +221,8 @@ def _edits(
     """The exact engine after a move of the first camera, and of the first LiDAR."""
     edits: list[tuple[MethodName, Case]] = []
     names: tuple[tuple[MethodName, Sequence[object]], ...] = (
-        ("edit-camera", rig.cameras()),
-        ("edit-lidar", rig.lidars()),
+        ("edit-camera", rig.enabled_cameras()),
+        ("edit-lidar", rig.enabled_lidars()),
     )
     for method, sensors in names:
         for sensor in rig.sensors:

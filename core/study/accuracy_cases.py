@@ -304,4 +304,4 @@ def ray_count(rig: Rig) -> int:
 
 def has_all_pixels(rig: Rig) -> bool:
     """Return whether every camera casts a ray per pixel already (or there is none)."""
-    return all(camera.resolution == camera.image for camera in rig.cameras())
+    return all(camera.resolution == camera.image for camera in rig.enabled_cameras())

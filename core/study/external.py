@@ -85,7 +85,7 @@ class Experiment:
 
     def _rig(self, beams: tuple[int, ...] | None, azimuth_step: int, kept: float) -> Rig:
         rig = preset(_RIGS[self.recording])
-        (lidar,) = rig.lidars()
+        (lidar,) = rig.enabled_lidars()
         turn, count = lidar.azimuths_deg, lidar.beam_count
         assert isinstance(turn, LinearAngles)
         places = range(count) if beams is None else [count - 1 - beam for beam in reversed(beams)]
@@ -243,7 +243,7 @@ def _figures(
         "share_5": float(np.mean([rows[cls].total.share_5.value for cls in classes])),
         "share_1": float(np.mean([rows[cls].total.share_1.value for cls in classes])),
         "seen": float(np.mean([scored[cls].any_seen for cls in classes])),
-        "rays": float(sum(lidar.ray_count for lidar in rig.lidars())),
+        "rays": float(sum(lidar.ray_count for lidar in rig.enabled_lidars())),
     }
 
 

@@ -111,10 +111,10 @@ class VoxelTests:
     def bounding_rectangles(self, rig: Rig) -> Flags:
         """Return the voxels (n,) whose outline holds a ray of an enabled sensor."""
         seen, workers = self._start()
-        for camera in rig.cameras():
+        for camera in rig.enabled_cameras():
             where, tested = _placed(camera, self._field.grid), Tested(self._voxels, FLAGS["camera"])
             approximate.camera_rectangles(where, _lens(camera), tested, workers, seen)
-        for lidar in rig.lidars():
+        for lidar in rig.enabled_lidars():
             where, tested = _placed(lidar, self._field.grid), Tested(self._voxels, FLAGS["lidar"])
             tangents = np.sort(_tangents(lidar))
             azimuths = np.sort(np.radians(lidar.azimuths()) % approximate.TURN)
@@ -124,10 +124,10 @@ class VoxelTests:
     def centres_in_view(self, rig: Rig) -> Flags:
         """Return the voxels (n,) whose centre is in the field of view of an enabled sensor."""
         seen, workers = self._start()
-        for camera in rig.cameras():
+        for camera in rig.enabled_cameras():
             where, tested = _placed(camera, self._field.grid), Tested(self._voxels, FLAGS["camera"])
             approximate.camera_centres(where, _image_edges(camera), tested, workers, seen)
-        for lidar in rig.lidars():
+        for lidar in rig.enabled_lidars():
             where, tested = _placed(lidar, self._field.grid), Tested(self._voxels, FLAGS["lidar"])
             tangents = _tangents(lidar)
             outer = np.array([tangents.min(), tangents.max()])

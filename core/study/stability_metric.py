@@ -330,7 +330,7 @@ def _on_one_grid(
 def _probes(scene: EntropyField, plan: StabilityPlan) -> dict[str, Probe]:
     """Rigs that ask the metric a question: nothing, LiDARs alone, a rig, the same with every LiDAR twice."""
     rig = preset("W+T")
-    twins = [lidar.replace(name=f"{lidar.name} again") for lidar in rig.lidars()]
+    twins = [lidar.replace(name=f"{lidar.name} again") for lidar in rig.enabled_lidars()]
     rigs = {
         "empty": Rig(name="no sensors"),
         "lidars": preset("Trapezoid"),

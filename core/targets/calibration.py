@@ -150,7 +150,7 @@ class Calibration(Frozen):
 
     def outside(self, rig: Rig, shape: Shape, range_law: bool) -> str:
         """Return why a rig, or the way in which it is counted, is outside the domain; nothing where it is inside."""
-        rays, shown = sum(lidar.ray_count for lidar in rig.lidars()), self.domain.rays
+        rays, shown = sum(lidar.ray_count for lidar in rig.enabled_lidars()), self.domain.rays
         if not rays:
             return "the rig has no enabled LiDAR, and no camera is calibrated"
         if shown is not None and not shown[0] <= rays <= shown[1]:

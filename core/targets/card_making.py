@@ -47,7 +47,7 @@ def card_of(
     `is_serial`: for a thread that must not call parallel kernels.
     `progress` gets the share that is done, from 0 to 1, again every few milliseconds; what it raises ends the work.
     """
-    steps_deg, lidars = lattice_steps_deg(rig.lidars()), rig.with_lidars_alone()
+    steps_deg, lidars = lattice_steps_deg(rig.enabled_lidars()), rig.with_lidars_alone()
     solid = solid_of(rig.vehicle) if plan.settings.body == "blocks" else None
     counting = _Counting(lidars, plan, steps_deg, threads, is_serial)
     others = {
@@ -56,7 +56,7 @@ def card_of(
     rows, cases = [], plan.cases()
     for number, case in enumerate(cases):
         tell = partial(progress, number / len(cases))
-        heights = heights_px(rig.cameras(), _poses(plan, case), SIZES_M[case.cls], solid)
+        heights = heights_px(rig.enabled_cameras(), _poses(plan, case), SIZES_M[case.cls], solid)
         found: dict[AnyKind, NDArray[Any]] = {
             LIDAR: counting.points(case, tell),
             CAMERA: heights[None],

@@ -33,7 +33,7 @@ class Gatherer:
 
     def objects(self, box: Counts, rig: Rig, by_sensor: Mapping[str, Contribution]) -> ObjectCounts:
         """Return the hits of a rig's enabled sensors on objects at positions box (k,) of the traffic."""
-        lidars, cameras, count = rig.lidars(), rig.cameras(), len(box)
+        lidars, cameras, count = rig.enabled_lidars(), rig.enabled_cameras(), len(box)
         of_lidars, of_cameras = (
             tuple(by_sensor[sensor.name] for sensor in sensors) for sensors in (lidars, cameras)
         )

@@ -22,7 +22,7 @@ Points = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Stand:
+class MountStatus:
     """Mount of a sensor at `place_m`: `gap_m` to the nearest surface, inf without a body, at `nearest_m`; `drop_m`
     straight down to the body, None where it is not above it."""
 
@@ -78,7 +78,7 @@ class Stand:
         return f"{self.away_m:.2f} m"
 
 
-def problems_in_short(stands: Mapping[str, Stand]) -> list[str]:
+def problems_in_short(stands: Mapping[str, MountStatus]) -> list[str]:
     """One line for each thing that is wrong with places, with the names of all sensors of which it is true."""
     named: dict[str, list[str]] = {}
     for name, found in stands.items():
@@ -87,13 +87,13 @@ def problems_in_short(stands: Mapping[str, Stand]) -> list[str]:
     return [f"{', '.join(names)}: {problem}" for problem, names in named.items()]
 
 
-def stands_of(rig: Rig) -> dict[str, Stand]:
+def mount_statuses(rig: Rig) -> dict[str, MountStatus]:
     """Return the mount of each sensor of a rig, by name; InputError where the mesh of a file is needed and missing."""
     solid = solid_of(rig.vehicle)
     return {sensor.name: stand(sensor.position, solid) for sensor in rig.sensors}
 
 
-def stand(position_m: Vec3, solid: Solid) -> Stand:
+def stand(position_m: Vec3, solid: Solid) -> MountStatus:
     """Return the mount of a sensor at a place.
 
     Meshes need neither be closed nor face outwards: a place is inside when nearly all directions above the horizon,
@@ -103,11 +103,13 @@ def stand(position_m: Vec3, solid: Solid) -> Stand:
     place = np.array(position_m, np.float64)
     below = float(place[2]) < 0.0
     if not solid.count:
-        return Stand(False, below, float("inf"), None, position_m)
+        return MountStatus(False, below, float("inf"), None, position_m)
     nearest = _nearest(place, solid)
     gap_m = float(np.linalg.norm(nearest - place))
     x_m, y_m, z_m = nearest.tolist()
-    return Stand(_is_inside(place, solid), below, gap_m, _drop_m(place, solid), position_m, (x_m, y_m, z_m))
+    return MountStatus(
+        _is_inside(place, solid), below, gap_m, _drop_m(place, solid), position_m, (x_m, y_m, z_m)
+    )
 
 
 def _is_inside(place: Points, solid: Solid) -> bool:

@@ -54,7 +54,7 @@ class FrameScene:
 
 def frame_scene(rig: Rig, frame: int, boxes: FrameBoxes, body: Solid, most: int = MOST_RAYS) -> FrameScene:
     """Cast all enabled LiDARs of a rig in a frame, their azimuths as listed, against boxes, ground and body."""
-    lidars = rig.lidars()
+    lidars = rig.enabled_lidars()
     thinned = max(1, -(-sum(lidar.ray_count for lidar in lidars) // most))
     parts = [_returns(lidar, boxes, body, thinned) for lidar in lidars]
     places_m = np.concatenate([np.zeros((0, 3), np.float32), *(part[0] for part in parts)])
@@ -76,7 +76,7 @@ def _returns(
 
 def why_missed(rig: Rig, boxes: FrameBoxes, number: int, body: Solid, enough: int) -> Missed:
     """Say why box `number` of a frame gets fewer than `enough` points of the enabled LiDARs."""
-    lidars = rig.lidars()
+    lidars = rig.enabled_lidars()
     if not lidars:
         return Missed("no LiDARs", 0, 0)
     only = boxes.only(number)

@@ -183,7 +183,10 @@ def test_no_two_sensors_have_one_name() -> None:
 def test_sensors_that_are_off_are_not_listed() -> None:
     rig = preset("W+T")
     off = rig.replace(sensors=tuple(sensor.replace(enabled=False) for sensor in rig.sensors))
-    assert len(rig.lidars()) + len(rig.cameras()) == len(rig.sensors) and off.lidars() == off.cameras() == ()
+    assert (
+        len(rig.enabled_lidars()) + len(rig.enabled_cameras()) == len(rig.sensors)
+        and off.enabled_lidars() == off.enabled_cameras() == ()
+    )
 
 
 def test_the_narrowest_field_of_view_is_stated() -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.geometry import Vec3
-from riglens.core.vehicle.standing import Stand
+from riglens.core.vehicle.standing import MountStatus
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Stubs:
     ends_m: NDArray[np.float32]
 
 
-def masts_of(stands: Mapping[str, Stand]) -> tuple[Mast, ...]:
+def masts_of(stands: Mapping[str, MountStatus]) -> tuple[Mast, ...]:
     """Return a mast for each sensor with a place that is wrong."""
     return tuple(
         Mast(name, found.foot_m, found.height, found.problem, found.inside or found.below_ground)

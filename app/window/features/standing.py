@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import Qt
 
-from riglens.app.background.standing import StandAnswer, StandRequest, Stands
+from riglens.app.background.standing import MountStatusAnswer, MountStatuses, MountStatusRequest
 from riglens.app.background.worker import BackgroundWorker
 from riglens.app.window.feature import Feature
 from riglens.app.window.workbench import Workbench
 from riglens.core.rig.model import Sensor, Vehicle
-from riglens.core.vehicle.standing import Stand
+from riglens.core.vehicle.standing import MountStatus
 from riglens.widgets.viewport.masts import Stubs, masts_of
 
 SAME_PLACE_M = 0.02
@@ -28,11 +28,11 @@ class Standing(Feature):
     was not read."""
 
     def __init__(
-        self, bench: Workbench, worker: BackgroundWorker[StandRequest, StandAnswer] | None = None
+        self, bench: Workbench, worker: BackgroundWorker[MountStatusRequest, MountStatusAnswer] | None = None
     ) -> None:
         super().__init__(bench)
-        self.worker = worker or BackgroundWorker("places of sensors", Stands(), self)
-        self._asked: StandRequest | None = None
+        self.worker = worker or BackgroundWorker("places of sensors", MountStatuses(), self)
+        self._asked: MountStatusRequest | None = None
         self._answered: Vehicle | None = None
         queued = Qt.ConnectionType.QueuedConnection
         self.worker.answered.connect(self._take, queued)
@@ -54,7 +54,7 @@ class Standing(Feature):
             self._end_rays(None)
             return
         places_m = tuple((sensor.name, sensor.position) for sensor in rig.sensors)
-        request = StandRequest(rig.vehicle, places_m, self._stopped_of())
+        request = MountStatusRequest(rig.vehicle, places_m, self._stopped_of())
         if self._answered is not None:
             self._end_rays(self._answered)
         if request != self._asked:
@@ -69,7 +69,7 @@ class Standing(Feature):
         works = found is not None and found.enabled and found.name not in self.document.failed
         return found if works else None
 
-    def _take(self, request: StandRequest, answer: StandAnswer) -> None:
+    def _take(self, request: MountStatusRequest, answer: MountStatusAnswer) -> None:
         """Show a result; also one for an earlier pose, until the next arrives."""
         if self._asked is not None and request.vehicle == self._asked.vehicle:
             stands, ends_m = answer
@@ -87,11 +87,11 @@ class Standing(Feature):
         if body != self.viewport.state.solid_body:
             self.viewport.show_state(replace(self.viewport.state, solid_body=body))
 
-    def _show(self, stands: Mapping[str, Stand]) -> None:
+    def _show(self, stands: Mapping[str, MountStatus]) -> None:
         problems = shared_places(self.document.rig.sensors) if stands else {}
         problems |= {name: found.problem for name, found in stands.items() if found.problem}
         self.bench.panels.tree.show_problems(problems)
-        self.bench.panels.inspector.show_stands(stands)
+        self.bench.panels.inspector.show_mount_statuses(stands)
         masts = masts_of(stands)
         if not stands:
             self._show_stubs(None)

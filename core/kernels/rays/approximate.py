@@ -17,7 +17,7 @@ SLACK = 1e-9
 """Rounding allowed for, so that an outline never loses a ray that grazes it."""
 HALF_DIAGONAL = 0.8660254037844387
 LEAST_RADIUS = 1e-300
-"""Stands for a distance of zero from an axis, also for a beam straight up, whose tangent is 1.6e16."""
+"""MountStatuses for a distance of zero from an axis, also for a beam straight up, whose tangent is 1.6e16."""
 TURN = 2.0 * np.pi
 
 Point = tuple[float, float, float]

@@ -31,7 +31,7 @@ _CLOSE = 1 << (BITS - 20)
 STRIP = 16
 """Planes whose rays are walked in a row, through all rows of the lattice."""
 OPEN = -1
-"""Stands for a cell that is not clear."""
+"""MountStatuses for a cell that is not clear."""
 
 
 class Axis(NamedTuple):

@@ -142,7 +142,7 @@ class Entrant:
     @property
     def rays(self) -> int:
         """LiDAR rays of a frame."""
-        return sum(lidar.ray_count for lidar in self.rig.lidars())
+        return sum(lidar.ray_count for lidar in self.rig.enabled_lidars())
 
 
 def entrants(rigs: Sequence[Rig], with_cameras: bool = False) -> tuple[Entrant, ...]:
@@ -153,14 +153,14 @@ def entrants(rigs: Sequence[Rig], with_cameras: bool = False) -> tuple[Entrant, 
     """
     found: list[Entrant] = []
     for rig in rigs:
-        if not rig.lidars():
+        if not rig.enabled_lidars():
             raise InputError(
                 f"rig '{rig.name}' must have an enabled LiDAR: hit coverage says what cameras see"
             )
         taken = sum(one.name == rig.name or one.name.startswith(f"{rig.name} (") for one in found)
         name = f"{rig.name} ({taken + 1})" if taken else rig.name
-        cameras = rig.cameras() if with_cameras else ()
-        taking_part = rig.model_copy(update={"name": name, "sensors": (*rig.lidars(), *cameras)})
+        cameras = rig.enabled_cameras() if with_cameras else ()
+        taking_part = rig.model_copy(update={"name": name, "sensors": (*rig.enabled_lidars(), *cameras)})
         found.append(Entrant(name, taking_part))
     return tuple(found)
 
@@ -180,7 +180,7 @@ def references(with_cameras: bool = False) -> tuple[Entrant, ...]:
     groups = [
         preset(name).model_copy(update={"name": f"reference {name}"}) for name in ("Trapezoid", "Center")
     ]
-    wide = preset("Wide").cameras()
+    wide = preset("Wide").enabled_cameras()
     rigs = [rig.model_copy(update={"sensors": (*rig.sensors, *wide)}) for rig in (*alone, *groups)]
     return entrants(rigs, with_cameras)
 

@@ -15,7 +15,7 @@ _SWEEPS, _NET, _FOUND = 1.0, 8.0, 0.3
 
 
 @dataclass(frozen=True)
-class Told:
+class StudyProgress:
     """Progress of a study: share of the work, pieces done and in all, and the one that was just made."""
 
     share: float
@@ -24,7 +24,7 @@ class Told:
     finished: Job | None = None
 
 
-def run(study: Study, folder: Path, workers: Workers, tell: Callable[[Told], None]) -> Pieces:
+def run(study: Study, folder: Path, workers: Workers, tell: Callable[[StudyProgress], None]) -> Pieces:
     """Make the missing pieces; `tell` is called at the start and after each piece, and may raise to stop."""
     pieces = Pieces(study, folder.resolve())
     every = {job.key(study): job for job in jobs(study)}
@@ -61,10 +61,12 @@ def _piece(pieces: Pieces, key: str, job: Job) -> Piece:
     return Piece(key, make, arguments, tuple(one.key(pieces.study) for one in before))
 
 
-def _told(study: Study, every: Mapping[str, Job], done: Set[str], finished: Job | None = None) -> Told:
+def _told(
+    study: Study, every: Mapping[str, Job], done: Set[str], finished: Job | None = None
+) -> StudyProgress:
     weights = {key: _weight(study, job) for key, job in every.items()}
     share = sum(weights[key] for key in done) / sum(weights.values())
-    return Told(share, len(done), len(every), finished)
+    return StudyProgress(share, len(done), len(every), finished)
 
 
 def _weight(study: Study, job: Job) -> float:

@@ -151,7 +151,7 @@ def test_the_card_is_of_what_works(desk: Desk, maker: FakeMaker, shown: CardShow
     desk.answer()
     answer(maker.requests[-1], shown)
     desk.document.set_failed(("roof",), True)
-    assert maker.requests[-1].rig.lidars() == () and is_grey(shown)
+    assert maker.requests[-1].rig.enabled_lidars() == () and is_grey(shown)
     answer(maker.requests[-1], shown)
     assert shown.panel.note.startswith("small, current, without failed sensors")
 

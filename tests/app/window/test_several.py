@@ -133,7 +133,7 @@ def test_a_click_on_a_half_ticked_box_counts_all_and_the_next_none(bench: FullDe
 def test_fields_of_one_kind_change_that_kind_only(bench: FullDesk) -> None:
     bench.document.choose(("roof", "front", "back"))
     bench.type("hfov_deg", "120")
-    assert [s.hfov_deg for s in bench.document.rig.cameras()] == [120.0]
+    assert [s.hfov_deg for s in bench.document.rig.enabled_cameras()] == [120.0]
     back = bench.document.rig.sensor("back")
     assert back.kind == "camera" and back.hfov_deg == 120.0
     assert bench.document.rig.sensor("roof") == LIDAR

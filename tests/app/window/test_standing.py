@@ -9,7 +9,7 @@ import pytest
 from PySide6.QtCore import QCoreApplication
 from pytestqt.qtbot import QtBot
 
-from riglens.app.background.standing import StandRequest, Stands, stopped_rays
+from riglens.app.background.standing import MountStatuses, MountStatusRequest, stopped_rays
 from riglens.app.background.worker import BackgroundWorker
 from riglens.app.window.features.follow import Follow
 from riglens.app.window.features.standing import Standing, shared_places
@@ -41,7 +41,7 @@ def desk(qtbot: QtBot) -> Desk:
 @pytest.fixture
 def standing(desk: Desk) -> Iterator[Standing]:
     Follow(desk.workbench).show_all()
-    made = Standing(desk.workbench, BackgroundWorker("places of sensors", Stands(), close_s=TIMEOUT_S))
+    made = Standing(desk.workbench, BackgroundWorker("places of sensors", MountStatuses(), close_s=TIMEOUT_S))
     yield made
     made.worker.close()
 
@@ -133,7 +133,7 @@ def test_only_what_moved_is_found_anew(standing: Standing, monkeypatch: pytest.M
     monkeypatch.setattr("riglens.app.background.standing.stand", counted)
     body, still = Rig().vehicle, ("a", (0.0, 0.0, 2.0))
     for x in (0.1, 0.2):
-        standing.worker.ask(StandRequest(body, (still, ("b", (x, 0.0, 2.0)))))
+        standing.worker.ask(MountStatusRequest(body, (still, ("b", (x, 0.0, 2.0)))))
         settle(standing)
     assert found == [(0.0, 0.0, 2.0), (0.1, 0.0, 2.0), (0.2, 0.0, 2.0)]
 
@@ -152,9 +152,9 @@ def test_rays_end_where_they_first_meet_the_car_and_beyond_the_housing() -> None
     )
     stopped = hits.what == BODY
     wanted = np.array(sensor.position) + hits.range_m[stopped, None] * sensor_rays(sensor).directions[stopped]
-    found = stopped_rays(StandRequest(body, (), sensor))
+    found = stopped_rays(MountStatusRequest(body, (), sensor))
     assert len(found) == stopped.sum() > 10 and np.allclose(found, wanted, atol=1e-6)
-    assert len(stopped_rays(StandRequest(body, ()))) == 0
+    assert len(stopped_rays(MountStatusRequest(body, ()))) == 0
 
 
 def test_stopped_rays_of_the_selected_sensor_are_shown_at_rest_while_the_car_is_solid(

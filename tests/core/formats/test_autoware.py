@@ -114,7 +114,7 @@ def test_the_xacro_of_a_kit_says_what_stands_where(tmp_path: Path) -> None:
     imported = kit(config, *frames)
     kinds = {"roof": "lidar", "side": "lidar", "velodyne_old": "radar", "eye/view": "camera"}
     assert sensors(imported) == kinds
-    assert [sensor.model for sensor in imported.rig.lidars()] == ["velodyne-vlp-16", "hesai-qt64"]
+    assert [sensor.model for sensor in imported.rig.enabled_lidars()] == ["velodyne-vlp-16", "hesai-qt64"]
     assert has(imported.report, "approximated", "assumed those of generic-radar", "velodyne_old")
     assert has(imported.report, "ignored", "cannot be read as XML", "broken.xacro")
     assert imported.rig == read_rig(config.parent).rig
@@ -122,7 +122,7 @@ def test_the_xacro_of_a_kit_says_what_stands_where(tmp_path: Path) -> None:
     assert "roof" not in sensors(kit(apart, *frames))
     for described in (config.parent, config.parent / "urdf"):
         read = read_rig(apart, options=ReadOptions(kit=described))
-        assert [sensor.model for sensor in read.rig.lidars()] == ["velodyne-vlp-16", "hesai-qt64"]
+        assert [sensor.model for sensor in read.rig.enabled_lidars()] == ["velodyne-vlp-16", "hesai-qt64"]
     with pytest.raises(InputError, match=r"^kit must be a folder with xacro files"):
         read_rig(apart, options=ReadOptions(kit=tmp_path))
     write_files(tmp_path / "other", KALIBR)

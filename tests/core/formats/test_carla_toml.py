@@ -41,7 +41,7 @@ def test_one_set_is_read_and_roll_and_pitch_are_degrees() -> None:
         ((0.5, -0.3, 1.8), (20.0, -10.0, 0.0)),
         ((-0.5, 0.3, 1.9), (-20.0, 0.0, 0.0)),
     ]
-    assert [sensor.elevations().max() for sensor in second.rig.lidars()] == [2.0, 2.0]
+    assert [sensor.elevations().max() for sensor in second.rig.enabled_lidars()] == [2.0, 2.0]
     assert first.rig.name != second.rig.name
 
 
@@ -62,7 +62,7 @@ def test_another_set_is_refused(tmp_path: Path) -> None:
 
 def test_flat_lists_stay_one_rig_in_radians() -> None:
     imported = read_files(CARLA_TOML)
-    assert len(imported.rig.lidars()) == 4 and has(imported.report, "read", "radians")
+    assert len(imported.rig.enabled_lidars()) == 4 and has(imported.report, "read", "radians")
     assert imported.rig.sensor("lidar_3").rpy_deg[0] == pytest.approx(16.0428, abs=1e-3)
 
 

@@ -47,7 +47,7 @@ def with_sweep(folder: Path, content: bytes, said: str = SWEEP) -> Imported:
 
 def test_a_lidar_of_another_car_has_the_beams_of_its_points(tmp_path: Path) -> None:
     read = with_sweep(tmp_path, sweep())
-    (found,) = read.rig.lidars()
+    (found,) = read.rig.enabled_lidars()
     assert found.elevations() == pytest.approx(BEAMS_DEG, abs=0.01) and found.model is None
     assert has(read.report, "7 beams and their elevations are those of its points", "LIDAR_LEFT")
     assert has(read.report, "azimuths and range not in the tables") and not has(read.report, "unknown beams")
@@ -73,7 +73,7 @@ def test_points_that_tell_no_beams_are_told_and_beams_assumed(
     tmp_path: Path, content: bytes, words: str
 ) -> None:
     read = with_sweep(tmp_path, content)
-    assert read.rig.lidars()[0].model == "generic-16" and has(read.report, "unknown beams", "assumed")
+    assert read.rig.enabled_lidars()[0].model == "generic-16" and has(read.report, "unknown beams", "assumed")
     assert has(read.report, words, "LIDAR_LEFT")
 
 
@@ -87,7 +87,9 @@ def test_sweeps_outside_the_folder_are_not_opened(tmp_path: Path, said: str) -> 
     (tmp_path / "set").mkdir()
     (tmp_path / "set" / "link").symlink_to(tmp_path)
     read = with_sweep(tmp_path, sweep(), said)
-    assert read.rig.lidars()[0].model == "generic-16" and not has(read.report, "the sweep of its points")
+    assert read.rig.enabled_lidars()[0].model == "generic-16" and not has(
+        read.report, "the sweep of its points"
+    )
 
 
 def test_a_sweep_larger_than_the_limit_is_not_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -67,8 +67,8 @@ def nuscenes(shared_data: Path) -> Path:
 def test_nuscenes_cameras_look_where_their_names_say(nuscenes: Path) -> None:
     imported = read_rig(nuscenes)
     assert "rig 1 of 850" in imported.report.lines()[0]
-    cameras = imported.rig.cameras()
-    assert len(cameras) == 6 and [lidar.name for lidar in imported.rig.lidars()] == ["LIDAR_TOP"]
+    cameras = imported.rig.enabled_cameras()
+    assert len(cameras) == 6 and [lidar.name for lidar in imported.rig.enabled_lidars()] == ["LIDAR_TOP"]
     for camera in cameras:
         assert_looks_there(camera, BEARINGS_DEG[camera.name.removeprefix("CAM_")])
         assert 1.3 < camera.position[2] < 1.7 and abs(camera.position[0]) < 1.5
@@ -82,7 +82,7 @@ def test_every_rig_of_the_nuscenes_tables_is_whole(nuscenes: Path) -> None:
         imported = read_rig(nuscenes, options=ReadOptions(token=table[index]["token"]))
         assert f"rig {index // 12 + 1} of 850" in imported.report.lines()[0]
         assert len(imported.rig.sensors) == 12
-        for camera in imported.rig.cameras():
+        for camera in imported.rig.enabled_cameras():
             assert_looks_there(camera, BEARINGS_DEG[camera.name.removeprefix("CAM_")])
 
 
@@ -104,7 +104,7 @@ def test_nuscenes_poses_are_those_of_the_table(nuscenes: Path) -> None:
 @pytest.mark.parametrize("form", ["pandaset"])
 def test_pandaset_cameras_look_where_their_names_say(shared_data: Path, form: str) -> None:
     imported = read_rig(real(shared_data, "rigs", form, "static_extrinsic_calibration.yaml"))
-    for camera in imported.rig.cameras():
+    for camera in imported.rig.enabled_cameras():
         assert_looks_there(camera, BEARINGS_DEG[camera.name.removesuffix("_camera").upper()])
         assert camera.distortion is not None and 1.5 < camera.position[2] < 2.1
     assert imported.rig.sensor("main_pandar64").model == "hesai-pandar64"
@@ -161,7 +161,9 @@ def test_autoware_kits_are_chained_to_base_link(shared_data: Path, parts: tuple[
         assert_same_pose(sensor_matrix(sensor), rear_axle @ frames[frame])
     assert_nothing_is_lost(imported, frames)
     counts = AUTOWARE[parts]
-    assert counts is None or (len(imported.rig.cameras()), len(imported.rig.lidars())) == counts
+    assert (
+        counts is None or (len(imported.rig.enabled_cameras()), len(imported.rig.enabled_lidars())) == counts
+    )
     everything_comes_back(imported.rig)
 
 
@@ -185,7 +187,7 @@ def test_xacro_files_of_parts_are_read_or_refused_in_one_line(shared_data: Path)
 def test_the_carla_example_sees_ahead_and_looks_down_on_itself(shared_data: Path) -> None:
     imported = read_rig(real(shared_data, "rigs", "carla_ros_bridge", "objects.json"))
     rig = imported.rig
-    assert (len(rig.cameras()), len(rig.lidars())) == (5, 2)
+    assert (len(rig.enabled_cameras()), len(rig.enabled_lidars())) == (5, 2)
     assert rig.sensor("rgb_front").position == (2.0, 0.0, 2.0)
     assert sensor_matrix(rig.sensor("rgb_view"))[2, 0] == pytest.approx(-math.sin(math.radians(20.0)))
     lidar = rig.sensor("lidar")
@@ -204,7 +206,7 @@ def test_the_driveworks_template_knows_its_car(shared_data: Path) -> None:
 @pytest.mark.parametrize("parts", [("object", "calib", "000000.txt"), ("tracking", "calib", "0000.txt")])
 def test_kitti_cameras_look_ahead_at_their_known_distances(shared_data: Path, parts: tuple[str, ...]) -> None:
     rig = read_rig(real(shared_data, "kitti", *parts)).rig
-    for camera in rig.cameras():
+    for camera in rig.enabled_cameras():
         assert_looks_there(camera, 0.0, within_deg=2.0)
         assert camera.position[2] == pytest.approx(1.65, abs=0.03)
     left, right = (np.array(rig.sensor(name).position) for name in ("cam2", "cam3"))

@@ -139,10 +139,10 @@ def test_every_export_says_what_it_leaves_out(name: str) -> None:
 
 
 def test_lenses_come_in_with_their_distortion() -> None:
-    one, other = read_files(KALIBR).rig.cameras()
+    one, other = read_files(KALIBR).rig.enabled_cameras()
     assert one.distortion == BrownConrady(k1=-0.28, k2=0.07, p1=0.0002, p2=0.00002)
     assert other.distortion == KannalaBrandt(k1=0.01, k2=-0.02, k3=0.003, k4=0.0)
-    (front,) = read_files(PANDASET).rig.cameras()
+    (front,) = read_files(PANDASET).rig.enabled_cameras()
     assert front.distortion == BrownConrady(k1=-0.5894, k2=0.66, p1=0.0011, p2=-0.001, k3=-1.0088)
     cam1 = read_files(KITTI_RAW).rig.sensor("cam1")
     assert isinstance(cam1, Camera) and cam1.distortion is None
@@ -215,7 +215,7 @@ def test_unknown_types_and_single_beams_of_carla_are_told() -> None:
     assert has(read.report, "approximated", "unknown type 'sensor.camera.x_ray'", "(c)")
     assert has(read.report, "ignored", "neither camera nor LiDAR: sensor.other.gnss")
     assert has(read.report, "read", "one beam, which CARLA casts at upper_fov", "(l)")
-    (found,) = read.rig.lidars()
+    (found,) = read.rig.enabled_lidars()
     assert found.elevations().tolist() == [10.0]
 
 
@@ -232,7 +232,7 @@ def test_a_raw_drive_with_rectified_projections_alone_is_read() -> None:
     files = {"calib_cam_to_cam.txt": RECTIFIED, "calib_velo_to_cam.txt": KITTI_RAW["calib_velo_to_cam.txt"]}
     read = read_files(files)
     assert [sensor.name for sensor in read.rig.sensors] == ["cam2", "cam3", "velodyne"]
-    left, right = read.rig.cameras()
+    left, right = read.rig.enabled_cameras()
     assert (left.fx, left.image) == (721.5, (1242, 375))
     apart = np.linalg.norm(np.subtract(left.position, right.position))
     assert apart == pytest.approx((44.86 + 339.5) / 721.5, abs=0.005)  # the published stereo basis, 0.53 m
@@ -273,7 +273,7 @@ def tables(channels: tuple[str, str], size: tuple[int, int] | None) -> dict[str,
 
 def test_image_sizes_of_other_cars_are_those_of_sample_data() -> None:
     read = read_files(tables(("LIDAR_TOP", "CAM_FRONT"), (1920, 1080)))
-    (found,) = read.rig.cameras()
+    (found,) = read.rig.enabled_cameras()
     assert found.image == (1920, 1080) and not has(read.report, "image size not in the tables")
     assert has(read_files(tables(("LIDAR_TOP", "CAM_FRONT"), None)).report, "image size not in the tables")
 
@@ -292,7 +292,7 @@ def test_only_the_car_of_nuscenes_has_its_lidar(
     channels: tuple[str, str], size: tuple[int, int] | None, model: str
 ) -> None:
     read = read_files(tables(channels, size))
-    assert read.rig.lidars()[0].model == model
+    assert read.rig.enabled_lidars()[0].model == model
     assert has(read.report, "unknown beams", "assumed those of generic-16", channels[0]) == (
         model == "generic-16"
     )

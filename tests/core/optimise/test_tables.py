@@ -25,7 +25,7 @@ def test_cells_of_a_set_are_those_that_the_engine_counts(seed: int) -> None:
     traffic, rig, settings = random_traffic(rng, 8), random_rig(rng, 7), SETTINGS[seed % 3]
     solid = solid_of(rig.vehicle) if settings.body == "blocks" else None
     maker = HitTableMaker(traffic, 6, settings, solid, 2)
-    lidars = rig.lidars()
+    lidars = rig.enabled_lidars()
     base, rest = lidars[:1], lidars[1:]
     cells = [maker.cells_of([one], never_stale) for one in rest]
     table = maker.table(maker.cells_of(base, never_stale), cells)
@@ -42,7 +42,7 @@ def test_cells_of_a_set_are_those_that_the_engine_counts(seed: int) -> None:
 
 def test_a_pair_is_the_union_of_its_sensors() -> None:
     rng = np.random.default_rng(4)
-    traffic, lidars = random_traffic(rng, 6), random_rig(rng, 8).lidars()[:2]
+    traffic, lidars = random_traffic(rng, 6), random_rig(rng, 8).enabled_lidars()[:2]
     maker = HitTableMaker(traffic, 6, SETTINGS[0], None)
     one, other, both = (maker.cells_of(some, never_stale) for some in (lidars[:1], lidars[1:], lidars))
     assert len(lidars) == 2
@@ -53,7 +53,7 @@ def test_casting_ends_when_nobody_waits_any_more() -> None:
     rng = np.random.default_rng(4)
     maker = HitTableMaker(random_traffic(rng, 6), 6, SETTINGS[0], None)
     with pytest.raises(Cancelled):
-        maker.cells_of(random_rig(rng, 8).lidars(), lambda: True)
+        maker.cells_of(random_rig(rng, 8).enabled_lidars(), lambda: True)
 
 
 def test_worth_rises_by_ever_less_and_ends_at_one() -> None:

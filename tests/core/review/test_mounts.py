@@ -23,7 +23,7 @@ from riglens.core.rig.model import Camera, Rig, Vehicle
 from riglens.core.rig.yaml.file import dumps, loads, rig_sha256
 from riglens.core.vehicle.body import body_parts
 from riglens.core.vehicle.solid import Solid
-from riglens.core.vehicle.standing import Stand, stand
+from riglens.core.vehicle.standing import MountStatus, stand
 from tests.core.review.scenes import BOX, camera, dense_lidar
 
 SEDAN = Vehicle()
@@ -186,7 +186,7 @@ def test_what_stood_before_is_not_looked_for_again_and_says_the_same(monkeypatch
     off = longer.with_sensor(roof.name, roof.replace(enabled=False))
     looked: list[tuple[float, float, float]] = []
 
-    def counted(place_m: tuple[float, float, float], solid: Solid) -> Stand:
+    def counted(place_m: tuple[float, float, float], solid: Solid) -> MountStatus:
         looked.append(place_m)
         return stand(place_m, solid)
 

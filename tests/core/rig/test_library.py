@@ -207,12 +207,12 @@ def test_the_lidar_of_nuscenes_is_an_hdl_32e_at_twice_the_rate() -> None:
     assert own.azimuths().size == round(1e6 / 20 / 46.08) == 1085
     assert plain.azimuths().size == round(1e6 / 10 / 46.08) == 2170
     assert own.elevations().tolist() == plain.elevations().tolist() and own.range_m == plain.range_m
-    assert preset("nuScenes car").lidars()[0].model == "nuscenes-lidar-top"
-    assert preset("nuScenes car").lidars()[0].ray_count == 32 * 1085
+    assert preset("nuScenes car").enabled_lidars()[0].model == "nuscenes-lidar-top"
+    assert preset("nuScenes car").enabled_lidars()[0].ray_count == 32 * 1085
 
 
 def test_the_rigs_of_the_paper_keep_their_unlimited_range() -> None:
-    assert {lidar.range_m for lidar in preset("W+T").lidars()} == {(0.0, math.inf)}
+    assert {lidar.range_m for lidar in preset("W+T").enabled_lidars()} == {(0.0, math.inf)}
     assert loads(dumps(preset("W+T"))).rig == preset("W+T")
 
 

@@ -34,7 +34,7 @@ def test_the_eight_rigs_of_the_paper_come_first() -> None:
 
 @pytest.mark.parametrize("letter", LIDARS)
 def test_lidars_stand_where_the_paper_puts_them(letter: str) -> None:
-    lidars = preset(f"W+{letter}").lidars()
+    lidars = preset(f"W+{letter}").enabled_lidars()
     assert [lidar.position for lidar in lidars] == LIDARS[letter]
     for lidar in lidars:
         assert lidar.rpy_deg == (0.0, 0.0, 0.0) and lidar.range_m == (0.0, math.inf)
@@ -47,7 +47,7 @@ def test_lidars_stand_where_the_paper_puts_them(letter: str) -> None:
 def test_cameras_look_where_the_paper_points_them(name: str, hfov_deg: float, back_hfov_deg: float) -> None:
     rig = preset(name)
     assert [sensor.name for sensor in rig.sensors] == list(CAMERAS)
-    for camera in rig.cameras():
+    for camera in rig.enabled_cameras():
         x_m, y_m, yaw_deg = CAMERAS[camera.name]
         assert camera.position == (x_m, y_m, 1.8) and camera.rpy_deg == (0.0, 0.0, yaw_deg)
         assert camera.hfov_deg == (back_hfov_deg if camera.name == "CAM_BACK" else hfov_deg)
@@ -56,12 +56,12 @@ def test_cameras_look_where_the_paper_points_them(name: str, hfov_deg: float, ba
 
 def test_tilted_groups_are_converted_from_radians_exactly() -> None:
     for letters, upright in (("LR", "L"), ("PR", "P")):
-        lidars = preset(f"N+{letters}").lidars()
+        lidars = preset(f"N+{letters}").enabled_lidars()
         rolls = [lidar.rpy_deg[0] for lidar in lidars]
         assert rolls == [math.degrees(-0.28), 0.0, 0.0, math.degrees(0.28)]
         assert [lidar.position for lidar in lidars] == LIDARS[upright]
         assert all(lidar.rpy_deg[1:] == (0.0, 0.0) for lidar in lidars)
-    lidars = preset("W+PP").lidars()
+    lidars = preset("W+PP").enabled_lidars()
     assert [lidar.rpy_deg[1] for lidar in lidars] == [0.0, math.degrees(-0.09), 0.0, 0.0]
     assert [lidar.position for lidar in lidars] == LIDARS["P"] and lidars[1].position[0] == 0.4
 
@@ -128,7 +128,7 @@ def test_real_cars_name_library_models_and_stand_as_published(
     name: str, cameras: int, lidars: int, ahead: str, up: str
 ) -> None:
     rig = preset(name)
-    assert (len(rig.cameras()), len(rig.lidars())) == (cameras, lidars)
+    assert (len(rig.enabled_cameras()), len(rig.enabled_lidars())) == (cameras, lidars)
     assert all(sensor.model for sensor in rig.sensors)
     front, top = rig.sensor(ahead), rig.sensor(up)
     assert abs(front.rpy_deg[2]) < 2.0 and top.position[2] > 1.7

@@ -29,7 +29,7 @@ class Expected(NamedTuple):
 
 def sweep(rig: Rig, worlds: Worlds, frame: int, solid: Solid | None = None) -> Expected:
     """All LiDARs in a frame."""
-    parts = [_of(lidar, worlds, frame, solid) for lidar in rig.lidars()]
+    parts = [_of(lidar, worlds, frame, solid) for lidar in rig.enabled_lidars()]
     return Expected(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
 
 

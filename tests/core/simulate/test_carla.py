@@ -196,7 +196,7 @@ def test_what_carla_cannot_cast_is_told() -> None:
     )
     notes = Notes()
     made = castable(rig(uneven, CAMERA), notes)
-    assert made.lidars()[0].elevations().tolist() == pytest.approx([-20.0, -9.5, 1.0])
+    assert made.enabled_lidars()[0].elevations().tolist() == pytest.approx([-20.0, -9.5, 1.0])
     assert any("uneven angles" in line for line in notes.report("CARLA").lines())
 
 

@@ -46,7 +46,7 @@ def test_every_ray_against_everything_that_stands_there(seed: int) -> None:
     settings = SimulationSettings(
         seed, clutter=25, range_law=seed % 2 == 0, ground=("uneven", "flat", "none")[seed % 3]
     )
-    rig, solid = Rig(name="some", sensors=(LIDAR, *random_rig(rng, 6).lidars())), None
+    rig, solid = Rig(name="some", sensors=(LIDAR, *random_rig(rng, 6).enabled_lidars())), None
     if seed % 4 == 3:
         settings, solid = replace(settings, body="blocks"), solid_of(rig.vehicle)
     simulator, seen = Simulator(rig, tame(random_traffic(rng, 3)), settings), set[int]()
@@ -65,7 +65,7 @@ def test_points_on_road_users_are_those_that_the_targets_engine_counts(law: bool
     """Behind the car's body as well, with its draws, whatever ground there is."""
     rng = np.random.default_rng(5)
     world = random_traffic(rng, 6).within(1e6)
-    rig = Rig(name="many", sensors=(LIDAR, *random_rig(rng, 8).lidars()))
+    rig = Rig(name="many", sensors=(LIDAR, *random_rig(rng, 8).enabled_lidars()))
     settings = replace(BARE, seed=7, range_law=law, ground="uneven", body="blocks")
     simulator, counted = (
         Simulator(rig, world, settings),

@@ -184,8 +184,8 @@ def test_a_thinner_lattice_has_some_of_the_rays_and_covers_some_of_the_voxels(la
 
 def test_a_lattice_of_all_pixels_casts_one_ray_per_pixel():
     rig = with_lattice(rig_of(camera((0.0, 0.0, 5.0)), spinning((0.0, 0.0, 5.0))), "all pixels")
-    assert rig.cameras()[0].resolution == rig.cameras()[0].image
-    assert rig.lidars()[0].ray_count == spinning((0.0, 0.0, 5.0)).ray_count
+    assert rig.enabled_cameras()[0].resolution == rig.enabled_cameras()[0].image
+    assert rig.enabled_lidars()[0].ray_count == spinning((0.0, 0.0, 5.0)).ray_count
 
 
 costs = st.lists(

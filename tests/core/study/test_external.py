@@ -29,7 +29,7 @@ def named(name: str) -> Experiment:
 
 
 def lidars(name: str) -> tuple[Lidar, ...]:
-    return named(name).rig().lidars()
+    return named(name).rig().enabled_lidars()
 
 
 def test_the_beams_are_those_that_the_sources_keep() -> None:
@@ -41,12 +41,12 @@ def test_the_beams_are_those_that_the_sources_keep() -> None:
 
 
 def test_every_second_beam_and_azimuth_keep_their_offsets() -> None:
-    (whole,) = named("64 to 32 beams").whole().lidars()
+    (whole,) = named("64 to 32 beams").whole().enabled_lidars()
     (half,), (quarter,) = lidars("64 to 32 beams"), lidars("64 to 16, half the azimuths")
     assert half.elevations().tolist() == whole.elevations()[1::2].tolist()
     assert half.azimuth_offsets_deg == (whole.azimuth_offsets_deg or ())[1::2]
     assert quarter.beam_count == 16 and quarter.azimuths().size == whole.azimuths().size // 2
-    assert named("64 to 32, half the azimuths").rig().lidars()[0].ray_count == pytest.approx(
+    assert named("64 to 32, half the azimuths").rig().enabled_lidars()[0].ray_count == pytest.approx(
         lidars("64 to 16 beams")[0].ray_count, rel=1e-3
     )
 
@@ -54,12 +54,12 @@ def test_every_second_beam_and_azimuth_keep_their_offsets() -> None:
 def test_points_at_random_are_a_share_of_all_beams_and_others_in_each_sweep() -> None:
     name = "a fifth of the points at random"
     kept, added_up = lidars(name), lidars(f"{name}, ten sweeps")
-    (whole,) = named(name).whole().lidars()
+    (whole,) = named(name).whole().enabled_lidars()
     assert np.concatenate([lidar.elevations() for lidar in kept]).tolist() == whole.elevations().tolist()
     assert sum(lidar.ray_count for lidar in kept) == pytest.approx(0.2 * whole.ray_count, rel=0.05)
     assert len(added_up) == 10 * len(kept) == len({lidar.azimuths_deg for lidar in added_up})
     assert all(np.isin(lidar.azimuths(), whole.azimuths()).all() for lidar in kept)
-    assert len(named(f"{name}, ten sweeps").whole().lidars()) == 10
+    assert len(named(f"{name}, ten sweeps").whole().enabled_lidars()) == 10
 
 
 def test_what_is_reported_is_a_loss_with_its_source() -> None:

@@ -244,8 +244,8 @@ def test_scores_from_groups_are_those_of_the_rigs():
 def test_a_ray_lattice_changes_rays_and_nothing_else():
     rig = preset("W+T")
     changed = RayLattice((16, 9), 90).applied(rig)
-    assert {camera.cast for camera in changed.cameras()} == {(16, 9)}
-    assert {len(lidar.azimuths()) for lidar in changed.lidars()} == {90}
+    assert {camera.cast for camera in changed.enabled_cameras()} == {(16, 9)}
+    assert {len(lidar.azimuths()) for lidar in changed.enabled_lidars()} == {90}
     assert [sensor.pose for sensor in changed.sensors] == [sensor.pose for sensor in rig.sensors]
     assert RayLattice().applied(rig) == rig
 

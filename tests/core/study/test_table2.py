@@ -23,7 +23,7 @@ def test_place3d_has_the_five_placements_whose_poses_are_published() -> None:
     assert paper.detectors == ("PointPillars", "CenterPoint", "BEVFusion-L", "FSTR")
     assert paper.of("car")[1].tolist() == [55.8, 54.0, 55.9, 54.0, 55.4]
     assert paper.of("pedestrian")[3].tolist() == [27.7, 30.2, 29.4, 30.3, 30.0]
-    pyramid = paper.rigs[2].rig.lidars()
+    pyramid = paper.rigs[2].rig.enabled_lidars()
     assert [lidar.position for lidar in pyramid] == [
         (-0.8, 0.6, 1.8), (0.2, 0.0, 2.0), (-0.6, 0.0, 2.4), (-0.8, -0.6, 1.8)
     ]  # fmt: skip

@@ -21,7 +21,7 @@ def check(held: Traffic, rig: Rig, settings: TargetSettings = EXACT) -> TargetSc
     scores = TargetEngine(everything).evaluate(rig, settings)
     truth, found = brute_force.count(everything, rig, settings), scores.objects
     lidar = np.array([sensor.kind == "lidar" for sensor in rig.sensors], bool)
-    per_ray = np.array([np.divide(c.image, c.resolution) for c in rig.cameras()]).reshape(-1, 2)
+    per_ray = np.array([np.divide(c.image, c.resolution) for c in rig.enabled_cameras()]).reshape(-1, 2)
     scale, height = per_ray.prod(axis=1), per_ray[:, 1]
     np.testing.assert_array_equal(found.points, truth.rays[:, lidar])
     np.testing.assert_array_equal(found.pixels, truth.rays[:, ~lidar] * scale)

@@ -222,7 +222,7 @@ def test_adding_a_road_user_never_raises_anothers_points():
         without = TargetEngine(fewer).evaluate(rig).objects
         assert (with_all.points[keep] <= without.points).all()
         assert (with_all.pixels[keep] <= without.pixels).all()
-        rays = sum(sensor.ray_count for sensor in rig.lidars())
+        rays = sum(sensor.ray_count for sensor in rig.enabled_lidars())
         per_frame = np.bincount(more.frame_of_box, with_all.all_points, more.frames)
         assert per_frame.max() <= rays
 

@@ -11,7 +11,7 @@ import pyvista as pv
 from riglens.core.geometry import Pose
 from riglens.core.rig.model import Lidar, Rig
 from riglens.core.rig.presets import preset
-from riglens.core.vehicle.standing import stands_of
+from riglens.core.vehicle.standing import mount_statuses
 from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.viewport.drawn_scene import DrawnScene
 from riglens.widgets.viewport.mast_layer import _meet, _placed
@@ -31,7 +31,7 @@ def drawn(state: SceneState) -> DrawnScene:
 
 def floating() -> SceneState:
     rig = preset("W+T")
-    return SceneState(rig=rig, masts=masts_of(stands_of(rig)), camera=SIDE)
+    return SceneState(rig=rig, masts=masts_of(mount_statuses(rig)), camera=SIDE)
 
 
 def test_every_lidar_of_the_papers_rig_has_a_mast_down_to_the_roof() -> None:

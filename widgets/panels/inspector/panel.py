@@ -14,7 +14,7 @@ from riglens.core.rig.edits import partner_of
 from riglens.core.rig.model import MeshPlacement, Rig, Vehicle
 from riglens.core.sensors.registry import kinds, shown_kinds
 from riglens.core.vehicle.profiles import PROFILES, reference_vehicle
-from riglens.core.vehicle.standing import Stand
+from riglens.core.vehicle.standing import MountStatus
 from riglens.widgets.panels.controls.scrolled import breakable, scrolled
 from riglens.widgets.panels.controls.style import plain_tip
 from riglens.widgets.panels.fields.edits import TextEdit
@@ -160,10 +160,10 @@ class Inspector(QStackedWidget):
         for form in self._sensor_forms:
             form.marginal.set_stale(True)
 
-    def show_stands(self, stands: Mapping[str, Stand]) -> None:
+    def show_mount_statuses(self, stands: Mapping[str, MountStatus]) -> None:
         """Show problems with the mounts of sensors, by name."""
         self._problems = {name: found.problem for name, found in stands.items() if found.problem}
-        self._rig_form.show_stands(stands)
+        self._rig_form.show_mount_statuses(stands)
         self._show_places()
 
     def _show_places(self) -> None:
@@ -224,10 +224,10 @@ class RigForm(Form):
         self._places.setWordWrap(True)
         self._places.setTextFormat(Qt.TextFormat.PlainText)
         self.add_wide(self._places)
-        self.show_stands({})
+        self.show_mount_statuses({})
         self.close_form()
 
-    def show_stands(self, stands: Mapping[str, Stand]) -> None:
+    def show_mount_statuses(self, stands: Mapping[str, MountStatus]) -> None:
         """Say which sensors are not on the car's surface."""
         text = places_text(stands)
         self._places.setText(breakable(text))
@@ -274,7 +274,7 @@ class RigForm(Form):
         )
 
 
-def places_text(stands: Mapping[str, Stand]) -> str:
+def places_text(stands: Mapping[str, MountStatus]) -> str:
     """Describe in a line each which sensors are off the body, inside it or in the ground; empty when none is."""
     gaps_m = {name: found.away_m for name, found in stands.items() if found.is_far}
     lines = []

@@ -121,12 +121,14 @@ def test_the_published_rigs_are_those_that_were_registered() -> None:
 
 def test_with_cameras_rigs_of_the_same_lidars_have_the_same_frames_and_other_sweeps() -> None:
     rigs = entrants([preset("W+T"), preset("N+T"), preset("Trapezoid")], with_cameras=True)
-    assert [len(one.rig.cameras()) for one in rigs] == [6, 6, 0] and len({one.key for one in rigs}) == 3
+    assert [len(one.rig.enabled_cameras()) for one in rigs] == [6, 6, 0] and len(
+        {one.key for one in rigs}
+    ) == 3
     asked = Study(rigs, replace(PROTOCOL, cameras="usual"), traffic(), NOWHERE)
     frames = [train_frames(one, asked.split, PROTOCOL).tolist() for one in rigs]
     assert frames[0] == frames[1] == frames[2]
     assert len(asked.trained_on) == 3 + 3  # W+T is a reference itself
-    assert all(one.rig.cameras() for one in references(with_cameras=True))
+    assert all(one.rig.enabled_cameras() for one in references(with_cameras=True))
     poor = replace(asked, protocol=replace(PROTOCOL, cameras="poor"))
     without = replace(asked, protocol=PROTOCOL)
     assert len({one.sweeps_key(rigs[2]) for one in (asked, poor, without)}) == 3

@@ -29,7 +29,7 @@ from riglens.core.study.detection.making import make
 from riglens.core.study.detection.pieces import Job, Pieces, Study, jobs, samples_of
 from riglens.core.study.detection.protocol import entrants
 from riglens.core.study.detection.result import assemble, finished_seeds
-from riglens.core.study.detection.run import Told, run
+from riglens.core.study.detection.run import StudyProgress, run
 from tests.core.pieces.test_cluster import Cluster
 from tests.core.study.detection.small import PROTOCOL, rig, traffic
 
@@ -50,15 +50,15 @@ def small_study() -> Study:
 
 
 def with_processes(
-    study: Study, folder: Path, count: int, tell: Callable[[Told], None] = lambda told: None
+    study: Study, folder: Path, count: int, tell: Callable[[StudyProgress], None] = lambda told: None
 ) -> Pieces:
     with workers_at(Where(count), len(jobs(study))) as workers:
         return run(study, folder, workers, tell)
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[Pieces, list[Told]]:
-    told: list[Told] = []
+def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[Pieces, list[StudyProgress]]:
+    told: list[StudyProgress] = []
     return with_processes(small_study(), tmp_path_factory.mktemp("whole"), 2, told.append), told
 
 
@@ -67,7 +67,7 @@ def figures(pieces: Pieces) -> list[bytes]:
     return [array.tobytes() for one in assemble(pieces, seeds) for array in (one.by_seed, one.replicas)]
 
 
-def test_it_makes_every_piece_and_tells_of_it(whole: tuple[Pieces, list[Told]]) -> None:
+def test_it_makes_every_piece_and_tells_of_it(whole: tuple[Pieces, list[StudyProgress]]) -> None:
     pieces, told = whole
     every = jobs(pieces.study)
     assert len(every) == 6 + 2 * 2 + 4  # sweeps with four references, passes of nets, what they find
@@ -80,10 +80,10 @@ def test_it_makes_every_piece_and_tells_of_it(whole: tuple[Pieces, list[Told]]) 
     assert held.frame.tolist() == pieces.study.split.test.tolist() and held.points.sum() > 0
 
 
-def test_nothing_is_made_twice(whole: tuple[Pieces, list[Told]]) -> None:
+def test_nothing_is_made_twice(whole: tuple[Pieces, list[StudyProgress]]) -> None:
     pieces, _ = whole
     before = {path: path.stat().st_mtime_ns for path in pieces.folder.iterdir()}
-    told: list[Told] = []
+    told: list[StudyProgress] = []
     with_processes(small_study(), pieces.folder, 2, told.append)
     assert len(told) == 1 and told[0].share == pytest.approx(1.0)
     assert {path: path.stat().st_mtime_ns for path in pieces.folder.iterdir()} == before
@@ -91,7 +91,7 @@ def test_nothing_is_made_twice(whole: tuple[Pieces, list[Told]]) -> None:
 
 @pytest.mark.parametrize("after", [1, 7])
 def test_killed_at_some_moment_and_resumed_it_ends_with_the_same_figures(
-    whole: tuple[Pieces, list[Told]], after: int, tmp_path: Path
+    whole: tuple[Pieces, list[StudyProgress]], after: int, tmp_path: Path
 ) -> None:
     script = tmp_path / "killed.py"
     script.write_text(KILLED)
@@ -115,7 +115,7 @@ def test_killed_at_some_moment_and_resumed_it_ends_with_the_same_figures(
 
 
 def test_workers_that_share_no_folder_make_the_same_pieces(
-    whole: tuple[Pieces, list[Told]], tmp_path: Path
+    whole: tuple[Pieces, list[StudyProgress]], tmp_path: Path
 ) -> None:
     pieces, _ = whole
     study = pieces.study
@@ -126,13 +126,13 @@ def test_workers_that_share_no_folder_make_the_same_pieces(
         assert there == make(study, job, pieces.folder, state)
 
 
-def test_a_damaged_piece_is_made_again(whole: tuple[Pieces, list[Told]], tmp_path: Path) -> None:
+def test_a_damaged_piece_is_made_again(whole: tuple[Pieces, list[StudyProgress]], tmp_path: Path) -> None:
     pieces, _ = whole
     shutil.copytree(pieces.folder, tmp_path / "pieces")
     for kind in ("sweeps", "net-0", "found-1"):
         path = sorted((tmp_path / "pieces").glob(f"{kind}-*"))[0]
         path.write_bytes(path.read_bytes()[:-1] + b"?")
-    told: list[Told] = []
+    told: list[StudyProgress] = []
     again = with_processes(small_study(), tmp_path / "pieces", 1, told.append)
     assert (
         sum(one.finished is not None for one in told) == 1 + 2 + 1
@@ -148,7 +148,9 @@ def test_a_worker_with_another_pytorch_is_refused_in_one_line(tmp_path: Path) ->
 
 
 @pytest.mark.slow
-def test_a_dask_cluster_ends_with_the_same_figures(whole: tuple[Pieces, list[Told]], tmp_path: Path) -> None:
+def test_a_dask_cluster_ends_with_the_same_figures(
+    whole: tuple[Pieces, list[StudyProgress]], tmp_path: Path
+) -> None:
     pytest.importorskip("distributed")
     with Cluster(tmp_path) as cluster, cluster_workers(cluster.address) as workers:
         pieces = run(small_study(), tmp_path / "pieces", workers, lambda told: None)
@@ -156,7 +158,7 @@ def test_a_dask_cluster_ends_with_the_same_figures(whole: tuple[Pieces, list[Tol
 
 
 def test_cancelled_it_keeps_what_is_done_and_leaves_no_process(tmp_path: Path) -> None:
-    def enough(told: Told) -> None:
+    def enough(told: StudyProgress) -> None:
         if told.done >= 2:
             raise KeyboardInterrupt
 
@@ -191,7 +193,9 @@ def test_cameras_tell_the_net_of_points(tmp_path: Path) -> None:
     assert np.isfinite(assemble(pieces, 1)[0].value).all()
 
 
-def test_seeds_count_once_every_rig_is_judged(whole: tuple[Pieces, list[Told]], tmp_path: Path) -> None:
+def test_seeds_count_once_every_rig_is_judged(
+    whole: tuple[Pieces, list[StudyProgress]], tmp_path: Path
+) -> None:
     pieces, _ = whole
     half = tmp_path / "half"
     half.mkdir()
