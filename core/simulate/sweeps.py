@@ -33,7 +33,7 @@ class Sweep:
 
     points_m (N, 3) float32 in the vehicle frame; intensity (N,) float32, 0 to 255, which tells nothing of a class; ring
     (N,) int16 the beam as the rig lists it; sensor (N,) int16 place among `rig.enabled_lidars()`; object (N,) int32
-    place among the objects of the frame, GROUND, or STATIC for what stands around. Of each road user (n,): rays of all LiDARs
+    place among the objects of the frame, GROUND, or STATIC for surroundings. Of each object (n,): rays of all LiDARs
     that reach it, whether or not they come back, and those that would if nothing else stood there.
     """
 

@@ -1,4 +1,4 @@
-"""Spinning LiDARs in any pose: whether any ray hits a voxel, tile by tile of the grid.
+"""Decide for spinning LiDARs in any pose whether any ray hits a voxel, tile by tile of the grid.
 
 Three things are certain without a look at a single ray. Between beams that are close together, and near enough, a
 voxel is hit whose centre lies between them: the *core*. Beyond it each beam is a *sheet*, a cone that has a height over
@@ -56,7 +56,7 @@ ROUND_TIP = 6.0
 
 @inlined
 def _sides(s: Spinner, sides: np.ndarray, x: float, y: float, z: float) -> tuple[float, float]:
-    """How far a place is past the plane through the first azimuth of a sector, and before that through the last."""
+    """Return how far a place is past the plane through a sector's first azimuth, and before that through its last."""
     r = s.rotation
     u = r[0, 0] * x + r[1, 0] * y + r[2, 0] * z
     v = r[0, 1] * x + r[1, 1] * y + r[2, 1] * z
@@ -65,7 +65,7 @@ def _sides(s: Spinner, sides: np.ndarray, x: float, y: float, z: float) -> tuple
 
 @inlined
 def _in_sector(s: Spinner, sides: np.ndarray, x: float, y: float, z: float, room: float) -> int:
-    """Whether all, none or maybe some of the points within `room` of a place are in the sector of a beam."""
+    """Return whether all, none or maybe some of the points within `room` of a place are in the sector of a beam."""
     if not s.is_sector:
         return COVERS
     past, before = _sides(s, sides, x, y, z)
@@ -76,7 +76,7 @@ def _in_sector(s: Spinner, sides: np.ndarray, x: float, y: float, z: float, room
 
 @inlined
 def _in_reach(s: Spinner, nearest: float, farthest: float) -> int:
-    """Whether all, none or some of the distances are within the range of the rays."""
+    """Return whether all, none or some of the distances are within the range of the rays."""
     if nearest > s.reach[0] + SLACK and farthest < s.reach[1] - SLACK:
         return COVERS
     return MISSES if nearest > s.reach[1] + SLACK or farthest < s.reach[0] - SLACK else MIXED
@@ -86,8 +86,8 @@ def _in_reach(s: Spinner, nearest: float, farthest: float) -> int:
 def _drop(
     s: Spinner, beams: Beams, tile: Tile, beam: int, place: tuple[float, float, float], inset: float
 ) -> float:
-    """By how much a sheet falls at most, in the tile around a place on it, on the way from the corner of a column to
-    where the ray next to it, at most `inset` away, is certainly in the column; and from there to that ray.
+    """Return the largest fall of a beam cone, in the tile around a place on it, on the way from the corner of a column
+    to the point where the next ray, at most `inset` away, is certainly in the column; and from there to that ray.
 
     The way to that ray is a chord about the axis: along the azimuth, and no steeper than the axis leans.
     """
@@ -144,7 +144,7 @@ def _levels(
 
 @inlined
 def _find_free_blocks(s: Spinner, beams: Beams, tile: Tile, beam: int, work: TileWork) -> None:
-    """Write whether the rays of a beam that pass blocks of columns of a tile are cast; COVERS where none is wanted."""
+    """Write whether the rays of a beam that pass blocks of columns of a tile are cast; COVERS where none is needed."""
     around = HALF_BLOCK * np.sqrt(1.0 + beams.slope[beam] ** 2) + SLACK
     for a in range(0, TILE, BLOCK):
         for b in range(0, TILE, BLOCK):
@@ -254,7 +254,7 @@ def _add_beams(
 
 @inlined
 def _core_holds(s: Spinner, beams: Beams, tile: Tile) -> bool:
-    """Whether a whole tile is so well inside sector and range that a core may be marked there."""
+    """Return whether a whole tile is so well inside sector and range that a core may be marked there."""
     begins = s.reach[0] > 0.0 and tile.nearest < s.reach[0] + 1.0
     if begins or reaches(tile) > s.reach[1] - 1.0:
         return False

@@ -23,7 +23,7 @@ NO_BEAMS = np.zeros((0, 0), np.int32)
 SPHERE = 0.8661
 """A little more than the radius of a voxel's circumscribed ball."""
 SLACK = 1e-6
-"""Of heights and angles: rounding is far below, so what is certain by it is certain."""
+"""Tolerance of heights and angles: rounding is far below, so decisions beyond it are certain."""
 CLEAR = 1e-7
 """Times along a ray that differ by more are in their true order."""
 LONGEST = 1e5
@@ -99,7 +99,7 @@ def height(axis: np.ndarray, beams: Beams, beam: int, x: float, y: float) -> flo
 
 @lean_inlined
 def _overlaps(s: Spinner, beams: Beams, beam: int, cell: Cell) -> bool:
-    """Whether a cone may pass through a voxel; certain where it says no."""
+    """Return whether a cone may pass through a voxel; False is certain."""
     x, y, z = cell[0] - s.origin[0], cell[1] - s.origin[1], cell[2] - s.origin[2]
     distance = np.sqrt((x + 0.5) * (x + 0.5) + (y + 0.5) * (y + 0.5)) - HALF_COLUMN
     if distance < ROUND:
@@ -119,7 +119,7 @@ def axis_times(g: float, pace: float, low: int, t_in: float, t_out: float) -> tu
 
 @lean_inlined
 def is_cast(s: Spinner, row: int, turn: int) -> bool:
-    """Whether the ray of a row of beams and a turn is not stopped."""
+    """Return whether the ray of a row of beams and a turn is not stopped."""
     return s.is_stopped.size == 0 or not s.is_stopped[row * s.azimuths.size + turn]
 
 
@@ -133,8 +133,8 @@ def ray_direction(s: Spinner, row: int, turn: int) -> Direction:
 
 @lean_inlined
 def ray_hits(s: Spinner, row: int, turn: int, cell: Cell) -> bool:
-    """Whether the ray of a row of beams and a turn is cast and traverses a voxel: in doubles where they can tell, else
-    exactly."""
+    """Return whether the ray of a row of beams and a turn is cast and traverses a voxel: in doubles where they suffice,
+    else exactly."""
     if not is_cast(s, row, turn):
         return False
     d = ray_direction(s, row, turn)
@@ -188,7 +188,7 @@ def place_of(s: Spinner, past: float) -> int:
 
 @lean_inlined
 def _stopped_about(s: Spinner, beams: Beams, beam: int, azimuth: float, half: float) -> tuple[int, int]:
-    """How many rays a beam has about an azimuth, to either side of it, and how many of them are stopped."""
+    """Count the rays of a beam to either side of an azimuth, and those of them that are stopped."""
     before, count = s.stopped_before[beam], s.azimuths.size
     if half >= 0.5 * np.pi or before[count] == 0:
         return count, int(before[count])
@@ -205,7 +205,7 @@ def _stopped_about(s: Spinner, beams: Beams, beam: int, azimuth: float, half: fl
 
 @lean_inlined
 def _are_stopped(s: Spinner, beams: Beams, beam: int, azimuth: float, half: float) -> bool:
-    """Whether all rays of a beam about an azimuth are stopped."""
+    """Return whether all rays of a beam about an azimuth are stopped."""
     rays, stopped = _stopped_about(s, beams, beam, azimuth, half + BEARING)
     return rays == stopped
 
@@ -214,7 +214,7 @@ def _are_stopped(s: Spinner, beams: Beams, beam: int, azimuth: float, half: floa
 def stopped_among(
     s: Spinner, beams: Beams, beam: int, place: tuple[float, float, float], around: float
 ) -> tuple[int, int]:
-    """How many rays of a beam may pass a ball at a place on its cone, and how many of them are stopped."""
+    """Count the rays of a beam that may pass a ball at a place on its cone, and those of them that are stopped."""
     x, y, z = place
     r = s.rotation
     u = r[0, 0] * x + r[1, 0] * y + r[2, 0] * z
@@ -229,7 +229,7 @@ def stopped_among(
 
 @lean_inlined
 def around(place: int, count: int) -> tuple[int, float]:
-    """A place among the azimuths, at most one turn too far either way, and how far round it is then."""
+    """Return an index into the azimuths, at most one turn off, and its angle around the axis."""
     if place >= count:
         return place - count, A_TURN
     return (place, 0.0) if place >= 0 else (place + count, -A_TURN)
@@ -237,8 +237,8 @@ def around(place: int, count: int) -> tuple[int, float]:
 
 @lean_inlined
 def _beam_hits(s: Spinner, beams: Beams, beam: int, azimuth: float, width: float, cell: Cell) -> bool:
-    """Whether a ray of a beam with an azimuth within a width of the given one traverses a voxel; the nearest azimuths
-    first, as these most likely do."""
+    """Return whether a ray of a beam with an azimuth within a width of the given one traverses a voxel; the nearest
+    azimuths first, as these most likely do."""
     count, row, first = s.azimuths.size, beams.number[beam], s.azimuths[0]
     middle = azimuth - beams.offset[beam] - first
     middle -= np.floor(middle / A_TURN) * A_TURN
@@ -275,7 +275,7 @@ def _first_beam(beams: Beams, sine: float) -> int:
 
 @lean
 def any_ray_hits(s: Spinner, beams: Beams, cell: Cell) -> bool:
-    """Whether any ray of the sensor traverses a voxel, exactly."""
+    """Return whether any ray of the sensor traverses a voxel, exactly."""
     x, y, z = cell[0] + 0.5 - s.origin[0], cell[1] + 0.5 - s.origin[1], cell[2] + 0.5 - s.origin[2]
     distance = np.sqrt(x * x + y * y + z * z)
     if distance - SPHERE > s.reach[1] or distance + SPHERE < s.reach[0]:

@@ -1,4 +1,4 @@
-"""Cores of a LiDAR: between beams that are close together, and near enough, a voxel is hit whose centre lies between.
+"""Cores of a LiDAR: between beams that are close together, and near enough, every voxel with its centre inside is hit.
 
 Where some rays are stopped, only beams count of which all rays that pass the tile are cast.
 """
@@ -78,7 +78,7 @@ def _mark_between(
 
 @inlined
 def free_among(s: Spinner, beams: Beams, beam: int, place: tuple[float, float, float], around: float) -> int:
-    """Whether all, some or none of the rays of a beam that may pass a ball at a place on its cone are cast."""
+    """Return whether all, some or none of the rays of a beam that may pass a ball at a place on its cone are cast."""
     rays, stopped = stopped_among(s, beams, beam, place, around)
     return COVERS if stopped == 0 else MISSES if stopped == rays else MIXED
 
@@ -105,7 +105,7 @@ def find_free(s: Spinner, beams: Beams, tile: Tile, work: TileWork) -> bool:
 
 @inlined
 def is_in_core(shells: Shells, beam: int, nearest: float, farthest: float) -> bool:
-    """Whether all that a beam meets between two distances is in a core."""
+    """Return whether all that a beam meets between two distances is in a core."""
     for shell in range(shells.low.size):
         if nearest >= shells.since[shell, beam] and farthest <= shells.until[shell]:
             return True
@@ -116,7 +116,7 @@ def is_in_core(shells: Shells, beam: int, nearest: float, farthest: float) -> bo
 def is_in_free_core(
     beams: Beams, shells: Shells, beam: int, nearest: float, farthest: float, free: np.ndarray
 ) -> bool:
-    """The same where some rays are not cast: in a core between beams whose rays in the tile all are."""
+    """Return the same where some rays are not cast: in a core between beams whose rays in the tile are all cast."""
     for shell in range(shells.low.size):
         first, last = shells.low[shell], shells.high[shell]
         if not first < beam < last or nearest < shells.since[shell, beam] or farthest > shells.until[shell]:

@@ -1,5 +1,5 @@
-"""Which voxels of one column the rays of one beam traverse: the rays that pass it lie side by side, so the search
-begins at the middle of the column and ends on either side with the first ray that misses it."""
+"""Find the voxels of one column that the rays of one beam traverse: the rays that pass it lie side by side, so the
+search begins at the middle of the column and ends on either side with the first ray that misses it."""
 
 from __future__ import annotations
 
@@ -27,14 +27,15 @@ from riglens.core.kernels.runtime.jit import lean, lean_inlined
 from riglens.core.kernels.voxels.bits import lowest_bit
 
 PAST, CLOSE, INSIDE = 0, 1, 2
-"""Whether a ray passes beside a column, too close to its edges to be told in doubles, or through it."""
+"""Relation of a ray to a column: past it, too close to its edges for doubles to tell, or through it."""
 NONE = (1, 0)
 """No levels: the first one is above the last."""
 
 
 @lean_inlined
 def first_turn(s: Spinner, beams: Beams, beam: int, x: float, y: float) -> int:
-    """How many azimuths of a beam come before the one that leads to a place in plan, seen from the sensor; roughly."""
+    """Return roughly the number of azimuths of a beam before the one that leads to a place in plan, seen from the
+    sensor."""
     z = height(s.axis, beams, beam, x, y)
     r = s.rotation
     u, v = r[0, 0] * x + r[1, 0] * y + r[2, 0] * z, r[0, 1] * x + r[1, 1] * y + r[2, 1] * z
@@ -44,8 +45,8 @@ def first_turn(s: Spinner, beams: Beams, beam: int, x: float, y: float) -> int:
 
 @lean_inlined
 def _levels_in(s: Spinner, d: tuple[float, float, float], ix: int, iy: int) -> tuple[int, int, int]:
-    """Whether a ray passes through a column, and the first and last level in which it does; `NONE` where its range ends
-    before or nothing is certain. Without branches: they could not be foreseen."""
+    """Return whether a ray passes through a column, and the first and last level in which it does; `NONE` where its
+    range ends before or nothing is certain. Without branches: they could not be foreseen."""
     t_in, t_out = axis_times(s.origin[0], 1.0 / d[0], ix, -LONGEST, LONGEST)
     t_in, t_out = axis_times(s.origin[1], 1.0 / d[1], iy, t_in, t_out)
     is_slanted = (d[0] != 0.0) & (d[1] != 0.0)
@@ -90,7 +91,7 @@ def _column(s: Spinner, tile: Tile, work: TileWork, number: int) -> Column:
 
 @lean_inlined
 def _is_open(c: Column, keep: np.ndarray, marks: np.ndarray, sure: np.ndarray) -> bool:
-    """Whether a column has voxels worth a test that are not marked yet."""
+    """Return whether a column has voxels worth a test that are not marked yet."""
     left = False
     for part in range(sure.shape[0]):
         wanted = keep[c.word + part] & ~marks[c.word + part] & ~sure[part, c.place]
@@ -121,7 +122,8 @@ def _search(
     marks: np.ndarray,
     sure: np.ndarray,
 ) -> None:
-    """Add what the rays of a beam traverse from one azimuth on, one after the other to the first that misses."""
+    """Add the voxels that the rays of a beam traverse from one azimuth on, one after the other up to the first that
+    misses."""
     turn %= s.azimuths.size  # all rays of a narrow sector may pass a column: then this goes once round
     for _ in range(s.azimuths.size):
         here = _turn_at(s, turn)
@@ -144,7 +146,7 @@ def _search(
 def _keep_open(
     s: Spinner, tile: Tile, count: int, keep: np.ndarray, marks: np.ndarray, work: TileWork
 ) -> int:
-    """Leave of the columns listed those that are still open; returns how many."""
+    """Keep the listed columns that are still open; return their number."""
     left, listed, low, high = 0, work.listed, np.int32(s.box[4]), np.int32(s.box[5] - 1)
     for i in range(count):
         listed[0, left], listed[1, left] = listed[0, i], listed[1, i]
@@ -155,8 +157,8 @@ def _keep_open(
 
 @lean_inlined
 def _look_beside(s: Spinner, beams: Beams, tile: Tile, count: int, work: TileWork) -> None:
-    """Write of each column listed which azimuth comes first behind its middle, and what the rays on either side of it
-    do: into work.beside (7, LISTED_MOST). Without branches: they could not be foreseen."""
+    """Write for each listed column the first azimuth behind its middle, and the result of the rays on either side of
+    it: into work.beside (7, LISTED_MOST). Without branches: they could not be predicted."""
     beside = work.beside
     for i in range(count):
         c = _column(s, tile, work, i)
@@ -175,7 +177,7 @@ def _look_beside(s: Spinner, beams: Beams, tile: Tile, count: int, work: TileWor
 def test_listed(
     s: Spinner, beams: Beams, tile: Tile, count: int, keep: np.ndarray, marks: np.ndarray, work: TileWork
 ) -> None:
-    """Decide the columns listed of a tile: first by the rays beside the middle of each, then, where something is still
+    """Decide the listed columns of a tile: first by the rays next to the middle of each, then, where something is still
     open and one of these passes, by those farther away."""
     sure, beside = work.sure, work.beside
     count = _keep_open(s, tile, count, keep, marks, work)

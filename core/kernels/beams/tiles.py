@@ -1,4 +1,4 @@
-"""Tiles of columns in which the beams of a LiDAR are looked at together, and work space for them."""
+"""Tiles of columns in which the beams of a LiDAR are processed together, and their work space."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ HALF_TILE = 11.4
 LISTED_MOST = 16 * TILE * TILE
 """Columns that are listed before they are tested."""
 MISSES, MIXED, COVERS = 0, 1, 2
-"""Whether a beam has rays all over a tile: nowhere, perhaps, everywhere."""
+"""Coverage of a tile by a beam's rays: nowhere, perhaps, everywhere."""
 
 
 class TileWork(NamedTuple):
@@ -48,7 +48,7 @@ class TileWork(NamedTuple):
 
 @kernel
 def work_space(beams: int, depth: int) -> TileWork:
-    """Room for the tiles of one worker: for so many beams, and words per column."""
+    """Return room for the tiles of one worker: for `beams` beams, and `depth` words per column."""
     is_open = np.empty(TILE * TILE, np.bool_)
     return TileWork(
         np.empty((TILE + 1, TILE + 1)),
@@ -99,7 +99,7 @@ def reaches(tile: Tile) -> float:
 
 @lean_inlined
 def mask_of(low: int | np.int32, high: int | np.int32, part: int) -> np.uint64:
-    """Bits low..high of the word `part` of a column; none where low > high."""
+    """Return the bits low..high of the word `part` of a column; none where low > high."""
     first, last = int(low) - 64 * part, int(high) - 64 * part
     shown = (first <= last) & (first < 64) & (last >= 0)
     mask = (FULL_WORD << np.uint64(min(max(first, 0), 63))) & (
@@ -141,7 +141,7 @@ def find_wanted(s: Spinner, tile: Tile, radius: float, keep: np.ndarray, work: T
 
 @lean
 def list_columns(s: Spinner, beam: int, count: int, work: TileWork) -> int:
-    """Add the columns in which a sheet may hit more levels than are sure; returns how many are listed then."""
+    """Add the columns in which a cone may hit further levels; return the number listed."""
     end, low, high = count, np.int32(s.box[4]), np.int32(s.box[5] - 1)
     meets, hits, is_open = work.meets, work.hits, work.is_open
     for place in range(TILE * TILE):

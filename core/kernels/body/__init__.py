@@ -1,1 +1,1 @@
-"""Where rays end at the car's own body, triangle by triangle."""
+"""Intersect rays with the car's own body, triangle by triangle."""

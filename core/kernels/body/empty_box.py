@@ -10,7 +10,7 @@ from riglens.core.kernels.voxels.bits import FULL_WORD
 
 @inlined
 def _is_empty(words: np.ndarray, shape: np.ndarray, box: np.ndarray) -> bool:
-    """Whether a box of cells [lx hx ly hy lz hz), some of each, holds no set bit."""
+    """Return whether a box of cells [lx hx ly hy lz hz), some of each, holds no set bit."""
     depth = (shape[2] + 63) // 64
     for part in range(box[4] // 64, (box[5] - 1) // 64 + 1):
         low, high = max(box[4] - 64 * part, 0), min(box[5] - 1 - 64 * part, 63)

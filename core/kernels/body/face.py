@@ -37,9 +37,9 @@ WIDEST = 0.85
 """Balls that take more than this (a sine) of a LiDAR's view have no line that they could be laid on."""
 
 EDGE_ON = 1e-3
-"""Where a triangle is seen under a smaller angle (a sine, about), rounding may put a meeting farther beside it."""
+"""Below this angle between ray and triangle (about its sine), rounding may move a hit farther sideways."""
 BESIDE = 1e-4
-"""Of its size: how far beside its corners it may be met otherwise, far more than EDGE and rounding."""
+"""Share of its size by which a triangle may be hit beyond its corners, far more than EDGE and rounding."""
 
 
 class View(NamedTuple):
@@ -126,8 +126,8 @@ def _largest(view: View) -> float:
 
 @lean_inlined
 def _corners_on_line(view: View, cosine: float, sine: float) -> tuple[Sides, float]:
-    """Between where the corners of a triangle are on the line x = 1 turned towards it, and how far ahead the nearest of
-    them is."""
+    """Return the span of a triangle's corners on the line x = 1 turned towards it, and the distance ahead of the
+    nearest one."""
     left, right, low, high, nearest = np.inf, -np.inf, np.inf, -np.inf, np.inf
     for one, two in ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0)):
         x = view.corner[0] + one * view.one[0] + two * view.two[0]
@@ -142,8 +142,8 @@ def _corners_on_line(view: View, cosine: float, sine: float) -> tuple[Sides, flo
 
 @lean_inlined
 def sides_of(view: View, radius: float, ahead: float, cosine: float, sine: float) -> Sides:
-    """Between where a triangle in a ball so far ahead is met on the line x = 1 turned towards it; left > right where it
-    is so near, or so nearly edge on, that rounding could put a meeting beside it."""
+    """Return the span in which a triangle in a ball at a distance is met on the line x = 1 turned towards it; left >
+    right where it is so near, or so nearly edge on, that rounding could move a hit outside of it."""
     normal, corner = _cross(view.two, view.one), view.corner
     over = normal[0] * corner[0] + normal[1] * corner[1] + normal[2] * corner[2]
     if radius >= WIDEST * ahead or abs(over) < EDGE_ON * _largest(view) * (size_of(corner) + radius):
@@ -172,7 +172,8 @@ def window_around(screen: Screen, view: View, ball: tuple[Vector, float]) -> Win
 def _window_between(
     screen: Screen, sides: Sides, place: tuple[float, float], radius: float, ahead: float
 ) -> Window:
-    """The window between some sides on the line x = 1 turned towards a place, of what is in a ball so far ahead."""
+    """Return the window between some sides on the line x = 1 turned towards a place, of things in a ball at a
+    distance."""
     left, right, low, high = sides
     if screen.is_camera:
         first = before(screen.rows, screen.row_scale, -high)

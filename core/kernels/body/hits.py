@@ -1,4 +1,4 @@
-"""Where rays first hit something: oriented boxes and the ground z = 0 (`solid` does triangles).
+"""Find the first hits of rays with oriented boxes and the ground z = 0 (`solid` handles triangles).
 
 For pictures of what a sensor sees; the metric has no occlusion. Serial kernels, so that any thread may call them.
 """
@@ -24,8 +24,8 @@ class Boxes(NamedTuple):
 
 
 class Nearest(NamedTuple):
-    """What each ray has met first so far: distance (n,) in metres; what (n,): the number of a box or one of the codes
-    of `kernels.runtime.codes`."""
+    """First hit of each ray so far: distance (n,) in metres; what (n,): the number of a box or one of the codes of
+    `kernels.runtime.codes`."""
 
     distance: np.ndarray
     what: np.ndarray

@@ -1,4 +1,4 @@
-"""Where the rays of a bent lens end at a solid, triangle by triangle.
+"""Find where the rays of a distorted lens end at a solid, triangle by triangle.
 
 The same as `kernels.body.shadow`, for rays that have no rows and columns but lie in bins of the image plane:
 the tree is gone through from the near to the far, a box is left out where all rays of the bins that its ball touches
@@ -35,8 +35,8 @@ from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined, paralle
 
 
 class LensEnds(NamedTuple):
-    """What is known of the rays: at (rays,) metres, where one has met something outside of the void; has_end, is_over
-    (rays,): which have, and which are over; still (bins,): how many of a bin are not."""
+    """State of the rays: at (rays,) metres, the first hit outside of the void; has_end, is_over (rays,): rays with a
+    hit, and finished rays; still (bins,): unfinished rays of each bin."""
 
     at: np.ndarray
     has_end: np.ndarray
@@ -83,7 +83,7 @@ def _sides_of_ball(place: Vector, radius: float) -> Sides:
 
 @lean_inlined
 def _has_open(bins: Bins, patch: Patch, still: np.ndarray) -> bool:
-    """Whether some ray in some bins is not over."""
+    """Return whether some ray in some bins is not over."""
     for i in range(patch.from_i, patch.to_i + 1):
         for j in range(patch.from_j, patch.to_j + 1):
             if still[i * bins.sizes[1] + j] > 0:

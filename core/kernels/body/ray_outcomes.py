@@ -1,4 +1,4 @@
-"""What becomes of every ray of a sensor: the first of a few ends that fits it."""
+"""Classify the outcome of every ray of a sensor: the first of a few ends that fits."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def _meets(runs: np.ndarray, count: int, depth: int, informative: np.ndarray, ot
 
 @inlined
 def ends_at_ground(rays: Cast, ray: int, d: tuple[float, float, float]) -> bool:
-    """Whether a ray passes the floor of the grid, within its sides and its range."""
+    """Return whether a ray passes the floor of the grid, within its sides and its range."""
     if d[2] >= 0.0 or rays.origin[2] < 0.0:
         return False
     t = rays.origin[2] / -d[2]
@@ -58,8 +58,8 @@ def _fate(rays: Cast, ray: int, informative: np.ndarray, others: np.ndarray, run
 def follow_rays(
     rays: Cast, informative: np.ndarray, others: np.ndarray, workers: int, fates: np.ndarray
 ) -> None:
-    """Write what becomes of each ray, int8 (rays,), whose box is the whole grid and whose `is_stopped` are those that
-    meet the car; informative uint64 (words,), and `others` what other sensors see."""
+    """Write the outcome of each ray, int8 (rays,), whose box is the whole grid and whose `is_stopped` are those that
+    meet the car; informative uint64 (words,), and `others`: voxels of the other sensors."""
     blocks = (fates.size + BLOCK - 1) // BLOCK
     for worker in numba.prange(workers):
         runs = np.empty((rays.shape[0] + rays.shape[1] + rays.shape[2] + 3, 3), np.int32)

@@ -1,4 +1,4 @@
-"""Which rays of a lattice can pass a ball: windows of rows and columns, never too small.
+"""Bound the rays of a lattice that can pass a ball by windows of rows and columns, never too small.
 
 Rows and columns of a lattice are bounded by one number each: sines of elevations and azimuths of a LiDAR, places on
 the image plane of a camera. A finder says how many rows or columns lie before such a number, or
@@ -24,8 +24,8 @@ BLUR = 1e-9
 
 
 class Screen(NamedTuple):
-    """The rays of a lattice by rows and columns in rising order of what bounds them: sines of elevations and azimuths
-    in [0, 2 pi) of a LiDAR, -z and -y on the image plane of a camera.
+    """Rays of a lattice by rows and columns in rising order of their bounds: sines of elevations and azimuths in [0, 2
+    pi) of a LiDAR, -z and -y on the image plane of a camera.
 
     rows, columns (m + 1,): how many of them are before scale[0] + k / scale[1], with row_scale and column_scale (2,);
     row_of, column_of: their numbers in the lattice; shift (rows,) or (0,): what is added to the azimuths of a row, in
@@ -171,7 +171,7 @@ def _bits_of(first: int, end: int, word: int) -> np.uint64:
 
 @lean_inlined
 def has_all(words: np.ndarray, first: int, end: int) -> bool:
-    """Whether the bits first..end-1 of a row are set."""
+    """Return whether the bits first..end-1 of a row are set."""
     if first < end:
         for word in range(first >> 6, ((end - 1) >> 6) + 1):
             if ~words[word] & _bits_of(first, end, word) != 0:

@@ -1,4 +1,4 @@
-"""Where the rays of a lattice end at a solid, triangle by triangle: each is offered to the few rays that can meet it.
+"""Find where the rays of a lattice end at a solid; each triangle is tested against the few rays that can meet it.
 
 The tree of boxes is gone through from the near to the far; a box is left out where no ray can pass the ball around it,
 or where each ray that can is over. A triangle is offered row by row to the columns between its edges, which are linear
@@ -52,8 +52,8 @@ from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined, paralle
 
 
 class Ends(NamedTuple):
-    """What is known of the rays, by place of row and column: at (rows, columns) metres, where one has met something
-    outside of the void; has_end, is_over uint64 (rows, words): a bit for each ray that has, and that is over."""
+    """State of the rays, by row and column: at (rows, columns) metres, the first hit outside of the void; has_end,
+    is_over uint64 (rows, words): a bit for each ray with a hit, and for each finished ray."""
 
     at: np.ndarray
     has_end: np.ndarray
@@ -61,8 +61,9 @@ class Ends(NamedTuple):
 
 
 class Barring(NamedTuple):
-    """What stops rays: triangles in a tree, which of them (t,), from how far on, and the void (6,): low and high corner
-    in metres, low > high where there is none; first and end of the columns in question."""
+    """Obstacles of rays: triangles in a tree, a selection of them (t,), the distance from which they count, and the
+    void (6,): low and high corner in metres, low > high where there is none; first and end of the columns in
+    question."""
 
     tree: Tree
     stops: np.ndarray
@@ -74,7 +75,7 @@ class Barring(NamedTuple):
 
 @lean_inlined
 def is_in(void: np.ndarray, p: Vector) -> bool:
-    """Whether a place is in the void."""
+    """Return whether a place is in the void."""
     inside = (void[0] <= p[0] <= void[3]) and (void[1] <= p[1] <= void[4])
     return bool(inside and (void[2] <= p[2] <= void[5]))
 

@@ -1,4 +1,4 @@
-"""Where rays meet the triangles of a solid, in a tree of boxes: one formula, whichever way leads to the triangle.
+"""Intersect rays with the triangles of a solid, in a tree of boxes: one formula, whichever path leads to the triangle.
 
 A ray o + t d meets a triangle when it passes the box around it, grown by GROWN on all sides, from t0 to t1, and
 when u >= -EDGE, v >= -EDGE and u + v <= 1 + EDGE in the doubles of Möller and Trumbore, "Fast, minimum storage
@@ -21,9 +21,9 @@ from riglens.core.kernels.rays.predicates import Vector
 from riglens.core.kernels.runtime.jit import kernel, lean_inlined, parallel_kernel
 
 GROWN = 1e-6
-"""Metres by which boxes are larger than what is in them: far more than the rounding of where a ray passes."""
+"""Metres by which boxes are larger than their content: far more than the rounding of a ray's path."""
 EDGE = 1e-7
-"""By how much of its size a triangle is wider than its corners say: more than rounding along an edge that two share."""
+"""Share of its size by which a triangle extends beyond its corners: more than rounding along a shared edge."""
 LEAF = 4
 """Triangles in a leaf of the tree at most."""
 BLOCK = 64
@@ -80,7 +80,8 @@ def _passes_triangle(o: Vector, d: Vector, c: np.ndarray) -> tuple[float, float]
 
 @lean_inlined
 def meet(o: Vector, d: Vector, c: np.ndarray) -> tuple[float, float]:
-    """Where a ray meets a triangle of corners (3, 3), inf when it does not, and |cosine| between ray and normal."""
+    """Return the distance at which a ray meets a triangle of corners (3, 3), inf if it does not, and |cosine| between
+    ray and normal."""
     t0, t1 = _passes_triangle(o, d, c)
     if t0 > t1:
         return np.inf, 0.0

@@ -1,4 +1,4 @@
-"""Voxel walking for a camera of any pose: whether any ray of the lattice hits a voxel, column by column.
+"""Voxel walking for a camera of any pose: decide whether any ray of the lattice hits a voxel, column by column.
 
 Where neighbouring rays are close, a voxel whose centre lies in the image is hit for certain: the ray nearest to
 the centre passes through the inscribed ball. Along a grid column the image borders are linear inequalities, so
@@ -34,7 +34,7 @@ NEAREST = 0.01
 SLACK = 1e-6
 TILE = 8
 NONE, SOME, ALL = 0, 1, 2
-"""How many rays of a rectangle are stopped."""
+"""Share of a rectangle's rays that are stopped."""
 NO_TILES = np.zeros((0, 0), np.int64)
 
 
@@ -94,7 +94,8 @@ def _narrow(value: float, slope: float, low: float, high: float) -> tuple[float,
 
 @lean_inlined
 def _levels_within(f: Frustum, x: float, y: float, z: float, room: float) -> tuple[float, float]:
-    """Levels k of a column, counted from the point (x, y, z), whose centre is at most `room` outside the view."""
+    """Return the levels k of a column, counted from the point (x, y, z), whose centre is at most `room` outside the
+    view."""
     ex, ey, ez = f.rotation[2, 0], f.rotation[2, 1], f.rotation[2, 2]
     low, high = _narrow(x + room, ex, -1e9, 1e9)
     low, high = _narrow(f.depth_limit - x, -ex, low, high)
@@ -106,7 +107,7 @@ def _levels_within(f: Frustum, x: float, y: float, z: float, room: float) -> tup
 
 @lean_inlined
 def _hits(f: Frustum, u: int, v: int, cell: Cell) -> bool:
-    """Whether the ray (u, v) is cast and traverses a voxel, exactly."""
+    """Return whether the ray (u, v) is cast and traverses a voxel, exactly."""
     if f.is_stopped.size > 0 and f.is_stopped[v * f.planes.shape[0] + u]:
         return False
     d = rotated(f.rotation, direction(CAMERA, f.rows[v], f.planes[u]))
@@ -127,7 +128,8 @@ def count_stopped(is_stopped: np.ndarray, has_stops: np.ndarray, before: np.ndar
 
 @lean_inlined
 def _stopped_within(f: Frustum, u0: float, u1: float, v0: float, v1: float) -> int:
-    """Whether none, some or all rays of the tiles around the rectangle u0..u1, v0..v1 of the lattice are stopped."""
+    """Return whether none, some or all rays of the tiles around the rectangle u0..u1, v0..v1 of the lattice are
+    stopped."""
     if f.is_stopped.size == 0:
         return NONE
     rows, columns = f.rows.shape[0], f.planes.shape[0]
@@ -179,7 +181,8 @@ def _corners(f: Frustum, cell: Cell, corners: np.ndarray) -> bool:
 
 @lean
 def _outline_in_row(points: np.ndarray, v: float) -> tuple[float, float]:
-    """Where the outline of eight projected corners (8, 2) crosses the row v: from, to in u (empty: from > to)."""
+    """Return the span in u in which the outline of eight projected corners (8, 2) crosses the row v (empty: from >
+    to)."""
     low, high = np.inf, -np.inf
     for corner in range(8):
         for axis in range(3):
@@ -204,7 +207,7 @@ def _outline_in_row(points: np.ndarray, v: float) -> tuple[float, float]:
 
 @lean
 def _row_hits(f: Frustum, v: int, first: int, last: int, cell: Cell) -> bool:
-    """Whether one of the rays first..last of the row v hits; the middle one first, as it most likely does."""
+    """Return whether one of the rays first..last of the row v hits; the middle one first, as it most likely does."""
     if first > last:
         return False
     if _hits(f, (first + last) // 2, v, cell):
@@ -217,7 +220,7 @@ def _row_hits(f: Frustum, v: int, first: int, last: int, cell: Cell) -> bool:
 
 @lean
 def _any_hits(f: Frustum, cell: Cell, work: VoxelWork) -> bool:
-    """Whether any ray of the lattice traverses a voxel, exactly."""
+    """Return whether any ray of the lattice traverses a voxel, exactly."""
     corners, points = work.corners, work.points
     if not _corners(f, cell, corners):
         return False
@@ -251,7 +254,8 @@ def _any_hits(f: Frustum, cell: Cell, work: VoxelWork) -> bool:
 
 @lean_inlined
 def _is_free(f: Frustum, start: Vector, step: Vector, first: int, last: int) -> bool:
-    """Whether no ray is stopped that is the nearest to the centre of a voxel at start + level step, in camera frame."""
+    """Return whether no ray is stopped that is the nearest to the centre of a voxel at start + level step, in camera
+    frame."""
     x0, x1 = start[0] + first * step[0], start[0] + last * step[0]
     if min(x0, x1) < 0.5:
         return False
@@ -264,7 +268,7 @@ def _is_free(f: Frustum, start: Vector, step: Vector, first: int, last: int) -> 
 
 @lean_inlined
 def _is_nearest_free(f: Frustum, centre: Vector) -> bool:
-    """Whether the ray nearest to a place in the view, in camera frame, is not stopped."""
+    """Return whether the ray nearest to a place in the view, in camera frame, is not stopped."""
     if centre[0] < 0.5:
         return False
     columns, rows = f.planes.shape[0], f.rows.shape[0]
@@ -275,7 +279,7 @@ def _is_nearest_free(f: Frustum, centre: Vector) -> bool:
 
 @lean
 def _mark_column(f: Frustum, ix: int, iy: int, keep: np.ndarray, marks: np.ndarray, work: VoxelWork) -> None:
-    """Mark the voxels of one column whose centre is nearer than the depth limit and that a ray traverses."""
+    """Mark the voxels of one column that a ray traverses and whose centre is nearer than the depth limit."""
     base = (ix * f.shape[1] + iy) * ((f.shape[2] + 63) // 64)
     x, y, z = _to_camera(f, ix + 0.5, iy + 0.5, 0.5)
     low, high = _levels_within(f, x, y, z, SPHERE)

@@ -1,4 +1,4 @@
-"""Voxel walking for a camera whose rays fit no table: whether any of them hits a voxel, column by column.
+"""Voxel walking for a camera whose rays fit no table: decide whether any of them hits a voxel, column by column.
 
 Neighbouring rays are joined to triangles, and these to a *mesh*. A voxel whose centre lies in the mesh is hit for
 certain as far as its triangles are small: the ray at the nearest corner passes through it near its centre. So all
@@ -40,7 +40,7 @@ NEAREST = 4.0
 TOUCHING = 0.05
 """Voxels so near to the camera are tested with all rays."""
 AHEAD = 0.002
-"""What is farther away than TOUCHING and met by a ray is at least so far ahead."""
+"""Least distance ahead of anything that is farther away than TOUCHING and met by a ray."""
 
 STOPPED, FREE = 0, 1
 NO_BINS = np.zeros((2, 0, 0), np.int64)
@@ -150,7 +150,7 @@ def _slopes_around(mesh: Mesh, bearing: float, half: float) -> tuple[float, floa
 
 @lean_inlined
 def _ray_hits(mesh: Mesh, ray: int, cell: Cell) -> bool:
-    """Whether a ray is cast and traverses a voxel: in doubles where they can tell, else exactly."""
+    """Return whether a ray is cast and traverses a voxel: in doubles where they suffice, else exactly."""
     if mesh.is_stopped.size > 0 and mesh.is_stopped[ray]:
         return False
     row = mesh.rows[ray]
@@ -180,7 +180,8 @@ def _to_camera(mesh: Mesh, x: float, y: float, z: float) -> tuple[float, float, 
 
 @lean_inlined
 def _is_out_of_reach(mesh: Mesh, low: tuple[float, float, float]) -> bool:
-    """Whether a voxel lies to a side of the camera to which no ray goes; low: its lower corner seen from the camera."""
+    """Return whether a voxel lies to a side of the camera to which no ray goes; low: its lower corner seen from the
+    camera."""
     for axis in range(3):
         if (low[axis] >= 0.0 and mesh.reach[axis, 1] < 0.0) or (
             low[axis] <= -1.0 and mesh.reach[axis, 0] >= 0.0
@@ -193,7 +194,7 @@ def _is_out_of_reach(mesh: Mesh, low: tuple[float, float, float]) -> bool:
 def _place_in_image(
     mesh: Mesh, low: tuple[float, float, float], corners: np.ndarray
 ) -> tuple[float, float, float, float]:
-    """From where to where a voxel is in the image plane (y / x from, to, z / x from, to), as far as it is AHEAD; empty
+    """Return the span of a voxel in the image plane (y / x from, to, z / x from, to), as far as it is AHEAD; empty
     where nothing of it is. corners (8, 3): work space."""
     for k in range(8):
         x, y, z = _to_camera(mesh, low[0] + (k & 1), low[1] + (k >> 1 & 1), low[2] + (k >> 2))
@@ -221,7 +222,7 @@ def _place_in_image(
 
 @lean_inlined
 def _bin_hits(mesh: Mesh, bins: Bins, i: int, j: int, cell: Cell) -> bool:
-    """Whether one of the rays in a bin traverses a voxel."""
+    """Return whether one of the rays in a bin traverses a voxel."""
     here = i * bins.sizes[1] + j
     for place in range(bins.first[here], bins.first[here + 1]):
         if _ray_hits(mesh, bins.rays[place], cell):
@@ -231,7 +232,7 @@ def _bin_hits(mesh: Mesh, bins: Bins, i: int, j: int, cell: Cell) -> bool:
 
 @lean_inlined
 def _count(mesh: Mesh, kind: int, across: tuple[int, int], up: tuple[int, int]) -> int:
-    """How many rays of some bins, from and to along both axes, are STOPPED or FREE; where none is stopped, -1."""
+    """Count the STOPPED or FREE rays of a range of bins, from and to along both axes; -1 where none is stopped."""
     if mesh.is_stopped.size == 0 or across[0] > across[1] or up[0] > up[1]:
         return -1
     b = mesh.before[kind]
@@ -244,7 +245,8 @@ def _count(mesh: Mesh, kind: int, across: tuple[int, int], up: tuple[int, int]) 
 def _is_free(
     mesh: Mesh, bins: Bins, low: tuple[float, float, float], high: tuple[float, float, float]
 ) -> bool:
-    """Whether no ray is stopped that is a corner of a triangle that holds a place between two, seen from the camera."""
+    """Return whether no ray is stopped that is a corner of a triangle that holds a place between two, seen from the
+    camera."""
     x0, y0, z0 = _to_camera(mesh, low[0], low[1], low[2])
     x1, y1, z1 = _to_camera(mesh, high[0], high[1], high[2])
     if min(x0, x1) < 0.5:
@@ -256,8 +258,8 @@ def _is_free(
 
 @lean
 def any_ray_hits(mesh: Mesh, bins: Bins, cell: Cell, work: np.ndarray) -> bool:
-    """Whether any ray traverses a voxel, exactly: those of the bins that it touches in the image plane, the nearest to
-    the middle of the image first, as a voxel at the border reaches in from outside. work (8, 3)."""
+    """Return whether any ray traverses a voxel, exactly: those of the bins that it touches in the image plane, the
+    nearest to the middle of the image first, as a voxel at the border reaches in from outside. work (8, 3)."""
     low = (cell[0] - mesh.origin[0], cell[1] - mesh.origin[1], cell[2] - mesh.origin[2])
     if _is_out_of_reach(mesh, low):
         return False
@@ -290,7 +292,7 @@ def any_ray_hits(mesh: Mesh, bins: Bins, cell: Cell, work: np.ndarray) -> bool:
 
 @lean_inlined
 def _level_above(height: float, mesh: Mesh) -> int:
-    """The first level of the box whose middle is above a height over the camera."""
+    """Return the first level of the box whose middle is above a height over the camera."""
     level = np.floor(min(max(height + mesh.origin[2] + 0.5, float(mesh.box[4])), float(mesh.box[5])))
     is_above = level + 0.5 - mesh.origin[2] > height
     return int(min(level if is_above else level + 1.0, float(mesh.box[5])))
@@ -324,8 +326,8 @@ def _mark_inside(
     marks: np.ndarray,
     work: np.ndarray,
 ) -> None:
-    """Mark those levels first..end-1 of a column that are hit, whose centres are all in the mesh: where no ray around
-    them is stopped, they are."""
+    """Mark the hit levels among first..end-1 of a column, whose centres are all in the mesh: all, where no ray around
+    them is stopped."""
     x, y, z = column[0] + 0.5 - mesh.origin[0], column[1] + 0.5 - mesh.origin[1], 0.5 - mesh.origin[2]
     first, end = levels
     if mesh.is_stopped.size == 0 or _is_free(mesh, bins, (x, y, z + first), (x, y, z + end - 1.0)):
@@ -342,7 +344,7 @@ def _mark_inside(
 def _mark_column(
     mesh: Mesh, bins: Bins, ix: int, iy: int, keep: np.ndarray, marks: np.ndarray, work: np.ndarray
 ) -> None:
-    """Mark the voxels of one column whose centre is nearer than the limit and that a ray traverses."""
+    """Mark the voxels of one column that a ray traverses and whose centre is nearer than the limit."""
     column = (ix, iy, (ix * mesh.shape[1] + iy) * ((mesh.shape[2] + 63) // 64))
     x, y = ix + 0.5 - mesh.origin[0], iy + 0.5 - mesh.origin[1]
     squared, most = x * x + y * y, mesh.limit * mesh.limit

@@ -1,4 +1,4 @@
-"""How large the triangles are that join the neighbouring rays of a lens."""
+"""Measure the triangles that join the neighbouring rays of a lens."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import numpy as np
 from riglens.core.kernels.runtime.jit import kernel, lean_inlined
 
 SIZES = 6
-"""Numbers told of triangles: radius, steps along three axes, widths along two axes of the image plane."""
+"""Figures of triangles: radius, steps along three axes, widths along two axes of the image plane."""
 
 
 @lean_inlined

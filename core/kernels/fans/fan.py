@@ -39,7 +39,7 @@ STRAIGHTEST = 1e-3
 STRAIGHT = 1e-13
 """Along a heading this close to an axis, a plane does not drift by the tolerance in any grid."""
 LEAST = 1e-300
-"""For no drift at all: what is divided by it is huge, and keeps its sign."""
+"""Replaces a drift of zero: quotients become huge, and keep their sign."""
 STEEPEST = 1e3
 """Rays with a larger slope are walked alone."""
 PLANES_LOOKED_AT = 32
@@ -50,8 +50,8 @@ UNDECIDED, EMPTY, LAID = -1, 0, 1
 
 
 class Course(NamedTuple):
-    """How a plane crosses the columns: its place within the first one in voxels, counted towards the faces crossed,
-    and the faces crossed by distance along the heading."""
+    """Course of a plane through the columns: its place within the first one in voxels, counted towards the faces
+    crossed, and the faces crossed by distance along the heading."""
 
     ox: float
     oy: float
@@ -60,9 +60,9 @@ class Course(NamedTuple):
 
 
 class Laid(NamedTuple):
-    """A plane over the columns that it crosses: how that ended, UNDECIDED, EMPTY or LAID; the first event of the
-    profile that happens there and the one after the last; the first column, how many there are, and the distance along
-    the heading at which it is entered."""
+    """A plane over the columns that it crosses: the result, UNDECIDED, EMPTY or LAID; the first event of the profile
+    there and the one after the last; the first column, their number, and the distance along the heading at which it is
+    entered."""
 
     outcome: int
     first: int
@@ -86,13 +86,13 @@ def _start_cell(g: float, h: float, s_in: float, low: int, high: int) -> tuple[f
 
 @inlined
 def _is_close(past: float) -> int:
-    """1 where a place is within the tolerance of a face; `past`: how far it is past the face behind it."""
+    """Return 1 where a place is within the tolerance of a face; `past`: its distance past the face behind it."""
     return int((past < TOLERANCE) | (past > 1.0 - TOLERANCE))
 
 
 @inlined
 def _stays_between(g: float, h: float) -> bool:
-    """Whether a plane stays between the same two faces of an axis, and clear of both."""
+    """Return whether a plane stays between the same two faces of an axis, and clear of both."""
     return abs(h) < STRAIGHT and _is_close(g - np.floor(g)) == 0
 
 
@@ -222,8 +222,8 @@ def lay_plane(
 
 @inlined
 def finish_plane(fan: Fan, plane: int, is_marked: bool, before: int, box: np.ndarray, alone: Alone) -> bool:
-    """Leave to the exact walk what a plane has not marked: its steep rays, or all of them. False where the list is full
-    and this plane has to be walked again; a plane too long for an empty list is left as a whole.
+    """Leave to the exact walk the unmarked rays of a plane: its steep rays, or all of them. Return False where the list
+    is full and this plane must be walked again; a plane too long for an empty list is left as a whole.
 
     before: how many rays were noted before this plane.
     """
@@ -279,7 +279,7 @@ def mark_fan(
 
 @kernel
 def work_by_row(fan: Fan, space: Space, profile: Profile) -> np.ndarray:
-    """About how much there is to walk in each row of the grid along x, (rows,): a few planes stand for all."""
+    """Estimate the work in each row of the grid along x, (rows,): from a sample of planes."""
     work = np.zeros(space.shape[0])
     gx, gy, box = space.origin[0], space.origin[1], space.box
     events = profile.at.size - 1

@@ -42,7 +42,7 @@ class Fan(NamedTuple):
 
 
 class Space(NamedTuple):
-    """Where a sensor casts: origin (3,) in grid units, rotation (3, 3), box (6,): first cell and end along x, y, z;
+    """Frame of a sensor's rays: origin (3,) in grid units, rotation (3, 3), box (6,): first cell and end along x, y, z;
     shape (3,) of the grid in cells."""
 
     origin: np.ndarray
@@ -64,7 +64,7 @@ class FanWork(NamedTuple):
 
 class Alone(NamedTuple):
     """Rays of a worker's planes that are left to the exact walk: rays int32 (most, 6), plane, row (ALL for all rows)
-    and the columns to walk through, [lx hx ly hy); noted int64 (1,), how many; more than `most` if too many."""
+    and the columns to walk through, [lx hx ly hy); noted int64 (1,), their number; more than `most` if too many."""
 
     rays: np.ndarray
     noted: np.ndarray
@@ -80,7 +80,7 @@ def clip_side(g: float, h: float, low: int, high: int, s_in: float, s_out: float
 
 @inlined
 def is_limited(fan: Fan, plane: int) -> bool:
-    """Whether some rays of a plane are stopped."""
+    """Return whether some rays of a plane are stopped."""
     if fan.span_starts.size == 0:
         return False
     first, end = fan.span_starts[plane], fan.span_starts[plane + 1]

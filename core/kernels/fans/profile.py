@@ -41,8 +41,8 @@ class Slopes(NamedTuple):
 
 
 class Events(NamedTuple):
-    """Where rays enter and leave levels, in no order: at (most,) forward distances; changes int32 (most,): the
-    level + 1 where a stay begins, negative where it ends."""
+    """Entries and exits of rays into levels, unordered: at (most,) forward distances; changes int32 (most,): the level
+    + 1 where a stay begins, negative where it ends."""
 
     at: np.ndarray
     changes: np.ndarray
@@ -58,8 +58,8 @@ def _stay(slope: float, near: float, far: float, enters_z: float, leaves_z: floa
 
 @kernel
 def _add_stays(stays: np.ndarray, found: int, level: int, farthest: float, events: Events, count: int) -> int:
-    """Write the first stays, (found, 2), in a level, in the order in which they begin, as events; those that overlap
-    are one.
+    """Write the first stays, (found, 2), in a level, in the order in which they begin, as events; overlapping ones are
+    merged.
 
     Returns how many events there are now; -1 when a stay is so short that it may be none.
     """

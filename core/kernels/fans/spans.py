@@ -21,7 +21,7 @@ from riglens.core.kernels.runtime.jit import inlined, kernel
 from riglens.core.kernels.voxels.bits import FULL_WORD
 
 CLOSEST = 1e-9
-"""Slopes that differ by less are not told apart; far more than their rounding."""
+"""Slopes that differ by less are treated as equal; far more than their rounding."""
 
 
 class Limits(NamedTuple):
@@ -89,7 +89,7 @@ def find_spans(
 
 @inlined
 def _mask(low: int | np.int32, high: int | np.int32, part: int) -> np.uint64:
-    """Bits low..high of the word `part` of a column; none where low > high."""
+    """Return the bits low..high of the word `part` of a column; none where low > high."""
     first, last = max(int(low) - 64 * part, 0), min(int(high) - 64 * part, 63)
     if first > last:
         return np.uint64(0)
@@ -200,7 +200,7 @@ def _limit(
     fan: Fan, space: Space, row: int, side: int, around: tuple[int, int, int], near: float, box: np.ndarray,
     work: Limits,
 ) -> bool:  # fmt: skip
-    """As `_trace`, in the quickest way; around: the plane, and the first column and how many."""
+    """Do the same as `_trace`, by the fastest method; around: the plane, and the first column and their number."""
     plane, start, count = around
     if _lay_ray(_climb_of(fan, space, plane, row, start, near), side, count, box, work.limits[side]):
         return True
@@ -212,7 +212,7 @@ def limit_levels(
     fan: Fan, space: Space, plane: int, start: int, count: int, near: float, box: np.ndarray, work: Limits
 ) -> bool:
     """Write the levels that the free rays of a plane can reach in the columns crossed (see `_trace`) to work.allowed;
-    False where this cannot be told."""
+    return False where this cannot be decided."""
     if not fan.has_bounds:
         return False
     allowed, limits, last = work.allowed, work.limits, fan.slopes.size - 1

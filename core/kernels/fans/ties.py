@@ -1,4 +1,4 @@
-"""Ties of a fan: rays that change their level, begin or end right at the face between two columns.
+"""Resolve ties of a fan: rays that change their level, begin or end exactly at the face between two columns.
 
 At a round position many do. What begins there is placed behind the face and what ends there before it, which is
 certain; and the rays concerned are walked exactly through the two columns beside the face (see
@@ -16,15 +16,15 @@ from riglens.core.kernels.fans.profile import TOLERANCE, Profile
 from riglens.core.kernels.runtime.jit import inlined, kernel
 
 AROUND = 1e-6
-"""Much more than TOLERANCE allows: rays that change their level within so many voxels are walked alone."""
+"""Much more than TOLERANCE allows: rays that change their level within this many voxels are walked alone."""
 TOGETHER = 1e-10
 """Events this close are met by one walk: at the slope STEEPEST still within AROUND of each other's level."""
 
 
 class Start(NamedTuple):
-    """Where a plane starts: its column, the direction along each axis (1 or -1), and the place within the column in
-    voxels, counted towards the faces crossed; speeds: faces crossed by forward distance in voxels; columns: how many
-    are crossed."""
+    """Start of a plane: its column, the direction along each axis (1 or -1), and the place within the column in voxels,
+    counted towards the faces crossed; speeds: faces crossed by forward distance in voxels; columns: the number
+    crossed."""
 
     ix: int
     iy: int
@@ -39,7 +39,7 @@ class Start(NamedTuple):
 
 @inlined
 def _side(place: float) -> int:
-    """-1 or 1 where the face behind or ahead is too close to tell on which side of it a place is, else 0."""
+    """Return -1 or 1 where the face behind or ahead is too close to tell on which side of it a place is, else 0."""
     past = place - np.floor(place)
     if past < TOLERANCE and place >= 1.0 - TOLERANCE:
         return -1

@@ -1,1 +1,1 @@
-"""Rays on road users: what each ray meets first, counted, painted or swept."""
+"""Find the first hits of rays on objects, counted, painted or swept."""

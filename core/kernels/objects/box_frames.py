@@ -1,4 +1,5 @@
-"""Boxes of frames, rays of a sensor, and how the one stands to the other: for all kernels that let rays meet boxes."""
+"""Boxes of frames, rays of a sensor, and the pose of one relative to the other: for all kernels that intersect rays and
+boxes."""
 
 from __future__ import annotations
 
@@ -98,10 +99,10 @@ class Faces(NamedTuple):
 
 
 class Canvas(NamedTuple):
-    """What the rays of a worker have met so far, by slot: 1 / t, or 0 where nothing, and the box, or -1 (rays,);
-    spans (rows, 2): first and end of the columns in which a row may have met something, columns and 0 where it has
-    not; `run` takes the numbers of one run of slots (columns,); touched (2,): first and end of the rows whose spans are
-    not empty, rows and 0 if all are."""
+    """First hits of a worker's rays so far, by slot: 1 / t, or 0 where nothing, and the box, or -1 (rays,); spans
+    (rows, 2): first and end of the columns in which a row may have met something, columns and 0 where it has not; `run`
+    takes the numbers of one run of slots (columns,); touched (2,): first and end of the rows whose spans are not empty,
+    rows and 0 if all are."""
 
     inverse: np.ndarray
     owner: np.ndarray
@@ -145,7 +146,7 @@ def set_faces(start: Direction, half: np.ndarray, faces: Faces) -> None:
 
 @lean
 def reach_of(traffic: Traffic, beams: Beams, frame: int) -> float:
-    """Nothing farther from the sensor than this can stand before an object that counts."""
+    """Return the distance from the sensor beyond which nothing can hide an object that counts."""
     reach = 0.0
     for box in range(traffic.starts[frame], traffic.starts[frame + 1]):
         if traffic.counts[box]:

@@ -1,7 +1,7 @@
-"""Points, pixels and cells on every road user: frame by frame, in parallel.
+"""Count points, pixels and cells on every object: frame by frame, in parallel.
 
 Frames share nothing, so any number of threads gives the same numbers. In a frame the boxes come from near to far
-(`queue`), and a bit for each ray says whether it has met something.
+(`depth_order`), and a bit for each ray says whether it has met something.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ from riglens.core.kernels.rays.phases import mixed, unit
 from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined, parallel_kernel
 
 RAYS, ALONE, FIRST_ROW, LAST_ROW, CELLS = 0, 1, 2, 3, 4
-"""Rows of what is found on objects: rays that enter it first, rays that would if it stood alone, first and last
-row of the lattice among the former (-1: none), distinct cells that they enter (LiDARs)."""
+"""Rows of results on objects: rays that enter it first, rays that would without occlusion, first and last row of the
+lattice among the former (-1: none), distinct cells that they enter (LiDARs)."""
 COLUMNS = 5
 
 
@@ -67,7 +67,7 @@ class Sweep(NamedTuple):
 
 @lean_inlined
 def is_stopped(beams: Beams, row: int, slot: int, inverse: float) -> bool:
-    """Whether the car's own body stops a ray before it gets where it went."""
+    """Return whether the car's own body stops a ray before it gets where it went."""
     column = slot % beams.columns
     x, y, z = local_direction(beams, slot // beams.columns, column)
     length = np.sqrt(x * x + y * y + z * z)
@@ -98,8 +98,8 @@ def cosine_of(traffic: Traffic, part: int, start: Direction, along: Direction) -
 
 @lean_inlined
 def is_returned(t: float, half_m: float, width: float, cosine: float, chance: float) -> bool:
-    """Whether a ray comes back from a face at t metres, against a chance in [0, 1); half_m: where half of them would
-    from one that looks at the sensor; width: of the logistic, relative to that."""
+    """Return whether a ray returns from a face at t metres, against a chance in [0, 1); half_m: range at which half of
+    them would from a face towards the sensor; width: of the logistic, relative to that."""
     limit = half_m * np.sqrt(cosine)
     return bool(chance < 1.0 / (1.0 + np.exp((t / limit - 1.0) / width)))
 
@@ -108,8 +108,8 @@ def is_returned(t: float, half_m: float, width: float, cosine: float, chance: fl
 def _take(
     traffic: Traffic, beams: Beams, sweep: Sweep, box: int, desk: Desk, found: np.ndarray, cells: np.ndarray
 ) -> int:
-    """Count the rays that enter an object of a group first and have met nothing nearer, and note the cells into which
-    those of a LiDAR come that return; how many of the latter there are."""
+    """Count the rays that enter an object of a group first without a nearer hit, and list the cells of a LiDAR's
+    returning rays; return the number of the latter."""
     canvas, words, turn, rays = desk.canvas, words_of(beams.columns), desk.outline.faces.turn, 0
     start, one = start_of(traffic, beams, box), sweep.ranks[box]
     set_turn(traffic, sweep.rotation, box, turn)
@@ -201,7 +201,7 @@ def _cast_frame(
 
 @lean_inlined
 def _draw(traffic: Traffic, beams: Beams, sweep: Sweep, box: int, desk: Desk, found: np.ndarray) -> bool:
-    """Count the pixels of a road user that is no nearer than what was met so far; False where that takes the rays."""
+    """Count the pixels of an object that is no nearer than the hits so far; return False where that takes the rays."""
     outline = desk.outline
     if not draw_box(traffic, beams, box, sweep.rotation, outline):
         return False
@@ -241,7 +241,7 @@ def _meet_group(
 
 @kernel
 def spun(rotation: np.ndarray, phase: float) -> np.ndarray:
-    """R Rz(phase): the rotation (3, 3) of a sensor whose azimuths are all shifted by a phase in radians."""
+    """Return R Rz(phase): the rotation (3, 3) of a sensor whose azimuths are all shifted by a phase in radians."""
     if phase == 0.0:
         return rotation
     cos, sin = np.cos(phase), np.sin(phase)
@@ -257,7 +257,7 @@ def _desk_for(
     rows: int, columns: int, most: int, inverse: np.ndarray, owner: np.ndarray, last: np.ndarray,
     table: np.ndarray,
 ) -> Desk:  # fmt: skip
-    """Room for a lattice of rays and frames of at most so many boxes, the large parts of which are given."""
+    """Return room for a lattice of rays and frames of at most `most` boxes, whose large parts are given."""
     faces = Faces(0, 0, np.empty((3, 3)), np.empty(3), np.empty(3), np.empty(3), np.empty(3))
     spans = np.empty((rows, 2), np.int32)
     spans[:, 0], spans[:, 1] = columns, 0
@@ -284,7 +284,7 @@ def cast_frames(
     most: int, inverse: np.ndarray, owner: np.ndarray, last: np.ndarray, tables: np.ndarray,
     found: np.ndarray, at: np.ndarray, cells: np.ndarray, filled: np.ndarray,
 ) -> None:  # fmt: skip
-    """Cast a sensor in frames first..end-1, dealt to as many workers as the scratch has rows.
+    """Cast a sensor in frames first..end-1, distributed over the workers of the scratch.
 
     phases (frames,) radians; keys uint64 (frames,) of the draws; ranks (n,): places of boxes among the m objects that
     count, below 0 for the others; most: boxes in any frame. Scratch (workers, rays):

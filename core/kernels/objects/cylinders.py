@@ -1,4 +1,4 @@
-"""Rays that meet upright cylinders: objects that stand beside the car."""
+"""Intersect rays with upright cylinders: objects near the car."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The boxes of a frame from near to far, in groups between which it is settled which of two a ray enters first.
+"""Sort the boxes of a frame from near to far, in groups whose order is the same for every ray.
 
 Two boxes that a face of one of them keeps apart, or a sphere around the sensor, are entered in the same order by every
 ray. So what rays have met already hides what stands behind, without a distance for each ray; only boxes of one group,
@@ -44,7 +44,7 @@ class Queue(NamedTuple):
 
 @kernel
 def queue_for(boxes: int) -> Queue:
-    """Room for so many boxes."""
+    """Return room for `boxes` boxes."""
     return Queue(
         np.empty(boxes, np.int64),
         np.empty(boxes, np.int64),
@@ -57,9 +57,8 @@ def queue_for(boxes: int) -> Queue:
 
 @lean
 def line_up(traffic: Traffic, beams: Beams, frame: int, queue: Queue) -> int:
-    """Fill the queue with the boxes of a frame that rays may meet; how many there are until the last group with one
-    that counts. A box in which the sensor stands is left out, and what is too far away to stand before one that
-    counts."""
+    """Fill the queue with the boxes of a frame that rays may meet; return their number up to the last group with one
+    that counts. A box around the sensor is left out, and those too far away to hide one that counts."""
     count = _look_round(traffic, beams, frame, queue)
     _sort(queue, count)
     _settle(traffic, queue, count)
@@ -74,7 +73,7 @@ def line_up(traffic: Traffic, beams: Beams, frame: int, queue: Queue) -> int:
 
 @lean_inlined
 def _look_round(traffic: Traffic, beams: Beams, frame: int, queue: Queue) -> int:
-    """Note what can be met, in the order of the data: boxes in `box`, what is known of them in `sight`."""
+    """List the boxes that can be met, in the order of the data: numbers in `box`, their geometry in `sight`."""
     count, reach = 0, reach_of(traffic, beams, frame)
     ahead = beams.rotation[:, 0]
     for box in range(traffic.starts[frame], traffic.starts[frame + 1]):
@@ -141,7 +140,7 @@ def _farthest(start: Direction, half: np.ndarray) -> float:
 def _are_apart(
     dot: float, length: float, sine: float, cosine: float, other_sine: float, other_cosine: float
 ) -> bool:
-    """Whether two cones are certainly apart: dot of their axes, product of the lengths of these, half angles."""
+    """Return whether two cones are certainly apart: dot of their axes, product of the lengths of these, half angles."""
     if cosine < 0.0 or other_cosine < 0.0 or other_sine * cosine + other_cosine * sine < 0.0:
         return False
     return bool(dot < (cosine * other_cosine - sine * other_sine - 1e-9) * length)
@@ -194,7 +193,7 @@ def _settle(traffic: Traffic, queue: Queue, count: int) -> None:
 
 @lean_inlined
 def _may_precede(traffic: Traffic, queue: Queue, one: int, other: int) -> bool:
-    """Whether no ray enters the second of two boxes, by their places in the queue, before the first."""
+    """Return whether no ray enters the second of two boxes, by their places in the queue, before the first."""
     mine, its = queue.sight[queue.order[one]], queue.sight[queue.order[other]]
     if mine[_FAR] * _WIDER < its[_NEAR]:
         return True
@@ -216,7 +215,7 @@ def _sort_group(traffic: Traffic, queue: Queue, begin: int, end: int) -> None:
 
 @lean_inlined
 def _peel(traffic: Traffic, queue: Queue, begin: int, end: int) -> tuple[int, int]:
-    """Put what is in order to both ends of a group, as groups of one; begin and end of what is left."""
+    """Move boxes that are in order to both ends of a group, as groups of one; return begin and end of the rest."""
     late = queue.late
     for one in range(begin, end):
         late[one] = np.uint64(0)
@@ -244,7 +243,7 @@ def _peel(traffic: Traffic, queue: Queue, begin: int, end: int) -> tuple[int, in
 
 @lean_inlined
 def _is_free(queue: Queue, begin: int, end: int, place: int, is_first: bool) -> bool:
-    """Whether a box may come before all others of those left of a group, or after all of them."""
+    """Return whether a box may come before all others of those left of a group, or after all of them."""
     for other in range(begin, end):
         one, behind = (place, other) if is_first else (other, place)
         if other != place and queue.late[one] >> np.uint64(queue.member[behind]) & np.uint64(1):
@@ -254,7 +253,7 @@ def _is_free(queue: Queue, begin: int, end: int, place: int, is_first: bool) -> 
 
 @lean_inlined
 def _swap(queue: Queue, one: int, other: int) -> None:
-    """Let two boxes of a group change their places; what is known by `order` stays with the places."""
+    """Swap two boxes of a group; the geometry for `order` stays with the places."""
     box, late, member = queue.box, queue.late, queue.member
     box[one], box[other] = box[other], box[one]
     late[one], late[other] = late[other], late[one]
@@ -274,8 +273,8 @@ def _by_number(box: np.ndarray, begin: int, end: int) -> None:
 
 @lean_inlined
 def is_before(traffic: Traffic, one: int, other: int, to_one: np.ndarray, to_other: np.ndarray) -> bool:
-    """Whether a face of one of two boxes keeps them apart, with the sensor on the side of the first; to_one, to_other:
-    their rows of `Queue.sight`."""
+    """Return whether a face of one of two boxes keeps them apart, with the sensor on the side of the first; to_one,
+    to_other: their rows of `Queue.sight`."""
     away = (to_other[_X] - to_one[_X], to_other[_Y] - to_one[_Y], to_other[_Z] - to_one[_Z])
     here = (-to_one[_X], -to_one[_Y], -to_one[_Z])
     there = (-to_other[_X], -to_other[_Y], -to_other[_Z])
@@ -290,7 +289,8 @@ def is_before(traffic: Traffic, one: int, other: int, to_one: np.ndarray, to_oth
 def _is_kept_apart(
     traffic: Traffic, mine: int, other: int, away: Direction, sensor: Direction, is_mine: bool
 ) -> bool:
-    """Whether a face of a box keeps it and another one apart, with the sensor on the box's own side, or on the other's.
+    """Return whether a face of a box keeps it and another one apart, with the sensor on the box's own side, or on the
+    other's.
 
     away: from its centre to that of the other; sensor: from there to the sensor.
     """

@@ -1,4 +1,4 @@
-"""Which box of a frame each ray of a sensor enters first.
+"""Find the box of a frame that each ray of a sensor enters first.
 
 For each box the window of rows and columns that can meet it, and for each ray there a test without division: 1 / t at
 which a ray crosses a face is linear in its direction, so the ray enters the box at the least of these numbers over the
@@ -38,12 +38,12 @@ from riglens.core.kernels.rays.lattice import Direction
 from riglens.core.kernels.runtime.jit import lean, lean_inlined
 
 _LARGE = 400.0
-"""Where about so many rays can meet a box, each of its parts has a window of its own."""
+"""Above about this many rays per box, each part of the box has its own window."""
 
 
 @lean_inlined
 def _meet_run(beams: Beams, faces: Faces, row: int, column: int, number: int, canvas: Canvas) -> int:
-    """Let a run of slots of a row meet a box; how many rays enter it."""
+    """Intersect a run of slots of a row with a box; return the number of rays that enter it."""
     if number <= 0:
         return 0
     turn, enter, rest, leave, other = faces.turn, faces.enter, faces.rest, faces.leave, faces.other
@@ -83,7 +83,7 @@ def _meet_run(beams: Beams, faces: Faces, row: int, column: int, number: int, ca
 
 @lean_inlined
 def is_entered(beams: Beams, faces: Faces, row: int, column: int) -> bool:
-    """Whether a single ray enters a box, by the very numbers of `_meet_run`."""
+    """Return whether a single ray enters a box, by the very numbers of `_meet_run`."""
     turn, enter, rest, leave, other = faces.turn, faces.enter, faces.rest, faces.leave, faces.other
     f, g, at = beams.scale[row, 0], beams.scale[row, 1], row * beams.stride + column
     x, y, z = beams.x[at], beams.y[at], beams.z[at]
@@ -175,8 +175,8 @@ def _meet_blocks(
 
 @lean_inlined
 def _may_enter(turn: np.ndarray, start: Direction, half: np.ndarray, cone: np.ndarray, far: float) -> bool:
-    """Whether rays of a cone may enter a box whose centre is so far away: whether the axis of the cone runs through the
-    box with as much room around it as rays at the edge of the cone are from the axis there."""
+    """Return whether rays of a cone may enter a box whose centre is at a distance: whether the axis of the cone runs
+    through the box with as much room around it as rays at the edge of the cone are from the axis there."""
     radius = np.sqrt(half[0] * half[0] + half[1] * half[1] + half[2] * half[2])
     room = (far + radius) * np.sqrt(2.0 * (1.0 - cone[3])) * (1.0 + 1e-9) + 1e-9
     along, enter, leave = turned(turn, (cone[0], cone[1], cone[2])), 0.0, np.inf
@@ -213,7 +213,7 @@ def _is_apart(
     sine: float,
     cosine: float,
 ) -> bool:
-    """Whether a cone of rays around (x, y, z) is certainly apart from the cone of a box."""
+    """Return whether a cone of rays around (x, y, z) is certainly apart from the cone of a box."""
     if cosine < 0.0 or cos < 0.0 or sin * cosine + cos * sine < 0.0:
         return False
     return bool(x * centre[0] + y * centre[1] + z * centre[2] < (cos * cosine - sin * sine - 1e-9) * far)
@@ -243,8 +243,8 @@ def meet_frame(
     traffic: Traffic, beams: Beams, frame: int, rotation: np.ndarray, faces: Faces, corners: np.ndarray,
     centre: np.ndarray, canvas: Canvas, alone: np.ndarray,
 ) -> None:  # fmt: skip
-    """Nearest entries of a frame's boxes on the canvas; alone (n,) of all boxes takes the rays that enter each of
-    them, whatever stands before it."""
+    """Write the nearest entries of a frame's boxes on the canvas; alone (n,) of all boxes takes the rays that enter
+    each of them, without occlusion."""
     reach = reach_of(traffic, beams, frame)
     for box in range(traffic.starts[frame], traffic.starts[frame + 1]):
         if distance_of(traffic, beams, box) - radius_of(traffic, box) <= reach:
@@ -256,7 +256,7 @@ def meet_box(
     traffic: Traffic, beams: Beams, box: int, rotation: np.ndarray, faces: Faces, corners: np.ndarray,
     centre: np.ndarray, canvas: Canvas,
 ) -> int:  # fmt: skip
-    """Nearest entries of a box on the canvas; how many rays enter it, whatever stands before it."""
+    """Write the nearest entries of a box on the canvas; return the number of rays that enter it, without occlusion."""
     entered, half, start = 0, traffic.halves[box], start_of(traffic, beams, box)
     if is_inside(start, half):
         return 0

@@ -1,4 +1,4 @@
-"""What a camera sees of one frame, pixel by pixel: road users, what stands around, ground, own car and sky.
+"""Render what a camera sees in one frame, pixel by pixel: objects, occluders, ground, own car and sky.
 
 Serial, for processes that run side by side. The same boxes and the same search as for sweeps, so that pictures, labels
 and points agree.
@@ -19,7 +19,7 @@ from riglens.core.kernels.rays.phases import mixed, unit
 from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined
 
 SKY, OWN_CAR, NO_RAY = -3, -4, -5
-"""What a pixel shows, beside GROUND, STATIC and road users; NO_RAY: the lens has none there."""
+"""Codes of a pixel besides GROUND, STATIC and objects; NO_RAY: the lens has none there."""
 LIGHT = (0.36, 0.48, 0.8)
 HAZE_M = 220.0
 PATCH_M = 0.4
@@ -27,8 +27,8 @@ PATCH_M = 0.4
 
 
 class Paint(NamedTuple):
-    """Colours (…, 3), 0 to 255: of each box (n, 3), of glass, road, own car, zenith and horizon (3,); `users`: how many
-    road users stand first among the boxes."""
+    """Colours (…, 3), 0 to 255: of each box (n, 3), of glass, road, own car, zenith and horizon (3,); `users`: number
+    of objects, which come first among the boxes."""
 
     users: int
     boxes: np.ndarray
@@ -40,8 +40,8 @@ class Paint(NamedTuple):
 
 
 class Image(NamedTuple):
-    """Where a picture goes: what (rows, columns) int32, depth along the axis of the camera in metres, inf: none, and
-    rgb (rows, columns, 3); seen (users, 5) of each road user: pixels, then first and last column and row."""
+    """Output of a picture: what (rows, columns) int32, depth along the axis of the camera in metres, inf: none, and rgb
+    (rows, columns, 3); seen (users, 5) of each object: pixels, then first and last column and row."""
 
     what: np.ndarray
     depth: np.ndarray
@@ -51,7 +51,7 @@ class Image(NamedTuple):
 
 @lean_inlined
 def _face_light(traffic: Traffic, box: int, part: int, start: np.ndarray, along: Direction) -> float:
-    """How light the face is by which a ray enters a part, 0.35 to 1."""
+    """Return the brightness of the face by which a ray enters a part, 0.35 to 1."""
     offset, half = traffic.offsets[part], traffic.part_halves[part]
     last, axis_of, sign = -np.inf, 2, 1.0
     for axis in range(3):
@@ -67,7 +67,7 @@ def _face_light(traffic: Traffic, box: int, part: int, start: np.ndarray, along:
 
 @lean_inlined
 def _patch_light(x: float, y: float) -> float:
-    """How light a patch of the ground is: a little different from its neighbours."""
+    """Return the brightness of a patch of the ground: a little different from its neighbours."""
     i, j = np.int64(np.floor(x / PATCH_M)), np.int64(np.floor(y / PATCH_M))
     return 0.96 + 0.08 * unit(mixed(mixed(np.uint64(1), np.uint64(i)), np.uint64(j)))
 
@@ -153,7 +153,7 @@ def paint_frame(
     to: Image,
 ) -> None:
     """Paint the only frame of `traffic` as a camera sees it; alone (boxes,) takes the pixels that each box would have
-    if nothing stood before it, and has to be 0 before. The canvas is left empty, as it was found."""
+    without occlusion, and must be 0 before. The canvas is left empty."""
     boxes = traffic.centres.shape[0]
     faces = Faces(0, 0, np.empty((3, 3)), np.empty(3), np.empty(3), np.empty(3), np.empty(3))
     meet_frame(traffic, beams, 0, beams.rotation, faces, np.empty((8, 3)), np.empty(3), canvas, alone)

@@ -1,4 +1,4 @@
-"""Where a ray meets one road user, in the object's own axes."""
+"""Intersect a ray with one object, in the object's own axes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from riglens.core.kernels.runtime.jit import lean_inlined
 
 @lean_inlined
 def turned_into(rotation: np.ndarray, v: Direction) -> Direction:
-    """R^T v: a direction in the axes of an object whose rotation (3, 3) leads from them; summed from left to right."""
+    """Return R^T v: a direction in the axes of an object of rotation (3, 3); summed from left to right."""
     return (
         (rotation[0, 0] * v[0] + rotation[1, 0] * v[1]) + rotation[2, 0] * v[2],
         (rotation[0, 1] * v[0] + rotation[1, 1] * v[1]) + rotation[2, 1] * v[2],
@@ -21,5 +21,5 @@ def turned_into(rotation: np.ndarray, v: Direction) -> Direction:
 
 @lean_inlined
 def is_inside(start: Vector, half: np.ndarray) -> bool:
-    """Whether a point stands in a box or on its surface."""
+    """Return whether a point is in a box or on its surface."""
     return bool(abs(start[0]) <= half[0] and abs(start[1]) <= half[1] and abs(start[2]) <= half[2])

@@ -1,4 +1,4 @@
-"""Which rays of a pinhole camera enter a road user, row by row from the outline of its parts.
+"""Find the rays of a pinhole camera that enter an object, row by row from the outline of its parts.
 
 The image of a box is convex, so the rays of a row that enter it lie between two places where the row crosses edges of
 the box. Rays nearer to such a place than any rounding are tried one by one, with the numbers of `nearest`.
@@ -58,7 +58,7 @@ class Outline(NamedTuple):
 
 @kernel
 def outline_for(faces: Faces, rows: int, columns: int) -> Outline:
-    """Room for a camera of so many rows and columns."""
+    """Return room for a camera of `rows` rows and `columns` columns."""
     return Outline(
         faces, np.empty(3), np.empty((_CORNERS, 3)), np.empty(_CORNERS + _CUTS), np.empty(_CORNERS + _CUTS),
         np.empty(_CORNERS + _CUTS, np.int64), np.empty(rows), np.empty(rows),
@@ -74,7 +74,7 @@ def words_of(columns: int) -> int:
 
 @lean_inlined
 def draw_box(traffic: Traffic, beams: Beams, box: int, rotation: np.ndarray, to: Outline) -> bool:
-    """Set the bits of the rays that enter a box; False where the outline cannot tell them."""
+    """Set the bits of the rays that enter a box; return False where the outline cannot decide."""
     start, half, turn = start_of(traffic, beams, box), traffic.halves[box], to.faces.turn
     set_turn(traffic, rotation, box, turn)
     if not _can_be_drawn(traffic, beams, box, start):
@@ -98,8 +98,8 @@ def draw_box(traffic: Traffic, beams: Beams, box: int, rotation: np.ndarray, to:
 
 @lean_inlined
 def _can_be_drawn(traffic: Traffic, beams: Beams, box: int, start: Direction) -> bool:
-    """Whether a box is not so near that rays may meet it before they are as far ahead as boxes are cut, nor too far or
-    too thin for outlines."""
+    """Return whether a box is not so near that rays may meet it before they are as far ahead as boxes are cut, nor too
+    far or too thin for outlines."""
     half, thin, near2, far2 = traffic.halves[box], np.inf, 0.0, 0.0
     for axis in range(3):
         near, far = max(abs(start[axis]) - half[axis], 0.0), abs(start[axis]) + half[axis]
@@ -113,8 +113,8 @@ def _can_be_drawn(traffic: Traffic, beams: Beams, box: int, start: Direction) ->
 
 @lean_inlined
 def _project(start: Direction, half: np.ndarray, to: Outline) -> int:
-    """Take the corners of a box, in whose axes the sensor is at `start`, to the image plane, and behind them the places
-    where its edges are cut; returns up to where the latter are filled."""
+    """Project the corners of a box, in whose axes the sensor is at `start`, to the image plane, and behind them the
+    places where its edges are cut; return the number filled."""
     set_centre(start, to.faces.turn, to.centre)
     corners_of(to.centre, to.faces.turn, half, to.corners)
     count = _CORNERS
@@ -237,7 +237,7 @@ def _try(beams: Beams, row: int, column: int, last: int, to: Outline) -> None:
 
 @lean_inlined
 def is_stopped_before(beams: Beams, outline: Outline) -> bool:
-    """Whether the car's own body stops any ray of an outline somewhere."""
+    """Return whether the car's own body stops any ray of an outline somewhere."""
     words, bounds = words_of(beams.columns), outline.bounds
     for row in range(bounds[0], bounds[1]):
         for word in range(row * words + bounds[2], row * words + bounds[3]):
@@ -248,8 +248,8 @@ def is_stopped_before(beams: Beams, outline: Outline) -> bool:
 
 @lean_inlined
 def count_outline(beams: Beams, outline: Outline, seen: np.ndarray) -> tuple[int, int, int, int]:
-    """How many rays of an outline there are, how many of them have met nothing so far, and the first and last number
-    of a row among these, -1 if none; `seen`, a bit for each ray that has, takes them all."""
+    """Count the rays of an outline and those without a hit so far, and return the first and last number of a row among
+    the latter, -1 if none; `seen`, a bit for each ray with a hit, takes them all."""
     alone, rays, first, last = 0, 0, -1, -1
     words, bounds = words_of(beams.columns), outline.bounds
     for row in range(bounds[0], bounds[1]):

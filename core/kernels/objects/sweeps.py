@@ -1,4 +1,4 @@
-"""The points that one sweep of a LiDAR measures in one frame: on road users, on what stands around, on the ground.
+"""Simulate one sweep of a LiDAR in one frame: points on objects, on occluders, on the ground.
 
 Serial, for processes that run side by side. Which ray ends where is settled by the kernels that count points on road
 users (`nearest`, `targets`), and which of these come back by the same draws: noise and losses only come on top.
@@ -27,7 +27,7 @@ from riglens.core.kernels.rays.phases import mixed, unit
 from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined
 
 GROUND, STATIC = -1, -2
-"""What a point is on that is on no road user."""
+"""Codes of points that are on no object."""
 CORRECTIONS = 2
 ROUGH = 0.25
 """Least cosine that counts on the ground: asphalt is rough, and returns more at a flat angle than a smooth face."""
@@ -36,8 +36,8 @@ _SQRT3 = 1.7320508075688772
 
 
 class Looks(NamedTuple):
-    """What the things of a frame are like: `users`, how many road users stand first among its boxes; soft (m,): how
-    deep rays get into a part, metres; bright (n,): intensity of each box at a right angle, and `road` that of the
+    """Reflection model of a frame: `users`, the number of objects, which come first among its boxes; soft (m,): depth
+    to which rays enter a part, metres; bright (n,): intensity of each box at a right angle, and `road` that of the
     ground."""
 
     users: int
@@ -56,9 +56,9 @@ class Surface(NamedTuple):
 
 
 class Chances(NamedTuple):
-    """Keys of the draws of a sensor in a frame: which rays return, their noise, which get lost; standard deviation of
-    the noise in metres, share that is lost; law (6,) or (0,): range in metres at which half of the rays return from
-    car, bicycle, pedestrian, what stands around, the ground, and the relative width."""
+    """Keys of the draws of a sensor in a frame: returns, noise, losses; standard deviation of the noise in metres,
+    share lost; law (6,) or (0,): range in metres at which half of the rays return from car, bicycle, pedestrian,
+    occluders, the ground, and the relative width."""
 
     returns: np.uint64
     noise: np.uint64
@@ -69,8 +69,8 @@ class Chances(NamedTuple):
 
 
 class Returns(NamedTuple):
-    """Where the points go, (rays,) each: place (rays, 3) in the vehicle frame, intensity, row of the lattice, what it
-    is on; and reached (users,): rays that meet each road user first, whether or not they come back."""
+    """Output of a sweep, (rays,) each: place (rays, 3) in the vehicle frame, intensity, row of the lattice, code of the
+    surface; and reached (users,): rays that meet each object first, whether or not they return."""
 
     points: np.ndarray
     intensity: np.ndarray
@@ -91,8 +91,8 @@ def height_at(surface: Surface, x: float, y: float) -> float:
 
 @lean_inlined
 def ground_at(surface: Surface, origin: np.ndarray, d: Direction) -> float:
-    """Where a ray meets the ground, metres, inf: nowhere. First the plane; then, CORRECTIONS times, the plane at the
-    height that the ground has there."""
+    """Return the distance at which a ray meets the ground, metres, inf: never. First the plane; then, CORRECTIONS
+    times, the plane at the height that the ground has there."""
     above = origin[2] - surface.height
     if not surface.exists or d[2] >= 0.0 or above <= 0.0:
         return np.inf
@@ -134,7 +134,7 @@ def _note(
     ray: int, row: int, d: Direction, origin: np.ndarray, t: float, deep: float, shade: float, what: int,
     draws: Chances, to: Returns, count: int,
 ) -> int:  # fmt: skip
-    """Note a return, unless it gets lost; how many there are then."""
+    """Record a return, unless it is lost; return the number so far."""
     word = mixed(draws.losses, np.uint64(ray))
     if np.float64(word >> np.uint64(32)) * _HALF_WORD < draws.dropout:
         return count
@@ -153,7 +153,7 @@ def _note_returns(
     traffic: Traffic, looks: Looks, surface: Surface, beams: Beams, rotation: np.ndarray, draws: Chances,
     canvas: Canvas, turns: np.ndarray, starts: np.ndarray, to: Returns,
 ) -> int:  # fmt: skip
-    """Note what comes back of all rays, row by row from below; how many points there are."""
+    """Record the returns of all rays, row by row from below; return the number of points."""
     count, law = 0, draws.law
     for place in range(beams.row_of.size):
         row = beams.row_of[place]
@@ -196,7 +196,7 @@ def cast_sweep(
     traffic: Traffic, looks: Looks, surface: Surface, beams: Beams, phase: float, draws: Chances, canvas: Canvas,
     alone: np.ndarray, to: Returns,
 ) -> int:  # fmt: skip
-    """One sweep of a LiDAR in the only frame of `traffic`, its azimuths shifted by a phase in radians.
+    """Simulate one sweep of a LiDAR in the only frame of `traffic`, its azimuths shifted by a phase in radians.
 
     Returns the number of points, which stand first in `to`. Adds to alone (boxes,) the rays that would meet each box
     if it stood there alone. The canvas is left empty, as it was found.

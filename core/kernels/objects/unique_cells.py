@@ -1,4 +1,4 @@
-"""Cells that rays hit on an object, each counted once: of one LiDAR, and of several together.
+"""Count the distinct cells that rays hit on an object: of one LiDAR, and of several together.
 
 They are told apart by bits, one for each cell of the block around them; where that would be too many, by a hash table.
 """
@@ -17,7 +17,7 @@ CELL_M = 0.2
 INSIDE_M = 1e-3
 """A cell is taken at the point this far along the ray after it enters."""
 _ROOMY = 4
-"""Cells of several LiDARs are held as bits where these take at most so many words for each cell."""
+"""Cells of several LiDARs are held as bits where these take at most this many words per cell."""
 _HALF_CELLS, _BITS, _MASK = 1 << 20, 21, (1 << 21) - 1
 """Cell numbers along an axis are packed into 21 bits each: 200 km of cells, far more than any box has."""
 
@@ -99,7 +99,7 @@ def widened(block: Block, key: int) -> Block:
 
 @lean_inlined
 def has_room(block: Block, table: np.ndarray) -> bool:
-    """Whether a table has a bit for each cell of a block."""
+    """Return whether a table has a bit for each cell of a block."""
     rows, columns, depth = block.i1 - block.i0 + 1, block.j1 - block.j0 + 1, block.k1 - block.k0 + 1
     return bool(np.float64(rows) * np.float64(columns) * np.float64(depth) <= 64.0 * table.size)
 
@@ -124,7 +124,7 @@ def put(block: Block, key: int, table: np.ndarray) -> int:
 
 @lean
 def keep_distinct(number: int, cells: np.ndarray, table: np.ndarray) -> int:
-    """Keep the first of equal ones among the first `number` cells, in their order; how many are left."""
+    """Keep the first of equal ones among the first `number` cells, in their order; return the number kept."""
     block, kept = EMPTY, 0
     for place in range(number):
         block = widened(block, cells[place])
@@ -172,7 +172,7 @@ class Marks(NamedTuple):
 
 @kernel
 def find_blocks(lists: Lists, blocks: np.ndarray, words: np.ndarray) -> None:
-    """Blocks (objects, 6) of cells, and in words[o + 1] how many words their bits take: 0 where too many for that."""
+    """Compute blocks (objects, 6) of cells, and in words[o + 1] the number of words of their bits: 0 for too many."""
     for one in range(words.size - 1):
         block, total = EMPTY, 0
         for lidar in range(lists.starts.shape[0]):
@@ -218,8 +218,8 @@ def mark_cells(lists: Lists, marks: Marks, table: np.ndarray) -> None:
 
 @parallel_kernel
 def join_cells(lists: Lists, marks: Marks, more: Lists, most: int, workers: int, to: np.ndarray) -> None:
-    """Distinct cells (objects,) of LiDARs whose cells are marked and of those of one more; most: cells of all of them
-    on any object."""
+    """Return the number of distinct cells (objects,) of LiDARs whose cells are marked and of one more; most: cells of
+    all of them on any object."""
     for worker in numba.prange(workers):
         table = np.empty(table_mask(most) + 1, np.int64)
         for one in range(to.size * worker // workers, to.size * (worker + 1) // workers):
@@ -251,7 +251,7 @@ def _joined(lists: Lists, marks: Marks, more: Lists, one: int, table: np.ndarray
 
 @lean_inlined
 def _is_put(block: Block, key: int, bits: np.ndarray) -> bool:
-    """Whether a cell lies in a block and its bit is set."""
+    """Return whether a cell lies in a block and its bit is set."""
     i, j, k = cell_of(key)
     if i < block.i0 or i > block.i1 or j < block.j0 or j > block.j1 or k < block.k0 or k > block.k1:
         return False

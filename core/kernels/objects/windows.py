@@ -1,4 +1,4 @@
-"""Which rows and columns of a ray lattice can meet a box at all: never too few, often a little too many."""
+"""Bound the rows and columns of a ray lattice that can meet a box: never too few, often a little too many."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def _window_beside(corners: np.ndarray, ux: float, uy: float) -> Window:
 
 @lean_inlined
 def _window_between(corners: np.ndarray, first: int, last: int, count: int) -> Window:
-    """The window of a box whose outermost corners, less than half a turn apart, are known."""
+    """Return the window of a box whose outermost corners, less than half a turn apart, are known."""
     ax, ay = corners[first, 0], corners[first, 1]
     bx, by = corners[last, 0], corners[last, 1]
     left, width = np.arctan2(ay, ax), np.arctan2(ax * by - ay * bx, ax * bx + ay * by)
@@ -98,7 +98,7 @@ def _window_between(corners: np.ndarray, first: int, last: int, count: int) -> W
 
 @lean_inlined
 def _with_slopes(corners: np.ndarray, left: float, width: float, near: float) -> Window:
-    """The window of a box whose azimuths are known and whose distance from the axis is at least `near`."""
+    """Return the window of a box whose azimuths are known and whose distance from the axis is at least `near`."""
     far2, bottom, top = 0.0, np.inf, -np.inf
     for corner in range(8):
         x, y, z = corners[corner, 0], corners[corner, 1], corners[corner, 2]

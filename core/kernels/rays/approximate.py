@@ -1,4 +1,4 @@
-"""Covered sets that are nearly right: voxels tested by their outline or by their centre, never ray by ray.
+"""Approximate covered sets: voxels tested by their outline or by their centre, never ray by ray.
 
 They are measured against the exact set and used for nothing else. A voxel that bears the bit of the sensor's kind
 already is not looked at again.
@@ -17,14 +17,15 @@ SLACK = 1e-9
 """Rounding allowed for, so that an outline never loses a ray that grazes it."""
 HALF_DIAGONAL = 0.8660254037844387
 LEAST_RADIUS = 1e-300
-"""MountStatuses for a distance of zero from an axis, also for a beam straight up, whose tangent is 1.6e16."""
+"""Replaces a distance of zero from an axis, also for a beam straight up, whose tangent is 1.6e16."""
 TURN = 2.0 * np.pi
 
 Point = tuple[float, float, float]
 
 
 class Place(NamedTuple):
-    """Where a sensor stands: origin g (3,) and range reach (2,) in grid units; rotation (3, 3) to the vehicle frame."""
+    """Pose and range of a sensor: origin g (3,) and range reach (2,) in grid units; rotation (3, 3) to the vehicle
+    frame."""
 
     g: np.ndarray
     rotation: np.ndarray
@@ -51,7 +52,7 @@ def _centre(g: np.ndarray, rotation: np.ndarray, voxel: np.ndarray) -> Point:
 
 @inlined
 def _within(p: Point, reach: np.ndarray, margin: float) -> bool:
-    """Whether a point lies in the range of the sensor, give or take a margin."""
+    """Return whether a point lies in the range of the sensor, give or take a margin."""
     square = p[0] * p[0] + p[1] * p[1] + p[2] * p[2]
     near, far = max(reach[0] - margin, 0.0), reach[1] + margin
     return bool(near * near <= square <= far * far)
@@ -76,7 +77,7 @@ def _slope_bounds(low: float, high: float, farthest: float) -> tuple[float, floa
 
 @inlined
 def _holds_line(low: float, high: float, count: int) -> bool:
-    """Whether [low, high] holds one of the whole numbers 0..count-1."""
+    """Return whether [low, high] holds one of the whole numbers 0..count-1."""
     return bool(max(np.ceil(low - SLACK), 0.0) <= min(np.floor(high + SLACK), count - 1.0))
 
 
@@ -96,7 +97,7 @@ def frustum(lens: np.ndarray) -> np.ndarray:
 
 @inlined
 def _far_outside(p: Point, normals: np.ndarray) -> bool:
-    """Whether the ball around a voxel lies outside one side of the pyramid."""
+    """Return whether the ball around a voxel lies outside one side of the pyramid."""
     outside = False
     for n in normals:
         outside |= n[0] * p[0] + n[1] * p[1] + n[2] * p[2] > HALF_DIAGONAL + SLACK
@@ -105,7 +106,7 @@ def _far_outside(p: Point, normals: np.ndarray) -> bool:
 
 @inlined
 def _rectangle_holds_ray(p: Point, offsets: np.ndarray, half: np.ndarray, lens: np.ndarray) -> bool:
-    """Whether the bounding rectangle of a voxel in the image holds a point of the lattice."""
+    """Return whether the bounding rectangle of a voxel in the image holds a point of the lattice."""
     if p[0] + half[0] <= 0.0:
         return False
     a_low, a_high, b_low, b_high = np.inf, -np.inf, np.inf, -np.inf
@@ -123,7 +124,7 @@ def _rectangle_holds_ray(p: Point, offsets: np.ndarray, half: np.ndarray, lens: 
 
 @parallel_kernel
 def camera_rectangles(place: Place, lens: np.ndarray, tested: Tested, workers: int, seen: np.ndarray) -> None:
-    """Voxels whose bounding rectangle in the image holds a lattice point.
+    """Mark voxels whose bounding rectangle in the image holds a lattice point.
 
     lens (6,): column = lens[0] - lens[1] y / x out of lens[2], row = lens[3] - lens[4] z / x out of lens[5].
     """
@@ -158,7 +159,7 @@ def _first_at_least(table: np.ndarray, value: float) -> int:
 
 @inlined
 def _holds_azimuth(start: float, width: float, azimuths: np.ndarray) -> bool:
-    """Whether an arc from `start` over `width` radians holds an entry of a table over [0, 2 pi)."""
+    """Return whether an arc from `start` over `width` radians holds an entry of a table over [0, 2 pi)."""
     start -= TURN * np.floor(start / TURN)
     k = _first_at_least(azimuths, start)
     following = azimuths[k] if k < azimuths.size else azimuths[0] + TURN
@@ -167,7 +168,7 @@ def _holds_azimuth(start: float, width: float, azimuths: np.ndarray) -> bool:
 
 @inlined
 def _holds_beam(low_z: float, high_z: float, nearest: float, farthest: float, tangents: np.ndarray) -> bool:
-    """Whether a beam passes heights [low_z, high_z] somewhere between two distances from the axis."""
+    """Return whether a beam passes heights [low_z, high_z] somewhere between two distances from the axis."""
     low = low_z / (farthest if low_z >= 0.0 else nearest)
     high = high_z / (nearest if high_z >= 0.0 else farthest)
     beam = _first_at_least(tangents, low - SLACK * (1.0 + abs(low)))
@@ -178,7 +179,7 @@ def _holds_beam(low_z: float, high_z: float, nearest: float, farthest: float, ta
 def _angles_hold_ray(
     p: Point, offsets: np.ndarray, half_z: float, tangents: np.ndarray, azimuths: np.ndarray
 ) -> bool:
-    """Whether the bounding angles of a voxel hold a beam and an azimuth."""
+    """Return whether the bounding angles of a voxel hold a beam and an azimuth."""
     radius = np.sqrt(p[0] * p[0] + p[1] * p[1])
     low_z, high_z = p[2] - half_z, p[2] + half_z
     around_it = max(radius - HALF_DIAGONAL - SLACK, LEAST_RADIUS)
@@ -205,7 +206,7 @@ def _angles_hold_ray(
 def lidar_angles(
     place: Place, tangents: np.ndarray, azimuths: np.ndarray, tested: Tested, workers: int, seen: np.ndarray
 ) -> None:
-    """Voxels whose bounding angles hold a beam and an azimuth.
+    """Mark voxels whose bounding angles hold a beam and an azimuth.
 
     tangents: of the beam elevations, rising; azimuths: radians in [0, 2 pi), rising.
     """
@@ -226,7 +227,7 @@ def lidar_angles(
 
 @parallel_kernel
 def camera_centres(place: Place, slopes: np.ndarray, tested: Tested, workers: int, seen: np.ndarray) -> None:
-    """Voxels whose centre lies in the image; slopes (4,): y / x from, to, z / x from, to at its edges."""
+    """Mark voxels whose centre is in the image; slopes (4,): y / x from, to, z / x from, to at its edges."""
     voxels, flag = tested.voxels, tested.flag
     n = voxels.shape[0]
     for worker in numba.prange(workers):
@@ -243,7 +244,7 @@ def camera_centres(place: Place, slopes: np.ndarray, tested: Tested, workers: in
 def lidar_centres(
     place: Place, tangents: np.ndarray, sector: np.ndarray, tested: Tested, workers: int, seen: np.ndarray
 ) -> None:
-    """Voxels whose centre lies between the lowest and the highest beam and in the sector of azimuths.
+    """Mark voxels whose centre is between the lowest and the highest beam and in the sector of azimuths.
 
     tangents (2,): of the outer elevations; sector (2,): first azimuth and width, radians (2 pi: a full turn).
     """

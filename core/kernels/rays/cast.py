@@ -44,7 +44,8 @@ class Cast(NamedTuple):
 
 @inlined
 def _passes(g: float, d: float, low: float, high: float, t_in: float, t_out: float) -> tuple[float, float]:
-    """When a ray may be between two faces of an axis, a little too long rather than too short."""
+    """Return the span of t in which a ray may be between two faces of an axis, a little too long rather than too
+    short."""
     if d == 0.0:
         return t_in, t_out
     a, b = (low - g) / d, (high - g) / d
@@ -54,7 +55,7 @@ def _passes(g: float, d: float, low: float, high: float, t_in: float, t_out: flo
 
 @inlined
 def _misses(rays: Cast, g: Vector, d: Vector, far: float) -> bool:
-    """Whether a ray certainly meets nothing in the box: much quicker to say than to clip it exactly."""
+    """Return whether a ray certainly meets nothing in the box: much quicker to say than to clip it exactly."""
     t_in, t_out = rays.reach[0], far
     for axis in range(3):
         low, high = float(rays.box[2 * axis]), float(rays.box[2 * axis + 1])
@@ -121,7 +122,7 @@ def mark_rays(
 
 @parallel_kernel
 def add_marks(spare: np.ndarray, marks: np.ndarray, workers: int) -> None:
-    """Set in marks (words,) what is set in spare (n, words), which is empty afterwards."""
+    """Add the bits of spare (n, words) to marks (words,), and clear them."""
     words, turns = marks.size, new_turns()
     for _ in numba.prange(workers):
         start = take(turns) * WORDS_AT_ONCE

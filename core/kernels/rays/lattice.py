@@ -1,4 +1,4 @@
-"""Directions of a ray lattice, made when they are needed from one table per row and one per column (plane).
+"""Compute directions of a ray lattice on demand from one table per row and one per column (plane).
 
 LiDAR: row (cos e, sin e), plane (cos a, sin a), direction (cos e cos a, cos e sin a, sin e).
 Camera: row (z, 0), plane (y, 0) on the image plane x = 1, direction (1, y, z) / sqrt(1 + y^2 + z^2).

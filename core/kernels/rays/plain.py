@@ -15,7 +15,8 @@ from riglens.core.kernels.runtime.jit import inlined, kernel
 def _between(
     g: np.ndarray, d: np.ndarray, near: float, far: float, shape: tuple[int, int, int]
 ) -> tuple[float, float]:
-    """When a ray enters and leaves the grid, within its range; the second is not the larger one when it misses."""
+    """Return the t at which a ray enters and leaves the grid, within its range; it misses unless the second is
+    larger."""
     real = g.dtype.type
     t0, t1 = real(near), real(far)
     for axis in range(3):
@@ -105,7 +106,7 @@ def walk_sampled(
 
 @kernel
 def sum_dense(seen: np.ndarray, h: np.ndarray, sums: np.ndarray) -> None:
-    """Add the entropies h (voxels, 3) of what is seen to sums (3, 3), in one pass that skips eight unseen voxels at a
+    """Add the entropies h (voxels, 3) of seen voxels to sums (3, 3), in one pass that skips eight unseen voxels at a
     time.
 
     seen: uint8 (2, voxels) by cameras and by LiDARs; rows of the sums: camera, LiDAR, any; columns: classes.

@@ -1,4 +1,4 @@
-"""Exact decisions between the moments at which a ray crosses grid faces.
+"""Compare exactly the moments at which a ray crosses grid faces.
 
 A moment is the rational number (f - g) / d: face f (an integer), origin g and direction d of the ray on that
 axis, in grid units; a plain number t is the moment (t - 0) / 1. Moments are first compared in double
@@ -27,7 +27,7 @@ _Parts = tuple[float, float, float, float, float, float, float, float]
 
 
 class Moment(NamedTuple):
-    """When a ray crosses a face of one axis: (face - origin) / direction, all in grid units."""
+    """Moment at which a ray crosses a face of one axis: (face - origin) / direction, all in grid units."""
 
     face: float
     origin: float
@@ -69,7 +69,8 @@ def _grown(parts: _Parts, term: float) -> _Parts:
 
 @lean
 def _sign_of_sum(terms: _Parts) -> int:
-    """Sign of the exact sum of doubles: grown into a non-overlapping expansion, whose last nonzero part rules."""
+    """Return the sign of the exact sum of doubles: grown into a non-overlapping expansion, whose last nonzero part
+    decides."""
     parts = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     for i in range(8):
         parts = _grown(parts, terms[i])
@@ -81,7 +82,7 @@ def _sign_of_sum(terms: _Parts) -> int:
 
 @lean_inlined
 def _compare_products(a: float, b: float, c: float, d: float) -> tuple[int, bool]:
-    """Sign of a b - c d from the exact products, and whether this quick way could tell."""
+    """Return the sign of a b - c d from the exact products, and whether this quick method could decide."""
     high, low = _two_product(a, b)
     other_high, other_low = _two_product(c, d)
     gap, rest = high - other_high, low - other_low
@@ -125,6 +126,7 @@ def _is_regular(value: float) -> bool:
 
 @lean_inlined
 def regular_ray(g: Vector, d: Vector) -> bool:
-    """Whether the exact predicates hold for a ray of origin g and direction d (no denormal or huge component)."""
+    """Return whether the exact predicates hold for a ray of origin g and direction d (no denormal or huge
+    component)."""
     origin = _is_regular(g[0]) and _is_regular(g[1]) and _is_regular(g[2])
     return origin and _is_regular(d[0]) and _is_regular(d[1]) and _is_regular(d[2])

@@ -1,4 +1,4 @@
-"""Single rays through the grid in strides from face to face of one axis, in whole numbers: what is clear, and quickly.
+"""Walk single rays through the grid in strides from face to face of one axis, in integers: the clear parts, quickly.
 
 The axis of the larger component in plan is the *major* one. From one of its faces to the next a ray meets one column or
 two, and its two other coordinates grow by the same amounts each time. So whole numbers of 2^-40 voxels hold them, and a
@@ -20,16 +20,16 @@ from riglens.core.kernels.runtime.work_stealing import new_turns, take
 from riglens.core.kernels.voxels.bits import mark_levels
 
 CLOSE = 2.0**-20
-"""Voxels: what is nearer to a face is left to the exact walk."""
+"""Voxels: closer to a face than this, a ray is left to the exact walk."""
 STEEPEST = 2.0**8
 """Levels in a stride: the way of steeper rays is left to the exact walk."""
 SLANTED = 2.0**-10
-"""When a ray crosses a face at a smaller slant is left to the exact walk."""
+"""Slant below which a crossing of faces is left to the exact walk."""
 BITS = 40
 _FRACTION = (1 << BITS) - 1
 _CLOSE = 1 << (BITS - 20)
 STRIP = 16
-"""Planes whose rays are walked in a row, through all rows of the lattice."""
+"""Planes whose rays are walked together, through all rows of the lattice."""
 OPEN = -1
 """MountStatuses for a cell that is not clear."""
 
@@ -47,8 +47,8 @@ class Axis(NamedTuple):
 
 
 class Span(NamedTuple):
-    """The part of a ray in the box: its first and last moment, and the number of the axis through whose faces it
-    comes and goes; OPEN where it begins or ends inside."""
+    """Part of a ray in the box: its first and last moment, and the axis through whose faces it enters and leaves; OPEN
+    where it begins or ends inside."""
 
     begin: float
     end: float
@@ -95,7 +95,7 @@ def _last_cell(axis: Axis, span: Span) -> int:
 
 @lean_inlined
 def _is_close(fixed: int) -> bool:
-    """Whether a coordinate in whole numbers is close to a face."""
+    """Return whether a coordinate in whole numbers is close to a face."""
     return ((fixed + _CLOSE) & _FRACTION) <= 2 * _CLOSE
 
 
@@ -128,8 +128,8 @@ def _fixed(place: float) -> int:
 
 @lean_inlined
 def _strides_in_level(above: int, rise: int) -> int:
-    """How many strides end in a level, clear of its faces: the first one `above` its lower face, each later one by
-    `rise` higher. The quotient of such whole numbers is off by less than it is away from the next whole number."""
+    """Count the strides that end in a level, clear of its faces: the first one `above` its lower face, each later one
+    by `rise` higher. The quotient of such integers is off by less than its distance to the next integer."""
     low, high = above - _CLOSE - 1, (1 << BITS) - _CLOSE - 1 - above
     room = high if rise > 0 else low
     return 1 + int(room / max(abs(rise), 1)) if min(low, high) >= 0 else 0
@@ -203,7 +203,7 @@ def stride(
 def mark_strides(
     rays: Cast, planes: int, first: int, end: int, marks: np.ndarray, spare: np.ndarray, left: np.ndarray
 ) -> None:
-    """Mark what the rays first..end-1 of each row, of so many planes, traverse, as far as it is clear.
+    """Mark the clear parts of the rays first..end-1 of each row, of `planes` planes.
 
     As `kernels.rays.cast.mark_rays`; but left bool (rays,) is of all rays, and remains set for those of which
     it is not clear.

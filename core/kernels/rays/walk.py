@@ -90,7 +90,7 @@ def clip_ray(ray: Ray, box: np.ndarray) -> tuple[Moment, Moment]:
 
 @lean
 def hits_cell(ray: Ray, cell: Cell) -> bool:
-    """Whether a ray runs inside one voxel over a positive length, exactly (for regular rays)."""
+    """Return whether a ray runs inside one voxel over a positive length, exactly (for regular rays)."""
     entry, leave = Moment(float(ray.near), 0.0, 1.0), Moment(float(ray.far), 0.0, 1.0)
     entry, leave = _clip_axis(ray.g[0], ray.d[0], cell[0], cell[0] + 1, entry, leave)
     entry, leave = _clip_axis(ray.g[1], ray.d[1], cell[1], cell[1] + 1, entry, leave)
@@ -131,7 +131,7 @@ def _resolve(g: Vector, d: Vector, ix: int, iy: int, leave: Moment) -> tuple[int
 
 @kernel
 def walk_exact(ray: Ray, box: np.ndarray, ny: int, runs: np.ndarray) -> int:
-    """Write the runs (column = ix * ny + iy, low level, high level) of one ray; returns how many.
+    """Write the runs (column = ix * ny + iy, low level, high level) of one ray; return their number.
 
     box: int64 (6,) cells to stay in, [lx hx ly hy lz hz); ny: columns of the grid along y; runs: int32
     (>= nx + ny + 2, 3). Returns IRREGULAR, with nothing written, for a ray that the predicates do not hold for.

@@ -1,4 +1,5 @@
-"""How low sensors look into the columns of a grid, around each column, and the lowest three of them."""
+"""Find the lowest height that sensors see in the columns of a grid, around each column, and the three lowest of
+them."""
 
 from __future__ import annotations
 
@@ -9,7 +10,7 @@ from riglens.core.kernels.runtime.jit import lean_inlined, parallel_kernel
 from riglens.core.kernels.voxels.bits import lowest_bit
 
 MOST_COUNTED = 3
-"""How many of the lowest levels are told apart."""
+"""Number of lowest levels that are kept apart."""
 
 
 @parallel_kernel

@@ -1,4 +1,4 @@
-"""What a safety review asks of the voxels that sensors traverse.
+"""Count the voxels that sensors share, for safety reviews.
 
 What how many sensors traverse, and the entropy of what one sensor alone, exactly two, and three or more of some of
 them see, by bits that count in parallel, from scratch and after a move. Sums are integers, so neither the order of
@@ -20,16 +20,16 @@ COLUMNS = 4
 """Columns of all sums: the entropies of three classes in units of 2^-32 nat, and one that stays 0, because four numbers
 are added at once."""
 BLOCK = 1000
-"""Columns that a worker takes at a time, in turn with the others: a camera changes what is on one side alone."""
+"""Columns that a worker takes at a time, in turn with the others: a camera changes one side only."""
 NOBODY = -1
 """In the place of a sensor."""
 
 
 class Views(NamedTuple):
-    """What some of n sensors see, and where.
+    """Voxels that some of n sensors see.
 
     stack uint64 (rows, words): sets of voxels, of which slots (k,) are those of the sensors at places (k,) of the rig;
-    crowds bool (g, n): sets of sensors of which is asked what three or more of them, and nobody else, see; sectors
+    crowds bool (g, n): sets of sensors, for the voxels that three or more of them and no others see; sectors
     uint8 (columns,); depth: words of a column.
     """
 
@@ -42,8 +42,8 @@ class Views(NamedTuple):
 
 
 def rows_of_sums(sensors: int, crowds: int) -> int:
-    """Rows of sums: what each sensor alone sees, i; what exactly two see, n + n i + j for i < j, the rest stays 0; what
-    three or more of each crowd and nobody else see, n + n² + g."""
+    """Return the number of rows of sums: voxels of each sensor alone, i; of exactly two, n + n i + j for i < j, the
+    rest stays 0; of three or more of each crowd and no others, n + n² + g."""
     return sensors + sensors * sensors + crowds
 
 
@@ -78,7 +78,7 @@ def _weigh(count: np.uint64, palette_q: np.ndarray, code: np.uint64, sums: np.nd
 
 
 class Signed(NamedTuple):
-    """How voxels of a word count: those of plus are added, the others taken off."""
+    """Sign of a word's voxels: those of plus are added, the others subtracted."""
 
     word: int
     plus: np.uint64
@@ -109,7 +109,8 @@ def total_by_sector(sectors: np.ndarray, depth: int, entropies: Entropies, sums:
 
 @lean_inlined
 def _gather(views: Views, word: int, bits: np.uint64, room: np.ndarray) -> int:
-    """Write to room (2, n + 1) which of some voxels each sensor sees that sees any, and its place; returns how many."""
+    """Write to room (2, n + 1) which of some voxels each sensor sees that sees any, and its place; return their
+    number."""
     count = 0
     for i in range(views.slots.size):
         seen = views.stack[views.slots[i], word] & bits
@@ -120,7 +121,7 @@ def _gather(views: Views, word: int, bits: np.uint64, room: np.ndarray) -> int:
 
 @lean_inlined
 def _overlaps(own: np.ndarray) -> tuple[np.uint64, np.uint64, np.uint64]:
-    """Which voxels exactly one sensor, exactly two, and three or more see, of words own (k,)."""
+    """Return the voxels that exactly one sensor, exactly two, and three or more see, of words own (k,)."""
     once, twice, thrice = np.uint64(0), np.uint64(0), np.uint64(0)
     for i in range(own.size):
         thrice |= twice & own[i]
@@ -159,8 +160,8 @@ def _add_crowds(
     signed: Signed,
     sums: np.ndarray,
 ) -> None:
-    """Add to sums (rows, 4) which of `many`, that three sensors or more see, nobody outside of each crowd sees; crowds
-    that hold the sensor `without` are passed over."""
+    """Add to sums (rows, 4) the voxels of `many`, seen by three sensors or more, that no sensor outside of each crowd
+    sees; crowds that hold the sensor `without` are skipped."""
     n = crowds.shape[1]
     for g in range(crowds.shape[0]):
         left = many
@@ -182,8 +183,8 @@ def _share(
     signed: Signed,
     sums: np.ndarray,
 ) -> None:
-    """Add to sums (rows, 4) some voxels of a word by who sees them, of sensors who (k,) that see own (k,) of them; what
-    nobody sees is that of the sensor `without`, if any."""
+    """Add to sums (rows, 4) some voxels of a word by the sensors that see them, who (k,) seeing own (k,) of them;
+    unseen ones belong to the sensor `without`, if any."""
     one, two, many = _overlaps(own)
     if without != NOBODY:
         _add(bits & ~(one | two | many), signed, sums[without])
@@ -273,12 +274,12 @@ def _change_columns(
 def change_views(
     moved: np.ndarray, views: Views, entropies: Entropies, before: np.ndarray, sums: np.ndarray
 ) -> None:
-    """Add up what sensors that have moved, one after the other, see now, less what they saw before, by who of the other
-    sensors sees it.
+    """Add up the current voxels of moved sensors, one after the other, less their previous ones, by the other sensors
+    that see them.
 
     moved int64 (m, 2): their places and their rows of the stack; views: of all others; before uint64 (m, words): their
     sets until now, of what counts, which become those of now; sums int64 (workers, m, s, rows, 4): rows as
-    `rows_of_sums`, what nobody else sees in that of the sensor itself, and crowds that hold it stay as they are.
+    `rows_of_sums`, voxels of one sensor alone in its own row, and crowds that hold it stay unchanged.
     """
     workers, columns, n = sums.shape[0], views.sectors.size, views.crowds.shape[1]
     for worker in numba.prange(workers):

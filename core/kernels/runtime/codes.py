@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 LIDAR, CAMERA, LISTED = 0, 1, 2
-"""Kinds of ray lattice; `lattice.py` says what their tables mean."""
+"""Kinds of ray lattice; `lattice.py` defines their tables."""
 NOTHING, GROUND, BODY = -1, -2, -3
-"""What a ray hits, besides the number of a box."""
+"""Codes of what a ray hits, besides the number of a box."""
 CLASS_COUNT = 3
 VOXELS = 3
 """Columns of the sums of covered entropy: one for each of three classes, in units of 2^-32 nat, then the number of

@@ -1,4 +1,4 @@
-"""Where compiled kernels are kept: one folder, each file named by the sources that its code is made of.
+"""Keep compiled kernels in one folder, each file named by the sources that its code is made of.
 
 Numba's own cache keeps a compiled kernel as long as the file that the kernel stands in is unchanged, even when
 another file, whose functions it inlines, has changed. Here, the name holds a checksum of the kernel's file and of all
@@ -31,7 +31,7 @@ from riglens.core.cache_folder import cache_folder, tell_damaged
 
 PREFIX = "riglens-kernels-"
 OLD_S = 14 * 24 * 3600.0
-"""Code of other sources is removed when nobody has used it for this long."""
+"""Code of other sources is removed when it has not been used for this long."""
 SOURCES = Path(__file__).parents[1]
 PACKAGE = "riglens.core.kernels"
 CHECKSUM_BYTES = 32
@@ -77,7 +77,7 @@ class Sources:
 
     @cached_property
     def digest(self) -> str:
-        """What names the code of all kernels together."""
+        """Return a digest of the code of all kernels together."""
         return self._digest(tuple(self._texts))
 
     def _digest(self, modules: tuple[str, ...]) -> str:
@@ -98,11 +98,11 @@ class KernelFolder:
 
     @cached_property
     def path(self) -> Path | None:
-        """The folder, made and marked as used now; None where there is no place for one."""
+        """Return the folder, created and marked as used; None where it cannot be created."""
         return next((root / self.name for root in self._roots() if _is_usable(root / self.name)), None)
 
     def _roots(self) -> Iterator[Path]:
-        """Where the folder may be, the best place first; beside the sources where the user has no cache."""
+        """Yield the candidate folders, the best first; next to the sources where the user has no cache."""
         if numba.config.CACHE_DIR:
             yield Path(numba.config.CACHE_DIR)
         yield cache_folder()
@@ -145,7 +145,7 @@ class KernelFolder:
 
 
 class KernelCache:
-    """What Numba's dispatcher of one kernel asks for compiled code, in place of `numba.core.caching.FunctionCache`.
+    """Cache of compiled code for Numba's dispatcher of one kernel, in place of `numba.core.caching.FunctionCache`.
 
     One file holds the code for one tuple of argument types.
     """
@@ -188,7 +188,7 @@ class KernelCache:
 
 
 def _is_usable(folder: Path) -> bool:
-    """Whether files can be put there; marks it as used now."""
+    """Return whether files can be put there; marks it as used now."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         os.utime(folder)
@@ -198,8 +198,8 @@ def _is_usable(folder: Path) -> bool:
 
 
 def _remove_old(used: Path) -> None:
-    """Remove folders of other versions, and code of other sources in this one, that nobody has used for long; another
-    process may do the same."""
+    """Remove folders of other versions, and long unused code of other sources in this one; another process may do the
+    same."""
     long_ago = time.time() - OLD_S
     for other in (*used.parent.glob(PREFIX + "*"), *used.glob("*")):
         with contextlib.suppress(OSError):

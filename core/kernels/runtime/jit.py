@@ -16,7 +16,7 @@ from riglens.core.kernels.runtime.compiled import KernelCache, KernelFolder
 
 F = TypeVar("F", bound=Callable[..., Any])
 FOLDER = KernelFolder()
-"""Where compiled kernels are kept for the next process."""
+"""Folder of compiled kernels, shared with later processes."""
 
 
 def kernel(function: F) -> F:
@@ -61,7 +61,7 @@ _SPIN_COUNT, _SPIN_CHOICES = "2000", (SPIN, "OMP_WAIT_POLICY")
 
 
 def use_threads(threads: int | None) -> int:
-    """Set the number of threads of the parallel kernels for the calling thread; returns the number used.
+    """Set the number of threads of the parallel kernels for the calling thread; return the number used.
 
     By default threads of GNU OpenMP that have nothing to do keep a processor busy for milliseconds, in the hope of
     more, while other programs, the drawing among them, wait for it: an edit of 6 ms cost 80 ms of four processors'

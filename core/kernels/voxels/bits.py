@@ -58,7 +58,7 @@ def level_mask(low: int | np.int64, high: int | np.int64) -> np.uint64:
 
 @lean_inlined
 def mark_levels(marks: np.ndarray, base: int | np.int64, low: int | np.int64, high: int | np.int64) -> None:
-    """Set the levels low..high of the column whose first word is `base`; most often they share a word."""
+    """Set the levels low..high of the column whose first word is `base`; usually they share a word."""
     first, last = low >> 6, high >> 6
     if first == last:
         marks[np.uint64(base + first)] |= level_mask(low & 63, high & 63)

@@ -76,7 +76,7 @@ def seen_per_cell(seen: np.ndarray, voxels: CellMap, sums_q: np.ndarray) -> None
 
 @parallel_kernel
 def levels_per_cell(levels: np.ndarray, voxels: CellMap, sums_q: np.ndarray) -> None:
-    """Add h of every voxel to its cell, in the column of how many of the nested sets hold it.
+    """Add h of every voxel to its cell, in the column of the number of nested sets that hold it.
 
     levels uint64 (n, words): each a part of the one before; sums_q int64 (m, n + 1).
     """
@@ -104,7 +104,7 @@ def update_columns(
     columns: Columns,
     sums_q: np.ndarray,
 ) -> None:
-    """Have the sums of the columns follow a change of the chosen voxels, uint64 (words,), exactly.
+    """Update the sums of the columns after a change of the chosen voxels, uint64 (words,), exactly.
 
     values_q int64 (m,): what a voxel adds, by code; sums_q int64 (bx, by): sums of the squares of columns. A row of
     squares is one thread's own.

@@ -36,7 +36,7 @@ class Entropies(NamedTuple):
 
 
 class Numbering(NamedTuple):
-    """What `number_runs` fills: numbers uint32 (runs,), the number of each run's combination; firsts, uses int64
+    """Output of `number_runs`: numbers uint32 (runs,), the number of each run's combination; firsts, uses int64
     (most,): first row and number of voxels of each combination; slots int64 (power of two,), filled with EMPTY: the
     open-addressing table."""
 
@@ -53,7 +53,7 @@ def _same(rows: np.ndarray, a: int, b: int) -> bool:
 
 @kernel
 def find_runs(words: np.ndarray, rows: np.ndarray, starts: np.ndarray, first: np.ndarray) -> int:
-    """Mark where runs of equal rows begin; returns the number of runs.
+    """Mark where runs of equal rows begin; return the number of runs.
 
     words uint64 (n,): voxels in use; rows (voxels, 3) in their order; starts uint64 (n,): the voxels whose row
     differs from that of the voxel before in the same word; first uint32 (n + 1,): runs before each word.
@@ -92,7 +92,7 @@ def _number_of(rows: np.ndarray, row: int, found: int, table: Numbering) -> int:
 
 @kernel
 def number_runs(words: np.ndarray, starts: np.ndarray, rows: np.ndarray, table: Numbering) -> int:
-    """Give runs with equal rows equal numbers, in the order of their first appearance; returns how many there are.
+    """Number runs with equal rows equally, in the order of their first appearance; return the number of different rows.
 
     words, starts, rows as in `find_runs`. Returns -1 when there are more than table.firsts can hold.
     """

@@ -1,4 +1,4 @@
-"""POG filling: how many frames have a voxel's centre inside at least one box of the class."""
+"""Fill a POG: count the frames in which a voxel's centre is inside at least one box of the class."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from riglens.core.kernels.runtime.jit import inlined, kernel, parallel_kernel
 
 
 class Raster(NamedTuple):
-    """Where the voxels are: the lower corner (3,) of the grid, and their edge, in metres."""
+    """Placement of the voxels: the lower corner (3,) of the grid, and their edge, in metres."""
 
     origin_m: np.ndarray
     voxel_m: float
@@ -20,7 +20,7 @@ class Raster(NamedTuple):
 
 @inlined
 def _inside(box: np.ndarray, x: float, y: float, z: float) -> bool:
-    """Whether a point lies in a box [centre 3, half size 3, rotation 9 by rows]; faces belong to the box."""
+    """Return whether a point lies in a box [centre 3, half size 3, rotation 9 by rows]; faces belong to the box."""
     dx, dy, dz = x - box[0], y - box[1], z - box[2]
     for axis in range(3):
         local = (box[6 + axis] * dx + box[9 + axis] * dy) + box[12 + axis] * dz
@@ -49,7 +49,7 @@ def _end_cell(high: float, origin: float, voxel: float, count: int) -> int:
 
 @kernel
 def _upright_levels(box: np.ndarray, origin: float, voxel: float, low: int, end: int) -> tuple[int, int]:
-    """Levels low..end-1 whose centre an upright box holds, by the same comparison as `_inside`."""
+    """Return the levels low..end-1 whose centre an upright box holds, by the same comparison as `_inside`."""
     while low < end and abs(origin + (low + 0.5) * voxel - box[2]) > box[5]:
         low += 1
     while low < end and abs(origin + (end - 0.5) * voxel - box[2]) > box[5]:
@@ -59,7 +59,8 @@ def _upright_levels(box: np.ndarray, origin: float, voxel: float, low: int, end:
 
 @kernel
 def _earlier_overlaps(boxes: np.ndarray, frame: np.ndarray, b: int, overlaps: np.ndarray) -> int:
-    """Boxes of the same frame before box b whose extents meet its own; their number and, in overlaps, their rows."""
+    """Return the boxes of the same frame before box b whose extents overlap its own; their number and, in overlaps,
+    their rows."""
     count = 0
     other = b - 1
     while other >= 0 and frame[other] == frame[b]:

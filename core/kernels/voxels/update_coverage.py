@@ -1,4 +1,4 @@
-"""Bring the union of one kind of sensor up to date and account for exactly the voxels whose cover changed.
+"""Update the union of one kind of sensor and count exactly the voxels whose coverage changed.
 
 Arrays that a parallel kernel writes are arguments of their own: Numba takes a write to a member of a tuple for dead
 code and leaves it out.
@@ -25,7 +25,7 @@ ROWS_AT_ONCE = 8
 
 @inlined
 def _gain(new: np.uint64, old: np.uint64) -> np.int64:
-    """How many more bits are set in one word than in the other."""
+    """Return the number of bits set in one word minus that in the other."""
     return np.int64(popcount(new)) - np.int64(popcount(old))
 
 
@@ -136,7 +136,7 @@ class Region(NamedTuple):
 
 @inlined
 def _take_rows(region: Region, turns: np.ndarray) -> tuple[int, int]:
-    """The next rows of a region that nobody has taken, first and end; first >= end when all are taken."""
+    """Return the next free rows of a region, first and end; first >= end when all are taken."""
     first = region.first_row + take(turns) * ROWS_AT_ONCE
     return first, min(first + ROWS_AT_ONCE, region.end_row)
 
@@ -152,7 +152,7 @@ def _count_digit(
     arrived: np.ndarray, leaving: np.ndarray, digit: np.ndarray, come: np.ndarray, gone: np.ndarray
 ) -> np.uint64:
     """Count one more where only `arrived` sees, and one less where only `leaving` does, in one binary digit of each
-    voxel's number; write what is carried up, and what down. Returns 0 if nothing is."""
+    voxel's number; write the carries up and down. Return 0 if there are none."""
     carried = np.uint64(0)
     for w in range(digit.size):
         before, more, less = digit[w], arrived[w] & ~leaving[w], leaving[w] & ~arrived[w]
@@ -191,7 +191,7 @@ def count_others(
     counts: np.ndarray,
     free: np.ndarray,
 ) -> None:
-    """Count, in a region, the sensors in arrived slots as others from now on, and those in leaving slots no more.
+    """Count, in a region, the sensors in arrived slots as others from now on, and those in leaving slots no longer.
 
     Others are those that stay while some sensors move. counts uint64 (digits, words): binary digits, lowest first, of
     how many of them see each voxel; free uint64 (words,): voxels of keep that none of them sees.
@@ -226,8 +226,8 @@ def settle(
     entropies: Entropies,
     workers: int,
 ) -> np.ndarray:
-    """Take what the slots hold that leave out of union[kind], and what those hold that arrive into it; those leaving
-    are cleared. Returns the change of the sums.
+    """Remove the sets of leaving slots from union[kind], and add those of arriving ones; leaving slots are cleared.
+    Return the change of the sums.
 
     stack uint64 (slots, words): what the sensor of each slot traverses, of which only informative voxels count; union
     uint64 (kinds, words): informative voxels covered by all sensors of each kind; free uint64 (words,): see
