@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject
 
 
 class HandClock:
-    """MountStatuses for the system's clock in background threads: time stands still, or leaps over every rest.
+    """Stand-in for the system's clock in background threads: time stands still, or leaps over every rest.
 
     A thread that waits for a moment sleeps until a test comes to it by `advance`; once time leaps it goes on at once.
     """
@@ -62,7 +62,7 @@ class HandClock:
 
 
 class HandTimer:
-    """MountStatuses for a single-shot QTimer; its slot runs when `HandTimers` comes to its time."""
+    """Stand-in for a single-shot QTimer; its slot runs when `HandTimers` comes to its time."""
 
     def __init__(self, timers: HandTimers, interval_ms: int, slot: Callable[[], object]) -> None:
         self._timers, self._interval_ms, self.slot = timers, interval_ms, slot

@@ -118,7 +118,7 @@ def _beside(point_m: Vector, axis: int, sign: float, cast: Cast) -> Hit | None:
 
 
 _OFF_ROOF: Hit = (np.full(3, np.nan), np.array([0.0, 0.0, -1.0]))
-"""MountStatuses for the side of a rail at the edge of the roof: lower, but no roof."""
+"""Stand-in for the side of a rail at the edge of the roof: lower, but no roof."""
 
 
 def placed_on(point_m: Vector, normal: Vector, kind: str, box_m: Vector, upright: bool = False) -> Pose:

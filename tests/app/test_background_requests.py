@@ -103,7 +103,7 @@ def test_what_is_forgotten_is_not_answered(desk: Desk) -> None:
 
 
 class HeldScoring:
-    """MountStatuses still inside side jobs until a test lets go, then does as it is told."""
+    """Waits inside side jobs until a test lets go, then does as it is told."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.reached, self.go_on = threading.Event(), threading.Event()

@@ -187,7 +187,7 @@ def test_the_open_rig_is_compiled_first_and_all_else_after_its_answer(
 
 
 class SlowEngine:
-    """MountStatuses at a gate in each evaluation, then asks once whether it is stale."""
+    """Waits at a gate in each evaluation, then asks once whether it is stale."""
 
     gates: list[Gate]
 

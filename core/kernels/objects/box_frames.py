@@ -12,7 +12,7 @@ from riglens.core.kernels.rays.lattice import Direction
 from riglens.core.kernels.runtime.jit import lean, lean_inlined
 
 _TINY = 1e-300
-"""MountStatuses for no distance at all between the sensor and the plane of a face, by which numbers are divided."""
+"""Stand-in for no distance at all between the sensor and the plane of a face, by which numbers are divided."""
 
 
 class Traffic(NamedTuple):

@@ -31,7 +31,7 @@ _CLOSE = 1 << (BITS - 20)
 STRIP = 16
 """Planes whose rays are walked together, through all rows of the lattice."""
 OPEN = -1
-"""MountStatuses for a cell that is not clear."""
+"""Stand-in for a cell that is not clear."""
 
 
 class Axis(NamedTuple):

@@ -18,7 +18,7 @@ from riglens.core.kernels.runtime.jit import inlined, kernel, lean, lean_inlined
 
 IRREGULAR = -1
 FARTHEST = 1e30
-"""MountStatuses for "no limit" along a ray: beyond any ROI, and small enough for the exact predicates."""
+"""Stand-in for "no limit" along a ray: beyond any ROI, and small enough for the exact predicates."""
 
 Cell = tuple[int, int, int]
 

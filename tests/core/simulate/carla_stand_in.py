@@ -1,4 +1,4 @@
-"""MountStatuses in for CARLA's Python client: the part of its interface that is used, and a small world behind it.
+"""Stand-in for CARLA's Python client: the part of its interface that is used, and a small world behind it.
 
 Left-handed as CARLA is: x ahead, y to the right, z up, degrees, positive yaw to the right, positive pitch up. The
 matrix of a transform is that of the client's version 0.9.16, with which it was compared. LiDARs return the middle and

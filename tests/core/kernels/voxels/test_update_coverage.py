@@ -23,7 +23,7 @@ CAMERAS, LIDARS = 0, 1
 PALETTE = np.array([[10, 1, 0, 0], [100, 2, 5, 0]], np.uint32)
 NONE = [0, 0, 0, 0]
 BROKEN = 0xAAAA_AAAA_AAAA_AAAA
-"""MountStatuses where nothing may be read."""
+"""Placed where nothing may be read."""
 Sums = list[int]
 
 
