@@ -9,7 +9,7 @@
 #   make mutation small mistakes in core: which ones does no test notice? (MUTATION="--count 100 --seed 1 --rooms core/engine")
 #   make stress   the test suite on a computer with four times more work than processors
 #   make bench    speed and memory against yardsticks, into out/bench.json (BENCH="--quick --only edit")
-#   make check    format, lint, types, import contracts
+#   make check    format, lint, types, import contracts, wording
 #   make setup    the set-up alone: system libraries and packages in .venv
 #   make format   rewrite the sources in the project's format
 #   make clean    remove .venv, out/ and caches
@@ -68,6 +68,7 @@ check: setup
 	@$(PYTHON) -m mypy -p riglens
 	@$(PYTHON) -m mypy $(TEST_HELPERS)
 	@.venv/bin/lint-imports
+	@$(PYTHON) tools/check_words.py
 
 format: setup
 	@$(PYTHON) -m ruff check --fix --exit-zero --quiet .
