@@ -64,9 +64,9 @@ def blind(
     by
         Sensors of the table and the map; the JSON has all.
     sensors
-        How many sensors have to see the object; the JSON has 1 and 2.
+        Number of sensors that must see the object; the JSON has 1 and 2.
     profiles
-        A file of profiles of your own, instead of those that ship with the program; may be repeated.
+        File of your own profiles, instead of the bundled ones; may be repeated.
     out
         Also write the lowest visible height around the car, as a table or as a picture.
     json

@@ -96,15 +96,15 @@ def check(
     rigs
         Rig files or preset names.
     requirements
-        The file that says what is required.
+        File of requirements.
     profiles
-        A file of blind zone profiles of your own, instead of those that ship; may be repeated.
+        File of your own blind zone profiles, instead of the bundled ones; may be repeated.
     json
         Also write the verdicts as JSON to a file; with - to standard output, instead of the table.
     junit
         Also write the verdicts as JUnit XML, which pipelines show as test results.
     github
-        Also print what is not met as annotations of GitHub Actions.
+        Also print unmet requirements as annotations of GitHub Actions.
     """
     if github and json == "-":
         raise InputError("cannot share standard output: name a file with", "github", "json")

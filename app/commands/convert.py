@@ -47,22 +47,22 @@ def convert(
     out
         File to write; a folder for nuscenes and autoware.
     from_
-        Format of IN, where it cannot be told by the file.
+        Format of IN, where it cannot be detected.
     to
-        Format of OUT, where its ending does not say it.
+        Format of OUT, where its extension does not determine it.
     vehicle
-        Take the vehicle of this rig file, where IN does not know its car.
+        Rig file with the vehicle to use, where IN has none.
     rear_axle_x
-        Where the rear axle is, in metres from the body centre (-1.35).
+        Position of the rear axle, in metres from the body centre (-1.35).
     origin
-        Where the origin of IN lies in the vehicle frame, in metres.
+        Origin of IN in the vehicle frame, in metres.
     token
         Which rig of several: a token of nuScenes, the id of a CARLA vehicle, the class of a CARLA agent, the name of
         an AirSim vehicle, the index of an entry of mmdet3d.
     kit
         Folder of an Autoware kit's description, where its xacro is not beside the calibration (individual_params).
     report
-        Write what became of everything to this file as well, sensor by sensor.
+        Also write the conversion report to this file, sensor by sensor.
     """
     target = format_called(to, WRITABLE) if to else format_for(out)
     require_apart(out, (source,))

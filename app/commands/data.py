@@ -58,15 +58,15 @@ def build(
 ) -> None:
     """Build the POG of one or more box data sets together and store it for --pog.
 
-    A build of many logs or tables works on several of them at once. When it is interrupted, the same command goes
-    on where it was.
+    A build of many logs or tables works on several of them at once. After an interruption, the same command
+    resumes.
 
     Parameters
     ----------
     boxes
         Box data sets: tables, nuScenes, Argoverse 2, KITTI or CARLA folders.
     out
-        Where to store it (.npz). Finished parts are kept beside it, in FILE.parts, until all is done.
+        File to store it in (.npz). Finished parts are kept next to it, in FILE.parts, until the build is complete.
     workers
         Processes that build parts at the same time (as many as cores, parts and memory allow).
     """

@@ -60,13 +60,13 @@ def card(
     to
         Maximum distance, in metres.
     reaction
-        Time until the car brakes, in seconds (our choice).
+        Reaction time until the car brakes, in seconds (our choice).
     deceleration
-        How hard it brakes, in m/s2 (our choice).
+        Deceleration in m/s2 (our choice).
     csv
         Also write the ranges as a table.
     chart
-        Also draw them: distance by direction.
+        Also draw a chart: distance by direction.
     json
         Also write them as JSON to a file; with - to standard output, instead of the table.
     """

@@ -39,7 +39,7 @@ def evaluate(
     rigs
         Rig files or preset names.
     targets
-        Also count points and pixels on the objects of the traffic, behind what hides them: takes seconds more.
+        Also count points and pixels on the objects of the traffic, including occlusion: takes seconds more.
     surroundings
         block: houses, walls and poles of the bundled scenario hide objects too (ignored).
     json

@@ -43,7 +43,7 @@ def rigs(name: Name = None, /, *, out: Annotated[Path | None, Parameter(metavar=
     Parameters
     ----------
     name
-        One preset; without it all are listed.
+        Preset; by default all are listed.
     out
         Write the preset NAME to this file.
     """
@@ -91,12 +91,12 @@ def sensors(
     libraries: Libraries = (),
     json: Json = None,
 ) -> None:
-    """List the sensor models, or show one with its beams or lens and where its figures come from.
+    """List the sensor models, or show one with its beams or lens and the source of its figures.
 
     Parameters
     ----------
     name
-        One model; without it all are listed.
+        Model; by default all are listed.
     kind
         Only sensors of one kind.
     json

@@ -66,7 +66,7 @@ def optimise(
     rig
         Rig file or preset name.
     add
-        Library model to add; give it several times to choose among models.
+        Library model to add; may be repeated to choose among models.
     count
         Number of mirror pairs to add, at most.
     singles
@@ -82,7 +82,7 @@ def optimise(
     spacing
         Least distance between two sensors.
     beyond
-        How far housings may stick out of the car's outline at front, rear and sides.
+        Largest overhang of housings over the car's outline at front, rear and sides.
     objective
         Figure to maximise: on_target, the mean over classes of the hit coverage of objects.
     blind

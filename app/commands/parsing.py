@@ -110,7 +110,7 @@ PARTS = {
 """Parts of `review` and `evaluate` by themselves, with options of their own; not in the list of commands."""
 RENAMED = {"pog": ("data", "build"), "presets": ("list", "rigs"), "library": ("list", "sensors")}
 RENAMED_OPTIONS = {"--tolerance": "--voxel-tolerance"}
-"""Earlier names, which go on working."""
+"""Earlier names, which keep working."""
 
 app = App(
     name="riglens",

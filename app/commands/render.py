@@ -41,20 +41,20 @@ class PictureArguments:
     size: Annotated[str, Parameter(metavar="WxH")] = "1280x800"
     """Size of the picture in pixels."""
     scale: Annotated[int, number(metavar="K")] = 1
-    """Draw K times as many pixels along each side, with lines and letters as large."""
+    """Factor on the pixels along each side, with lines and text enlarged."""
     class_name: Annotated[
         Literal["car", "bicycle", "pedestrian"], Parameter(name="--class", metavar="NAME")
     ] = "car"
     """Class of the heatmap."""
     heatmap: Annotated[Heat, Parameter(metavar="NAME", help=_HEATMAP)] = "seen"
     baseline: Annotated[str | None, Parameter(metavar="RIG")] = None
-    """The rig that --heatmap change starts from."""
+    """Reference rig of --heatmap change."""
     slice_m: Annotated[tuple[float, float] | None, Parameter(name="--slice", metavar="FROM TO")] = None
     """Draw only cells of the heatmap between two heights, metres."""
     threshold: Annotated[float | None, Parameter(metavar="SHARE")] = None
     """Leave out cells in the lowest part of the colour scale, 0 to 1 (0.02)."""
     log: bool = False
-    """Logarithmic colour scale, three powers of ten long."""
+    """Logarithmic colour scale of three decades."""
     opacity: Annotated[float | None, Parameter(metavar="SHARE")] = None
     """Opacity of the highest values, 0 to 1 (0.5)."""
     rays: Annotated[bool, Parameter(negative="--no-rays")] = True

@@ -81,13 +81,13 @@ def report(
     out
         The page, or the same as a PDF.
     verify
-        Make an earlier page or PDF again, and say where it differs (exit code 1).
+        Recompute an earlier page or PDF, and report differences (exit code 1).
     meshes
         With --verify: folder of the car bodies in mesh files that it names (its own folder).
     requirements
         A file of requirements, as for `riglens check`.
     draws
-        Draws of the tolerance; 0 leaves it out.
+        Draws of the tolerance; 0 for none.
     seed
         Of the draws.
     project

@@ -70,11 +70,11 @@ def review(
     rig
         Rig file or preset name.
     only
-        Some parts alone: blind, range, redundancy, tolerance, audit, mounts (all).
+        Parts to run: blind, range, redundancy, tolerance, audit, mounts (all).
     min_points
         LiDAR points that detect an object.
     profiles
-        A file of blind zone profiles of your own, instead of those that ship; may be repeated.
+        File of your own blind zone profiles, instead of the bundled ones; may be repeated.
     errors
         Errors of the tolerance: assembly, service, brackets, ride or load.
     draws

@@ -75,9 +75,9 @@ class SweepArguments:
     shape: Annotated[Literal["class", "box"], _Switch] = "class"
     """class: cars have glass and a gap below, cyclists and pedestrians are slim; box: plain boxes."""
     range_law: Annotated[Literal["on", "off"], _Switch] = "on"
-    """on: rays that come from far, or meet a face at a slant, may get lost."""
+    """on: returns from far or oblique surfaces may get lost."""
     phase: Annotated[Literal["random", "0"], _Switch] = "random"
-    """random turns each LiDAR in each frame by a part of its azimuth step; 0 casts azimuths as listed."""
+    """random: each LiDAR is rotated in each frame by a fraction of its azimuth step; 0: azimuths as listed."""
     seed: Annotated[int, _Number] = 0
     """Seed of all random draws."""
 
@@ -109,29 +109,29 @@ def simulate(
     """Simulate what rigs measure in traffic, as data sets in nuScenes' format.
 
     Sweeps of all LiDARs together and of each, pictures of the cameras with labels and depth, and the tables that the
-    official development kit loads and evaluates. When it is interrupted, the same command goes on where it was, and
-    the files are the same. See docs/simulate.md.
+    official development kit loads and evaluates. After an interruption, the same command resumes and gives the
+    same files. See docs/simulate.md.
 
     Parameters
     ----------
     rigs
         Rig files or preset names.
     out
-        A new or an empty folder; with several rigs, each gets a folder of its name in it.
+        A new or an empty folder; with several rigs, each gets a subfolder of its name.
     surroundings
         Let houses, walls and poles hide objects (block, where they are known).
     every
         Simulate every Nth frame of each sequence (1).
     sequences
-        Only so many sequences, the first of the data (all).
+        Number of sequences, the first of the data (all).
     pictures
-        on: also draw what the cameras see, with labels and depth, at their native size.
+        on: also draw the cameras' pictures, with labels and depth, at their native size.
     points
         parquet: also write the points of each frame with the object that each is on.
     workers
         Processes that simulate at the same time (as many as cores).
     carla
-        Collect from the CARLA simulator that listens there instead: --frames N (200), one in --every N ticks of 0.05 s.
+        Collect from the CARLA simulator at this address instead: --frames N (200), one in --every N ticks of 0.05 s.
     """
     extras = Extras(pictures == "on", points is not None)
     require_counts(every, sequences)

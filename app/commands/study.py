@@ -74,7 +74,7 @@ def accuracy(
     out: Folder = Path("out"),
     quick: bool = False,
 ) -> None:
-    """Time against error of ways to score a rig: methods, voxel edges, ray lattices; chart and CSV.
+    """Compare time and error of methods to score a rig: methods, voxel edges, ray lattices; chart and CSV.
 
     Parameters
     ----------
@@ -149,12 +149,12 @@ def detection(
     """Compare scores with detection: simulate the rigs' LiDARs and train a small detector on them.
 
     Simulated LiDAR, small detector trained here: compares rigs, does not predict the AP of your stack. Takes about an
-    hour of one core for two rigs; stopped at any moment, the same command goes on where it was.
+    hour of one core for two rigs; after an interruption, the same command resumes.
 
     Parameters
     ----------
     rigs
-        Rig files or preset names; cameras are left out unless --cameras is said.
+        Rig files or preset names; cameras are left out without --cameras.
     quick
         One seed, 4 epochs, half of the frames: a look, not a measurement.
     per_rig
@@ -164,11 +164,11 @@ def detection(
     cameras
         Points get the classes that the cameras show, by a simulated segmentation of this quality.
     seeds
-        How many nets are trained from other first weights (3).
+        Number of nets trained from different first weights (3).
     workers
         Processes, of one thread each (1).
     device
-        Where nets are trained: CUDA where there is one, unless cpu is said.
+        Device of the training: CUDA if available, or cpu.
     out
         Folder for detection*.csv, detection.json, detection*.png and the pieces that are done.
     """

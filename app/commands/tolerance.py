@@ -96,11 +96,11 @@ def tolerance(
     sample
         Number of frames in which objects are counted; 0 for none.
     sensitivities
-        Also say what each error does on its own.
+        Also report the effect of each error on its own.
     worst
         Also write the rig of the worst draw, to compare it with the rig as designed.
     figure
-        By which figure the worst draw is told, such as "seen car" or "on_target pedestrian".
+        Figure by which the worst draw is chosen, such as "seen car" or "on_target pedestrian".
     json
         Also write the figures as JSON to a file; with - to standard output, instead of the table.
     """
