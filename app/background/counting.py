@@ -117,7 +117,7 @@ def make_counter(
 
 @dataclass
 class _Data:
-    """Road users of one data set, with an engine for the rig, one for the baseline and one for other rigs."""
+    """Objects of one data set, with an engine for the rig, one for the baseline and one for other rigs."""
 
     options: SceneOptions
     traffic: Traffic

@@ -1,6 +1,6 @@
 """Compute one frame of the traffic for the 3D view, in a separate thread with serial kernels.
 
-Road users have the points that the panel Targets counts on them, by the same settings; where rays end is a picture of
+Objects have the points that the panel Targets counts on them, by the same settings; where rays end is a picture of
 the azimuths as listed against plain boxes.
 """
 

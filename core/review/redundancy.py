@@ -59,7 +59,7 @@ class Coverage:
     """Coverage by 1, 2, 3 sensors or more and by two kinds, the total, and the losses by failures.
 
     total (sectors, classes) and covered (sectors, 4, classes), the middle axis by COVERED: whole numbers of entropy in
-    units of 2^-32 nat, or of road users. Sensors cover a road user that each detects alone; the first of COVERED
+    units of 2^-32 nat, or of objects. Sensors cover an object that each detects alone; the first of COVERED
     counts those that all of them together detect.
     """
 

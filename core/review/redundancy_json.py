@@ -13,7 +13,7 @@ WHAT: tuple[What, ...] = ("sensor", "pair", "group")
 
 
 def coverage_document(found: Coverage, unit: str) -> dict[str, Any]:
-    """Return a coverage by class; `unit` is that of `total`: nat or road users."""
+    """Return a coverage by class; `unit` is that of `total`: nat or objects."""
     return {
         "unit": unit,
         "sectors": list(SECTORS),

@@ -40,7 +40,7 @@ from riglens.core.simulate.world import TrueBoxes, Worlds
 from riglens.core.targets.traffic import Traffic, traffic_of
 
 WITHIN_M = 120.0
-"""Road users farther away are left out."""
+"""Objects farther away are left out."""
 BOX_COLUMNS = ("seq", "frame", "cls", "x", "y", "z", "length", "width", "height", "yaw")
 POSE_COLUMNS = ("seq", "frame", "map", "x", "y", "z", "yaw")
 _TAGS = {

@@ -36,9 +36,9 @@ _UNSEEN, _OTHER = -1, 0
 class Segmentation:
     """Quality of the segmentation, per object and picture.
 
-    A road user of h visible pixels in height is found with probability top / (1 + (half_px / h)^3), and then taken for
+    An object of h visible pixels in height is found with probability top / (1 + (half_px / h)^3), and then taken for
     one of the other classes with probability `mistaken`. false_alarms: share of patches of what stands around that are
-    taken for a road user. aim_px: standard deviation of the error by which a camera's picture is shifted in each frame,
+    taken for an object. aim_px: standard deviation of the error by which a camera's picture is shifted in each frame,
     native pixels.
     """
 

@@ -68,8 +68,8 @@ _VARIED = 0.12
 class CameraPicture:
     """Frame as a camera sees it; rows from above, columns from the left.
 
-    what (rows, columns) int32: place of a road user in the frame, GROUND, STATIC, SKY, OWN_CAR or NO_RAY; depth_m
-    float32 along the camera's axis, inf: none; rgb (rows, columns, 3) uint8; of each road user (n,): pixels, pixels if
+    what (rows, columns) int32: place of an object in the frame, GROUND, STATIC, SKY, OWN_CAR or NO_RAY; depth_m
+    float32 along the camera's axis, inf: none; rgb (rows, columns, 3) uint8; of each object (n,): pixels, pixels if
     nothing stood before it, and bounds_px (n, 4) first column and row, end of columns and rows, zero without pixels.
     """
 

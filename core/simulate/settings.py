@@ -23,7 +23,7 @@ class SimulationSettings:
     seed, shape, range_law, phase, body: as in `riglens.core.targets.settings.TargetSettings`, with the same draws.
     noise_m: standard deviation of a range, metres. dropout: share of returns that get lost, whatever they are on.
     clutter: bushes, bins, poles, walls... that stand in a frame within 60 m, on average before those that would stand
-    in a road user are left out; the same for every rig. ground: with waves of a few centimetres, flat, or none.
+    in an object are left out; the same for every rig. ground: with waves of a few centimetres, flat, or none.
     """
 
     seed: int = 0

@@ -30,7 +30,7 @@ NEAR_M, FEWEST = 60.0, 3
 
 @dataclass(frozen=True)
 class TrueBoxes:
-    """Road users of a frame, n of them, in the order of the data: cls (n,) uint8 index into CLASSES; centre_m, size_m
+    """Objects of a frame, n of them, in the order of the data: cls (n,) uint8 index into CLASSES; centre_m, size_m
     (n, 3) metres, vehicle frame; rotation (n, 3, 3) box to vehicle frame; row (n,) place in the data."""
 
     cls: NDArray[np.uint8]

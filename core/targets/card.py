@@ -1,8 +1,8 @@
 """Detection range of a rig: the distance up to which it gets enough points or pixels on one object in the open.
 
-One road user stands alone on flat ground, at every distance, in some directions and turned end on or side on. What the
+One object stands alone on flat ground, at every distance, in some directions and turned end on or side on. What the
 LiDARs get is counted by `targets.engine`, on their real beam tables; a camera's picture of it is
-measured by its lens. Where the road user falls between the beams is luck: at 80 m a gap between beams is as wide as a
+measured by its lens. Where the object falls between the beams is luck: at 80 m a gap between beams is as wide as a
 hand or as a person is tall. So each distance is tried at several places within a step of the lattice.
 """
 
@@ -147,7 +147,7 @@ class CardRow:
     """One class, turned one way, in one direction from the car: reach by kind of sensor, for LiDARs by points, for
     cameras by pixels.
 
-    gap_m: from bumper to road user when its centre is 0 m away, below 0; the way to brake in is distance + gap_m.
+    gap_m: from bumper to object when its centre is 0 m away, below 0; the way to brake in is distance + gap_m.
     """
 
     cls: str

@@ -20,7 +20,7 @@ CELL_M, NEAR_M = 1.0, 2.0
 class GroundView:
     """Cells of `cell_m` metres over the ground, index (ix, iy); `origin_m` is their lower corner. Equal only to itself.
 
-    objects (nx, ny): road users of the class near each cell, in all frames counted; on_target (nx, ny): mean of theirs,
+    objects (nx, ny): objects of the class near each cell, in all frames counted; on_target (nx, ny): mean of theirs,
     NaN where there are none; missed (nx, ny): those with fewer than `min_points` points of all LiDARs.
     """
 

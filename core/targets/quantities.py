@@ -136,7 +136,7 @@ class Cells:
     """Numbers of groups of objects in an array of any shape: their count, the number itself (NaN where there are none),
     its standard error where frames were sampled, the change against a baseline and its error.
 
-    Both rigs meet the same road users, so the error of the change is that of the differences, object by object.
+    Both rigs meet the same objects, so the error of the change is that of the differences, object by object.
     """
 
     objects: Counts

@@ -27,7 +27,7 @@ Counts = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Returns:
-    """Rays of the sensors of one kind, by name, that reach k road users first: counts (k, sensors)."""
+    """Rays of the sensors of one kind, by name, that reach k objects first: counts (k, sensors)."""
 
     names: tuple[str, ...]
     counts: Counts
@@ -40,7 +40,7 @@ class Returns:
 
 @dataclass(frozen=True)
 class ObjectCounts:
-    """Of k road users that count, in the order of the sampled frames.
+    """Of k objects that count, in the order of the sampled frames.
 
     box (k,): their places in the traffic; points (k, lidars) rays that reach them first, pixels (k, cameras) native
     pixels that show them, of the enabled sensors by name; points_alone and pixels_alone (k,): of all of them together

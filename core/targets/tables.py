@@ -125,7 +125,7 @@ class _Figures:
 
 @dataclass(frozen=True)
 class _Sample:
-    """Road users by group (k,) and sampled frame (k,): `used` of all `frames`."""
+    """Objects by group (k,) and sampled frame (k,): `used` of all `frames`."""
 
     group: Counts
     groups: int

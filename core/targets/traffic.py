@@ -1,4 +1,4 @@
-"""Road users of all frames of a data set as arrays, in the order in which frames are sampled."""
+"""Objects of all frames of a data set as arrays, in the order in which frames are sampled."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ class Traffic:
 
     data: what was read. frame (T,): number in the data of each frame held; starts (T + 1,): its first box; row (n,):
     place of each box in the data; cls (n,) uint8 index into CLASSES; centre_m, size_m (n, 3); rotation (n, 3, 3) box
-    to vehicle frame. Occluders have the class NO_CLASS, stand after the road users of their
-    frame, and their `row` is their place in the table of occluders. Every box hides what is behind it; road users
+    to vehicle frame. Occluders have the class NO_CLASS, stand after the objects of their
+    frame, and their `row` is their place in the table of occluders. Every box hides what is behind it; objects
     `within_m` of the car, from the vehicle frame's origin to the box's centre along the ground,
     are objects that count. surroundings_sha256: of the tables of occluders, empty without.
     """

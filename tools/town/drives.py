@@ -127,7 +127,7 @@ def touches_ego(box: Box) -> bool:
 def drives(frames: list[Frame], actors: dict[str, Actor]) -> list[Drive]:
     """Return EGO_COUNT drives drawn by SEED in which nothing runs into the ego car.
 
-    (Now and then SUMO lets road users pass through each other at a crossing.)
+    (Now and then SUMO lets objects pass through each other at a crossing.)
     """
     candidates = ego_candidates(frames, actors)
     rng_for("egos").shuffle(candidates)

@@ -18,9 +18,9 @@ MANY_TIMES = 10
 class ShownFrame:
     """Boxes of one frame, n of them, in the vehicle frame, and the points of the LiDARs. Equal only to itself.
 
-    cls (n,): index into CLASSES, more for what is no road user; centre_m, size_m (n, 3); rotation (n, 3, 3); points
+    cls (n,): index into CLASSES, more for what is no object; centre_m, size_m (n, 3); rotation (n, 3, 3); points
     (n,): LiDAR points on each; places_m (p, 3): where rays end; on_box (p,): whether on a box. `pointed_out` is the
-    number of one box, None for none; from `enough` points on a road user counts as detected.
+    number of one box, None for none; from `enough` points on an object counts as detected.
     """
 
     cls: NDArray[np.uint8]
