@@ -11,7 +11,7 @@ class InputError(ValueError):
     Parameters
     ----------
     message
-        What is wrong. With a field it goes on from the field's name: "must be above 0 (got -1)".
+        What is wrong. With a field it continues the field's name: "must be above 0 (got -1)".
     field
         The argument that is wrong, by its name in the Python API, such as `voxel_m`.
     other

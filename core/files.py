@@ -214,7 +214,7 @@ def _exchanged(one: Path, other: Path) -> bool:
 
 _OLD = ".old"
 _RUN = secrets.token_hex(4)
-"""Tells this run from an earlier one with the same process number, as runs in containers have."""
+"""Distinguishes this run from an earlier one with the same process number, as runs in containers have."""
 _LEFTOVER = re.compile(
     r"\.(?P<name>.+)\.(?P<place>[0-9a-f]{8})-(?P<process>\d{1,9})-(?P<run>[0-9a-f]{8})-[0-9a-f]{12}\.tmp(?P<old>\.old)?"
 )

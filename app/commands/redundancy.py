@@ -145,7 +145,7 @@ def _print(rig: Rig, body: str, voxels: Coverage, targets: Coverage | None) -> N
             console.print(_failures_table(found, title))
     console.print(
         "Covered: more is better; two kinds: by cameras and LiDARs. Lost when it fails: less is better; worst sector: "
-        "that of 45° in which most of what is there is lost.",
+        "the 45° in which the largest share is lost.",
         soft_wrap=True,
     )
     if targets is not None:

@@ -61,7 +61,8 @@ def insistent_interrupt(
 ) -> Iterator[None]:
     """Interrupt the main thread on Ctrl-C or SIGTERM repeatedly until the exception arrives here.
 
-    The compiler calls back into Python while it makes a kernel, and what is raised there, or in a destructor, is lost.
+    The compiler calls back into Python while it makes a kernel, and exceptions raised there, or in a destructor,
+    are lost.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -112,7 +113,7 @@ def leave_at_once(*_: object) -> None:
 def leaving_on_interrupt() -> Iterator[None]:
     """End the process at once on Ctrl-C or SIGTERM, as long as there is nothing to lose.
 
-    An exception would not do: Qt prints those that pass through it and goes on, and crashes while it is loaded.
+    An exception would not do: Qt prints those that pass through it and continues, and crashes while it is loaded.
     """
     with _heard_by(leave_at_once):
         yield

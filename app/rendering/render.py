@@ -156,7 +156,7 @@ def drawn_score(rig: Rig, body: Body | None) -> ScoreOptions:
 def as_drawn(rig: Rig, folder: Path, tell: Callable[[str], object] = note) -> Rig:
     """Return a rig of this folder with the mesh of its body, without it where a box has to stand in for the car.
 
-    What is wrong with the file, or with the size of the car in it, is told in a line each.
+    Problems with the file, or with the size of the car in it, are reported in a line each.
     """
     try:
         return with_mesh_read(rig, folder, tell)

@@ -96,7 +96,7 @@ def train(
 ) -> State:
     """Train one net on all samples of all sets and return it.
 
-    state: where an interrupted training goes on. until: after which pass it stops, None for the last one.
+    state: start of a resumed training. until: after which pass it stops, None for the last one.
     """
     run = _Run(sets, region, training, on)
     if state is not None:

@@ -109,7 +109,7 @@ def wanted(sample: Sample, region: Region) -> tuple[NDArray[np.float32], NDArray
     """Return the training target: peaks (classes, a, b) with 1 at each object that has a point; for the p cells with an
     object its place within the cell, (p, 2), 0 to 1; and these cells (p,).
 
-    Of two objects of any class in one cell the later one says where it stands.
+    Of two objects of any class in one cell the place of the later one counts.
     """
     rows, columns = (cells // 2 for cells in region.shape)
     peaks = np.zeros((len(CLASSES), rows, columns), np.float32)

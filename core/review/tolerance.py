@@ -1,8 +1,8 @@
 """Tolerance: the spread of a rig's figures under small errors of mounts and pitch of the car.
 
 Errors of a profile are drawn evenly within its limits, by a scrambled Sobol sequence, so that two rigs with the same
-sensors meet the same errors. Beside the spread stands that of unavoidable errors, the noise floor: what
-remains there is the lattice of rays and voxels, not the mounts.
+sensors meet the same errors. Next to the spread is that of unavoidable errors, the noise floor: it shows the lattice
+of rays and voxels, not the mounts.
 """
 
 from __future__ import annotations
@@ -309,7 +309,7 @@ def rig_of_draw(result: ToleranceResult, draw: int, magnified: float = 1.0) -> t
 def worst_rig(result: ToleranceResult, figure: str, magnified: float = 1.0) -> Rig:
     """Return the rig of the draw with the least value of a figure, with its stance; InputError for an unknown figure.
 
-    `magnified`: its errors so many times as large, to be visible next to the rig as designed."""
+    `magnified`: factor on its errors, to be visible next to the rig as designed."""
     if figure not in result.spreads:
         known = ", ".join(result.spreads)
         raise InputError(f"must be one of {known} (got '{figure}')", "figure")

@@ -1,6 +1,6 @@
 """Decide which objects of a profile a rig sees: exact rays against upright cylinders, never voxels.
 
-Each object stands alone; the car's own body is in the way where it blocks. Two things are told for every sensor: how
+Each object is alone; the car's own body hides it where it blocks. Two things are told for every sensor: how
 many of its rays meet the object, of a camera those of all its pixels, and which share of the surface that faces it lies
 in its view, between the sensor and which nothing of the car stands. The share does not depend on how densely a sensor
 looks.

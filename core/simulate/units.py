@@ -112,7 +112,7 @@ def unpacked(content: bytes, unit: Unit) -> tuple[dict[str, bytes], list[dict[st
         notes = json.loads(files.pop(NOTES))
         frames = tuple(note["frame"] for note in notes)
     except Exception as error:  # damaged bytes make zipfile and json raise a dozen kinds of error
-        raise ChildProcessError("a worker sent a damaged part; what is finished is kept") from error
+        raise ChildProcessError("a worker sent a damaged part; finished parts are kept") from error
     if files.keys() != unit.file_names() or frames != unit.frames:
         raise ChildProcessError("a worker returned another part than requested; finished parts are kept")
     return files, notes

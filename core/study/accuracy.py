@@ -1,8 +1,8 @@
 """Compare time and error of methods to score a rig: methods on one grid, other voxel edges, other ray lattices.
 
 Two errors. Wrong voxels: missed and extra against the exact set of the rig's own rays on the same grid, as a
-share of that set, cameras and LiDARs counted apart. S-MS: the share of the scene's entropy that S-MS stands
-for, S-MS / H(Omega), against the exact one on the finest grid; the part of the error that the grid makes and
+share of that set, cameras and LiDARs counted apart. S-MS: the share of the scene's entropy in S-MS, S-MS / H(Omega),
+against the exact one on the finest grid; the part of the error that the grid makes and
 the part that the shortcut makes are added, so that no shortcut is praised for hiding the error of its grid.
 """
 

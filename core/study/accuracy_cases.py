@@ -1,6 +1,6 @@
 """Methods compared in the accuracy study: each scores one rig on one grid, and is ready to be timed.
 
-A case prepares (not timed), runs (timed: from the rig to S-MS of all classes) and tells what it covered.
+A case prepares (not timed), runs (timed: from the rig to S-MS of all classes) and reports its coverage.
 Everything that belongs to the scene alone - POG, entropies, dense grids, lists of voxels - is ready before,
 and so are the rays of plain DDA; the engine makes its rays within its time.
 """

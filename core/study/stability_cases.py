@@ -122,7 +122,7 @@ def _planes() -> Iterator[RayCase]:
         ),
     )
     yield RayCase(
-        "rays just beside corners",
+        "rays just off corners",
         "diagonals by angles: planes are met within 10⁻¹⁶ of each other, in an order that doubles lose",
         UNIT,
         (lidar((0.0, 0.0, 4.0), (0.0, 45.0, -45.0, _SPACE_DIAGONAL_DEG, -_SPACE_DIAGONAL_DEG), EIGHT_WAYS),),

@@ -1,7 +1,7 @@
 """Measure how the order of the paper's rigs depends on the user's choices: grid, rays, reading, weight, frames.
 
 Everything is compared with one reference: the study's voxel edge, 352 x 128 rays per camera, 360 azimuths,
-reading `covered`, the weight asked for, all frames.
+reading `covered`, the requested weight, all frames.
 """
 
 from __future__ import annotations

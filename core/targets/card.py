@@ -1,6 +1,6 @@
 """Detection range of a rig: the distance up to which it gets enough points or pixels on one object in the open.
 
-One object stands alone on flat ground, at every distance, in some directions and turned end on or side on. What the
+A single object is on flat ground, at every distance, in some directions and turned end on or side on. What the
 LiDARs get is counted by `targets.engine`, on their real beam tables; a camera's picture of it is
 measured by its lens. Where the object falls between the beams is luck: at 80 m a gap between beams is as wide as a
 hand or as a person is tall. So each distance is tried at several places within a step of the lattice.

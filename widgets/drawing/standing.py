@@ -24,7 +24,7 @@ _PAUSE = 2.0
 class Standing:
     """Draws frames of a stage while something moves; between two of them only the scene may touch the stage.
 
-    What stands still takes several times as long as what moves. With another haze it is therefore drawn in `parts`,
+    The static part takes several times as long as the moving one. With another haze it is therefore drawn in `parts`,
     beside the picture that frames in between are laid over; haze that follows closely waits (`is_due`), so that it gets
     at most a third of the time. Large clear surfaces below everything else, `low`, are drawn with the haze.
     """
@@ -55,7 +55,7 @@ class Standing:
     def parts(self, haze: tuple[object, ...]) -> Generator[None, None, bool]:
         """Draw the static part with the current haze; return whether frames are now laid over it.
 
-        Frames may be drawn wherever this yields. If what stands still is not the same any more, they need another
+        Frames may be drawn wherever this yields. If the static part has changed, they need another
         picture of it, and the rest is abandoned.
         """
         stage, kept, took_s = self._stage, self._kept, 0.0

@@ -1,6 +1,6 @@
 """Simple solids by class, in a box of size 1 around the origin: x ahead, y to the left, z up.
 
-For the eye alone: what is counted says `riglens.core.targets`.
+For display only: `riglens.core.targets` defines the counted shapes.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Change a rig file as little as possible: changed values are rewritten, every other character stays.
 
-ruamel's own writer is no way to do this: it aligns anew and drops the comments that follow a sensor in braces.
+ruamel's own writer cannot do this: it realigns and drops the comments that follow a sensor in braces.
 """
 
 from __future__ import annotations

@@ -110,7 +110,7 @@ def sensor_lines(sensor: Sensor, indent: int) -> list[str]:
 def same_value(one: object, other: object) -> bool:
     """Return whether two plain values, or parts of rigs, are equal to the last bit.
 
-    -0.0 is not 0.0, and 25 is the number 25.0. What two rigs share is not looked at: a drag changes one sensor of many.
+    -0.0 is not 0.0, and 25 is the number 25.0. Shared parts of two rigs are skipped: a drag changes one sensor of many.
     """
     if one is other:
         return True

@@ -1,6 +1,6 @@
 """Make one piece of a study, on a worker that may share no folder with the study.
 
-A worker is sent the study and the state of the net that the piece goes on from. Sweeps come from the study's folder,
+A worker is sent the study and the state of the net that the piece continues. Sweeps come from the study's folder,
 or, where that is out of reach, are simulated by the worker, the very same ones, and kept for its next piece.
 """
 

@@ -1,8 +1,8 @@
 """Define the pieces of a study and the folder that stores them: sweeps of a rig, passes of a net's training, its
 detections.
 
-A piece's key holds a hash of all that decides it. So a study that was stopped at any moment goes on where it was, and
-ends with the same figures; a folder may hold pieces of several studies.
+A piece's key holds a hash of all that decides it. So a study that was stopped at any moment resumes, and ends with
+the same figures; a folder may hold pieces of several studies.
 """
 
 from __future__ import annotations

@@ -44,8 +44,8 @@ class _Binding:
 class Form(QWidget):
     """A grid of labels and fields over one frozen object (`subject`).
 
-    `changed` carries the changed copy. A value that the object refuses marks its field, and the reason stands under
-    the field for as long as the value does; the object itself stays as it is.
+    `changed` carries the changed copy. A value that the object refuses marks its field, and the reason is shown under
+    the field as long as the value; the object itself stays as it is.
 
     Other objects may stand beside the subject: fields then show what all of them share, or that they differ, and a
     change is one of all of them. Fields in `shared` mean all, the others those of the subject's own class.
