@@ -461,7 +461,7 @@ class CheckResult(Result):
 
     @property
     def passes(self) -> bool:
-        """Whether every requirement is met or waived today."""
+        """Return whether every requirement is met or waived today."""
         return bool(self._document["passes"])
 
     def to_dict(self) -> dict[str, Any]:

@@ -37,7 +37,7 @@ FEWEST_FRAMES, FIRST_FRAMES, GROWTH = 16, 32, 4
 
 @dataclass(frozen=True)
 class CountRequest:
-    """What to count; `baseline_rig` is what changes are counted from."""
+    """Request to count; `baseline_rig` is the reference of changes."""
 
     revision: int
     rig: Rig

@@ -31,8 +31,8 @@ COARSE_RAYS, ALL_RAYS = 60_000, 400_000
 
 @dataclass(frozen=True, eq=False)
 class FrameRequest:
-    """Which frame to show: its place in the traffic. The settings say whether the car's body blocks; `explain`: the box
-    whose few points are to be explained."""
+    """Request for a frame: its index in the traffic. The settings say whether the car's body blocks; `explain`: the box
+    whose low point count is to be explained."""
 
     rig: Rig
     traffic: Traffic

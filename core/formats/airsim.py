@@ -73,9 +73,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
 def _vehicle(source: Source, token: str | None, notes: Notes) -> tuple[str, Value]:
     vehicles = dict(source.json.item("Vehicles").items())
     if token is not None and token not in vehicles:
-        raise InputError(
-            f"{source.where}: token: found '{shortened(token)}'; accepted is the name of a vehicle"
-        )
+        raise InputError(f"{source.where}: token must be the name of a vehicle (got '{shortened(token)}')")
     some = (name for name, value in vehicles.items() if "Cameras" in value or "Sensors" in value)
     name = token or next(some, next(iter(vehicles), ""))
     if not name:

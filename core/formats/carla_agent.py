@@ -39,7 +39,7 @@ _SUMS = {ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, a
 _COMPUTED = object()
 _CONFIG, _CONFIG_FILE, _MOST_ELEMENTS = "config", "config.py", 100
 _Names = dict[str, Any]
-"""What names of a configuration hold, as far as it is written out."""
+"""Literal values of the names of a configuration."""
 
 
 def recognises(source: Source) -> bool:

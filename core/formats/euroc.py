@@ -25,7 +25,7 @@ from riglens.core.rig.yaml.nodes import shortened
 TITLE = "EuRoC, Kimera-VIO or maplab calibration"
 _PLACES = ("cam[0-9]*/sensor.yaml", "mav0/cam[0-9]*/sensor.yaml", "*CameraParams.yaml")
 _MODELS = {"unified-projection": "omni"}
-"""What maplab calls models that Kalibr names otherwise."""
+"""Names of Kalibr's models in maplab, where they differ."""
 _Cameras = dict[str, tuple[Matrix, dict[str, Any]]]
 
 

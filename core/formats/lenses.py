@@ -237,7 +237,7 @@ SPHERE_MODELS: dict[str, tuple[int, Callable[[Sequence[float], Doubles, Doubles]
     "eucm": (2, _extended),
     "ds": (2, _double),
 }
-"""How many numbers each model has, and where it puts a direction (across, ahead) on the plane."""
+"""Number of parameters of each model, and the place on the plane of a direction (across, ahead)."""
 
 
 def _fitted(

@@ -61,7 +61,7 @@ def _entry(source: Source, token: str | None, notes: Notes) -> Value:
     entries = source.json.item("data_list").elements()
     if token is not None and not (token.isdecimal() and int(token) < len(entries)):
         raise InputError(
-            f"{source.where}: token: found '{shortened(token)}'; accepted is an index from 0 to {len(entries) - 1}"
+            f"{source.where}: token must be an index from 0 to {len(entries) - 1} (got '{shortened(token)}')"
         )
     notes.read(f"entry {token or 0} of {len(entries)}", field="token" if len(entries) > 1 else "")
     return entries[int(token or 0)]

@@ -68,7 +68,7 @@ class Requirement(Frozen):
 
     @property
     def relation(self) -> Relation:
-        """How the figure has to be to the limit."""
+        """Return the relation of the figure to the limit."""
         return "at least" if "at_least" in type(self).model_fields else "at most"
 
     @property

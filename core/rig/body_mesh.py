@@ -19,7 +19,7 @@ METRES: JsonDict = {"unit": "m", "step": 0.05}
 
 
 class MeshPlacement(Frozen):
-    """How a mesh file is placed in the vehicle frame: scaled about its origin, rotated, then moved (metres)."""
+    """Placement of a mesh file in the vehicle frame: scaled about its origin, rotated, then moved (metres)."""
 
     scale: Annotated[
         float,

@@ -87,7 +87,7 @@ class Vehicle(Frozen):
 
     @property
     def lacks_mesh(self) -> bool:
-        """Whether the body is a mesh file that has not been read."""
+        """Return whether the body is a mesh file that has not been read."""
         return self.has_mesh_file and self._body_mesh is None
 
     def with_body_mesh(self, mesh: BodyMesh | None) -> Self:

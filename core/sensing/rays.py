@@ -34,7 +34,7 @@ class Rays:
 
     @property
     def far_m(self) -> NDArray[np.float64]:
-        """Where each ray ends, metres (n,), or all of them ()."""
+        """Return the end of each ray, metres (n,), or of all of them ()."""
         return np.minimum(self.range_m[1], self.limits_m) if self.limits_m.size else np.array(self.range_m[1])
 
 
@@ -98,13 +98,13 @@ def missing_ray_count(sensor: Sensor) -> int:
 
 
 def limits_m(sensor: Sensor, echo: Echo = REFERENCE) -> NDArray[np.float64]:
-    """How far each ray of the lattice reaches an object, metres (rays,), where its kind limits rows; (0,) where not."""
+    """Return the range of each ray to an object, metres (rays,), where its kind limits rows; (0,) where not."""
     rows = kind_of(sensor).limits_m(sensor, echo)
     return np.zeros(0) if rows is None else np.repeat(rows, sensor.resolution[0])
 
 
 def farthest_m(sensor: Sensor) -> float:
-    """Where the longest ray of a sensor ends."""
+    """Return the range of the longest ray of a sensor, metres."""
     rows = kind_of(sensor).limits_m(sensor, REFERENCE)
     return sensor.range_m[1] if rows is None else min(sensor.range_m[1], float(rows.max()))
 

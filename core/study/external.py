@@ -29,7 +29,7 @@ Recording = Literal["nuscenes", "kitti"]
 
 TOLERANCE = 0.05
 GROUPS = ("trained on the reduced data", "trained on the whole data", "ten sweeps of a standing scene")
-"""What experiments are: the test, its bounds, and what changes where a detector adds up sweeps."""
+"""Groups of experiments: the test, its bounds, and what changes where a detector adds up sweeps."""
 FIGURES = {
     "on_target": "on target",
     "share_5": "≥ 5 points",
@@ -37,9 +37,9 @@ FIGURES = {
     "seen": "seen",
     "rays": "rays",
 }
-"""What is compared, by name; the last is a baseline."""
+"""Figures compared, by name; the last is a baseline."""
 WITHIN_M: dict[Recording, float] = {"nuscenes": 50.0, "kitti": 60.0}
-"""How far from the car objects count: about the ranges of the benchmarks."""
+"""Distance from the car up to which objects count: about the ranges of the benchmarks."""
 _RIGS: dict[Recording, str] = {"nuscenes": "nuScenes car", "kitti": "KITTI car"}
 _CLASSES: dict[Recording, tuple[str, ...]] = {"nuscenes": CLASSES, "kitti": ("car",)}
 
@@ -67,7 +67,7 @@ class Experiment:
 
     @property
     def group(self) -> str:
-        """What it says of a figure: one of GROUPS."""
+        """Return its group, one of GROUPS."""
         return GROUPS[2] if self.sweeps > 1 else GROUPS[0] if self.is_retrained else GROUPS[1]
 
     @property
@@ -194,18 +194,18 @@ EXPERIMENTS = (
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a source reports of an experiment, and the ratios of the figures (by name)."""
+    """The published ratio of an experiment, and the ratios of the figures (by name)."""
 
     experiment: Experiment
     boxes: str
     ratios: Mapping[str, float]
 
     def error(self, figure: str) -> float:
-        """How much the ratio of a figure is above the published one."""
+        """Return by how much the ratio of a figure is above the published one."""
         return self.ratios[figure] - self.experiment.published
 
     def passes(self, figure: str) -> bool:
-        """Whether a figure's ratio is the published one within the tolerance."""
+        """Return whether a figure's ratio is the published one within the tolerance."""
         return abs(self.error(figure)) <= TOLERANCE
 
 

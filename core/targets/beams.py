@@ -174,7 +174,7 @@ def _beams(sensor: Sensor, row_at: Doubles, row_of: Ids, column_at: Doubles, col
 
 
 def _limits_m(sensor: Sensor) -> Doubles:
-    """How far each ray detects an object of each class, (3, rays); (0, 0) where nothing limits rays."""
+    """Return the range of each ray to an object of each class, (3, rays); (0, 0) where nothing limits rays."""
     echoes = (Echo(cls, min(SIZES_M[cls][:2])) for cls in CLASSES)
     found = np.stack([limits_m(sensor, echo) for echo in echoes])
     return found if found.size else np.zeros((0, 0))

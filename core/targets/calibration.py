@@ -1,4 +1,4 @@
-"""Predicted detection: curves of how well a detector finds an object by what LiDARs get onto it, and their file.
+"""Predicted detection: curves of average precision by a rig's hits on objects, and their file.
 
 A curve belongs to one detector, and says nothing outside the domain in which it was fitted.
 """
@@ -75,7 +75,7 @@ class Curves(Frozen):
 
 
 class Domain(Frozen):
-    """Where a calibration was shown to hold: objects within a distance and a rectangle around the car, rigs of so many
+    """Domain in which a calibration was shown to hold: objects within a distance and a rectangle around the car, rigs of so many
     LiDAR rays, after so many sweeps, in these data."""
 
     within_m: Metres | None = None

@@ -61,7 +61,7 @@ ON_TARGET = Quantity(
 )  # fmt: skip
 PREDICTED = Quantity(
     "predicted", "Predicted AP",
-    "Average precision that a detector would reach on these objects by what LiDARs get onto them, from a calibration. "
+    "Average precision that a detector would reach on these objects with these LiDAR hits, by a calibration. "
     "More is better.",
     "share", lambda objects, _: objects.predicted,
 )  # fmt: skip

@@ -194,7 +194,7 @@ class TargetScores:
 
     @property
     def predicted_outside(self) -> str:
-        """Why predicted detection is outside its domain; nothing where it is inside."""
+        """Return why predicted detection is outside its domain; "" inside."""
         return self.calibration.outside(self.rig, self.settings.shape, self.settings.range_law)
 
     @property

@@ -1,4 +1,4 @@
-"""How many kernels are ready while another process compiles them, after a first start or an update."""
+"""Progress of the process that compiles kernels, after a first start or an update."""
 
 from __future__ import annotations
 

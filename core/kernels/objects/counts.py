@@ -76,7 +76,7 @@ def is_stopped(beams: Beams, row: int, slot: int, inverse: float) -> bool:
 
 @lean_inlined
 def is_in_range(traffic: Traffic, beams: Beams, box: int, row: int, slot: int, inverse: float) -> bool:
-    """Whether a listed ray, a unit vector, gets anything back from an object of that class where it meets it."""
+    """Return whether a listed ray, a unit vector, gets anything back from an object of that class where it meets it."""
     ray = row * beams.columns + beams.column_of[slot % beams.columns]
     return bool(beams.limits[traffic.cls[box], ray] * inverse >= 1.0)
 

@@ -30,7 +30,7 @@ _AS_RUN: dict[str, dict[str, object]] = {
         "azimuths_deg": LinearAngles(from_=-180.0, to=180.0, count=2170),
     },
 }
-"""What the library said of these models when the studies ran: the rigs stay those that were measured."""
+"""The library's fields of these models when the studies ran: the rigs stay those that were measured."""
 LADDER = ("1 x 16 low in front", "1 x 16 on the roof", "2 x 16 on the roof", "Trapezoid", "velodyne-vlp-32c")
 """Rigs in their undisputed order: each must come out clearly better than the one before."""
 

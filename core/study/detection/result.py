@@ -76,7 +76,7 @@ class Result:
 
     @cached_property
     def orders(self) -> list[Order]:
-        """How many of the resolved pairs each surrogate puts in the order of average precision."""
+        """Return how many of the resolved pairs each surrogate puts in the order of average precision."""
         found = []
         for column in COLUMNS:
             ap = self.every.value[:, COLUMNS.index(column)]
