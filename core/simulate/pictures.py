@@ -13,10 +13,11 @@ from riglens.core.kernels.objects.pictures import NO_RAY, OWN_CAR, SKY
 from riglens.core.kernels.objects.sweeps import GROUND, STATIC
 from riglens.core.rig.model import Camera, Rig
 from riglens.core.simulate.clutter import KINDS
-from riglens.core.simulate.own_body import OwnBody, own_body, stopped_m
+from riglens.core.simulate.own_body import own_solid, stopped_m
 from riglens.core.simulate.sweeps import canvas_for
 from riglens.core.simulate.world import World, Worlds
-from riglens.core.targets.beams import NOT_STOPPED, beams_of
+from riglens.core.targets.beams import beams_of
+from riglens.core.vehicle.solid import Solid
 
 __all__ = ["NO_RAY", "OWN_CAR", "SKY", "CameraPicture", "Cameras", "class_labels"]
 
@@ -86,7 +87,7 @@ class Cameras:
 
     def __init__(self, rig: Rig, worlds: Worlds, is_native: bool = True) -> None:
         self._worlds = worlds
-        body = own_body(rig.vehicle) if (worlds.settings.body or rig.body) == "blocks" else None
+        body = own_solid(rig, worlds.settings.body)
         self._beams = [_beams(camera, body, is_native) for camera in rig.enabled_cameras()]
         self._canvases = dict[tuple[int, int], Canvas]()
 
@@ -126,9 +127,9 @@ def class_labels(what: NDArray[np.int32], cls: NDArray[np.uint8]) -> NDArray[np.
     return np.asarray(table[what + 5])
 
 
-def _beams(camera: Camera, body: OwnBody | None, is_native: bool) -> Beams:
+def _beams(camera: Camera, body: Solid | None, is_native: bool) -> Beams:
     eye = camera.model_copy(update={"cast": None}) if is_native else camera
-    ends_m = NOT_STOPPED if body is None else stopped_m(eye, body)
+    ends_m = stopped_m(eye, body)
     return beams_of(eye, ends_m=ends_m)
 
 

@@ -12,14 +12,15 @@ from riglens.core.kernels.objects import sweeps as kernel
 from riglens.core.kernels.objects.box_frames import Beams, Canvas
 from riglens.core.kernels.objects.sweeps import GROUND, STATIC
 from riglens.core.rig.model import Lidar, Rig
-from riglens.core.simulate.own_body import OwnBody, own_body, stopped_m
+from riglens.core.simulate.own_body import own_solid, stopped_m
 from riglens.core.simulate.settings import USUAL_SIMULATION, SimulationSettings
 from riglens.core.simulate.world import TrueBoxes, World, Worlds
-from riglens.core.targets.beams import NOT_STOPPED, beams_of
+from riglens.core.targets.beams import beams_of
 from riglens.core.targets.contribution import phases_rad
 from riglens.core.targets.draws import mixed, sensor_key
 from riglens.core.targets.range_law import REFLECTIVITY, WIDTH, anchors_of, range_for
 from riglens.core.targets.traffic import Traffic
+from riglens.core.vehicle.solid import Solid
 
 __all__ = ["GROUND", "STATIC", "Simulator", "Sweep", "points_inside"]
 
@@ -87,7 +88,7 @@ class Simulator:
     ) -> None:
         self.worlds = traffic if isinstance(traffic, Worlds) else Worlds(traffic, settings)
         self.settings = self.worlds.settings
-        body = own_body(rig.vehicle) if (self.settings.body or rig.body) == "blocks" else None
+        body = own_solid(rig, self.settings.body)
         self._sources = [_source(lidar, body, self.settings) for lidar in rig.enabled_lidars()]
         rays = max((lidar.ray_count for lidar in rig.enabled_lidars()), default=0)
         self._columns = (
@@ -136,8 +137,8 @@ class Simulator:
         )
 
 
-def _source(lidar: Lidar, body: OwnBody | None, settings: SimulationSettings) -> _Source:
-    ends_m = NOT_STOPPED if body is None else stopped_m(lidar, body)
+def _source(lidar: Lidar, body: Solid | None, settings: SimulationSettings) -> _Source:
+    ends_m = stopped_m(lidar, body)
     returns, noise, losses = (
         sensor_key(settings.seed, f"{name} of {lidar.name}") for name in ("returns", "noise", "losses")
     )

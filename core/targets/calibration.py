@@ -75,7 +75,7 @@ class Curves(Frozen):
 
 
 class Domain(Frozen):
-    """Domain in which a calibration was shown to hold: objects within a distance and a rectangle around the car, rigs of so many
+    """Domain in which a calibration was shown to hold: objects within a distance and a rectangle around the car, rigs
     LiDAR rays, after so many sweeps, in these data."""
 
     within_m: Metres | None = None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -42,18 +42,18 @@ def solid_of(vehicle: Vehicle, stance: Pose = Pose(), through_glass: tuple[str, 
     return solid if stance == Pose() else _standing(solid, stance)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class Solid:
     """Triangles triangles_m (t, 3, 3) with materials (t,), numbers in MATERIALS, in a tree of boxes.
 
-    `through_glass` are the kinds of sensor that see through glass. Two solids with the same `fingerprint` stop the
-    same rays at the same places.
+    `through_glass` are the kinds of sensor that see through glass. Two solids with the same `fingerprint` are equal:
+    they stop the same rays at the same places.
     """
 
-    triangles_m: NDArray[np.float64]
-    materials: NDArray[np.uint8]
-    tree: Tree
-    through_glass: tuple[str, ...]
+    triangles_m: NDArray[np.float64] = field(compare=False, repr=False)
+    materials: NDArray[np.uint8] = field(compare=False, repr=False)
+    tree: Tree = field(compare=False, repr=False)
+    through_glass: tuple[str, ...] = field(compare=False)
     fingerprint: str
 
     @classmethod

@@ -157,7 +157,7 @@ def _nearest(place: Points, solid: Solid) -> Points:
 
 @lru_cache(maxsize=2)
 def _boxes(solid: Solid) -> tuple[Points, Points]:
-    """Lowest and highest corners (t, 3) of the boxes around triangles; solids are equal only to themselves."""
+    """Lowest and highest corners (t, 3) of the boxes around triangles."""
     return solid.triangles_m.min(axis=1), solid.triangles_m.max(axis=1)
 
 
