@@ -18,7 +18,6 @@ from riglens.core.formats.matrices import quoted_matrix, rotation_of
 from riglens.core.formats.mounts import Mounting, ReadOptions
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source
-from riglens.core.rig.model import Vehicle
 
 TITLE = "Boreas calibration"
 IMAGE = (2448, 2048)
@@ -46,8 +45,7 @@ def _beside(source: Source, name: str) -> Source | None:
 def read(source: Source, options: ReadOptions) -> Imported:
     """Return the LiDAR and the camera around the Applanix frame."""
     notes = Notes()
-    vehicle = options.vehicle_or(Vehicle())
-    mounting = Mounting(source.where, notes, vehicle, options.origin_m or (0.0, 0.0, vehicle.height))
+    mounting = Mounting.on_roof(source.where, notes, options)
     lidar = _beside(source, _LIDAR)
     if lidar is None:
         raise InputError(f"{source.where}: {_LIDAR} is missing beside it")

@@ -19,7 +19,6 @@ from riglens.core.formats.matrices import add_by_imu, rigid
 from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source, Value
-from riglens.core.rig.model import Vehicle
 from riglens.core.rig.yaml.nodes import shortened
 
 TITLE = "EuRoC, Kimera-VIO or maplab calibration"
@@ -57,8 +56,7 @@ def _files(source: Source) -> list[Source]:
 def read(source: Source, options: ReadOptions) -> Imported:
     """Return the cameras, and maplab's LiDARs."""
     notes = Notes()
-    vehicle = options.vehicle_or(Vehicle())
-    mounting = Mounting(source.where, notes, vehicle, options.origin_m or (0.0, 0.0, vehicle.height))
+    mounting = Mounting.on_roof(source.where, notes, options)
     cameras: _Cameras = {}
     lidars: dict[str, Matrix] = {}
     for file in _files(source):

@@ -19,7 +19,6 @@ from riglens.core.formats.matrices import add_by_imu, rotation_of
 from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source, Value
-from riglens.core.rig.model import Vehicle
 from riglens.core.rig.yaml.nodes import shortened
 
 TITLE = "FAST-LIVO2 configuration"
@@ -40,8 +39,7 @@ def recognises(source: Source) -> bool:
 def read(source: Source, options: ReadOptions) -> Imported:
     """Return the LiDAR and the camera around the IMU."""
     notes = Notes()
-    vehicle = options.vehicle_or(Vehicle())
-    mounting = Mounting(source.where, notes, vehicle, options.origin_m or (0.0, 0.0, vehicle.height))
+    mounting = Mounting.on_roof(source.where, notes, options)
     found = source.yaml.item(_CALIBRATION)
     imu_SE3_lidar = _transform(found, "extrinsic_R", "extrinsic_T", notes)
     camera_SE3_lidar = _transform(found, "Rcl", "Pcl", notes)

@@ -24,7 +24,6 @@ from riglens.core.formats.matrices import level_axes, rigid
 from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source, Value
-from riglens.core.rig.model import Vehicle
 from riglens.core.rig.yaml.nodes import shortened
 
 TITLE = "Kalibr camchain"
@@ -58,8 +57,7 @@ def recognises(source: Source) -> bool:
 def read(source: Source, options: ReadOptions) -> Imported:
     """Return the cameras of the chain."""
     notes = Notes()
-    vehicle = options.vehicle_or(Vehicle())
-    mounting = Mounting(source.where, notes, vehicle, options.origin_m or (0.0, 0.0, vehicle.height))
+    mounting = Mounting.on_roof(source.where, notes, options)
     cameras = {name: value for name, value in source.yaml.items() if _CAMERA.fullmatch(name)}
     for name, _ in source.yaml.items():
         if name not in cameras:

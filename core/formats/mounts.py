@@ -7,7 +7,7 @@ import re
 from collections.abc import Collection
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from pydantic import ValidationError
@@ -66,6 +66,12 @@ class Mounting:
     vehicle: Vehicle
     origin_m: Vec3
     sensors: list[Sensor] = field(default_factory=list)
+
+    @classmethod
+    def on_roof(cls, where: str, notes: Notes, options: ReadOptions) -> Self:
+        """Return one for a file without a vehicle: its origin is the middle of the roof, or where the options say."""
+        vehicle = options.vehicle_or(Vehicle())
+        return cls(where, notes, vehicle, options.origin_m or (0.0, 0.0, vehicle.height))
 
     def pose(self, root_SE3_sensor: Matrix) -> Pose:
         """Return the pose in the vehicle frame from that in the file's root frame."""

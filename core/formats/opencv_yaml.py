@@ -28,7 +28,7 @@ from riglens.core.formats.matrices import add_by_imu, rigid
 from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source, Value
-from riglens.core.rig.model import Camera, KannalaBrandt, Vehicle
+from riglens.core.rig.model import Camera, KannalaBrandt
 from riglens.core.rig.yaml.nodes import shortened, value_text
 
 TITLE = "OpenCV, ROS or VINS camera"
@@ -60,8 +60,7 @@ def _is_camera(root: Value) -> bool:
 def read(source: Source, options: ReadOptions) -> Imported:
     """Return the one camera, or those of a configuration."""
     notes = Notes()
-    vehicle = options.vehicle_or(Vehicle())
-    mounting = Mounting(source.where, notes, vehicle, options.origin_m or (0.0, 0.0, vehicle.height))
+    mounting = Mounting.on_roof(source.where, notes, options)
     root = source.yaml
     if _is_camera(root):
         _add_one(root, source, mounting)
