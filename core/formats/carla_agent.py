@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import ast
 import operator
+import warnings
 from typing import Any
 
 from riglens.core.errors import InputError
@@ -86,7 +87,8 @@ def _entries(source: Source, token: str | None, notes: Notes) -> tuple[list[ast.
 
 def _tree(source: Source) -> ast.Module:
     try:
-        return ast.parse(source.text)
+        with warnings.catch_warnings(action="ignore"):  # such as of `1or 2`
+            return ast.parse(source.text)
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
         line = getattr(error, "lineno", None) or 1
         raise InputError(f"{source.where}:{line}: not Python: {shortened(str(error), 80)}") from error

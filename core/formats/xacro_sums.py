@@ -9,6 +9,7 @@ from __future__ import annotations
 import ast
 import math
 import operator
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
@@ -79,7 +80,8 @@ def worked_out(expression: str, names: Names) -> Worked:
 @lru_cache(MAX_KEPT)
 def _parsed(expression: str) -> ast.expr:
     try:
-        tree = ast.parse(expression, mode="eval")
+        with warnings.catch_warnings(action="ignore"):  # such as of `1or 2`
+            tree = ast.parse(expression, mode="eval")
     except (SyntaxError, RecursionError, MemoryError) as error:
         raise ValueError from error
     if sum(1 for _ in ast.walk(tree)) > MAX_NODES:

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from riglens.core.errors import InputError
 from riglens.core.formats.exchange import read_rig
 from riglens.core.formats.mounts import ReadOptions
+from riglens.core.formats.xacro_sums import worked_out
 from riglens.core.rig.model import Camera, Lidar
 from tests.core.formats.cases import CARLA_AGENT, assert_same_pose, read_files, sensor_matrix, transform
 from tests.core.formats.test_reports import has
@@ -124,6 +125,12 @@ def test_what_cannot_be_read_is_refused_in_one_line(text: str, complaint: str) -
     with pytest.raises(InputError, match=complaint) as caught:
         read_files({"agent.py": text})
     assert "\n" not in str(caught.value) and len(str(caught.value)) < 300
+
+
+def test_python_says_nothing_about_its_style() -> None:
+    """Python's parser warned on standard error; warnings fail the tests."""
+    assert len(read_files(agent(CAMERA % ("1", SIZE), "x = 1or 2\ny = '\\d' is 1")).rig.sensors) == 1
+    assert worked_out("1or 2", {}) == 1
 
 
 def test_powers_are_not_computed() -> None:
