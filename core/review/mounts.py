@@ -143,7 +143,7 @@ class Footings:
         self._known: dict[Vec3, tuple[MountStatus, frozenset[str]]] = {}
 
     def of(self, rig: Rig) -> dict[Vec3, tuple[MountStatus, frozenset[str]]]:
-        """Return mount statuses and materials by the places of a rig's enabled sensors; mesh files have no materials."""
+        """Return mount statuses and materials by the places of enabled sensors; mesh files have no materials."""
         vehicle = rig.vehicle
         known, solid = self._known if vehicle == self._vehicle else {}, solid_of(vehicle)
         self._vehicle, self._known = vehicle, {}

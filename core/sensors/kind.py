@@ -20,8 +20,8 @@ Doubles = NDArray[np.float64]
 @dataclass(frozen=True)
 class Occlusion:
     """Self-occlusion of a kind: the body stops no rays within `housing_radius_m` of the sensor, the radius of a housing
-    whose model is not known, nor within `passes_within_m`, whatever the housing, as a bumper's skin lets radar pass, and not
-    where it is of glass, if the sensor sees through that."""
+    whose model is not known, nor within `passes_within_m`, whatever the housing, as a bumper's skin lets radar pass,
+    nor where it is of glass, if the sensor sees through that."""
 
     housing_radius_m: float
     sees_through_glass: bool = False

@@ -75,8 +75,8 @@ class Curves(Frozen):
 
 
 class Domain(Frozen):
-    """Domain in which a calibration was shown to hold: objects within a distance and a rectangle around the car, rigs
-    LiDAR rays, after so many sweeps, in these data."""
+    """Domain in which a calibration holds: objects within a distance and a rectangle around the car, rigs with
+    this range of LiDAR rays, a number of sweeps, these data."""
 
     within_m: Metres | None = None
     length_m: Metres | None = None

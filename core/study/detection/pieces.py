@@ -44,7 +44,7 @@ class Study:
 
     @cached_property
     def judged(self) -> NDArray[np.bool_]:
-        """Return which boxes of the traffic average precision is over, (n,): those in the region, in frames of the test."""
+        """Return the boxes that average precision is over, (n,): those in the region, in frames of the test."""
         tested = np.isin(self.traffic.frame, self.split.test)[self.traffic.frame_of_box]
         return np.asarray(tested & self.protocol.region.holds(self.traffic.centre_m[:, :2]))
 
