@@ -179,7 +179,7 @@ def test_wrong_arguments_are_named_as_python_names_them(boxes: Path, scene: rl.S
         rl.render(rig, scene, "picture.jpg")
     with pytest.raises(rl.InputError, match=r"did you mean W\+T"):
         rl.open_rig("W+TT")
-    with pytest.raises(ValueError, match="more than 360"):
+    with pytest.raises(ValueError, match="at most 360"):
         rl.Lidar(name="l", position=(0, 0, 2), elevations_deg=(0.0,), azimuths_deg=(-200.0, 200.0))
 
 

@@ -57,7 +57,7 @@ def with_mirror_image(rig: Rig, name: str, image_name: str) -> Rig:
     """
     sensor = rig.sensor(name)
     if sensor.pose == mirrored_pose(sensor.pose):
-        raise ValueError(f"{name} is on the centre plane of the car: its mirror image is in the same place")
+        raise ValueError(f"{name} is on the middle plane of the car: its mirror image is in the same place")
     image = _image(sensor, sensor.model_copy(update={"name": image_name, "mirror_of": name}))
     place = [other.name for other in rig.sensors].index(name) + 1
     return rig.replace(sensors=(*rig.sensors[:place], image, *rig.sensors[place:]))

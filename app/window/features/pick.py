@@ -188,4 +188,4 @@ def _sight_text(found: Sight, hidden: Mapping[str, str], failed: Collection[str]
     if found.verdict == "off" and found.sensor in failed:
         return FAILED
     before = hidden.get(found.sensor)
-    return sight_text(found) if before is None else f"covers it, in this frame behind {before}"
+    return sight_text(found) if before is None else f"sees it, in this frame behind {before}"

@@ -41,7 +41,7 @@ def test_the_tables_fit_a_terminal_of_100_columns(riglens, ahead, monkeypatch):
 def test_a_side_without_boxes_and_a_ground_off_zero_are_pointed_out(riglens, ahead):
     warnings = [line for line in riglens("data", ahead).out.splitlines() if line.startswith("warning")]
     assert len(warnings) == 2
-    assert "next to no boxes left (0), rear (0), right (0)" in warnings[0]
+    assert "almost no boxes left (0), rear (0), right (0)" in warnings[0]
     assert "not at z = 0 but at -1.7" in warnings[1]
     assert "--origin 0 0 1.7" in warnings[1] and "--ground auto" in warnings[1]
 

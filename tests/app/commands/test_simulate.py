@@ -134,9 +134,9 @@ def test_no_room_is_one_line_and_leaves_nothing(riglens, boxes, tmp_path, small_
 def test_rigs_that_measure_nothing(riglens, boxes, tmp_path):
     nothing = tmp_path / "nothing.yaml"
     nothing.write_text("riglens: 1\nname: bare\nsensors: []\n")
-    one_line(riglens("simulate", nothing, "--boxes", boxes, "--out", tmp_path / "set"), "no enabled LiDAR")
+    one_line(riglens("simulate", nothing, "--boxes", boxes, "--out", tmp_path / "set"), "enabled LiDAR")
     words = ("--boxes", boxes, "--out", tmp_path / "set", "--pictures", "off")
-    one_line(riglens("simulate", "Wide", *words), "no enabled LiDAR while no pictures are drawn")
+    one_line(riglens("simulate", "Wide", *words), "no LiDAR while no pictures are drawn")
 
 
 def test_another_folder_is_left_alone(riglens, boxes, tmp_path, small_rig):

@@ -179,7 +179,7 @@ def test_a_box_stands_in_for_a_mesh_that_is_missing_and_an_odd_size_is_told(rigl
     rig, picture = tmp_path / "rig.yaml", tmp_path / "rig.png"
     rig.write_text("riglens: 1\nname: mine\nvehicle: {body: car.obj}\n")
     missing = riglens("render", rig, *options, "--out", picture)
-    assert (missing.code, "stands in" in missing.err, "car.obj: no such file" in missing.err) == (
+    assert (missing.code, "replaces it" in missing.err, "car.obj: no such file" in missing.err) == (
         0,
         True,
         True,

@@ -34,7 +34,7 @@ def test_findings_name_what_is_quicker_and_what_it_costs(study):
     right = with_point(study, "plain", times_ms=(1.0,), missed=0.0, extra=0.0)
     assert next(verdicts(right)).endswith("plain DDA is faster and equally correct here.")
     wrong = with_point(study, "bresenham", times_ms=(1.0,), missed=0.25, extra=0.0)
-    assert next(verdicts(wrong)).endswith("Bresenham is wrong in the fewest: 25 %.")
+    assert next(verdicts(wrong)).endswith("Bresenham has the fewest errors: 25 %.")
 
 
 def test_a_fast_way_that_errs_is_shouted_about(study):

@@ -27,7 +27,7 @@ def metric() -> MetricStudy:
 
 def test_the_verdict_says_where_simple_methods_fail(rows):
     plain, bresenham = list(methods_verdict([*rows.values()]))[1:]
-    assert "plain way: fails in" in plain and "rays through corners" in plain
+    assert "plain method: fails in" in plain and "rays through corners" in plain
     assert "Bresenham: fails in" in bresenham
 
 

@@ -110,7 +110,7 @@ def test_scores_come_first(desk: Desk, maker: FakeMaker, shown: CardShown) -> No
 
 def test_the_card_says_of_which_rig_it_is(desk: Desk, maker: FakeMaker, shown: CardShown) -> None:
     desk.answer()
-    assert "being made" in shown.panel.note and not shown.panel.export.isEnabled()
+    assert "computing" in shown.panel.note and not shown.panel.export.isEnabled()
     assert shown.panel.table.isHidden()  # an empty one would look like a hole
     answer(maker.requests[-1], shown)
     assert shown.is_current and shown.panel.note.startswith("small, current")
@@ -122,7 +122,7 @@ def test_the_card_says_of_which_rig_it_is(desk: Desk, maker: FakeMaker, shown: C
     assert shown.panel.note == "Out of date: small before the last change (while a sensor moves)"
     assert is_grey(shown) and not shown.panel.export.isEnabled()
     desk.viewport.release("roof")
-    assert maker.requests[-1].rig == desk.document.rig and "being made" in shown.panel.note
+    assert maker.requests[-1].rig == desk.document.rig and "computing" in shown.panel.note
     answer(maker.requests[-1], shown)
     assert shown.is_current and not is_grey(shown)
 

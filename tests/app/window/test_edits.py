@@ -138,7 +138,7 @@ def test_a_name_that_is_taken_or_empty_is_refused_in_the_list(bench: FullDesk, t
     rename_in_list(bench, "roof", text)
     assert bench.document.rig == RIG
     assert bench.panels.tree.item_of("roof").text(NAME) == "roof"
-    assert "Name" in bench.workbench.errors.message
+    assert "name" in bench.workbench.errors.message
 
 
 def test_a_drag_in_the_view_is_followed_by_list_and_inspector_and_is_one_step(whole: Bench) -> None:

@@ -246,7 +246,7 @@ def test_a_switched_off_sensor_is_shown_and_said_not_to_count(bench: Bench) -> N
     bench.document.select("front")
     bench.document.set_enabled(("front",), False)
     picture(bench)
-    assert "does not count" in bench.features.sensor_view.panel.note.text()
+    assert "not included" in bench.features.sensor_view.panel.note.text()
 
 
 def test_another_data_set_brings_its_own_frames(bench: Bench, tmp_path: Path) -> None:
@@ -344,7 +344,7 @@ def test_the_overlap_is_on_the_map_with_its_own_colours_and_words(scored: FullDe
     assert colours == {
         int(argb(OVERLAP_COLOURS[step])) for step in np.unique(shown.steps[found.ground.counts])
     }
-    assert "sensors see an object of 0.80 m" in lowest_text(shown, (4.0, 0.0))
+    assert "sensors see an object 0.80 m tall" in lowest_text(shown, (4.0, 0.0))
 
 
 def test_what_lies_on_the_ground_is_kept(qtbot: QtBot) -> None:

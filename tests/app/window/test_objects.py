@@ -76,7 +76,7 @@ def test_the_list_says_what_the_command_says_and_follows_an_edit_while_in_sight(
         ]
 
     first = told()
-    assert shown(objects) == first and "no approval" in objects.page.note.text()
+    assert shown(objects) == first and "type approval" in objects.page.note.text()
     low = desk.document.rig.sensor("roof").replace(position=(0.0, 0.0, 6.0))
     desk.document.apply(desk.document.rig.with_sensor("roof", low))
     settle(objects)

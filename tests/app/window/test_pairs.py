@@ -99,7 +99,7 @@ def test_a_copied_pair_is_linked_stands_in_place_and_says_so(bench: FullDesk) ->
     assert "drag them away" in bench.workbench.status.currentMessage()
 
 
-MIDDLE = "front stands on the middle plane of the car"
+MIDDLE = "front is on the middle plane of the car"
 
 
 def refuse(bench: FullDesk) -> None:

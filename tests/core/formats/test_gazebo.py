@@ -48,7 +48,7 @@ def test_what_a_link_carries_is_told_by_sensors_and_plugins_of_gazebo(inside: st
 def test_a_plugin_without_a_reference_is_on_the_frame_that_it_names() -> None:
     plugin = "<gazebo><plugin name='p' filename='libgazebo_ros_laser.so'><frameName>{}</frameName></plugin></gazebo>"
     assert {sensor.name for sensor in robot(plugin.format("mast")).rig.sensors} == {"mast", "front_scan"}
-    assert has(robot(plugin.format("nowhere")).report, "on the link 'nowhere', which is not there")
+    assert has(robot(plugin.format("nowhere")).report, "on the link 'nowhere', which does not exist")
 
 
 def test_a_link_is_told_by_the_file_of_its_shape() -> None:

@@ -130,7 +130,7 @@ def test_every_export_says_what_it_leaves_out(name: str) -> None:
     )
     report = written(name, rig)
     assert has(report, "ignored", "lens distortion", "bent") == (name != "autoware")
-    assert has(report, "ignored", "switched off", "off")
+    assert has(report, "ignored", "disabled", "off")
     assert has(report, "ignored", "mirror pair", "right")
     assert has(report, "written", "left")
     assert any(

@@ -193,7 +193,7 @@ def test_a_copied_pair_is_a_linked_pair_in_place_and_a_copied_half_is_alone():
 
 
 def test_a_sensor_on_the_middle_plane_has_no_image() -> None:
-    with pytest.raises(ValueError, match="front stands on the middle plane"):
+    with pytest.raises(ValueError, match="front is on the middle plane"):
         with_mirror_image(Rig(sensors=(CAMERA,)), "front", "back")
 
 

@@ -118,7 +118,7 @@ def test_the_legend_says_which_cells_are_shown_at_rest_and_while_it_moves(scene)
     assert len(CENTRES) > DRAG_CELLS
     scene.set_quick(True)
     scene.prepare()
-    assert "cells of 0.8 m while it moves" in scene.legend_texts
+    assert "cells of 0.8 m while dragging" in scene.legend_texts
     scene.set_quick(False)
     scene.prepare()
     assert "cells of 0.4 m" in scene.legend_texts
