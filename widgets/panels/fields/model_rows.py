@@ -168,6 +168,7 @@ class ModelRows:
     def _add_models(self, title: str, name: str, info: FieldInfo, model: type[Frozen]) -> QWidget:
         """Add how many parts of a model a field holds, and the rows of each, of which those of the first are shown."""
         box = ChoiceBox()
+        row = self._row(title, [box], info.description or "")
         for count in range(
             1, next(rule.max_length for rule in info.metadata if isinstance(rule, MaxLen)) + 1
         ):
@@ -183,7 +184,7 @@ class ModelRows:
             lambda subject, count: subject.replace(**{name: _of_length(getattr(subject, name), count)}),
             f"{name}.count",
         )
-        return self._row(title, [box], info.description or "")
+        return row
 
     def _add_items(self, title: str, tip: str, path: Path, kind: _Kind, way: Way | None = None) -> QWidget:
         """Add the items of a tuple side by side; the description names them up to its semicolon."""
