@@ -63,9 +63,9 @@ class ComparedRigs(QObject):
     # ------------------------------------------------------------------ rows
     def add(self, name: str, origin: Origin, rig: Rig, where: str = "") -> None:
         """Add a rig, with the numbers of the one being edited when it is the same."""
-        key = f"{origin}-{next(self._numbers)}"
+        key, rig = f"{origin}-{next(self._numbers)}", self._session.with_mesh(rig)
         now = self._rows.get(CURRENT)
-        known = (now.scores, now.figures) if now is not None and now.rig is rig else (None, None)
+        known = (now.scores, now.figures) if now is not None and now.rig == rig else (None, None)
         self._rows[key] = CompareRow(key, name, origin, rig, where, *known)
         self.is_given_up = False
         self._ask()
@@ -137,9 +137,7 @@ class ComparedRigs(QObject):
     # ------------------------------------------------------------------ asking for the others
     def _ask(self) -> None:
         """Request the missing numbers, once the traffic and the settings are known."""
-        self._rows = {
-            key: replace(row, rig=self._session.with_mesh(row.rig)) for key, row in self._rows.items()
-        }
+        self._take_meshes()
         if self._scored_on is not None and not self.is_given_up:
             scene, settings = self._scored_on
             new = [row for row in self.missing if row.key not in self._asked]
@@ -150,6 +148,15 @@ class ComparedRigs(QObject):
         if self._counted is not None and not self.is_given_up:
             self._ask_counts(self._counted.request)
         self.changed.emit()
+
+    def _take_meshes(self) -> None:
+        """Give the other rigs the meshes that have been read; figures found without one are dropped."""
+        for key, row in list(self._rows.items()):
+            rig = self._session.with_mesh(row.rig)
+            if rig is not row.rig and key != CURRENT:
+                self._rows[key] = replace(row, rig=rig, scores=None, figures=None)
+                self._asked.discard(key)
+                self._asked_counts.discard(key)
 
     def _ask_counts(self, counted: CountRequest) -> None:
         """Request the counts of the other rigs; a mesh that was not read is not used for them."""

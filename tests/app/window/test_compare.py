@@ -19,7 +19,9 @@ from riglens.widgets.panels.compare.chart import CompareChart
 from riglens.widgets.panels.compare.model import ALL_CLASSES, CompareRow
 from riglens.widgets.panels.compare.panel import ComparePanel
 from riglens.widgets.panels.scores.text import change_text, column_of, columns, kilo_text, share_text
+from tests.app.window.desk import full_desk, scores
 from tests.app.window_bench import RIG, Bench, choose_item, open_bench
+from tests.core.review.scenes import BOX_FILE, box_mesh
 from tests.waiting import TIMEOUT_MS
 
 S_MS, SEEN = column_of("s_ms"), column_of("seen")
@@ -109,6 +111,22 @@ def test_a_snapshot_of_what_is_scored_already_costs_no_evaluation(bench: Bench) 
     bench.act("snapshot")
     assert [row.name for row in compare(bench).rows] == ["small", "small #1", "small #2"]
     assert all(row.scores == bench.fresh_scores(RIG) for row in compare(bench).rows)
+
+
+def test_a_rig_is_scored_again_once_the_mesh_of_its_car_has_been_read(qtbot: QtBot) -> None:
+    with full_desk(qtbot) as desk:
+        desk.load()
+        desk.answer()
+        rigs = desk.features.compare._rigs
+        rigs.add("on a box", "snapshot", RIG.replace(vehicle=BOX_FILE))
+        (asked,) = [one for one in desk.recompute.others if one.group == "compare"]
+        assert asked.rig.vehicle.lacks_mesh
+        desk.session.take_mesh(BOX_FILE.body, mesh := box_mesh())
+        desk.answer()
+        (*_, asked) = [one for one in desk.recompute.others if one.group == "compare"]
+        assert asked.rig.vehicle.body_mesh is mesh
+        desk.recompute.answered_in_background.emit(asked, scores(0.25))
+        qtbot.waitUntil(lambda: rigs[asked.name].scores == scores(0.25), timeout=TIMEOUT_MS)
 
 
 def test_a_preset_and_a_file_are_opened_from_the_table(bench: Bench, tmp_path: Path) -> None:
