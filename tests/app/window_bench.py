@@ -332,6 +332,7 @@ def open_bench(
     rig: Rig = RIG,
     viewport: View | None = None,
     wait: bool = True,
+    data: bool = True,
     coarse_above_ms: float = FRAME_MS,
     kept: Settings | None = None,
     counter: Counter | None = None,
@@ -339,11 +340,15 @@ def open_bench(
 ) -> Iterator[Bench]:
     """A window on a small scene, with fields of its options changed; closed without questions at the end.
 
-    Road users are counted only by a `counter` that is handed in."""
+    Road users are counted only by a `counter` that is handed in. Without `data` none are loaded, and there are no
+    scores: for what needs keys, the mouse or the layout alone."""
     view = FakeViewport() if viewport is None else viewport
     dialogs = FakeDialogs()
     clock = HandClock(leaps=True)
     recompute = Recompute(threads=1, coarse_above_ms=coarse_above_ms, clock=clock)
+    recompute._is_warm = True  # kernels are compiled when they are needed: no time is measured here
+    if not data:
+        recompute.load = lambda request: None  # type: ignore[method-assign]
     scenes: list[LoadedScene] = []
     recompute.scene_loaded.connect(scenes.append, Qt.ConnectionType.QueuedConnection)
     options = scene_options(folder, **scene)
@@ -359,7 +364,7 @@ def open_bench(
     qtbot.waitUntil(window.isActiveWindow, timeout=TIMEOUT_MS)
     bench = Bench(window.bench, view, dialogs, qtbot, window, scenes, clock)
     try:
-        if wait:
+        if wait and data:
             bench.settle()
         yield bench
     finally:

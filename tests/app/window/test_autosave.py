@@ -71,7 +71,7 @@ def test_changes_of_a_killed_window_are_recovered_at_the_next_start(qtbot: QtBot
     rig = tmp_path / "my.yaml"
     rig.write_text("# mine\n" + new_rig_file(RIG).text)
     killed_window(tmp_path, rig)
-    with open_bench(qtbot, tmp_path, wait=False) as bench:
+    with open_bench(qtbot, tmp_path, data=False) as bench:
         start(bench, tmp_path / "unsaved")
         assert "my.yaml" in bench.workbench.notes.message
         press(bench, "Recover")
@@ -84,7 +84,7 @@ def test_changes_of_a_killed_window_are_recovered_at_the_next_start(qtbot: QtBot
 
 def test_a_rig_that_was_never_saved_is_recovered_too(qtbot: QtBot, tmp_path: Path) -> None:
     orphan(tmp_path / "unsaved")
-    with open_bench(qtbot, tmp_path, wait=False) as bench:
+    with open_bench(qtbot, tmp_path, data=False) as bench:
         start(bench, tmp_path / "unsaved")
         press(bench, "Recover")
         assert (bench.document.rig, bench.document.saved_rig, bench.document.path) == (MOVED, RIG, None)
@@ -97,7 +97,7 @@ def test_recovered_changes_stay_on_the_disk_until_they_are_saved_or_given_up(
     qtbot: QtBot, tmp_path: Path
 ) -> None:
     orphan(tmp_path / "unsaved")
-    with open_bench(qtbot, tmp_path, wait=False) as bench:
+    with open_bench(qtbot, tmp_path, data=False) as bench:
         start(bench, tmp_path / "unsaved")
         press(bench, "Recover")
         assert len(files(tmp_path / "unsaved")) == 1
@@ -107,7 +107,7 @@ def test_recovered_changes_stay_on_the_disk_until_they_are_saved_or_given_up(
 def test_discard_deletes_and_asks_about_the_next(qtbot: QtBot, tmp_path: Path) -> None:
     for _ in range(2):
         orphan(tmp_path / "unsaved")
-    with open_bench(qtbot, tmp_path, wait=False) as bench:
+    with open_bench(qtbot, tmp_path, data=False) as bench:
         start(bench, tmp_path / "unsaved")
         assert "(1 more)" in bench.workbench.notes.message
         press(bench, "Discard")
@@ -120,7 +120,7 @@ def test_discard_deletes_and_asks_about_the_next(qtbot: QtBot, tmp_path: Path) -
 def test_a_running_window_keeps_its_file(qtbot: QtBot, tmp_path: Path) -> None:
     other = AutosaveFile(tmp_path / "unsaved")
     other.write(Unsaved(MOVED, RIG, None))
-    with open_bench(qtbot, tmp_path, wait=False) as bench:
+    with open_bench(qtbot, tmp_path, data=False) as bench:
         start(bench, tmp_path / "unsaved")
         assert bench.workbench.notes.message == ""
     assert files(tmp_path / "unsaved") == [other.path]
@@ -128,7 +128,7 @@ def test_a_running_window_keeps_its_file(qtbot: QtBot, tmp_path: Path) -> None:
 
 def test_only_one_of_two_windows_gets_what_a_third_left_behind(qtbot: QtBot, tmp_path: Path) -> None:
     orphan(tmp_path / "unsaved")
-    with open_bench(qtbot, tmp_path, wait=False) as one, open_bench(qtbot, tmp_path, wait=False) as other:
+    with open_bench(qtbot, tmp_path, data=False) as one, open_bench(qtbot, tmp_path, data=False) as other:
         for bench in (one, other):
             start(bench, tmp_path / "unsaved")
         press(one, "Recover")
@@ -161,7 +161,7 @@ def test_a_folder_that_cannot_be_written_is_told_once_per_attempt_and_the_work_g
 
 def test_a_file_that_is_gone_meanwhile_costs_no_change(qtbot: QtBot, tmp_path: Path) -> None:
     orphan(tmp_path / "unsaved", path=tmp_path / "gone.yaml")
-    with open_bench(qtbot, tmp_path, wait=False) as bench:
+    with open_bench(qtbot, tmp_path, data=False) as bench:
         start(bench, tmp_path / "unsaved")
         press(bench, "Recover")
         assert bench.document.rig == MOVED and bench.document.is_modified
@@ -224,7 +224,7 @@ def test_wrong_files_do_not_keep_the_window_from_offering_a_right_one(qtbot: QtB
     for place, value in WRONG:
         changed(orphan(tmp_path / "unsaved"), *place, to=value)
     orphan(tmp_path / "unsaved")
-    with open_bench(qtbot, tmp_path, wait=False) as bench:
+    with open_bench(qtbot, tmp_path, data=False) as bench:
         start(bench, tmp_path / "unsaved")
         assert "small" in bench.workbench.notes.message and "more" not in bench.workbench.notes.message
 
@@ -259,8 +259,8 @@ def test_a_clock_that_is_set_leaves_a_running_window_its_file(tmp_path: Path) ->
 
 
 def test_a_window_that_got_the_number_of_one_that_is_gone_hides_nothing(tmp_path: Path) -> None:
-    killed_window(tmp_path)
-    [left] = files(tmp_path / "unsaved")
+    left = orphan(tmp_path / "unsaved")
+    left.with_suffix(".lock").touch()  # as a killed process leaves it
     changed(left, "owner", "pid", to=os.getpid())
     changed(left, "owner", "started_at", to=psutil.Process().create_time())
     assert [orphan.file for orphan in orphans(tmp_path / "unsaved")] == [left]
@@ -283,7 +283,7 @@ def test_what_cannot_be_discarded_is_told(
     qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     orphan(tmp_path / "unsaved")
-    with open_bench(qtbot, tmp_path, wait=False) as bench:
+    with open_bench(qtbot, tmp_path, data=False) as bench:
         start(bench, tmp_path / "unsaved")
 
         def refuse(path: Path, missing_ok: bool = False) -> None:

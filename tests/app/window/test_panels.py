@@ -20,6 +20,7 @@ from riglens.widgets.panels.inspector.pose_tools import PoseTools
 from riglens.widgets.panels.scores.text import NONE, change_text, columns
 from riglens.widgets.panels.sensors.library import MODEL_MIME
 from riglens.widgets.panels.sensors.rows import EYE, LOCK, LOSS, NAME
+from tests.app.window.desk import full_desk
 from tests.app.window_bench import CAMERA, LIDAR, RIG, Bench, open_bench
 from tests.waiting import TIMEOUT_MS
 
@@ -28,7 +29,7 @@ CTRL = Qt.KeyboardModifier.ControlModifier
 
 @pytest.fixture
 def bench(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
-    with open_bench(qtbot, tmp_path) as opened:
+    with open_bench(qtbot, tmp_path, data=False) as opened:
         yield opened
 
 
@@ -229,12 +230,12 @@ def test_return_in_the_library_adds_the_model_too(bench: Bench) -> None:
     assert added.model == "generic-16"
 
 
-def test_what_files_say_is_never_read_as_html(bench: Bench) -> None:
-    bench.document.rename("roof", "<h1>roof</h1>")
-    bench.session.pin(RIG.replace(name="<img src='x'>"))
-    bench.settle()
-    assert "&lt;h1&gt;roof" in bench.panels.tree.item_of("<h1>roof</h1>").toolTip(NAME)
-    table = bench.panels.scores._table
+def test_what_files_say_is_never_read_as_html(whole: Bench) -> None:
+    whole.document.rename("roof", "<h1>roof</h1>")
+    whole.session.pin(RIG.replace(name="<img src='x'>"))
+    whole.settle()
+    assert "&lt;h1&gt;roof" in whole.panels.tree.item_of("<h1>roof</h1>").toolTip(NAME)
+    table = whole.panels.scores._table
     place = table.figures.index(CLASSES.index("car"), table.place_of("seen change"))
     assert "&lt;img" in place.data(Qt.ItemDataRole.ToolTipRole)
 
@@ -246,11 +247,11 @@ def test_no_remark_is_read_as_html_by_chance(bench: Bench) -> None:
     assert by_chance <= {"10³ nat"}  # captions that never change
 
 
-def test_tooltips_of_names_and_files_are_plain(bench: Bench, tmp_path: Path) -> None:
-    bench.document.rename("roof", "<b>x")
-    bench.document.select("<b>x")
-    bench.settle()
-    tips = [widget.toolTip() for widget in bench.window.findChildren(QWidget)]
+def test_tooltips_of_names_and_files_are_plain(whole: Bench, tmp_path: Path) -> None:
+    whole.document.rename("roof", "<b>x")
+    whole.document.select("<b>x")
+    whole.settle()
+    tips = [widget.toolTip() for widget in whole.window.findChildren(QWidget)]
     assert any("&lt;b&gt;x" in tip for tip in tips)
     assert not any("<b>x" in tip for tip in tips)
 
@@ -306,10 +307,10 @@ def test_units_change_what_is_shown_and_nothing_else(bench: Bench) -> None:
 
 def test_the_units_chosen_are_there_again_in_the_next_session(qtbot: QtBot, tmp_path: Path) -> None:
     kept = Settings(tmp_path / "settings.ini")
-    with open_bench(qtbot, tmp_path, kept=kept) as first:
+    with open_bench(qtbot, tmp_path, kept=kept, data=False) as first:
         first.document.select("roof")
         tool(first, "unit_length").click()
-    with open_bench(qtbot, tmp_path, kept=kept) as second:
+    with open_bench(qtbot, tmp_path, kept=kept, data=False) as second:
         second.document.select("roof")
         assert second.find("x").property("text") == "100"
         assert tool(second, "unit_length").text() == "mm"
@@ -318,55 +319,55 @@ def test_the_units_chosen_are_there_again_in_the_next_session(qtbot: QtBot, tmp_
 @pytest.mark.parametrize("text", ["7", '["furlong", 3, ["m"]]', '["rad", "rad"]'])
 def test_units_that_make_no_sense_in_the_settings_do_no_harm(qtbot: QtBot, tmp_path: Path, text: str) -> None:
     QSettings(str(tmp_path / "settings.ini"), QSettings.Format.IniFormat).setValue("units", text)
-    with open_bench(qtbot, tmp_path, kept=Settings(tmp_path / "settings.ini"), wait=False) as bench:
+    with full_desk(qtbot, kept=Settings(tmp_path / "settings.ini")) as bench:
         assert [unit.quantity for unit in bench.panels.inspector.units] == ["length", "angle"]
 
 
-def test_panels_take_the_colours_of_another_theme(bench: Bench) -> None:
-    bench.document.select("roof")
-    wait_for_losses(bench, 2)
-    before = bench.panels.tree.item_of("front").foreground(NAME).color()
+def test_panels_take_the_colours_of_another_theme(whole: Bench) -> None:
+    whole.document.select("roof")
+    wait_for_losses(whole, 2)
+    before = whole.panels.tree.item_of("front").foreground(NAME).color()
     try:
-        bench.act("theme_dark")
-        assert bench.panels.tree.item_of("front").foreground(NAME).color() != before
-        assert bench.panels.tree.item_of("front").text(LOSS) != ""
-        assert bench.panels.tree.chosen == ("roof",)
+        whole.act("theme_dark")
+        assert whole.panels.tree.item_of("front").foreground(NAME).color() != before
+        assert whole.panels.tree.item_of("front").text(LOSS) != ""
+        assert whole.panels.tree.chosen == ("roof",)
     finally:
-        bench.act("theme_light")
+        whole.act("theme_light")
 
 
 # ---------------------------------------------------------------------- baseline
-def test_changes_count_from_the_pinned_rig_until_it_is_let_go(bench: Bench, tmp_path: Path) -> None:
-    bench.document.set_enabled(("front",), False)
-    bench.settle()
-    bench.act("pin")
-    bench.settle()
-    assert bench.shown("car", "seen change") == "–"
-    assert bench.features.compare.rows[-1].rig is bench.session.baseline, "a snapshot, and nothing else"
-    assert "small" in bench.panels.scores.note
-    bench.dialogs.path = tmp_path / "rig.yaml"
-    bench.act("undo")
-    bench.settle()
-    assert bench.shown("car", "seen change").startswith("+")
-    bench.act("unpin")
-    bench.settle()
-    assert bench.shown("car", "seen change") == "–"
-    assert "last saved" in bench.panels.scores.note
+def test_changes_count_from_the_pinned_rig_until_it_is_let_go(whole: Bench, tmp_path: Path) -> None:
+    whole.document.set_enabled(("front",), False)
+    whole.settle()
+    whole.act("pin")
+    whole.settle()
+    assert whole.shown("car", "seen change") == "–"
+    assert whole.features.compare.rows[-1].rig is whole.session.baseline, "a snapshot, and nothing else"
+    assert "small" in whole.panels.scores.note
+    whole.dialogs.path = tmp_path / "rig.yaml"
+    whole.act("undo")
+    whole.settle()
+    assert whole.shown("car", "seen change").startswith("+")
+    whole.act("unpin")
+    whole.settle()
+    assert whole.shown("car", "seen change") == "–"
+    assert "last saved" in whole.panels.scores.note
 
 
-def test_any_rig_of_the_compare_panel_can_be_the_baseline(bench: Bench, tmp_path: Path) -> None:
-    bench.dialogs.path = tmp_path / "empty.yaml"
-    new_rig_file(RIG.replace(sensors=(), name="bare car")).save(bench.dialogs.path)
-    bench.act("compare_file")
-    bench.features.compare.panel.pin_wanted.emit(bench.features.compare.rows[-1].key)
-    bench.settle()
+def test_any_rig_of_the_compare_panel_can_be_the_baseline(whole: Bench, tmp_path: Path) -> None:
+    whole.dialogs.path = tmp_path / "empty.yaml"
+    new_rig_file(RIG.replace(sensors=(), name="bare car")).save(whole.dialogs.path)
+    whole.act("compare_file")
+    whole.features.compare.panel.pin_wanted.emit(whole.features.compare.rows[-1].key)
+    whole.settle()
     seen = next(column for column in columns() if column.key == "seen")
-    now = bench.fresh_scores(RIG).classes["car"].any_seen
-    assert bench.shown("car", "seen change") == change_text(now, seen)
-    assert "bare car" in bench.panels.scores.note
-    bench.act("unpin")
-    bench.settle()
-    assert bench.shown("car", "seen change") == "–"
+    now = whole.fresh_scores(RIG).classes["car"].any_seen
+    assert whole.shown("car", "seen change") == change_text(now, seen)
+    assert "bare car" in whole.panels.scores.note
+    whole.act("unpin")
+    whole.settle()
+    assert whole.shown("car", "seen change") == "–"
 
 
 # ---------------------------------------------------------------------- what a sensor is worth
@@ -374,47 +375,47 @@ def wait_for_losses(bench: Bench, count: int) -> None:
     bench.qtbot.waitUntil(lambda: len(bench.features.marginals.losses) == count, timeout=TIMEOUT_MS)
 
 
-def test_the_loss_without_a_sensor_is_exact(bench: Bench) -> None:
-    bench.document.select("roof")
-    wait_for_losses(bench, 2)
-    now = bench.fresh_scores(RIG)
-    found = bench.features.marginals.losses
+def test_the_loss_without_a_sensor_is_exact(whole: Bench) -> None:
+    whole.document.select("roof")
+    wait_for_losses(whole, 2)
+    now = whole.fresh_scores(RIG)
+    found = whole.features.marginals.losses
     for name in ("roof", "front"):
-        assert found[name] == bench.fresh_scores(without(RIG, (name,)))
-    view = bench.panels.inspector.form.marginal  # type: ignore[attr-defined]
+        assert found[name] == whole.fresh_scores(without(RIG, (name,)))
+    view = whole.panels.inspector.form.marginal  # type: ignore[attr-defined]
     seen = next(column for column in columns() if column.key == "seen")
     lost = found["roof"].classes["car"].any_seen - now.classes["car"].any_seen
     assert lost < 0
     assert view.text_of("car", "seen") + " pp" == change_text(lost, seen)
-    assert bench.panels.tree.item_of("front").text(LOSS) != ""
+    assert whole.panels.tree.item_of("front").text(LOSS) != ""
 
 
-def test_losses_follow_edits_and_a_sensor_that_does_not_count_has_none(bench: Bench) -> None:
-    wait_for_losses(bench, 2)
-    bench.document.set_enabled(("roof",), False)
-    assert bench.features.marginals.losses == {}
-    bench.settle()
-    wait_for_losses(bench, 1)
+def test_losses_follow_edits_and_a_sensor_that_does_not_count_has_none(whole: Bench) -> None:
+    wait_for_losses(whole, 2)
+    whole.document.set_enabled(("roof",), False)
+    assert whole.features.marginals.losses == {}
+    whole.settle()
+    wait_for_losses(whole, 1)
     alone = RIG.replace(sensors=(LIDAR.replace(enabled=False), CAMERA))
-    assert bench.features.marginals.losses["front"] == bench.fresh_scores(without(alone, ("front",)))
-    bench.document.select("roof")
-    view = bench.panels.inspector.form.marginal  # type: ignore[attr-defined]
+    assert whole.features.marginals.losses["front"] == whole.fresh_scores(without(alone, ("front",)))
+    whole.document.select("roof")
+    view = whole.panels.inspector.form.marginal  # type: ignore[attr-defined]
     assert view.note == NOT_COUNTED
-    assert bench.panels.tree.item_of("roof").text(LOSS) == ""
+    assert whole.panels.tree.item_of("roof").text(LOSS) == ""
 
 
 def test_nothing_is_computed_aside_while_the_mouse_is_down(
-    bench: Bench, monkeypatch: pytest.MonkeyPatch
+    whole: Bench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    wait_for_losses(bench, 2)
-    bench.viewport.press("roof")
-    bench.viewport.drag_to("roof", Pose((3.0, 0.2, 1.0)))
-    bench.settle()
-    assert bench.features.marginals.result is None
-    bench.viewport.release("roof")
-    wait_for_losses(bench, 2)
-    bench.document.select("roof")
-    assert bench.panels.inspector.form.marginal.note != WAITING  # type: ignore[attr-defined]
+    wait_for_losses(whole, 2)
+    whole.viewport.press("roof")
+    whole.viewport.drag_to("roof", Pose((3.0, 0.2, 1.0)))
+    whole.settle()
+    assert whole.features.marginals.result is None
+    whole.viewport.release("roof")
+    wait_for_losses(whole, 2)
+    whole.document.select("roof")
+    assert whole.panels.inspector.form.marginal.note != WAITING  # type: ignore[attr-defined]
 
 
 def test_a_panel_among_tabs_is_named_by_its_tab_alone_and_gets_its_title_back_when_it_stands_alone(
