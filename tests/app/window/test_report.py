@@ -37,6 +37,7 @@ def job(folder: Path, **scene: object) -> ReportJob:
     return ReportJob((RIG,), SceneOptions(**scene), ScoreOptions(camera_weight=0.25, body="blocks"), folder)  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 def test_a_report_is_made_of_the_rigs_scene_and_settings_of_its_request(tmp_path: Path) -> None:
     boxes, told = tmp_path / "boxes.csv", list[tuple[float, str]]()
     boxes.write_text(BOXES)

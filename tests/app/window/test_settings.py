@@ -19,6 +19,7 @@ from riglens.app.window.settings import Settings
 from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.panels.controls.style import apply_style, shows_dark
 from riglens.widgets.theme import DARK, LIGHT
+from tests.app.window.desk import full_desk
 from tests.app.window_bench import open_bench
 
 KEYS = (
@@ -44,7 +45,7 @@ def plain_style(qapp: QApplication) -> Iterator[None]:
 
 
 def test_what_was_chosen_is_there_again_the_next_time(qtbot: QtBot, tmp_path: Path, file: Path) -> None:
-    with open_bench(qtbot, tmp_path, kept=Settings(file)) as bench:
+    with open_bench(qtbot, tmp_path, kept=Settings(file), data=False) as bench:
         heat = bench.features.heat
         heat.set_mode("entropy")
         heat.set_class("bicycle")
@@ -54,7 +55,7 @@ def test_what_was_chosen_is_there_again_the_next_time(qtbot: QtBot, tmp_path: Pa
         camera = OrbitCamera((1.0, 2.0, 3.0), 25.0, 30.0, 40.0, True)
         bench.viewport.show_state(replace(bench.viewport.state, camera=camera))
         bench.workbench.docks["Scene"].hide()
-    with open_bench(qtbot, tmp_path, kept=Settings(file)) as bench:
+    with open_bench(qtbot, tmp_path, kept=Settings(file), data=False) as bench:
         assert bench.session.heat == HeatChoice("entropy", "bicycle")
         assert bench.workbench.actions["rotate"].isChecked() and bench.workbench.actions["local"].isChecked()
         assert (bench.viewport.state.gizmo_mode, bench.viewport.state.gizmo_space) == ("rotate", "local")
@@ -65,7 +66,7 @@ def test_what_was_chosen_is_there_again_the_next_time(qtbot: QtBot, tmp_path: Pa
 
 def test_locks_come_back_with_the_file_that_they_belong_to(qtbot: QtBot, tmp_path: Path, file: Path) -> None:
     mine, other = tmp_path / "mine.yaml", tmp_path / "other.yaml"
-    with open_bench(qtbot, tmp_path, kept=Settings(file), wait=False) as bench:
+    with open_bench(qtbot, tmp_path, kept=Settings(file), data=False) as bench:
         bench.document.save(mine)
         bench.document.select("roof")
         bench.act("lock")
@@ -75,7 +76,7 @@ def test_locks_come_back_with_the_file_that_they_belong_to(qtbot: QtBot, tmp_pat
         assert not bench.document.locked
         bench.document.open(mine)
         assert bench.document.locked == {"roof"}
-    with open_bench(qtbot, tmp_path, kept=Settings(file), wait=False) as bench:
+    with open_bench(qtbot, tmp_path, kept=Settings(file), data=False) as bench:
         assert not bench.document.locked
         bench.document.open(other)
         assert not bench.document.locked
@@ -84,7 +85,7 @@ def test_locks_come_back_with_the_file_that_they_belong_to(qtbot: QtBot, tmp_pat
 
 
 def test_locks_of_many_files_do_not_pile_up(qtbot: QtBot, tmp_path: Path, file: Path) -> None:
-    with open_bench(qtbot, tmp_path, kept=Settings(file), wait=False) as bench:
+    with open_bench(qtbot, tmp_path, kept=Settings(file), data=False) as bench:
         bench.workbench.kept.write(
             LOCKED_KEY, {f"/rigs/{number}.yaml": ["roof"] for number in range(MOST_FILES)}
         )
@@ -95,36 +96,42 @@ def test_locks_of_many_files_do_not_pile_up(qtbot: QtBot, tmp_path: Path, file: 
 
 
 def test_reset_layout_brings_back_what_was_closed(qtbot: QtBot, tmp_path: Path, file: Path) -> None:
-    with open_bench(qtbot, tmp_path, kept=Settings(file), wait=False) as bench:
+    with open_bench(qtbot, tmp_path, kept=Settings(file), data=False) as bench:
         for dock in bench.workbench.docks:
             dock.hide()
-    with open_bench(qtbot, tmp_path, kept=Settings(file), wait=False) as bench:
+    with open_bench(qtbot, tmp_path, kept=Settings(file), data=False) as bench:
         assert all(dock.isHidden() for dock in bench.workbench.docks)
         bench.act("reset_layout")
         assert not any(dock.isHidden() for dock in bench.workbench.docks)
 
 
-@pytest.mark.parametrize("junk", JUNK)
-def test_junk_in_the_settings_never_stops_the_start(
-    qtbot: QtBot, tmp_path: Path, file: Path, junk: str
-) -> None:
+def junk_in(file: Path, junk: str) -> Settings:
     store = QSettings(str(file), QSettings.Format.IniFormat)
     for key in KEYS:
         store.setValue(key, junk)
     store.sync()
-    with open_bench(qtbot, tmp_path, kept=Settings(file), wait=False) as bench:
+    return Settings(file)
+
+
+@pytest.mark.parametrize("junk", JUNK)
+def test_junk_in_the_settings_never_stops_the_start(qtbot: QtBot, file: Path, junk: str) -> None:
+    with full_desk(qtbot, kept=junk_in(file, junk)) as desk:
+        assert desk.workbench.actions["both"].isChecked()
+        assert desk.viewport.chosen_camera() is None
+
+
+def test_a_window_opens_with_junk_for_its_geometry(qtbot: QtBot, tmp_path: Path, file: Path) -> None:
+    with open_bench(qtbot, tmp_path, kept=junk_in(file, JUNK[0]), data=False) as bench:
         assert bench.window.isVisible()
-        assert bench.workbench.actions["both"].isChecked()
-        assert bench.viewport.chosen_camera() is None
 
 
 @pytest.mark.parametrize("content", [b"\x00\xff" * 500, b"[window]\nstate=@Variant(\x00\x00", b"=\n[[[\n"])
-def test_a_broken_settings_file_is_like_none(
-    qtbot: QtBot, tmp_path: Path, file: Path, content: bytes
-) -> None:
+def test_a_broken_settings_file_is_like_none(file: Path, content: bytes) -> None:
     file.write_bytes(content)
-    with open_bench(qtbot, tmp_path, kept=Settings(file), wait=False) as bench:
-        bench.features.heat.set_class("pedestrian")
+    settings = Settings(file)
+    assert settings.read("heat/class", "car") == "car" and settings.read_bytes("window/state").isEmpty()
+    settings.write("heat/class", "pedestrian")
+    settings.sync()
     assert Settings(file).read("heat/class", "") == "pedestrian"
 
 
@@ -145,7 +152,7 @@ def test_a_forced_theme_is_everywhere_at_once_and_kept(
     qtbot: QtBot, tmp_path: Path, file: Path, plain_style: None
 ) -> None:
     told: list[bool] = []
-    with open_bench(qtbot, tmp_path, kept=Settings(file), wait=False) as bench:
+    with open_bench(qtbot, tmp_path, kept=Settings(file), data=False) as bench:
         bench.workbench.theme_changed.connect(told.append)
         bench.act("theme_dark")
         assert shows_dark()
@@ -155,7 +162,7 @@ def test_a_forced_theme_is_everywhere_at_once_and_kept(
         assert bench.viewport.state.palette == LIGHT
         bench.act("theme_dark")
         assert told == [True, False, True]
-    with open_bench(qtbot, tmp_path, kept=Settings(file), wait=False) as bench:
+    with open_bench(qtbot, tmp_path, kept=Settings(file), data=False) as bench:
         assert bench.features.theme.choice == "theme_dark"
         assert shows_dark()
 
@@ -163,7 +170,7 @@ def test_a_forced_theme_is_everywhere_at_once_and_kept(
 def test_the_theme_follows_the_system_while_the_window_is_open(
     qtbot: QtBot, tmp_path: Path, plain_style: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    with open_bench(qtbot, tmp_path, wait=False) as bench:
+    with open_bench(qtbot, tmp_path, data=False) as bench:
         apply_style(_app(), dark=False)
         monkeypatch.setattr("riglens.app.window.features.appearance.is_dark", lambda: True)
         QGuiApplication.styleHints().colorSchemeChanged.emit(Qt.ColorScheme.Dark)
