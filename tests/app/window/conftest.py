@@ -36,6 +36,6 @@ def whole(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
 
 @pytest.fixture
 def unscored(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
-    """The whole window before its first scores: for keys."""
-    with open_bench(qtbot, tmp_path, wait=False) as opened:
+    """The whole window without traffic and scores: for keys."""
+    with open_bench(qtbot, tmp_path, data=False) as opened:
         yield opened

@@ -63,14 +63,14 @@ def test_two_added_sensors_do_not_stand_in_each_other(bench: FullDesk) -> None:
     assert first.name != second.name
 
 
-def test_copying_and_deleting_work_by_key(whole: Bench) -> None:
-    click_row(whole, "roof")
-    whole.qtbot.keyClick(whole.workbench.window, Qt.Key.Key_D, Qt.KeyboardModifier.ControlModifier)
-    assert whole.document.selected == "roof_2"
-    assert agree(whole)
-    whole.qtbot.keyClick(whole.workbench.window, Qt.Key.Key_Delete)
-    assert whole.document.rig == RIG
-    assert agree(whole)
+def test_copying_and_deleting_work_by_key(unscored: Bench) -> None:
+    click_row(unscored, "roof")
+    unscored.qtbot.keyClick(unscored.workbench.window, Qt.Key.Key_D, Qt.KeyboardModifier.ControlModifier)
+    assert unscored.document.selected == "roof_2"
+    assert agree(unscored)
+    unscored.qtbot.keyClick(unscored.workbench.window, Qt.Key.Key_Delete)
+    assert unscored.document.rig == RIG
+    assert agree(unscored)
 
 
 def test_what_needs_a_selection_is_only_there_with_one(bench: FullDesk) -> None:
@@ -101,12 +101,12 @@ def test_the_eye_hides_a_sensor_from_the_view_but_not_from_the_scores(bench: Ful
     assert bench.viewport.state.hidden == frozenset()
 
 
-def test_a_hidden_sensor_comes_back_by_its_key(whole: Bench) -> None:
-    click_row(whole, "roof")
-    whole.qtbot.keyClick(whole.workbench.window, Qt.Key.Key_H)
-    assert whole.viewport.state.hidden == {"roof"}
-    whole.qtbot.keyClick(whole.workbench.window, Qt.Key.Key_H)
-    assert whole.viewport.state.hidden == frozenset()
+def test_a_hidden_sensor_comes_back_by_its_key(unscored: Bench) -> None:
+    click_row(unscored, "roof")
+    unscored.qtbot.keyClick(unscored.workbench.window, Qt.Key.Key_H)
+    assert unscored.viewport.state.hidden == {"roof"}
+    unscored.qtbot.keyClick(unscored.workbench.window, Qt.Key.Key_H)
+    assert unscored.viewport.state.hidden == frozenset()
 
 
 def test_a_sensor_without_its_tick_does_not_count(whole: Bench) -> None:
@@ -141,22 +141,22 @@ def test_a_name_that_is_taken_or_empty_is_refused_in_the_list(bench: FullDesk, t
     assert "name" in bench.workbench.errors.message
 
 
-def test_a_drag_in_the_view_is_followed_by_list_and_inspector_and_is_one_step(whole: Bench) -> None:
-    click_row(whole, "roof")
-    whole.viewport.press("roof")
+def test_a_drag_in_the_view_is_followed_by_list_and_inspector_and_is_one_step(unscored: Bench) -> None:
+    click_row(unscored, "roof")
+    unscored.viewport.press("roof")
     for step in range(1, 4):
-        whole.viewport.drag_to("roof", Pose((0.1, 0.2, 1.9 + step / 4)))
-        whole.qtbot.waitUntil(lambda: agree(whole), timeout=TIMEOUT_MS)
-    whole.viewport.release("roof")
-    assert agree(whole)
-    assert whole.document.rig.sensor("roof").position == (0.1, 0.2, 2.65)
-    whole.qtbot.keyClick(whole.workbench.window, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
-    assert whole.document.rig == RIG
-    assert agree(whole)
+        unscored.viewport.drag_to("roof", Pose((0.1, 0.2, 1.9 + step / 4)))
+        unscored.qtbot.waitUntil(lambda: agree(unscored), timeout=TIMEOUT_MS)
+    unscored.viewport.release("roof")
+    assert agree(unscored)
+    assert unscored.document.rig.sensor("roof").position == (0.1, 0.2, 2.65)
+    unscored.qtbot.keyClick(unscored.workbench.window, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
+    assert unscored.document.rig == RIG
+    assert agree(unscored)
     shift = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
-    whole.qtbot.keyClick(whole.workbench.window, Qt.Key.Key_Z, shift)
-    assert whole.document.rig.sensor("roof").position == (0.1, 0.2, 2.65)
-    assert agree(whole)
+    unscored.qtbot.keyClick(unscored.workbench.window, Qt.Key.Key_Z, shift)
+    assert unscored.document.rig.sensor("roof").position == (0.1, 0.2, 2.65)
+    assert agree(unscored)
 
 
 @pytest.mark.parametrize("key", ["undo", "redo"])
@@ -229,42 +229,42 @@ def test_deleting_a_sensor_while_it_is_dragged_ends_the_drag(bench: FullDesk) ->
     assert bench.document.rig == RIG
 
 
-def test_gizmo_modes_and_views_reach_the_viewport(whole: Bench) -> None:
+def test_gizmo_modes_and_views_reach_the_viewport(unscored: Bench) -> None:
     for key in (Qt.Key.Key_W, Qt.Key.Key_E, Qt.Key.Key_Q, Qt.Key.Key_L, Qt.Key.Key_2):
-        whole.qtbot.keyClick(whole.workbench.window, key)
-    assert whole.viewport.values("gizmo_mode", "gizmo_space")[-4:] == [
+        unscored.qtbot.keyClick(unscored.workbench.window, key)
+    assert unscored.viewport.values("gizmo_mode", "gizmo_space")[-4:] == [
         ("move", "world"),
         ("rotate", "world"),
         ("both", "world"),
         ("both", "local"),
     ]
-    assert whole.viewport.told[-1] == ("view", "top")
+    assert unscored.viewport.told[-1] == ("view", "top")
 
 
-def test_f_frames_what_is_selected_or_all_and_home_frames_all(whole: Bench) -> None:
-    whole.qtbot.keyClick(whole.workbench.window, Qt.Key.Key_F)
-    assert whole.viewport.told[-1] == ("frame",)
-    whole.document.choose_all()
-    whole.qtbot.keyClick(whole.workbench.window, Qt.Key.Key_F)
-    assert set(whole.viewport.told[-1]) == {"frame", "roof", "front"}
-    whole.qtbot.keyClick(whole.workbench.window, Qt.Key.Key_Home)
-    assert whole.viewport.told[-1] == ("frame",)
-    whole.qtbot.keyClick(whole.workbench.window, Qt.Key.Key_6)
-    assert whole.viewport.told[-1] == ("view", "right")
+def test_f_frames_what_is_selected_or_all_and_home_frames_all(unscored: Bench) -> None:
+    unscored.qtbot.keyClick(unscored.workbench.window, Qt.Key.Key_F)
+    assert unscored.viewport.told[-1] == ("frame",)
+    unscored.document.choose_all()
+    unscored.qtbot.keyClick(unscored.workbench.window, Qt.Key.Key_F)
+    assert set(unscored.viewport.told[-1]) == {"frame", "roof", "front"}
+    unscored.qtbot.keyClick(unscored.workbench.window, Qt.Key.Key_Home)
+    assert unscored.viewport.told[-1] == ("frame",)
+    unscored.qtbot.keyClick(unscored.workbench.window, Qt.Key.Key_6)
+    assert unscored.viewport.told[-1] == ("view", "right")
 
 
-def test_ctrl_y_redoes_unless_something_is_being_typed(whole: Bench) -> None:
-    whole.document.select("roof")
-    whole.type("x", "2")
-    whole.act("undo")
-    whole.qtbot.keyClick(whole.find("x"), Qt.Key.Key_Y, Qt.KeyboardModifier.ControlModifier)
-    assert whole.document.rig.sensor("roof").position[0] == 2.0
-    whole.act("undo")
-    edit = whole.find("y")
+def test_ctrl_y_redoes_unless_something_is_being_typed(unscored: Bench) -> None:
+    unscored.document.select("roof")
+    unscored.type("x", "2")
+    unscored.act("undo")
+    unscored.qtbot.keyClick(unscored.find("x"), Qt.Key.Key_Y, Qt.KeyboardModifier.ControlModifier)
+    assert unscored.document.rig.sensor("roof").position[0] == 2.0
+    unscored.act("undo")
+    edit = unscored.find("y")
     edit.setFocus()
-    whole.qtbot.keyClick(edit, Qt.Key.Key_5)
-    whole.qtbot.keyClick(edit, Qt.Key.Key_Y, Qt.KeyboardModifier.ControlModifier)
-    assert whole.document.rig == RIG
+    unscored.qtbot.keyClick(edit, Qt.Key.Key_5)
+    unscored.qtbot.keyClick(edit, Qt.Key.Key_Y, Qt.KeyboardModifier.ControlModifier)
+    assert unscored.document.rig == RIG
 
 
 def test_the_help_lists_every_shortcut_there_is(bench: FullDesk) -> None:

@@ -21,7 +21,7 @@ MOST = 120
 
 @pytest.fixture
 def bench(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
-    with open_bench(qtbot, tmp_path) as opened:
+    with open_bench(qtbot, tmp_path, data=False) as opened:
         opened.document.select("front")
         yield opened
 

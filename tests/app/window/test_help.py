@@ -7,7 +7,6 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QPushButton, QToolBar
@@ -25,6 +24,7 @@ from riglens.widgets.panels.help.guide import Guide
 from riglens.widgets.panels.scene.voxel_card import VoxelCard
 from tests.app.window.desk import FullDesk, full_desk
 from tests.app.window_bench import RIG, Bench, open_bench
+from tests.waiting import wait_for
 
 
 # ---------------------------------------------------------------------- commands
@@ -167,20 +167,18 @@ def test_a_message_and_the_state_never_stand_on_each_other(unscored: Bench) -> N
     status.state.setText("exact, and much longer than it was before")
     task = status.add_strip("work")
     task.show()
-    QTest.qWait(50)
-    assert not status.state.isVisible() and not status.time.isVisible()
+    wait_for(lambda: not status.state.isVisible() and not status.time.isVisible())
     status.clearMessage()
     assert status.state.isVisible() and status.time.isVisible()
 
 
-@pytest.mark.parametrize("width_px", [900, 1280, 1920])
-def test_the_pick_tool_is_in_the_toolbar_at_every_width(unscored: Bench, width_px: int) -> None:
-    unscored.window.resize(width_px, 600)
-    QTest.qWait(50)
+def test_the_pick_tool_is_in_the_toolbar_at_every_width(unscored: Bench) -> None:
     toolbar = unscored.window.findChild(QToolBar, "toolbar")
     assert toolbar is not None
     button = toolbar.widgetForAction(unscored.workbench.actions["pick"])
-    assert button.isVisible() and toolbar.rect().contains(button.geometry())
+    for width_px in (900, 1280, 1920):
+        unscored.window.resize(width_px, 600)
+        wait_for(lambda: button.isVisible() and toolbar.rect().contains(button.geometry()))
 
 
 def test_tips_are_only_for_those_who_open_the_program_not_for_every_window(bench: FullDesk) -> None:

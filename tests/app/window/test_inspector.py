@@ -56,19 +56,17 @@ CASES = [("roof", *case) for case in SHARED + LIDAR_FIELDS] + [
 ]
 
 
-@pytest.mark.parametrize(("sensor", "field", "text", "change"), CASES, ids=lambda value: str(value)[:20])
-def test_a_field_changes_its_value_and_nothing_else(
-    bench: FullDesk, sensor: str, field: str, text: str, change: dict[str, Callable[[Any], Any]]
-) -> None:
-    bench.document.select(sensor)
-    before = bench.document.rig.sensor(sensor)
-    bench.type(field, text)
-    (attribute, new_value), *_ = change.items()
-    expected = before.replace(**{attribute: new_value(getattr(before, attribute))})
-    place = 0 if sensor == "roof" else 1
-    assert bench.document.rig.sensors[place] == expected
-    bench.act("undo")
-    assert bench.document.rig == RIG
+def test_a_field_changes_its_value_and_nothing_else(bench: FullDesk) -> None:
+    for sensor, field, text, change in CASES:
+        bench.document.select(sensor)
+        before = bench.document.rig.sensor(sensor)
+        bench.type(field, text)
+        (attribute, new_value), *_ = change.items()
+        expected = before.replace(**{attribute: new_value(getattr(before, attribute))})
+        place = 0 if sensor == "roof" else 1
+        assert bench.document.rig.sensors[place] == expected
+        bench.act("undo")
+        assert bench.document.rig == RIG
 
 
 def test_visiting_every_field_without_typing_changes_no_bit(bench: FullDesk) -> None:
@@ -121,19 +119,17 @@ REFUSED = [
 ]
 
 
-@pytest.mark.parametrize(("sensor", "field", "text", "reason"), REFUSED)
-def test_nonsense_is_refused_in_red_with_the_reason(
-    bench: FullDesk, sensor: str, field: str, text: str, reason: str
-) -> None:
-    bench.document.select(sensor)
-    bench.type(field, text)
-    edit = bench.find(field)
-    assert bench.document.rig == RIG
-    assert edit.property("invalid")
-    assert reason in edit.toolTip()
-    assert reason in bench.panels.inspector.form.problem
-    bench.qtbot.keyClick(edit, Qt.Key.Key_Escape)
-    assert not edit.property("invalid")
+def test_nonsense_is_refused_in_red_with_the_reason(bench: FullDesk) -> None:
+    for sensor, field, text, reason in REFUSED:
+        bench.document.select(sensor)
+        bench.type(field, text)
+        edit = bench.find(field)
+        assert bench.document.rig == RIG
+        assert edit.property("invalid")
+        assert reason in edit.toolTip()
+        assert reason in bench.panels.inspector.form.problem
+        bench.qtbot.keyClick(edit, Qt.Key.Key_Escape)
+        assert not edit.property("invalid")
 
 
 def test_a_good_value_after_a_bad_one_takes_the_mark_away(bench: FullDesk) -> None:
@@ -145,26 +141,28 @@ def test_a_good_value_after_a_bad_one_takes_the_mark_away(bench: FullDesk) -> No
     assert bench.panels.inspector.form.problem == ""
 
 
-@pytest.mark.parametrize("how", ["escape", "old text", "other text", "edited elsewhere", "step"])
-def test_the_reason_goes_when_the_wrong_text_does(bench: FullDesk, how: str) -> None:
-    bench.document.select("roof")
-    bench.type("yaw", "10")
-    bench.type("x", "left")
-    bench.type("roll", "round")
-    edit, form = bench.find("x"), bench.panels.inspector.form
-    assert form.problem.splitlines()[0].startswith("x") and "'left'" in form.problem
-    if how == "escape":
-        bench.qtbot.keyClick(edit, Qt.Key.Key_Escape)
-    elif how == "old text":
-        bench.type("x", "0.1")
-    elif how == "other text":
-        bench.qtbot.keyClick(edit, Qt.Key.Key_5)
-    elif how == "edited elsewhere":
-        bench.document.replace_sensor("roof", LIDAR.replace(position=(3.0, 0.2, 1.9)))
-    else:
-        bench.qtbot.keyClick(edit, Qt.Key.Key_Up)
-    assert not edit.property("invalid")
-    assert form.problem.startswith("roll") and "'round'" in form.problem and "\n" not in form.problem
+def test_the_reason_goes_when_the_wrong_text_does(bench: FullDesk) -> None:
+    for how in ["escape", "old text", "other text", "edited elsewhere", "step"]:
+        bench.document.select(None)
+        bench.document.apply(RIG)
+        bench.document.select("roof")
+        bench.type("yaw", "10")
+        bench.type("x", "left")
+        bench.type("roll", "round")
+        edit, form = bench.find("x"), bench.panels.inspector.form
+        assert form.problem.splitlines()[0].startswith("x") and "'left'" in form.problem
+        if how == "escape":
+            bench.qtbot.keyClick(edit, Qt.Key.Key_Escape)
+        elif how == "old text":
+            bench.type("x", "0.1")
+        elif how == "other text":
+            bench.qtbot.keyClick(edit, Qt.Key.Key_5)
+        elif how == "edited elsewhere":
+            bench.document.replace_sensor("roof", LIDAR.replace(position=(3.0, 0.2, 1.9)))
+        else:
+            bench.qtbot.keyClick(edit, Qt.Key.Key_Up)
+        assert not edit.property("invalid")
+        assert form.problem.startswith("roll") and "'round'" in form.problem and "\n" not in form.problem
 
 
 def test_the_reason_stands_under_the_field_and_stays_beside_another_problem(bench: FullDesk) -> None:
@@ -297,16 +295,16 @@ def test_the_switch_takes_a_sensor_out_of_the_scores(bench: FullDesk) -> None:
     assert not bench.document.rig.sensor("front").enabled
 
 
-@pytest.mark.parametrize(
-    ("field", "text", "expected"),
-    [("length", "5.1", 5.1), ("width", "2", 2.0), ("height", "1.6", 1.6), ("rear_axle_x", "-1.5", -1.5)],
-)
-def test_the_vehicle_is_edited_when_nothing_is_selected(
-    bench: FullDesk, field: str, text: str, expected: float
-) -> None:
-    bench.type(field, text)
-    assert getattr(bench.document.rig.vehicle, field) == expected
-    assert bench.viewport.state.vehicle == bench.document.rig.vehicle
+def test_the_vehicle_is_edited_when_nothing_is_selected(bench: FullDesk) -> None:
+    for field, text, expected in [
+        ("length", "5.1", 5.1),
+        ("width", "2", 2.0),
+        ("height", "1.6", 1.6),
+        ("rear_axle_x", "-1.5", -1.5),
+    ]:
+        bench.type(field, text)
+        assert getattr(bench.document.rig.vehicle, field) == expected
+        assert bench.viewport.state.vehicle == bench.document.rig.vehicle
 
 
 def test_the_rig_is_renamed_when_nothing_is_selected(bench: FullDesk) -> None:
@@ -315,11 +313,11 @@ def test_the_rig_is_renamed_when_nothing_is_selected(bench: FullDesk) -> None:
     assert "roof rack 2" in bench.workbench.window.windowTitle()
 
 
-def test_undo_by_key_reaches_the_document_from_inside_a_field(whole: Bench) -> None:
-    whole.document.select("roof")
-    whole.type("x", "0.75")
-    whole.qtbot.keyClick(whole.find("x"), Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
-    assert whole.document.rig == RIG
+def test_undo_by_key_reaches_the_document_from_inside_a_field(unscored: Bench) -> None:
+    unscored.document.select("roof")
+    unscored.type("x", "0.75")
+    unscored.qtbot.keyClick(unscored.find("x"), Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
+    assert unscored.document.rig == RIG
 
 
 def test_a_model_whose_beams_differ_from_the_library_is_marked_as_modified(bench: FullDesk) -> None:

@@ -79,7 +79,7 @@ def test_no_animation_of_a_dock_outlives_its_end(desk: FullDesk) -> None:
     window = desk.workbench.window
     window.show()
     docks = [desk.workbench.docks[name] for name in ("Scores", "Map", "Inspector", "Library", "Compare")]
-    for step in range(24):
+    for step in range(8):
         dock = docks[step % len(docks)]
         dock.setVisible(not dock.isVisible())
         window.resize(900 + 10 * (step % 3), 700)
@@ -97,7 +97,7 @@ def test_what_is_as_it_was_is_not_written_again(desk: FullDesk, tmp_path: Path, 
 
 
 def test_a_maximised_window_stays_so_when_the_layout_is_reset(qtbot: QtBot, tmp_path: Path) -> None:
-    with open_bench(qtbot, tmp_path, wait=False) as bench:
+    with open_bench(qtbot, tmp_path, data=False) as bench:
         bench.window.setWindowState(Qt.WindowState.WindowMaximized)
         for dock in bench.workbench.docks:
             dock.hide()
@@ -107,7 +107,7 @@ def test_a_maximised_window_stays_so_when_the_layout_is_reset(qtbot: QtBot, tmp_
 
 
 def test_the_window_can_be_as_small_as_a_small_screen(qtbot: QtBot, tmp_path: Path) -> None:
-    with open_bench(qtbot, tmp_path, wait=False) as bench:
+    with open_bench(qtbot, tmp_path, data=False) as bench:
         least, room = bench.window.minimumSizeHint(), SMALL - FRAME
         assert least.width() <= room.width() and least.height() <= room.height(), least
         for name in ("Inspector", "Scene", "Map", "Sensor view", "Scores", "Compare", "Library"):

@@ -23,7 +23,7 @@ from tests.widgets.mouse import hover
 
 @pytest.fixture
 def bench(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
-    with open_bench(qtbot, tmp_path, wait=False) as opened:
+    with open_bench(qtbot, tmp_path, data=False) as opened:
         yield opened
 
 
@@ -78,14 +78,14 @@ def test_sliders_make_rays_more_or_stronger_and_reset_takes_that_back(bench: Ben
 
 def test_rays_are_drawn_the_next_time_as_they_were_left(qtbot: QtBot, tmp_path: Path) -> None:
     file = tmp_path / "window.ini"
-    with open_bench(qtbot, tmp_path, kept=Settings(file), wait=False) as bench:
+    with open_bench(qtbot, tmp_path, kept=Settings(file), data=False) as bench:
         panel = bench.features.rays.panel
         panel.opacity.setValue(70)
         panel.density.setValue(3)
         bench.act("rays")
         left = bench.viewport.state.ray_look
         assert not left.shown
-    with open_bench(qtbot, tmp_path, kept=Settings(file), wait=False) as bench:
+    with open_bench(qtbot, tmp_path, kept=Settings(file), data=False) as bench:
         assert bench.viewport.state.ray_look == left
         assert not bench.workbench.actions["rays"].isChecked()
 
@@ -94,7 +94,7 @@ def test_fields_of_view_are_filled_from_the_menu_without_rays_too_and_kept(
     qtbot: QtBot, tmp_path: Path
 ) -> None:
     file = tmp_path / "window.ini"
-    with open_bench(qtbot, tmp_path, kept=Settings(file), wait=False) as bench:
+    with open_bench(qtbot, tmp_path, kept=Settings(file), data=False) as bench:
         for fill in ("ground", "frusta"):
             bench.act(f"fill_{fill}")
             assert bench.viewport.state.ray_look == RayLook(fill=fill)
@@ -105,7 +105,7 @@ def test_fields_of_view_are_filled_from_the_menu_without_rays_too_and_kept(
             ] == [fill]
         bench.act("rays")
         assert bench.viewport.state.ray_look == RayLook(shown=False, fill="frusta")
-    with open_bench(qtbot, tmp_path, kept=Settings(file), wait=False) as bench:
+    with open_bench(qtbot, tmp_path, kept=Settings(file), data=False) as bench:
         assert bench.viewport.state.ray_look == RayLook(shown=False, fill="frusta")
         bench.features.rays.panel.reset()
         assert (
@@ -119,6 +119,7 @@ def test_a_look_that_was_not_kept_well_is_forgotten(kept: dict) -> None:
     assert ray_look_of({"shown": False, "opacity": 0.5, "density": 2.0}) == RayLook(False, 0.5, 2.0)
 
 
+@pytest.mark.slow
 def test_a_picture_shows_the_rays_of_the_view(qtbot: QtBot, tmp_path: Path) -> None:
     with open_bench(qtbot, tmp_path, viewport=OffscreenViewport()) as bench:
         panel, pictures = bench.features.rays.panel, []

@@ -23,7 +23,7 @@ from tests.waiting import wait_for
 
 @pytest.fixture
 def bench(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
-    with open_bench(qtbot, tmp_path, wait=False) as opened:
+    with open_bench(qtbot, tmp_path, data=False) as opened:
         yield opened
 
 

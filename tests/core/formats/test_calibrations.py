@@ -143,7 +143,7 @@ def test_airsim_has_y_right_and_z_down() -> None:
     azimuths, beams = lidar.azimuths(), lidar.elevations()
     assert (beams[0], beams[-1], len(beams), len(azimuths)) == (-25.0, 15.0, 16, 1000)
     assert azimuths[0] == -90.0 and 19.0 < azimuths[-1] < 20.0
-    with pytest.raises(InputError, match="accepted is the name of a vehicle"):
+    with pytest.raises(InputError, match="must be the name of a vehicle"):
         read_files(AIRSIM, options=ReadOptions(token="Car3"))
 
 
@@ -171,14 +171,14 @@ def test_mmdet3d_leads_to_the_ego_frame_directly_or_through_the_lidar() -> None:
         (FAST_LIVO, "Rcl: [0, -1", "Rcl: [0, 1", "Rcl: found one that is not"),
         (APOLLO, "frame_id: novatel", "frame_id: front_6mm", "is its own ancestor"),
         (APOLLO, "z: 0.7071067811865476", "z: 9", "rotation: found length"),
-        (BOREAS, "0 0 0 1\n", "0 0 0\n", "found a list of 15; accepted is a list of 16"),
+        (BOREAS, "0 0 0 1\n", "0 0 0\n", ".*got a list of 15"),
         (BOREAS, "1475.6 0.0", "inf 0.0", "found inf"),
         (KITTI_360, "xi: 2.2", "xi: -9", "a lens whose image grows"),
         (KITTI_360, "gamma1: 1336.3", "gamma1: 0", "a lens with focal lengths in pixels"),
         (KITTI_360, "image_02: 1 0", "image_02: 1", "image_02: found a list of 11"),
         (AIRSIM, '"FOV_Degrees": 100', '"FOV_Degrees": 400', "hfov_deg must be at most"),
         (AIRSIM, '"NumberOfChannels": 16', '"NumberOfChannels": 0.5', "NumberOfChannels: found 0.5"),
-        (AIRSIM, '"Yaw": 30.0', '"Yaw": NaN', "found NaN; accepted are finite numbers"),
+        (AIRSIM, '"Yaw": 30.0', '"Yaw": NaN', r"numbers must be finite \(got NaN\)"),
         (MMDET3D, "[1266.4, 0.0, 816.3]", "[0.0, 0.0, 816.3]", "cam2img: found another one"),
         (MMDET3D, "[0.0, 1266.4, 491.5]", "[1266.4, 1266.4, 491.5]", "cam2img: found another one"),
         (MMDET3D, '"images": {', '"images": [], "x": {', "images: found a list of 0"),
