@@ -115,23 +115,22 @@ def test_a_stored_pog_is_shown_with_its_name_and_its_grid(stored: Bench) -> None
     assert stored.panels.scene.choice.roi_m == (20.0, 20.0, 4.0)
 
 
-@pytest.mark.parametrize(
-    ("field", "text"), [("voxel", "0.25"), ("voxel", "Auto"), ("frames", "9"), ("L", "40")]
-)
-def test_what_a_stored_pog_fixes_is_refused_and_nothing_is_loaded(
-    stored: Bench, field: str, text: str
-) -> None:
-    panel = stored.panels.scene
-    before = panel.choice
-    names = {"frames": "frames", "L": "roi_m.L"}
-    line = voxel_box(stored).lineEdit() if field == "voxel" else panel.findChild(QLineEdit, names[field])
-    assert line is not None
-    type_into(stored.qtbot, line, text)
-    assert "stored.npz is a stored POG with voxels of 0.5 m" in panel.problem
-    assert panel.choice == before
-    button = panel.findChild(QPushButton, "load")
-    assert button is not None
-    assert not button.isEnabled()
+def test_what_a_stored_pog_fixes_is_refused_and_nothing_is_loaded(stored: Bench) -> None:
+    for field, text in [("voxel", "0.25"), ("voxel", "Auto"), ("frames", "9"), ("L", "40")]:
+        panel = stored.panels.scene
+        before = panel.choice
+        names = {"frames": "frames", "L": "roi_m.L"}
+        line = voxel_box(stored).lineEdit() if field == "voxel" else panel.findChild(QLineEdit, names[field])
+        assert line is not None
+        allowed = line.text()
+        type_into(stored.qtbot, line, text)
+        assert "stored.npz is a stored POG with voxels of 0.5 m" in panel.problem
+        assert panel.choice == before
+        button = panel.findChild(QPushButton, "load")
+        assert button is not None
+        assert not button.isEnabled()
+        type_into(stored.qtbot, line, allowed)
+        assert panel.problem == ""
 
 
 def test_other_boxes_take_the_place_of_a_stored_pog(stored: Bench, tmp_path: Path) -> None:
