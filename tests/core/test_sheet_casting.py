@@ -86,7 +86,7 @@ def test_close_rays_in_any_pose_cover_what_the_oracle_says(seed: int) -> None:
     assert np.array_equal(unpack(SMALL, marks), exact_cover(SMALL, [sensor]))
 
 
-@settings(max_examples=200)
+@settings(max_examples=60)
 @given(seed=seeds)
 def test_sheets_and_ray_walking_agree_for_every_model_in_any_pose(seed: int) -> None:
     assert differs(seed, ROOMS) == ""
