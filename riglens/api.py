@@ -12,6 +12,7 @@ from riglens.arguments import RigLensWarning
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
 from riglens.core.rig.model import Camera, Lidar, LinearAngles, Rig, Vehicle
+from riglens.core.targets.calibration import Calibration
 from riglens.making import build_pog, report, simulate, survey, verify_report
 from riglens.optimising import OptimiseResult, optimise
 from riglens.pictures import Picture, render, show
@@ -32,11 +33,12 @@ from riglens.results import (
 from riglens.reviewing import blind, check, detection_range, mounts, redundancy, review, tolerance
 from riglens.rigs import convert, open_rig, presets, save_rig, sensor, sensors
 from riglens.scenes import Scene, SceneEngine, audit, body_triangles, load_scene, rays, score
-from riglens.traffic import Traffic, TrafficEngine, load_traffic, targets
+from riglens.traffic import Traffic, TrafficEngine, calibrate, load_traffic, targets
 
 __all__ = [
     "AuditResult",
     "BlindResult",
+    "Calibration",
     "Camera",
     "CheckResult",
     "ClassResult",
@@ -65,6 +67,7 @@ __all__ = [
     "blind",
     "body_triangles",
     "build_pog",
+    "calibrate",
     "check",
     "convert",
     "detection_range",

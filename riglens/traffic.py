@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import fields, replace
+from pathlib import Path
 from types import TracebackType
 from typing import Self
 
@@ -16,6 +17,8 @@ from riglens.core.errors import InputError
 from riglens.core.metric.scores import Body
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import Progress
+from riglens.core.targets.calibration import MATCH_M, MIN_SCORE, Calibration
+from riglens.core.targets.calibration import WITHIN_M as CALIBRATED_WITHIN_M
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import Phase, TargetSettings
 from riglens.core.targets.shapes import Shape
@@ -117,6 +120,7 @@ class TrafficEngine:
         sample: int | range | None = None,
         body: Body | None = None,
         mesh_folder: StrPath = ".",
+        calibration: Calibration | None = None,
     ) -> TargetResult:
         """Count for a rig; arguments as for `targets`. Raises RuntimeError after the `with` block."""
         if self._engine is None:
@@ -124,7 +128,7 @@ class TrafficEngine:
         if isinstance(sample, int) and sample < 1:
             raise InputError(f"must be an integer ≥ 1 (got {sample})", "sample")
         body = ScoreOptions(body=body).body_of(rig)
-        settings = TargetSettings(shape, range_law, phase, seed, min_points, body)
+        settings = TargetSettings(shape, range_law, phase, seed, min_points, body, calibration)
         found = self._engine.evaluate(with_blocking_mesh(rig, body, mesh_folder), settings, sample)
         return TargetResult(self._engine.traffic, found)
 
@@ -142,6 +146,7 @@ def targets(
     threads: int | None = None,
     body: Body | None = None,
     mesh_folder: StrPath = ".",
+    calibration: Calibration | None = None,
 ) -> TargetResult:
     """Count the points and pixels of a rig on objects, with occlusion by traffic.
 
@@ -166,11 +171,50 @@ def targets(
         `rig.self_occlusion` says by default.
     mesh_folder
         The folder from which a car body in a mesh file is named; that of the rig file, as a rule.
+    calibration
+        Calibration of predicted detection, made by `calibrate`; the one that ships by default.
 
     Raises InputError when a number is out of its range, or when the mesh of a body that blocks cannot be read.
     """
     with TrafficEngine(traffic, threads) as engine:
         return engine.evaluate(
             rig, shape=shape, range_law=range_law, phase=phase, seed=seed, min_points=min_points, sample=sample,
-            body=body, mesh_folder=mesh_folder,
+            body=body, mesh_folder=mesh_folder, calibration=calibration,
         )  # fmt: skip
+
+
+def calibrate(
+    detections: StrPath,
+    boxes: StrPath,
+    *,
+    within_m: float = CALIBRATED_WITHIN_M,
+    origin_m: ArrayLike | None = None,
+    classes: Mapping[str, str] | None = None,
+    min_score: float = MIN_SCORE,
+    match_m: float = MATCH_M,
+    name: str | None = None,
+    rig: Rig | None = None,
+) -> Calibration:
+    """Fit a detector's recall by points and class, as `riglens calibrate` does; the result has `text()` for a file.
+
+    Parameters
+    ----------
+    detections, boxes
+        Results of nuScenes' detection task, and the boxes with the points on each: a nuScenes folder, or a table with
+        the column num_lidar_pts.
+    within_m, origin_m, classes
+        As in `load_traffic`.
+    min_score, match_m
+        Detections count from this score on, and find an object whose centre is nearer than this on the ground.
+    name
+        Name of the detector.
+    rig
+        Count the points that RigLens predicts for this rig, instead of true ones.
+
+    Raises InputError on bad data.
+    """
+    from riglens.app.evaluation.calibrating import calibrated  # loads scipy's optimisers
+    from riglens.core.study.calibrating import Rules
+
+    options = scene_options(boxes, origin_m=origin_m, classes=classes)
+    return calibrated(Path(detections), options, within_m, Rules(min_score, match_m), name, rig)

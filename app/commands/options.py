@@ -193,6 +193,8 @@ class CountArguments:
     """Seed of the random draws."""
     min_points: Annotated[int, number(COUNT)] = 5
     """LiDAR points from which an object counts as detectable."""
+    calibration: Annotated[Path | None, Parameter(group=COUNT, metavar="FILE")] = None
+    """Predict detection by a file of `riglens calibrate` (default: the calibration that ships)."""
     objects: Annotated[Path | None, Parameter(group=COUNT, metavar="FILE.csv|.parquet")] = None
     """Also write one row per object to a table; for one rig."""
 

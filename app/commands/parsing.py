@@ -39,6 +39,9 @@ COMMANDS = {
         "Exit code 0 when all are met, 1 when one is not, is not shown or not applicable, 2 for bad input, 3 for a "
         "failure of the program. Blind zones, test objects and mounts always have a solid car.",
     ),
+    "calibrate": Command(
+        "calibrate:calibrate", "Fit a detector's recall by points, for predicted detection of rigs."
+    ),
     "report": Command("report:report", "Write a page or PDF about rigs, or check an earlier one."),
     "render": Command("render:render", "Draw a rig, its rays and the heatmap of a class into a PNG file."),
     "convert": Command("convert:convert", "Convert a rig between formats, reporting every lossy conversion."),

@@ -32,6 +32,7 @@ from riglens.core.metric.scores import common_body
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.shown_text import spreadsheet_cell, visible
+from riglens.core.targets.calibration import read_calibration
 from riglens.core.targets.engine import TargetEngine, warm_up
 from riglens.core.targets.object_table import object_table
 from riglens.core.targets.scores import Estimate, Row, TargetScores
@@ -112,8 +113,9 @@ def count_hits(
     if scene.pog is not None:
         raise InputError("needs a box data set: a stored POG holds no objects", "targets")
     how = TargetSettings(
-        count.shape, count.range_law == "on", count.phase, count.seed, count.min_points, score.body
-    )
+        count.shape, count.range_law == "on", count.phase, count.seed, count.min_points, score.body,
+        None if count.calibration is None else read_calibration(count.calibration),
+    )  # fmt: skip
     traffic = load_traffic(scene, count.within_m)
     for line in remarks_on(traffic.data):
         note(line)

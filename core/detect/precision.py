@@ -48,6 +48,10 @@ class Detections(NamedTuple):
     centre_m: Doubles
     score: Doubles
 
+    def where(self, chosen: Flags) -> Detections:
+        """Some of the detections."""
+        return Detections(self.frame[chosen], self.cls[chosen], self.centre_m[chosen], self.score[chosen])
+
 
 @dataclass(frozen=True)
 class Matched:
@@ -70,7 +74,7 @@ class Matched:
         groups = int(group_of_frame.max(initial=-1)) + 1
         objects = np.bincount(group_of_frame[truth.frame[own]], minlength=groups)
         near = _near(truth, own, found, order)
-        right = np.array([_matches(near, within_m) for within_m in MATCH_M], np.bool_)
+        right = np.array([_taken(near, within_m) for within_m in MATCH_M], np.int64) >= 0
         return cls(group_of_frame[found.frame[order]], right.reshape(len(MATCH_M), len(order)), objects)
 
     def precision(self, weights: Doubles | None = None) -> Doubles:
@@ -104,6 +108,17 @@ def average_precision(truth: Truth, found: Detections, classes: Sequence[int], f
     return np.concatenate([Matched.of(truth, found, number, one).precision() for number in classes])
 
 
+def found_objects(truth: Truth, found: Detections, number: int, within_m: float) -> Flags:
+    """Return which objects of class `number` a detection of the class took, (n,), the best score first; True nowhere
+    else."""
+    own, mine = np.flatnonzero(truth.cls == number), np.flatnonzero(found.cls == number)
+    order = mine[np.argsort(-found.score[mine], kind="stable")]
+    taken = np.array(_taken(_near(truth, own, found, order), within_m), np.int64)
+    flags = np.zeros(len(truth.cls), np.bool_)
+    flags[taken[taken >= 0]] = True
+    return flags
+
+
 _Near = list[list[tuple[float, int]]]
 
 
@@ -120,16 +135,16 @@ def _near(truth: Truth, own: Ids, found: Detections, order: Ids) -> _Near:
     return near
 
 
-def _matches(near: _Near, within_m: float) -> list[bool]:
-    """Each detection, the best first, takes the nearest object that is left, if it is close enough."""
+def _taken(near: _Near, within_m: float) -> list[int]:
+    """Each detection, the best first, takes the nearest object that is left, if it is close enough; else -1."""
     taken: set[int] = set()
-    right = []
+    places = []
     for candidates in near:
-        best = next((pair for pair in candidates if pair[1] not in taken), None)
-        right.append(best is not None and best[0] < within_m)
-        if best is not None and best[0] < within_m:
-            taken.add(best[1])
-    return right
+        distance_m, place = next((pair for pair in candidates if pair[1] not in taken), (math.inf, -1))
+        if distance_m < within_m:
+            taken.add(place)
+        places.append(place if distance_m < within_m else -1)
+    return places
 
 
 class _Curve(NamedTuple):

@@ -1,0 +1,90 @@
+"""`riglens calibrate`: recall of a detector by points and class, for predicted detection."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+from cyclopts import Parameter
+from rich import box
+from rich.table import Table
+
+from riglens.app.commands.options import BoxArguments, Libraries, Out
+from riglens.app.commands.output import require_outputs
+from riglens.app.evaluation.calibrating import calibrated
+from riglens.app.terminal.console import progress_bar, results
+from riglens.app.terminal.loading import load_rig
+from riglens.core.files import atomic_write
+from riglens.core.rig.library import use_libraries
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.study.calibrating import Rules
+from riglens.core.targets.calibration import MATCH_M, MIN_SCORE, WITHIN_M, Calibration
+
+SHOWN_AT = (1, 5, 10, 20, 50, 100)
+
+
+def calibrate(
+    detections: Annotated[Path, Parameter(name="DETECTIONS")],
+    /,
+    *,
+    scene: BoxArguments = BoxArguments(),
+    out: Out,
+    within: Annotated[float, Parameter(metavar="M")] = WITHIN_M,
+    min_score: Annotated[float, Parameter(metavar="X")] = MIN_SCORE,
+    match: Annotated[float, Parameter(metavar="M")] = MATCH_M,
+    name: Annotated[str | None, Parameter(metavar="TEXT")] = None,
+    rig: Annotated[str | None, Parameter(metavar="RIG")] = None,
+    libraries: Libraries = (),
+) -> None:
+    """Fit a detector's recall by points and class, for predicted detection of rigs.
+
+    Use the file with --calibration. See docs/predicted-detection.md.
+
+    Parameters
+    ----------
+    detections
+        Results in the format of nuScenes' detection task. For a nuScenes folder positions are global, for a table they
+        are in the frame of its boxes, and sample tokens are SEQ/FRAME.
+    out
+        File for the calibration, YAML.
+    within
+        Objects count up to this distance from the car, in metres.
+    min_score
+        Detections count from this score on.
+    match
+        A detection finds an object whose centre is nearer than this on the ground, in metres.
+    name
+        What to call the detector (the name of the file).
+    rig
+        Count the points that RigLens predicts for this rig, instead of the true points of the boxes.
+    """
+    use_libraries(libraries)
+    require_outputs((detections, *scene.files), out)
+    rules = Rules(min_score, match)
+    opened = None if rig is None else load_rig(rig)
+    with progress_bar("Reading boxes") as progress:
+        found = calibrated(detections, scene, within, rules, name, opened, progress)
+    with atomic_write(out, "w") as stream:
+        stream.write(found.text())
+    console = results()
+    console.print(_table(found))
+    console.print(f"{out}: objects {found.domain.region}", soft_wrap=True, markup=False)
+
+
+def _table(found: Calibration) -> Table:
+    """Recall by points, in percent, and its error on sequences left out."""
+    shown = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    shown.add_column("recall, %")
+    for title in ("objects", *(f"{n} pts" for n in SHOWN_AT), "±"):
+        shown.add_column(title, justify="right", no_wrap=True)
+    for class_name in CLASSES:
+        curve = found.classes.of(class_name)
+        if curve is None:
+            shown.add_row(class_name, *["–"] * (len(SHOWN_AT) + 2))
+            continue
+        values = [
+            f"{100.0 * value:.1f}" for value in (*curve.at(np.array(SHOWN_AT, np.float64)), curve.error)
+        ]
+        shown.add_row(class_name, f"{curve.objects:,}", *values)
+    return shown

@@ -1,0 +1,160 @@
+"""Recall from a detector's own results: a known curve is recovered, and wrong files are refused in one line."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import riglens as rl
+from riglens.app.commands import main
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.targets.calibration import Curve, read_calibration
+from tests.core.nuscenes_folder import random_boxes, write_tables
+
+TRUTH = {
+    "car": Curve(a=0.95, b=15.0, c=0.8, error=0.0, objects=1),
+    "pedestrian": Curve(a=0.8, b=6.0, c=1.5, error=0.0, objects=1),
+}
+SEQUENCES, FRAMES, EACH = 6, 12, 9
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Boxes with points, and detections of a detector that follows TRUTH; 5 m apart, so that no two are confused."""
+    folder, rng = tmp_path_factory.mktemp("calibrate"), np.random.default_rng(3)
+    rows, results = [], dict[str, list[dict[str, Any]]]()
+    for sequence in range(SEQUENCES):
+        for frame in range(FRAMES):
+            found = results.setdefault(f"s{sequence}/{frame}", [])
+            for number in range(EACH):
+                for side, (name, curve) in enumerate(TRUTH.items()):
+                    x, y = 5.0 * number - 20.0, 5.0 + 10.0 * side
+                    points = int(rng.exponential(15.0))
+                    rows.append((f"s{sequence}", frame, name, x, y, 0.9, 1.0, 1.0, 1.8, 0.0, points))
+                    if rng.random() < curve.at(np.array([float(points)]))[0]:
+                        found.append(detection(name, x + rng.normal(0.0, 0.3), y, 0.9))
+                    found.append(detection(name, x, y, 0.1))
+            found.append(detection("barrier", 0.0, 0.0, 0.9))
+    with (folder / "boxes.csv").open("w", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        file.write("seq,frame,cls,x,y,z,length,width,height,yaw,num_lidar_pts\n")
+        writer.writerows(rows)
+    (folder / "results.json").write_text(json.dumps({"meta": {}, "results": results}))
+    return folder
+
+
+def detection(name: str, x: float, y: float, score: float) -> dict[str, Any]:
+    return {"translation": [x, y, 0.9], "detection_name": name, "detection_score": score}
+
+
+def test_a_known_curve_is_recovered_within_its_error(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    results, boxes, out = folder / "results.json", folder / "boxes.csv", folder / "mine.yaml"
+    assert main(["calibrate", str(results), "--boxes", str(boxes), "--out", str(out)]) == 0
+    assert "pedestrian" in capsys.readouterr().out
+    found = read_calibration(out)
+    assert found == rl.calibrate(results, boxes) and (found.predicts, found.unit) == ("recall", "points")
+    assert found.classes.bicycle is None
+    n = np.random.default_rng(4).exponential(15.0, 5000).astype(int).astype(float)
+    for name, truth in TRUTH.items():
+        curve = found.classes.of(name)
+        assert curve is not None and curve.objects == SEQUENCES * FRAMES * EACH
+        assert 0.0 < abs(float((curve.at(n) - truth.at(n)).mean())) < curve.error < 0.08
+    every = rl.calibrate(results, boxes, min_score=0.05).classes.car
+    assert every is not None and every.at(n[n > 0.0]).min() > 0.9, "with the poorest detections all are found"
+
+
+def test_the_calibration_predicts_for_a_rig(folder: Path) -> None:
+    calibration = rl.calibrate(folder / "results.json", folder / "boxes.csv")
+    with pytest.warns(rl.RigLensWarning, match="num_lidar_pts|no boxes of class bicycle"):
+        traffic = rl.load_traffic(folder / "boxes.csv")
+    found = rl.targets(rl.open_rig("Center"), traffic, calibration=calibration)
+    row = found["car"].total.predicted
+    assert row is not None and 0.0 < row.value < 1.0 and row.objects == found["car"].total.objects
+    document = found.to_dict()
+    assert document["calibration"]["predicts"] == "recall"
+    assert document["rigs"][0]["classes"]["bicycle"]["predicted"] is None
+    assert document["rigs"][0]["predicted_mean"] is None
+
+
+def test_points_may_be_those_predicted_for_a_rig(folder: Path) -> None:
+    results, boxes = folder / "results.json", folder / "boxes.csv"
+    found = rl.calibrate(results, boxes, rig=rl.open_rig("nuScenes car"))
+    assert found.classes.car is not None and found != rl.calibrate(results, boxes)
+
+
+@pytest.mark.parametrize(
+    ("results", "named"),
+    [
+        ('{"results": {"s0/0": [{"translation": [0, 0, 0], "detection_name": "car"}]}}', "detection_score"),
+        ('{"results": {"s9/0": []}}', "s9/0"),
+        (
+            '{"results": {"s0/0": [{"translation": [0, 0, 0], "detection_name": "tank", "detection_score": 1}]}}',
+            "tank",
+        ),
+        (
+            '{"results": {"s0/0": [{"translation": [0, 0], "detection_name": "car", "detection_score": 1}]}}',
+            "transl",
+        ),
+        (
+            '{"results": {"s0/0": [{"translation": [0, 0, NaN], "detection_name": "car", "detection_score": 1}]}}',
+            "fin",
+        ),
+        ('{"results": {"s0/0": [7]}}', "must be a detection"),
+        ('{"results": {"s0/0": 7}}', "must be a list"),
+        ('{"results": {"s0/0": []}}', "at least one detection"),
+        (
+            '{"results": {"s0/0": [{"translation": [90, 90, 0], "detection_name": "car", "detection_score": 1}]}}',
+            "finds no object",
+        ),
+        ("[]", "'results'"),
+        ("{", "must be JSON"),
+    ],
+)
+def test_wrong_results_are_one_line(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], results: str, named: str
+) -> None:
+    path, out = tmp_path / "results.json", tmp_path / "out.yaml"
+    path.write_text(results)
+    boxes = str(folder / "boxes.csv")
+    assert main(["calibrate", str(path), "--boxes", boxes, "--out", str(out)]) == 2
+    error = capsys.readouterr().err.strip().splitlines()[-1]
+    assert named in error and "results.json" in error and not out.exists()
+
+
+def test_boxes_without_points_are_refused(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    lines = (folder / "boxes.csv").read_text().splitlines()
+    boxes = tmp_path / "boxes.csv"
+    boxes.write_text("\n".join(line.rsplit(",", 1)[0] for line in lines))
+    out = str(tmp_path / "out.yaml")
+    assert main(["calibrate", str(folder / "results.json"), "--boxes", str(boxes), "--out", out]) == 2
+    assert "num_lidar_pts" in capsys.readouterr().err
+    assert main(["calibrate", str(folder / "results.json"), "--out", out]) == 2
+    assert "--boxes" in capsys.readouterr().err
+
+
+def test_results_of_a_nuscenes_folder_are_global(tmp_path: Path) -> None:
+    write_tables(tmp_path / "v1.0-mini", random_boxes(3, 10, 12), 3, 10)
+    table = tmp_path / "v1.0-mini" / "sample_annotation.json"
+    records, results = json.loads(table.read_text()), dict[str, list[dict[str, Any]]]()
+    for number, record in enumerate(records):
+        record["num_lidar_pts"] = points = 7 * number % 40
+        found = results.setdefault(record["sample_token"], [])
+        name = record["instance_token"].split("-")[-1].removeprefix("human.")
+        if points >= 10 and name.split(".")[0] in ("vehicle", "pedestrian"):
+            x, y, _ = record["translation"]
+            found.append(detection(name.split(".")[1 if name[0] == "v" else 0], x, y, 0.5))
+    table.write_text(json.dumps(records))
+    (tmp_path / "results.json").write_text(json.dumps({"results": results}))
+    found = rl.calibrate(tmp_path / "results.json", tmp_path / "v1.0-mini")
+    for name in CLASSES:
+        curve = found.classes.of(name)
+        assert curve is not None and curve.at(np.array([5.0]))[0] < 0.2 < 0.8 < curve.at(np.array([15.0]))[0]
