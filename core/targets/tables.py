@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -111,9 +112,14 @@ class _Figures:
             now.frames,
         )
 
+    @cached_property
+    def _known(self) -> NDArray[np.bool_]:
+        """Return which objects have the quantity, (k,)."""
+        return ~(np.isnan(self.mine) | np.isnan(self.theirs))
+
     def cells(self, chosen: NDArray[np.bool_], group: Counts, groups: int) -> Cells:
         """Return the numbers of the chosen objects by group (k,), (groups,); without those that lack it."""
-        chosen = chosen & ~np.isnan(self.mine) & ~np.isnan(self.theirs)
+        chosen = chosen & self._known
         group, mine, theirs = group[chosen], self.mine[chosen], self.theirs[chosen]
         objects = np.bincount(group, minlength=groups)
         if self.quantity.is_median:
@@ -138,6 +144,8 @@ class _Sample:
         count = np.bincount(self.group, minlength=self.groups).astype(np.float64)
         count[count == 0.0] = math.nan
         mean = np.bincount(self.group, values, self.groups) / count
+        if self.used == self.frames:
+            return mean, np.zeros(self.groups)
         place = self.frame * self.groups + self.group
         misses = np.bincount(place, values - mean[self.group], self.used * self.groups)
         se = standard_error(misses.reshape(self.used, self.groups), count, self.frames)

@@ -26,6 +26,7 @@ from riglens.core.review.verdicts import ObjectVisibility
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.grid import VoxelGrid
+from riglens.core.targets.engine import TargetEngine
 from tests.core.builders import random_field, synthetic_pog
 from tests.core.review.scenes import camera, dense_lidar, random_rig
 from tests.core.review.test_redundancy import grouped, some_traffic, without
@@ -36,6 +37,7 @@ DAY = date(2026, 6, 1)
 ABSENT = (
     "seen: [{class: car, at_least: 0}, {class: car, by: camera, at_least: 0}]",
     "on_target: [{class: car, at_least: 0}, {class: car, figure: visible, at_least: 0}]",
+    "predicted_detection: [{class: car, at_least: 0}]",
     "blind_areas: [{height_m: 0.3, at_most_m2: 1000000}]",
     "blind_objects: [{profile: adults-around, at_most_unseen: 1000}]",
     "losses: [{of: voxels, class: car, at_most: 1}, {of: road_users, class: car, failure: pair, at_most: 1}]",
@@ -104,7 +106,7 @@ def test_what_a_rig_of_one_lidar_has_not_is_not_applicable_unless_it_may_be_miss
     assert (allowed.status, allowed.passes) == ("not applicable", True)
 
 
-@pytest.mark.parametrize("text", [*ABSENT[:2], *ABSENT[4:7]])
+@pytest.mark.parametrize("text", [*ABSENT[:3], *ABSENT[5:8]])
 def test_a_class_that_the_scene_has_not_is_not_applicable(text: str) -> None:
     rng = np.random.default_rng(4)
     traffic = some_traffic(rng)
@@ -115,6 +117,25 @@ def test_a_class_that_the_scene_has_not_is_not_applicable(text: str) -> None:
     asked = Subject(some_rig(), "ignored", field, nobody, bundled_profiles())
     for verdict in Check(asked, required(text)).verdicts():
         assert (verdict.status, verdict.passes) == ("not applicable", False)
+
+
+def test_predicted_detection_is_that_of_the_targets_and_nothing_outside_its_domain() -> None:
+    asked = subject(Rig(sensors=(dense_lidar(1.9, 64, 360),)))
+    text = "predicted_detection: [{class: car, at_least: 0}, {class: car, ring_m: [0, 20], at_least: 1}]"
+    whole, near = Check(asked, required(text)).verdicts()
+    assert asked.traffic is not None
+    table = TargetEngine(asked.traffic, threads=1).evaluate(asked.rig).classes["car"]
+    rings = [ring.predicted for ring in table.rings[:2] if ring.predicted is not None]
+    assert table.total.predicted is not None and whole.finding.value == pytest.approx(
+        table.total.predicted.value
+    )
+    wanted = sum(ring.objects * ring.value for ring in rings) / sum(ring.objects for ring in rings)
+    assert near.finding.value == pytest.approx(wanted)
+    assert (whole.passes, near.passes) == (True, False), "a curve stays below 1"
+    (outside,) = verdicts(
+        Rig(sensors=(dense_lidar(1.9, 2, 90),)), "predicted_detection: [{class: car, at_least: 0}]"
+    )
+    assert outside.status == "not applicable" and "rays" in outside.lines()[0]
 
 
 def test_a_ring_without_road_users_is_not_applicable() -> None:

@@ -210,7 +210,7 @@ class ScoresPanel(QWidget):
     def _show_note(self) -> None:
         falls = self._settings.reading != "residual"
         way = "S-MS falls as coverage grows" if falls else "S-MS rises as coverage grows"
-        shares = "on target and seen: more is better"
+        shares = "predicted AP, on target and seen: more is better"
         self._note.setText(
             f"change against {self._baseline} · {shares} · S-MS, 10³ nat: {way.removeprefix('S-MS ')}"
         )
