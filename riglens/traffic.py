@@ -216,5 +216,5 @@ def calibrate(
     from riglens.app.evaluation.calibrating import calibrated  # loads scipy's optimisers
     from riglens.core.study.calibrating import Rules
 
-    options = scene_options(boxes, origin_m=origin_m, classes=classes)
+    options = scene_options(boxes, origin_m=origin_m, frames=None, classes=classes, find_ground=False)
     return calibrated(Path(detections), options, within_m, Rules(min_score, match_m), name, rig)

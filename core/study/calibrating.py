@@ -38,7 +38,7 @@ _FIELDS = "sample_token, translation, detection_name and detection_score"
 
 @dataclass(frozen=True)
 class Rules:
-    """What counts as found; raise InputError for numbers out of their limits."""
+    """Rules of a match; raise InputError for numbers out of their limits."""
 
     min_score: float = MIN_SCORE
     match_m: float = MATCH_M
