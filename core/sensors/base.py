@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import math
 from abc import abstractmethod
-from typing import Annotated, Any, Self, TypeVar
+from typing import Annotated, Any, Self, TypeVar, get_origin
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
@@ -23,7 +23,7 @@ class Frozen(BaseModel):
     def _known_fields(cls, data: Any) -> Any:
         """Refuse a field that does not exist with the name of the nearest one, which pydantic's own check lacks.
 
-        Lists and arrays become tuples, and numbers of numpy those of Python.
+        Lists and arrays become tuples, where a field is no list itself, and numbers of numpy those of Python.
         """
         fields = cls.model_fields
         for key in data if isinstance(data, dict) else ():
@@ -31,7 +31,10 @@ class Frozen(BaseModel):
                 known = [str(info.alias or name) for name, info in fields.items()]
                 if key not in known:
                     raise _unknown_field(str(key), known)
-        return {key: _plain(value) for key, value in data.items()} if isinstance(data, dict) else data
+        if not isinstance(data, dict):
+            return data
+        kept = {name for name, info in fields.items() if get_origin(info.annotation) is list}
+        return {key: value if key in kept else _plain(value) for key, value in data.items()}
 
     def replace(self, **changes: object) -> Self:
         """Return a validated copy with some fields changed; raise pydantic's ValidationError where one does not fit."""
