@@ -120,3 +120,44 @@ def test_a_pog_that_was_built_is_a_scene(place: Place) -> None:
     built = rl.build_pog(place.boxes, out=place.folder / "town.npz", voxel_m=0.5, roi_m=list(ROI_M))
     assert built.grid == place.scene.grid
     assert dict(rl.score(place.rig, built)) == dict(rl.score(place.rig, place.scene))
+
+
+@pytest.fixture
+def one(place: Place) -> Path:
+    """The file of a rig with one small LiDAR."""
+    lidar = place.rig.lidars()[0].replace(elevations_deg=(-10.0, 0.0), azimuths_deg=tuple(range(0, 360, 3)))
+    path = place.folder / "one.yaml"
+    rl.save_rig(place.rig.replace(name="one", sensors=[lidar]), path)
+    return path
+
+
+def test_data_sets_are_those_of_the_command_line(
+    place: Place, one: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    words = ["--boxes", str(place.boxes), "--pictures", "off", "--workers", "1", "--clutter", "3"]
+    assert main(["simulate", str(one), *words, "--out", str(place.folder / "words")]) == 0
+    capfd.readouterr()
+    with pytest.warns(rl.RigLensWarning, match="1 sequence only"):
+        (folder,) = rl.simulate(
+            rl.open_rig(one), place.folder / "mine", place.boxes, pictures=False, workers=1, clutter=3
+        )
+    assert capfd.readouterr() == ("", "")
+    mine, theirs = (
+        {path.relative_to(top): path.read_bytes() for path in top.rglob("*") if path.is_file()}
+        for top in (folder, place.folder / "words")
+    )
+    assert mine == theirs and len(mine) > 10
+
+
+def test_reports_are_those_of_the_command_line(place: Place, one: Path) -> None:
+    page, again = place.folder / "page.html", place.folder / "again.html"
+    assert (
+        main(["report", str(one), "--boxes", str(place.boxes), *GRID, "--draws", "0", "--out", str(page)])
+        == 0
+    )
+    rig = rl.open_rig(one)
+    assert rl.report(rig, again, place.boxes, voxel_m=0.5, roi_m=ROI_M, draws=0) == again
+    assert again.read_bytes() == page.read_bytes()
+    assert rl.verify_report(page, place.boxes)
+    page.write_text(page.read_text().replace("<h1", "<h2", 1))
+    assert not rl.verify_report(page, place.boxes)
