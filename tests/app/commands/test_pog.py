@@ -75,7 +75,7 @@ def test_ctrl_c_in_the_middle_of_a_build_changes_nothing(riglens_process, tmp_pa
     process = riglens_process(
         "pog", table, "--out", out / "old.npz", "--voxel", "0.1", env=environment, start_new_session=True
     )
-    poll(lambda: _has_opened(process.pid, table))
+    poll(lambda: str(table) in [file.path for file in psutil.Process(process.pid).open_files()])
     os.kill(process.pid, signal.SIGINT)
     output, errors = process.communicate(timeout=TIMEOUT_S)
     assert process.returncode in (130, -signal.SIGINT)  # a shell says 130 to both
@@ -83,12 +83,6 @@ def test_ctrl_c_in_the_middle_of_a_build_changes_nothing(riglens_process, tmp_pa
     assert errors == "riglens: interrupted; no file was changed\n"
     assert (out / "old.npz").read_text() == "kept"
     assert [path.name for path in out.iterdir()] == ["old.npz"]
-
-
-def _has_opened(pid: int, path: Path) -> bool:
-    """Whether the process has the file open: the build is under way."""
-    folder = f"/proc/{pid}/fd"
-    return path.resolve() in [Path(folder, name).resolve() for name in os.listdir(folder)]
 
 
 # ---------------------------------------------------------------- in parts, and on a Dask cluster
@@ -146,6 +140,7 @@ def wait_for_part(process: "subprocess.Popen[str]", parts: Path, count: int = 1)
     poll(is_there)
 
 
+@pytest.mark.slow
 def test_a_killed_build_leaves_no_process_and_goes_on(riglens_process, folder, expected, tmp_path):
     out, parts = tmp_path / "o.npz", tmp_path / "o.npz.parts"
     words = ("pog", folder, "--out", out, *GRID, "--workers", "2")
@@ -250,6 +245,7 @@ def address_in(file: Path) -> str:
     return found[0]
 
 
+@pytest.mark.slow
 def test_a_cluster_that_loses_a_worker_gives_the_same_pog(riglens_process, dask, folder, expected, tmp_path):
     file, out = tmp_path / "scheduler.json", tmp_path / "o.npz"
     dask("dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", file)
