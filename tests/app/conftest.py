@@ -100,3 +100,20 @@ def boxes(tmp_path: Path) -> Path:
     path = tmp_path / "boxes.csv"
     path.write_text(BOXES)
     return path
+
+
+SMALL_RIG = """riglens: 1
+name: small
+sensors:
+  - {name: roof, kind: lidar, position: [0.1, 0.2, 1.9], elevations_deg: {from: -20, to: 10, count: 8},
+     azimuths_deg: {from: -180, to: 180, count: 180}}
+  - {name: front, kind: camera, position: [1, 0, 1.4], image: [160, 90], hfov_deg: 90}
+"""
+
+
+@pytest.fixture
+def small_rig(tmp_path: Path) -> Path:
+    """A rig of a LiDAR and a camera with few rays, for what does not depend on the rig."""
+    path = tmp_path / "small.yaml"
+    path.write_text(SMALL_RIG)
+    return path

@@ -85,16 +85,13 @@ def made(tmp_path_factory):
     return out, words, boxes
 
 
-def test_the_page_needs_no_network_holds_its_names_as_text_and_is_the_same_twice(made, riglens, tmp_path):
-    out, words, _ = made
-    page = out.read_text("utf-8")
+def test_the_page_needs_no_network_and_holds_its_names_as_text(made):
+    page = made[0].read_text("utf-8")
     assert "https://" not in re.sub(r'<script type="application/json".*?</script>', "", page, flags=re.S)
     assert re.findall(r"(?:src|href)=\"(?!data:)", page) == [] and "default-src 'none'" in page
     assert NAME not in page and "&lt;script&gt;alert" in page
     assert len(re.findall(r"<script", page)) == 4  # figures, two views, and the code that turns them
     assert page.count("<svg") == page.count("<canvas") == 2
-    again = tmp_path / "again.html"
-    assert riglens(*words, again).code == 0 and again.read_bytes() == out.read_bytes()
 
 
 def test_every_number_of_a_table_is_that_of_the_attached_figures_and_these_are_the_commands_own(
@@ -342,7 +339,7 @@ def test_a_pdf_is_the_same_from_process_to_process(tmp_path):
     )
     found = {
         subprocess.run([sys.executable, "-c", program], check=True, capture_output=True).stdout
-        for _ in range(3)
+        for _ in range(2)
     }
     assert len(found) == 1
 

@@ -9,21 +9,22 @@ from tests.app.conftest import SMALL_GRID
 
 DRAWS = ("--draws", "4", "--sample", "2")
 SINGLE = {
-    "blind": ("blind", "Center"),
-    "range": ("card", "Center"),
-    "redundancy": ("redundancy", "Center", *SMALL_GRID),
-    "tolerance": ("tolerance", "Center", *SMALL_GRID, *DRAWS),
-    "audit": ("audit", "Center", *SMALL_GRID),
+    "blind": ("blind",),
+    "range": ("card",),
+    "redundancy": ("redundancy", *SMALL_GRID),
+    "tolerance": ("tolerance", *SMALL_GRID, *DRAWS),
+    "audit": ("audit", *SMALL_GRID),
 }
 
 
-def test_each_part_is_that_of_its_own_command(riglens, boxes, tmp_path):
+def test_each_part_is_that_of_its_own_command(riglens, boxes, small_rig, tmp_path):
     out = tmp_path / "review.json"
-    found = riglens("review", "Center", "--boxes", boxes, *SMALL_GRID, *DRAWS, "--json", out)
+    found = riglens("review", small_rig, "--boxes", boxes, *SMALL_GRID, *DRAWS, "--json", out)
     assert found.code == 0, found.err
     document = json.loads(out.read_text())
     assert list(document) == ["riglens", *PARTS]
-    for part, words in SINGLE.items():
+    for part, (command, *options) in SINGLE.items():
+        words = (command, small_rig, *options)
         data = () if part in ("blind", "range") else ("--boxes", boxes)
         alone = riglens(*words, *data)
         assert alone.code == 0 and alone.out.strip() in found.out, part
@@ -40,8 +41,8 @@ def test_each_part_is_that_of_its_own_command(riglens, boxes, tmp_path):
     assert set(apart) <= {problem["sensor"] for problem in mounts["problems"]}
 
 
-def test_only_some_parts_need_no_scene(riglens):
-    found = json.loads(riglens("review", "Center", "--only", "mounts,range", "--json", "-").out)
+def test_only_some_parts_need_no_scene(riglens, small_rig):
+    found = json.loads(riglens("review", small_rig, "--only", "mounts,range", "--json", "-").out)
     assert list(found) == ["riglens", "range", "mounts"]
 
 

@@ -52,14 +52,10 @@ def output_of(script: str) -> tuple[str, str]:
     return done.stdout, done.stderr
 
 
-def test_what_only_few_commands_need_is_not_loaded_with_the_window() -> None:
+def test_what_only_few_commands_need_is_not_loaded_with_the_window_and_whole_later() -> None:
     script = f"print([name for name in ('riglens.app.window.features.maps', *{FOR_LATER}) if name in sys.modules])\n"
-    loaded = "['riglens.app.window.features.maps']\n"
-    assert output_of(OPENED + script) == (loaded, ""), "all features are loaded, as for a window"
-
-
-def test_figures_colours_and_qt_are_whole_when_somebody_asks_for_them_later() -> None:
-    script = """
+    loaded = "['riglens.app.window.features.maps']\n"  # all features are loaded, as for a window
+    script += """
 import pyvista
 from pyvista.plotting.colors import get_matplotlib_theme_cycler
 canvas, colours = pyvista.ChartMPL()._canvas, pyvista.LookupTable("turbo").cmap
@@ -67,7 +63,7 @@ print(len(get_matplotlib_theme_cycler()), type(canvas).__name__, colours.name)
 import matplotlib.pyplot, qtpy.QtWidgets
 print(matplotlib.pyplot.figure().number, qtpy.QtWidgets.QAction.__module__)
 """
-    assert output_of(OPENED + script) == ("10 FigureCanvasAgg turbo\n2 PySide6.QtGui\n", "")
+    assert output_of(OPENED + script) == (loaded + "10 FigureCanvasAgg turbo\n2 PySide6.QtGui\n", "")
 
 
 def test_a_rig_alone_opens_the_window_as_the_parser_of_commands_would(riglens, monkeypatch) -> None:
