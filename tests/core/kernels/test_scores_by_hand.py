@@ -12,6 +12,7 @@ from riglens.core.metric.estimate import estimated
 from riglens.core.metric.scores import ClassScores, KindScore, MetricSettings, Reading, Scores
 from riglens.core.metric.scoring import score
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.sensors.registry import kind_names
 from tests.core.builders import grid_of, synthetic_pog
 
 QUARTER = 0.25 * math.log(4.0) + 0.75 * math.log(4.0 / 3.0)
@@ -64,9 +65,9 @@ def test_the_most_frequent_counts_have_the_first_code() -> None:
 
 def sums(camera: float, lidar: float, both: float) -> np.ndarray:
     """Sums for cars in quanta, and 1, 2 and 3 voxels."""
-    table = np.zeros((3, 4), np.int64)
-    table[:, 0] = np.array([lidar, camera, both]) * field().totals_q[0]
-    table[:, 3] = [2, 1, 3]
+    table = np.zeros((len(kind_names()) + 1, 4), np.int64)
+    table[[0, 1, -1], 0] = np.array([lidar, camera, both]) * field().totals_q[0]
+    table[[0, 1, -1], 3] = [2, 1, 3]
     return table
 
 
@@ -83,8 +84,8 @@ def test_s_mig_is_minus_the_entropy_seen_or_left(reading: Reading, camera: float
 
 
 def test_hits_count_what_is_met_more_than_once() -> None:
-    hits = np.zeros((2, 3), object)
-    hits[:, 0] = [5 << 32, 3 << 32]
+    hits = np.zeros((len(kind_names()), 3), object)
+    hits[:2, 0] = [5 << 32, 3 << 32]
     car = score(field(), sums(0.25, 0.5, 0.5), MetricSettings("exact", "hits", 0.5), hits).classes["car"]
     assert (car.camera.s_mig, car.lidar.s_mig, car.s_ms) == (-3.0, -5.0, -6.5)
     assert car.lidar.seen == pytest.approx(0.5)
@@ -98,10 +99,14 @@ def test_a_class_that_is_nowhere_scores_zero_and_not_minus_zero() -> None:
 
 def known(camera: float, lidar: float, both: float, settings: MetricSettings) -> Scores:
     """Scores of a rig that sees these shares of 100 nat of each class."""
+    by_kind = dict.fromkeys(kind_names(), KindScore(0.0, 0.0))
     by_cameras, by_lidars = KindScore(-100.0 * camera, camera), KindScore(-100.0 * lidar, lidar)
     s_ms = settings.camera_weight * by_cameras.s_mig + by_lidars.s_mig
     return Scores(
-        dict.fromkeys(CLASSES, ClassScores(100.0, {"camera": by_cameras, "lidar": by_lidars}, both, s_ms)), {}
+        dict.fromkeys(
+            CLASSES, ClassScores(100.0, by_kind | {"camera": by_cameras, "lidar": by_lidars}, both, s_ms)
+        ),
+        {},
     )
 
 
