@@ -109,7 +109,7 @@ class _PlainComposer(Composer):
     def compose_scalar_node(self, anchor: Any) -> Any:
         node = super().compose_scalar_node(anchor)
         if any("\ud800" <= character <= "\udfff" for character in node.value):
-            _refuse(node, f"half a character is no text (got {shortened(node.value)})")
+            _refuse(node, f"text must consist of whole characters (got {shortened(node.value)})")
         return node
 
     def compose_mapping_node(self, anchor: Any) -> Any:

@@ -36,7 +36,7 @@ REFUSED = [
     (VEHICLE.format("width: 5.0e-324"), "vehicle.width must be at least 0.1"),
     (VEHICLE.format("height: 0.09"), "vehicle.height must be at least 0.1 (got 0.09)"),
     (VEHICLE.format("mesh: {rpy_deg: [1.0e300, 0, 0]}"), "vehicle.mesh.rpy_deg[0] must be at most 1000000"),
-    ('riglens: 1\nname: "half \\ud800"\nsensors: []\n', "name must be a text"),
+    ('riglens: 1\nname: "half \\ud800"\nsensors: []\n', "text must consist of whole characters"),
 ]
 
 

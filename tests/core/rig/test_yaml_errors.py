@@ -456,7 +456,7 @@ def test_very_many_values_are_refused_by_count(monkeypatch: pytest.MonkeyPatch) 
 @pytest.mark.parametrize("text", ['name: "\\ud800"', '"\\udfff": 1', 'keep_out: [{material: "\\ud800"}]'])
 def test_halves_of_characters_are_refused_with_their_line(text: str) -> None:
     """Pydantic cannot repeat them in its messages."""
-    with pytest.raises(InputError, match=r"^a\.yaml:2: half a character is no text"):
+    with pytest.raises(InputError, match=r"^a\.yaml:2: text must consist of whole characters"):
         parse_yaml(f"riglens: 1\n{text}\n", "a.yaml")
 
 
