@@ -1,8 +1,10 @@
 """Random valid rigs, and ways of writing them as YAML, for the tests of rig files."""
 
 import math
+from typing import Any
 
 from hypothesis import strategies as st
+from pydantic import ValidationError
 
 from riglens.core.rig.library import default_library
 from riglens.core.rig.model import (
@@ -76,6 +78,14 @@ def lenses() -> st.SearchStrategy[BrownConrady | KannalaBrandt]:
     return st.builds(BrownConrady, **brown) | st.builds(KannalaBrandt, **fisheye)
 
 
+def _with_rays(**fields: Any) -> Camera:
+    """Return a camera; without distortion where that would leave no ray on the image, which is refused."""
+    try:
+        return Camera(**fields)
+    except ValidationError:
+        return Camera(**fields | {"distortion": None})
+
+
 def cameras(names: st.SearchStrategy[str]) -> st.SearchStrategy[Camera]:
     """Any camera, its lens as a field of view or as a matrix."""
     size = {
@@ -85,7 +95,7 @@ def cameras(names: st.SearchStrategy[str]) -> st.SearchStrategy[Camera]:
     focal, centre = numbers(1e-4, 1e10), numbers(-1e6, 1e6)
     by_angle = st.builds(Camera, **common(names, "camera"), **size, hfov_deg=numbers(0.001, 179.9))
     by_matrix = st.builds(
-        Camera,
+        _with_rays,
         **common(names, "camera"),
         **size,
         fx=focal,
