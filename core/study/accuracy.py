@@ -34,7 +34,7 @@ from riglens.core.study.accuracy_cases import (
     timed,
     with_lattice,
 )
-from riglens.core.study.simple_methods import FLAGS, PlainDda, VoxelTests, unknown_to_rough
+from riglens.core.study.simple_methods import FLAGS, KINDS, PlainDda, VoxelTests, unknown_to_rough
 
 MethodName = Literal[
     "exact", "edit-camera", "edit-lidar", "plain", "plain-single", "bresenham", "rectangles", "centres"
@@ -178,6 +178,8 @@ def require_sensors(rig: Rig) -> None:
     """Raise InputError when no sensor of the rig is switched on."""
     if not any(sensor.enabled for sensor in rig.sensors):
         raise InputError(f"rig {rig.name}: no sensor is enabled, so there is nothing to measure")
+    if others := [sensor.name for sensor in rig.sensors if sensor.enabled and sensor.kind not in KINDS]:
+        raise InputError(f"rig {rig.name}: methods are compared on LiDARs and cameras only (got {others[0]})")
 
 
 def _contestants(

@@ -92,8 +92,8 @@ class EngineCase:
         assert self._evaluation is not None
         found = self._evaluation
         seen = np.zeros(self._field.index.count, np.uint8)
-        for kind, words in found.seen.items():
-            seen[_ids(self._field, words)] |= np.uint8(FLAGS[kind])
+        for kind, flag in FLAGS.items():
+            seen[_ids(self._field, found.seen[kind])] |= np.uint8(flag)
         return Answer(tuple(found.scores.classes[cls].s_ms for cls in CLASSES), seen)
 
 

@@ -9,7 +9,7 @@ import pytest
 from tests.bench.race import Goal, Race
 from tests.bench.scenes import Scenes, competent_edit, models, moves, way_taken, with_model
 
-MODELS = [entry.name for entry in models().entries()]
+MODELS = [entry.name for kind in ("lidar", "camera") for entry in models().entries(kind)]
 GOAL = 1.0
 ROUNDS = 5
 

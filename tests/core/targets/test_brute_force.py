@@ -116,7 +116,9 @@ def test_many_random_rigs_in_many_random_frames(seed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("model", [entry.name for entry in default_library().entries()])
+@pytest.mark.parametrize(
+    "model", [entry.name for kind in ("lidar", "camera") for entry in default_library().entries(kind)]
+)
 def test_every_model_of_the_library(model):
     """Tilted a little, so that no window is exact by chance."""
     rng = np.random.default_rng(len(model))
