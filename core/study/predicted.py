@@ -29,7 +29,7 @@ GOAL_ERROR, GOAL_RANK = 0.015, 0.98
 with measured mAP at least so high."""
 UNITS: tuple[Unit, ...] = ("cells", "points")
 DETECTOR = "pillars of 0.25 m and a U-Net of 0.15 M weights, one sweep, shared by 30 rigs, five seeds"
-SOURCE = "riglens study detection --published: AP over all objects, docs/data/detection.csv"
+SOURCE = "detection study of published rigs: AP over all objects, docs/data/detection.csv"
 DATA = "simulated sweeps of the bundled town"
 
 
@@ -61,7 +61,7 @@ def read_precision(path: Path, rigs: Sequence[Rig]) -> Doubles:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from error
     except (KeyError, ValueError, TypeError, csv.Error) as error:
         raise InputError(
-            f"{path}: must be detection.csv of `riglens study detection --published`, with rig, class and ap"
+            f"{path}: must be the detection.csv of the detection study, with rig, class and ap"
         ) from error
 
 

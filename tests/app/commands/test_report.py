@@ -112,7 +112,7 @@ def test_every_number_of_a_table_is_that_of_the_attached_figures_and_these_are_t
             written += [write(value) for write in (percent, square_metres, thousand_nat, whole, plain)]
         assert unescape(text) in written, path
     changes = re.findall(r'data-from="([^"]+)" data-less="([^"]+)">([^<]*)<', page)
-    assert len(changes) == 24 and all(path.replace("/1/", "/0/") == first for path, first, _ in changes)
+    assert len(changes) == 27 and all(path.replace("/1/", "/0/") == first for path, first, _ in changes)
     for path, first, text in changes:
         change = at(figures, path) - at(figures, first)
         written = [f"{abs(change):.1f}", f"{100 * abs(change):.2f} pp", f"{abs(change) / 1e3:,.2f}"]
@@ -147,7 +147,7 @@ def document(made):
     """The document of the report, with drawings that take no time."""
     rigs = tuple(load_rig(str(name)) for name in made[1][1:3])
     figures = attached_figures(made[0].read_bytes(), "report.html")
-    return ReportDocument(figures, rigs, [Drawings(DOT, DOT, plans(rig, None), {"rays": []}) for rig in rigs])
+    return ReportDocument(figures, rigs, [Drawings(DOT, DOT, plans(rig), {"rays": []}) for rig in rigs])
 
 
 def test_verify_makes_a_report_again_byte_for_byte(made, riglens):
@@ -298,7 +298,7 @@ def test_hostile_names_are_text_wherever_they_stand(document):
         )
         for rig in document.rigs
     )
-    drawings = [Drawings(DOT, DOT, plans(rig, None), {"name": HOSTILE}) for rig in rigs]
+    drawings = [Drawings(DOT, DOT, plans(rig), {"name": HOSTILE}) for rig in rigs]
     hostile = ReportDocument(figures, rigs, drawings)
     text, pictures = printed_page(hostile)
     for shown in (report_page(hostile), text, *(pictures[f"plans{n}"].decode() for n in range(2))):
@@ -419,7 +419,7 @@ def test_labels_stand_in_the_header_of_every_page_and_are_verified(
 
 def test_the_outline_of_a_car_is_its_silhouette_and_whole_fields_of_view_are_in_the_picture():
     rig = preset("nuScenes car")
-    drawn = plans(rig, None)
+    drawn = plans(rig)
     side = np.array(re.findall(r"(-?[\d.]+),(-?[\d.]+)", drawn.outlines[1]), float)
     hull = ConvexHull(side)
     area = 0.5 * abs(np.dot(side[:, 0], np.roll(side[:, 1], 1)) - np.dot(side[:, 1], np.roll(side[:, 0], 1)))

@@ -94,7 +94,7 @@ def test_the_table_tells_rings_for_one_rig_and_rigs_beside_each_other(riglens, b
         (("--objects", "o.txt"), "--objects must end in .csv or .parquet (got o.txt)"),
         (("--objects", "no/folder/o.csv"), "cannot be written"),
         (("Center", "--objects", "o.csv"), "--objects is for one rig (got 2 rigs)"),
-        (("--frames", "3"), "name the data set with --boxes"),
+        (("--frames", "3"), "specify it with --boxes"),
     ],
 )
 def test_bad_input_is_one_line(riglens, words, message):
@@ -145,7 +145,7 @@ def test_surroundings_that_are_not_there_are_told(riglens, boxes, words, message
 
 def test_occluders_belong_to_boxes(riglens):
     result = riglens("targets", "Center", "--occluders", "a.csv", "b.csv")
-    assert result.code == 2 and "name the data set with --boxes" in result.err
+    assert result.code == 2 and "specify it with --boxes" in result.err
 
 
 def test_an_edited_rig_keeps_its_body_mode_unless_another_is_said_for_this_run(riglens, boxes, tmp_path):

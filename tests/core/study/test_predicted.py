@@ -78,5 +78,5 @@ def test_recall_is_recovered_from_objects_within_its_error() -> None:
 def test_a_table_without_average_precision_is_refused(tmp_path: Path, text: str) -> None:
     path = tmp_path / "detection.csv"
     path.write_text(text)
-    with pytest.raises(InputError, match=r"must be detection\.csv"):
+    with pytest.raises(InputError, match=r"must be the detection\.csv"):
         read_precision(path, published_rigs())
