@@ -20,7 +20,7 @@ from riglens.core.targets.tables import predicted_of, table_of, totals_of
 from riglens.widgets.panels.figures.table import Figure
 from riglens.widgets.panels.scores.panel import ScoresPanel
 from riglens.widgets.panels.scores.table import ScoreTable
-from riglens.widgets.panels.scores.text import THREE_FIGURES, sampled_change_text, sampled_text
+from riglens.widgets.panels.scores.text import SCORE_FIGURES, sampled_change_text, sampled_text
 from riglens.widgets.panels.targets.panel import TargetsPanel
 from riglens.widgets.panels.targets.text import change_text, error_text, value_text
 from tests.core.builders import rig_of, spinning
@@ -282,7 +282,7 @@ def test_without_road_users_there_is_no_number_and_nothing_to_copy(scores: Score
 
 
 @pytest.mark.parametrize("page", ["README.md", "docs/metric.md"])
-def test_the_pages_say_the_same_of_the_three_figures_as_the_panel(page: str) -> None:
+def test_the_pages_say_the_same_of_the_four_figures_as_the_panel(page: str) -> None:
     found = " ".join((Path(__file__).parents[3] / page).read_text("utf-8").split())
-    for name, said in THREE_FIGURES:
+    for name, said in SCORE_FIGURES:
         assert f"**{name}** {said}" in found

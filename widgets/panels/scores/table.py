@@ -1,4 +1,4 @@
-"""The table of scores: value and change of three figures by class, and of S-MIG by kind of sensor on request."""
+"""The table of scores: value and change of four figures by class, and of S-MIG by kind of sensor on request."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ class ScoreTable(FigureTable):
         return max(CHANGE_PX, max(map(wide, LONGEST_CHANGES)) + 2 * _CELL_MARGIN_PX)
 
     def set_details(self, shown: bool) -> None:
-        """Show S-MIG by kind, of which S-MS is made, beside the three figures, or hide it."""
+        """Show S-MIG by kind, of which S-MS is made, beside the four figures, or hide it."""
         for kind in shown_kinds(()):
             for key in (kind.name, f"{kind.name} change"):
                 self.setColumnHidden(self.place_of(key), not shown)

@@ -1,6 +1,6 @@
 """Format scores: columns of a class's scores, and their values as text with signs that need no colour.
 
-Three figures come first, in the order of use: on target, seen, S-MS.
+Four figures come first, in the order of use: predicted AP, on target, seen, S-MS.
 """
 
 from __future__ import annotations
@@ -26,7 +26,13 @@ SIGN_NOTE = (
     "with coverage.<br>The order of rigs by S-MS depends on voxels and ray lattices "
     "(stability study): do not trust a small lead."
 )
-THREE_FIGURES = (
+SCORE_FIGURES = (
+    (
+        "Pred. AP",
+        "is the average precision, of 100, that the detection study's detector would reach with these LiDAR "
+        "hits in this traffic. It does not predict your stack, leaves out cameras, and is grey outside the rigs "
+        "of that study.",
+    ),
     (
         "On target",
         "counts the distinct spots on each object that the LiDARs hit, behind traffic and a solid car's body. "
@@ -46,8 +52,8 @@ THREE_FIGURES = (
     ),
 )
 """The question each figure answers and its limits; README and docs/metric.md say the same."""
-FIGURES_TITLE = "Three figures, three questions"
-FIGURES_HELP = "".join(f"<p><b>{name}</b> {said}</p>" for name, said in THREE_FIGURES)
+FIGURES_TITLE = "Four figures, four questions"
+FIGURES_HELP = "".join(f"<p><b>{name}</b> {said}</p>" for name, said in SCORE_FIGURES)
 FIGURES_HELP += f"<p><b>Against a detector</b> {' '.join(EVIDENCE.values())}</p>"
 NOTHING_NOTE = "No boxes of this class: there is nothing to see"
 NOT_COUNTED_NOTE = "Counting road users"
