@@ -28,7 +28,7 @@ SIGN_NOTE = (
 )
 SCORE_FIGURES = (
     (
-        "Pred. AP",
+        "Predicted AP",
         "is the average precision, of 100, that the detection study's detector would reach with these LiDAR "
         "hits in this traffic. It does not predict your stack, leaves out cameras, and is grey outside the rigs "
         "of that study.",
