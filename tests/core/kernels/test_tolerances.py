@@ -22,8 +22,8 @@ ROOMS = ("kernels", "engine", "sensing", "sensors")
 ROW = re.compile(r"^\| `(\w+)\.(\w+)` \| ([^|]+) \|", re.MULTILINE)
 NAME = re.compile(r"`([a-z_]+)\.(\w+)`")
 U = predicates.UNIT_ROUNDOFF
-NOT_ABOUT_VOXELS = ("objects", "runtime", "sight", "phases", "mounting")
-"""Folders and modules that decide nothing about voxels."""
+NOT_ABOUT_VOXELS = ("objects", "runtime", "sight", "phases", "mounting", "sectors", "ultrasonic")
+"""Folders and modules that decide nothing about voxels: those of sensors describe what they are."""
 
 
 NO_TOLERANCES = {

@@ -99,7 +99,7 @@ def test_a_server_of_another_kind_is_one_line_at_once(says: bytes, waits_for: by
     before = threading.active_count()
     with (
         listener(says, waits_for) as address,
-        pytest.raises(InputError, match=f"at {address} .(something else than Dask|Connection reset)"),
+        pytest.raises(InputError, match=f"at {address} .(another program than Dask|Connection reset)"),
         cluster_workers(address),
     ):
         pass
@@ -241,7 +241,7 @@ def answer_of(workers: Workers, tmp_path: Path, answer: object) -> None:
 @pytest.mark.parametrize(
     ("answer", "complaint"),
     [
-        (b"", r"something else than was requested \(not good\)"),
+        (b"", r"an unexpected result \(not good\)"),
         ("good", "returned no bytes"),
         (7, "returned no bytes"),
     ],

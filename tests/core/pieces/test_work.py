@@ -152,7 +152,7 @@ def test_pieces_that_are_done_when_another_fails_are_kept(tmp_path: Path) -> Non
 
 
 def test_what_is_not_the_piece_is_refused_and_not_kept(tmp_path: Path) -> None:
-    with pytest.raises(ChildProcessError, match=r"something else than was requested \(another row\)"):
+    with pytest.raises(ChildProcessError, match=r"an unexpected result \(another row\)"):
         sweep(tmp_path).keep("3", row(4))
     assert count_kept(tmp_path) == 0
 
