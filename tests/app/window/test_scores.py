@@ -32,7 +32,7 @@ def bench(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
 def exact_numbers(bench: Bench) -> list[list[float]]:
     """Every digit the table shows, as it is copied."""
     lines = bench.panels.scores.as_text().splitlines()[1:]
-    return [[float(cell) for cell in line.split("\t")[4:]] for line in lines]
+    return [[float(cell) for cell in line.split("\t")[7:]] for line in lines]
 
 
 def expected_numbers(bench: Bench) -> list[list[float]]:

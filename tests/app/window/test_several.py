@@ -51,7 +51,7 @@ def test_values_that_differ_are_shown_as_mixed_and_shared_ones_as_they_are(bench
     enabled = bench.find("enabled")
     assert isinstance(enabled, QCheckBox) and enabled.checkState() == Qt.CheckState.PartiallyChecked
     assert state(bench).startswith("4 selected: a number sets all of them")
-    assert "Model and beams are for the 2 LiDARs among them." in state(bench)
+    assert "Model and beams apply to the 2 LiDARs among them." in state(bench)
     assert not field(bench, "name").isEnabled()
 
 
@@ -152,7 +152,7 @@ def test_a_value_that_one_of_them_refuses_changes_none_and_names_it(bench: FullD
 def test_a_list_of_angles_beside_even_ones_is_told(bench: FullDesk) -> None:
     bench.type("elevations_deg.count", "4")
     assert bench.document.rig == FOUR
-    assert "low: is given in another way" in bench.panels.inspector.form.problem
+    assert "low: is specified differently" in bench.panels.inspector.form.problem
 
 
 def test_levelling_keeps_each_place_and_heading_and_no_pose_is_pasted_on_several(bench: FullDesk) -> None:
