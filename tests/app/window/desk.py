@@ -54,6 +54,9 @@ class FakeRecompute(Recompute):
         self.audits: list[AuditRequest] = []
         self.tolerances: list[ToleranceRequest] = []
 
+    def compiling(self) -> None:
+        """Report that no process compiles kernels."""
+
     @property
     def threads(self) -> int | None:
         return 1

@@ -26,7 +26,7 @@ def export(bench: FullDesk, name: str) -> None:
 @pytest.mark.parametrize(
     ("files", "named", "names"),
     [
-        (NUSCENES, "calibrated_sensor.json", ["CAM_FRONT", "LIDAR_TOP"]),
+        (NUSCENES, "calibrated_sensor.json", ["CAM_FRONT", "LIDAR_TOP", "RADAR_FRONT"]),
         (AUTOWARE_KIT, "sensor_kit_calibration.yaml", ["camera0", "velodyne_top"]),
         (URDF, "rig.urdf", ["velodyne", "camera"]),
     ],

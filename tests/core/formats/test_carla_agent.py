@@ -111,7 +111,7 @@ def test_of_several_agents_one_is_chosen() -> None:
     ("text", "complaint"),
     [
         ("x = 'sensor.camera' +\n", ":1: not Python"),
-        ("# sensor.camera\n", "at least one LiDAR or camera"),
+        ("# sensor.camera\n", "at least one sensor"),
         ("x = 'sensor.' + " + "(" * 300 + ")" * 300, "not Python"),
         ("x = 'sensor.' ; y = " + "-" * 5000 + "1", "not Python|no LiDAR"),
         (agent(CAMERA % ("1e999", SIZE))["agent.py"], "x: .*got inf"),

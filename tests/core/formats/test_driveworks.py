@@ -46,7 +46,7 @@ def test_bumper_rear_comes_before_the_box_and_a_box_beside_the_axis_is_told() ->
     both = BODY | {"boundingBoxPosition": [-1.127, 0.1, 0.0]}
     imported = read_files({"car.json": text_of(both | {"bumperRear": 1.0})})
     assert imported.rig.vehicle.rear_axle_x == pytest.approx(1.0 - 2.45)
-    assert has(read_files({"car.json": text_of({"body": both})}).report, "ignored", "0.1 m beside")
+    assert has(read_files({"car.json": text_of({"body": both})}).report, "ignored", "0.1 m off")
 
 
 @pytest.mark.parametrize(
