@@ -20,7 +20,7 @@ from riglens.core.geometry import Pose, Vec3
 from riglens.core.rig.edits import partner_of
 from riglens.core.rig.library import Entry, default_library, sensor_from_model
 from riglens.core.rig.model import Rig
-from riglens.core.sensors.registry import AnyKind, kind_of, kinds
+from riglens.core.sensors.registry import AnyKind, kind_of, kinds, shown_kinds
 from riglens.widgets.panels.controls.icons import icon
 from riglens.widgets.panels.controls.menus import add_entry
 from riglens.widgets.panels.sensors.library import LibraryList
@@ -70,9 +70,11 @@ class Sensors(Feature):
         self.add_menus = {
             kind.name: self._library_menu(kind) for kind in kinds() if default_library().entries(kind.name)
         }
+        in_toolbar = [kind.name for kind in shown_kinds(())]  # a narrow window has no room for more
         for kind, menu in self.add_menus.items():
             bench.places.add_to_menu("sensor/add", menu)
-            bench.places.add_to_toolbar("add", menu_button(f"add_{kind}", kind, menu.title(), menu, "+ ▾"))
+            if kind in in_toolbar:
+                bench.places.add_to_toolbar("add", menu_button(f"add_{kind}", kind, menu.title(), menu, "+ ▾"))
         for key in ("duplicate", "delete"):
             bench.places.add_to_menu("edit/sensor", self.actions[key])
         self.bind(
