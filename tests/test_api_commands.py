@@ -125,7 +125,9 @@ def test_a_pog_that_was_built_is_a_scene(place: Place) -> None:
 @pytest.fixture
 def one(place: Place) -> Path:
     """The file of a rig with one small LiDAR."""
-    lidar = place.rig.enabled_lidars()[0].replace(elevations_deg=(-10.0, 0.0), azimuths_deg=tuple(range(0, 360, 3)))
+    lidar = place.rig.enabled_lidars()[0].replace(
+        elevations_deg=(-10.0, 0.0), azimuths_deg=tuple(range(0, 360, 3))
+    )
     path = place.folder / "one.yaml"
     rl.save_rig(place.rig.replace(name="one", sensors=[lidar]), path)
     return path

@@ -45,7 +45,9 @@ def models() -> tuple[Camera, ...]:
     return tuple(
         sensor.replace(cast=(352, 128))
         for sensor in made
-        if isinstance(sensor, Camera) and sensor.distortion is not None and field_of_view_deg(sensor)[0] < 174.0
+        if isinstance(sensor, Camera)
+        and sensor.distortion is not None
+        and field_of_view_deg(sensor)[0] < 174.0
     )
 
 

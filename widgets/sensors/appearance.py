@@ -41,8 +41,8 @@ class Appearance:
     heading: above its own fields; ways: fields among them that can be given in several ways.
     """
 
-    colour: str = "#84a817"
-    ray_colours: tuple[str, str] = ("#c4e05a", "#55700a")
+    colour: str = "#8b5cf6"
+    ray_colours: tuple[str, str] = ("#c4a5ff", "#7c3aed")
     icon: str = '<circle cx="12" cy="12" r="3.5"/><path d="M17 7a7 7 0 0 1 0 10M20 4a11 11 0 0 1 0 16"/>'
     shape: Callable[[Any], Shape] = lambda _: "box"
     cuboid: Shape = "box"
@@ -99,7 +99,7 @@ APPEARANCES = {
     ),
     ULTRASONIC.name: Appearance(
         colour="#38bdf8",
-        ray_colours=("#7cc8ff", "#0369a1"),
+        ray_colours=("#7cc8ff", "#1d4ed8"),
         icon='<circle cx="6" cy="12" r="2"/><path d="M11 8a6 6 0 0 1 0 8M15 5.5a10 10 0 0 1 0 13"/>',
         shape=lambda _: "lens",
         cuboid="lens",

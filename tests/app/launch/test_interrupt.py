@@ -112,7 +112,9 @@ def test_ctrl_c_while_the_commands_are_loaded_is_one_line(number, monkeypatch, c
                 signal.raise_signal(number)
 
     before = {one: signal.getsignal(one) for one in (signal.SIGINT, signal.SIGTERM)}
-    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell in the background starts programs without
+    signal.signal(
+        signal.SIGINT, signal.default_int_handler
+    )  # a shell in the background starts programs without
     monkeypatch.setattr(sys, "meta_path", [Interrupted(), *sys.meta_path])
     monkeypatch.delitem(sys.modules, "riglens.app.commands.running", raising=False)
     monkeypatch.delattr(commands, "running", raising=False)

@@ -23,6 +23,7 @@ from riglens.core.view.range_image import RangeImage
 from riglens.core.view.top_view import SeenBy, TopView
 from riglens.core.view.top_views import TopViews
 from riglens.widgets.maps.lowest_items import Lowest, lowest_colours, lowest_text
+from riglens.widgets.maps.map_panel import lowest_choices
 from riglens.widgets.maps.paint import argb
 from riglens.widgets.theme import OVERLAP_COLOURS
 from riglens.widgets.viewport.ground_map import NOTHING
@@ -134,10 +135,12 @@ def test_the_map_shows_the_lowest_heights_of_the_command_and_follows_an_edit(ben
     bench.settle()
     assert bench.workbench.answers.result.blind is None
     assert np.array_equal(panel.map.plane.to_m(panel.map.plane.area.center()), (0.0, 0.0))
-    for place, (by, k) in ((7, ("any", 1)), (11, ("lidar", 2))):
+    for number, (by, k) in enumerate((("any", 1), ("lidar", 2)), 1):
+        name = next(one for one, chosen in lowest_choices().items() if chosen[:2] == (by, k))
+        place = panel.choice.findData(name)
         panel.choice.setCurrentIndex(place)
         panel.choice.activated.emit(place)
-        bench.drag("roof", (0.5 + 0.1 * place, 0.0, 2.4))
+        bench.drag("roof", (0.5 + 0.3 * number, 0.0, 2.4))
         bench.settle()
         lowest = panel.map._lowest
         assert (lowest.by, lowest.k) == panel.lowest == (by, k) and panel.seen_by is None

@@ -95,7 +95,7 @@ def know(bench: Bench, *names: str) -> None:
 
 def numbers(bench: Bench) -> list[list[float]]:
     lines = bench.panels.scores.as_text().splitlines()[1:]
-    return [[float(cell) for cell in line.split("\t")[4:]] for line in lines]
+    return [[float(cell) for cell in line.split("\t")[7:]] for line in lines]
 
 
 def fresh_numbers(bench: Bench) -> list[list[float]]:
@@ -278,7 +278,7 @@ def test_coarse_numbers_are_marked_and_have_no_change(opened: Open, timed: type[
 def test_coarse_numbers_cannot_be_copied(opened: Open, timed: type[TimedEngine]) -> None:
     with coarse_shown(opened, timed) as bench:
         for line in bench.panels.scores.as_text().splitlines()[1:]:
-            assert line.split("\t")[4:] == [""] * 8
+            assert line.split("\t")[7:] == [""] * 8
 
 
 def test_saving_in_between_writes_the_rig_and_the_change_counts_from_exact_scores(
