@@ -74,7 +74,9 @@ class Sensors(Feature):
         for kind, menu in self.add_menus.items():
             bench.places.add_to_menu("sensor/add", menu)
             if kind in in_toolbar:
-                bench.places.add_to_toolbar("add", menu_button(f"add_{kind}", kind, menu.title(), menu, "+ ▾"))
+                bench.places.add_to_toolbar(
+                    "add", menu_button(f"add_{kind}", kind, menu.title(), menu, "+ ▾")
+                )
         for key in ("duplicate", "delete"):
             bench.places.add_to_menu("edit/sensor", self.actions[key])
         self.bind(
