@@ -147,7 +147,7 @@ def _state(
 
 
 def _png(rig: Rig, scene: Scene | None, heatmap: HeatMode) -> bytes | None:
-    """Return a picture for a notebook, None where the libraries that draw are missing."""
+    """Return a picture for a notebook, None if the libraries that draw are missing."""
     from riglens.app.launch.display import prepare_drawing
     from riglens.app.launch.system_libraries import MissingLibraries
 

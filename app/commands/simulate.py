@@ -48,10 +48,8 @@ from riglens.core.simulate.dataset import (
 from riglens.core.simulate.settings import SimulationSettings
 from riglens.core.simulate.tables import EgoPose, Scene
 from riglens.core.simulate.units import Extras
-from riglens.core.targets.traffic import Traffic
+from riglens.core.targets.traffic import EVERYWHERE_M, Traffic
 
-EVERYWHERE_M = 1e6
-"""All boxes of the data are objects of the data set, however far away."""
 SWEEPS = Group("Sweeps", sort_key=20)
 FILES = Group("Files", sort_key=25)
 CARLA = Group("CARLA", sort_key=40)

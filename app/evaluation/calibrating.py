@@ -16,6 +16,7 @@ from riglens.core.study.calibrating import Rules, frames_of, points_of, read_det
 from riglens.core.targets.calibration import Calibration
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import USUAL
+from riglens.core.targets.traffic import EVERYWHERE_M
 
 
 def calibrated(
@@ -40,8 +41,12 @@ def calibrated(
     if rig is None:
         points = points_of(scene.boxes, overrides)
     else:
-        counted = TargetEngine(traffic.within(1e6)).evaluate(rig, replace(USUAL, body=rig.body)).objects
+        counted = (
+            TargetEngine(traffic.within(EVERYWHERE_M)).evaluate(rig, replace(USUAL, body=rig.body)).objects
+        )
         points = counted.all_points[traffic.row[counted.box].argsort()]
     if len(points) != len(traffic.row):
-        raise InputError(f"{scene.boxes}: found {len(points)} points for {len(traffic.row)} boxes")
+        raise InputError(
+            f"{scene.boxes}: must have a number of points for each of {len(traffic.row)} boxes (got {len(points)})"
+        )
     return recall(traffic, points, found, rules, name or detections.stem, detections.name)

@@ -32,7 +32,7 @@ class LoadedScene:
     """Box data ready for use: the entropy of every informative voxel, and a coarser grid for drawing. Equal only to
     itself.
 
-    `coarse` is a field of larger voxels for first answers, None where the grid allows none; `choice` says how
+    `coarse` is a field of larger voxels for first answers, None if the grid allows none; `choice` says how
     the voxel edge was picked, None when it was given. `gap` is where the data, which look
     one way only, hold no boxes.
     """

@@ -221,7 +221,7 @@ def _draw(state: SceneState, picture: RenderRequest) -> None:
 
 
 def _masts(rig: Rig) -> tuple[Mast, ...]:
-    """Return the masts of sensors that are not on the car's surface; none where a box replaces the car."""
+    """Return the masts of sensors that are not on the car's surface; none if a box replaces the car."""
     from riglens.widgets.viewport.masts import masts_of
 
     return () if rig.vehicle.lacks_mesh else masts_of(mount_statuses(rig))

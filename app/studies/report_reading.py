@@ -76,7 +76,7 @@ def inputs_of(figures: dict[str, Any], where: str) -> Inputs:
 
 
 def first_difference(content: bytes, again: bytes) -> str | None:
-    """Return the first difference between a report and the recomputed one, with its place; None where they are
+    """Return the first difference between a report and the recomputed one, with its place; None if they are
     equal."""
     if content == again:
         return None

@@ -80,7 +80,7 @@ class Window(NamedTuple):
 
 @singledispatch
 def _outermost(sensor: Sensor) -> NDArray[np.float64] | None:
-    """Directions (n, 3) in the vehicle frame between which all rays of a sensor lie; None where that is unknown.
+    """Directions (n, 3) in the vehicle frame between which all rays of a sensor lie; None if that is unknown.
 
     All rays of a sensor that looks into sectors, which has few.
     """
@@ -146,7 +146,7 @@ class Caster:
     def _mark_quickly(
         self, _sensor: Sensor, _rays: Cast, _window: Window, _marks: Words, _is_stale: IsStale
     ) -> bool | None:
-        """Cast by a method that only serves some sensors; return None where there is none."""
+        """Cast by a method that only serves some sensors; return None if there is none."""
         return None
 
     @_mark_quickly.register

@@ -72,7 +72,7 @@ _Wanted = tuple[int, Method, str | None]
 
 class _Shape(NamedTuple):
     """Everything that determines the rays of a sensor: the casting method, the sensor without name and switch, and the
-    obstacle: the fingerprint of the car's body and the distance from the sensor at which it begins to count, None where
+    obstacle: the fingerprint of the car's body and the distance from the sensor at which it begins to count, None if
     the body is ignored."""
 
     method: Method

@@ -78,7 +78,7 @@ def _spans(rays: Cast, row_of: NDArray[np.int64]) -> tuple[NDArray[np.int64], ND
 
 
 def make_profile(fan: Fan, rays: Cast) -> Profile | None:
-    """Return the levels of a fan's rays by forward distance, as far as the box reaches; None where a range ends so
+    """Return the levels of a fan's rays by forward distance, as far as the box reaches; None if a range ends so
     close to a face that only the exact walk can tell."""
     low, high, depth = int(rays.box[4]), int(rays.box[5]), (int(rays.shape[2]) + 63) // 64
     most = 2 * (len(fan.slopes) + 2) * (high - low + 1)

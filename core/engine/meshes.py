@@ -56,7 +56,7 @@ class CameraMesh(NamedTuple):
 
 
 def make_mesh(camera: Camera, rays: Cast) -> CameraMesh | None:
-    """The mesh of a distorted camera in grid units; None where walking its rays is simpler."""
+    """The mesh of a distorted camera in grid units; None if walking its rays is simpler."""
     endless = rays.reach[0] == 0.0 and rays.reach[1] > farthest(rays) + 1.0
     if rays.kind != LISTED or not (endless and is_near(rays) and is_well_scaled(rays.rotation, rays.origin)):
         return None
@@ -103,7 +103,7 @@ def outermost_directions(camera: Camera) -> Doubles:
 
 @lru_cache(maxsize=16)
 def ray_mesh(camera: Camera) -> RayMesh | None:
-    """The mesh of a camera without its place: the same one through a whole drag; None where rays drift apart, are too
+    """The mesh of a camera without its place: the same one through a whole drag; None if rays drift apart, are too
     far to the side, or do not form a surface."""
     table = lattice(camera)
     columns, rows = camera.resolution
@@ -134,7 +134,7 @@ last one it is one step of the lattice to each of the others."""
 def _widest(
     rows: Doubles, numbers: Ids, lower: NDArray[np.bool_], upper: NDArray[np.bool_]
 ) -> tuple[float, Doubles, Doubles] | None:
-    """`RayMesh.radius`, `steps` and `apart`; None where a triangle is turned over, or there is none.
+    """`RayMesh.radius`, `steps` and `apart`; None if a triangle is turned over, or there is none.
 
     A place in a triangle is its last corner and shares of the two steps that begin there, together at most one. So it
     is at most half of each step away from one of the corners.

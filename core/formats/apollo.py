@@ -3,7 +3,7 @@
 Each extrinsic file holds one transform from child_frame_id to header.frame_id: metres, a quaternion x, y, z, w. Frames
 are chained to one root, usually `novatel` or `localization`: x to the RIGHT, y FORWARD, z up, at the rear axle. Cameras
 have optical axes; intrinsics are messages sensor_msgs/CameraInfo. LiDARs have x forward, y left, z up. What a frame
-holds is told by the folder of its file (camera_params, velodyne_params, lidar_params, radar_params), else by its name.
+holds follows from the folder of its file (camera_params, velodyne_params, lidar_params, radar_params), else its name.
 Source: Apollo, docs "Apollo coordinate systems"; modules/calibration/data.
 """
 

@@ -29,7 +29,7 @@ class Exported:
 
 @dataclass(frozen=True)
 class Format:
-    """A format by its name on the command line; `read` or `write` is None where it is not supported.
+    """A format by its name on the command line; `read` or `write` is None if it is not supported.
 
     endings: file name endings that belong to this format only; is_folder: whether it is written as a folder.
     """

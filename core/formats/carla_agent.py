@@ -1,7 +1,7 @@
 """CARLA leaderboard: the list that an agent's sensors() returns, in a Python file (import).
 
 The file is parsed, never executed: what is written out as numbers and texts is read, also under a name of config.py
-beside it (`self.config.camera_pos[0]`, as agents of TransFuser have it); what the code would compute is told. Poses
+beside it (`self.config.camera_pos[0]`, as agents of TransFuser have it); computed values are reported. Poses
 relative to the vehicle's actor, on the ground under its bounding box, in CARLA's left-handed axes: x forward, y to the
 RIGHT, z up; positive pitch looks UP, positive yaw turns RIGHT; metres, degrees.
 Source: CARLA leaderboard, autoagents/autonomous_agent.py and agent_wrapper.py (which fixes the LiDAR's rays).

@@ -102,7 +102,7 @@ def _poses(chain: Mapping[str, Value], notes: Notes) -> dict[str, Matrix]:
 
 
 def _by_imu(value: Value, name: str, notes: Notes) -> Matrix | None:
-    """Return the pose of the optical frame in the IMU's, None where the file lacks it; report unread fields."""
+    """Return the pose of the optical frame in the IMU's, None if the file lacks it; report unread fields."""
     for key, _ in value.items():
         if key not in _KNOWN:
             what = "transform" if key.startswith("T_") else "field"

@@ -112,7 +112,7 @@ def centred_pinhole(camera: Camera) -> Camera:
 
 
 def pinhole_with_edges(camera: Camera) -> Camera | None:
-    """Return the pinhole whose image ends at the same four angles as the camera's; None where no pinhole can."""
+    """Return the pinhole whose image ends at the same four angles as the camera's; None if no pinhole can."""
     angles = extent(camera)
     if not all(abs(angle) < WIDEST_PINHOLE_DEG / 2.0 for angle in angles):
         return None

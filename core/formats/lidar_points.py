@@ -34,7 +34,7 @@ class Rings:
 
 
 def sweep_file(roots: tuple[Path, ...], said: object) -> Path | None:
-    """Return the file that a table names, where it is inside one of the folders; None where it is not there."""
+    """Return the file that a table names, where it is inside one of the folders; None if it is not there."""
     if not isinstance(said, str) or not said.endswith(".bin") or len(said) > 500 or "\0" in said:
         return None
     relative = PurePosixPath(said)

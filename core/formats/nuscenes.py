@@ -120,7 +120,7 @@ def _recorded(source: Source, tokens: list[str]) -> dict[str, dict[str, object]]
 
 
 def _size(fields: dict[str, object]) -> tuple[int, int] | None:
-    """Return width and height of a record, None where it has none: those of LiDARs and radars are 0."""
+    """Return width and height of a record, None if it has none: those of LiDARs and radars are 0."""
     width, height = fields.get("width"), fields.get("height")
     if not (isinstance(width, int) and isinstance(height, int)):
         return None

@@ -221,7 +221,7 @@ def candidates(
 
 
 def _sensors_at(spot: Spot, model: str, tilt_deg: float, name: str, mirrored: bool) -> tuple[Sensor, ...]:
-    """Return a sensor that touches the skin at a spot, with its mirror image; none where both would coincide."""
+    """Return a sensor that touches the skin at a spot, with its mirror image; none if both would coincide."""
     entry = default_library().entry(model)
     outwards = spot.normal[:2]
     if np.linalg.norm(outwards) < _FLAT:

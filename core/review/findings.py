@@ -15,7 +15,7 @@ MOST_DIGITS = 20
 
 @dataclass(frozen=True)
 class Finding:
-    """Figure that a requirement limits; None where rig or scene lack its subject.
+    """Figure that a requirement limits; None if rig or scene lack its subject.
 
     `text` says which figure where that is known only now; bounds: of a figure that is an estimate; details: lines
     that explain the figure.

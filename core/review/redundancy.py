@@ -143,7 +143,7 @@ class _Counted(NamedTuple):
     before: Words
 
     def moved_to(self, origins: tuple[Hashable, ...], crowds: Flags) -> tuple[int, ...] | None:
-        """Places of sensors that see something else now; None where not the same sensors are to be counted."""
+        """Places of sensors that see something else now; None if not the same sensors are to be counted."""
         if len(origins) != len(self.origins) or not np.array_equal(crowds, self.crowds):
             return None
         return tuple(i for i, (now, old) in enumerate(zip(origins, self.origins, strict=True)) if now != old)

@@ -41,7 +41,7 @@ class MeshPlacement(Frozen):
 class BodyMesh:
     """Triangles (m, 3) int32 over points (n, 3) in metres with unit normals (n, 3), float32, and colours.
 
-    `colours` are (n, 3) uint8, or None where the file says nothing about them.
+    `colours` are (n, 3) uint8, or None if the file says nothing about them.
     """
 
     points: NDArray[np.float32]

@@ -19,7 +19,7 @@ WIDEST_TANGENT = 20.0
 
 @singledispatch
 def bins_of(_: Sensor) -> Bins | None:
-    """The rays of a camera in bins; None where one does not go ahead, or too far to the side, or there is none."""
+    """The rays of a camera in bins; None if one does not go ahead, or too far to the side, or there is none."""
     return None
 
 

@@ -40,7 +40,7 @@ class Placement:
 
 @dataclass(frozen=True)
 class Echo:
-    """An object that sends waves back: its class, "" for none, and its width in metres, None where it is not known."""
+    """An object that sends waves back: its class, "" for none, and its width in metres, None if it is not known."""
 
     cls: str = ""
     width_m: float | None = None

@@ -70,7 +70,7 @@ class Wrong(NamedTuple):
 class Point:
     """Point of a (method, voxel edge, ray lattice): its times and its errors.
 
-    wrong: None on other grids than the study's own, where it is 0 by definition. Per class, None where
+    wrong: None on other grids than the study's own, where it is 0 by definition. Per class, None if
     H(Omega) or the reference is 0: `share` = -S-MS / H(Omega), `grid_error` and `shortcut_error` as parts of
     the reference's share, `raw_error` = |S-MS - reference| / |reference| in nats, as it stands.
     """

@@ -29,10 +29,12 @@ Doubles = NDArray[np.float64]
 Counts = NDArray[np.int64]
 
 MAX_BYTES = 1 << 30
+LARGEST = 1e9
+"""Coordinates and point counts are smaller: an integer in JSON may be too large for a double or for 64 bits."""
 FEWEST, BLOCKS = 30, 5
 """Fewer objects of a class make no curve; a recording of one sequence is cut into so many runs of frames."""
 NO_CLASS = ("barrier", "traffic_cone")
-"""Detected in nuScenes, and no road users."""
+"""Classes that nuScenes detects and that are not objects of the traffic."""
 _FIELDS = "sample_token, translation, detection_name and detection_score"
 
 
@@ -97,7 +99,7 @@ def points_of(boxes: Path, overrides: Mapping[str, str]) -> Counts:
         if table.found(record, "instance_token", codes) == UNMAPPED:
             continue
         found = record.fields.get("num_lidar_pts")
-        if type(found) is not int or found < 0:
+        if type(found) is not int or not 0 <= found < LARGEST:
             raise table.fail(record, "num_lidar_pts", "a number of points from 0 up")
         frames.append(table.found(record, "sample_token", number))
         points.append(found)
@@ -151,16 +153,17 @@ def _results(path: Path) -> dict[str, Any]:
 
 def _row(path: Path, token: str, place: int, box: object, frame: int) -> tuple[int, str, list[float], float]:
     where = f"{path}: results: '{_short(token)}' [{place}]"
+    if not isinstance(box, dict):
+        raise InputError(f"{where}: must be a detection with {_FIELDS}")
     try:
-        assert isinstance(box, dict)
         name, position, score = box["detection_name"], box["translation"], box["detection_score"]
     except KeyError as error:
         raise InputError(f"{where}: {error.args[0]} is missing (needed: {_FIELDS})") from error
-    except AssertionError:
-        raise InputError(f"{where}: must be a detection with {_FIELDS}") from None
     numbers = [*position, score] if isinstance(position, list) else []
-    if len(numbers) != 4 or not all(type(n) in (int, float) and math.isfinite(n) for n in numbers):
-        raise InputError(f"{where}: translation must be three finite numbers, detection_score one")
+    if len(numbers) != 4 or not all(type(n) in (int, float) and abs(n) < LARGEST for n in numbers):
+        raise InputError(
+            f"{where}: translation must be three finite numbers below 1e9 m, detection_score one"
+        )
     if not isinstance(name, str):
         raise InputError(f"{where}: detection_name must be text")
     return frame, name, [float(n) for n in position], float(score)

@@ -102,7 +102,7 @@ def rank(
 
 @dataclass(frozen=True)
 class Agreement:
-    """Rank correlations of the eight rigs' S-MS with those of a reference; None where one has no order."""
+    """Rank correlations of the eight rigs' S-MS with those of a reference; None if one has no order."""
 
     tau: float | None
     rho: float | None

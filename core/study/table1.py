@@ -171,7 +171,7 @@ def _order(
 
 
 def _rank_correlations(ours: list[float], published: list[float]) -> tuple[float | None, float | None]:
-    """Kendall's tau-b and Spearman's rho, None where all of ours are equal and no rank exists."""
+    """Kendall's tau-b and Spearman's rho, None if all of ours are equal and no rank exists."""
     if len(set(ours)) == 1:
         return None, None
     from scipy import stats  # here, and not above: it takes longer to load than all the rest of the window

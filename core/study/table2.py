@@ -70,7 +70,7 @@ class Paper:
 @dataclass(frozen=True)
 class Agreement:
     """Agreement of one of our figures with a paper's order of rigs: positive where rigs with more coverage detect
-    better; None where it cannot be computed."""
+    better; None if it cannot be computed."""
 
     paper: str
     column: str

@@ -50,7 +50,7 @@ class Pairs:
     predicted: Mapping[str, NDArray[np.float64]]
 
     def rank(self, variant: str, chosen: NDArray[np.bool_]) -> float | None:
-        """Return Spearman's rank correlation over some objects; None where it is undefined."""
+        """Return Spearman's rank correlation over some objects; None if it is undefined."""
         true, predicted = self.true[chosen], self.predicted[variant][chosen]
         if len(np.unique(true)) < 2 or len(np.unique(predicted)) < 2:
             return None
@@ -65,7 +65,7 @@ class Pairs:
         return (float(np.median(ratios)) if ratios.size else None), int(ratios.size)
 
     def sums(self, variant: str, chosen: NDArray[np.bool_]) -> float | None:
-        """Return predicted over true points of some objects, all added up; None where there are no true ones."""
+        """Return predicted over true points of some objects, all added up; None if there are no true ones."""
         true = int(self.true[chosen].sum())
         return float(self.predicted[variant][chosen].sum()) / true if true else None
 

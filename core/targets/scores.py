@@ -146,7 +146,7 @@ class Row:
 
     LiDARs: on_target, shares with at least 1, 5 and `min_points` points, median points. Cameras: mean visible share,
     share at least 25 pixels tall, median height. by_kind: of further kinds, the share with enough returns. By both: by
-    sensors of two kinds; by neither: by none. predicted: detection; None where the calibration says nothing.
+    sensors of two kinds; by neither: by none. predicted: detection; None if the calibration says nothing.
     """
 
     from_m: float
@@ -199,7 +199,7 @@ class TargetScores:
 
     @property
     def predicted_mean(self) -> Predicted | None:
-        """Mean of predicted detection over classes; None where there is none of a class."""
+        """Mean of predicted detection over classes; None if there is none of a class."""
         found = [one.total.predicted for one in self.classes.values()]
         known = [one for one in found if one is not None]
         if len(known) < len(found):

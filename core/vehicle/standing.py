@@ -24,7 +24,7 @@ Points = NDArray[np.float64]
 @dataclass(frozen=True)
 class MountStatus:
     """Mount of a sensor at `place_m`: `gap_m` to the nearest surface, inf without a body, at `nearest_m`; `drop_m`
-    straight down to the body, None where it is not above it."""
+    straight down to the body, None if it is not above it."""
 
     inside: bool
     below_ground: bool

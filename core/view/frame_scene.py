@@ -27,7 +27,7 @@ class Missed:
     """Reason for a low point count on an object: the verdict over all LiDARs together.
 
     points, alone: rays that end on it, and that would without occlusion. by: number of the
-    box that hides most of these, GROUND or BODY (see `riglens.core.view.hits`); None where nothing hides any.
+    box that hides most of these, GROUND or BODY (see `riglens.core.view.hits`); None if nothing hides any.
     """
 
     verdict: Verdict

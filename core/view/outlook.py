@@ -60,7 +60,7 @@ class Gap:
 
 
 def widest_gap(display: DisplayGrid) -> Gap | None:
-    """Return the widest sector with almost no traffic of any class; None where the data cover all directions."""
+    """Return the widest sector with almost no traffic of any class; None if the data cover all directions."""
     if sum(display.pog.data.boxes.values()) < LEAST_BOXES:
         return None
     x, y = display.centres_m[:, 0].astype(np.float64), display.centres_m[:, 1].astype(np.float64)

@@ -251,7 +251,7 @@ def _draw_wedge(painter: QPainter, at: QPointF, sensor: Sensor, colour: QColor) 
 
 
 def _on_screen(sensor: Sensor, ray: NDArray[np.float64], length_px: float) -> QPointF | None:
-    """Return a ray of the sensor frame on the map, of a length in pixels; None where it is nearly vertical."""
+    """Return a ray of the sensor frame on the map, of a length in pixels; None if it is nearly vertical."""
     x, y, z = sensor.pose.rotation() @ ray
     flat = math.hypot(x, y)
     if not flat >= _FLAT * math.hypot(flat, z):  # no ray at all is NaN

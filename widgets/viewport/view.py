@@ -44,9 +44,9 @@ class View(QWidget):
     model_dropped = Signal(str, object)
     """A model of the sensor library was dropped on the car: its name and the Pose there."""
     cell_picked = Signal(object)
-    """The PickedCell of the heatmap that was clicked, None where no cell is drawn."""
+    """The PickedCell of the heatmap that was clicked, None if no cell is drawn."""
     place_picked = Signal(object)
-    """The Place that was clicked while measuring, None where nothing can be measured."""
+    """The Place that was clicked while measuring, None if nothing can be measured."""
     brushed = Signal(object, bool)
     """While painting, the brush touches the car's skin at this place, a Vec3 in metres; True: a stroke begins."""
     brush_ended = Signal(bool)

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 FRAME_MS = 200
 """Shortest time for which each frame is shown during playback."""
-NOBODY = "The rig misses no road user in the frames counted so far"
+NONE_MISSED = "The rig misses no road user in the frames counted so far"
 
 
 class _Shown(NamedTuple):
@@ -185,7 +185,7 @@ class FrameView(Feature):
         self.play(False)
         objects, distance_m = missed_objects(answer), answer.traffic.distance_m
         if not objects:
-            self._targets.panel.say(NOBODY)
+            self._targets.panel.say(NONE_MISSED)
             return
         found = 0
         if self._missed is not None and self._missed[0].asks_same(answer.request):

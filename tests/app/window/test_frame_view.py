@@ -14,7 +14,7 @@ from riglens.app.background.frames import FrameCasting, FrameRequest, boxes_of
 from riglens.app.background.worker import BackgroundWorker
 from riglens.app.evaluation.requests import PickedVoxel
 from riglens.app.window.features.follow import Follow
-from riglens.app.window.features.frame import FRAME_MS, NOBODY, FrameView, missed_objects, missed_text
+from riglens.app.window.features.frame import FRAME_MS, NONE_MISSED, FrameView, missed_objects, missed_text
 from riglens.app.window.features.pick import hidden_from, voxel_text
 from riglens.app.window.features.targets import Targets
 from riglens.core.engine.sight import Sight
@@ -211,7 +211,7 @@ def test_a_rig_that_misses_nobody_is_told_so(stand: Stand, monkeypatch: pytest.M
     stand.count()
     monkeypatch.setattr("riglens.app.window.features.frame.missed_objects", lambda _: [])
     stand.view.show_next_missed()
-    assert stand.targets.panel._note.text() == NOBODY
+    assert stand.targets.panel._note.text() == NONE_MISSED
 
 
 SCENE = FrameScene(

@@ -107,6 +107,11 @@ def test_points_may_be_those_predicted_for_a_rig(folder: Path) -> None:
             "fin",
         ),
         ('{"results": {"s0/0": [7]}}', "must be a detection"),
+        (
+            '{"results": {"s0/0": [{"translation": [0, 0, 1%s], "detection_name": "car", "detection_score": 1}]}}'
+            % ("0" * 400),
+            "below 1e9",
+        ),
         ('{"results": {"s0/0": 7}}', "must be a list"),
         ('{"results": {"s0/0": []}}', "at least one detection"),
         (

@@ -304,7 +304,7 @@ Path = tuple[str | int, ...]
 
 
 def read(path: Path) -> Read:
-    """Return a function that reads the value at a path; None where there is no such field."""
+    """Return a function that reads the value at a path; None if there is no such field."""
 
     def found(subject: Any) -> Any:
         for part in path:
