@@ -66,6 +66,8 @@ def _json_target(_: Any, tokens: Sequence[Token]) -> str:
 
 def number(group: Group | None = None, metavar: str = "N") -> Parameter:
     """Return how an integer is read."""
+    if group is None:  # given as None, it would hide the option from --help
+        return Parameter(converter=whole_number, metavar=metavar)
     return Parameter(converter=whole_number, group=group, metavar=metavar)
 
 
@@ -182,7 +184,7 @@ class CountArguments:
     within_m: Annotated[float, Parameter(name="--within", group=COUNT, metavar="M")] = 60.0
     """Objects count up to this distance from the car, in metres."""
     sample: Annotated[int | None, number(COUNT)] = None
-    """Number of frames to use, sampled evenly; ± shows the error (all frames)."""
+    """Number of frames to use, drawn at random; ± shows the error (all frames)."""
     shape: Annotated[Literal["class", "box"], Parameter(group=COUNT)] = "class"
     """class: cars have glass and a gap below, cyclists and pedestrians are slim; box: plain boxes."""
     range_law: Annotated[Literal["on", "off"], Parameter(group=COUNT)] = "on"

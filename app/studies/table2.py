@@ -28,7 +28,7 @@ from riglens.core.targets.settings import USUAL
 from riglens.core.targets.traffic import WITHIN_M, Traffic, traffic_of
 
 SAMPLE_FRAMES = 400
-"""Number of frames in which points on objects are counted, sampled evenly: the order of rigs needs no more."""
+"""Frames in which points on objects are counted, drawn at random: the order of rigs needs no more."""
 TITLES = {
     "s_ms": "S-MS",
     "residual": "S-MS residual",

@@ -1,4 +1,4 @@
-"""State the results of the published detection study on the figures that rigs are judged by; docs repeat them."""
+"""State the results of the published detection study on the figures that rigs are judged by."""
 
 from __future__ import annotations
 

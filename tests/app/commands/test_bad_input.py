@@ -72,6 +72,20 @@ def test_a_slip_of_the_fingers_is_told_in_words_that_help(riglens, words, hint):
     assert hint in riglens(*words).refused()
 
 
+@pytest.mark.parametrize(
+    ("command", "option"),
+    [
+        ("study stability", "--edits"),
+        ("study targets", "--azimuths"),
+        ("study external", "--frames"),
+        ("study detection", "--seeds"),
+        ("render", "--scale"),
+    ],
+)
+def test_help_lists_the_options_that_take_a_number(riglens, command, option):
+    assert option in riglens(*command.split(), "--help").out
+
+
 def test_no_preset_is_taken_for_a_misspelt_command():
     assert [name for name in PRESETS if meant_command(name)] == []
 
