@@ -40,8 +40,8 @@ def _tell(folder: Path, reason: str) -> None:
     """Warn on standard error, unless the application handles the log; the same warning is not repeated."""
     shown = str(folder) if str(folder).isprintable() else repr(str(folder))
     logging.getLogger("riglens").warning(
-        "note: the cache folder %s cannot be written (%s); going on without it, and slower: make room or permit "
-        "writing there, or name another folder in RIGLENS_CACHE_DIR",
+        "note: the cache folder %s cannot be written (%s); continuing without it, more slowly: free space or allow "
+        "writing there, or set RIGLENS_CACHE_DIR to another folder",
         shown,
         reason,
     )

@@ -224,7 +224,7 @@ def test_a_converted_rig_tells_what_the_format_cannot_hold(tmp_path: Path) -> No
         back = rl.convert(target, tmp_path / "back.yaml")
     assert {warning.category for warning in told} == {rl.RigLensWarning}
     assert {warning.filename for warning in told} == {__file__}
-    assert "ROS URDF: ignored: vehicle: the file has no place for it" in map(str, (w.message for w in told))
+    assert "ROS URDF: ignored: vehicle: the format cannot express it" in map(str, (w.message for w in told))
     assert [sensor.name for sensor in back.sensors] == [sensor.name for sensor in rig.sensors]
     with pytest.raises(rl.InputError, match=r"^target_format must name the format"):
         rl.convert(rig, tmp_path / "rig.unknown")

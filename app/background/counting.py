@@ -28,7 +28,7 @@ if TYPE_CHECKING:  # made by the thread, which loads the compiler
     from riglens.core.targets.scores import TargetScores
     from riglens.core.targets.traffic import Traffic
 
-NO_BOXES = "A stored POG holds no road users: load the box data set to count hits on them."
+NO_BOXES = "A stored POG holds no objects: load the box data set to count hits on them."
 BUDGET_MS = 16.0
 """A sample that is counted while the mouse moves takes about so long."""
 FEWEST_FRAMES, FIRST_FRAMES, GROWTH = 16, 32, 4
@@ -112,7 +112,7 @@ def make_counter(
     parent: QObject | None = None, budget_ms: float = BUDGET_MS, close_s: float = CLOSE_S
 ) -> Counter:
     """Return a worker that counts."""
-    return Counter("counting of road users", Counting(budget_ms), parent, close_s)
+    return Counter("counting of objects", Counting(budget_ms), parent, close_s)
 
 
 @dataclass

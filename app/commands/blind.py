@@ -122,12 +122,12 @@ def _rows(found: BlindMap, by: By, k: int) -> Iterator[dict[str, object]]:
 def print_blind(found: BlindMap, profiles: Sequence[ProfileVerdict], by: By, k: int) -> None:
     """Print areas by height and sector, the largest holes, and the verdicts, on standard output."""
     console, settings = results(), found.settings
-    title = f"{visible(found.rig.name)}: ground in m² where an object of a height is {unseen_by(by, k)}"
+    title = f"{visible(found.rig.name)}: ground in m² on which an object of each height is {unseen_by(by, k)}"
     console.print(Text(title), soft_wrap=True)
     console.print(_areas_table(found, by, k))
     console.print(
         f"Less is better. Objects {settings.width_m:g} m wide, up to {settings.within_m:g} m from the car; "
-        f"δ {settings.voxel_m:g} m, body {settings.body}. Heights count in whole voxels, to the safe side.",
+        f"δ {settings.voxel_m:g} m, body {settings.body}. Heights are rounded up to whole voxels.",
         soft_wrap=True,
     )
     share = 100.0 * share_seen(found, by, k)

@@ -118,12 +118,12 @@ def _explanation(card: Card) -> Iterator[str]:
     """Yield the lines that explain the figures."""
     plan = card.plan
     yield (
-        f"LiDARs: fewer than {plan.min_points} points, as worst/median/best over where the road user falls between the "
+        f"LiDARs: fewer than {plan.min_points} points, as worst/median/best over the object's position between the "
         f"beams (gap {card.gap_deg:.2g} deg). Cameras: less than {plan.min_height_px:g} pixels tall. More is better."
     )
     yield (
-        f"Alone on flat ground, body {plan.settings.as_dict()['body']}; distance from the middle of the car to that of "
-        f"the road user, up to {plan.to_m:g} m."
+        f"Alone on flat ground, body {plan.settings.as_dict()['body']}; distance from the middle of the car to "
+        f"the middle of the object, up to {plan.to_m:g} m."
     )
     yield (
         f"Stops from: speed from which the car stops before it, {plan.reaction_s:g} s of reaction and "
@@ -133,7 +133,7 @@ def _explanation(card: Card) -> Iterator[str]:
 
 def _table(card: Card) -> Table:
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
-    table.add_column("road user")
+    table.add_column("object")
     for bearing in card.plan.bearings_deg:
         table.add_column(bearing_text(bearing), justify="right")
     table.add_column("stops from", justify="right")

@@ -30,7 +30,7 @@ from riglens.core.sensors.registry import AnyKind, kind_of, kinds
 
 WIDTH = 100
 _ANGLES_A_LINE = 8
-_CAVEATS = {"unverified": "no source at hand bears this out", "assumed": "our choice, no source states it"}
+_CAVEATS = {"unverified": "not confirmed by a source at hand", "assumed": "our choice, no source states it"}
 Name = Annotated[str | None, Parameter(name="NAME")]
 
 
@@ -123,7 +123,7 @@ def _list(library: Library, kind: str | None) -> None:
         if number:
             console.print()
         console.print(_table(library, shown))
-    console.print("\n`riglens list sensors NAME` shows every figure of a model and where it comes from.")
+    console.print("\n`riglens list sensors NAME` shows every figure of a model and its source.")
 
 
 def _table(library: Library, kind: AnyKind) -> Table:

@@ -41,7 +41,7 @@ FAILING = Group("Redundancy", sort_key=15)
 SHOWN = 5
 """Pairs that the terminal names, the worst first; the JSON has all."""
 HEADINGS: dict[What, str] = {"sensor": "each sensor", "pair": f"worst {SHOWN} pairs", "group": "groups"}
-NOT_COUNTED = "road users are not counted: a stored POG holds none"
+NOT_COUNTED = "objects are not counted: a stored POG holds none"
 
 
 def redundancy(
@@ -139,7 +139,7 @@ def _print(rig: Rig, body: str, voxels: Coverage, targets: Coverage | None) -> N
     """Print coverage by number of sensors and the losses by failures on standard output."""
     console = results()
     console.print(Text(f"{visible(rig.name)}: redundancy, body {body}"), soft_wrap=True)
-    for title, found in (("entropy, in % of H(Ω)", voxels), ("road users, in % of all", targets)):
+    for title, found in (("entropy, in % of H(Ω)", voxels), ("objects, in % of all", targets)):
         if found is not None:
             console.print(_covered_table(found, title))
             console.print(_failures_table(found, title))
@@ -150,7 +150,7 @@ def _print(rig: Rig, body: str, voxels: Coverage, targets: Coverage | None) -> N
     )
     if targets is not None:
         console.print(
-            "Road users: 1 = detected by the rig; 2, 3 = by that many sensors, each on its own.",
+            "Objects: 1 = detected by the rig; 2, 3 = by that many sensors, each on its own.",
             soft_wrap=True,
         )
     console.print(f"This is {NO_EVIDENCE}.", soft_wrap=True)

@@ -213,7 +213,7 @@ def _refuse_with_carla(said: Mapping[str, object]) -> None:
     for name, value in said.items():
         if value is not None:
             raise InputError(
-                "has no meaning for a simulator with its own traffic: leave it out with", name, "carla"
+                "does not apply to a simulator with its own traffic: omit it with", name, "carla"
             )
 
 

@@ -158,7 +158,7 @@ def _heading(traffic: Traffic, every: Sequence[TargetScores]) -> Iterator[Text]:
         frames = f"{scores.frames_used:,} of {scores.frames:,} frames"
     objects = ", ".join(f"{name} {scores.classes[name].total.objects:,}" for name in CLASSES)
     source = visible(traffic.data.short_source)
-    yield _line("Data", f"{source}: {frames}; road users within {traffic.within_m:g} m: {objects}")
+    yield _line("Data", f"{source}: {frames}; objects within {traffic.within_m:g} m: {objects}")
     around = "block" if traffic.surroundings_sha256 else "ignored"
     shape = "plain boxes" if settings.shape == "box" else "class shapes"
     law = "range law" if settings.range_law else "no range law"

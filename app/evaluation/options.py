@@ -43,7 +43,7 @@ HEAT_TITLES: dict[HeatMode, str] = {
 }
 """Heatmap modes of voxels, by key, with their titles."""
 TargetHeatMode = Literal["on_target", "missed"]
-TARGET_HEAT_TITLES: dict[TargetHeatMode, str] = {"on_target": "On target", "missed": "Missed road users"}
+TARGET_HEAT_TITLES: dict[TargetHeatMode, str] = {"on_target": "On target", "missed": "Missed objects"}
 """Heatmap modes of objects, in the window."""
 
 

@@ -188,7 +188,7 @@ def _say(result: Result, console: Console) -> None:
         else f"SD between seeds {spread:.1f}"
     )
     console.print(
-        f"On hit: mAP over road users with a LiDAR point only. 95 % intervals over {every.sequences} test "
+        f"On hit: mAP over objects with a LiDAR point only. 95 % intervals over {every.sequences} test "
         f"sequences and seeds; {said}."
     )
     if result.study.protocol.cameras is not None:
@@ -241,7 +241,7 @@ def _pairs_text(result: Result) -> str:
     if not count:
         return "A single rig: nothing to compare it with."
     return (
-        f"By mAP {resolved} of {count} pairs are resolved: the interval of the difference leaves 0 out, and the "
+        f"By mAP {resolved} of {count} pairs are resolved: the interval of the difference excludes 0, and the "
         f"difference is {LEAST_DIFFERENCE[MEAN]:g} points or more (bicycle {LEAST_DIFFERENCE['bicycle']:g})."
     )
 

@@ -164,7 +164,7 @@ def _findings(found: Iterable[Finding]) -> str:
             f"<tr><td><b>{escape(finding.claim[:1].upper() + finding.claim[1:])}</b></td>"
             f'<td class="{kind}">{word}</td><td>{escape(finding.evidence)}</td></tr>'
         )
-    return _table("<tr><th>one would expect that</th><th></th><th>on this scene</th></tr>", rows)
+    return _table("<tr><th>expectation</th><th></th><th>on this scene</th></tr>", rows)
 
 
 def _orders(found: Iterable[Line]) -> str:

@@ -204,8 +204,8 @@ def _about_sign(study: MetricStudy) -> Iterator[Finding]:
     yield Finding(
         "a rig without sensors is not the best",
         "fails" if empty >= rig else "ok",
-        f"S-MS without sensors is 0, of W+T {_nat(rig)} · 10³ nat ({cls}): the highest score "
-        "there can be goes to the rig that sees nothing. S-MS falls as coverage grows; read it with 'seen'.",
+        f"S-MS without sensors is 0, of W+T {_nat(rig)} · 10³ nat ({cls}): the highest "
+        "possible score goes to the rig that sees nothing. S-MS falls as coverage grows; read it with 'seen'.",
     )
     yield Finding(
         "more sensors never lower the score",
@@ -244,7 +244,7 @@ def _about_grids(study: MetricStudy) -> Iterator[Finding]:
         "scores of different grids can be compared",
         "fails" if factor > 1.1 else "ok",
         f"H(Ω) of {cls} is {factor:,.0f} times as large at {edge_text(finest)} as at {edge_text(coarsest)}, "
-        "and S-MS goes with it.",
+        "and so is S-MS.",
     )
     yield _about_order("the order does not depend on δ", study, _named(study.along("δ")))
 

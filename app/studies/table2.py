@@ -56,7 +56,7 @@ class Compared:
 def compare_papers(engine: Engine, scene: SceneOptions) -> list[Compared]:
     """Score the rigs of both papers in all ways."""
     if scene.pog is not None:
-        note("a POG holds no individual road users: on target and ≥ 5 points are left out")
+        note("a POG holds no individual objects: on target and ≥ 5 points are left out")
     targets = TargetEngine(_traffic(scene))
     papers, found = (icra(), place3d()), list[Compared]()
     total = sum(len(paper.rigs) for paper in papers)
@@ -160,7 +160,7 @@ def verdict(found: Sequence[Compared]) -> Iterable[str]:
         groups = one.paper.groups("car")
         order = " < ".join(f"{name} {groups[name]:.1f}" for name in sorted(groups, key=groups.__getitem__))
         yield f"  {one.paper.name}: {order}"
-    yield "Both were trained once, without error bars, on other poses and fields of view of the same names."
+    yield "Both were trained once, without error bars; placements of one name differ in poses and fields of view."
 
 
 def csv_lines(found: Sequence[Compared]) -> Iterator[dict[str, object]]:

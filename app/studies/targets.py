@@ -140,7 +140,7 @@ def objects(pairs: Pairs) -> Iterator[dict[str, object]]:
 
 
 def share_table(pairs: Pairs) -> Table:
-    """Shares of road users with enough points, predicted and true: sequences and classes as rows."""
+    """Shares of objects with enough points, predicted and true: sequences and classes as rows."""
     shown = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     shown.add_column(f"Share of objects, {ONE_DRAW}", no_wrap=True)
     for least in SHARES:

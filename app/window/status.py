@@ -21,8 +21,8 @@ COARSE_NOTE = (
     "the exact ones replace them when the mouse rests."
 )
 ONE_WAY_NOTE = (
-    "0° is ahead, positive is left. Elsewhere these data hold almost none,\nso these scores "
-    "give a sensor facing there no value, whatever its value on the road."
+    "0° is ahead, positive is left. The data hold almost no boxes elsewhere,\nso the scores "
+    "say nothing about sensors facing there."
 )
 
 

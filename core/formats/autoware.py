@@ -199,11 +199,11 @@ def write(rig: Rig) -> Exported:
         if isinstance(sensor, Camera) and _PLAIN_NAME.fullmatch(sensor.name):
             infos[f"{sensor.name}_camera_info.yaml"] = camera_info_text(sensor)
             notes.written("image and lens, in a camera_info file", sensor.name)
-            notes.ignored("ray lattice and range: the files have no place for them", sensor.name)
+            notes.ignored("ray lattice and range: the format cannot express them", sensor.name)
             continue
-        notes.ignored("model, rays, lens and range: the files have no place for them", sensor.name)
+        notes.ignored("model, rays, lens and range: the format cannot express them", sensor.name)
     notes.converted(f"origin to the rear axle on the ground, {KIT} on the roof; angles to radians")
-    notes.ignored("vehicle: the files have no place for it")
+    notes.ignored("vehicle: the format cannot express it")
     texts = {_PLACES[0]: _file_text(BASE, kit), _PLACES[1]: _file_text(KIT, children)}
     return Exported(texts | infos, notes.report(TITLE))
 

@@ -34,7 +34,7 @@ def rays_to_write(lidar: Lidar, notes: Notes) -> dict[str, float]:
     if math.isinf(high_m):
         notes.approximated(f"no largest range: {FARTHEST_M:g} m is written", lidar.name)
     if lidar.model is not None:
-        notes.ignored("model name: the file has no place for it", lidar.name)
+        notes.ignored("model name: the format cannot express it", lidar.name)
     notes.written("pose and rays", lidar.name)
     return {
         "channels": len(beams),

@@ -188,7 +188,7 @@ def _fields_of_radar(radar: Radar, notes: Notes) -> dict[str, float]:
         notes.ignored(f"{len(radar.scans) - 1} scans of shorter range: CARLA's radar has one", radar.name)
     if any(low != -high for low, high in ends.values()):
         notes.approximated("CARLA's field of view is symmetric: it is written wide enough", radar.name)
-    notes.ignored("cross sections, resolution and model: the file has no place for them", radar.name)
+    notes.ignored("cross sections, resolution and model: the format cannot express them", radar.name)
     return {**fov, "range": scan.range_m}
 
 
@@ -196,7 +196,7 @@ def _image_fields(camera: Camera, notes: Notes) -> dict[str, float]:
     width, height = camera.image
     fields = {"image_size_x": width, "image_size_y": height, "fov": _fov_deg(camera, notes)}
     notes.written("pose, image size and field of view", camera.name)
-    notes.ignored("ray lattice and range: the file has no place for them", camera.name)
+    notes.ignored("ray lattice and range: the format cannot express them", camera.name)
     return fields
 
 

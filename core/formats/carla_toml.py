@@ -182,7 +182,7 @@ def write(rig: Rig) -> Exported:
         lines.append(f"{key} = [[{', '.join(_text(one[key]) for one in lidars)}]]")
     cameras = [line for sensor in sensors if isinstance(sensor, Camera) for line in _camera(sensor, notes)]
     notes.converted("right-handed axes to CARLA's left-handed: y, pitch and yaw change sign")
-    notes.ignored("vehicle: the file has no place for it")
+    notes.ignored("vehicle: the format cannot express it")
     text = "\n".join([*lines, *(["", "[camera]", *cameras] if cameras else []), ""])
     return Exported({"rig.toml": text}, notes.report(TITLE))
 
@@ -225,7 +225,7 @@ def _camera(camera: Camera, notes: Notes) -> list[str]:
     fov = written.hfov_deg
     assert fov is not None
     notes.written("pose and field of view", camera.name)
-    notes.ignored("image size, ray lattice and range: the file has no place for them", camera.name)
+    notes.ignored("image size, ray lattice and range: the format cannot express them", camera.name)
     values = (("T", value_text(position)), ("R", value_text(rpy_deg)), ("FOV", value_text(fov)))
     return [f"{_key(f'{prefix}_{camera.name}')} = {text}" for prefix, text in values]
 

@@ -274,14 +274,14 @@ def _sensor(sensor: Sensor, rig: Rig, notes: Notes) -> dict[str, object]:
 def _camera_properties(camera: Camera, notes: Notes) -> dict[str, str]:
     properties = _lens_properties(camera, notes)
     notes.written("pose, image and lens", camera.name)
-    notes.ignored("ray lattice and range: the file has no place for them", camera.name)
+    notes.ignored("ray lattice and range: the format cannot express them", camera.name)
     return properties
 
 
 def _model_property(sensor: Sensor, notes: Notes) -> dict[str, str]:
     notes.written("pose and model" if sensor.model else "pose", sensor.name)
     figures = "beam angles" if sensor.kind == "lidar" else "field of view"
-    notes.ignored(f"{figures} and range: the file has no place for them", sensor.name)
+    notes.ignored(f"{figures} and range: the format cannot express them", sensor.name)
     return {"model": sensor.model} if sensor.model else {}
 
 

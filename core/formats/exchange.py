@@ -117,7 +117,7 @@ def read_rig(
     if not source.path.exists():
         raise InputError(f"{source.where}: no such file or folder")
     if options is not None and options.kit is not None and format_ is not AUTOWARE:
-        raise InputError(f"goes with a kit of Autoware only (got {format_.title})", "kit")
+        raise InputError(f"applies to an Autoware kit only (got {format_.title})", "kit")
     assert format_.read is not None
     return format_.read(source, options or ReadOptions())
 

@@ -256,9 +256,9 @@ def write(rig: Rig) -> Exported:
             report_lens(sensor, without_distortion(sensor), "a pinhole", notes)
         written, left_out = _LEFT_OUT[sensor.kind]
         notes.written(written, sensor.name)
-        notes.ignored(f"{left_out} and range: the tables have no place for them", sensor.name)
+        notes.ignored(f"{left_out} and range: the format cannot express them", sensor.name)
     notes.converted("origin from the body centre to the rear axle on the ground; cameras to optical axes")
-    notes.ignored("vehicle: the tables have no place for it")
+    notes.ignored("vehicle: the format cannot express it")
     return Exported(
         {name: json.dumps(rows, indent=1) + "\n" for name, rows in tables.items()}, notes.report(TITLE)
     )

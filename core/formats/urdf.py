@@ -76,7 +76,7 @@ def write(rig: Rig) -> Exported:
         if _quoted(sensor.name) != quoteattr(sensor.name):
             notes.approximated("characters that XML cannot hold are written as numbers", sensor.name)
     notes.converted("origin to the ground under the rear axle (base_link); angles to radians")
-    notes.ignored("vehicle: the file has no place for it")
+    notes.ignored("vehicle: the format cannot express it")
     text = "\n".join([*lines, "</robot>", ""])
     return Exported({"rig.urdf": text}, notes.report(TITLE))
 
@@ -114,7 +114,7 @@ def _gazebo(sensor: Sensor, link: str, notes: Notes) -> list[str]:
 def _camera(camera: Camera, notes: Notes) -> tuple[str, list[str], str]:
     """Return Gazebo's type of the camera, its elements and the ending of its optical frame's name."""
     notes.written("link, optical frame and Gazebo sensor", camera.name)
-    notes.ignored("ray lattice: the file has no place for it", camera.name)
+    notes.ignored("ray lattice: the format cannot express it", camera.name)
     kind, lens = _lens(camera, notes)
     low, high = camera.range_m
     clip = f"<clip><near>{low!r}</near><far>{high!r}</far></clip>"
@@ -151,7 +151,7 @@ def _lens(camera: Camera, notes: Notes) -> tuple[str, str]:
 def _lidar(lidar: Lidar, notes: Notes) -> tuple[str, list[str], str]:
     notes.written("link and Gazebo sensor", lidar.name)
     if lidar.model is not None:
-        notes.ignored("model name: the file has no place for it", lidar.name)
+        notes.ignored("model name: the format cannot express it", lidar.name)
     beams, turn = lidar.elevations(), lidar.azimuths()
     report_uneven(lidar, "Gazebo", notes)
     low, high = lidar.range_m

@@ -217,16 +217,16 @@ class Check:
         error = float(self._targets.calibration.errors[1 + CLASSES.index(one.cls)])
         return Finding(
             sum(row.objects * row.value for row in found) / count,
-            f"{one.text} ({count:,} road users {domain})",
+            f"{one.text} ({count:,} objects {domain})",
             details=(f"± {100.0 * error:.1f} %, one standard error of the calibration",),
         )
 
     def _on_target(self, one: OnTarget) -> Finding:
         rows = self._rows(one)
         if not rows:
-            return missing(f"road users count within {self._traffic.within_m:g} m")
+            return missing(f"objects count within {self._traffic.within_m:g} m")
         count = sum(row.objects for row in rows)
-        text = f"{one.text} ({count:,} road users)"
+        text = f"{one.text} ({count:,} objects)"
         if not count:
             return Finding(None, text, details=(f"there is no {one.cls} there",))
         return Finding(sum(row.objects * float(getattr(row, one.figure).value) for row in rows) / count, text)

@@ -52,7 +52,7 @@ class KeepOut(Frozen):
     @model_validator(mode="after")
     def _known(self) -> Self:
         if self.material is None and not self.boxes:
-            raise ValueError("give material, boxes or both")
+            raise ValueError("specify material, boxes or both")
         if self.material is not None and self.material not in MATERIALS:
             raise ValueError(f"material must be one of {', '.join(MATERIALS)} (got '{self.material}')")
         return self

@@ -51,7 +51,7 @@ class Place(Frozen):
     def _one_of_each(self) -> Self:
         for names in (_X, _Y):
             if sum(getattr(self, name) is not None for name in names) != 1:
-                raise ValueError(f"give exactly one of {', '.join(names)}")
+                raise ValueError(f"specify exactly one of {', '.join(names)}")
         return self
 
     def at_m(self, outline: Outline) -> tuple[float, float]:
@@ -84,9 +84,9 @@ class Area(Frozen):
     @model_validator(mode="after")
     def _two_sides(self) -> Self:
         if (self.ahead is None) == (self.behind is None):
-            raise ValueError("give exactly one of ahead, behind")
+            raise ValueError("specify exactly one of ahead, behind")
         if sum(side is not None for side in (self.left, self.right, self.across)) != 1:
-            raise ValueError("give exactly one of left, right, across")
+            raise ValueError("specify exactly one of left, right, across")
         return self
 
     def spans_m(self, outline: Outline) -> tuple[Span, Span]:
@@ -134,7 +134,7 @@ class Profile(Frozen):
     @model_validator(mode="after")
     def _has_objects(self) -> Self:
         if (not self.at) == (self.field is None):
-            raise ValueError("give exactly one of at, field")
+            raise ValueError("specify exactly one of at, field")
         return self
 
 

@@ -249,7 +249,7 @@ def _crowds(sensors: Sequence[Sensor], groups: Sequence[tuple[str, ...]]) -> Fla
     return np.array(rows, np.bool_).reshape(len(rows), len(sensors))
 
 
-# ---------------------------------------------------------------- road users
+# ---------------------------------------------------------------- objects
 
 
 def target_coverage(traffic: Traffic, rig: Rig, objects: ObjectCounts, min_points: int) -> Coverage:

@@ -144,7 +144,7 @@ class Rig(Frozen):
         if body not in ("ignored", "blocks"):
             raise ValueError(f"body must be ignored or blocks (got {body!r:.40})")
         if "self_occlusion" in fields:
-            raise ValueError("body says the same as self_occlusion: give only one of the two")
+            raise ValueError("body means the same as self_occlusion: specify only one of them")
         others = {key: value for key, value in fields.items() if key != "body"}
         return others | {"self_occlusion": body == "blocks"}
 

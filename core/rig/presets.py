@@ -170,7 +170,7 @@ CARS = (
     ),
     Preset(
         "production car",
-        "6 cameras + 5 radars + 12 ultrasonic sensors + 1 LiDAR, as in cars that are sold",
+        "6 cameras + 5 radars + 12 ultrasonic sensors + 1 LiDAR, as in production cars",
         file="production.yaml",
     ),
 )

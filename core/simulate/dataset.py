@@ -302,7 +302,7 @@ class DatasetFolder:
         for key in self._dataset.spans:
             kept = self._kept.load(key)
             if kept is None:
-                raise InputError(f"{self.work}: a finished part has gone; run the same command again")
+                raise InputError(f"{self.work}: a finished part is missing; run the same command again")
             notes |= {note["frame"]: note for note in kept.notes}
         write_tables(self.path, self._dataset._tables(notes))
         shutil.rmtree(self.work, ignore_errors=True)

@@ -237,7 +237,7 @@ class Tables:
         rotation = rotations_from_yaw(np.array([pose.yaw_rad]))[0]
         return rotation, np.array(pose.place_m) + rotation @ ego_origin_m(self._rig)
 
-    # ---------------------------------------------------------------- road users
+    # ---------------------------------------------------------------- objects
 
     def _users(self) -> Iterator[tuple[int, TrueBoxes, Notes]]:
         for _, frame, _, _, _ in self._moments():

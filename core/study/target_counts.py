@@ -17,9 +17,9 @@ from riglens.core.targets.traffic import Traffic
 
 RINGS_M = ((0.0, 10.0), (10.0, 20.0), (20.0, 30.0), (30.0, 40.0))
 FAR_RINGS_M = (*RINGS_M, (40.0, 50.0), (50.0, 60.0))
-"""Of road users of all classes together, which are enough there."""
+"""Of objects of all classes together, which are enough there."""
 SHARES = (1, 5)
-"""Points that shares of road users are counted with: what a rig is judged by."""
+"""Points that shares of objects are counted with: what a rig is judged by."""
 ONE_DRAW = "class shapes, range law"
 """The way to predict by which rigs are judged."""
 GOOD_RATIO, GOOD_RANK = (0.8, 1.25), 0.9

@@ -164,7 +164,7 @@ def _alone(cls: str, places: Sequence[_Poses]) -> Traffic:
     centre = np.concatenate([place.centre_m for place in places])
     turn = rotations_from_yaw(np.concatenate([place.yaw_rad for place in places]))
     codes, sizes = np.full(len(centre), CLASSES.index(cls), np.uint8), np.tile(SIZES_M[cls], (len(centre), 1))
-    data = DataReport("one road user at a time", len(codes), dict.fromkeys(CLASSES, 0))
+    data = DataReport("one object at a time", len(codes), dict.fromkeys(CLASSES, 0))
     return traffic_of(data, np.arange(len(codes)), codes, centre, sizes, turn).within(1e6)
 
 

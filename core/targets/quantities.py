@@ -56,7 +56,7 @@ def _kinds(objects: ObjectCounts, settings: TargetSettings) -> Counts:
 
 ON_TARGET = Quantity(
     "on_target", "On target",
-    "Mean of 1 - exp(-cells / 5), with the cells of 0.2 m on a road user that LiDARs hit. More is better.",
+    "Mean of 1 - exp(-cells / 5), with the cells of 0.2 m on an object that LiDARs hit. More is better.",
     "share", lambda objects, _: objects.on_target,
 )  # fmt: skip
 PREDICTED = Quantity(
@@ -70,35 +70,35 @@ QUANTITIES = (
     ON_TARGET,
     PREDICTED,
     Quantity(
-        LIDAR.name, "By LiDARs", "Share of road users with at least that many points of LiDARs. More is better.",
+        LIDAR.name, "By LiDARs", "Share of objects with at least that many points of LiDARs. More is better.",
         "share", _by(LIDAR.name),
     ),
     Quantity(
-        "points", "Median points", "Median number of LiDAR points on a road user. More is better.",
+        "points", "Median points", "Median number of LiDAR points on an object. More is better.",
         "points", lambda objects, _: objects.all_points.astype(np.float64), is_median=True,
     ),
     Quantity(
         "visible", "Visible to cameras",
-        "Mean of the pixels that show a road user over those that would without occlusion. More is better.",
+        "Mean of the pixels that show an object over those that would without occlusion. More is better.",
         "share", lambda objects, _: objects.visible,
     ),
     Quantity(
         CAMERA.name, "By cameras",
-        f"Share of road users that are at least {HEIGHT_PX} px tall in a camera's picture. More is better.",
+        f"Share of objects that are at least {HEIGHT_PX} px tall in a camera's picture. More is better.",
         "share", _by(CAMERA.name),
     ),
     Quantity(
         "height", "Median height",
-        "Median height of road users, each in the picture that shows it tallest. More is better.",
+        "Median height of objects, each in the picture that shows it tallest. More is better.",
         "px", lambda objects, _: objects.height_px, is_median=True,
     ),
     Quantity(
-        "both", "By both", "Share of road users that LiDARs and cameras detect. More is better.",
+        "both", "By both", "Share of objects that LiDARs and cameras detect. More is better.",
         "share",
         lambda objects, settings: (_kinds(objects, settings) >= 2).astype(np.float64),
     ),
     Quantity(
-        "neither", "Missed", "Share of road users that neither LiDARs nor cameras detect. Less is better.",
+        "neither", "Missed", "Share of objects that neither LiDARs nor cameras detect. Less is better.",
         "share",
         lambda objects, settings: (_kinds(objects, settings) == 0).astype(np.float64),
         sign=-1,

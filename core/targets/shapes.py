@@ -58,7 +58,7 @@ def parts_of(shape: Shape, cls: NDArray[np.uint8], size_m: Doubles) -> Parts:
     """Parts of boxes of classes (n,), as in Traffic, and sizes (n, 3) in metres."""
     kind = np.zeros(len(cls), np.int64)
     if shape == "class":
-        kind = np.array([1, 3, 4, 0])[cls]  # what is no road user is what it is
+        kind = np.array([1, 3, 4, 0])[cls]  # of other things: their own kind
         kind[(cls == 0) & (size_m[:, 2] >= TALL_M)] = 2
     return parts_by_kind(SHAPES, kind, size_m)
 

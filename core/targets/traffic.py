@@ -188,7 +188,7 @@ def traffic_of(
     order = shuffled(data.frames)
     place_of = np.empty(data.frames, np.int64)
     place_of[order] = np.arange(data.frames)
-    sort = np.argsort(place_of[frame], kind="stable")  # road users of a frame stay before its occluders
+    sort = np.argsort(place_of[frame], kind="stable")  # objects of a frame stay before its occluders
     starts = np.concatenate([[0], np.cumsum(np.bincount(place_of[frame], minlength=data.frames))])
     return Traffic(
         data,

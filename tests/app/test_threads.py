@@ -101,7 +101,7 @@ def test_everything_in_the_window_calls_parallel_kernels_on_one_thread(
         assert bench.features.sensor_view.pictures._thread.is_started
     assert callers == {
         "parallel": {"recompute"},
-        "serial": {"sensor view", "counting of road users", "places of sensors", "card"},
+        "serial": {"sensor view", "counting of objects", "places of sensors", "card"},
     }
 
 

@@ -59,7 +59,5 @@ def ground_text(ground: GroundView, mode: str, place_m: tuple[float, float]) -> 
 
 def summary_of(ground: GroundView, mode: str) -> str:
     """Describe the map."""
-    what = (
-        "on target: mean" if mode == ON_TARGET else f"road users with fewer than {ground.min_points} points"
-    )
+    what = "on target: mean" if mode == ON_TARGET else f"objects with fewer than {ground.min_points} points"
     return f"{what} of those within {ground.near_m:g} m, {ground.frames:,} frames"

@@ -37,7 +37,7 @@ def lowest_choices() -> dict[str, tuple[By, int, str]]:
 
 
 OVERLAP = "overlap of fields of view"
-ON_ROAD_USERS = {"on_target": "on target", "missed": "missed road users"}
+ON_ROAD_USERS = {"on_target": "on target", "missed": "missed objects"}
 
 
 class MapPanel(QWidget):
@@ -67,7 +67,7 @@ class MapPanel(QWidget):
         self.choice.setMinimumContentsLength(8)
         self.choice.setToolTip(
             "Content of the map: coverage by sensors, lowest visible height next to the car, or "
-            "LiDAR hits on road users."
+            "LiDAR hits on objects."
         )
         self.choice.activated.connect(lambda _: self.shown_chosen.emit())
         self.choice.currentIndexChanged.connect(lambda _: self._offer_ground())

@@ -23,22 +23,23 @@ ALIGNMENTS: dict[str, Alignment] = {
 
 
 def _align(key: str, text: str, tip: str, shortcut: str = "") -> Spec:
-    return Spec(key, text, f"{tip}; other coordinates and angles stay.", shortcut, menu="sensor")
+    return Spec(key, text, f"{tip}; other coordinates and angles are unchanged.", shortcut, menu="sensor")
 
 
 class Arrange(Feature):
     """Align and Space evenly, each one undo step for all that is selected."""
 
     specs = (
-        _align("align_left", "Left", "Give the selected sensors the y of the one furthest left"),
-        _align("align_right", "Right", "Give the selected sensors the y of the one furthest right"),
-        _align("align_front", "Front", "Give the selected sensors the x of the foremost"),
-        _align("align_rear", "Rear", "Give the selected sensors the x of the rearmost"),
-        _align("align_centre", "Centre plane", "Put the selected sensors on the middle plane of the car, y = 0"),
-        _align("align_height", "Same height", "Give the selected sensors the z of the one selected last"),
+        _align("align_left", "Left", "Align the selected sensors with the leftmost one (y)"),
+        _align("align_right", "Right", "Align the selected sensors with the rightmost one (y)"),
+        _align("align_front", "Front", "Align the selected sensors with the foremost one (x)"),
+        _align("align_rear", "Rear", "Align the selected sensors with the rearmost one (x)"),
+        _align("align_centre", "Centre plane", "Move the selected sensors to the middle plane of the car (y = 0)"),
+        _align("align_height", "Same height", "Align the selected sensors with the one selected last (z)"),
         Spec(
             "space", "Space evenly",
-            "Space three or more selected sensors evenly between the outermost two, where they are furthest apart",
+            "Space three or more selected sensors evenly between the outermost two, along the axis on which they are "
+            "furthest apart.",
             menu="sensor/place",
         ),
     )  # fmt: skip

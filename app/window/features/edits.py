@@ -31,11 +31,11 @@ class Edits(Feature):
     """Undo and redo, with the name of the step in the menu."""
 
     specs = (
-        Spec("undo", "Undo", "Take back the last change", "Ctrl+Z", "undo", "edit/history", "history"),
+        Spec("undo", "Undo", "Undo the last change.", "Ctrl+Z", "undo", "edit/history", "history"),
         Spec(
             "redo",
             "Redo",
-            "Do again what was taken back",
+            "Redo the last undone change.",
             "Ctrl+Shift+Z; Ctrl+Y",
             "redo",
             "edit/history",
@@ -72,12 +72,17 @@ class Clipboard(Feature):
 
     specs = (
         Spec(
-            "cut", "Cut", "Copy the selected sensors as text and delete them", "Ctrl+X", "", "edit/clipboard"
+            "cut", "Cut", "Copy the selected sensors as text and delete them.", "Ctrl+X", "", "edit/clipboard"
         ),
         Spec(
-            "copy", "Copy", "Copy the selected sensors as text (rig YAML)", "Ctrl+C", "copy", "edit/clipboard"
+            "copy",
+            "Copy",
+            "Copy the selected sensors as text (rig YAML).",
+            "Ctrl+C",
+            "copy",
+            "edit/clipboard",
         ),
-        Spec("paste", "Paste", "Add the sensors on the clipboard", "Ctrl+V", "paste", "edit/clipboard"),
+        Spec("paste", "Paste", "Add the sensors on the clipboard.", "Ctrl+V", "paste", "edit/clipboard"),
     )
 
     def __init__(self, bench: Workbench) -> None:
@@ -144,16 +149,16 @@ class Mirror(Feature):
 
     specs = (
         Spec(
-            "mirror", "Mirror", "Add the mirror images of the selected sensors; each then moves with its image", "M",
+            "mirror", "Mirror", "Add the mirror image of each selected sensor; both then move together.", "M",
             "mirror", "sensor/edit",
         ),
         Spec(
             "link", "Link to mirror image",
-            "Make a pair of two selected sensors, or of one and that nearest to its mirror image, which moves there",
+            "Pair two selected sensors, or one with the sensor nearest to its mirror image, which moves there.",
             "Ctrl+M", "link", "sensor/edit",
         ),
         Spec(
-            "unlink", "Unlink from mirror image", "Let the selected sensors and their mirror images move alone",
+            "unlink", "Unlink from mirror image", "Let the selected sensors move without their mirror images.",
             "Ctrl+Shift+M", menu="sensor/edit",
         ),
     )  # fmt: skip

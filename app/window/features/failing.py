@@ -20,16 +20,16 @@ class Failing(Feature):
     specs = (
         Spec(
             "fail", "Fail or restore",
-            "Take the selected sensors as failed: all figures are those without them, and the rig stays as it is",
+            "Treat the selected sensors as failed: all figures ignore them; the rig is unchanged.",
             "Ctrl+Shift+E", menu="sensor/fail",
         ),
-        Spec("restore_failed", "Restore all failed", "Let every sensor work again", menu="sensor/fail"),
+        Spec("restore_failed", "Restore all failed", "Restore all failed sensors.", menu="sensor/fail"),
     )  # fmt: skip
 
     def __init__(self, bench: Workbench) -> None:
         super().__init__(bench)
         self.bind(fail=self.toggle, restore_failed=self.restore_all)
-        self.menu = QMenu("Fail what fails together", bench.window)
+        self.menu = QMenu("Fail a group", bench.window)
         self.menu.setToolTipsVisible(True)
         self.menu.aboutToShow.connect(lambda: self._fill(self.menu))
         bench.places.add_to_menu("sensor/fail", self.menu)

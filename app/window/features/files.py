@@ -34,11 +34,11 @@ class Files(Feature):
     """The path of a file or folder that another program may have written was chosen to be opened."""
 
     specs = (
-        Spec("new", "New", "Start with a car without sensors", "Ctrl+N", "", "file/new"),
-        Spec("open", "Open…", "Open a rig file", "Ctrl+O", "open", "file/open", "file"),
-        Spec("save", "Save", "Save the rig to its file", "Ctrl+S", "save", "file/save", "file"),
-        Spec("save_as", "Save as…", "Save the rig to another file", "Ctrl+Shift+S", "", "file/save"),
-        Spec("quit", "Quit", "Close the window", "Ctrl+Q", "", "file/end"),
+        Spec("new", "New", "Start with a car without sensors.", "Ctrl+N", "", "file/new"),
+        Spec("open", "Open…", "Open a rig file.", "Ctrl+O", "open", "file/open", "file"),
+        Spec("save", "Save", "Save the rig to its file.", "Ctrl+S", "save", "file/save", "file"),
+        Spec("save_as", "Save as…", "Save the rig to another file.", "Ctrl+Shift+S", "", "file/save"),
+        Spec("quit", "Quit", "Close the window.", "Ctrl+Q", "", "file/end"),
     )
 
     def __init__(self, bench: Workbench) -> None:
@@ -188,7 +188,7 @@ class Recent(Feature):
             action = add_entry(self.menu, f"&{number % 10}  {title}", partial(self._files.open_path, path))
             is_there = path.is_file()
             action.setEnabled(is_there)
-            action.setToolTip(plain_tip(str(path) if is_there else f"{path} is not there any more"))
+            action.setToolTip(plain_tip(str(path) if is_there else f"{path} no longer exists"))
         self.menu.addSeparator()
         clear = add_entry(self.menu, "Clear list", self.clear)
         clear.setEnabled(bool(self.paths))
@@ -217,7 +217,7 @@ class Exchange(Feature):
         self.menu.setToolTipsVisible(True)
         self.menu.aboutToShow.connect(self._fill)
         bench.places.add_to_menu("file/export", self.menu)
-        button = menu_button("export", "export", "Export the rig for another program", self.menu)
+        button = menu_button("export", "export", "Export the rig for another program.", self.menu)
         bench.places.add_to_toolbar("export", button)
         files.foreign_chosen.connect(self.read)
 

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 FRAME_MS = 200
 """Shortest time for which each frame is shown during playback."""
-NONE_MISSED = "The rig misses no road user in the frames counted so far"
+NONE_MISSED = "The rig misses no object in the frames counted so far"
 
 
 class _Shown(NamedTuple):
@@ -45,11 +45,11 @@ class FrameView(Feature):
 
     specs = (
         Spec(
-            "show_frame", "Show a frame of the traffic", "Show the road users of one frame, coloured by LiDAR points.",
+            "show_frame", "Show a frame of the traffic", "Show the objects of one frame, coloured by LiDAR points.",
             "Shift+T", menu="scene/frames", is_checkable=True,
         ),
         Spec(
-            "next_missed", "Next missed road user", "Fly to the next road user that neither LiDARs nor cameras detect.",
+            "next_missed", "Next missed object", "Fly to the next object that neither LiDARs nor cameras detect.",
             "Ctrl+J", menu="scene/frames",
         ),
         Spec(

@@ -168,7 +168,7 @@ def look_of(kept: dict[str, Any]) -> HeatLook | None:
     return HeatLook(shares[0], log is True, shares[1]) if len(shares) == 2 else None
 
 
-_OPEN = "as if there were no car and no traffic"
+_OPEN = "ignoring car and traffic"
 FILLS: tuple[Fill, ...] = ("none", "ground", "frusta")
 
 

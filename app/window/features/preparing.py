@@ -9,7 +9,7 @@ from riglens.app.window.workbench import Workbench
 from riglens.widgets.timers import Timers, single_shot
 
 LOOK_MS = 500
-NOTE = "Compiling what the first use of other sensors, maps and checks needs; you can work meanwhile."
+NOTE = "Compiling code for other sensors, maps and checks; you can keep working."
 
 
 class Preparing(Feature):

@@ -21,7 +21,7 @@ if TYPE_CHECKING:  # made by the thread that counts, which loads the compiler
 
 FAINTEST = 0.35
 """Opacity of cells with almost no objects, as a share of that of the others: hit coverage is also visible there."""
-COUNTING = "Counting the road users of all frames"
+COUNTING = "Counting the objects of all frames"
 
 
 class TargetMaps(Feature):
@@ -83,12 +83,12 @@ def heatmap_of(mode: str, ground: GroundView, is_current: bool = True) -> Heatma
     if mode == "missed":
         values = ground.missed[ix, iy].astype(np.float32)
         return HeatmapData(
-            centres_m, ground.cell_m, values, title, "road users", 0.0, max(float(values.max(initial=0.0)), 1.0),
+            centres_m, ground.cell_m, values, title, "objects", 0.0, max(float(values.max(initial=0.0)), 1.0),
             f"less is better · < {ground.min_points} points, {near}",
         )  # fmt: skip
     many = ground.objects[ix, iy] / max(int(ground.objects.max(initial=1)), 1)
     weights = (FAINTEST + (1.0 - FAINTEST) * np.sqrt(many)).astype(np.float32)
     return HeatmapData(
         centres_m, ground.cell_m, (100.0 * ground.on_target[ix, iy]).astype(np.float32), title, "%", 0.0, 100.0,
-        f"more is better · road users {near}", scale="level", weights=weights,
+        f"more is better · objects {near}", scale="level", weights=weights,
     )  # fmt: skip

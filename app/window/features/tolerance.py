@@ -212,7 +212,7 @@ def requirements_of_figures(path: Path) -> Requirements:
 
     found = read_requirements(path)
     if not (found.tolerance or found.seen or found.on_target):
-        raise InputError(f"{path}: needs a tolerance, seen or on_target to show here")
+        raise InputError(f"{path}: needs a section 'tolerance', 'seen' or 'on_target'")
     return found
 
 

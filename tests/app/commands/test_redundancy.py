@@ -39,9 +39,9 @@ def test_the_table_names_what_it_is_not_and_a_stored_grid_has_no_road_users(rigl
     pog = tmp_path / "a.npz"
     assert riglens("pog", boxes, "--out", pog, *SMALL_GRID).code == 0
     found = riglens("redundancy", "Center", "--pog", pog)
-    assert found.code == 0 and "(ASIL)" in found.out and "road users are not counted" in found.err
-    assert "worst 5 pairs" in found.out and "road users, in %" not in found.out
+    assert found.code == 0 and "(ASIL)" in found.out and "objects are not counted" in found.err
+    assert "worst 5 pairs" in found.out and "objects, in %" not in found.out
     with_users = riglens("redundancy", "Center", "--boxes", boxes, *SMALL_GRID)
-    assert "road users, in %" in with_users.out
+    assert "objects, in %" in with_users.out
     without = riglens("redundancy", "Center", "--boxes", boxes, *SMALL_GRID, "--no-road-users")
-    assert "road users, in %" not in without.out
+    assert "objects, in %" not in without.out

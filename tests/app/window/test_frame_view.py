@@ -187,7 +187,7 @@ def test_why_somebody_is_missed_stays_while_more_frames_are_counted_and_goes_wit
     stand.count()
     assert note.text().endswith("no LiDAR is enabled")
     stand.view.actions["show_frame"].trigger()
-    assert "road users within 60 m" in note.text()
+    assert "objects within 60 m" in note.text()
 
 
 def test_the_next_missed_is_behind_the_last_one_when_more_frames_are_counted(stand: Stand) -> None:

@@ -22,7 +22,7 @@ def test_voxels_are_asked_for_only_while_the_heatmap_shows_them(desk: FullDesk) 
 
 
 @pytest.mark.parametrize(
-    ("mode", "unit", "way"), [("on_target", "%", "more"), ("missed", "road users", "less")]
+    ("mode", "unit", "way"), [("on_target", "%", "more"), ("missed", "objects", "less")]
 )
 def test_the_heatmap_is_that_of_all_frames_with_unit_and_direction(
     desk: FullDesk, mode: str, unit: str, way: str

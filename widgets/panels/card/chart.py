@@ -45,7 +45,7 @@ class CardChart(QWidget):
         self._is_stale = False
         self.setMinimumHeight(LEAST_PX)
         self.setFixedWidth(WIDTH_PX)
-        self.setAccessibleName("Card: distance by direction")
+        self.setAccessibleName("Detection range by direction")
 
     def show_line(self, card: Card, line: Line) -> None:
         """Show the class and heading of a line, all kinds of sensors."""

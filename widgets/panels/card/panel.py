@@ -25,17 +25,17 @@ from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel, pla
 MOST_POINTS, MOST_PX, LEAST_TO_M = 1000, 2000, 10
 _BUTTON_PX, _BOX_PX = 72, 116
 HELP = (
-    "A single road user of the mean size in the bundled town, on flat ground, at every "
+    "One object of the mean size in the bundled town, on flat ground, at every "
     "distance in eight directions. The table shows the first distance in metres at which it "
-    "falls below the thresholds; more is better.\nLiDARs: unluckiest-middle-luckiest place "
-    "between the beams. Cameras: height in pixels, by the lens.\nTraffic hides nothing here, "
-    "and every ray returns. The own car is solid."
+    "falls below the thresholds; more is better.\nLiDARs: worst-median-best position "
+    "between the beams. Cameras: height in pixels.\nNo traffic occludes it, "
+    "and every ray returns. The car is solid."
 )
 ENOUGH_TIP = (
-    "The thresholds are your choice. Conventions: nuScenes scores objects from 1 point up, Waymo calls those with "
-    "fewer than 5 hard (LEVEL_2); KITTI asks for 40 px (easy) or 25 px (moderate, hard)."
+    "The thresholds are your choice. Conventions: nuScenes scores objects with 1 point or more, Waymo rates those with "
+    "fewer than 5 as hard (LEVEL_2); KITTI requires 40 px (easy) or 25 px (moderate, hard)."
 )
-STOP_TIP = "Braking model: our choice, replace it by yours. Stopping distance: v t + v² / 2a."
+STOP_TIP = "Braking model (our choice): enter your own. Stopping distance: v t + v² / 2a."
 
 
 class CardPanel(QWidget):

@@ -15,8 +15,8 @@ from riglens.widgets.theme import CLASS_COLOURS
 
 STOPS = "Stops from"
 STOPS_TIP = (
-    "Speed from which the car stops before a road user straight ahead that is detected at "
-    "the least distance. Available: that distance less half the lengths of car and road user."
+    "Highest speed from which the car stops before an object straight ahead, detected at the "
+    "least distance. Available: that distance less half the lengths of car and object."
 )
 ROW_PX, TITLE_PX, PAD_PX = 22, 160, 12
 WIDEST = "888/888/888"
@@ -61,12 +61,13 @@ def tip_of(card: Card, line: Line, row: CardRow) -> str:
     where = f"{line_title(card, line)}, {bearing_text(row.bearing_deg)}"
     if reach.most_m == 0.0:
         return f"{where}\nnever {what}, at no distance up to {plan.to_m:g} m"
-    lines = [where, f"at least {what} from {reach.from_m:g} m on, fewer than that first at:"]
+    lines = [where, f"at least {what} from {reach.from_m:g} m on; first too few at:"]
     if reach.least_m == reach.most_m:
         return "\n".join([*lines, _metres(reach.median_m, plan.to_m)])
-    places = ("unluckiest", reach.least_m), ("middle", reach.median_m), ("luckiest", reach.most_m)
+    places = ("worst", reach.least_m), ("median", reach.median_m), ("best", reach.most_m)
     lines += [
-        f"{_metres(distance, plan.to_m)} at the {place} place between the beams" for place, distance in places
+        f"{_metres(distance, plan.to_m)} at the {place} position between the beams"
+        for place, distance in places
     ]
     return "\n".join(lines)
 
@@ -79,7 +80,7 @@ class CardTable(FigureTable):
     """Shows detection ranges; the current row selects the chart."""
 
     def __init__(self) -> None:
-        super().__init__("Card: first distance with too little, in metres")
+        super().__init__("Detection range: first distance with too little, in metres")
         self._lines: tuple[Line, ...] = ()
         self.give_titles(TITLE_PX, ROW_PX, self.fontMetrics().horizontalAdvance(WIDEST) + PAD_PX)
 

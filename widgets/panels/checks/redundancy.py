@@ -24,7 +24,7 @@ class RedundancyPanel(QWidget):
         as_panel(self)
         unit = {measure: HEADINGS[measure].removesuffix(" ▾").removeprefix("Loss, ") for measure in MEASURES}
         columns = {f"{title}, {unit[key]}": tip for key, (title, tip) in MEASURES.items()}
-        self.table = SensorTable("What each sensor is worth", columns)
+        self.table = SensorTable("Loss by sensor", columns)
         note = QLabel(NOTE)
         note.setObjectName("hint")
         note.setTextFormat(Qt.TextFormat.PlainText)

@@ -28,8 +28,8 @@ LEGEND = "5 to 95 % of the draws, thin: noise floor, | median, ● worst"
 WAITING = "measured between edits"
 REQUIRE = "Requirements…"
 REQUIRE_TIP = (
-    "A file as for riglens check: how many of the draws fall below what it requires of a class (tolerance, else seen "
-    "and on_target), the upper 95 % bound of the chance, and the verdict. Less is better"
+    "Requirements file, as for riglens check: shows how many draws fall below its limits (tolerance, else seen "
+    "and on_target), the upper 95 % bound of that chance, and the verdict. Less is better."
 )
 
 

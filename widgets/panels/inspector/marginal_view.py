@@ -14,7 +14,7 @@ from riglens.widgets.panels.sensors.losses import COLUMNS, Known, class_change, 
 
 WAITING, NOT_COUNTED = "computed between edits", "disabled: no loss"
 FAILED = "failed: the scores are those without it"
-UNITS = "percentage points of road users and of H(Ω), 10³ nat"
+UNITS = "percentage points of objects and of H(Ω), 10³ nat"
 NOTE = (
     "Exact figures without this sensor, minus those of the current rig.\n"
     "Coverage that another sensor provides as well is not lost."

@@ -33,7 +33,7 @@ POSE_TIP = (
 )
 PLACE_TIP = (
     f"A sensor more than {FAR_M:g} m off every surface of the car needs a bracket (our choice); one inside "
-    "the body sees only through what the switch Solid car lets it"
+    "the body sees out only through glass, or where Solid car is off."
 )
 _NO_MODEL, MODIFIED = "none", ", modified"
 LOCKED_NOTE = "{names} locked: unlock in the list to edit."

@@ -217,13 +217,13 @@ def _sampled(cells: Cells, row: int, se: float, tip: str, is_resolved: bool) -> 
 def _tip(predicted: PredictedCells, row: int) -> str:
     """Describe predicted detection of a class: its value, objects, detector and domain."""
     value, objects = float(predicted.cells.value[row]), int(predicted.cells.objects[row])
-    lines = [f"Outside its domain: {predicted.outside}"] if predicted.outside else []
+    lines = [f"Outside the domain: {predicted.outside}"] if predicted.outside else []
     if objects:
         error = 100.0 * SURE * float(predicted.se[row])
         lines.append(f"{WHO[row]}: {100.0 * value:.1f} ± {error:.1f} of 100, over {objects:,} objects")
         lines.append("± two standard errors, of the calibration and of a sample of frames")
     else:
-        lines.append(f"{WHO[row]}: nothing is predicted of the objects in these frames")
+        lines.append(f"{WHO[row]}: no prediction for the objects in these frames")
     return "\n".join([*lines, predicted.about])
 
 

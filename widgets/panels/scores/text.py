@@ -20,34 +20,34 @@ MINUS, NONE = "\u2212", "–"
 SIGN_NOTE = (
     "<b>S-MS = λ · S-MIG(cameras) + S-MIG(LiDARs)</b>, in nat, with S-MIG = −(entropy of the "
     "voxels that the sensors reach), as the paper writes it.<br>So S-MS <b>falls</b> as "
-    "coverage grows: without sensors it is 0. The paper argues the other way round, that "
-    "covering more is better; both are true of the published system. Read S-MS together with "
+    "coverage grows: without sensors it is 0. The paper argues that S-MS grows "
+    "with coverage; its formula does the opposite. Read S-MS together with "
     "<b>seen</b>, the share of the scene's uncertainty that any sensor covers, which grows "
-    "with coverage.<br>The order of rigs by S-MS depends on voxels and ray lattices "
-    "(stability study): do not trust a small lead."
+    "with coverage.<br>The order of rigs by S-MS depends on voxels and ray lattices: "
+    "do not trust small differences."
 )
 SCORE_FIGURES = (
     (
         "Predicted AP",
-        "is the average precision, of 100, that the detection study's detector would reach with these LiDAR "
-        "hits in this traffic. It does not predict your stack, leaves out cameras, and is grey outside the rigs "
-        "of that study.",
+        "is the average precision (0 to 100) that the detector of the detection study would reach with these "
+        "LiDARs in this traffic. It does not predict your stack, ignores cameras, and is grey for rigs unlike "
+        "those of the study.",
     ),
     (
         "On target",
-        "counts the distinct spots on each object that the LiDARs hit, behind traffic and a solid car's body. "
-        "It leaves out cameras and objects that the recording car did not see.",
+        "rates each object by the distinct spots that the LiDARs hit, with occlusion by traffic and a solid car's "
+        "body. It ignores cameras, and objects that the recording car did not see are missing.",
     ),
     (
         "Seen",
-        "is the share of uncertain space that any ray reaches. It ignores occlusion by traffic and hardly "
-        "changes near 100 %.",
+        "is the share of the scene's uncertainty that any sensor covers. It ignores occlusion by traffic and "
+        "saturates near 100 %.",
     ),
     (
         "S-MS",
         (
             "is the paper's score, for comparison with the paper. It decreases as coverage grows: do "
-            "not read it as a grade. Its order of rigs depends on voxels and rays."
+            "not read it as a grade. The order in which it ranks rigs depends on voxels and rays."
         ),
     ),
 )
@@ -56,18 +56,18 @@ FIGURES_TITLE = "Four figures, four questions"
 FIGURES_HELP = "".join(f"<p><b>{name}</b> {said}</p>" for name, said in SCORE_FIGURES)
 FIGURES_HELP += f"<p><b>Against a detector</b> {' '.join(EVIDENCE.values())}</p>"
 NOTHING_NOTE = "No boxes of this class: there is nothing to see"
-NOT_COUNTED_NOTE = "Counting road users"
+NOT_COUNTED_NOTE = "Counting objects"
 ON_TARGET_NOTE = (
-    "Mean over the road users of the class of 1 - exp(-cells / 5), with the cells of 0.2 m "
-    "on each that LiDARs hit, of all of them together; more is better.\nIncludes occlusion by "
+    "Mean over the objects of the class of 1 - exp(-cells / 5), with the number of cells of 0.2 m "
+    "on each that all LiDARs together hit; more is better.\nIncludes occlusion by "
     "traffic. During a drag it is estimated from a sample of frames, ± two standard errors. "
     "By distance and direction in the panel Targets."
 )
 PREDICTED_NOTE = (
-    "Average precision, of 100, that the detector of the detection study would reach on these objects with the points "
-    "of the LiDARs; more is better.\n"
-    "A curve by class turns the spots hit on each object into it. It compares rigs in the same traffic and does not "
-    "predict the AP of your stack; cameras are left out. Grey where the rig is outside its domain"
+    "Average precision (0 to 100) that the detector of the detection study would reach on these objects with the "
+    "points of the LiDARs; more is better.\n"
+    "Computed from the spots hit on each object by a curve per class. It compares rigs in the same traffic and does "
+    "not predict the AP of your stack; cameras are ignored. Grey where the rig is outside its domain."
 )
 SEEN_NOTE = (
     "Share of the class's entropy H(Ω) that any enabled sensor covers; more is better.\n"
@@ -99,7 +99,7 @@ DETECTED = Column(
     "detected",
     "Detected",
     "Detected",
-    "Share of the road users with at least the LiDAR points set in the panel Targets; more is better.",
+    "Share of the objects with at least the LiDAR points set in the panel Targets; more is better.",
     is_share=True,
 )
 SEEN = MetricColumn(

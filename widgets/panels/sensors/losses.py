@@ -16,7 +16,7 @@ Measure = Literal["on_target", "seen", "s_ms"]
 MEASURES: dict[Measure, tuple[str, str]] = {
     "on_target": (
         "On target",
-        "Loss of the mean on target of all road users without this sensor, in percentage points.",
+        "Loss of the mean on target of all objects without this sensor, in percentage points.",
     ),
     "seen": (
         "Seen",
@@ -115,8 +115,8 @@ def class_change(key: str, class_name: str, now: Known, without: Known) -> tuple
         one, other = now.figures[class_name], without.figures[class_name]
         change = getattr(other, key) - getattr(one, key)
         if math.isnan(change):
-            return NONE, "no road users of this class"
-        exact = f"{change!r} of {one.objects:,} road users, now {share_text(getattr(one, key))}"
+            return NONE, "no objects of this class"
+        exact = f"{change!r} of {one.objects:,} objects, now {share_text(getattr(one, key))}"
         return change_text(change, ON_TARGET), exact
     if now.scores is None or without.scores is None:
         return FOLLOWS, ""

@@ -51,7 +51,7 @@ TICK_PX = 20
 _NAME_MARGIN_PX = 8
 LINK_GAP_PX = 4
 NO_SENSORS = "No sensors yet.\nAdd one in the toolbar, or drag a model\nfrom the library onto the car."
-NO_BOXES_TIP = "Almost no boxes there in these data: they cannot show what this sensor is worth."
+NO_BOXES_TIP = "The data have almost no boxes in this direction: they cannot show what this sensor adds."
 
 
 _Line = tuple[Sensor, RowState]

@@ -22,16 +22,16 @@ if TYPE_CHECKING:  # made by the thread that counts, which loads the compiler
     from riglens.core.targets.traffic import Traffic
 
 FRAME_TIP = (
-    "Show one frame in the 3D view: road users coloured by their LiDAR points (red none, "
+    "Show one frame in the 3D view: objects coloured by their LiDAR points (red none, "
     "orange too few, light and dark green enough and many), occluders in grey, and the ends "
     "of LiDAR rays. Points are those of the table: class shapes, range law, random spin "
     "phase. The dots are nominal rays on plain boxes."
 )
 MOST_POINTS = 1000
-WAITING = "Counting road users…"
+WAITING = "Counting objects…"
 POINTS_TIP = (
-    "A road user with at least this many LiDAR points counts as detected. Our choice is 5: Waymo calls objects "
-    "with fewer hard (LEVEL_2), nuScenes scores objects from 1 point up."
+    "An object with at least this many LiDAR points counts as detected. Our choice is 5: Waymo rates objects "
+    "with fewer as hard (LEVEL_2), nuScenes scores objects with 1 point or more."
 )
 
 
@@ -115,7 +115,7 @@ class TargetsPanel(QWidget):
         self._next.setObjectName("next_missed")
         self._next.setText("Next missed")
         self._next.setToolTip(
-            "Show the next road user that neither LiDARs nor cameras detect, the nearest first."
+            "Show the next object that neither LiDARs nor cameras detect, the nearest first."
         )
         self._frame_on.toggled.connect(lambda _: self._tell_frame())
         self._frame.valueChanged.connect(lambda _: self._tell_frame())
@@ -230,7 +230,7 @@ class TargetsPanel(QWidget):
 
 def _note(scores: TargetScores) -> str:
     """Describe the number of objects and frames, and the accuracy."""
-    users = f"{len(scores.objects.box):,} road users within {scores.within_m:g} m"
+    users = f"{len(scores.objects.box):,} objects within {scores.within_m:g} m"
     if scores.frames_used == scores.frames:
         return f"{users}, all {scores.frames:,} frames"
     return f"{users}, sample of {scores.frames_used:,} of {scores.frames:,} frames, ± two standard errors"

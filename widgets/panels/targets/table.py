@@ -12,7 +12,7 @@ from riglens.widgets.panels.figures.table import Figure, FigureTable, Heading, T
 from riglens.widgets.panels.targets.text import change_text, error_text, is_better, tip_text, value_text
 from riglens.widgets.theme import CLASS_COLOURS
 
-TITLES = {EVERYBODY: "All road users", "car": "Cars", "bicycle": "Bicycles", "pedestrian": "Pedestrians"}
+TITLES = {EVERYBODY: "All objects", "car": "Cars", "bicycle": "Bicycles", "pedestrian": "Pedestrians"}
 ROW_PX, CLASS_PX, MIN_CELL_PX = 38, 128, 104
 LOW_ROW_PX = 30
 """Rows are as low as this where the panel is too low to show all of them otherwise."""
@@ -44,7 +44,7 @@ class TargetTable(FigureTable):
         self.figures.show(
             [Heading(TITLES[who], colour=CLASS_COLOURS.get(who, ""), copied=(who,)) for who in WHO],
             [
-                Heading(name, copied=(f"{title} {name}", "standard error", "change", "road users"))
+                Heading(name, copied=(f"{title} {name}", "standard error", "change", "objects"))
                 for name in names
             ],
             [

@@ -51,16 +51,16 @@ def tip_text(
     """Describe one cell in full: place, quantity, number of objects, error, and change."""
     objects, value, se = int(cells.objects[place]), float(cells.value[place]), float(cells.se[place])
     if not objects:
-        return f"{where}: no road users in these frames"
+        return f"{where}: no objects in these frames"
     unit, scale = UNITS[quantity.unit], 100.0 if quantity.unit == "share" else 1.0
     source = "the calibration and a sample of frames" if quantity is PREDICTED else "a sample of frames"
     sure = f" ± {scale * SURE * se:.2g} (two standard errors of {source})" if se else ""
-    lines = [f"{where}: {scale * value:.4g}{sure} {unit}", f"{quantity.title} of {objects:,} road users"]
+    lines = [f"{where}: {scale * value:.4g}{sure} {unit}", f"{quantity.title} of {objects:,} objects"]
     change, change_se = float(cells.change[place]), float(cells.change_se[place])
     if change:
         sure = f" ± {scale * SURE * change_se:.2g}" if change_se else ""
         better = "better" if is_better(quantity, change) else "worse"
-        better = better if is_resolved else "too little to tell rigs apart"
+        better = better if is_resolved else "too small to distinguish rigs"
         told = CHANGE_UNITS[quantity.unit]
         lines.append(f"{scale * change:+.3g}{sure} {told} against {baseline}: {better}")
     return "\n".join(lines)
