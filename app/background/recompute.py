@@ -128,7 +128,7 @@ class Recompute(QObject):
         self._queue.put(request, Priority.LOAD)
 
     def cancel_load(self) -> None:
-        """Give up the load under way and the one that waits."""
+        """Cancel the current load and the waiting one."""
         with self._queue.lock:
             is_loading = self._queue.is_running(Priority.LOAD)
             dropped = self._queue.drop(Priority.LOAD)

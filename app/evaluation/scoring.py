@@ -139,7 +139,7 @@ class Scoring:
     def other(self, rig: Rig, settings: MetricSettings, cancel: Cancel) -> Scores:
         """Return the exact scores of a rig other than the one being edited; raise Cancelled when `cancel` returns True.
 
-        It has an engine of its own, so that the next edit still has to cast nothing but what it changes.
+        It uses a second engine, so the next edit still casts only what it changes.
         """
         if self._others is None:
             self._others = Engine(self.scene.field, self._threads)

@@ -126,13 +126,13 @@ class Grace:
         self._timer: threading.Timer | None = None
 
     def start(self, code: int) -> None:
-        """End the process with this exit code in GRACE_S; everything that is to be kept has been written."""
+        """End the process with this exit code after GRACE_S; call it when all files are written."""
         self._timer = threading.Timer(GRACE_S, os._exit, (code,))
         self._timer.daemon = True
         self._timer.start()
 
     def cancel(self) -> None:
-        """Call the end off: everything ended in time, or never began."""
+        """Cancel the forced exit."""
         if self._timer is not None:
             self._timer.cancel()
             self._timer.join()

@@ -45,7 +45,7 @@ class Findings:
 
 
 def with_words(state: SceneState, words: PictureWords, found: Findings | None) -> SceneState:
-    """The state as a picture shows it: with legend, name and scores as chosen, without handles or selection."""
+    """Return the state for a picture: with legend, name and scores as chosen, without handles or selection."""
     failed = failed_text(state.failed)
     caption = Caption(failed)  # no picture of a rig with failed sensors goes about without saying so
     if found is not None:

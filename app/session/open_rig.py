@@ -170,7 +170,7 @@ class OpenRig(QObject):
         self.show(rig_file.rig, rig_file, path)
 
     def show(self, rig: Rig, rig_file: RigFile | None = None, path: Path | None = None) -> None:
-        """Exchange everything for another rig, which counts as saved."""
+        """Replace the rig by another one, which counts as saved."""
         self._start(rig, rig_file, path)
         self.opened.emit()
         self._rig_moved_on()

@@ -89,7 +89,7 @@ class Session(QObject):
 
     @property
     def body_wanted(self) -> Body:
-        """Return the same, whether or not the mesh has been read."""
+        """Return the requested body, whether or not its mesh has been read."""
         return self._body or self.document.rig.body
 
     @property

@@ -42,7 +42,7 @@ def set_beside(axes: Axes, text: Annotation, centre: Pixel, taken: Boxes, frame:
 
 
 def boxes_of(boxes: Iterable[Bbox]) -> Boxes:
-    """Boxes as an array (n, 4) of left, low, right and high ends."""
+    """Return boxes as an array (n, 4) of left, low, right and high ends."""
     return np.array([box.extents for box in boxes]).reshape(-1, 4)
 
 

@@ -61,7 +61,7 @@ class Docks:
 
 
 def dock_spec(title: str, number: int) -> Spec:
-    """The action of the dock that was added as the `number`th; the tenth one has the key 0, later ones have none."""
+    """Return the action of the dock with that number; the tenth one has the key 0, later ones have none."""
     key = f"Ctrl+{number % 10}" if number <= 10 else ""
     return Spec(f"dock_{title}", title, f"Bring the panel {title} to the front", key, menu="view")
 

@@ -93,7 +93,7 @@ class StatusBar(QStatusBar):
             self.state.setText(self._waiting)
 
     def set_no_data(self) -> None:
-        """No scores are coming: there is nothing to compute them on."""
+        """Show that there are no scores, because no box data are loaded."""
         self._waiting = NO_DATA
         self.set_updating()
 
@@ -121,7 +121,7 @@ class StatusBar(QStatusBar):
         self.body.setToolTip(BODY_NOTES[body] + (MESH_NOTE if is_mesh_missing else ""))
 
     def show_failed(self, names: Collection[str]) -> None:
-        """Say which sensors are taken as failed."""
+        """Show which sensors are marked as failed."""
         text = failed_text(names)
         self.failed.setText(text)
         self.failed.setToolTip(plain_tip(f"{text}\n{FAILED_NOTE}"))

@@ -66,5 +66,5 @@ def lost_share(found: Coverage, failure: Failure, cls: int, sector: int | None =
 
 
 def share(part: int, total: int) -> float:
-    """A part of a total, 0 of nothing."""
+    """Return part / total, 0 for a total of 0."""
     return part / total if total else 0.0

@@ -69,7 +69,7 @@ class VoxelIndex:
 
     @classmethod
     def of(cls, grid: VoxelGrid, words: Words) -> VoxelIndex:
-        """Number the voxels of a set; raise ValueError for words that are none of this grid, or too many voxels."""
+        """Number the voxels of a set; raise ValueError for words of another grid, or too many voxels."""
         require_words_of(grid, words)
         first = bits.first_ids(words)
         if words.size >= 1 << 26 and bool((first[1:] < first[:-1]).any()):  # ids have 32 bits

@@ -58,8 +58,8 @@ class Map:
         return float(self.radius_m.max(initial=0.0))
 
     def around(self, pose: MapPose, reach_m: float) -> StandingBoxes:
-        """Those of which a part may be within reach of a pose, measured along the ground, in its frame and in the order
-        of the table."""
+        """Return the occluders that may be partly within reach of a pose along the ground, in its frame and in table
+        order."""
         x = self.centre_m[:, 0]
         wide_m = reach_m + self.largest_radius_m
         first, end = np.searchsorted(x, [pose.position_m[0] - wide_m, pose.position_m[0] + wide_m])

@@ -58,7 +58,7 @@ class Scene:
         return self.number % VAL_EVERY == VAL_EVERY - 1
 
     def time_us(self, place: int) -> int:
-        """Time stamp of a frame by its place in the sequence."""
+        """Return the time stamp of a frame by its place in the sequence."""
         return _START_US + self.number * 100_000_000_000 + round(place * self.step_s * 1e6)
 
     def stem(self, place: int) -> str:

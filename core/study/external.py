@@ -248,5 +248,5 @@ def _figures(
 
 
 def mean_error(found: Sequence[Outcome], figure: str) -> float:
-    """Mean of the absolute errors of a figure."""
+    """Return the mean of the absolute errors of a figure."""
     return float(np.mean([abs(one.error(figure)) for one in found]))

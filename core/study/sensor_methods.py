@@ -61,7 +61,7 @@ class SensorPoint:
 
     @property
     def median_ms(self) -> float:
-        """Median time."""
+        """Return the median time."""
         return statistics.median(self.times_ms)
 
     @property

@@ -267,7 +267,7 @@ def identical_sensors(threads: int | None) -> MethodRow:
 
 
 def mirrored(sensor: Sensor) -> Sensor:
-    """The sensor's mirror image in the plane y = 0: the same rays with y negated."""
+    """Return the sensor's mirror image in the plane y = 0: the same rays with y negated."""
     (x, y, z), (roll, pitch, yaw) = sensor.position, sensor.rpy_deg
     changes: dict[str, object] = {"position": (x, -y, z), "rpy_deg": (-roll, pitch, -yaw)}
     if isinstance(sensor, Lidar):

@@ -66,7 +66,7 @@ def full_field(grid: VoxelGrid) -> EntropyField:
 
 
 def engine_cover(field: EntropyField, rig: Rig, method: Method = "exact", threads: int | None = None) -> Mask:
-    """Voxels (nx, ny, nz) that the engine finds for a rig."""
+    """Return the voxels (nx, ny, nz) that the engine finds for a rig."""
     found = Engine(field, threads).evaluate(rig, MetricSettings(method=method))
     return unpack(field.grid, found.seen_by_any())
 

@@ -35,7 +35,7 @@ class MountStatus:
 
     @property
     def is_far(self) -> bool:
-        """Return whether it hangs in the air, more than FAR_M off every surface."""
+        """Return whether the sensor is more than FAR_M off every surface."""
         return FAR_M < self.gap_m < np.inf and not self.inside and not self.below_ground
 
     @property

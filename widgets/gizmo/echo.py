@@ -15,8 +15,8 @@ _ANGLES = ("roll", "pitch", "yaw")
 def drag_echo(start: Pose, now: Pose, count: int = 1) -> str:
     """Return two lines: the change since the start and the new values, of the numbers that changed.
 
-    If the sensor was both moved and turned, they are its new position and angles. Of a `count` of sensors it is their
-    centre, which a third line says; what the angles of a centre are now says nothing.
+    A sensor that was both moved and turned shows its new position and angles. Several sensors show their centre, named
+    in a third line, without angles.
     """
     if count > 1:
         told = _turn_echo(start, now) if now.rpy_deg != start.rpy_deg else _move_echo(start, now)

@@ -126,7 +126,7 @@ class FrameView(Feature):
             self._show(_Shown(int(np.flatnonzero(traffic.frame == frame)[0]), None))
 
     def play(self, wanted: bool) -> None:
-        """Show one frame after the other, from the one shown on; or stop there."""
+        """Play back frames from the one shown, or stop."""
         self._is_playing = wanted and self._traffic is not None
         self._targets.panel.show_playing(self._is_playing)
         self.actions["play_frames"].setChecked(self._is_playing)

@@ -85,12 +85,12 @@ class Help(Feature):
         )
 
     def start(self) -> None:
-        """Show the tips, unless somebody closed them for good."""
+        """Show the tips, unless they were closed for good."""
         if not self.bench.kept.read(TIPS_KEY, False):
             self.card.begin(in_any_room=False)
 
     def close_tips(self) -> None:
-        """Put the tips away, in later sessions too."""
+        """Hide the tips, in later sessions too."""
         self.card.end()
         self.bench.kept.write(TIPS_KEY, True)
         self.bench.kept.sync()

@@ -259,7 +259,7 @@ def range_of(spread: Spread, floor_spread: Spread, below: Below | None = None) -
 
 
 def magnified(profile: ToleranceProfile) -> float:
-    """A round number of times by which errors at the profile's limits are seen in the view; at least once."""
+    """Return the round factor, at least 1, that makes errors at the profile's limits visible in the view."""
     shift_m = max(profile.position_mm, profile.bracket_position_mm, profile.car_heave_mm) / 1e3
     turn_deg = max(profile.angle_deg, profile.bracket_angle_deg, profile.car_roll_deg, profile.car_pitch_deg)
     limits = ((SEEN_FROM_M, shift_m), (SEEN_FROM_DEG, turn_deg))

@@ -223,7 +223,7 @@ class SavedViews(Feature):
         self._keep({other: camera for other, camera in self.cameras.items() if other != name})
 
     def fill(self) -> None:
-        """Make the menu say which views there are."""
+        """List the saved views in the menu."""
         self.menu.clear()
         self.menu.addAction(self.actions["save_view"])
         self.menu.addSeparator()

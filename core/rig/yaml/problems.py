@@ -84,7 +84,7 @@ def first_problem(found: Sequence[Problem], data: object, root: Node, where: str
 
 
 def at_named_field(path: Path, text: str, data: object) -> Problem:
-    """Return a problem whose text may begin with the name of a field inside that path: "range_m must rise"."""
+    """Return the problem at the field that its text names first, as in "range_m must rise"."""
     head = match[0] if (match := _HEAD.match(text)) else ""
     inner = tuple(int(part) if part.isdecimal() else part for part in re.findall(r"\w+", head))
     if head and _value_at(data, path + inner)[0]:

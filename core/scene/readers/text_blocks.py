@@ -42,7 +42,7 @@ class TextBlock:
 def text_blocks(path: Path, progress: Progress) -> Iterator[TextBlock]:
     """Yield the text of a file block by block; progress is the share of the file's bytes that were read.
 
-    Raise InputError when the compression is damaged or cut off, or a line is absurdly long.
+    Raise InputError when the compression is damaged or cut off, or a line is too long.
     """
     rest, line = b"", 1
     for piece in byte_pieces(path, progress):

@@ -59,7 +59,7 @@ class Protocol:
             raise InputError(f"must be an integer from 1 to {MOST_SEEDS} (got {self.seeds})", "seeds")
 
     def quick(self) -> Protocol:
-        """A look, not a measurement: one seed, a third of the passes, half of the frames."""
+        """Return the protocol of a quick trial: one seed, a third of the passes, half of the frames."""
         return replace(
             self, seeds=1, epochs=4, train_frames=self.train_frames // 2, test_frames=self.test_frames // 2
         )
@@ -73,7 +73,7 @@ class Protocol:
         return Training(epochs=self.epochs, seed=seed)
 
     def as_dict(self) -> dict[str, object]:
-        """The protocol as plain data."""
+        """Return the protocol as plain data."""
         plain: dict[str, object] = {
             "mode": self.mode,
             "seeds": self.seeds,

@@ -126,7 +126,7 @@ def test_the_xacro_of_a_kit_says_what_stands_where(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"^kit must be a folder with xacro files"):
         read_rig(apart, options=ReadOptions(kit=tmp_path))
     write_files(tmp_path / "other", KALIBR)
-    with pytest.raises(InputError, match=r"^kit goes with a kit of Autoware only"):
+    with pytest.raises(InputError, match=r"^kit applies to an Autoware kit only"):
         read_rig(tmp_path / "other" / "camchain.yaml", options=ReadOptions(kit=config))
 
 

@@ -267,7 +267,7 @@ def test_the_rig_says_whether_its_body_stops_rays_and_keeps_it_when_edited_and_s
     [
         ("body: solid", ":3: body must be ignored or blocks"),
         ("self_occlusion: ignored", ":3: self_occlusion must be true or false"),
-        ("body: blocks\nself_occlusion: true", "give only one of the two"),
+        ("body: blocks\nself_occlusion: true", "specify only one of them"),
     ],
 )
 def test_a_wrong_body_is_refused(lines: str, where: str) -> None:

@@ -37,7 +37,7 @@ def title_of(name: str, info: FieldInfo) -> str:
 
 
 def titles_of(model: type[BaseModel]) -> dict[str, str]:
-    """Return the titles of the fields of a model that no one takes for words of a sentence, by name."""
+    """Return the titles of a model's fields by name, without those that read as words of a sentence."""
     fields = model.model_fields.items()
     return {name: title_of(name, info) for name, info in fields if info.title or "_" in name}
 
