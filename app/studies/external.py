@@ -9,6 +9,7 @@ from pathlib import Path
 from rich import box
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from riglens.app.evaluation.options import SceneOptions, Triple
 from riglens.app.evaluation.scenario import load_scenario
@@ -65,7 +66,7 @@ def say(found: Sequence[Outcome], console: Console) -> None:
             ratios = (f"{one.ratios[name]:.2f}{' ' if one.passes(name) else '*'}" for name in FIGURES)
             shown.add_row(one.experiment.name, f"{one.experiment.published:.2f}", *ratios)
         errors = (f"{mean_error(mine, name):.3f} " for name in FIGURES)
-        shown.add_row("[bold]mean error[/bold]", "", *errors)
+        shown.add_row(Text("mean error", "bold"), "", *errors)
         console.print(shown)
     console.print(f"* more than {TOLERANCE:g} from the published ratio.")
 

@@ -8,6 +8,7 @@ where a detector meets data that it was not trained on or where many sweeps are 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -31,6 +32,7 @@ TOLERANCE = 0.05
 GROUPS = ("trained on the reduced data", "trained on the whole data", "ten sweeps of a standing scene")
 """Groups of experiments: the test, its bounds, and what changes where a detector adds up sweeps."""
 FIGURES = {
+    "predicted": "predicted AP",
     "on_target": "on target",
     "share_5": "≥ 5 points",
     "share_1": "≥ 1 point",
@@ -237,8 +239,10 @@ def _figures(
     """Means over the classes of the benchmark; the car's own body as the rig says."""
     classes = _CLASSES[recording]
     rows = targets.evaluate(rig, TargetSettings(body=None), frames).classes
+    predicted = [one.value for cls in classes if (one := rows[cls].total.predicted) is not None]
     scored = engine.evaluate(rig, replace(PAPER_SETTINGS, body=rig.body)).scores.classes
     return {
+        "predicted": float(np.mean(predicted)) if predicted else math.nan,
         "on_target": float(np.mean([rows[cls].total.on_target.value for cls in classes])),
         "share_5": float(np.mean([rows[cls].total.share_5.value for cls in classes])),
         "share_1": float(np.mean([rows[cls].total.share_1.value for cls in classes])),
