@@ -8,7 +8,15 @@ import pytest
 
 from riglens.core.rig.model import Camera, Lidar, LinearAngles, Sensor
 from riglens.core.rig.presets import preset
-from riglens.widgets.panels.compare.model import CompareRow, columns_for, table_text
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.targets.quantities import ClassFigures
+from riglens.widgets.panels.compare.model import (
+    FIRST_SCORE,
+    CompareModel,
+    CompareRow,
+    columns_for,
+    table_text,
+)
 from riglens.widgets.panels.sensors.rows import derived_rows, short_type
 
 LIDAR = Lidar(
@@ -58,6 +66,28 @@ def test_a_name_is_no_formula_in_the_file(delimiter: str) -> None:
     row = CompareRow("k", '=HYPERLINK("http://x")', "file", preset("W+T"), "@home.yaml")
     (read,) = csv.DictReader(io.StringIO(table_text([row], delimiter)), delimiter=delimiter)
     assert (read["rig"], read["where"]) == ('\'=HYPERLINK("http://x")', "'@home.yaml")
+
+
+@pytest.mark.parametrize(("change", "tone"), [(0.004, "text"), (0.02, "more"), (-0.02, "less")])
+def test_compared_rigs_are_better_or_worse_only_where_a_change_tells_them_apart(
+    change: float, tone: str
+) -> None:
+    model = CompareModel()
+    model.set_rows(
+        [
+            CompareRow(
+                str(share),
+                "rig",
+                "file",
+                preset("W+T"),
+                figures=dict.fromkeys(CLASSES, ClassFigures(9, share, 0.5)),
+            )
+            for share in (0.5, 0.5 + change)
+        ]
+    )
+    model.set_class("car")
+    model.set_shown("first")
+    assert model._figures[1][FIRST_SCORE].tone == tone
 
 
 def test_one_class_has_all_its_scores_and_all_classes_the_main_ones() -> None:

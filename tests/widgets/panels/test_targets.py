@@ -13,7 +13,7 @@ from pytestqt.qtbot import QtBot
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.model import Rig
 from riglens.core.targets.engine import TargetEngine
-from riglens.core.targets.quantities import ON_TARGET, PREDICTED, QUANTITIES, WHO
+from riglens.core.targets.quantities import ON_TARGET, PREDICTED, QUANTITIES, RESOLVED, WHO
 from riglens.core.targets.scores import TargetScores
 from riglens.core.targets.settings import USUAL
 from riglens.core.targets.tables import predicted_of, table_of, totals_of
@@ -90,6 +90,16 @@ def test_fewer_missed_is_better(panel: TargetsPanel) -> None:
             assert shown.change_tone == "more"
         elif shown.change.startswith("+"):
             assert shown.change_tone == "less"
+
+
+def test_a_change_too_small_to_tell_rigs_apart_is_neither_better_nor_worse(panel: TargetsPanel) -> None:
+    nearly = rig_of(spinning((0.0, 0.0, 1.8)))
+    panel.show_counts(TRAFFIC, counts(NOW), counts(nearly), "nearly")
+    change = float(table_of(TRAFFIC, counts(NOW), counts(nearly), ON_TARGET).cells.change[0, 0])
+    assert 0.0 < abs(change) < RESOLVED
+    assert item(panel, WHO[0], 0).change_tone == "text"
+    show(panel)
+    assert item(panel, WHO[0], 0).change_tone in ("more", "less")
 
 
 def test_numbers_out_of_date_are_grey(panel: TargetsPanel) -> None:

@@ -14,7 +14,7 @@ from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensors.registry import AnyKind, shown_kinds
 from riglens.core.shown_text import spreadsheet_cell
-from riglens.core.targets.quantities import Figures
+from riglens.core.targets.quantities import RESOLVED, Figures
 from riglens.widgets.panels.figures.table import SORT, Figure, FigureModel, Heading, Index, delimited
 from riglens.widgets.panels.scores.text import (
     DETECTED,
@@ -28,6 +28,7 @@ from riglens.widgets.panels.scores.text import (
     looks_at_more,
     value_text,
 )
+from riglens.widgets.panels.targets.text import UNRESOLVED
 from riglens.widgets.theme import CLASS_COLOURS
 
 Origin = Literal["current", "snapshot", "preset", "file"]
@@ -263,6 +264,8 @@ class CompareModel(FigureModel):
             )
         if not value or not column.score.is_share:
             return shown
+        if column.score is ON_TARGET and abs(value) < RESOLVED:
+            return replace(shown, tip=f"{shown.tip}: {UNRESOLVED}")
         return replace(shown, tone="more" if looks_at_more(value, column.score, self._reading) else "less")
 
     def _bar_share(self, column: ScoreColumn, value: float) -> float:

@@ -32,7 +32,7 @@ from riglens.widgets.panels.scores.text import (
     sampled_text,
     value_text,
 )
-from riglens.widgets.panels.targets.text import tip_text
+from riglens.widgets.panels.targets.text import tells_apart, tip_text
 from riglens.widgets.theme import CLASS_COLOURS
 
 ABOUT, FOLLOWS = "≈ ", "…"
@@ -46,8 +46,6 @@ LONGEST_CHANGES, _CELL_MARGIN_PX = ("−100.00 pp", "−10.0 ±10.0 pp", "−100
 CHANGE_TIP = "Change from the baseline: the pinned rig, or else the rig last saved or opened."
 _COUNTED, _SCORES = 0, 4
 """First columns of what is counted on objects, and of the scores."""
-RESOLVED = 0.01
-"""Smaller changes of on target had the sign of the change of mAP in 16 of 23 pairs: neither better nor worse."""
 
 
 class ScoreTable(FigureTable):
@@ -162,8 +160,8 @@ class ScoreTable(FigureTable):
         rows = []
         for name in CLASSES:
             row = WHO.index(name)
-            is_resolved = not abs(float(on_target.change[row])) < RESOLVED
-            tip = tip_text(ON_TARGET_QUANTITY, name, on_target, row, self._baseline, is_resolved)
+            is_resolved = tells_apart(ON_TARGET_QUANTITY, float(on_target.change[row]))
+            tip = tip_text(ON_TARGET_QUANTITY, name, on_target, row, self._baseline)
             rows.append(
                 [
                     *_sampled(

@@ -7,9 +7,16 @@ from itertools import pairwise
 from PySide6.QtCore import QSize
 from PySide6.QtGui import QResizeEvent
 
-from riglens.core.targets.quantities import EVERYBODY, WHO, Table
-from riglens.widgets.panels.figures.table import Figure, FigureTable, Heading, TwoLines
-from riglens.widgets.panels.targets.text import change_text, error_text, is_better, tip_text, value_text
+from riglens.core.targets.quantities import EVERYBODY, WHO, Quantity, Table
+from riglens.widgets.panels.figures.table import Figure, FigureTable, Heading, Tone, TwoLines
+from riglens.widgets.panels.targets.text import (
+    change_text,
+    error_text,
+    is_better,
+    tells_apart,
+    tip_text,
+    value_text,
+)
 from riglens.widgets.theme import CLASS_COLOURS
 
 TITLES = {EVERYBODY: "All objects", "car": "Cars", "bicycle": "Bicycles", "pedestrian": "Pedestrians"}
@@ -65,6 +72,12 @@ def _figure(table: Table, row: int, column: int, ring: str, baseline: str) -> Fi
         tone="text" if objects else "muted",
         error=error_text(quantity, se),
         change=change_text(quantity, change),
-        change_tone="more" if is_better(quantity, change) else "less",
+        change_tone=_tone(quantity, change),
         is_bold=column == 0,
     )
+
+
+def _tone(quantity: Quantity, change: float) -> Tone:
+    if not tells_apart(quantity, change):
+        return "text"
+    return "more" if is_better(quantity, change) else "less"

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 
-from riglens.core.targets.quantities import PREDICTED, Cells, Quantity
+from riglens.core.targets.quantities import ON_TARGET, PREDICTED, RESOLVED, Cells, Quantity
 from riglens.widgets.panels.scores.text import MINUS, NONE, SURE, error_digits
 
 UNITS = {"share": "%", "points": "points", "px": "px"}
+UNRESOLVED = "too small to distinguish rigs"
 CHANGE_UNITS = {"share": "pp", "points": "points", "px": "px"}
 
 
@@ -40,13 +41,17 @@ def is_better(quantity: Quantity, change: float) -> bool:
     return change * quantity.sign > 0.0
 
 
+def tells_apart(quantity: Quantity, change: float) -> bool:
+    """Return whether a change of a quantity is large enough to call a rig better or worse."""
+    return not (quantity is ON_TARGET and abs(change) < RESOLVED)
+
+
 def tip_text(
     quantity: Quantity,
     where: str,
     cells: Cells,
     place: int | tuple[int, int],
     baseline: str,
-    is_resolved: bool = True,
 ) -> str:
     """Describe one cell in full: place, quantity, number of objects, error, and change."""
     objects, value, se = int(cells.objects[place]), float(cells.value[place]), float(cells.se[place])
@@ -60,7 +65,7 @@ def tip_text(
     if change:
         sure = f" ± {scale * SURE * change_se:.2g}" if change_se else ""
         better = "better" if is_better(quantity, change) else "worse"
-        better = better if is_resolved else "too small to distinguish rigs"
+        better = better if tells_apart(quantity, change) else UNRESOLVED
         told = CHANGE_UNITS[quantity.unit]
         lines.append(f"{scale * change:+.3g}{sure} {told} against {baseline}: {better}")
     return "\n".join(lines)
