@@ -339,6 +339,7 @@ LONG = "A_sensor_name_without_a_blank_as_some_tool_made_it_0123456789_0123456789
 
 def test_long_names_paths_and_reasons_do_not_make_the_inspector_wider_than_its_dock(bench: FullDesk) -> None:
     inspector = bench.panels.inspector
+    bench.document.choose(("front", "roof"))
     room_px = inspector.minimumSizeHint().width()
     bench.document.rename("roof", LONG)
     bench.document.choose(("front", LONG))

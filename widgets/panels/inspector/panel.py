@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QComboBox, QLabel, QPushButton, QScrollArea, QStac
 from riglens.core.geometry import Pose
 from riglens.core.rig.edits import partner_of
 from riglens.core.rig.model import MeshPlacement, Rig, Vehicle
-from riglens.core.sensors.registry import kinds, shown_kinds
+from riglens.core.sensors.registry import AnyKind, kind_of, shown_kinds
 from riglens.core.vehicle.profiles import PROFILES, reference_vehicle
 from riglens.core.vehicle.standing import MountStatus
 from riglens.widgets.panels.controls.scrolled import breakable, scrolled
@@ -78,24 +78,28 @@ class Inspector(QStackedWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._rig_form = RigForm()
-        self._form_of = {kind.name: SensorForm(kind) for kind in kinds()}
-        self._sensor_forms = tuple(self._form_of.values())
+        self._form_of: dict[str, SensorForm] = {}
         self._shown: tuple[str, ...] = ()
         self._loss_of: str | None = None
         self._saved: Rig | None = None
         self._locked: frozenset[str] = frozenset()
         self._problems: Mapping[str, str] = {}
         self._units: tuple[Unit, ...] = (METRES, DEGREES)
-        for form in (self._rig_form, *self._sensor_forms):
-            self.addWidget(_in_dock(form))
+        self.addWidget(_in_dock(self._rig_form))
         self._rig_form.changed.connect(self.rig_edited)
         self._rig_form.mesh_wanted.connect(self.mesh_wanted)
         self._rig_form.mesh_rows.fit.clicked.connect(self.fit_wanted)
-        for sensor_form in self._sensor_forms:
-            sensor_form.edited.connect(self.sensors_edited)
-            sensor_form.unlink_wanted.connect(self.unlink_wanted)
-            sensor_form.units_chosen.connect(self._choose_unit)
-            sensor_form.show_units(*self._units)
+
+    def _form_for(self, kind: AnyKind) -> SensorForm:
+        """Return the form of a kind of sensor, made when the first sensor of the kind is shown."""
+        if kind.name not in self._form_of:
+            form = self._form_of[kind.name] = SensorForm(kind)
+            self.addWidget(_in_dock(form))
+            form.edited.connect(self.sensors_edited)
+            form.unlink_wanted.connect(self.unlink_wanted)
+            form.units_chosen.connect(self._choose_unit)
+            form.show_units(*self._units)
+        return self._form_of[kind.name]
 
     @property
     def form(self) -> Form:
@@ -114,10 +118,9 @@ class Inspector(QStackedWidget):
     def set_units(self, units: tuple[Unit, ...]) -> None:
         """Show every length and angle in these units."""
         self._units = units
-        for form in (self._rig_form, *self._sensor_forms):
-            form.set_units(*units)
-        for sensor_form in self._sensor_forms:
-            sensor_form.show_units(*units)
+        self._rig_form.set_units(*units)
+        for form in self._form_of.values():
+            form.show_units(*units)
 
     def _choose_unit(self, chosen: Unit) -> None:
         self.set_units(tuple(chosen if chosen.quantity == unit.quantity else unit for unit in self._units))
@@ -135,7 +138,7 @@ class Inspector(QStackedWidget):
     def set_locked(self, locked: frozenset[str]) -> None:
         """Set the names of the sensors that are read-only."""
         self._locked = locked
-        for form in self._sensor_forms:
+        for form in self._form_of.values():
             form.set_locked(tuple(name for name in self._shown if name in locked))
 
     @property
@@ -146,18 +149,18 @@ class Inspector(QStackedWidget):
     def show_loss(self, now: Known, without: Known) -> None:
         """Show exact figures with and without the current sensor."""
         self._loss_of = self._shown[-1] if self._shown else None
-        for form in self._sensor_forms:
+        for form in self._form_of.values():
             form.marginal.show_loss(now, without)
 
     def show_no_loss(self, reason: str) -> None:
         """Say why there is nothing to show about the rig without the sensor."""
         self._loss_of = None
-        for form in self._sensor_forms:
+        for form in self._form_of.values():
             form.marginal.show_none(reason)
 
     def set_loss_stale(self) -> None:
         """Grey the loss without the sensor: it belongs to an earlier rig."""
-        for form in self._sensor_forms:
+        for form in self._form_of.values():
             form.marginal.set_stale(True)
 
     def show_mount_statuses(self, stands: Mapping[str, MountStatus]) -> None:
@@ -170,7 +173,7 @@ class Inspector(QStackedWidget):
         lines = [(name, self._problems[name]) for name in self._shown if name in self._problems]
         is_alone = len(self._shown) == 1
         text = "\n".join(problem if is_alone else f"{name}: {problem}" for name, problem in lines)
-        for form in self._sensor_forms:
+        for form in self._form_of.values():
             form.show_place(text)
 
     def set_rig(self, rig: Rig, selection: tuple[str, ...]) -> None:
@@ -179,7 +182,7 @@ class Inspector(QStackedWidget):
         subjects: list[Any] = [rig]
         if selection:
             subjects = [rig.sensor(name) for name in selection]
-            sensor_form = self._form_of[subjects[-1].kind]
+            sensor_form = self._form_for(kind_of(subjects[-1]))
             sensor_form.set_taken_names(frozenset(s.name for s in rig.sensors) - {selection[-1]})
             sensor_form.tools.set_saved(self._saved_poses(selection))
             sensor_form.set_partner(partner_of(rig, selection[0]) if len(selection) == 1 else None)
@@ -188,7 +191,7 @@ class Inspector(QStackedWidget):
             self.form.forget_input()
             form.forget_input()
         self._shown = selection
-        self.setCurrentIndex([self._rig_form, *self._sensor_forms].index(form))
+        self.setCurrentIndex([self._rig_form, *self._form_of.values()].index(form))
         form.show_several(subjects)
         self._show_places()
         self.set_locked(self._locked)
