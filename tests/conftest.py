@@ -4,13 +4,15 @@ Qt reads DISPLAY when the application object is made, and VTK picks its OpenGL w
 display starts before any test is collected. The user's own display and cache are never touched.
 """
 
+import gc
 import os
 import shutil
 import subprocess
+import sys
 import tempfile
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from pathlib import Path
 
 import pytest
@@ -71,6 +73,27 @@ def pytest_configure(config: pytest.Config) -> None:
         display = VirtualDisplay()
         config.add_cleanup(display.close)
         os.environ["DISPLAY"] = display.name
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Look for no garbage while tests are collected, and afterwards not among them and the modules, which stay."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_teardown() -> Generator[None, object, object]:
+    """Delete the windows that a test has closed: without a running event loop they would pile up."""
+    try:
+        return (yield)
+    finally:
+        if (qt := sys.modules.get("PySide6.QtCore")) is not None:
+            qt.QCoreApplication.sendPostedEvents(None, qt.QEvent.Type.DeferredDelete.value)
 
 
 @pytest.fixture(scope="session")

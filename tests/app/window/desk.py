@@ -164,6 +164,8 @@ def open_desk(qtbot: QtBot, rig: Rig = RIG, path: Path | None = None, kept: Sett
     )
     bars = Bars(StatusBar(), MessageBar(is_error=False), MessageBar())
     viewport, dialogs = FakeViewport(), FakeDialogs()
+    for widget in (viewport, bars.status, bars.notes, bars.errors):
+        qtbot.addWidget(widget)
     recompute, counter = FakeRecompute(), FakeCounter()
     workbench = Workbench(
         window,
