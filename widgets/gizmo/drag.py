@@ -190,6 +190,12 @@ class Drag:
             return None
         return (move if self.handle.kind == "move" else turn)(self.start, self.axis, amount)
 
+    def pose_after(self, amount: float) -> Pose:
+        """Return the pose after metres along an arrow, or degrees about a ring."""
+        if self.handle.kind == "move":
+            return moved(self.start, self.axis, amount)
+        return turned(self.start, self.axis, math.radians(amount))
+
     def _motions(self, snap: bool) -> tuple[Motion, Motion]:
         """Return how to move and how to turn: freely, onto round numbers, or by round numbers."""
         if not snap:

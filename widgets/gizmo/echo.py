@@ -1,4 +1,4 @@
-"""Text next to the cursor during a drag: the sensor's displacement and its position."""
+"""Text next to the cursor during a drag: the sensor's displacement and its position, and a number being typed."""
 
 from __future__ import annotations
 
@@ -28,6 +28,19 @@ def drag_echo(start: Pose, now: Pose, count: int = 1) -> str:
         (x, y, z), (roll, pitch, yaw) = now.position_m, now.rpy_deg
         return f"x {x:.3f}   y {y:.3f}   z {z:.3f} m\nroll {roll:.1f}°   pitch {pitch:.1f}°   yaw {yaw:.1f}°"
     return _turn_echo(start, now) if now.rpy_deg != start.rpy_deg else _move_echo(start, now)
+
+
+def amount_of(typed: str) -> float | None:
+    """Return the number that keys have spelled so far, None while they spell none."""
+    try:
+        return float(typed)
+    except ValueError:
+        return None
+
+
+def typed_echo(typed: str, is_turn: bool) -> str:
+    """Return the line for a number that is being typed."""
+    return f"{typed}▏{'°' if is_turn else ' m'} · Enter"
 
 
 def _move_echo(start: Pose, now: Pose) -> str:

@@ -51,7 +51,7 @@ class CanvasInput(QObject):
             self._controller.wheel(self._pixel(event.position()), event.angleDelta().y() / 120.0)
             return True
         if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.ShortcutOverride:
-            event.setAccepted(is_own_key(event))
+            event.setAccepted(is_own_key(event, self._controller))
             return True
         if isinstance(event, QKeyEvent):
             event.setAccepted(handle_key(self._controller, event))
@@ -107,7 +107,8 @@ _NUDGES: dict[int, NudgeKey] = {
 
 
 def handle_key(controller: ViewController, event: QKeyEvent) -> bool:
-    """Escape cancels, arrow keys nudge (with Ctrl or Alt they turn), Ctrl inverts the snapping of a drag.
+    """Escape cancels, arrow keys nudge (with Ctrl or Alt they turn), Ctrl inverts the snapping of a drag, digits say
+    how far it goes.
 
     Every other key is left to the window. Returns whether this one was used.
     """
@@ -117,6 +118,8 @@ def handle_key(controller: ViewController, event: QKeyEvent) -> bool:
         return False
     if is_press and event.key() == Qt.Key.Key_Escape:
         return controller.cancel()
+    if is_press and controller.type_key(_letter(event)):
+        return True
     if not is_press or event.key() not in _NUDGES:
         return False
     keys = event.modifiers()
@@ -124,9 +127,15 @@ def handle_key(controller: ViewController, event: QKeyEvent) -> bool:
     return controller.nudge(_NUDGES[event.key()], turn, bool(keys & Qt.KeyboardModifier.ShiftModifier))
 
 
-def is_own_key(event: QKeyEvent) -> bool:
-    """Return whether a key nudges or ends a drag: the view takes it even if the window has a shortcut for it."""
-    return event.key() in _NUDGES or event.key() == Qt.Key.Key_Escape
+def is_own_key(event: QKeyEvent, controller: ViewController) -> bool:
+    """Return whether a key nudges, ends a drag or says how far it goes: the view takes it even if the window has a
+    shortcut for it."""
+    return event.key() in _NUDGES or event.key() == Qt.Key.Key_Escape or controller.takes(_letter(event))
+
+
+def _letter(event: QKeyEvent) -> str:
+    """Return what a key types; a comma is a point."""
+    return event.text().replace(",", ".")
 
 
 _CLICK_PX = 4.0

@@ -2,8 +2,9 @@
 
 Left on a handle drags all that is selected, left elsewhere orbits, a left click selects, one sensor more with Ctrl or
 Shift. Shift+left draws a box around sensors to select. Middle pans, right zooms, a right click asks for a menu. The
-wheel zooms towards the cursor, a double-click shows a sensor from close by, arrow keys nudge, Escape cancels. While
-a sensor is being placed it follows the mouse over the car, and a click leaves it there.
+wheel zooms towards the cursor, a double-click shows a sensor from close by, arrow keys nudge, Escape cancels. Digits
+typed while an arrow or a ring is dragged say how far it goes. While a sensor is being placed it follows the mouse over
+the car, and a click leaves it there.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from riglens.core.geometry import Pose, Vec3
 from riglens.core.rig.groups import Poses, carried
 from riglens.widgets.drawing.camera import Pixel
 from riglens.widgets.gizmo.drag import Drag, begin_drag
-from riglens.widgets.gizmo.echo import drag_echo
+from riglens.widgets.gizmo.echo import amount_of, drag_echo, typed_echo
 from riglens.widgets.gizmo.nudge import NudgeKey, nudge_turned, nudged
 from riglens.widgets.viewport.drawn_scene import DrawnScene
 from riglens.widgets.viewport.measured import Place
@@ -75,6 +76,9 @@ class Listener(Protocol):
 
 
 _CLICK_PX = 4.0
+_BACK, _DONE = "\b", "\r"
+_TYPED = frozenset("0123456789.-" + _BACK + _DONE)
+_LONGEST_TYPED = 9
 _ZOOM_PER_STEP = 0.86
 _ZOOM_PER_HEIGHT = 12.0
 """So much further away is the car after a drag with the right button over the whole height, downwards."""
@@ -84,12 +88,14 @@ _ZOOM_PER_HEIGHT = 12.0
 class _Held:
     """Sensors that follow the mouse, with their poses before: by a handle, or over the car without a `drag`.
 
-    `frame` is the pose of the gizmo at the start; that of a single sensor is its own.
+    `frame` is the pose of the gizmo at the start; that of a single sensor is its own. `typed` are the keys that say how
+    far a handle goes; without any the mouse does.
     """
 
     poses: Poses
     frame: Pose
     drag: Drag | None = None
+    typed: str = ""
 
     @property
     def name(self) -> str:
@@ -132,6 +138,11 @@ class ViewController:
     def snaps(self) -> bool:
         """Return whether a drag or a placing ends on round numbers now."""
         return self._snap != self._inverted
+
+    def takes(self, key: str) -> bool:
+        """Return whether a key says how far the arrow or ring goes that is being dragged."""
+        drag = self._held.drag if self._held else None
+        return key in _TYPED and drag is not None and drag.handle.kind != "plane"
 
     def set_snap(self, snap: bool) -> None:
         """Drags end on round numbers; Ctrl does the opposite of this while it is held."""
@@ -260,6 +271,24 @@ class ViewController:
         self._listener.on_changed()
         return True
 
+    def type_key(self, key: str) -> bool:
+        """Take a digit, a sign or a point of how far a handle goes; Backspace takes one back, Return ends the drag.
+
+        Returns whether the key was used.
+        """
+        held = self._held
+        if held is None or not self.takes(key):
+            return False
+        if key == _DONE:
+            self._button = self._gesture = "none"
+            self._let_go(self._last)
+            self._listener.on_changed()
+            return True
+        typed = held.typed[:-1] if key == _BACK else (held.typed + key)[:_LONGEST_TYPED]
+        self._held = replace(held, typed=typed)
+        self._drag_to(self._last)
+        return True
+
     def begin_placing(self) -> bool:
         """Make the selected sensor follow the mouse over the car; False when none is selected and visible."""
         self.cancel()
@@ -310,12 +339,17 @@ class ViewController:
             return
         if held.drag is None:
             pose = scene.pose_on_body(pixel, scene.state.rig.sensor(held.name), self.snaps)
+        elif (amount := amount_of(held.typed)) is not None:
+            pose = held.drag.pose_after(amount)
         else:
             pose = held.drag.pose(scene.state.camera.ray(pixel, scene.size), self.snaps)
         if pose is None:
             return
         poses = carried(held.poses, held.frame, pose)
-        scene.set_echo(drag_echo(held.frame, pose, len(poses)), pixel)
+        echo = drag_echo(held.frame, pose, len(poses))
+        if held.drag is not None and held.typed:
+            echo += "\n" + typed_echo(held.typed, held.drag.handle.kind == "rotate")
+        scene.set_echo(echo, pixel)
         scene.preview(poses)
         scene.set_quick(True)
         self._listener.on_drag_moved(poses)

@@ -81,6 +81,35 @@ def test_escape_cancels_a_drag_and_restores_the_start_pose(view):
     assert view.state.rig.sensor("roof") == LIDAR
 
 
+def test_a_number_typed_during_a_drag_says_how_far_whatever_the_mouse_does(view):
+    change(view, gizmo_mode="move", gizmo_space="world")
+    heard = listen(view)
+    start = handle_pixel(view, Handle("move", 2))
+    drag(view, start, start + np.array([0.0, -50.0]), release=False)
+    x, y, z = LIDAR.position
+    for typed, dz in (("-", None), ("0", 0.0), (",", 0.0), ("2", -0.2), ("59", -0.259)):
+        QTest.keyClicks(view._canvas, typed)
+        if dz is not None:
+            assert heard.pose().position_m == (x, y, z + dz)
+    QTest.keyClick(view._canvas, Qt.Key.Key_Backspace)
+    hover(view._canvas, to_point(view, start + np.array([0.0, -90.0])), Qt.MouseButton.LeftButton)
+    assert heard.pose().position_m == (x, y, z - 0.25)
+    QTest.keyClick(view._canvas, Qt.Key.Key_Return)
+    assert heard.story()[-1] == "drag_finished"
+    QTest.mouseRelease(view._canvas, Qt.MouseButton.LeftButton, pos=to_point(view, start))
+    assert heard.story()[-1] == "drag_finished" and heard.pose().position_m == (x, y, z - 0.25)
+
+
+def test_a_number_typed_while_a_ring_is_dragged_is_in_degrees(view):
+    change(view, gizmo_mode="rotate", gizmo_space="world")
+    heard = listen(view)
+    start = handle_pixel(view, Handle("rotate", 2))
+    drag(view, start, start + np.array([60.0, 5.0]), release=False)
+    QTest.keyClicks(view._canvas, "30x")
+    QTest.mouseRelease(view._canvas, Qt.MouseButton.LeftButton, pos=to_point(view, start))
+    assert np.allclose(heard.pose().rpy_deg, np.add(LIDAR.rpy_deg, (0.0, 0.0, 30.0)))
+
+
 def test_a_sensor_deleted_while_it_is_dragged_ends_the_drag_in_peace(view):
     start = handle_pixel(view, Handle("move", 2))
     drag(view, start, start + np.array([0.0, -20.0]), release=False)
