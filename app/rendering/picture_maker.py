@@ -39,7 +39,7 @@ class PictureMaker(QObject):
     def close(self) -> None:
         """End the process, even if it is busy."""
         process, self._process = self._process, None
-        self._jobs = RequestQueue()
+        self._jobs, self._answer = RequestQueue(), b""
         if process is not None:
             process.blockSignals(True)
             process.kill()

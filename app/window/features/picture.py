@@ -82,6 +82,7 @@ class Picture(Feature):
         dialog.changed.connect(self._preview)
         dialog.save_wanted.connect(self._save)
         dialog.copy_wanted.connect(lambda: self._draw("copy", dialog.choice.scale))
+        dialog.busy.cancelled.connect(self._cancel)
         dialog.finished.connect(lambda _: self._on_closed())
         self.dialog = dialog
         dialog.open()
@@ -107,6 +108,13 @@ class Picture(Feature):
         job = PictureJob(state, choice.size_px, scale, choice.transparent, purpose)
         self.dialog.set_busy("drawing…")
         self.maker.draw(job)
+
+    def _cancel(self) -> None:
+        """Give up the picture that is being drawn; the dialog stays."""
+        self.maker.close()
+        if self.dialog is not None:
+            self.dialog.set_busy("")
+            self.dialog.set_done("cancelled")
 
     def _on_made(self, job: PictureJob, png: bytes) -> None:
         if self.dialog is None:

@@ -124,6 +124,20 @@ def test_a_picture_that_cannot_be_written_leaves_a_message(bench, monkeypatch, t
     assert not (tmp_path / "missing").exists()
 
 
+def test_a_picture_that_takes_long_can_be_cancelled_and_the_next_one_is_drawn(bench, tmp_path):
+    dialog, picture = opened_dialog(bench), bench.features.picture
+    bench.qtbot.waitUntil(lambda: not picture.maker.is_busy, timeout=TIMEOUT_MS)
+    dialog.scale.setCurrentIndex(3)
+    bench.dialogs.path = tmp_path / "view.png"
+    press(dialog.save)
+    assert dialog.busy.is_running and not dialog.save.isEnabled()
+    dialog.busy.cancel.click()
+    assert not dialog.busy.is_running and dialog.save.isEnabled() and not picture.maker.is_busy
+    press(dialog.save)
+    bench.qtbot.waitUntil(lambda: picture.dialog is None, timeout=TIMEOUT_MS)
+    assert QImage(str(tmp_path / "view.png")).width() == 4 * SIZE[0]
+
+
 def test_a_picture_beyond_the_limit_cannot_be_saved(bench, monkeypatch):
     with_stand_in(bench, monkeypatch)
     dialog = opened_dialog(bench)

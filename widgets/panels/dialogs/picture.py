@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from riglens.widgets.panels.controls.messages import ProgressStrip
 from riglens.widgets.panels.controls.style import MARGIN, SPACING
 
 _PREVIEW = QSize(560, 380)
@@ -93,6 +94,9 @@ class PictureDialog(QDialog):
         self.preview, self._note = Preview(), QLabel()
         self._note.setObjectName("hint")
         self._note.setTextFormat(Qt.TextFormat.PlainText)
+        self.busy = ProgressStrip("Drawing")
+        self.busy.bar.setRange(0, 0)
+        self.busy.bar.setTextVisible(True)
         self._limits_px = limits_px
         self.width_px, self.height_px = (self._spin(side) for side in size_px)
         self.scale = QComboBox()
@@ -144,6 +148,7 @@ class PictureDialog(QDialog):
         close = QPushButton("Close")
         close.clicked.connect(self.reject)
         buttons = QHBoxLayout()
+        buttons.addWidget(self.busy)
         buttons.addStretch(1)
         for button in (self.copy, self.save, close):
             buttons.addWidget(button)
@@ -184,14 +189,17 @@ class PictureDialog(QDialog):
             box.setEnabled(possible)
 
     def set_busy(self, what: str) -> None:
-        """Show the current activity; "" when there is none, and then pictures can be saved."""
+        """Show the current activity, with a bar and Cancel if it lasts; "" when there is none, and then pictures can be
+        saved."""
         is_too_large = max(self._pixels()) > self._limits_px[1]
         for button in (self.save, self.copy):
             button.setEnabled(not what and not is_too_large)
         if what:
             self._note.setText(what)
+            self.busy.begin()
         else:
             self._show_size()
+            self.busy.end()
 
     def set_done(self, what: str) -> None:
         """Show the result of the last action."""
