@@ -22,6 +22,7 @@ from rich.text import Text
 from riglens.app.commands.options import Dask, GridArguments, Json, Out, ReadingArguments, Workers
 from riglens.app.commands.output import deliver, require_outputs
 from riglens.app.evaluation.described import Described, described
+from riglens.app.evaluation.names import option_of
 from riglens.app.evaluation.scenario import boxes_of, grid_of, remarks_on
 from riglens.app.terminal.console import note, progress_bar, results
 from riglens.app.terminal.resumable import resumable
@@ -150,7 +151,7 @@ def show(*boxes: BoxPaths, scene: ReadingArguments = ReadingArguments(), json: J
     require_outputs(boxes, json)
     with progress_bar("Reading boxes") as progress:
         found = described(scene, boxes, progress)
-    deliver(found.document(), json, lambda: _print_survey(found))
+    deliver(found.document(option_of), json, lambda: _print_survey(found))
 
 
 def _print_survey(shown: Described) -> None:
@@ -174,7 +175,7 @@ def _print_survey(shown: Described) -> None:
     console.print(_distance_table(found))
     if data.unmapped:
         console.print(_unmapped_table(found))
-    for line in shown.warnings():
+    for line in shown.warnings(option_of):
         console.print(Text.assemble(("warning: ", "bold yellow"), line), soft_wrap=True)
     for line in data.notes:
         note(line)

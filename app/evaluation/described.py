@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -28,8 +28,9 @@ class Described:
     origin_m: Vec3 | None
     is_origin_known: bool
 
-    def document(self) -> dict[str, Any]:
-        """Return the figures; lengths in metres, boxes as counts by quarter and ring of distance."""
+    def document(self, name: Callable[[str], str] = str) -> dict[str, Any]:
+        """Return the figures; lengths in metres, boxes as counts by quarter and ring of distance. `name` is what a
+        front end calls a field."""
         found, data = self.survey, self.survey.data
         return {
             "riglens": FORMAT_VERSION,
@@ -48,11 +49,12 @@ class Described:
             "rings_m": [limit if math.isfinite(limit) else None for limit in RINGS_M],
             "classes": {name: _class(found, cls) for cls, name in enumerate(CLASSES)},
             "ground": _ground(found.ground),
-            "warnings": list(self.warnings()),
+            "warnings": list(self.warnings(name)),
         }
 
-    def warnings(self) -> Iterator[str]:
-        """Yield warnings on directions without boxes, and on a ground that is not at z = 0."""
+    def warnings(self, name: Callable[[str], str] = str) -> Iterator[str]:
+        """Yield warnings on directions without boxes, and on a ground that is not at z = 0, with fields as `name` calls
+        them."""
         bare = self.survey.bare_sectors()
         if bare:
             listed = ", ".join(f"{name} ({count:,})" for name, count in bare.items())
@@ -63,10 +65,10 @@ class Described:
         if ground is None or self.is_origin_known or not ground.is_certain:
             return
         if abs(ground.height_m) > GROUND_IS_RIGHT_M:
-            advice = "use --ground auto"
+            advice = f"use {name('find_ground')} auto"
             if self.origin_m is not None:
                 x, y, z = self.origin_m
-                advice += f" or --origin {x:g} {y:g} {z + ground.lift_m:.4g}"
+                advice += f" or {name('origin_m')} {x:g} {y:g} {z + ground.lift_m:.4g}"
             yield f"the ground is not at z = 0 but at {ground.height_m:.2f} m: {advice}"
 
 
