@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from functools import lru_cache, singledispatch
+from functools import singledispatch
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from riglens.core.kernels.objects.windows import TURN
 from riglens.core.rig.model import Camera, Lidar, LinearAngles, Sensor, rays_of
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensing.body_ends import barrier_ends
+from riglens.core.sensing.kept import kept_by_bytes
 from riglens.core.sensing.rays import is_listed, lattice, limits_m, local_directions
 from riglens.core.sensors.kind import Echo
 from riglens.core.targets.card import SIZES_M
@@ -92,7 +93,7 @@ def _azimuth_step_rad(lidar: Lidar) -> float:
     return math.radians(float(np.median(steps))) if steps.size else 0.0
 
 
-@lru_cache(maxsize=16)
+@kept_by_bytes
 def _tables(sensor: Sensor) -> Beams:
     """Return the beams of a sensor without a place: the same throughout a drag."""
     return _made(sensor)
