@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QApplication
 
 from riglens.app.background.compiling import OtherKernels
 from riglens.app.background.counting import make_counter
+from riglens.app.background.memory import FreedMemory
 from riglens.app.background.recompute import Recompute
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.launch.interrupt import Grace, quit_on_interrupt
@@ -51,6 +52,8 @@ def open_window(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
     QTimer.singleShot(LONGEST_WAIT_MS, recompute, recompute.begin)
     window = MainWindow(document, viewport, recompute, make_counter(), scene, settings, kept=kept)
     window.session.set_body(score.body)
+    freed = FreedMemory(lambda: document.is_dragging, window)
+    window.bench.answers.answered.connect(freed.note)
     grace = Grace()
     with quit_on_interrupt(app) as interrupt, failures_told(window.bench.report_error, state_folder()):
         window.bench.closing.connect(

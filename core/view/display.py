@@ -53,6 +53,8 @@ class DisplayGrid:
             if len(used) <= max_cells:
                 break
         numbers = np.cumsum(flags.ravel(), dtype=np.int32).reshape(flags.shape) - 1
+        cells_occupied = cells.cells_of(occupied, block, numbers)
+        is_same = np.array_equal(pog.index.words, field.index.words)
         centres = np.array(pog.grid.origin_m) + (used + 0.5) * block * pog.grid.voxel_m
         return cls(
             pog,
@@ -60,8 +62,8 @@ class DisplayGrid:
             block,
             block * pog.grid.voxel_m,
             centres.astype(np.float32),
-            cells.cells_of(occupied, block, numbers),
-            cells.cells_of(field.index.ijk(), block, numbers),
+            cells_occupied,
+            cells_occupied if is_same else cells.cells_of(field.index.ijk(), block, numbers),
         )
 
     def probability(self, cls: int) -> NDArray[np.float32]:
