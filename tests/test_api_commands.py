@@ -85,6 +85,27 @@ CASES: dict[str, tuple[list[str], Callable[[Place], Any]]] = {
 }
 
 
+def test_a_sweep_is_that_of_the_command_line(place: Place) -> None:
+    out, mine = place.folder / "sweep.parquet", place.folder / "mine.parquet"
+    lidar = place.rig.enabled_lidars()[0].name
+    words = [
+        "--boxes",
+        str(place.boxes),
+        *GRID,
+        "--vary",
+        f"{lidar}.z=1.7:1.9:2",
+        "--vary",
+        f"{lidar}.yaw=0:9:2",
+    ]
+    document = by_words(place, "sweep", place.folder / "rig.yaml", *words, "--sample", "2", "--out", out)
+    vary = {f"{lidar}.z": (1.7, 1.9, 2), f"{lidar}.yaw": (0, 9, 2)}
+    found = rl.sweep(place.rig, vary, place.boxes, voxel_m=0.5, roi_m=ROI_M, sample=2, workers=1)
+    found.save(mine)
+    assert mine.read_bytes() == out.read_bytes()
+    assert json.loads(json.dumps(found.to_dict())) == document
+    assert found.table().num_rows == len(found.rows()) == 4 and "<table>" in found._repr_html_()
+
+
 @pytest.mark.parametrize("command", CASES)
 def test_a_command_says_the_same_by_both(place: Place, command: str) -> None:
     words, ask = CASES[command]

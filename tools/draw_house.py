@@ -79,7 +79,10 @@ HOUSE = (
         ("the model and", "the mathematics"),
         "#fff8e1",
         (
-            (Room("optimise", "proposed rigs, with a bound and a guard"),),
+            (
+                Room("optimise", "proposed rigs, with a bound and a guard"),
+                Room("sweep", "many rigs that differ in some fields"),
+            ),
             (
                 Room("study", "measuring methods, rigs and grids"),
                 Room("review", "blind zones, redundancy, tolerance, mounts"),

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 import os
-import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -25,9 +23,9 @@ from riglens.app.evaluation.described import Described, described
 from riglens.app.evaluation.names import option_of
 from riglens.app.evaluation.scenario import boxes_of, grid_of, remarks_on
 from riglens.app.terminal.console import note, progress_bar, results
-from riglens.app.terminal.resumable import resumable
+from riglens.app.terminal.resumable import parts_folder, resumable
 from riglens.app.terminal.scores import data_line
-from riglens.core.files import is_stream, require_writable
+from riglens.core.files import require_writable
 from riglens.core.pieces.where import Where
 from riglens.core.pieces.work import Workers as Workforce
 from riglens.core.scene.boxes import CLASSES
@@ -40,8 +38,6 @@ from riglens.core.scene.survey import RINGS_M, SECTORS, Survey
 from riglens.core.shown_text import visible
 
 SHOWN_UNMAPPED = 20
-LONGEST_NAME_BYTES = 240
-"""File systems allow 255, some with encryption 143, which `require_writable` finds out."""
 
 
 BoxPaths = Annotated[Path, Parameter(name="BOXES", required=True)]
@@ -81,7 +77,7 @@ def build(
         if len(groups) == 1 and dask is None:
             pog = _stored(build_pog(source, grid, progress), boxes, out)
         else:
-            with _parts_folder(out) as folder, _workers(folder, len(groups), grid, where) as workforce:
+            with parts_folder(out) as folder, _workers(folder, len(groups), grid, where) as workforce:
                 parts = part_folder(folder)
                 pog = _stored(build_in_parts(source, groups, grid, parts, workforce, progress), boxes, out)
                 parts.clear()
@@ -92,19 +88,6 @@ def _stored(pog: Pog, paths: Sequence[Path], out: Path) -> Pog:
     pog = replace(pog, data=replace(pog.data, source=together(paths)))
     save_pog(pog, out)
     return pog
-
-
-@contextmanager
-def _parts_folder(out: Path) -> Iterator[Path]:
-    """Return the folder of finished parts, next to the output; a pipe or device has none."""
-    if is_stream(out):
-        with tempfile.TemporaryDirectory(prefix="riglens-") as folder:
-            yield Path(folder) / "parts"
-        return
-    name = os.fsencode(out.name)
-    if len(name) > LONGEST_NAME_BYTES:
-        name = name[:200] + hashlib.sha256(name).hexdigest()[:16].encode()
-    yield out.with_name(os.fsdecode(name) + ".parts")
 
 
 @contextmanager

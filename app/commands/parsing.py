@@ -33,6 +33,10 @@ COMMANDS = {
         "optimise:optimise",
         "Propose where to add LiDARs, with a bound on any other choice and checks of the gain.",
     ),
+    "sweep": Command(
+        "sweep:sweep",
+        "Evaluate many rigs that differ in some fields, into one table.",
+    ),
     "check": Command(
         "check:check",
         "Check rigs against requirements; exit code 1 when one is not met.\n\n"

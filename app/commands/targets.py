@@ -112,10 +112,7 @@ def count_hits(
     """Load the traffic and count for each rig from scratch, so that their times can be compared."""
     if scene.pog is not None:
         raise InputError("needs a box data set: a stored POG holds no objects", "targets")
-    how = TargetSettings(
-        count.shape, count.range_law == "on", count.phase, count.seed, count.min_points, score.body,
-        None if count.calibration is None else read_calibration(count.calibration),
-    )  # fmt: skip
+    how = count_settings(count, score)
     traffic = load_traffic(scene, count.within_m)
     for line in remarks_on(traffic.data):
         note(line)
@@ -129,6 +126,14 @@ def count_hits(
     if count.objects is not None:
         _write_objects(count.objects, object_table(traffic, found[0]))
     return HitCoverage(traffic, found)
+
+
+def count_settings(count: CountArguments, score: ScoreOptions) -> TargetSettings:
+    """Return the settings of counting; raise InputError for a calibration that cannot be read."""
+    return TargetSettings(
+        count.shape, count.range_law == "on", count.phase, count.seed, count.min_points, score.body,
+        None if count.calibration is None else read_calibration(count.calibration),
+    )  # fmt: skip
 
 
 def _write_objects(path: Path, table: pa.Table) -> None:

@@ -2,15 +2,35 @@
 
 from __future__ import annotations
 
+import hashlib
+import os
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from riglens.app.terminal.console import note
+from riglens.core.files import is_stream
 from riglens.core.pieces.cluster import is_unencrypted
 from riglens.core.pieces.folder import count_kept, sole_run
 from riglens.core.pieces.where import Where, workers_at
 from riglens.core.pieces.work import Workers
+
+LONGEST_NAME_BYTES = 240
+"""File systems allow 255, some with encryption 143, which `require_writable` finds out."""
+
+
+@contextmanager
+def parts_folder(out: Path) -> Iterator[Path]:
+    """Return the folder of finished parts, next to the output; a pipe or device has none."""
+    if is_stream(out):
+        with tempfile.TemporaryDirectory(prefix="riglens-") as folder:
+            yield Path(folder) / "parts"
+        return
+    name = os.fsencode(out.name)
+    if len(name) > LONGEST_NAME_BYTES:
+        name = name[:200] + hashlib.sha256(name).hexdigest()[:16].encode()
+    yield out.with_name(os.fsdecode(name) + ".parts")
 
 
 @contextmanager

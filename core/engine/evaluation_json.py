@@ -46,13 +46,20 @@ def evaluation_document(
 
 
 def _rig(evaluation: Evaluation, body: Body | None) -> dict[str, Any]:
-    scores = evaluation.scores
-    kinds = sorted(kind.name for kind in shown_kinds(sensor.kind for sensor in evaluation.rig.sensors))
     return {
         "name": evaluation.rig.name,
         "sha256": rig_sha256(evaluation.rig),
         **({} if body else {"body": evaluation.settings.body}),
         "elapsed_ms": evaluation.elapsed_ms,
+        **score_figures(evaluation),
+    }
+
+
+def score_figures(evaluation: Evaluation) -> dict[str, Any]:
+    """Return the scores of a rig as plain data."""
+    scores = evaluation.scores
+    kinds = sorted(kind.name for kind in shown_kinds(sensor.kind for sensor in evaluation.rig.sensors))
+    return {
         "covered_voxels": {kind: int(scores.covered_voxels[kind]) for kind in (*kinds, "any")},
         "classes": {name: _class(scores.classes[name], kinds) for name in CLASSES},
     }

@@ -63,8 +63,10 @@ class TargetEngine:
         frames: int | range | None = None,
         stance: Pose = Pose(),
         cancel: IsStale = never_stale,
+        with_rings: bool = True,
     ) -> TargetScores:
-        """Count for a rig in all frames, in the first so many of the sampling order, or in a range of it.
+        """Count for a rig in all frames, in the first so many of the sampling order, or in a range of it; with figures
+        by ring of distance if requested.
 
         `stance`: how the car's body stands on the ground; the sensors are where the rig says. InputError where the body
         blocks and its mesh file has not been read.
@@ -92,7 +94,7 @@ class TargetEngine:
         objects = self._gatherer.objects(groups.every, rig, by_sensor)
         if groups.before:
             objects = objects.without_first(groups.before)
-        scores = scores_of(groups, rig, settings, objects)
+        scores = scores_of(groups, rig, settings, objects, with_rings)
         return replace(scores, elapsed_ms=(time.perf_counter() - started) * 1e3)
 
     def _span(self, frames: int | range | None) -> range:

@@ -279,15 +279,20 @@ def standard_error(misses: NDArray[Any], objects: ArrayLike, of_frames: int) -> 
     return np.asarray(np.sqrt(spread * (1.0 - used / of_frames) * used) / objects)
 
 
-def scores_of(groups: Groups, rig: Rig, settings: TargetSettings, objects: ObjectCounts) -> TargetScores:
-    """Tabulate the figures of a rig's enabled sensors for the objects of `groups`, and predicted detection."""
+def scores_of(
+    groups: Groups, rig: Rig, settings: TargetSettings, objects: ObjectCounts, with_rings: bool = True
+) -> TargetScores:
+    """Tabulate the figures of a rig's enabled sensors for the objects of `groups`, and predicted detection.
+
+    The rings of distance, which take most of the time, can be left out."""
     calibration = settings.calibration or shipped()
     n = objects.cells if calibration.unit == "cells" else objects.all_points
     inside = groups.inside(calibration.domain) if objects.lidars else np.zeros(len(n), np.bool_)
     objects = replace(objects, predicted=calibration.of_objects(groups.cls, inside, n))
     tables = _Sorted.of(groups, objects, settings)
     classes = {
-        name: _class_targets(groups, tables, number, calibration) for number, name in enumerate(CLASSES)
+        name: _class_targets(groups, tables, number, calibration, with_rings)
+        for number, name in enumerate(CLASSES)
     }
     within_m = float(groups.edges_m[-1])
     return TargetScores(rig, settings, groups.of_frames, groups.frames, within_m, objects, classes)
@@ -332,7 +337,9 @@ class _Sorted:
         return cls(*(column.astype(np.float64) for column in columns), by_kind=others)
 
 
-def _class_targets(groups: Groups, tables: _Sorted, number: int, calibration: Calibration) -> ClassTargets:
+def _class_targets(
+    groups: Groups, tables: _Sorted, number: int, calibration: Calibration, with_rings: bool
+) -> ClassTargets:
     whole, *rings = groups.slices(number)
     edges = groups.edges_m.tolist()
     curve = calibration.classes.of(CLASSES[number])
@@ -340,7 +347,9 @@ def _class_targets(groups: Groups, tables: _Sorted, number: int, calibration: Ca
     return ClassTargets(
         _row(groups, tables, whole, (0.0, edges[-1]), error),
         tuple(
-            _row(groups, tables, part, ring, error) for part, ring in zip(rings, pairwise(edges), strict=True)
+            _row(groups, tables, part, ring, error)
+            for part, ring in zip(rings, pairwise(edges), strict=True)
+            if with_rings
         ),
     )
 

@@ -50,6 +50,13 @@ def _rig(scores: TargetScores, body: Body | None) -> dict[str, Any]:
         "sha256": rig_sha256(scores.rig),
         **({} if body else {"body": scores.settings.body}),
         "elapsed_ms": scores.elapsed_ms,
+        **target_figures(scores),
+    }
+
+
+def target_figures(scores: TargetScores) -> dict[str, Any]:
+    """Return a rig's figures for objects as plain data."""
+    return {
         "predicted_mean": _predicted(scores.predicted_mean),
         "predicted_outside": scores.predicted_outside,
         "classes": {name: _class(scores.classes[name]) for name in CLASSES},

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
-from riglens.core.rig.model import Rig
+from riglens.core.rig.model import Rig, Sensor
 from riglens.core.rig.yaml.check import check_rig, rig_from_nodes
 from riglens.core.rig.yaml.edit import edited_text
 from riglens.core.rig.yaml.nodes import MAX_BYTES, MAX_VALUES, Plain, parse_yaml, read_text, shown_path
@@ -83,18 +83,37 @@ def rig_sha256(rig: Rig) -> str:
 
     Fields added after the first version are left out at their defaults, so that a rig keeps its hash.
     """
-    content = json.dumps(_hashed_fields(check_rig(rig)), sort_keys=True, separators=(",", ":"))
-    return hashlib.sha256(content.encode("ascii")).hexdigest()
+    return RigHashes().sha256(check_rig(rig))
 
 
-def _hashed_fields(rig: Rig) -> dict[str, Plain]:
-    sensors = tuple(
-        {key: value for key, value in fields.items() if key not in LATER_FIELDS or value is not None}
-        for fields in map(plain_fields, rig.sensors)
-    )
-    fields = plain_fields(rig) | {"vehicle": vehicle_fields(rig.vehicle), "sensors": sensors}
-    later = (("keep_out", not rig.keep_out), ("self_occlusion", rig.self_occlusion))
-    return {key: value for key, value in fields.items() if (key, True) not in later}
+class RigHashes:
+    """Hashes of valid rigs one after another, as `rig_sha256`; the text of sensors that stay is kept."""
+
+    def __init__(self) -> None:
+        self._known: dict[int, tuple[Sensor, str]] = {}
+
+    def sha256(self, rig: Rig) -> str:
+        """Return the hash of a rig."""
+        self._known = {
+            id(sensor): self._known.get(id(sensor)) or (sensor, _hashed(sensor)) for sensor in rig.sensors
+        }
+        fields = plain_fields(rig.model_copy(update={"sensors": ()})) | {
+            "vehicle": vehicle_fields(rig.vehicle)
+        }
+        later = (("keep_out", not rig.keep_out), ("self_occlusion", rig.self_occlusion))
+        texts = {key: _canonical(value) for key, value in fields.items() if (key, True) not in later}
+        texts["sensors"] = f"[{','.join(text for _, text in self._known.values())}]"
+        content = ",".join(f'"{key}":{texts[key]}' for key in sorted(texts))
+        return hashlib.sha256(f"{{{content}}}".encode("ascii")).hexdigest()
+
+
+def _hashed(sensor: Sensor) -> str:
+    fields = plain_fields(sensor).items()
+    return _canonical({key: value for key, value in fields if key not in LATER_FIELDS or value is not None})
+
+
+def _canonical(value: Plain) -> str:
+    return json.dumps(value, sort_keys=True, separators=(",", ":"))
 
 
 def same_rig(one: Rig, other: Rig) -> bool:

@@ -1,0 +1,216 @@
+"""`riglens sweep`: figures of many rigs that differ in some fields, as one Parquet table."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import Group, Parameter
+from rich import box
+from rich.table import Table as Printed
+
+from riglens.app.commands.options import (
+    COUNT,
+    CountArguments,
+    Dask,
+    EverythingArguments,
+    Json,
+    Libraries,
+    RigNames,
+    ScoreArguments,
+    Surroundings,
+    Whole,
+    Workers,
+    number,
+)
+from riglens.app.commands.output import deliver, require_ending, require_outputs
+from riglens.app.commands.targets import count_settings, with_surroundings
+from riglens.app.evaluation.options import SceneOptions, ScoreOptions
+from riglens.app.evaluation.scenario import settings_of
+from riglens.app.evaluation.sweeping import LoadedSweep, SweepOptions, piece_folder
+from riglens.app.terminal.console import note, progress_bar, results
+from riglens.app.terminal.loading import load_rigs
+from riglens.app.terminal.resumable import parts_folder, resumable
+from riglens.core.errors import InputError
+from riglens.core.files import atomic_write
+from riglens.core.pieces.where import Where
+from riglens.core.rig.model import Rig
+from riglens.core.shown_text import visible
+from riglens.core.sweep.design import Design, Span, Sweep, grid, sobol, table
+from riglens.core.sweep.rows import Figures
+from riglens.core.sweep.table import document_of, header_of, main_figures, write
+
+if TYPE_CHECKING:
+    from pyarrow import Table
+
+DESIGN = Group("Design", sort_key=5)
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class SweepCountArguments(CountArguments):
+    """Settings of counting points and pixels on objects, in fewer frames."""
+
+    sample: Annotated[int | None, number(COUNT)] = 100
+    """Number of frames to use, sampled evenly; ± shows the error."""
+    objects: Annotated[Path | None, Parameter(show=False)] = None
+
+
+def sweep(
+    *rigs: RigNames,
+    out: Annotated[Path, Parameter(metavar="FILE.parquet")],
+    vary: Annotated[
+        tuple[str, ...], Parameter(group=DESIGN, metavar="FIELD=FROM:TO:N", show_default=False)
+    ] = (),
+    sobol: Annotated[Whole, Parameter(group=DESIGN)] = None,
+    table: Annotated[Path | None, Parameter(group=DESIGN, metavar="FILE")] = None,
+    design_seed: Annotated[int, number(DESIGN)] = 0,
+    only: Annotated[Literal["score", "targets"] | None, Parameter(show_choices=True)] = None,
+    blind: Annotated[float | None, Parameter(metavar="M")] = None,
+    chart: Annotated[Path | None, Parameter(metavar="FILE.png|.svg")] = None,
+    figure: Annotated[tuple[str, ...], Parameter(metavar="COLUMN", show_default=False)] = (),
+    scene: EverythingArguments = EverythingArguments(),
+    surroundings: Surroundings = None,
+    count: SweepCountArguments = SweepCountArguments(),
+    libraries: Libraries = (),
+    score: ScoreArguments = ScoreArguments(),
+    workers: Workers = None,
+    dask: Dask = None,
+    json: Json = None,
+) -> None:
+    """Evaluate many rigs that differ in some fields, and store one row for each in a Parquet file.
+
+    The figures are those of `riglens evaluate --targets`. After an interruption, the same command resumes and gives the
+    same file. See docs/sweep.md.
+
+    Parameters
+    ----------
+    rigs
+        Rig files or preset names; each gets every value.
+    out
+        File to store the table in. Finished parts are kept next to it, in FILE.parts, until all rigs are done.
+    vary
+        Field and its values, such as LIDAR_TOP.z=1.6:2.2:13 (metres, degrees); repeated: all combinations.
+    sobol
+        Vary all fields at once instead, in so many points of a Sobol sequence.
+    table
+        Take the values from a CSV or Parquet file with a column per field and a row per rig.
+    design_seed
+        Seed of the Sobol sequence.
+    only
+        Compute scores or hit coverage alone.
+    blind
+        Also measure the area where an object of this height is in no sensor's view.
+    chart
+        Also draw the figures over the one or two varied fields, with their noise.
+    figure
+        Column to draw, such as car.lidar.seen; may be repeated (hit coverage of the classes).
+    surroundings
+        block: houses, walls and poles of the bundled scenario hide objects too (ignored).
+    workers
+        Processes that evaluate rigs at the same time (as many as cores).
+    json
+        Also write data, settings and rows as JSON to a file; with - to standard output, instead of the table.
+    """
+    where = Where(workers, dask)
+    require_ending("out", out, ".parquet")
+    require_ending("chart", chart, ".png", ".svg")
+    require_outputs((*rigs, *scene.files, *([table] if table else [])), out, chart, json)
+    design = design_of([Span.parsed(text) for text in vary], sobol, design_seed, table)
+    loaded = load_rigs(rigs, score, libraries)
+    options = sweep_options(loaded, with_surroundings(scene, surroundings), count, score, only, blind)
+    sweep = LoadedSweep(Sweep.of(loaded, design), options, design.kind, score.threads)
+    if chart is not None:
+        from riglens.app.studies.sweep_chart import require_drawable  # matplotlib
+
+        require_drawable(sweep.header, figure)
+    found = run_sweep(sweep, out, where)
+    if chart is not None:
+        draw(found, figure, chart)
+    deliver(document_of(found), json, lambda: _print(found, out))
+
+
+def draw(found: Table, figures: Sequence[str], path: Path) -> None:
+    """Draw the chart of a sweep into a file; raise InputError where its fields or figures cannot be drawn."""
+    from riglens.app.studies.pictures import picture
+    from riglens.app.studies.sweep_chart import sweep_figure  # matplotlib
+
+    drawn = sweep_figure(found, figures)
+    with atomic_write(path) as stream:
+        stream.write(picture(drawn, "svg" if path.suffix.lower() == ".svg" else "png"))
+
+
+def design_of(spans: Sequence[Span], points: int | None, seed: int, path: Path | None) -> Design:
+    """Return the design that was asked for; raise InputError for contradicting ones."""
+    if path is not None:
+        if spans or points is not None:
+            raise InputError("cannot be combined with", "table", "vary" if spans else "sobol")
+        return table(path)
+    return grid(spans) if points is None else sobol(spans, points, seed)
+
+
+def sweep_options(
+    rigs: Sequence[Rig],
+    scene: SceneOptions,
+    count: CountArguments,
+    score: ScoreOptions,
+    only: Literal["score", "targets"] | None = None,
+    blind_m: float | None = None,
+) -> SweepOptions:
+    """Return what rows are computed from; raise InputError for options that contradict."""
+    if count.objects is not None:
+        raise InputError("belongs to riglens evaluate", "objects")
+    if blind_m is not None and not 0.05 <= blind_m <= 2.0:
+        raise InputError(f"must be between 0.05 and 2 m (got {blind_m:g})", "blind_m")
+    if only != "score" and scene.pog is not None:
+        raise InputError("needs a box data set: a stored POG holds no objects; or use --only score", "pog")
+    figures = Figures(
+        None if only == "targets" else settings_of(score),
+        None if only == "score" else count_settings(count, score),
+        count.sample,
+        blind_m,
+    )
+    scene = replace(
+        scene.for_rigs(rigs, score),
+        boxes=scene.boxes and scene.boxes.resolve(),  # workers elsewhere have another working folder
+        pog=scene.pog and scene.pog.resolve(),
+        occluders=scene.occluders and (scene.occluders[0].resolve(), scene.occluders[1].resolve()),
+    )
+    return SweepOptions(scene, count.within_m, figures, rigs[0])
+
+
+def run_sweep(sweep: LoadedSweep, out: Path, where: Where) -> Table:
+    """Compute all rows, write them into a file, and return them."""
+    for line in sweep.remarks():
+        note(line)
+    spans = sweep.spans()
+    with progress_bar("Evaluating rigs") as progress, parts_folder(out) as folder:
+        store = piece_folder(folder)
+        with resumable(folder, where, len(spans)) as workers:
+            found = sweep.table(store, workers, spans, progress)
+            write(found, out)
+            store.clear()
+    return found
+
+
+def _print(found: Table, out: Path) -> None:
+    """Print the least and the greatest of the main figures."""
+    console = results(out)
+    console.print(
+        f"{out}: {found.num_rows:,} rigs, {found.num_columns} columns", soft_wrap=True, markup=False
+    )
+    printed = Printed(box=box.SIMPLE_HEAD, pad_edge=False)
+    for title in ("figure", "least", "greatest", "noise floor ±", "greatest with"):
+        printed.add_column(title, justify="left" if title in ("figure", "greatest with") else "right")
+    header = header_of(found)
+    for name in main_figures(found):
+        rows = {row: value for row, value in enumerate(found[name].to_pylist()) if value is not None}
+        if rows:
+            best = max(rows, key=lambda row: rows[row])
+            values = (f"{field} {found[field][best].as_py():g}" for field in header["design"]["fields"])
+            floor = header["noise_floor"].get(name, 0.0)
+            row = (f"{min(rows.values()):.4f}", f"{rows[best]:.4f}", f"{floor:.4f}")
+            printed.add_row(name, *row, visible(", ".join(values) or found["rig"][best].as_py()))
+    console.print(printed)

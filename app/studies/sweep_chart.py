@@ -1,0 +1,124 @@
+"""The chart of a sweep: figures over one field, or over two; what lies within the noise is marked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cm import ScalarMappable
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from riglens.core.errors import InputError
+from riglens.core.shown_text import visible
+from riglens.core.sweep.table import header_of, main_figures
+from riglens.widgets.theme import CLASS_COLOURS
+
+if TYPE_CHECKING:
+    from pyarrow import Table
+
+Doubles = NDArray[np.float64]
+INK, GREY = "#222222", "#6b6b6b"
+STYLES = ("-", "--", "-.", ":")
+FLOOR = "band: noise floor (mounts off by 1 mm and 0.01°)"
+PAIRED = "bars: 1 SE of the change from the given rig"
+
+
+def sweep_figure(table: Table, figures: Sequence[str] = ()) -> Figure:
+    """Draw some figures of a sweep over its one or two fields; raise InputError as `require_drawable`."""
+    header = header_of(table)
+    require_drawable(header, figures)
+    fields, names = header["design"]["fields"], list(figures) or main_figures(table)
+    with mpl.rc_context({"font.size": 9.5, "text.parse_math": False}):
+        figure = Figure(figsize=(7.2, 4.6) if len(fields) == 1 else (4.4 * len(names) + 0.4, 4.4), dpi=110)
+        FigureCanvasAgg(figure)
+        figure.set_layout_engine("constrained")
+        rigs = ", ".join(dict.fromkeys(visible(one["name"]) for one in header["rigs"]))
+        figure.suptitle(f"{rigs}: {len(table):,} rigs", color=INK)
+        if len(fields) == 1:
+            _draw_curves(figure.add_subplot(), table, header, names)
+        else:
+            for axes, name in zip(figure.subplots(1, len(names), squeeze=False)[0], names, strict=True):
+                _draw_map(figure, axes, table, header, name)
+    return figure
+
+
+def require_drawable(header: Mapping[str, Any], figures: Sequence[str]) -> None:
+    """Raise InputError when a sweep with this header has no chart of these figures."""
+    fields, rigs = len(header["design"]["fields"]), len(header["rigs"])
+    if fields not in (1, 2):
+        raise InputError(f"needs one or two varied fields (got {fields})", "chart")
+    if fields == 2 and rigs > 1:
+        raise InputError(f"over two fields needs one rig (got {rigs})", "chart")
+    for name in figures:
+        if name not in header["noise_floor"]:
+            raise InputError(f"must be a column of numbers of the table (got '{name}')", "figure")
+
+
+def _draw_curves(axes: Axes, table: Table, header: dict[str, Any], names: Sequence[str]) -> None:
+    (field, unit), rows = next(iter(header["design"]["fields"].items())), len(table) // len(header["rigs"])
+    place = _column(table, field)
+    remarks = [FLOOR]
+    for number, name in enumerate(names):
+        colour = CLASS_COLOURS.get(name.partition(".")[0], f"C{number}")
+        value, se, floor = _column(table, name), _noise(table, name), header["noise_floor"].get(name, 0.0)
+        for rig, known in enumerate(header["rigs"]):
+            own = np.arange(rig * rows, (rig + 1) * rows)
+            own = own[np.argsort(place[own], kind="stable")]
+            label = name if len(header["rigs"]) == 1 else f"{name}, {visible(known['name'])}"
+            axes.plot(
+                place[own], value[own], STYLES[rig % len(STYLES)], color=colour, label=label, marker="."
+            )
+            axes.fill_between(
+                place[own], value[own] - floor, value[own] + floor, color=colour, alpha=0.18, lw=0
+            )
+            if se[own].any():
+                axes.errorbar(place[own], value[own], se[own], fmt="none", ecolor=colour, elinewidth=0.8)
+                remarks = [FLOOR, PAIRED]
+    axes.set_xlabel(_title(field, unit), color=INK)
+    axes.grid(True, color="#dddddd", lw=0.6)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.legend(loc="best", fontsize=8, frameon=False)
+    axes.set_title("\n".join(remarks), fontsize=8, color=GREY, loc="left")
+
+
+def _draw_map(figure: Figure, axes: Axes, table: Table, header: dict[str, Any], name: str) -> None:
+    (x_name, x_unit), (y_name, y_unit) = header["design"]["fields"].items()
+    x, y, value = (_column(table, one) for one in (x_name, y_name, name))
+    noise = header["noise_floor"].get(name, 0.0) + _noise(table, name)
+    near = value >= np.nanmax(value) - noise
+    xs, ys = np.unique(x), np.unique(y)
+    if header["design"]["kind"] == "grid" and min(len(xs), len(ys)) > 1:
+        order = np.lexsort((x, y))
+        shaped = value[order].reshape(len(ys), len(xs))
+        drawn: ScalarMappable = axes.pcolormesh(xs, ys, shaped, shading="nearest", cmap="viridis")
+        hatched = np.ma.masked_where(~near[order].reshape(shaped.shape), np.zeros_like(shaped))
+        axes.pcolor(xs, ys, hatched, shading="nearest", hatch="//", alpha=0.0, edgecolor=INK)
+    else:
+        drawn = axes.scatter(x, y, c=value, cmap="viridis", s=22)
+        axes.scatter(x[near], y[near], s=60, facecolors="none", edgecolors=INK)
+    figure.colorbar(drawn, ax=axes, location="bottom", shrink=0.9)
+    axes.set_xlabel(_title(x_name, x_unit), color=INK)
+    axes.set_ylabel(_title(y_name, y_unit), color=INK)
+    axes.set_title(f"{name}\nmarked: within the noise of the best", fontsize=8.5, color=INK)
+
+
+def _column(table: Table, name: str) -> Doubles:
+    """Return a column as doubles, NaN where there is nothing."""
+    return np.array(
+        [np.nan if one is None or isinstance(one, str) else one for one in table[name].to_pylist()], float
+    )
+
+
+def _noise(table: Table, name: str) -> Doubles:
+    """Return the standard errors of a figure's change from the given rig, 0 where none is known."""
+    column = f"{name}_change_se"
+    return _column(table, column) if column in table.column_names else np.zeros(len(table))
+
+
+def _title(name: str, unit: str) -> str:
+    return f"{visible(name)} [{unit}]" if unit else visible(name)
