@@ -24,8 +24,7 @@ if TYPE_CHECKING:
 Doubles = NDArray[np.float64]
 INK, GREY = "#222222", "#6b6b6b"
 STYLES = ("-", "--", "-.", ":")
-FLOOR = "band: noise floor (mounts off by 1 mm and 0.01°)"
-PAIRED = "bars: 1 SE of the change from the given rig"
+NOISE = "band: noise floor (mounts off by 1 mm and 0.01°) + 1 SE of the change from the given rig"
 
 
 def sweep_figure(table: Table, figures: Sequence[str] = ()) -> Figure:
@@ -62,10 +61,9 @@ def require_drawable(header: Mapping[str, Any], figures: Sequence[str]) -> None:
 def _draw_curves(axes: Axes, table: Table, header: dict[str, Any], names: Sequence[str]) -> None:
     (field, unit), rows = next(iter(header["design"]["fields"].items())), len(table) // len(header["rigs"])
     place = _column(table, field)
-    remarks = [FLOOR]
     for number, name in enumerate(names):
         colour = CLASS_COLOURS.get(name.partition(".")[0], f"C{number}")
-        value, se, floor = _column(table, name), _noise(table, name), header["noise_floor"].get(name, 0.0)
+        value, noise = _column(table, name), _noise(table, header, name)
         for rig, known in enumerate(header["rigs"]):
             own = np.arange(rig * rows, (rig + 1) * rows)
             own = own[np.argsort(place[own], kind="stable")]
@@ -74,23 +72,19 @@ def _draw_curves(axes: Axes, table: Table, header: dict[str, Any], names: Sequen
                 place[own], value[own], STYLES[rig % len(STYLES)], color=colour, label=label, marker="."
             )
             axes.fill_between(
-                place[own], value[own] - floor, value[own] + floor, color=colour, alpha=0.18, lw=0
+                place[own], value[own] - noise[own], value[own] + noise[own], color=colour, alpha=0.18, lw=0
             )
-            if se[own].any():
-                axes.errorbar(place[own], value[own], se[own], fmt="none", ecolor=colour, elinewidth=0.8)
-                remarks = [FLOOR, PAIRED]
     axes.set_xlabel(_title(field, unit), color=INK)
     axes.grid(True, color="#dddddd", lw=0.6)
     axes.spines[["top", "right"]].set_visible(False)
     axes.legend(loc="best", fontsize=8, frameon=False)
-    axes.set_title("\n".join(remarks), fontsize=8, color=GREY, loc="left")
+    axes.set_title(NOISE, fontsize=8, color=GREY, loc="left")
 
 
 def _draw_map(figure: Figure, axes: Axes, table: Table, header: dict[str, Any], name: str) -> None:
     (x_name, x_unit), (y_name, y_unit) = header["design"]["fields"].items()
     x, y, value = (_column(table, one) for one in (x_name, y_name, name))
-    noise = header["noise_floor"].get(name, 0.0) + _noise(table, name)
-    near = value >= np.nanmax(value) - noise
+    near = value >= np.nanmax(value) - _noise(table, header, name)
     xs, ys = np.unique(x), np.unique(y)
     if header["design"]["kind"] == "grid" and min(len(xs), len(ys)) > 1:
         order = np.lexsort((x, y))
@@ -114,10 +108,10 @@ def _column(table: Table, name: str) -> Doubles:
     )
 
 
-def _noise(table: Table, name: str) -> Doubles:
-    """Return the standard errors of a figure's change from the given rig, 0 where none is known."""
-    column = f"{name}_change_se"
-    return _column(table, column) if column in table.column_names else np.zeros(len(table))
+def _noise(table: Table, header: Mapping[str, Any], name: str) -> Doubles:
+    """Return the noise floor of a figure plus the standard error of its change from the given rig, where it has one."""
+    column, floor = f"{name}_change_se", float(header["noise_floor"].get(name, 0.0))
+    return floor + (_column(table, column) if column in table.column_names else np.zeros(len(table)))
 
 
 def _title(name: str, unit: str) -> str:

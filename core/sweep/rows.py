@@ -142,7 +142,7 @@ def _flat(figures: Mapping[str, Any], prefix: str = "") -> Row:
     out."""
     found: Row = {}
     for name, value in figures.items():
-        if isinstance(value, Mapping):
+        if isinstance(value, dict):
             found |= _flat(value, prefix if name == "classes" else f"{prefix}{name}.")
         elif value is not None and not isinstance(value, list):
             found[f"{prefix}{name}"] = value

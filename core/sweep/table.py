@@ -49,7 +49,7 @@ def joined(parts: Sequence[Table], header: Mapping[str, Any]) -> Table:
     import pyarrow as pa
 
     whole = pa.concat_tables(parts, promote_options="permissive").combine_chunks()
-    return whole.replace_schema_metadata({HEADER: json.dumps(header, sort_keys=True)})
+    return whole.replace_schema_metadata({HEADER: json.dumps(header)})
 
 
 def header_of(table: Table) -> dict[str, Any]:
