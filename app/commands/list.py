@@ -198,6 +198,9 @@ def _title(words: str) -> str:
 
 @_own_lines.register
 def _lidar_lines(lidar: Lidar, entry: Entry) -> Iterator[tuple[str, str]]:
+    if lidar.rays is not None:
+        yield from kind_of(lidar).summary(lidar)
+        return
     azimuths = lidar.azimuths()
     wide, high = kind_of(lidar).view_deg(lidar)
     yield "field of view", f"{wide:.4g}° × {high:.4g}°"

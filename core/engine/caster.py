@@ -153,6 +153,8 @@ class Caster:
     def _mark_beams(
         self, lidar: Lidar, rays: Cast, window: Window, marks: Words, is_stale: IsStale
     ) -> bool | None:
+        if lidar.rays is not None:
+            return None
         parts = by_offset(lidar, rays) if is_upright(rays.rotation) else []
         if parts:
             return all(self._mark_fan(part, window, marks, is_stale) for part in parts)

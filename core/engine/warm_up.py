@@ -109,7 +109,8 @@ def _has_planes(sensor: Sensor) -> bool:
 
 @_has_planes.register
 def _have_planes(lidar: Lidar) -> bool:
-    return lidar.azimuth_offsets_deg is None or has_few(lidar.azimuth_offsets_deg)
+    offsets = lidar.azimuth_offsets_deg
+    return lidar.rays is None and (offsets is None or has_few(offsets))
 
 
 def compile_fans(field: EntropyField) -> None:

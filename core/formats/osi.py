@@ -17,7 +17,7 @@ from riglens.core.formats.base import Exported, Format
 from riglens.core.formats.frames import pose_from_se3
 from riglens.core.formats.lens_export import SMALLEST_TOLD_DEG, extent
 from riglens.core.formats.mounts import root_SE3_body, sensors_to_write
-from riglens.core.formats.ray_export import FULL_TURN_DEG, report_symmetric, turn_ends_deg
+from riglens.core.formats.ray_export import FULL_TURN_DEG, report_pattern, report_symmetric, turn_ends_deg
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source
 from riglens.core.rig.model import Camera, Lidar, Rig, Sensor
@@ -94,6 +94,7 @@ def _lidar(lidar: Lidar, notes: Notes) -> tuple[float, float, dict[str, int]]:
     low_deg, high_deg = turn_ends_deg(lidar)
     wide_deg = min(FULL_TURN_DEG, 2.0 * max(abs(low_deg), abs(high_deg)))
     tall_deg = 2.0 * float(abs(beams).max())
+    report_pattern(lidar, "OSI", notes)
     notes.approximated("beam angles: OSI has a symmetric field of view and a number of rays", lidar.name)
     ends_deg = (float(beams.min()), float(beams.max()))
     report_symmetric("elevations", ends_deg, tall_deg, lidar, notes)

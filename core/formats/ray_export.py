@@ -15,10 +15,9 @@ FULL_TURN_DEG = 360.0
 
 def turn_ends_deg(lidar: Lidar) -> tuple[float, float]:
     """Return the azimuths between which the LiDAR sweeps, in degrees; listed azimuths reach half a step farther."""
-    turn = lidar.azimuths_deg
-    if isinstance(turn, LinearAngles):
-        return turn.from_, turn.to
-    listed = np.sort(np.array(turn, dtype=np.float64))
+    if lidar.rays is not None or isinstance(lidar.azimuths_deg, LinearAngles):
+        return lidar.turn_ends_deg
+    listed = np.sort(lidar.azimuths())
     half_step = float(np.median(np.diff(listed))) / 2.0 if len(listed) > 1 else 0.0
     low, high = float(listed[0]) - half_step, float(listed[-1]) + half_step
     return (low, high) if high - low < FULL_TURN_DEG else (-FULL_TURN_DEG / 2.0, FULL_TURN_DEG / 2.0)
@@ -26,6 +25,9 @@ def turn_ends_deg(lidar: Lidar) -> tuple[float, float]:
 
 def report_uneven(lidar: Lidar, who: str, notes: Notes) -> None:
     """Report the difference of beams, azimuths and offsets from the evenly spaced ones of `who`."""
+    if lidar.rays is not None:
+        report_pattern(lidar, who, notes)
+        return
     kinds = {"beams": lidar.elevations_deg, "azimuths": lidar.azimuths_deg}
     uneven = [kind for kind, angles in kinds.items() if not isinstance(angles, LinearAngles)]
     if uneven:
@@ -37,6 +39,15 @@ def report_uneven(lidar: Lidar, who: str, notes: Notes) -> None:
     if lidar.azimuth_offsets_deg is not None:
         most_deg = max(abs(offset) for offset in lidar.azimuth_offsets_deg)
         notes.ignored(f"azimuth offsets of beams: {who} has none; up to {most_deg:.2f} deg off", lidar.name)
+
+
+def report_pattern(lidar: Lidar, who: str, notes: Notes) -> None:
+    """Report the scan pattern of a LiDAR that has one, for which a format has no place."""
+    if lidar.rays is not None:
+        size = f"{lidar.elevations().size} × {lidar.azimuths().size} rays"
+        notes.approximated(
+            f"scan pattern: {who} has none; an even raster of {size} over its field of view", lidar.name
+        )
 
 
 def _off_even_deg(angles_deg: Doubles) -> float:

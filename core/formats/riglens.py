@@ -46,6 +46,9 @@ def write(rig: Rig) -> Exported:
     """Return the whole rig."""
     notes = Notes()
     notes.written("everything")
+    for sensor in rig.sensors:
+        if sensor.table is not None:
+            notes.ignored(f"rays of {sensor.table.file}: copy the file beside the new one", sensor.name)
     return Exported({"rig.yaml": dumps(rig)}, notes.report(TITLE))
 
 

@@ -126,6 +126,7 @@ FIGURES = {
     "azimuths_deg": "azimuths",
     "azimuth_offsets_deg": "azimuth offsets",
     "azimuth_step_deg": "azimuths",
+    "rays": "scan pattern",
     "body_m": "size",
     "hfov_deg": "field of view",
     "image": "image size",
@@ -350,7 +351,8 @@ def supplied_fields(sensor: dict[str, Plain]) -> dict[str, Plain]:
     """Return the fields that the library gives to a sensor with these fields.
 
     A lens is given in one way: a field of view replaces the model's focal lengths and distortion. Azimuth offsets
-    belong to beams: with another number of beams they are left out.
+    belong to beams: with another number of beams they are left out. Beams replace the model's scan pattern, and a scan
+    pattern its beams.
     """
     model = sensor.get("model")
     if not isinstance(model, str):
@@ -361,6 +363,11 @@ def supplied_fields(sensor: dict[str, Plain]) -> dict[str, Plain]:
     if sensor.get("hfov_deg") is not None:
         for key in (*LENS_MATRIX, "distortion"):
             fields.pop(key, None)
+    if sensor.get("rays") is not None:
+        for key in _ANGLES:
+            fields.pop(key, None)
+    elif any(sensor.get(key) is not None for key in _ANGLES):
+        fields.pop("rays", None)
     offsets, beams = fields.get("azimuth_offsets_deg"), sensor.get("elevations_deg")
     if offsets is not None and beams is not None and _beam_count(beams) != len(offsets):
         del fields["azimuth_offsets_deg"]

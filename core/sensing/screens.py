@@ -36,7 +36,9 @@ def _made(_: Sensor) -> Screen | None:
 
 
 @_made.register
-def _of_lidar(lidar: Lidar) -> Screen:
+def _of_lidar(lidar: Lidar) -> Screen | None:
+    if lidar.rays is not None:
+        return None
     elevation, azimuth = np.radians(lidar.elevations()), np.radians(lidar.azimuths()) % A_TURN
     row_of, column_of = np.argsort(np.sin(elevation), kind="stable"), np.argsort(azimuth, kind="stable")
     rows, row_scale = _finder(np.sin(elevation)[row_of], -1.0, 1.0)

@@ -5,12 +5,15 @@ from __future__ import annotations
 import difflib
 import math
 from abc import abstractmethod
-from typing import Annotated, Any, Self, TypeVar, get_origin
+from typing import TYPE_CHECKING, Annotated, Any, Self, TypeVar, get_origin
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from riglens.core.geometry import Pose
+
+if TYPE_CHECKING:
+    from riglens.core.sensors.scan import RayTable
 
 
 class Frozen(BaseModel):
@@ -99,6 +102,16 @@ class Sensor(Frozen):
     @abstractmethod
     def resolution(self) -> tuple[int, int]:
         """Rays in a row of the lattice, and rows."""
+
+    @property
+    def idle_fields(self) -> tuple[str, ...]:
+        """Fields with a default that decides nothing, because another field stands in for them."""
+        return ()
+
+    @property
+    def table(self) -> RayTable | None:
+        """The file that its rays come from, None for rays that follow from its fields."""
+        return None
 
     @property
     def ray_count(self) -> int:

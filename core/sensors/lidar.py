@@ -1,21 +1,22 @@
-"""LiDARs: rotating beams, each with its own elevation, fired at azimuths."""
+"""LiDARs: rotating beams, each with its own elevation, fired at azimuths, or rays along a scan pattern."""
 
 from __future__ import annotations
 
+import math
+from functools import lru_cache
 from typing import Annotated, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
+from pydantic_core import PydanticCustomError
 
 from riglens.core.kernels.runtime import codes
 from riglens.core.sensors.base import MAX_LISTED_RAYS, MAX_RAYS_PER_SENSOR, Frozen, Sensor
 from riglens.core.sensors.kind import HitMeasure, Occlusion, Placement, SensorKind
 from riglens.core.sensors.lattice import Ids, Lattice
 from riglens.core.sensors.mounting import upright_rpy_deg
-
-Elevation = Annotated[float, Field(allow_inf_nan=False, ge=-90.0, le=90.0)]
-Azimuth = Annotated[float, Field(allow_inf_nan=False, ge=-360.0, le=360.0)]
+from riglens.core.sensors.scan import Azimuth, Elevation, Pattern, RayTable
 
 
 class LinearAngles(Frozen):
@@ -42,26 +43,43 @@ class LinearAngles(Frozen):
         return self.from_ + np.arange(self.count) * (self.to - self.from_) / self.count
 
 
+TURN = LinearAngles(from_=-180.0, to=180.0, count=360)
+
+
 class Lidar(Sensor):
     """Spinning LiDAR; `elevations_deg` with both ends, `azimuths_deg` with an open end (paper, eq. 2).
 
-    `azimuth_offsets_deg`, one per beam, are added to the azimuths of that beam (positive turns left).
+    `azimuth_offsets_deg`, one per beam, are added to the azimuths of that beam (positive turns left). `rays` give its
+    rays one by one instead; what knows only beams and azimuths then takes it for an even raster of about as many rays
+    over the same field of view.
     """
 
     kind: Literal["lidar"] = "lidar"
-    elevations_deg: LinearAngles | Annotated[tuple[Elevation, ...], Field(min_length=1)]
-    azimuths_deg: LinearAngles | Annotated[tuple[Azimuth, ...], Field(min_length=1)] = LinearAngles(
-        from_=-180.0, to=180.0, count=360
-    )
+    elevations_deg: LinearAngles | Annotated[tuple[Elevation, ...], Field(min_length=1)] | None = None
+    azimuths_deg: LinearAngles | Annotated[tuple[Azimuth, ...], Field(min_length=1)] = TURN
     azimuth_offsets_deg: Annotated[
         tuple[Azimuth, ...] | None,
         Field(description="one angle per beam, added to its azimuths; positive turns left"),
     ] = None
+    rays: Pattern | None = None
+
+    @model_validator(mode="after")
+    def _beams_or_pattern(self) -> Self:
+        if self.rays is None and self.elevations_deg is None:
+            raise PydanticCustomError(
+                "absent_field", "elevations_deg is missing", {"field": "elevations_deg"}
+            )
+        for field, none in (("elevations_deg", None), ("azimuths_deg", TURN), ("azimuth_offsets_deg", None)):
+            if self.rays is not None and getattr(self, field) != none:
+                raise ValueError(f"{field} must be left out where rays are given")
+        return self
 
     @model_validator(mode="after")
     def _angles_sensible(self) -> Self:
         if not 0 < self.ray_count <= MAX_RAYS_PER_SENSOR:
             raise ValueError(f"a LiDAR must cast 1 to {MAX_RAYS_PER_SENSOR} rays (got {self.ray_count})")
+        if self.rays is not None:
+            return self
         beams, turn = self.elevations_deg, self.azimuths_deg
         if isinstance(beams, LinearAngles) and (beams.from_ < -90.0 or beams.to > 90.0):
             raise ValueError(f"elevations_deg must be within [-90, 90] (got {beams.from_} to {beams.to})")
@@ -85,6 +103,8 @@ class Lidar(Sensor):
 
     def elevations(self) -> NDArray[np.float64]:
         """Return the beam elevations in degrees, (beams,)."""
+        if self.rays is not None:
+            return _raster(self.rays)[0]
         angles = self.elevations_deg
         return (
             angles.both_ends_deg() if isinstance(angles, LinearAngles) else np.array(angles, dtype=np.float64)
@@ -92,6 +112,8 @@ class Lidar(Sensor):
 
     def azimuths(self) -> NDArray[np.float64]:
         """Return the azimuths in degrees, (azimuths,)."""
+        if self.rays is not None:
+            return _raster(self.rays)[1]
         angles = self.azimuths_deg
         return (
             angles.open_end_deg() if isinstance(angles, LinearAngles) else np.array(angles, dtype=np.float64)
@@ -99,15 +121,57 @@ class Lidar(Sensor):
 
     @property
     def beam_count(self) -> int:
-        """Number of beams."""
+        """Number of beams: of lasers where a scan pattern says so."""
         beams = self.elevations_deg
+        if self.rays is not None or beams is None:
+            return 1 if self.rays is None else self.rays.rows
         return beams.count if isinstance(beams, LinearAngles) else len(beams)
 
     @property
     def resolution(self) -> tuple[int, int]:
         """Azimuths and beams."""
         turn = self.azimuths_deg
+        if self.rays is not None:
+            return self.rays.ray_count // self.rays.rows, self.rays.rows
         return turn.count if isinstance(turn, LinearAngles) else len(turn), self.beam_count
+
+    def raster(self) -> Self:
+        """Return the LiDAR with rows and columns of rays: an even raster in place of a scan pattern."""
+        if self.rays is None:
+            return self
+        elevations, azimuths = (tuple(angles.tolist()) for angles in _raster(self.rays))
+        return self.model_copy(update={"elevations_deg": elevations, "azimuths_deg": azimuths, "rays": None})
+
+    @property
+    def table(self) -> RayTable | None:
+        """The file that its rays come from."""
+        return self.rays if isinstance(self.rays, RayTable) else None
+
+    @property
+    def idle_fields(self) -> tuple[str, ...]:
+        """Azimuths decide nothing beside `rays`."""
+        return ("azimuths_deg",) if self.rays is not None else ()
+
+    @property
+    def turn_ends_deg(self) -> tuple[float, float]:
+        """The azimuths between which the beams sweep, the open end included where they are evenly spaced."""
+        turn = self.azimuths_deg
+        if self.rays is None and isinstance(turn, LinearAngles):
+            return turn.from_, turn.to
+        listed = self.azimuths() if self.rays is None else self.rays.shots().azimuth_deg
+        return float(listed.min()), float(listed.max())
+
+
+@lru_cache(maxsize=16)
+def _raster(rays: Pattern) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Elevations and azimuths of an even raster of about as many rays as a pattern over its field of view."""
+    shots = rays.shots()
+    low, right = float(shots.elevation_deg.min()), float(shots.azimuth_deg.min())
+    high, wide = float(shots.elevation_deg.max()) - low, float(shots.azimuth_deg.max()) - right
+    count = shots.time_s.size
+    rows = min(max(1, round(math.sqrt(count * high / max(wide, 1e-9)))), count) if high > 0.0 else 1
+    columns = max(1, count // rows)
+    return np.linspace(low, low + high, rows), np.linspace(right, right + wide, columns)
 
 
 def beam_lattice(lidar: Lidar) -> Lattice:
@@ -118,25 +182,29 @@ def beam_lattice(lidar: Lidar) -> Lattice:
 
 
 def lattice(lidar: Lidar) -> Lattice | None:
-    """Its rays in rows and columns; None for beams with azimuth offsets."""
-    return beam_lattice(lidar) if lidar.azimuth_offsets_deg is None else None
+    """Its rays in rows and columns; None for beams with azimuth offsets and for scan patterns."""
+    return beam_lattice(lidar) if lidar.azimuth_offsets_deg is None and lidar.rays is None else None
 
 
 def directions(lidar: Lidar, rays: Ids) -> NDArray[np.float64]:
     """Directions in the sensor frame of rays by number, beam * azimuths + azimuth, (n, 3)."""
-    if lidar.azimuth_offsets_deg is None:
+    if lidar.rays is not None:
+        shots = lidar.rays.shots()
+        elevation, azimuth = np.radians(shots.elevation_deg[rays]), np.radians(shots.azimuth_deg[rays])
+    elif lidar.azimuth_offsets_deg is None:
         return beam_lattice(lidar).directions(rays)
-    azimuths = lidar.azimuths()
-    beam, turn = rays // azimuths.size, rays % azimuths.size
-    elevation = np.radians(lidar.elevations()[beam])
-    azimuth = np.radians(azimuths[turn] + np.array(lidar.azimuth_offsets_deg)[beam])
+    else:
+        azimuths = lidar.azimuths()
+        beam, turn = rays // azimuths.size, rays % azimuths.size
+        elevation = np.radians(lidar.elevations()[beam])
+        azimuth = np.radians(azimuths[turn] + np.array(lidar.azimuth_offsets_deg)[beam])
     flat = np.cos(elevation)
     return np.stack([flat * np.cos(azimuth), flat * np.sin(azimuth), np.sin(elevation)], axis=-1)
 
 
 def _turn_deg(lidar: Lidar) -> float:
-    turn = lidar.azimuths_deg
-    return turn.to - turn.from_ if isinstance(turn, LinearAngles) else max(turn) - min(turn)
+    right, left = lidar.turn_ends_deg
+    return left - right
 
 
 def _view_deg(lidar: Lidar) -> tuple[float, float]:
@@ -146,16 +214,22 @@ def _view_deg(lidar: Lidar) -> tuple[float, float]:
 
 def _summary(lidar: Lidar) -> list[tuple[str, str]]:
     beams, turn = lidar.elevations(), lidar.azimuths()
-    offsets = lidar.azimuth_offsets_deg
+    offsets, (columns, rows) = lidar.azimuth_offsets_deg, lidar.resolution
+    of = "beams" if lidar.rays is None else "lasers"
     return [
-        ("Rays", f"{lidar.ray_count:,}  =  {len(beams)} beams × {len(turn):,}"),
+        ("Rays", f"{lidar.ray_count:,}  =  {rows} {of} × {columns:,}"),
         ("Field of view", f"{_turn_deg(lidar):.4g}° × {np.ptp(beams):.4g}°"),
-        ("Resolution", f"{_gaps(turn)} × {_gaps(beams)}"),
+        ("Resolution", f"{_gaps(turn)} × {_gaps(beams)}" if lidar.rays is None else _pattern(lidar.rays)),
         (
             "Azimuth offsets",
             "none" if offsets is None else f"{min(offsets):.3g}° to {max(offsets):.3g}°, by beam",
         ),
     ]
+
+
+def _pattern(rays: Pattern) -> str:
+    of = f"table {rays.file}" if isinstance(rays, RayTable) else f"pattern of {rays.integration_s:g} s"
+    return f"along a scan {of}"
 
 
 def _gaps(angles_deg: NDArray[np.float64]) -> str:

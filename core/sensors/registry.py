@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Annotated, Any
 
-from pydantic import AfterValidator
+from pydantic import AfterValidator, ValidationInfo
 from pydantic_core import PydanticCustomError, PydanticKnownError
 
 from riglens.core.sensors.base import Sensor
@@ -70,7 +70,7 @@ KindName = Annotated[str, AfterValidator(lambda name: one_of(kind_names(), name)
 """The name of a kind, in a pydantic model."""
 
 
-def validated_sensor(value: object) -> Sensor:
+def validated_sensor(value: object, info: ValidationInfo) -> Sensor:
     """Return a sensor from its fields, by the model of its `kind`, or one that is a sensor already; for pydantic."""
     if isinstance(value, Sensor):
         return value
@@ -79,5 +79,5 @@ def validated_sensor(value: object) -> Sensor:
     kind = kind_named(value.get("kind"))
     if kind is None:
         raise ValueError(f"kind must be {' or '.join(_KINDS)}")
-    sensor: Sensor = kind.model.model_validate(value, by_alias=True, by_name=False)
+    sensor: Sensor = kind.model.model_validate(value, by_alias=True, by_name=False, context=info.context)
     return sensor

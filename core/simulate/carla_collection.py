@@ -219,6 +219,7 @@ def sweep_of(tick: Tick, rig: Rig) -> Sweep:
         points.astype(np.float32),
         bright.astype(np.float32),
         ring.astype(np.int16),
+        np.zeros(len(points), np.float32),
         sensor,
         np.full(len(points), GROUND, np.int32),
         nobody,

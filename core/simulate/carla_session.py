@@ -110,9 +110,12 @@ def _(lidar: Lidar, notes: Notes) -> Sensor | None:
     rays = rays_to_write(lidar, notes)
     half_deg = rays.get("horizontal_fov", 360.0) / 2.0
     return lidar.replace(
-        elevations_deg=LinearAngles(from_=rays["lower_fov"], to=rays["upper_fov"], count=lidar.beam_count),
+        elevations_deg=LinearAngles(
+            from_=rays["lower_fov"], to=rays["upper_fov"], count=len(lidar.elevations())
+        ),
         azimuths_deg=LinearAngles(from_=-half_deg, to=half_deg, count=len(lidar.azimuths())),
         azimuth_offsets_deg=None,
+        rays=None,
         range_m=(0.0, rays["range"]),
     )
 

@@ -33,7 +33,8 @@ class Sweep:
     """Points of all LiDARs of a rig in a frame, N of them, LiDAR by LiDAR, each beam by beam from below.
 
     points_m (N, 3) float32 in the vehicle frame; intensity (N,) float32, 0 to 255, which tells nothing of a class; ring
-    (N,) int16 the beam as the rig lists it; sensor (N,) int16 place among `rig.enabled_lidars()`; object (N,) int32
+    (N,) int16 the beam as the rig lists it, or the laser of a scan pattern; time_s (N,) float32 in the pattern, 0 for
+    beams; sensor (N,) int16 place among `rig.enabled_lidars()`; object (N,) int32
     place among the objects of the frame, GROUND, or STATIC for surroundings. Of each object (n,): rays of all LiDARs
     that reach it, whether or not they come back, and those that would if nothing else stood there.
     """
@@ -41,6 +42,7 @@ class Sweep:
     points_m: NDArray[np.float32]
     intensity: NDArray[np.float32]
     ring: NDArray[np.int16]
+    time_s: NDArray[np.float32]
     sensor: NDArray[np.int16]
     object: NDArray[np.int32]
     reached: NDArray[np.int64]
@@ -58,6 +60,7 @@ class Sweep:
             points_m=self.points_m[mine],
             intensity=self.intensity[mine],
             ring=self.ring[mine],
+            time_s=self.time_s[mine],
             sensor=self.sensor[mine],
             object=self.object[mine],
         )
@@ -71,6 +74,12 @@ class _Source(NamedTuple):
     beams: Beams
     keys: tuple[int, int, int]
     law: NDArray[np.float64]
+
+    def time_s(self, ray: NDArray[np.int32]) -> NDArray[np.float32]:
+        """Return when rays (n,) are fired."""
+        if self.lidar.rays is None:
+            return np.zeros(ray.size, np.float32)
+        return self.lidar.rays.shots().time_s[ray].astype(np.float32)
 
 
 class Simulator:
@@ -94,7 +103,7 @@ class Simulator:
         self._columns = (
             np.empty((rays, 3), np.float32),
             np.empty(rays, np.float32),
-            np.empty(rays, np.int16),
+            np.empty(rays, np.int32),
             np.empty(rays, np.int32),
         )
         beams = [source.beams for source in self._sources]
@@ -114,14 +123,25 @@ class Simulator:
         world = self.worlds.world(frame)
         users, boxes = world.looks.users, len(world.boxes.centres)
         reached, alone = np.zeros(users, np.int64), np.zeros(boxes, np.int64)
-        empty = tuple(column[:0] for column in self._columns)
-        sensor, parts = [np.zeros(0, np.int16)], [empty]
+        points, intensity, rays, what = self._columns
+        sensor = [np.zeros(0, np.int16)]
+        parts = [(points[:0], intensity[:0], np.zeros(0, np.int16), np.zeros(0, np.float32), what[:0])]
         for number, source in enumerate(self._sources):
             count = self._cast(source, frame, world, alone, kernel.Returns(*self._columns, reached))
-            parts.append(tuple(column[:count].copy() for column in self._columns))
+            ray = rays[:count]
+            ring = (ray // source.beams.columns).astype(np.int16)
+            parts.append(
+                (
+                    points[:count].copy(),
+                    intensity[:count].copy(),
+                    ring,
+                    source.time_s(ray),
+                    what[:count].copy(),
+                )
+            )
             sensor.append(np.full(count, number, np.int16))
-        points_m, intensity, ring, what = (np.concatenate(columns) for columns in zip(*parts, strict=True))
-        return Sweep(points_m, intensity, ring, np.concatenate(sensor), what, reached, alone[:users])
+        points_m, bright, ring, time_s, on = (np.concatenate(columns) for columns in zip(*parts, strict=True))
+        return Sweep(points_m, bright, ring, time_s, np.concatenate(sensor), on, reached, alone[:users])
 
     def _cast(
         self, source: _Source, frame: int, world: World, alone: NDArray[np.int64], to: kernel.Returns

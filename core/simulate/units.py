@@ -215,6 +215,7 @@ def _parquet(sweep: Sweep, truth: TrueBoxes, rig: Rig) -> bytes:
         "ring": sweep.ring,
         "lidar": pa.DictionaryArray.from_arrays(pa.array(sweep.sensor), lidars),
         "object": sweep.object,
+        **({"time_s": sweep.time_s} if any(lidar.rays is not None for lidar in rig.enabled_lidars()) else {}),
         "on": pa.DictionaryArray.from_arrays(pa.array(on), _names_array((*CLASSES, "static", "ground"))),
     }
     stream = BytesIO()

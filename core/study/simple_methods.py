@@ -18,7 +18,7 @@ from riglens.core.kernels.rays import approximate, plain
 from riglens.core.kernels.rays.approximate import Place, Tested
 from riglens.core.kernels.runtime import jit
 from riglens.core.metric.entropy import QUANTA_PER_NAT, EntropyField
-from riglens.core.rig.model import Camera, Lidar, LinearAngles, Rig, Sensor
+from riglens.core.rig.model import Camera, Lidar, Rig, Sensor
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.sensing.rays import is_listed, sensor_rays
@@ -170,6 +170,5 @@ def _tangents(lidar: Lidar) -> NDArray[np.float64]:
 
 def _sector(lidar: Lidar) -> NDArray[np.float64]:
     """First azimuth and width in radians of the sector that the azimuths span, an open end included."""
-    turn = lidar.azimuths_deg
-    first_deg, last_deg = (turn.from_, turn.to) if isinstance(turn, LinearAngles) else (min(turn), max(turn))
+    first_deg, last_deg = lidar.turn_ends_deg
     return np.array([math.radians(first_deg), math.radians(last_deg - first_deg)])

@@ -80,12 +80,15 @@ def stops_of(sensor: Sensor, barrier: Barrier, workers: int = 1) -> Doubles:
 
 @singledispatch
 def azimuth_step_rad(_: Sensor) -> float:
-    """The step between azimuths: the median one of listed azimuths, 0 where there is a single one or none."""
+    """The step between azimuths: the median one of listed azimuths, 0 where there is a single one or none, and for scan
+    patterns, which do not turn."""
     return 0.0
 
 
 @azimuth_step_rad.register
 def _azimuth_step_rad(lidar: Lidar) -> float:
+    if lidar.rays is not None:
+        return 0.0
     if isinstance(lidar.azimuths_deg, LinearAngles):
         turn = lidar.azimuths_deg
         return math.radians((turn.to - turn.from_) / turn.count)
@@ -112,6 +115,8 @@ def _camera(camera: Camera) -> Beams:
 
 @_made.register
 def _lidar(lidar: Lidar) -> Beams:
+    if lidar.rays is not None:
+        return _listed(lidar)._replace(turns=True)
     azimuth_at, elevation = np.radians(lidar.azimuths()) % TURN, np.radians(lidar.elevations())
     row_of, column_of = np.argsort(elevation, kind="stable"), np.argsort(azimuth_at, kind="stable")
     beams = _beams(lidar, np.tan(elevation[row_of]), row_of, azimuth_at[column_of], column_of)

@@ -81,13 +81,15 @@ class RangeView(ImageView):
         if cell is None:
             return _summary(image)
         row, column = cell
-        beam = f"beam {image.beams[row] + 1} of {len(image.lidar.elevations())}"
+        beam = f"beam {image.beams[row] + 1} of {len(image.lidar.elevations())} · "
         angles = f"{angle_text(image.elevations_deg[row], 2, 'up', 'down')}, " + angle_text(
             image.azimuth_deg(row, column), 1, "left", "right"
         )
         what = hit_name(image, int(image.what[row, column]))
         range_m = image.range_m[row, column]
-        return f"{beam} · {angles} · {what}" + (f", {range_m:.1f} m" if math.isfinite(range_m) else "")
+        return f"{beam if image.lidar.rays is None else ''}{angles} · {what}" + (
+            f", {range_m:.1f} m" if math.isfinite(range_m) else ""
+        )
 
     def _cell_at(self, at: QPointF) -> tuple[int, int] | None:
         area, image = self.image_area, self._image
@@ -211,9 +213,12 @@ def hit_colours(image: RangeImage) -> NDArray[np.uint32]:
 
 
 def _summary(image: RangeImage) -> str:
+    if image.lidar.rays is not None:
+        thinned = "" if image.thinned[1] == 1 else f" (1 in {image.thinned[1]})"
+        size = f"{image.lidar.ray_count:,} rays of a scan pattern{thinned}"
+        return f"{size} · {image.returns:,} returns, {image.on_boxes:,} on boxes"
     rows, columns = image.range_m.shape
     thin_beams, thin_azimuths = image.thinned
     thinned = "" if image.thinned == (1, 1) else f" (1 in {thin_beams} beams, 1 in {thin_azimuths} azimuths)"
-    on_boxes = int(np.count_nonzero(image.what >= 0))
     size = f"{rows} beams × {columns} azimuths{thinned}"
-    return f"{size} · {image.returns:,} returns, {on_boxes:,} on boxes"
+    return f"{size} · {image.returns:,} returns, {image.on_boxes:,} on boxes"

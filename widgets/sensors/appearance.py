@@ -34,7 +34,8 @@ class Appearance:
     """Appearance of the sensors of a kind.
 
     colour: of their bodies and in panels; ray_colours: on dark and on light ground; icon: SVG paths in a square of 24.
-    shape: of a body; cuboid: of one that the library knows as a box. beams: None for rays that form an image.
+    shape: of a body; cuboid: of one that the library knows as a box. beams: None for rays that form no rows that turn.
+    outline: the sensor with rows and columns of rays over the same field of view.
     has_corners: whether the rays in the corners of the lattice bound the field of view.
     is_fan: whether each block of the lattice is drawn as its middle row alone, with an arc at its range.
     scale: of the shape, where the library does not know the size.
@@ -47,6 +48,7 @@ class Appearance:
     shape: Callable[[Any], Shape] = lambda _: "box"
     cuboid: Shape = "box"
     beams: Callable[[Any], Beams | None] = lambda _: None
+    outline: Callable[[Any], Any] = lambda sensor: sensor
     has_corners: bool = False
     is_fan: bool = False
     scale: float = 1.0
@@ -61,7 +63,9 @@ def _lidar_shape(lidar: Lidar) -> Shape:
     return "puck" if span_deg >= ALL_ROUND_DEG or len(azimuths) == 1 else "box"
 
 
-def _lidar_beams(lidar: Lidar) -> Beams:
+def _lidar_beams(lidar: Lidar) -> Beams | None:
+    if lidar.rays is not None:
+        return None
     turn_deg = lidar.azimuths()
     goes_round = float(turn_deg[-1] - turn_deg[0]) > ALL_ROUND_DEG
     return Beams(np.argsort(lidar.elevations(), kind="stable"), goes_round)
@@ -76,6 +80,7 @@ APPEARANCES = {
         '<path d="M2 11h2M20 11h2M12 21h0"/>',
         shape=_lidar_shape,
         beams=_lidar_beams,
+        outline=Lidar.raster,
         heading="Beams",
         ways=LIDAR_WAYS,
     ),

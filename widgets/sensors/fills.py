@@ -30,6 +30,7 @@ _OPACITY = {"ground": (0.06, 0.18), "frusta": (0.05, 0.12)}
 
 def fill_mesh(sensor: Sensor, grid: VoxelGrid, fill: Fill, colour: str, opacity: float) -> pv.PolyData:
     """The footprint ("ground") or the outside of the field of view ("frusta") with an `rgba` array; or nothing."""
+    sensor = appearance_of(sensor.kind).outline(sensor)
     blocks, is_closed = _nodes(sensor)
     parts = []
     for nodes in blocks:

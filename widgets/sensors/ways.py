@@ -10,7 +10,8 @@ from typing import Any
 from riglens.core.sensors.base import Frozen
 from riglens.core.sensors.camera import Camera
 from riglens.core.sensors.lens import BrownConrady, KannalaBrandt
-from riglens.core.sensors.lidar import LIDAR, Lidar, LinearAngles
+from riglens.core.sensors.lidar import LIDAR, TURN, Lidar, LinearAngles
+from riglens.core.sensors.scan import RayTable, Scan, Swing
 
 
 @dataclass(frozen=True)
@@ -44,19 +45,53 @@ def _angles(field: str, title: str, tip: str) -> Ways:
         return lidar.replace(**{field: LinearAngles(from_=min(angles), to=max(angles), count=len(angles))})
 
     def is_even(lidar: Lidar) -> bool:
-        return isinstance(getattr(lidar, field), LinearAngles)
+        return lidar.rays is None and isinstance(getattr(lidar, field), LinearAngles)
+
+    def by_pattern(lidar: Lidar) -> Lidar:
+        raise ValueError("choose a scan pattern under Rays")
 
     even = Way("evenly spaced", is_even, evenly, model=LinearAngles)
     listed = Way(
         "list",
-        lambda lidar: not is_even(lidar),
+        lambda lidar: lidar.rays is None and not is_even(lidar),
         lambda lidar: lidar.replace(**{field: doubles(lidar)}),
         (field,),
     )
-    return Ways(field, title, tip, (field,), (even, listed))
+    pattern = Way("scan pattern", lambda lidar: lidar.rays is not None, by_pattern)
+    return Ways(field, title, tip, (field,), (even, listed, pattern))
+
+
+_PRISMS = Scan(
+    points_per_s=1e5,
+    integration_s=0.1,
+    swings=(
+        Swing(rate_hz=-121.5657, azimuth_deg=18.0, elevation_deg=18.0),
+        Swing(rate_hz=77.743, azimuth_deg=17.0, elevation_deg=17.0),
+    ),
+)
+"""Two prisms with the speeds of the Livox Mid-40 (docs/sensors-beyond.md)."""
+
+
+def _along_prisms(lidar: Lidar) -> Lidar:
+    return lidar.replace(elevations_deg=None, azimuths_deg=TURN, azimuth_offsets_deg=None, rays=_PRISMS)
+
+
+def _from_file(lidar: Lidar) -> Lidar:
+    raise ValueError("write the name of the file into the rig file: rays: {file: pattern.csv}")
 
 
 LIDAR_WAYS = (
+    Ways(
+        "rays",
+        "Rays",
+        "beams that turn, or one by one along a scan pattern",
+        ("rays",),
+        (
+            Way("beams and azimuths", lambda lidar: lidar.rays is None, Lidar.raster),
+            Way("formula", lambda lidar: isinstance(lidar.rays, Scan), _along_prisms, model=Scan),
+            Way("table", lambda lidar: isinstance(lidar.rays, RayTable), _from_file),
+        ),
+    ),
     _angles("elevations_deg", "Elevations", "beam angles, both ends included"),
     _angles("azimuths_deg", "Azimuths", "angles of one turn, end excluded"),
 )

@@ -69,12 +69,12 @@ class Chances(NamedTuple):
 
 
 class Returns(NamedTuple):
-    """Output of a sweep, (rays,) each: place (rays, 3) in the vehicle frame, intensity, row of the lattice, code of the
+    """Output of a sweep, (rays,) each: place (rays, 3) in the vehicle frame, intensity, number of the ray, code of the
     surface; and reached (users,): rays that meet each object first, whether or not they return."""
 
     points: np.ndarray
     intensity: np.ndarray
-    ring: np.ndarray
+    ray: np.ndarray
     what: np.ndarray
     reached: np.ndarray
 
@@ -131,7 +131,7 @@ def set_frames(
 
 @lean_inlined
 def _note(
-    ray: int, row: int, d: Direction, origin: np.ndarray, t: float, deep: float, shade: float, what: int,
+    ray: int, d: Direction, origin: np.ndarray, t: float, deep: float, shade: float, what: int,
     draws: Chances, to: Returns, count: int,
 ) -> int:  # fmt: skip
     """Record a return, unless it is lost; return the number so far."""
@@ -144,7 +144,7 @@ def _note(
         t += draws.noise_m * bell(mixed(draws.noise, np.uint64(ray)))
     for axis in range(3):
         to.points[count, axis] = origin[axis] + t * d[axis]
-    to.intensity[count], to.ring[count], to.what[count] = shade, row, what
+    to.intensity[count], to.ray[count], to.what[count] = shade, ray, what
     return count + 1
 
 
@@ -187,7 +187,7 @@ def _note_returns(
                 chance = unit(mixed(draws.returns, np.uint64(ray)))
                 if not is_returned(t, half_m, law[5], cosine, chance):
                     continue
-            count = _note(ray, row, d, beams.origin, t, deep, bright * cosine, what, draws, to, count)
+            count = _note(ray, d, beams.origin, t, deep, bright * cosine, what, draws, to, count)
     return count
 
 

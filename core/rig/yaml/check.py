@@ -21,16 +21,17 @@ from riglens.core.rig.yaml.problems import (
 )
 from riglens.core.rig.yaml.text import plain_fields
 from riglens.core.sensors.registry import kind_named
+from riglens.core.sensors.scan import READER, Reader, Shots
 
 
-def rig_from_nodes(root: Node, where: str) -> Rig:
+def rig_from_nodes(root: Node, where: str, reader: Reader | None = None) -> Rig:
     """Return the rig that a document describes; fields that a sensor omits come from its library model.
 
-    Raise InputError `file:line: field must be ... (got ...)` for the first problem in the file, with the number of
-    further ones.
+    `reader` reads the files with rays that it names. Raise InputError `file:line: field must be ... (got ...)` for the
+    first problem in the file, with the number of further ones.
     """
     data = plain_value(root)
-    outcome = _version_problems(data) or _valid_rig(data)
+    outcome = _version_problems(data) or _valid_rig(data, reader)
     if isinstance(outcome, list):
         raise first_problem(outcome, data, root, where)
     return outcome
@@ -39,10 +40,22 @@ def rig_from_nodes(root: Node, where: str) -> Rig:
 def check_rig(rig: Rig) -> Rig:
     """Validate a rig again (drags do not) and make its numbers plain floats; an InputError names the field."""
     data = plain_fields(rig)
-    outcome = _valid_rig(data)
+    outcome = _valid_rig(data, read_again(rig))
     if isinstance(outcome, list):
         raise InputError(problem_text(outcome[0], data))
     return outcome
+
+
+def read_again(rig: Rig) -> Reader:
+    """Return a reader of the files with rays that a rig has read."""
+    known = {sensor.table.file: sensor.table for sensor in rig.sensors if sensor.table is not None}
+
+    def read(file: str) -> Shots:
+        if file not in known:
+            raise ValueError(f"file {file!r:.60} has not been read")
+        return known[file].read_again(file)
+
+    return read
 
 
 def _version_problems(data: Plain) -> list[Problem]:
@@ -61,7 +74,7 @@ def _version_problems(data: Plain) -> list[Problem]:
     return []
 
 
-def _valid_rig(data: Plain) -> Rig | list[Problem]:
+def _valid_rig(data: Plain, reader: Reader | None) -> Rig | list[Problem]:
     """Return the rig that plain data describe, or their problems."""
     assert isinstance(data, dict)
     sensors = data.get("sensors")
@@ -72,7 +85,7 @@ def _valid_rig(data: Plain) -> Rig | list[Problem]:
         completed = (supplied_fields(s) | s if isinstance(s, dict) else s for s in sensors)
         data = data | {"sensors": tuple(completed)}
     try:
-        return Rig.model_validate(data, by_alias=True, by_name=False)
+        return Rig.model_validate(data, by_alias=True, by_name=False, context={READER: reader})
     except ValidationError as error:
         return problems(error, data)
 

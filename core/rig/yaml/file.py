@@ -11,12 +11,14 @@ from pathlib import Path
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
 from riglens.core.rig.model import Rig, Sensor
-from riglens.core.rig.yaml.check import check_rig, rig_from_nodes
+from riglens.core.rig.ray_file import reader_in
+from riglens.core.rig.yaml.check import check_rig, read_again, rig_from_nodes
 from riglens.core.rig.yaml.edit import edited_text
 from riglens.core.rig.yaml.nodes import MAX_BYTES, MAX_VALUES, Plain, parse_yaml, read_text, shown_path
 from riglens.core.rig.yaml.text import plain_fields, rig_text, same_value, vehicle_fields
+from riglens.core.sensors.scan import Reader
 
-LATER_FIELDS = ("mirror_of", "fails_with", "azimuth_offsets_deg", "distortion")
+LATER_FIELDS = ("mirror_of", "fails_with", "azimuth_offsets_deg", "distortion", "rays")
 _BOM = "\ufeff"
 
 
@@ -67,21 +69,26 @@ def dumps(rig: Rig) -> str:
     return rig_text(check_rig(rig))
 
 
-def loads(text: str, where: str = "rig.yaml") -> RigFile:
-    """Read YAML text, called `where` in messages; raise InputError `where:line: field: ...` when it is wrong."""
-    return RigFile(rig_from_nodes(parse_yaml(text.removeprefix(_BOM), where), where), text)
+def loads(text: str, where: str = "rig.yaml", reader: Reader | None = None) -> RigFile:
+    """Read YAML text, called `where` in messages; raise InputError `where:line: field: ...` when it is wrong.
+
+    `reader` reads the files with rays that it names; without one they are refused.
+    """
+    return RigFile(rig_from_nodes(parse_yaml(text.removeprefix(_BOM), where), where, reader), text)
 
 
 def load_rig(path: str | os.PathLike[str]) -> RigFile:
     """Read a rig file; raise InputError with file, line and field when it is missing, unreadable or wrong."""
-    file = loads(read_text(path, "a rig YAML file"), shown_path(path))
+    text = read_text(path, "a rig YAML file")
+    file = loads(text, shown_path(path), reader_in(Path(path).parent))
     return RigFile(file.rig, file.text, Path(path))
 
 
 def rig_sha256(rig: Rig) -> str:
     """Return the SHA-256 (hex) of a rig's content, whatever the layout of its file: canonical JSON of its fields.
 
-    Fields added after the first version are left out at their defaults, so that a rig keeps its hash.
+    Fields added after the first version are left out at their defaults, so that a rig keeps its hash. A file with rays
+    counts with the hash of its content.
     """
     return RigHashes().sha256(check_rig(rig))
 
@@ -109,7 +116,10 @@ class RigHashes:
 
 def _hashed(sensor: Sensor) -> str:
     fields = plain_fields(sensor).items()
-    return _canonical({key: value for key, value in fields if key not in LATER_FIELDS or value is not None})
+    hashed = {key: value for key, value in fields if key not in LATER_FIELDS or value is not None}
+    if sensor.table is not None:
+        hashed["rays_sha256"] = sensor.table.shots().sha256
+    return _canonical(hashed)
 
 
 def _canonical(value: Plain) -> str:
@@ -131,6 +141,6 @@ def _require_readable(text: str, size_bytes: int, where: str) -> None:
 
 def _says(text: str, rig: Rig) -> bool:
     try:
-        return same_rig(loads(text).rig, rig)
+        return same_rig(loads(text, reader=read_again(rig)).rig, rig)
     except InputError:
         return False

@@ -114,6 +114,8 @@ def _problem(details: Any, data: object) -> Problem:
         return Problem(path, _UNKNOWN)
     if kind == "missing":
         return Problem(path, _MISSING)
+    if kind == "absent_field":
+        return Problem((*path, context["field"]), _MISSING)
     if kind == "union_tag_not_found":
         return Problem((*path, context["discriminator"].strip("'")), _MISSING)
     if kind == "union_tag_invalid":

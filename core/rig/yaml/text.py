@@ -46,7 +46,8 @@ def written_fields(sensor: Sensor) -> dict[str, Plain]:
     """
     defaults, implied = default_fields(type(sensor)), implied_fields(sensor)
     supplied = default_library().entry(sensor.model).fields if _is_bundled(sensor.model) else {}
-    optional = {"range_m", "enabled", *(key for key, value in defaults.items() if value is None)}
+    none = (key for key, value in defaults.items() if value is None)
+    optional = {"range_m", "enabled", *sensor.idle_fields, *none}
 
     def is_silent(key: str, value: Plain) -> bool:
         is_default = key in optional and same_value(value, defaults[key])
@@ -82,7 +83,7 @@ def vehicle_fields(vehicle: Vehicle) -> dict[str, Plain]:
 def implied_fields(sensor: Sensor) -> dict[str, Plain]:
     """Return the values of a sensor's fields when a file omits them: those of the library model, or the defaults."""
     fields = plain_fields(sensor)
-    said = {key: fields.get(key) for key in ("model", "elevations_deg", "hfov_deg", *LENS_MATRIX)}
+    said = {key: fields.get(key) for key in ("model", "elevations_deg", "rays", "hfov_deg", *LENS_MATRIX)}
     return default_fields(type(sensor)) | supplied_fields(said)
 
 

@@ -14,6 +14,7 @@ from riglens.core.rig.model import (
 )
 from riglens.core.rig.presets import PRESETS
 from riglens.core.rig.yaml.file import loads
+from riglens.core.sensors.scan import RayTable, Scan, Swing
 
 PAGE = (Path(__file__).resolve().parents[3] / "docs" / "formats-rig.md").read_text(encoding="utf-8")
 EXAMPLE, MODELS = re.findall(r"```yaml\n(.*?)```", PAGE, re.DOTALL)
@@ -26,6 +27,7 @@ def test_the_examples_are_valid_rigs() -> None:
 
 def test_every_field_model_and_group_is_explained() -> None:
     parts = (Rig, Vehicle, MeshPlacement, Lidar, Camera, BrownConrady, KannalaBrandt)
+    parts += (Scan, Swing, RayTable)
     words = {name for part in parts for name in part.model_fields}
     words |= {
         name for name in PRESETS if name.startswith(("W+", "N+C")) or name in ("Wide", "Narrow", "Center")

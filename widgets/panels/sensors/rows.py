@@ -133,6 +133,7 @@ _FIELD_WORDS = {
     "elevations_deg": "elevations",
     "azimuths_deg": "azimuths",
     "azimuth_offsets_deg": "azimuth offsets",
+    "rays": "scan pattern",
     "range_m": "range",
     "hfov_deg": "field of view",
     "cast": "rays cast",
