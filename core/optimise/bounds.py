@@ -40,8 +40,8 @@ def most_that_fit(limits: Limits) -> int:
 
 def fractional_bound(
     table: CoverTable, limits: Limits, incumbent: Sequence[int], cuts: int = CUTS
-) -> Generator[None, None, int]:
-    """Bound the value of every allowed set from above; yield after each cut.
+) -> Generator[int, None, int]:
+    """Bound the value of every allowed set from above; yield the bound so far after each cut.
 
     A candidate may be taken in part: a cell is covered by the sum of the shares that hit it, at most 1, and an object's
     worth is taken linearly between whole cells. That function of the shares is concave and equals the table's value
@@ -68,6 +68,9 @@ def fractional_bound(
         rights = np.array(offsets) / unit
         extra = [np.append(np.ones(table.size), 0.0)]
         ends = [float(most)]
+        if len(limits.room) > 1:
+            extra += [np.append(limits.slot == one, 0.0) for one in range(len(limits.room))]
+            ends += limits.room.astype(np.float64).tolist()
         if np.isfinite(limits.budget):
             extra.append(np.append(limits.costs / limits.budget, 0.0))
             ends.append(1.0)
@@ -81,14 +84,14 @@ def fractional_bound(
         if found.x is None:
             break
         dual = np.maximum(-found.ineqlin.marginals, 0.0)
-        price = float(dual[-1]) * unit / limits.budget if len(extra) == 2 else 0.0
+        price = float(dual[-1]) * unit / limits.budget if np.isfinite(limits.budget) else 0.0
         bound = min(
             bound, _certified(np.array(offsets), np.array(slopes), dual[: len(slopes)], price, limits, most)
         )
         if bound <= best_height:
             break
         point = (best_point + np.clip(found.x[:-1], 0.0, 1.0)) / 2.0
-        yield
+        yield int(np.ceil(bound))
     start = _certified(np.array(offsets), np.array(slopes), np.eye(len(slopes))[0], 0.0, limits, most)
     return int(np.floor(min(bound, start) * (1.0 + _SLACK))) + 1
 
@@ -115,19 +118,25 @@ def _certified(
         return float("inf")
     mixture = dual / dual.sum()
     gain = mixture @ slopes - price * limits.costs
-    largest = np.sort(np.maximum(gain, 0.0))[-most:] if most else np.zeros(0)
+    every = np.arange(len(gain))
+    tops = [
+        np.sort(np.maximum(gain[places], 0.0))[-room:]
+        for places, room in limits.of_slots([], every, most)
+        if room
+    ]
+    largest = np.sort(np.concatenate([np.zeros(0), *tops]))[-most:] if most else np.zeros(0)
     budget = price * limits.budget * (1.0 + 2.0 * ROUNDING) if price > 0.0 else 0.0
     return float(mixture @ offsets + largest.sum() + budget)
 
 
 def branch_and_bound(
     f: SetFunction, limits: Limits, incumbent: list[int], most_gains: int = MOST_GAINS
-) -> Generator[None, None, tuple[list[int], bool]]:
+) -> Generator[int, None, tuple[list[int], bool]]:
     """Search for a better set until there is none or the budget of gains is spent; return the best set, and whether it
     is proven.
 
     Gains never grow with the set, so gains of a smaller set bound what candidates can add: a branch whose value with
-    its largest gains does not exceed the best is cut. Yield after each branch.
+    its largest gains does not exceed the best is cut. Yield the bound so far after each branch.
     """
     search = _Branches(f, limits, sorted(incumbent), most_gains)
     ids = np.flatnonzero(limits.open_to([]))
@@ -139,7 +148,7 @@ def branch_and_bound(
 class _Branches:
     def __init__(self, f: SetFunction, limits: Limits, best: list[int], most_gains: int) -> None:
         self._f, self._limits, self.best, self._value = f, limits, best, f.value(best)
-        self.left = most_gains
+        self.left, self.bound = most_gains, 0
 
     def gains(self, chosen: list[int], ids: Ids) -> Ids:
         """Return gains, and count them."""
@@ -150,7 +159,16 @@ class _Branches:
         if value > self._value:
             self.best, self._value = sorted(chosen), value
 
-    def explore(self, chosen: list[int], ids: Ids, stale: Ids, room: int) -> Generator[None, None, None]:
+    def _reach(self, chosen: list[int], ids: Ids, gains: Ids, room: int) -> tuple[int, Ids]:
+        """Return limits of what sets of up to `room` candidates add, by gains that fall: of all, and with each (n,)."""
+        total, own = 0, gains.copy()
+        for places, most in self._limits.of_slots(chosen, ids, room):
+            best = gains[places]
+            total += int(best[:most].sum())
+            own[places] -= best[most - 1] if 0 < most <= len(best) else 0
+        return total, total + own
+
+    def explore(self, chosen: list[int], ids: Ids, stale: Ids, room: int) -> Generator[int, None, None]:
         """Search the sets that add up to `room` of some candidates, whose gains are at most `stale`, to a set."""
         order = np.lexsort((ids, -stale))
         ids, stale = ids[order], stale[order]
@@ -165,17 +183,20 @@ class _Branches:
                 self._take([*chosen, int(some[best])], value + int(gains[best]))
             return
         # with the largest other gains, at most one of which is its own
-        hopeful = value + stale + int(stale[: room - 1].sum()) > self._value
+        hopeful = value + self._reach(chosen, ids, stale, room)[1] > self._value
         ids, gains = ids[hopeful], self.gains(chosen, ids[hopeful])
         order = np.lexsort((ids, -gains))
         ids, gains = ids[order], gains[order]
         if len(ids):
             self._take([*chosen, int(ids[0])], value + int(gains[0]))
         for place, one in enumerate(ids.tolist()):
-            if self.left < 0 or value + int(gains[place : place + room].sum()) <= self._value:
+            reach = value + self._reach(chosen, ids[place:], gains[place:], room)[0]
+            if not chosen:
+                self.bound = max(reach, self._value)
+            if self.left < 0 or reach <= self._value:
                 return
             larger = [*chosen, one]
             rest = place + 1 + np.flatnonzero(self._limits.open_to(larger)[ids[place + 1 :]])
-            yield
+            yield self.bound
             if len(rest):
                 yield from self.explore(larger, ids[rest], gains[rest], room - 1)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,10 +22,9 @@ from riglens.core.review.mounts import (
     is_painted,
 )
 from riglens.core.review.outline import Outline
-from riglens.core.rig.edits import with_mirror_image
+from riglens.core.rig.edits import mirrored_pose, partner_of
 from riglens.core.rig.library import default_library
 from riglens.core.rig.model import Rig, Sensor, Vehicle
-from riglens.core.sensors.lidar import LIDAR
 from riglens.core.sensors.registry import kind_of
 from riglens.core.targets.engine import never_stale
 from riglens.core.vehicle.profiles import PROFILES
@@ -37,7 +35,9 @@ Doubles = NDArray[np.float64]
 SKIN = ("paint", "panel", "trim")
 """Materials that carry sensors; the bodies of mesh files are of paint."""
 LEVELS_DEG = (0.0, 8.0, 15.0)
-"""Outward tilts of sensors."""
+"""Outward tilts of added sensors."""
+TURNS_DEG = (-8.0, 0.0, 8.0, 15.0)
+"""How much further outwards a moved sensor may lean."""
 USUAL_RULES = MountLimits(height_m=(0.4, 100.0), spacing_m=0.25)
 """Our choice: dirt and kerbs below, housings side by side."""
 _SAMPLES_A_M2 = 4000.0
@@ -50,29 +50,64 @@ _FULL_TURN_DEG = 300.0
 
 @dataclass(frozen=True)
 class Spot:
-    """A place on the skin and its outward unit normal, both (3,)."""
+    """A place on the skin and its outward unit normal, both (3,); a free one is where the middle of a sensor is."""
 
     point_m: Doubles
     normal: Doubles
+    is_free: bool = False
+
+
+STAYS = -1
+"""Number of the spot where a moved sensor is already."""
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """Sensors that are added together, a mirror pair or one, and their cost.
+    """Sensors that are mounted together, a mirror pair or one, and their cost.
 
     Random draws depend on the names, so a candidate keeps them from the table to the rig. `spot`: number of the spot;
-    tilt_deg: how far it leans outwards.
+    tilt_deg: how far it leans outwards, a moved one further than now; slot: 0 for those that are added, else one more
+    than the place of the move of which it is; on: the spot, None where a sensor stays.
     """
 
     sensors: tuple[Sensor, ...]
     cost: float
     spot: int
     tilt_deg: float
+    slot: int = 0
+    on: Spot | None = field(default=None, compare=False)
+
+    @property
+    def is_as_now(self) -> bool:
+        """Return whether it is a sensor of the rig that stays as it is."""
+        return self.spot == STAYS and self.tilt_deg == 0.0 and self.cost == 0.0
 
     @property
     def places_m(self) -> Doubles:
         """Places of the sensors, (sensors, 3)."""
         return np.array([sensor.position for sensor in self.sensors])
+
+
+@dataclass(frozen=True)
+class Move:
+    """A sensor that may go elsewhere on the skin, with its mirror partner, or be exchanged for models of the library.
+
+    radius_m: how far from where it is; 0: it stays in its place.
+    """
+
+    sensor: str
+    radius_m: float = math.inf
+    models: tuple[str, ...] = ()
+    tilts_deg: tuple[float, ...] = TURNS_DEG
+
+    def __post_init__(self) -> None:
+        if not self.radius_m >= 0.0:
+            raise InputError(f"{self.sensor} must move by at least 0 m (got {self.radius_m:g})", "move")
+
+    def sensors_of(self, rig: Rig) -> tuple[Sensor, ...]:
+        """Return the sensor, or its mirror pair with the left one first."""
+        names = (self.sensor, partner_of(rig, self.sensor))
+        return tuple(sorted((s for s in rig.sensors if s.name in names), key=lambda one: -one.position[1]))
 
 
 @dataclass(frozen=True)
@@ -93,29 +128,22 @@ class Additions:
     tilts_deg: tuple[float, ...] = LEVELS_DEG
 
     def __post_init__(self) -> None:
-        if not self.models:
-            raise InputError("must name at least one sensor model", "add")
         if not 1 <= self.count <= 20:
             raise InputError(f"must be between 1 and 20 (got {self.count})", "count")
         if not self.budget > 0.0:
             raise InputError(f"must be above 0 (got {self.budget:g})", "budget")
         if not 0.05 <= self.spots_m <= 2.0:
             raise InputError(f"must be between 0.05 and 2 m (got {self.spots_m:g})", "spots_m")
-        for model in self.models:
-            entry = default_library().entry(model)
-            if entry.kind != LIDAR.name:
-                raise InputError(f"{model} must be a LiDAR (got a {entry.kind})", "add")
         for model, cost in self.costs.items():
-            if model not in self.models:
-                raise InputError(
-                    f"{model} must be one of the models to add: {', '.join(self.models)}", "cost"
-                )
             if not 0.0 < cost < math.inf:
                 raise InputError(f"{model} must be above 0 (got {cost:g})", "cost")
 
     def cost_of(self, model: str) -> float:
         """Cost of one candidate of a model: a pair costs twice as much as a sensor."""
         return self.costs.get(model, 1.0) * (2 if self.mirrored else 1)
+
+
+NO_ADDITIONS = Additions(())
 
 
 def skin_spots(vehicle: Vehicle, spacing_m: float, seed: int = 0) -> list[Spot]:
@@ -178,73 +206,156 @@ def rules_for(rig: Rig, rules: MountLimits) -> MountLimits:
     return rules.model_copy(update={"keep_out": (*USUAL_KEEP_OUT, *door_mirrors(rig.vehicle))})
 
 
+@dataclass(frozen=True)
+class _Wish:
+    """Sensors of a slot before they have a mount: of a pair the left one first; only their turn counts.
+
+    name: of an added one, which gets that of its spot; near: place and radius in which a moved one may be.
+    """
+
+    slot: int
+    sensors: tuple[Sensor, ...]
+    cost: float
+    tilts_deg: tuple[float, ...]
+    name: str = ""
+    near: tuple[Doubles, float] | None = None
+
+    def at(self, spot: Spot, number: int, tilt_deg: float) -> Candidate | None:
+        """Return the candidate at a spot; None if both sensors of a pair would coincide."""
+        first, others = self.sensors[0], self.sensors[1:]
+        name = f"{self.name} {number}.{tilt_deg:g}"
+        if self.name:
+            first = first.model_copy(update={"name": f"{name} left" if others else name})
+            right = {"name": f"{name} right", "mirror_of": first.name}
+            others = tuple(one.model_copy(update=right) for one in others)
+        sensor = _placed(spot, first, tilt_deg, self.near is None)
+        if others and sensor.position[1] <= 0.0:
+            return None
+        images = (one.with_pose(mirrored_pose(sensor.pose)) for one in others)
+        return Candidate((sensor, *images), self.cost, number, tilt_deg, self.slot, spot)
+
+
+def locked(rig: Rig, moves: Sequence[Move]) -> Rig:
+    """Return the rig without the sensors that move."""
+    gone = {sensor.name for move in moves for sensor in move.sensors_of(rig)}
+    return rig.model_copy(update={"sensors": tuple(s for s in rig.sensors if s.name not in gone)})
+
+
 def candidates(
     rig: Rig,
     additions: Additions,
     seed: int = 0,
     is_stale: Callable[[], bool] = never_stale,
+    moves: Sequence[Move] = (),
 ) -> tuple[Candidate, ...]:
     """Return every pose on the skin that keeps the rules, with each model and tilt, within the budget.
 
-    Raise InputError where there is none, and Cancelled as soon as `is_stale` returns True.
+    A sensor that may move may also stay as it is. Raise InputError where there is nothing to choose from, and Cancelled
+    as soon as `is_stale` returns True.
     """
     rules, outline = rules_for(rig, additions.rules), Outline.of(rig.vehicle)
-    models = [model for model in additions.models if additions.cost_of(model) <= additions.budget]
-    if not models:
-        cheapest = min(map(additions.cost_of, additions.models))
-        raise InputError(
-            f"must be at least {cheapest:g}, the cheapest addition (got {additions.budget:g})", "budget"
-        )
+    wishes = _wishes(rig, additions, moves)
     spots = skin_spots(rig.vehicle, additions.spots_m, seed)
-    if not additions.mirrored:
-        flip = np.array([1.0, -1.0, 1.0])
-        spots += [Spot(spot.point_m * flip, spot.normal * flip) for spot in spots if spot.point_m[1] > 0.05]
-    taken = np.array([s.position for s in rig.sensors if s.enabled]).reshape(-1, 3)
+    left = len(spots)
+    flip = np.array([1.0, -1.0, 1.0])
+    spots += [Spot(spot.point_m * flip, spot.normal * flip) for spot in spots if spot.point_m[1] > 0.05]
+    rest = locked(rig, moves)
+    taken = np.array([s.position for s in rest.sensors if s.enabled]).reshape(-1, 3)
     found: list[Candidate] = []
     solid = solid_of(rig.vehicle)
     boxes = solid.triangles_m.min(axis=1), solid.triangles_m.max(axis=1)
+
+    def keep(wish: _Wish, spot: Spot, number: int, tilts_deg: Sequence[float], skin: Solid) -> None:
+        some = (wish.at(spot, number, tilt_deg) for tilt_deg in tilts_deg)
+        keeps = (not rig.vehicle.has_mesh_file, rules, rest, outline, taken)
+        found.extend(one for one in some if one is not None and _keeps(one, spot, skin, *keeps))
+
     for number, spot in enumerate(spots):
         if is_stale():
             raise Cancelled
-        skin = _around(spot, solid, boxes)
-        for model, tilt_deg in product(models, additions.tilts_deg):
-            name = f"{model} {number}.{tilt_deg:g}"
-            sensors = _sensors_at(spot, model, tilt_deg, name, additions.mirrored)
-            one = Candidate(sensors, additions.cost_of(model), number, tilt_deg)
-            if sensors and _keeps(one, skin, not rig.vehicle.has_mesh_file, rules, rig, outline, taken):
-                found.append(one)
-    if not found:
+        mine = [wish for wish in wishes if _is_near(wish, spot, number < left)]
+        skin = _around(spot, solid, boxes) if mine else solid
+        for wish in mine:
+            keep(wish, spot, number, wish.tilts_deg, skin)
+    for slot, move in enumerate(moves, 1):
+        own = move.sensors_of(rig)
+        place = np.array(own[0].position)
+        near = min(spots, key=lambda spot: float(((spot.point_m - place) ** 2).sum()), default=None)
+        normal = np.array([0.0, 0.0, 1.0]) if near is None else near.normal
+        found.append(Candidate(own, 0.0, STAYS, 0.0, slot))
+        for wish in wishes:
+            if wish.slot == slot:
+                tilts = [tilt for tilt in wish.tilts_deg if tilt != 0.0 or wish.sensors != own]
+                keep(wish, Spot(place, normal, True), STAYS, tilts, solid)
+    if len(found) <= len(moves):
         raise InputError(
             "no mount on the car's skin keeps all limits: relax height, spacing, beyond or keep-out"
         )
     return tuple(found)
 
 
-def _sensors_at(spot: Spot, model: str, tilt_deg: float, name: str, mirrored: bool) -> tuple[Sensor, ...]:
-    """Return a sensor that touches the skin at a spot, with its mirror image; none if both would coincide."""
-    entry = default_library().entry(model)
+def _wishes(rig: Rig, additions: Additions, moves: Sequence[Move]) -> list[_Wish]:
+    """Return what may be mounted, of the models that the budget buys."""
+    models = [model for model in additions.models if additions.cost_of(model) <= additions.budget]
+    if additions.models and not models:
+        cheapest = min(map(additions.cost_of, additions.models))
+        raise InputError(
+            f"must be at least {cheapest:g}, the cheapest addition (got {additions.budget:g})", "budget"
+        )
+    found = []
+    for model in models:
+        plain = default_library().entry(model).sensor(model, Pose())
+        pair = (plain,) * (2 if additions.mirrored else 1)
+        found.append(_Wish(0, pair, additions.cost_of(model), additions.tilts_deg, model))
+    for slot, move in enumerate(moves, 1):
+        own = move.sensors_of(rig)
+        near = np.array(own[0].position), move.radius_m
+        found.append(_Wish(slot, own, 0.0, move.tilts_deg, near=near))
+        for model in move.models:
+            entry = default_library().entry(model)
+            kept = ("name", "mirror_of", "fails_with")
+            new = [
+                entry.sensor(one.name, one.pose).model_copy(
+                    update={name: getattr(one, name) for name in kept}
+                )
+                for one in own
+            ]
+            cost = additions.costs.get(model, 1.0) * len(own)
+            if cost <= additions.budget:
+                found.append(_Wish(slot, tuple(new), cost, move.tilts_deg, near=near))
+    return found
+
+
+def _is_near(wish: _Wish, spot: Spot, is_left: bool) -> bool:
+    """Return whether a spot is where sensors may go; a pair is mounted by its left sensor."""
+    if len(wish.sensors) > 1 and not is_left:
+        return False
+    if wish.near is None:
+        return True
+    place, radius_m = wish.near
+    return bool(((spot.point_m - place) ** 2).sum() <= radius_m**2)
+
+
+def _placed(spot: Spot, plain: Sensor, tilt_deg: float, is_new: bool) -> Sensor:
+    """Return a sensor that touches the skin at a spot; a new one looks away from the car, others keep their turn."""
     outwards = spot.normal[:2]
     if np.linalg.norm(outwards) < _FLAT:
         outwards = np.array([0.0, math.copysign(1.0, spot.point_m[1])])
     x, y = (outwards / np.linalg.norm(outwards)).tolist()
-    plain = entry.sensor(name, Pose())
     heading = math.degrees(math.atan2(y, x)) if _looks_one_way(plain) else 0.0
-    # z leans towards (x, y): a turn about (-y, x, 0)
-    turn = (
-        _turn_about(np.array([-y, x, 0.0]), tilt_deg) @ Pose((0.0, 0.0, 0.0), (0.0, 0.0, heading)).rotation()
-    )
-    roll, pitch, yaw = (round(angle, 2) + 0.0 for angle in rpy_deg_from_rotation(turn))
-    turned = plain.with_pose(Pose((0.0, 0.0, 0.0), (roll, pitch, yaw)))
-    position = spot.point_m - float((housing_corners_m(turned) @ spot.normal).min()) * spot.normal
-    px, py, pz = (round(float(value), 4) + 0.0 for value in position)
-    sensor = entry.sensor(name, Pose((px, py, pz), (roll, pitch, yaw)))
-    if not mirrored:
-        return (sensor,)
-    if py <= 0.0:
-        return ()
-    left = sensor.model_copy(update={"name": f"{name} left"})
-    pair: tuple[Sensor, ...] = with_mirror_image(Rig(sensors=(left,)), left.name, f"{name} right").sensors
-    return pair
+    own = Pose((0.0, 0.0, 0.0), (0.0, 0.0, heading) if is_new else plain.rpy_deg)
+    roll, pitch, yaw = own.rpy_deg
+    if is_new or tilt_deg:
+        # z leans towards (x, y): a turn about (-y, x, 0)
+        turn = _turn_about(np.array([-y, x, 0.0]), tilt_deg) @ own.rotation()
+        roll, pitch, yaw = (round(angle, 2) + 0.0 for angle in rpy_deg_from_rotation(turn))
+    position = spot.point_m
+    if not spot.is_free:
+        turned = plain.with_pose(Pose((0.0, 0.0, 0.0), (roll, pitch, yaw)))
+        position = position - float((housing_corners_m(turned) @ spot.normal).min()) * spot.normal
+        position = np.array([round(float(value), 4) + 0.0 for value in position])
+    px, py, pz = position.tolist()
+    return plain.with_pose(Pose((px, py, pz), (roll, pitch, yaw)))
 
 
 def _looks_one_way(sensor: Sensor) -> bool:
@@ -269,6 +380,7 @@ def _around(spot: Spot, solid: Solid, boxes: tuple[Doubles, Doubles]) -> Solid:
 
 def _keeps(
     one: Candidate,
+    spot: Spot,
     skin: Solid,
     has_materials: bool,
     rules: MountLimits,
@@ -295,6 +407,8 @@ def _keeps(
     both = np.maximum(_outs(rig, outline, rig.sensors), _outs(rig, outline, one.sensors))
     if _grows(both, rules, rig, outline):
         return False
+    if spot.is_free:
+        return True
     foot = stand(one.sensors[0].position, skin)
     if foot.nearest_m is None or (rules.gap_m is not None and foot.gap_m > rules.gap_m):
         return False
@@ -333,7 +447,8 @@ def _grows(out: Doubles, rules: MountLimits, rig: Rig, outline: Outline) -> NDAr
 
 
 def conflicts(listed: Sequence[Candidate], rig: Rig, rules: MountLimits) -> NDArray[np.bool_]:
-    """Return which candidates exclude each other (n, n): too near to each other, or too large together."""
+    """Return which candidates exclude each other (n, n): too near to each other, or too large together. Sensors that
+    may move do not exclude each other where they are already."""
     count, outline = len(listed), Outline.of(rig.vehicle)
     found = np.eye(count, dtype=np.bool_)
     if rules.spacing_m is not None:
@@ -347,4 +462,5 @@ def conflicts(listed: Sequence[Candidate], rig: Rig, rules: MountLimits) -> NDAr
             _outs(rig, outline, rig.sensors), [_outs(rig, outline, one.sensors) for one in listed]
         )
         found |= _grows(np.maximum(outs[:, None], outs[None]), rules, rig, outline)
-    return found
+    stays = np.array([one.is_as_now for one in listed], np.bool_)
+    return np.asarray(found & ~(stays[:, None] & stays[None]) | np.eye(count, dtype=np.bool_))

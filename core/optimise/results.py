@@ -6,6 +6,7 @@ import csv
 import io
 import math
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,10 +15,12 @@ from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
 from riglens.core.optimise.bounds import Bound
 from riglens.core.optimise.guard import Kept, Verdict, verdict, weak_cases
-from riglens.core.optimise.mounts import Additions, Candidate
+from riglens.core.optimise.mounts import NO_ADDITIONS, Additions, Candidate, Move
 from riglens.core.optimise.tables import UNIT
+from riglens.core.rig.library import default_library
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.file import new_rig_file
+from riglens.core.sensors.lidar import LIDAR
 from riglens.core.shown_text import spreadsheet_cell
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import Traffic
@@ -30,22 +33,24 @@ TABLE = "proposals.csv"
 class Problem:
     """Problem of a search: a rig, the sensors that may be added, traffic, and the frames to choose by and to check in.
 
-    Every sensor of the rig stays as it is. reference: the rig that gains refer to; without it the best of some
-    mounts that a person would choose. blind_m: height of the object whose blind area is the second goal of the
-    front; without it there is none.
+    Every sensor of the rig stays as it is unless it is among the moves. reference: the rig that gains refer to; without
+    it the best of some mounts that a person would choose, or the rig itself where nothing is added. blind_m: height of
+    the object whose blind area is the second goal of the front; without it there is none.
     """
 
     rig: Rig
     traffic: Traffic
-    additions: Additions
+    additions: Additions = NO_ADDITIONS
     objective: str = "on_target"
     frames: int = 100
     held_out: int = 1000
     seed: int = 0
     reference: Rig | None = None
     blind_m: float | None = None
+    moves: tuple[Move, ...] = ()
 
     def __post_init__(self) -> None:
+        self._check_sensors()
         if self.objective not in OBJECTIVES:
             raise InputError(f"must be {' or '.join(OBJECTIVES)} (got '{self.objective}')", "objective")
         if not 2 <= self.frames <= 1000:
@@ -62,6 +67,38 @@ class Problem:
         if self.blind_m is not None and not 0.05 <= self.blind_m <= 2.0:
             raise InputError(f"must be between 0.05 and 2 m (got {self.blind_m:g})", "blind_m")
 
+    def _check_sensors(self) -> None:
+        """Raise InputError unless LiDARs are to be added, or LiDARs of the rig to be moved, each once."""
+        models = self.additions.models
+        if not models and not self.moves:
+            raise InputError("must name at least one sensor model, or a sensor to move", "add")
+        exchanged = [model for move in self.moves for model in move.models]
+        for model in (*models, *exchanged):
+            entry = default_library().entry(model)
+            if entry.kind != LIDAR.name:
+                raise InputError(f"{model} must be a LiDAR (got a {entry.kind})", "add")
+        for model in self.additions.costs:
+            if model not in (*models, *exchanged):
+                known = ", ".join((*models, *exchanged))
+                raise InputError(f"{model} must be one of the models to add: {known}", "cost")
+        moved = set[str]()
+        lidars = [sensor.name for sensor in self.rig.enabled_lidars()]
+        for move in self.moves:
+            if move.sensor not in lidars:
+                known = ", ".join(lidars) or "none"
+                raise InputError(
+                    f"must name an enabled LiDAR of the rig: {known} (got '{move.sensor}')", "move"
+                )
+            names = {sensor.name for sensor in move.sensors_of(self.rig)}
+            if names & moved:
+                raise InputError(f"must name each sensor or mirror pair once (got '{move.sensor}')", "move")
+            moved |= names
+
+    @property
+    def count(self) -> int:
+        """Return how many candidates may be added, at most."""
+        return self.additions.count if self.additions.models else 0
+
     @property
     def settings(self) -> TargetSettings:
         """Settings of the counting, in which a candidate keeps its draws."""
@@ -70,7 +107,8 @@ class Problem:
 
 @dataclass(frozen=True)
 class Proposal:
-    """A rig with added candidates: value in the frames of choice, blind area if requested, the guard's cases."""
+    """A rig with candidates added or moved: value in the frames of choice, blind area if requested, the guard's
+    cases."""
 
     rig: Rig
     added: tuple[Candidate, ...]
@@ -110,10 +148,20 @@ class Proposal:
 
 
 @dataclass(frozen=True)
+class Stair:
+    """The best rig that was found with so many additions, and its value in the frames of choice."""
+
+    count: int
+    value: float
+    rig: Rig
+
+
+@dataclass(frozen=True)
 class OptimiseResult:
     """Proposals, the best first, then those of the front; no allowed set exceeds `bound` in the frames of choice.
 
-    before, reference_value: values of the rig itself and of the one that gains refer to, in the same frames.
+    before, reference_value: values of the rig itself and of the one that gains refer to, in the same frames. stairs: by
+    number of additions, from none on.
     """
 
     problem: Problem
@@ -125,6 +173,7 @@ class OptimiseResult:
     bound: Bound
     proposals: tuple[Proposal, ...]
     front: tuple[int, ...] = ()
+    stairs: tuple[Stair, ...] = ()
 
     @property
     def best(self) -> Proposal:
@@ -145,9 +194,12 @@ class OptimiseResult:
 
     def sentence(self) -> str:
         """Return the bound as one sentence."""
-        additions = self.problem.additions
+        additions, count = self.problem.additions, self.problem.count
         what = "pair" if additions.mirrored else "sensor"
-        some = f"set of {additions.count} {what}s" if additions.count > 1 else what
+        some = f"set of {count} {what}s" if count > 1 else what
+        if self.problem.moves:
+            moved = " and ".join(move.sensor for move in self.problem.moves)
+            some = f"{some} with another mount of {moved}" if count else f"other mount of {moved}"
         where = f"on these {self.candidates} mounts"
         if self.bound.kind == "proven":
             return f"no {some} {where} is better in these {self.problem.frames} frames (proven)"
@@ -171,29 +223,33 @@ class OptimiseResult:
                 {"value": self.proposals[n].value, "blind_m2": self.proposals[n].blind_m2, "proposal": n}
                 for n in self.front
             ],
+            "stairs": [{"count": one.count, "value": one.value} for one in self.stairs],
         }
 
     def save(self, folder: str | os.PathLike[str]) -> tuple[Path, ...]:
         """Write the proposals as rig files, and their figures as CSV; return the files."""
-        path = Path(folder)
-        check_folder(path)
-        try:
-            path.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise InputError(f"{path} cannot be made ({error.strerror})", "out") from error
-        files = [path / f"proposal-{number}.yaml" for number in range(1, len(self.proposals) + 1)]
-        text = io.StringIO()
-        table = csv.writer(text, lineterminator="\n")
-        table.writerow(["file", "name", "on_target", "blind_m2", "cost", "verdict"])
-        for file, one in zip(files, self.proposals, strict=True):
-            new_rig_file(one.rig).save(file)
-            blind = "" if one.blind_m2 is None else one.blind_m2
-            table.writerow(
-                [file.name, spreadsheet_cell(one.rig.name), one.value, blind, one.cost, one.verdict]
-            )
-        with atomic_write(path / TABLE, "w") as stream:
-            stream.write(text.getvalue())
-        return (*files, path / TABLE)
+        return save_proposals(self.proposals, folder)
+
+
+def save_proposals(proposals: Sequence[Proposal], folder: str | os.PathLike[str]) -> tuple[Path, ...]:
+    """Write proposals as rig files, and their figures as CSV; return the files."""
+    path = Path(folder)
+    check_folder(path)
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{path} cannot be made ({error.strerror})", "out") from error
+    files = [path / f"proposal-{number}.yaml" for number in range(1, len(proposals) + 1)]
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(["file", "name", "on_target", "blind_m2", "cost", "verdict"])
+    for file, one in zip(files, proposals, strict=True):
+        new_rig_file(one.rig).save(file)
+        blind = "" if one.blind_m2 is None else one.blind_m2
+        table.writerow([file.name, spreadsheet_cell(one.rig.name), one.value, blind, one.cost, one.verdict])
+    with atomic_write(path / TABLE, "w") as stream:
+        stream.write(text.getvalue())
+    return (*files, path / TABLE)
 
 
 def check_folder(folder: str | os.PathLike[str]) -> None:

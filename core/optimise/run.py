@@ -13,13 +13,22 @@ from riglens.core.errors import Cancelled
 from riglens.core.kernels.runtime import jit
 from riglens.core.optimise.bounds import Bound, branch_and_bound, fractional_bound
 from riglens.core.optimise.guard import Evaluator, Kept, guard
-from riglens.core.optimise.mounts import candidates, conflicts, rules_for
-from riglens.core.optimise.results import OptimiseResult, Problem, Proposal
-from riglens.core.optimise.search import Limits, front, greedy, search
-from riglens.core.optimise.tables import Cells, CoverTable, GroundTableMaker, HitTableMaker
+from riglens.core.optimise.mounts import Move, candidates, conflicts, locked, rules_for
+from riglens.core.optimise.results import OptimiseResult, Problem, Proposal, Stair
+from riglens.core.optimise.search import AtLeast, Limits, front, greedy, search
+from riglens.core.optimise.skin import SkinGains
+from riglens.core.optimise.tables import (
+    UNIT,
+    Cells,
+    CoverTable,
+    GroundTableMaker,
+    HitTableMaker,
+    SetFunction,
+)
 from riglens.core.review.blind import BlindEngine, BlindSettings
-from riglens.core.rig.model import Rig
+from riglens.core.rig.model import Rig, Sensor
 from riglens.core.targets.engine import never_stale
+from riglens.core.targets.traffic import Traffic
 from riglens.core.vehicle.solid import solid_of
 
 CASTING = "casting"
@@ -27,6 +36,8 @@ FIRST = 100
 """Sensors after which a first proposal is made of those that have been cast, in an order drawn by the seed."""
 FRONT = 8
 """Points of a front, at most."""
+STAIRS = 6
+"""Steps of a staircase, at least."""
 _NOTHING = np.zeros(0, np.int32)
 _HAND_X = (0.5, 0.92, 0.08, 0.75)
 _HAND_Y, _HAND_Z = (0.7, 0.9, 0.9, 0.95), (1.0, 0.5, 0.6, 0.6)
@@ -37,11 +48,19 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Progress:
-    """Progress of a search: the current step, the share done, and the best rig so far."""
+    """Progress of a search: the current step, the share of it that is done, and the best rig so far.
+
+    value, bound: of the best rig and of any other, once candidates have been cast; skin: their gains for any rig;
+    result: what is known, once all but the guard is done.
+    """
 
     stage: str
     share: float
     best: Rig | None = None
+    value: float | None = None
+    bound: float | None = None
+    skin: SkinGains | None = None
+    result: OptimiseResult | None = None
 
 
 Steps = Generator[Progress, None, OptimiseResult]
@@ -57,15 +76,28 @@ def optimise(problem: Problem, threads: int | None = None, is_stale: IsStale = n
     yield from run.cast()
     chosen, bound = yield from run.solve()
     sets = [chosen, *(yield from run.front(chosen))]
+    stairs = yield from run.stairs()
     reference = problem.reference or run.by_hand()
     proposals = [run.proposal(one, number) for number, one in enumerate(sets, 1)]
     evaluator = Evaluator(problem.traffic, threads)
     frames = 0, problem.frames
     values = list[float]()
     for rig in (problem.rig, reference, *(one.rig for one in proposals)):
-        yield Progress("evaluating", len(values) / (len(proposals) + 2), proposals[0].rig)
+        yield run.told("evaluating", len(values) / (len(proposals) + 2), chosen, bound.value)
         values.append(evaluator.sample(rig, problem.settings, frames, is_stale).value)
     proposals = [replace(one, value=value) for one, value in zip(proposals, values[2:], strict=True)]
+    found = OptimiseResult(
+        problem,
+        len(run.candidates),
+        values[0],
+        run.blind_before_m2,
+        reference,
+        values[1],
+        bound,
+        tuple(proposals),
+        tuple(range(len(proposals))) if run.ground is not None else (),
+        stairs,
+    )
     checks = guard(
         proposals[0].rig, reference, problem.traffic, problem.settings, problem.frames, problem.held_out,
         threads, is_stale,
@@ -73,21 +105,33 @@ def optimise(problem: Problem, threads: int | None = None, is_stale: IsStale = n
     kept = list[Kept]()
     for one in checks:
         kept.append(one)
-        yield Progress(f"checking: {one.case}", len(kept) / 6, proposals[0].rig)
-    proposals[0] = replace(proposals[0], guard=tuple(kept))
-    before_m2 = None if run.ground_maker is None else run.ground_maker.blind_m2
-    points = tuple(range(len(proposals))) if run.ground is not None else ()
-    return OptimiseResult(
-        problem,
-        len(run.candidates),
-        values[0],
-        before_m2,
-        reference,
-        values[1],
-        bound,
-        tuple(proposals),
-        points,
-    )
+        best = replace(found.best, guard=tuple(kept))
+        found = replace(found, proposals=(best, *found.proposals[1:]))
+        yield replace(run.told(f"checking: {one.case}", len(kept) / 6, chosen, bound.value), result=found)
+    return found
+
+
+def improvement(
+    rig: Rig,
+    traffic: Traffic,
+    sensor: str,
+    radius_m: float = 0.5,
+    *,
+    frames: int = 100,
+    held_out: int = 1000,
+    seed: int = 0,
+) -> Problem:
+    """Return the problem of a better mount for one sensor and its mirror partner, on the skin near where it is."""
+    return Problem(rig, traffic, frames=frames, held_out=held_out, seed=seed, moves=(Move(sensor, radius_m),))
+
+
+def skin_gains(
+    problem: Problem, threads: int | None = None, is_stale: IsStale = never_stale
+) -> Generator[Progress, None, SkinGains]:
+    """Cast the candidates of a problem step by step, as `optimise` does, and return their gains for any rig."""
+    run = _Run(problem, jit.use_threads(threads), is_stale)
+    yield from run.cast()
+    return run.skin
 
 
 class _Run:
@@ -96,20 +140,26 @@ class _Run:
     def __init__(self, problem: Problem, workers: int, is_stale: IsStale) -> None:
         self.problem, self._is_stale, rig = problem, is_stale, problem.rig
         solid = solid_of(rig.vehicle) if rig.self_occlusion else None
-        self.candidates = candidates(rig, problem.additions, problem.seed, is_stale)
+        self.candidates = candidates(rig, problem.additions, problem.seed, is_stale, problem.moves)
+        self._rest = locked(rig, problem.moves)
         self._maker = HitTableMaker(problem.traffic, problem.frames, problem.settings, solid, workers)
         self.ground_maker = None
         if problem.blind_m is not None:
             engine = BlindEngine(rig.vehicle, BlindSettings(), workers)
             self.ground_maker = GroundTableMaker(rig, engine, problem.blind_m, workers)
         self._rules = rules_for(rig, problem.additions.rules)
+        self._stays = [number for number, one in enumerate(self.candidates) if one.is_as_now]
+        self.skin: SkinGains
         self.table: CoverTable
+        self._goal: SetFunction
         self._all: Limits
         self.ground: CoverTable | None = None
+        self.blind_before_m2: float | None = None
+        self._blind_rest_m2 = 0.0
 
     def cast(self) -> Generator[Progress, None, None]:
         """Cast the coverage of the rig and of each candidate, in an order drawn by the seed; build the tables."""
-        base = self._maker.cells_of(self.problem.rig.enabled_lidars(), self._is_stale)
+        base = self._maker.cells_of(self._rest.enabled_lidars(), self._is_stale)
         order = np.random.default_rng(self.problem.seed).permutation(len(self.candidates)).tolist()
         found: dict[int, tuple[Cells, Cells]] = {}
         best, first = None, FIRST // (2 if self.problem.additions.mirrored else 1)
@@ -123,55 +173,100 @@ class _Run:
                 picked = [some[place] for place in greedy(table, self._limits(some))]
                 best = self.rig_with(picked)
             yield Progress(CASTING, number / len(order), best)
-        self.table = self._maker.table(base, [found[one][0] for one in range(len(order))])
-        self._all = self._limits(range(len(order)))
+        cells = [found[one][0] for one in range(len(order))]
+        self.table, self._all = self._maker.table(base, cells), self._limits(range(len(order)))
+        self.skin = SkinGains(self._maker, self.candidates, cells)
+        self._goal = self._filled(self.table)
         if self.ground_maker is not None:
-            self.ground = self.ground_maker.table([found[one][1] for one in range(len(order))])
+            maker = self.ground_maker
+            seen, rest = (maker.cells_of(_enabled(rig)) for rig in (self.problem.rig, self._rest))
+            self.blind_before_m2, self._blind_rest_m2 = maker.blind_m2(seen), maker.blind_m2(rest)
+            self.ground = maker.table(rest, [found[one][1] for one in range(len(order))])
 
     def _limits(self, some: Sequence[int]) -> Limits:
-        additions, listed = self.problem.additions, [self.candidates[one] for one in some]
+        problem, listed = self.problem, [self.candidates[one] for one in some]
         costs = np.array([one.cost for one in listed])
-        apart = conflicts(listed, self.problem.rig, self._rules)
-        return Limits(additions.count, costs, additions.budget, apart)
+        apart = conflicts(listed, self._rest, self._rules)
+        slots = np.array([one.slot for one in listed], np.int64)
+        room = np.array([problem.count, *(1 for _ in problem.moves)], np.int64)
+        return Limits(int(room.sum()), costs, problem.additions.budget, apart, slots, room)
+
+    def _filled(self, f: SetFunction) -> SetFunction:
+        """Return a function that puts every moved sensor somewhere before anything else."""
+        count = len(self.problem.moves)
+        if not count:
+            return f
+        cells = [np.arange(one.slot - 1, one.slot, dtype=np.int32)[: one.slot] for one in self.candidates]
+        zero, worth = np.zeros(1, np.uint8), np.arange(count + 1, dtype=np.int64)[None]
+        owner = np.zeros(count, np.int32)
+        return AtLeast(f, CoverTable(cells, owner, np.zeros(1, np.int32), zero, worth, 1), count)
 
     def solve(self) -> Generator[Progress, None, tuple[list[int], Bound]]:
         """Search for the best set, then try to prove it, and bound it by cuts where that takes too many steps."""
-        chosen = yield from self._told("searching", search(self.table, self._all))
-        chosen, proven = yield from self._told(
-            "proving", branch_and_bound(self.table, self._all, chosen), self.rig_with(chosen)
+        chosen = yield from self._steps("searching", search(self._goal, self._all, self._stays))
+        chosen, proven = yield from self._steps(
+            "proving", branch_and_bound(self._goal, self._all, chosen), chosen
         )
         if proven:
             return chosen, Bound(self.table.value(chosen), "proven")
         cuts = fractional_bound(self.table, self._all, chosen)
-        value = yield from self._told("bounding", cuts, self.rig_with(chosen))
+        value = yield from self._steps("bounding", cuts, chosen)
         return chosen, Bound(value, "cuts")
 
-    def _told(
-        self, stage: str, steps: Generator[None, None, T], best: Rig | None = None
+    def told(self, stage: str, share: float, chosen: list[int], bound: int | None = None) -> Progress:
+        """Return the progress with a set as the best so far."""
+        value = self.table.value(chosen)
+        above = None if bound is None else max(bound, value) / UNIT
+        return Progress(stage, share, self.rig_with(chosen), value / UNIT, above, self.skin)
+
+    def _steps(
+        self, stage: str, steps: Generator[int | None, None, T], chosen: list[int] | None = None
     ) -> Generator[Progress, None, T]:
         """Run steps and emit their progress; raise Cancelled between two of them."""
+        least: int | None = None
         while True:
             try:
-                next(steps)
+                bound = next(steps)
             except StopIteration as end:
                 found: T = end.value
                 return found
             if self._is_stale():
                 raise Cancelled
-            yield Progress(stage, 0.0, best)
+            if bound is not None:
+                filled = UNIT * len(self.problem.moves) if stage == "proving" else 0
+                least = bound - filled if least is None else min(least, bound - filled)
+            yield (
+                Progress(stage, 0.0, skin=self.skin)
+                if chosen is None
+                else self.told(stage, 0.0, chosen, least)
+            )
 
     def front(self, chosen: list[int]) -> Generator[Progress, None, list[list[int]]]:
         """Return the sets of the front besides the best one."""
         if self.ground is None:
             return []
-        steps = front(self.table, self.ground, self._all, chosen, FRONT - 1)
-        return (yield from self._told("front", steps, self.rig_with(chosen)))
+        steps = front(self._goal, self.ground, self._all, chosen, FRONT - 1, self._stays)
+        return (yield from self._steps("front", steps, chosen))
+
+    def stairs(self) -> Generator[Progress, None, tuple[Stair, ...]]:
+        """Return the best sets found by number of additions."""
+        found = []
+        for count in range(max(self.problem.count, STAIRS) + 1 if self.problem.count else 1):
+            room = np.array([count, *self._all.room[1:]], np.int64)
+            limits = replace(self._all, count=int(room.sum()), room=room)
+            some = yield from self._steps("stairs", search(self._goal, limits, self._stays))
+            found.append(Stair(count, self.table.value(some) / UNIT, self.rig_with(some, f"{count} added")))
+        return tuple(found)
 
     def by_hand(self) -> Rig:
-        """Return the best of the sets that a person would mount level at roof sides, corners and wings."""
+        """Return the best of the sets that a person would mount level at roof sides, corners and wings; the rig itself
+        where nothing is added."""
+        if not self.problem.count:
+            return self.problem.rig
         car, additions = self.problem.rig.vehicle, self.problem.additions
         middles = np.array([one.places_m[0] for one in self.candidates])
-        level = np.array([one.tilt_deg == min(additions.tilts_deg) for one in self.candidates])
+        least = min(additions.tilts_deg)
+        level = np.array([one.tilt_deg == least and not one.slot for one in self.candidates])
         usual = []
         for side in (1.0,) if additions.mirrored else (1.0, -1.0):
             for x, y, z in zip(_HAND_X, _HAND_Y, _HAND_Z, strict=True):
@@ -180,32 +275,38 @@ class _Run:
                 usual.append(int(np.argmin(away)))
         usual = sorted(set(usual))
         sets = [
-            list(some)
+            [*self._stays, *some]
             for count in range(1, additions.count + 1)
             for some in combinations(usual, count)
-            if self._all.allow(some)
+            if self._all.allow([*self._stays, *some])
         ]
-        best = max(sets, key=self.table.value, default=[])
+        best = max(sets, key=self.table.value, default=self._stays)
         return self.rig_with(best, "mounted by hand")
 
     def rig_with(self, chosen: Sequence[int], name: str = "proposal") -> Rig:
-        """Return the rig with some candidates added."""
-        rig = self.problem.rig
-        added = [sensor for one in chosen for sensor in self.candidates[one].sensors]
-        return rig.replace(name=f"{rig.name[:150]}, {name}", sensors=(*rig.sensors, *added))
+        """Return the rig with some candidates added, and those of its own sensors in their place."""
+        rig, picked = self.problem.rig, [self.candidates[one] for one in chosen]
+        moved = {sensor.name: sensor for one in picked if one.slot for sensor in one.sensors}
+        added = [sensor for one in picked if not one.slot for sensor in one.sensors]
+        own = [moved.get(sensor.name, sensor) for sensor in rig.sensors]
+        return rig.replace(name=f"{rig.name[:150]}, {name}", sensors=(*own, *added))
 
     def proposal(self, chosen: Sequence[int], number: int) -> Proposal:
         """Return a set as a proposal; its value is still to be evaluated."""
         blind_m2 = None
         if self.ground is not None and self.ground_maker is not None:
             seen = self.ground.value(chosen)
-            blind_m2 = self.ground_maker.blind_m2 - seen * self.ground_maker.column_m2
+            blind_m2 = self._blind_rest_m2 - seen * self.ground_maker.column_m2
         return Proposal(
             self.rig_with(chosen, f"proposal {number}"),
-            tuple(self.candidates[one] for one in chosen),
+            tuple(self.candidates[one] for one in chosen if not self.candidates[one].is_as_now),
             0.0,
             blind_m2,
         )
+
+
+def _enabled(rig: Rig) -> list[Sensor]:
+    return [sensor for sensor in rig.sensors if sensor.enabled]
 
 
 def finished(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,23 +14,41 @@ Ids = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 ROUNDING = 1e-9
 """Of sums of costs, relative to the budget."""
+_FREE = 1e-6
+"""Cost, in gains per cost, of what costs nothing."""
 
 
 @dataclass(frozen=True)
 class Limits:
-    """Constraints on a set: at most `count` candidates, costs (n,) within a budget, no two in conflict (n, n)."""
+    """Constraints on a set: at most `count` candidates, costs (n,) within a budget, no two in conflict (n, n); of each
+    slot (n,) at most its room (slots,), where there are several."""
 
     count: int
     costs: NDArray[np.float64]
     budget: float
     conflicts: Flags
+    slot: Ids = field(default_factory=lambda: np.zeros(0, np.int64))
+    room: Ids = field(default_factory=lambda: np.zeros(0, np.int64))
 
     def open_to(self, chosen: Sequence[int]) -> Flags:
         """Return which candidates may join a set, (n,)."""
         if len(chosen) >= self.count:
             return np.zeros(len(self.costs), np.bool_)
         fits = self.costs <= self.budget * (1.0 + ROUNDING) - float(self.costs[list(chosen)].sum())
+        if len(self.room) > 1:
+            taken = np.bincount(self.slot[list(chosen)], minlength=len(self.room))
+            fits &= (taken < self.room)[self.slot]
         return np.asarray(fits & ~self.conflicts[list(chosen)].any(axis=0))
+
+    def of_slots(self, chosen: Sequence[int], ids: Ids, most: int) -> list[tuple[Ids | slice, int]]:
+        """Return by slot the places of candidates among `ids`, and how many of them may join a set, at most `most`."""
+        if len(self.room) < 2:
+            return [(slice(None), most)]
+        left = self.room - np.bincount(self.slot[list(chosen)], minlength=len(self.room))
+        slots = self.slot[ids]
+        return [
+            (np.flatnonzero(slots == one), min(room, most)) for one, room in enumerate(left.tolist()) if room
+        ]
 
     def allow(self, chosen: Sequence[int]) -> bool:
         """Return whether a set is allowed."""
@@ -42,7 +60,7 @@ def greedy(f: SetFunction, limits: Limits, start: Sequence[int] = (), per_cost: 
     chosen = list(start)
     while (ids := np.flatnonzero(limits.open_to(chosen))).size:
         gains = f.gains(chosen, ids)
-        best = int(np.argmax(gains / limits.costs[ids] if per_cost else gains))
+        best = int(np.argmax(gains / np.maximum(limits.costs[ids], _FREE) if per_cost else gains))
         if gains[best] <= 0:
             break
         chosen.append(int(ids[best]))
@@ -67,11 +85,13 @@ def swap(f: SetFunction, limits: Limits, chosen: list[int]) -> Generator[None, N
         chosen = greedy(f, limits, best[1])  # a cheaper one may leave room in a budget
 
 
-def search(f: SetFunction, limits: Limits) -> Generator[None, None, list[int]]:
-    """Return the better of both greedy sets after exchanges, sorted."""
+def search(f: SetFunction, limits: Limits, stays: Sequence[int] = ()) -> Generator[None, None, list[int]]:
+    """Return the best of the greedy sets after exchanges, sorted; `stays`: what one of them starts with."""
     starts = [greedy(f, limits)]
     if np.isfinite(limits.budget) and len(np.unique(limits.costs)) > 1:
         starts.append(greedy(f, limits, per_cost=True))
+    if stays:
+        starts.append(greedy(f, limits, stays))
     best: list[int] = []
     for start in starts:
         found = yield from swap(f, limits, start)
@@ -98,17 +118,22 @@ class AtLeast:
 
 
 def front(
-    first: SetFunction, second: SetFunction, limits: Limits, chosen: list[int], points: int
+    first: SetFunction,
+    second: SetFunction,
+    limits: Limits,
+    chosen: list[int],
+    points: int,
+    stays: Sequence[int] = (),
 ) -> Generator[None, None, list[list[int]]]:
     """Return sets of which none is better than another in both goals, besides one chosen by the first goal alone.
 
     Epsilon constraint: the first goal at levels of the second one, up to the most that is found of that alone.
     """
-    most = yield from search(second, limits)
+    most = yield from search(second, limits, stays)
     low, high = second.value(chosen), second.value(most)
     found = []
     for level in np.unique(np.linspace(low + 1, high, points).round().astype(np.int64)).tolist():
-        found.append((yield from search(AtLeast(first, second, level), limits)))
+        found.append((yield from search(AtLeast(first, second, level), limits, stays)))
     found.sort(key=lambda one: (-first.value(one), -second.value(one)))
     kept, best = list[list[int]](), low
     for one in found:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import takewhile
@@ -19,6 +20,7 @@ from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensing.body_ends import housing_radius_m
 from riglens.core.targets.contribution import Contribution, TargetCaster
+from riglens.core.targets.engine import never_stale
 from riglens.core.targets.settings import CELLS_SCALE, TargetSettings
 from riglens.core.targets.traffic import Traffic
 from riglens.core.vehicle.solid import Solid
@@ -62,7 +64,7 @@ class CoverTable:
 
     cells: of each candidate, each cell once, numbers below len(owner); owner (cells,): their objects, rising; known
     (objects,): cells of what is on the car already; row (objects,): row of worth (rows, most + 1), which rises by
-    ever less. Such a function is monotone and submodular.
+    ever less; numbers (cells,): of the cells for their maker. Such a function is monotone and submodular.
     """
 
     def __init__(
@@ -73,8 +75,9 @@ class CoverTable:
         row: NDArray[np.uint8],
         worth: Ids,
         workers: int,
+        numbers: Cells | None = None,
     ) -> None:
-        self.workers, self.known, self.owner = workers, known, owner
+        self.workers, self.known, self.owner, self._numbers = workers, known, owner, numbers
         runs = [np.flatnonzero(np.diff(owner[one], prepend=-1)) for one in cells]
         starts = np.cumsum([0, *(len(run) for run in runs)])
         begins = np.cumsum([0, *(len(one) for one in cells)])
@@ -124,9 +127,50 @@ class CoverTable:
 
     def gains(self, chosen: Sequence[int], ids: Ids) -> Ids:
         """Return what each of some candidates adds to a set, the same for any number of workers."""
-        state, found = self.state(chosen), np.empty(len(ids), np.int64)
+        return self.gains_in(self.state(chosen), ids)
+
+    def gains_in(self, state: State, ids: Ids) -> Ids:
+        """Return what each of some candidates adds in a state."""
+        found = np.empty(len(ids), np.int64)
         kernel.gains(self.cover, ids, state.covered, state.known, self.workers, found)
         return found
+
+    def given(self, cells: Cells, known: Cells) -> State:
+        """Return the state where sensors cover cells, by their maker's numbers (rising), and `known` of each object."""
+        assert self._numbers is not None
+        covered = np.isin(self._numbers, cells, assume_unique=True).astype(np.uint8)
+        return State(covered, known, self._worth_of(known))
+
+
+class TableMaker(ABC):
+    """Finds what sensors cover, numbered below `size`, and makes tables of it: row (objects,) and worth as there."""
+
+    def __init__(self, size: int, row: NDArray[np.uint8], worth: Ids, workers: int) -> None:
+        self.size, self._row, self._worth, self._workers = size, row, worth, workers
+
+    @abstractmethod
+    def cells_of(self, sensors: Sequence[Sensor], is_stale: IsStale = never_stale) -> Cells:
+        """Return the numbers that sensors cover, each once, rising; raise Cancelled as soon as `is_stale`."""
+
+    @abstractmethod
+    def owners_of(self, numbers: Cells | Ids) -> Cells:
+        """Return the objects of rising numbers."""
+
+    def known(self, base: Cells) -> Cells:
+        """Return how many of some numbers each object has, (objects,)."""
+        return np.bincount(self.owners_of(base), minlength=len(self._row)).astype(np.int32)
+
+    def table(self, base: Cells, cells: Sequence[Cells]) -> CoverTable:
+        """Return the table of candidates, without what sensors of the rig cover."""
+        used = np.zeros(self.size, np.bool_)
+        for one in cells:
+            used[one] = True
+        used[base] = False
+        place = np.cumsum(used, dtype=np.int32) - 1
+        numbers = np.flatnonzero(used).astype(np.int32)
+        kept = [place[one[used[one]]] for one in cells]
+        owner = self.owners_of(numbers)
+        return CoverTable(kept, owner, self.known(base), self._row, self._worth, self._workers, numbers)
 
 
 class CellSpace:
@@ -168,73 +212,62 @@ def hit_worth(cls: NDArray[np.uint8]) -> Ids:
     return np.concatenate([np.zeros((len(CLASSES), 1), np.int64), sums], axis=1)
 
 
-class HitTableMaker:
-    """Casts candidates one after another and makes the table of cells that they hit on objects (on target)."""
+class HitTableMaker(TableMaker):
+    """Casts sensors into traffic, one after another, and finds the cells that they hit on objects (on target)."""
 
     def __init__(
         self, traffic: Traffic, frames: int, settings: TargetSettings, solid: Solid | None, workers: int = 1
     ) -> None:
-        self._traffic, self._frames, self._settings, self._solid = traffic, frames, settings, solid
-        self._workers, self._space = workers, CellSpace(traffic, frames)
-        self._caster = TargetCaster(traffic, workers)
+        self._frames, self._settings, self._solid = frames, replace(settings, min_points=1), solid
+        self._space, self._caster = CellSpace(traffic, frames), TargetCaster(traffic, workers)
+        cls = traffic.cls[self._space.box]
+        super().__init__(self._space.size, cls, hit_worth(cls), workers)
 
-    def cells_of(self, sensors: Sequence[Sensor], is_stale: IsStale) -> Cells:
-        """Return numbers of the cells that LiDARs hit, each once, rising; raise Cancelled as soon as `is_stale`."""
+    def cells_of(self, sensors: Sequence[Sensor], is_stale: IsStale = never_stale) -> Cells:
+        """Return numbers of the cells that LiDARs hit."""
         found = [np.zeros(0, np.int32)]
         for sensor in sensors:
             barrier = None
             if self._solid is not None:
                 barrier = self._solid.barrier(sensor.kind, housing_radius_m(sensor))
-            settings = replace(self._settings, min_points=1)
-            one = self._caster.cast(sensor, settings, barrier, (0, self._frames), is_stale)
+            one = self._caster.cast(sensor, self._settings, barrier, (0, self._frames), is_stale)
             if one is None:
                 raise Cancelled
             found.append(self._space.numbers(one))
         return np.unique(np.concatenate(found))
 
-    def table(self, base: Cells, cells: Sequence[Cells]) -> CoverTable:
-        """Return the table of candidates, without the cells that the rig's own LiDARs hit."""
-        used = np.zeros(self._space.size, np.bool_)
-        for one in cells:
-            used[one] = True
-        used[base] = False
-        place = np.cumsum(used, dtype=np.int32) - 1
-        owner = np.searchsorted(self._space.base, np.flatnonzero(used), side="right").astype(np.int32) - 1
-        of_base = np.searchsorted(self._space.base, base, side="right") - 1
-        known = np.bincount(of_base, minlength=len(self._space.box)).astype(np.int32)
-        cls = self._traffic.cls[self._space.box]
-        kept = [place[one[used[one]]] for one in cells]
-        return CoverTable(kept, owner.astype(np.int32), known, cls, hit_worth(cls), self._workers)
+    def owners_of(self, numbers: Cells | Ids) -> Cells:
+        """Return the objects of cells."""
+        return np.searchsorted(self._space.base, numbers, side="right").astype(np.int32) - 1
 
 
-class GroundTableMaker:
-    """Find the ground next to the car that candidates cover: columns where any sensor sees an object of a height."""
+class GroundTableMaker(TableMaker):
+    """Finds the ground next to the car that sensors cover: columns where any sees an object of a height. All of it is
+    one object, each column that the rig itself leaves unseen worth 1."""
 
     def __init__(self, rig: Rig, engine: BlindEngine, height_m: float, workers: int = 1) -> None:
-        self._rig, self._engine, self._height_m, self._workers = rig, engine, height_m, workers
-        self._blind = engine.evaluate(rig).unseen(height_m)
+        self._rig, self._engine, self._height_m = rig, engine, height_m
+        self._counts = engine.ground.counts
+        worth = np.arange(int(self._counts.sum()) + 1, dtype=np.int64)[None]
+        super().__init__(self._counts.size, np.zeros(1, np.uint8), worth, workers)
         self.column_m2 = engine.grid.voxel_m**2
 
-    @property
-    def blind_m2(self) -> float:
-        """Area that the rig itself leaves unseen."""
-        return float(self._blind.sum() * self.column_m2)
+    def blind_m2(self, base: Cells) -> float:
+        """Area that columns leave unseen."""
+        return float((int(self._counts.sum()) - len(base)) * self.column_m2)
 
-    def cells_of(self, sensors: Sequence[Sensor]) -> Cells:
-        """Return the columns that the rig leaves unseen and these sensors see, by their number among those."""
+    def cells_of(self, sensors: Sequence[Sensor], is_stale: IsStale = never_stale) -> Cells:
+        """Return the numbers of the columns that sensors see."""
+        if is_stale():
+            raise Cancelled
         alone = self._rig.model_copy(update={"sensors": tuple(sensors)})
-        seen = ~self._engine.evaluate(alone).unseen(self._height_m)
-        return np.flatnonzero(seen[self._blind]).astype(np.int32)
+        seen = self._counts & ~self._engine.evaluate(alone).unseen(self._height_m)
+        return np.flatnonzero(seen).astype(np.int32)
 
-    def table(self, cells: Sequence[Cells]) -> CoverTable:
-        """Return the table of columns: one object, each column worth 1."""
-        count = int(self._blind.sum())
-        worth = np.arange(count + 1, dtype=np.int64)[None]
-        return CoverTable(
-            cells,
-            np.zeros(count, np.int32),
-            np.zeros(1, np.int32),
-            np.zeros(1, np.uint8),
-            worth,
-            self._workers,
-        )
+    def owners_of(self, numbers: Cells | Ids) -> Cells:
+        """Return the one object."""
+        return np.zeros(len(numbers), np.int32)
+
+    def known(self, base: Cells) -> Cells:
+        """Return 0: what the rig sees counts for nothing."""
+        return np.zeros(1, np.int32)

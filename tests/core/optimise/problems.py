@@ -40,9 +40,13 @@ def random_columns(rng: np.random.Generator, size: int) -> CoverTable:
 
 
 def random_limits(rng: np.random.Generator, size: int, count: int) -> Limits:
-    """Conflicts of some pairs, and a budget that most single candidates fit in."""
+    """Conflicts of some pairs, a budget that most single candidates fit in, and in half of them slots."""
     conflicts = rng.random((size, size)) < 0.2
     conflicts = conflicts | conflicts.T | np.eye(size, dtype=np.bool_)
     costs = np.round(rng.uniform(0.5, 3.0, size), 1)
     budget = float(rng.choice([np.inf, 1.0, 2.0, 4.0, 6.0]))
-    return Limits(count, costs, budget, conflicts)
+    if rng.random() < 0.5:
+        return Limits(count, costs, budget, conflicts)
+    slot, room = rng.integers(0, 3, size), rng.integers(0, 3, 3)
+    costs[slot == 2] = 0.0
+    return Limits(int(room.sum()), costs, budget, conflicts, slot, room)

@@ -9,10 +9,12 @@ import pytest
 
 from riglens.core.errors import Cancelled, InputError
 from riglens.core.optimise.guard import HELD_OUT, Evaluator, Kept, guard, verdict
-from riglens.core.optimise.mounts import Additions
+from riglens.core.optimise.mounts import Additions, Move, rules_for
 from riglens.core.optimise.results import OptimiseResult, Problem
-from riglens.core.optimise.run import finished, optimise
+from riglens.core.optimise.run import Progress, finished, improvement, optimise, skin_gains
 from riglens.core.review.blind import BlindEngine, BlindSettings
+from riglens.core.review.mounts import violations
+from riglens.core.rig.edits import mirrored_pose, with_mirror_image
 from riglens.core.rig.model import Lidar, LinearAngles, Rig
 from riglens.core.rig.yaml.file import load_rig
 from riglens.core.targets.engine import TargetEngine
@@ -120,6 +122,86 @@ def test_gains_over_a_rig_of_ones_own(traffic: Traffic) -> None:
     assert found.best.guard[0].gain > 0.0
 
 
+def pair(x_m: float) -> Rig:
+    """A car with a LiDAR on the roof, and a mirror pair beside it."""
+    left = OWN.replace(name="left", position=(x_m, 0.6, 1.55))
+    whole = with_mirror_image(RIG.replace(sensors=(OWN, left)), "left", "right")
+    return whole.replace(name="car with a pair")
+
+
+def test_a_sensor_improves_with_its_partner_and_no_other_sensor_moves(traffic: Traffic) -> None:
+    rig = pair(-1.0)
+    problem = improvement(rig, traffic, "right", 0.8, frames=8, held_out=10)
+    found = finished(problem, 1)
+    best = found.best.rig
+    assert [one.name for one in best.sensors] == ["own", "left", "right"]
+    assert best.sensor("own") == OWN
+    left, right = best.sensor("left"), best.sensor("right")
+    assert right.pose == mirrored_pose(left.pose)
+    assert left.pose != rig.sensor("left").pose
+    assert math.dist(left.position, rig.sensor("left").position) < 1.1
+    assert found.before == found.reference_value < found.best.value <= found.bound_value
+    assert "no other mount of right on these" in found.sentence()
+    assert violations(best, rules_for(rig, problem.additions.rules)) == ()
+
+
+def test_a_sensor_without_a_better_mount_stays(traffic: Traffic) -> None:
+    rig = pair(-1.0)
+    first = finished(improvement(rig, traffic, "left", 0.8, frames=8, held_out=10), 1).best.rig
+    again = finished(improvement(first, traffic, "left", 0.0, frames=8, held_out=10), 1)
+    assert again.best.value >= again.before
+    stays = Problem(first, traffic, frames=8, moves=(Move("left", 0.0, (), (0.0,)),))
+    with pytest.raises(InputError, match="no mount"):
+        finished(stays, 1)
+
+
+def test_sensors_move_are_exchanged_and_added_at_once(traffic: Traffic) -> None:
+    moves = (Move("own", models=("generic-16",)), Move("left", 0.0, ("generic-16",), (0.0,)))
+    problem = Problem(pair(-1.0), traffic, replace(ADDED, count=1), frames=8, held_out=10, moves=moves)
+    found = finished(problem, 1)
+    best = found.best.rig
+    assert [one.name for one in best.sensors][:3] == ["own", "left", "right"]
+    assert len(best.sensors) == 5
+    assert {one.model for one in best.sensors} <= {None, "generic-16"}
+    assert best.sensor("left").pose == problem.rig.sensor("left").pose
+    assert [one.count for one in found.stairs] == list(range(7))
+    values = [one.value for one in found.stairs]
+    assert values == sorted(values)
+    assert values[1] == pytest.approx(found.best.value, rel=1e-9)
+
+
+def test_gains_on_the_skin_are_those_of_the_engine_for_any_rig(traffic: Traffic) -> None:
+    problem = Problem(RIG, traffic, ADDED, frames=8)
+    skin = done(skin_gains(problem, 1))
+    moved = RIG.replace(sensors=(OWN.replace(position=(0.5, 0.2, 1.9)),))
+    evaluator = Evaluator(traffic)
+
+    def value(rig: Rig) -> float:
+        return evaluator.sample(rig, problem.settings, (0, 8)).value
+
+    for rig in (RIG, moved, RIG):
+        gains = skin.gains(rig)
+        for one in (0, 7, len(gains) - 1):
+            more = rig.replace(sensors=(*rig.sensors, *skin.candidates[one].sensors))
+            assert gains[one] == pytest.approx(value(more) - value(rig), abs=1e-9)
+    colours = skin.by_spot(skin.gains(RIG))
+    assert colours.shape == (len(skin.points_m),) == (len(skin.normals),)
+    assert colours.max() == skin.gains(RIG).max()
+
+
+def test_progress_brackets_the_result(traffic: Traffic) -> None:
+    seen: list[Progress] = []
+    found = done(optimise(Problem(RIG, traffic, ADDED, frames=8, held_out=10), 1), seen.append)
+    proving = [one for one in seen if one.stage == "proving"]
+    assert proving
+    for one in proving:
+        assert one.value is not None and one.bound is not None
+        assert one.value <= found.best.value + 1e-9 <= one.bound + 2e-9
+    checking = [one.result for one in seen if one.result is not None]
+    assert [len(one.best.guard) for one in checking] == list(range(1, len(found.best.guard) + 1))
+    assert checking[-1] == found
+
+
 def test_what_cannot_be_is_refused_in_one_line(traffic: Traffic) -> None:
     for wrong, said in (
         ({"objective": "beauty"}, "objective must be on_target"),
@@ -128,9 +210,16 @@ def test_what_cannot_be_is_refused_in_one_line(traffic: Traffic) -> None:
         ({"held_out": 1}, "held_out"),
         ({"blind_m": math.nan}, "blind_m"),
         ({"seed": -1}, "seed"),
+        ({"additions": Additions(())}, "add must name at least one"),
+        ({"additions": Additions(("nuscenes-front",))}, "must be a LiDAR"),
+        ({"additions": Additions(("velodyne-vlp-61",))}, "unknown sensor model"),
+        ({"additions": Additions(("generic-16",), costs={"other": 2.0})}, "cost other"),
+        ({"moves": (Move("nobody"),)}, "move must name an enabled LiDAR of the rig: own"),
+        ({"moves": (Move("own"), Move("own", 0.5))}, "once"),
+        ({"moves": (Move("own", models=("nuscenes-front",)),)}, "must be a LiDAR"),
     ):
         with pytest.raises(InputError, match=said) as caught:
-            Problem(RIG, traffic, ADDED, **{"frames": 8, **wrong})
+            Problem(RIG, traffic, **{"additions": ADDED, "frames": 8, **wrong})
         assert "\n" not in str(caught.value)
 
 

@@ -74,9 +74,10 @@ def test_ground_that_a_set_sees_is_what_it_takes_from_the_blind_map() -> None:
     added = [(lidar("left", 0.0, 1.0), lidar("right", 0.0, -1.0)), (lidar("rear", -2.2, 0.0),)]
     settings = BlindSettings(voxel_m=0.25, within_m=5.0)
     maker = GroundTableMaker(rig, BlindEngine(rig.vehicle, settings), 0.3)
-    table = maker.table([maker.cells_of(sensors) for sensors in added])
+    base = maker.cells_of(rig.sensors)
+    table = maker.table(base, [maker.cells_of(sensors) for sensors in added])
     for chosen in ([], [0], [1], [0, 1]):
         whole = rig.replace(sensors=(*rig.sensors, *(s for one in chosen for s in added[one])))
         unseen = float(BlindEngine(rig.vehicle, settings).evaluate(whole).area_m2(0.3).sum())
-        assert maker.blind_m2 - table.value(chosen) * maker.column_m2 == pytest.approx(unseen)
+        assert maker.blind_m2(base) - table.value(chosen) * maker.column_m2 == pytest.approx(unseen)
     assert table.value([0, 1]) > table.value([0]) > 0
