@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -10,11 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
+from riglens.core.optimise.weights import EVEN, Weights
 from riglens.core.review.tolerance import disturbed, errors_count, profile_called, unit_draws
+from riglens.core.rig.edits import without_sensor
 from riglens.core.rig.library import default_library
 from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.sensors.camera import CAMERA
 from riglens.core.targets.engine import TargetEngine, never_stale
+from riglens.core.targets.quantities import ON_TARGET, Quantity
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import Traffic
 
@@ -42,22 +46,25 @@ class Kept:
 
 @dataclass(frozen=True)
 class Sample:
-    """Hit coverage of single objects (k,) in `frames` frames, with their classes and places of frames."""
+    """A figure of single objects (k,) in `frames` frames, with their classes, weights within a class, and places of
+    frames; and the weights of classes."""
 
-    on_target: Doubles
+    values: Doubles
     cls: NDArray[np.uint8]
+    ring: Doubles
     frame: NDArray[np.int64]
     frames: int
+    by_class: Doubles
 
     @classmethod
     def mean_of(cls, samples: Sequence[Sample]) -> Sample:
         """Average samples of the same objects, one by one."""
-        return replace(samples[0], on_target=np.mean([one.on_target for one in samples], axis=0))
+        return replace(samples[0], values=np.mean([one.values for one in samples], axis=0))
 
     @property
     def value(self) -> float:
         """Mean over the classes that occur of the mean over their objects."""
-        return _mean(self.on_target, self.cls)[0]
+        return self._mean(self.values)[0]
 
     def gain_over(self, other: Sample) -> tuple[float, float]:
         """Gain over another rig on the same objects, and its standard error.
@@ -65,67 +72,91 @@ class Sample:
         Frames are what was drawn: a ratio of totals over frames, linearised (Cochran, Sampling Techniques, 1977,
         chapter 6), without a correction for a finite number of frames: the claim is about traffic like this.
         """
-        more = self.on_target - other.on_target
-        gain, misses = _mean(more, self.cls)
+        more = self.values - other.values
+        gain, misses = self._mean(more)
         by_frame = np.bincount(self.frame, misses, self.frames)
         return gain, float(np.sqrt((by_frame**2).sum() * self.frames / (self.frames - 1)))
 
+    def _mean(self, values: Doubles) -> tuple[float, Doubles]:
+        """Mean of the classes' means, and what each object (k,) contributes beyond it."""
+        total = np.bincount(self.cls, self.ring, len(CLASSES))
+        there = float(self.by_class[total > 0.0].sum()) or 1.0
+        whole = np.where(total > 0.0, total, 1.0)
+        means = np.bincount(self.cls, values * self.ring, len(CLASSES)) / whole
+        each = (values - means[self.cls]) / whole[self.cls] / there * self.ring * self.by_class[self.cls]
+        return float((means * self.by_class).sum() / there), each
 
-def _mean(values: Doubles, cls: NDArray[np.uint8]) -> tuple[float, Doubles]:
-    """Mean of the classes' means, and what each object (k,) contributes beyond it."""
-    objects = np.bincount(cls, minlength=len(CLASSES))
-    there = max(1, int((objects > 0).sum()))
-    means = np.bincount(cls, values, len(CLASSES)) / np.maximum(objects, 1)
-    return float(means.sum() / there), (values - means[cls]) / objects[cls] / there
+
+Sampler = Callable[[Rig, TargetSettings, tuple[int, int]], Sample]
+"""A figure of a rig in frames first..end-1 of the sampling order."""
 
 
 class Evaluator:
-    """Hit coverage of rigs in ranges of frames of one set of traffic."""
+    """A figure of rigs on the objects of one set of traffic; only sensors of the kind that makes it are cast."""
 
-    def __init__(self, traffic: Traffic, threads: int | None = None) -> None:
+    def __init__(
+        self,
+        traffic: Traffic,
+        threads: int | None = None,
+        quantity: Quantity = ON_TARGET,
+        weights: Weights = EVEN,
+        is_stale: IsStale = never_stale,
+    ) -> None:
         self._traffic, self._engine = traffic, TargetEngine(traffic, threads)
+        self._quantity, self._weights, self._is_stale = quantity, weights, is_stale
 
-    def sample(
-        self, rig: Rig, settings: TargetSettings, frames: tuple[int, int], is_stale: IsStale = never_stale
-    ) -> Sample:
-        """Evaluate the LiDARs of a rig in frames first..end-1 of the sampling order; raise Cancelled when stale."""
+    def __call__(self, rig: Rig, settings: TargetSettings, frames: tuple[int, int]) -> Sample:
+        """Evaluate a rig; raise Cancelled when stale. Objects without the figure are left out."""
         first, end = frames
-        objects = self._engine.evaluate(rig.with_lidars_alone(), settings, end, cancel=is_stale).objects
-        frame = self._traffic.frame_of_box[objects.box]
-        used = frame >= first
+        alone = rig.model_copy(update={"sensors": rig.enabled_cameras()})
+        if self._quantity.key != CAMERA.name:
+            alone = rig.with_lidars_alone()
+        objects = self._engine.evaluate(alone, settings, end, cancel=self._is_stale).objects
+        frame, values = self._traffic.frame_of_box[objects.box], self._quantity.of(objects, settings)
+        used = (frame >= first) & ~np.isnan(values)
         box = objects.box[used]
-        return Sample(objects.on_target[used], self._traffic.cls[box], frame[used] - first, end - first)
+        ring = self._weights.at(self._traffic.distance_m[box])
+        cls = self._traffic.cls[box]
+        return Sample(values[used], cls, ring, frame[used] - first, end - first, self._weights.by_class)
+
+
+def with_worst_failure(sampler: Sampler) -> Sampler:
+    """Return the sampler of rigs with the one LiDAR failed that they miss most."""
+
+    def sample(rig: Rig, settings: TargetSettings, frames: tuple[int, int]) -> Sample:
+        left = [without_sensor(rig, lidar.name) for lidar in rig.enabled_lidars()]
+        return min((sampler(one, settings, frames) for one in left or [rig]), key=lambda one: one.value)
+
+    return sample
 
 
 def guard(
     proposal: Rig,
     reference: Rig,
-    traffic: Traffic,
+    sampler: Sampler,
     settings: TargetSettings,
     frames: int,
-    held_out: int,
-    threads: int | None = None,
-    is_stale: IsStale = never_stale,
+    last: int,
+    others: Mapping[str, tuple[Sampler, tuple[int, int]]] | None = None,
 ) -> Generator[Kept, None, float]:
     """Compare a proposal with a reference case by case, and return the gain in the first `frames` frames.
 
-    settings: those with which the proposal was chosen. Held-out frames follow the frames of choice; there the phases
-    of LiDARs are random whatever was chosen with.
+    settings: those with which the proposal was chosen. Held-out frames, up to `last`, follow the frames of choice;
+    there the phases of LiDARs are random whatever was chosen with. others: by the name of a case the sampler of other
+    traffic and its frames.
     """
-    evaluator = Evaluator(traffic, threads)
 
-    def gain(cases: Iterable[tuple[TargetSettings, Rig, Rig]], where: tuple[int, int]) -> tuple[float, float]:
+    def gain(
+        cases: Iterable[tuple[TargetSettings, Rig, Rig]], where: tuple[int, int], by: Sampler = sampler
+    ) -> tuple[float, float]:
         mine, theirs = list[Sample](), list[Sample]()
         for how, better, worse in cases:
-            mine.append(evaluator.sample(better, how, where, is_stale))
-            theirs.append(evaluator.sample(worse, how, where, is_stale))
+            mine.append(by(better, how, where))
+            theirs.append(by(worse, how, where))
         return Sample.mean_of(mine).gain_over(Sample.mean_of(theirs))
 
-    last = min(frames + held_out, traffic.frames)
     if frames < 2 or last - frames < 2:
-        raise InputError(
-            f"needs 2 frames beyond the {frames} to choose by (the data has {traffic.frames})", "held_out"
-        )
+        raise InputError(f"needs 2 frames beyond the {frames} to choose by (the data has {last})", "held_out")
     in_sample, _ = gain([(settings, proposal, reference)], (0, frames))
     usual, few = replace(settings, phase="random"), (frames, min(last, frames + FEW))
     cases = [(HELD_OUT, [(usual, proposal, reference)], (frames, last))]
@@ -140,8 +171,12 @@ def guard(
         cases.append(
             ("assumed range halved", [(usual, _halved(proposal, assumed), _halved(reference, assumed))], few)
         )
-    for name, pairs, where in cases:
-        more, se = gain(pairs, where)
+    checks = [(name, pairs, where, sampler) for name, pairs, where in cases]
+    checks += [
+        (name, [(usual, proposal, reference)], where, by) for name, (by, where) in (others or {}).items()
+    ]
+    for name, pairs, where, by in checks:
+        more, se = gain(pairs, where, by)
         yield Kept(name, more, se, more / in_sample if in_sample > 0.0 else 0.0)
     return in_sample
 

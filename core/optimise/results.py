@@ -6,26 +6,30 @@ import csv
 import io
 import math
 import os
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
+from riglens.core.metric.entropy import EntropyField
 from riglens.core.optimise.bounds import Bound
 from riglens.core.optimise.guard import Kept, Verdict, verdict, weak_cases
 from riglens.core.optimise.mounts import NO_ADDITIONS, Additions, Candidate, Move
+from riglens.core.optimise.objectives import OBJECTIVES, WORST, Objective, sensors_for
 from riglens.core.optimise.tables import UNIT
+from riglens.core.optimise.weights import EVEN, Weights
+from riglens.core.review.blind import called
 from riglens.core.rig.library import default_library
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.file import new_rig_file
-from riglens.core.sensors.lidar import LIDAR
+from riglens.core.scene.boxes import CLASSES
 from riglens.core.shown_text import spreadsheet_cell
+from riglens.core.targets.calibration import Calibration
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import Traffic
 
-OBJECTIVES = ("on_target",)
 TABLE = "proposals.csv"
 
 
@@ -35,7 +39,9 @@ class Problem:
 
     Every sensor of the rig stays as it is unless it is among the moves. reference: the rig that gains refer to; without
     it the best of some mounts that a person would choose, or the rig itself where nothing is added. blind_m: height of
-    the object whose blind area is the second goal of the front; without it there is none.
+    the object whose blind area is the second goal of the front; without it there is none. floors: least values of the
+    objective by class. voxels: of the objectives of them; calibration: of predicted detection, by default the one that
+    ships; checks: other traffic for the guard, by the name of the case.
     """
 
     rig: Rig
@@ -48,11 +54,17 @@ class Problem:
     reference: Rig | None = None
     blind_m: float | None = None
     moves: tuple[Move, ...] = ()
+    weights: Weights = EVEN
+    floors: Mapping[str, float] = field(default_factory=dict)
+    voxels: EntropyField | None = None
+    calibration: Calibration | None = None
+    checks: Mapping[str, Traffic] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        self._check_sensors()
         if self.objective not in OBJECTIVES:
-            raise InputError(f"must be {' or '.join(OBJECTIVES)} (got '{self.objective}')", "objective")
+            raise InputError(f"must be one of {', '.join(OBJECTIVES)} (got '{self.objective}')", "objective")
+        self._check_sensors()
+        self._check_figures()
         if not 2 <= self.frames <= 1000:
             raise InputError(f"must be between 2 and 1000 (got {self.frames})", "frames")
         if self.held_out < 2:
@@ -67,27 +79,45 @@ class Problem:
         if self.blind_m is not None and not 0.05 <= self.blind_m <= 2.0:
             raise InputError(f"must be between 0.05 and 2 m (got {self.blind_m:g})", "blind_m")
 
+    @property
+    def goal(self) -> Objective:
+        """Return the objective."""
+        return OBJECTIVES[self.objective]
+
+    def _check_figures(self) -> None:
+        """Raise InputError for floors that the objective does not have, and for a missing scene."""
+        for name, floor in self.floors.items():
+            if name not in CLASSES:
+                raise InputError(f"must name one of {', '.join(CLASSES)} (got '{name}')", "floor")
+            if not 0.0 <= floor <= 1.0:
+                raise InputError(f"{name} must be between 0 and 1 (got {floor:g})", "floor")
+        if self.floors and (not self.goal.is_guarded or self.objective == WORST):
+            raise InputError(f"must be left out: {self.objective} is no figure by class", "floor")
+        if self.objective in ("seen", "s_ms") and self.voxels is None:
+            raise InputError(f"needs a scene of voxels for {self.objective}", "objective")
+
     def _check_sensors(self) -> None:
-        """Raise InputError unless LiDARs are to be added, or LiDARs of the rig to be moved, each once."""
+        """Raise InputError unless sensors that the objective is of are to be added or moved, each once."""
         models = self.additions.models
         if not models and not self.moves:
             raise InputError("must name at least one sensor model, or a sensor to move", "add")
         exchanged = [model for move in self.moves for model in move.models]
         for model in (*models, *exchanged):
             entry = default_library().entry(model)
-            if entry.kind != LIDAR.name:
-                raise InputError(f"{model} must be a LiDAR (got a {entry.kind})", "add")
+            if self.goal.kind not in ("any", entry.kind):
+                wanted = called(self.goal.kind)
+                raise InputError(f"{model} must be a {wanted} (got a {entry.kind})", "add")
         for model in self.additions.costs:
             if model not in (*models, *exchanged):
                 known = ", ".join((*models, *exchanged))
                 raise InputError(f"{model} must be one of the models to add: {known}", "cost")
         moved = set[str]()
-        lidars = [sensor.name for sensor in self.rig.enabled_lidars()]
+        there = [sensor.name for sensor in sensors_for(self.goal, self.rig)]
         for move in self.moves:
-            if move.sensor not in lidars:
-                known = ", ".join(lidars) or "none"
+            if move.sensor not in there:
+                known, wanted = ", ".join(there) or "none", called(self.goal.kind)
                 raise InputError(
-                    f"must name an enabled LiDAR of the rig: {known} (got '{move.sensor}')", "move"
+                    f"must name an enabled {wanted} of the rig: {known} (got '{move.sensor}')", "move"
                 )
             names = {sensor.name for sensor in move.sensors_of(self.rig)}
             if names & moved:
@@ -100,9 +130,14 @@ class Problem:
         return self.additions.count if self.additions.models else 0
 
     @property
+    def last(self) -> int:
+        """Return the end of the held-out frames."""
+        return min(self.frames + self.held_out, self.traffic.frames)
+
+    @property
     def settings(self) -> TargetSettings:
         """Settings of the counting, in which a candidate keeps its draws."""
-        return TargetSettings(seed=self.seed, body=self.rig.body)
+        return TargetSettings(seed=self.seed, body=self.rig.body, calibration=self.calibration)
 
 
 @dataclass(frozen=True)
@@ -161,7 +196,7 @@ class OptimiseResult:
     """Proposals, the best first, then those of the front; no allowed set exceeds `bound` in the frames of choice.
 
     before, reference_value: values of the rig itself and of the one that gains refer to, in the same frames. stairs: by
-    number of additions, from none on.
+    number of additions, from none on. floors: the best proposal's value by class.
     """
 
     problem: Problem
@@ -174,6 +209,7 @@ class OptimiseResult:
     proposals: tuple[Proposal, ...]
     front: tuple[int, ...] = ()
     stairs: tuple[Stair, ...] = ()
+    floors: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def best(self) -> Proposal:
@@ -201,6 +237,8 @@ class OptimiseResult:
             moved = " and ".join(move.sensor for move in self.problem.moves)
             some = f"{some} with another mount of {moved}" if count else f"other mount of {moved}"
         where = f"on these {self.candidates} mounts"
+        if self.floors:
+            where += " that keeps the floors"
         if self.bound.kind == "proven":
             return f"no {some} {where} is better in these {self.problem.frames} frames (proven)"
         gap = math.ceil(self.gap * 1000.0) / 10.0
@@ -223,6 +261,10 @@ class OptimiseResult:
                 {"value": self.proposals[n].value, "blind_m2": self.proposals[n].blind_m2, "proposal": n}
                 for n in self.front
             ],
+            "floors": {
+                name: {"floor": floor, "value": self.floors[name]}
+                for name, floor in self.problem.floors.items()
+            },
             "stairs": [{"count": one.count, "value": one.value} for one in self.stairs],
         }
 

@@ -12,17 +12,18 @@ import numpy as np
 from riglens.core.errors import Cancelled
 from riglens.core.kernels.runtime import jit
 from riglens.core.optimise.bounds import Bound, branch_and_bound, fractional_bound
-from riglens.core.optimise.guard import Evaluator, Kept, guard
+from riglens.core.optimise.guard import FEW, Evaluator, Kept, Sampler, guard, with_worst_failure
 from riglens.core.optimise.mounts import Move, candidates, conflicts, locked, rules_for
+from riglens.core.optimise.objectives import WORST, WorstFailure, sensors_for
 from riglens.core.optimise.results import OptimiseResult, Problem, Proposal, Stair
-from riglens.core.optimise.search import AtLeast, Limits, front, greedy, search
+from riglens.core.optimise.search import AtLeast, Limits, front, greedy, search, swap
 from riglens.core.optimise.skin import SkinGains
 from riglens.core.optimise.tables import (
     UNIT,
     Cells,
     CoverTable,
     GroundTableMaker,
-    HitTableMaker,
+    ObjectTableMaker,
     SetFunction,
 )
 from riglens.core.review.blind import BlindEngine, BlindSettings
@@ -79,12 +80,15 @@ def optimise(problem: Problem, threads: int | None = None, is_stale: IsStale = n
     stairs = yield from run.stairs()
     reference = problem.reference or run.by_hand()
     proposals = [run.proposal(one, number) for number, one in enumerate(sets, 1)]
-    evaluator = Evaluator(problem.traffic, threads)
-    frames = 0, problem.frames
+    sampler = run.sampler(problem.traffic)
     values = list[float]()
-    for rig in (problem.rig, reference, *(one.rig for one in proposals)):
+    for rig, some in (
+        (problem.rig, None),
+        (reference, None),
+        *zip((p.rig for p in proposals), sets, strict=True),
+    ):
         yield run.told("evaluating", len(values) / (len(proposals) + 2), chosen, bound.value)
-        values.append(evaluator.sample(rig, problem.settings, frames, is_stale).value)
+        values.append(run.value_of(rig, some, sampler))
     proposals = [replace(one, value=value) for one, value in zip(proposals, values[2:], strict=True)]
     found = OptimiseResult(
         problem,
@@ -97,17 +101,18 @@ def optimise(problem: Problem, threads: int | None = None, is_stale: IsStale = n
         tuple(proposals),
         tuple(range(len(proposals))) if run.ground is not None else (),
         stairs,
+        run.floors(chosen),
     )
     checks = guard(
-        proposals[0].rig, reference, problem.traffic, problem.settings, problem.frames, problem.held_out,
-        threads, is_stale,
-    )  # fmt: skip
+        proposals[0].rig, reference, sampler, problem.settings, problem.frames, problem.last, run.others()
+    )
     kept = list[Kept]()
     for one in checks:
         kept.append(one)
         best = replace(found.best, guard=tuple(kept))
         found = replace(found, proposals=(best, *found.proposals[1:]))
-        yield replace(run.told(f"checking: {one.case}", len(kept) / 6, chosen, bound.value), result=found)
+        share = len(kept) / (6 + len(problem.checks))
+        yield replace(run.told(f"checking: {one.case}", share, chosen, bound.value), result=found)
     return found
 
 
@@ -138,28 +143,35 @@ class _Run:
     """Candidates of a problem and their tables."""
 
     def __init__(self, problem: Problem, workers: int, is_stale: IsStale) -> None:
-        self.problem, self._is_stale, rig = problem, is_stale, problem.rig
+        self.problem, self._workers, self._is_stale, rig = problem, workers, is_stale, problem.rig
         solid = solid_of(rig.vehicle) if rig.self_occlusion else None
         self.candidates = candidates(rig, problem.additions, problem.seed, is_stale, problem.moves)
         self._rest = locked(rig, problem.moves)
-        self._maker = HitTableMaker(problem.traffic, problem.frames, problem.settings, solid, workers)
+        self._maker = problem.goal.maker(problem, solid, workers)
         self.ground_maker = None
         if problem.blind_m is not None:
             engine = BlindEngine(rig.vehicle, BlindSettings(), workers)
             self.ground_maker = GroundTableMaker(rig, engine, problem.blind_m, workers)
         self._rules = rules_for(rig, problem.additions.rules)
         self._stays = [number for number, one in enumerate(self.candidates) if one.is_as_now]
+        self._cells: list[Cells]
         self.skin: SkinGains
         self.table: CoverTable
+        self.figure: SetFunction
         self._goal: SetFunction
+        self._failed: list[tuple[CoverTable, Limits]] = []
         self._all: Limits
         self.ground: CoverTable | None = None
         self.blind_before_m2: float | None = None
         self._blind_rest_m2 = 0.0
 
+    def _own(self) -> tuple[Sensor, ...]:
+        """Return the sensors of the rig that make the figure and stay."""
+        return sensors_for(self.problem.goal, self._rest)
+
     def cast(self) -> Generator[Progress, None, None]:
         """Cast the coverage of the rig and of each candidate, in an order drawn by the seed; build the tables."""
-        base = self._maker.cells_of(self._rest.enabled_lidars(), self._is_stale)
+        base = self._maker.cells_of(self._own(), self._is_stale)
         order = np.random.default_rng(self.problem.seed).permutation(len(self.candidates)).tolist()
         found: dict[int, tuple[Cells, Cells]] = {}
         best, first = None, FIRST // (2 if self.problem.additions.mirrored else 1)
@@ -173,15 +185,56 @@ class _Run:
                 picked = [some[place] for place in greedy(table, self._limits(some))]
                 best = self.rig_with(picked)
             yield Progress(CASTING, number / len(order), best)
-        cells = [found[one][0] for one in range(len(order))]
-        self.table, self._all = self._maker.table(base, cells), self._limits(range(len(order)))
-        self.skin = SkinGains(self._maker, self.candidates, cells)
-        self._goal = self._filled(self.table)
+        self._cells = [found[one][0] for one in range(len(order))]
+        self.table, self._all = self._maker.table(base, self._cells), self._limits(range(len(order)))
+        self.skin = SkinGains(self.problem.goal, self._maker, self.candidates, self._cells)
+        self.figure = self.table
+        self._goal = self._filled(self._floored())
         if self.ground_maker is not None:
             maker = self.ground_maker
             seen, rest = (maker.cells_of(_enabled(rig)) for rig in (self.problem.rig, self._rest))
             self.blind_before_m2, self._blind_rest_m2 = maker.blind_m2(seen), maker.blind_m2(rest)
             self.ground = maker.table(rest, [found[one][1] for one in range(len(order))])
+
+    def _by_class(self, name: str) -> CoverTable:
+        assert isinstance(self._maker, ObjectTableMaker)
+        return self.table.valued(self._maker.worth_of_class(name))
+
+    def _floored(self) -> SetFunction:
+        """Return a function that reaches floors by class before anything else, to a thousandth."""
+        found: SetFunction = self.table
+        for name, floor in self.problem.floors.items():
+            found = AtLeast(found, self._by_class(name), round(floor * UNIT), 1 << 10)
+        return found
+
+    def floors(self, chosen: list[int]) -> dict[str, float]:
+        """Return the values of a set by the classes that have a floor."""
+        return {name: self._by_class(name).value(chosen) / UNIT for name in self.problem.floors}
+
+    def sampler(self, traffic: Traffic) -> Sampler:
+        """Return what samples the figure that the guard compares."""
+        goal = self.problem.goal
+        found: Sampler = Evaluator(
+            traffic, self._workers, goal.quantity, self.problem.weights, self._is_stale
+        )
+        return with_worst_failure(found) if goal.name == WORST else found
+
+    def others(self) -> dict[str, tuple[Sampler, tuple[int, int]]]:
+        """Return the samplers of other traffic: the same frames held out in another state, or the first of its own."""
+        problem, found = self.problem, {}
+        for name, traffic in problem.checks.items():
+            where = 0, min(FEW, traffic.frames)
+            if traffic.frames == problem.traffic.frames:
+                where = problem.frames, min(problem.last, problem.frames + FEW)
+            found[name] = self.sampler(traffic), where
+        return found
+
+    def value_of(self, rig: Rig, chosen: list[int] | None, sampler: Sampler) -> float:
+        """Return the value of a rig in the frames of choice."""
+        if self.problem.goal.is_guarded:
+            return sampler(rig, self.problem.settings, (0, self.problem.frames)).value
+        own = sensors_for(self.problem.goal, rig)
+        return self._maker.value(self._maker.cells_of(own, self._is_stale)) / UNIT
 
     def _limits(self, some: Sequence[int]) -> Limits:
         problem, listed = self.problem, [self.candidates[one] for one in some]
@@ -202,20 +255,67 @@ class _Run:
         return AtLeast(f, CoverTable(cells, owner, np.zeros(1, np.int32), zero, worth, 1), count)
 
     def solve(self) -> Generator[Progress, None, tuple[list[int], Bound]]:
-        """Search for the best set, then try to prove it, and bound it by cuts where that takes too many steps."""
-        chosen = yield from self._steps("searching", search(self._goal, self._all, self._stays))
-        chosen, proven = yield from self._steps(
-            "proving", branch_and_bound(self._goal, self._all, chosen), chosen
-        )
-        if proven:
-            return chosen, Bound(self.table.value(chosen), "proven")
-        cuts = fractional_bound(self.table, self._all, chosen)
-        value = yield from self._steps("bounding", cuts, chosen)
-        return chosen, Bound(value, "cuts")
+        """Search for the best set, then try to prove it, and bound it by cuts where that takes too many steps, or where
+        the figure is not submodular."""
+        if self.problem.goal.name == WORST:
+            self._prepare_failures()
+        chosen = yield from self._steps("searching", self._searched(self._all))
+        if self.figure is self.table.concave():
+            proof = branch_and_bound(self._goal, self._all, chosen)
+            chosen, proven = yield from self._steps("proving", proof, chosen)
+            if proven and self._keeps_floors(chosen):
+                return chosen, Bound(self.table.value(chosen), "proven")
+        return chosen, (yield from self._bounded(chosen))
+
+    def _keeps_floors(self, chosen: list[int]) -> bool:
+        found = self.floors(chosen)
+        return all(found[name] >= floor - 1e-9 for name, floor in self.problem.floors.items())
+
+    def _searched(self, limits: Limits) -> Generator[None, None, list[int]]:
+        """Return the best set found; of a figure that is not submodular by exchanges of members of a set that is best
+        without failures."""
+        if self.problem.goal.name != WORST:
+            return (yield from search(self._goal, limits, self._stays))
+        chosen = yield from search(self._filled(self.table), limits, self._stays)
+        return sorted((yield from swap(self._goal, limits, chosen)))
+
+    def _prepare_failures(self) -> None:
+        """Find what single sensors cover."""
+        own = [self._maker.cells_of([sensor], self._is_stale) for sensor in self._own()]
+        alone, places = list[Cells](), list[list[int]]()
+        for one in self.candidates:
+            places.append([len(self.candidates) + len(alone) + place for place in range(len(one.sensors))])
+            alone += [self._maker.cells_of([sensor], self._is_stale) for sensor in one.sensors]
+        every = self._maker.table(_NOTHING, [*self._cells, *alone, *own])
+        self.figure = WorstFailure(every, places, range(every.size - len(own), every.size))
+        self._goal = self._filled(self.figure)
+        base = np.unique(np.concatenate([_NOTHING, *own]))
+        count, size = len(self.candidates), len(self.candidates) + len(alone)
+        # no set is worth more after a failure than without any one of its members, or of the rig's own sensors
+        room = np.array([max(0, self._all.count - 1), int(any(len(some) > 1 for some in places))], np.int64)
+        slot = np.repeat([0, 1], [count, len(alone)])
+        free = Limits(int(room.sum()), np.zeros(size), np.inf, np.eye(size, dtype=np.bool_), slot, room)
+        self._failed = [(self._maker.table(base, [*self._cells, *alone]), free)]
+        rests = [[cells for cells in own if cells is not lost] for lost in own]
+        bases = [np.unique(np.concatenate([_NOTHING, *rest])) for rest in rests]
+        if bases:
+            worst = min(bases, key=self._maker.value)
+            self._failed.append((self._maker.table(worst, self._cells), self._all))
+
+    def _bounded(self, chosen: list[int]) -> Generator[Progress, None, Bound]:
+        """Bound the figure by cuts, of the least functions above it that cuts hold for."""
+        tables = [(self.table.concave(), self._all)]
+        if self.problem.goal.name == WORST:
+            tables = self._failed
+        bounds = []
+        for table, limits in tables:
+            cuts = fractional_bound(table, limits, chosen)
+            bounds.append((yield from self._steps("bounding", cuts, chosen)))
+        return Bound(min(bounds), "cuts")
 
     def told(self, stage: str, share: float, chosen: list[int], bound: int | None = None) -> Progress:
         """Return the progress with a set as the best so far."""
-        value = self.table.value(chosen)
+        value = self.figure.value(chosen)
         above = None if bound is None else max(bound, value) / UNIT
         return Progress(stage, share, self.rig_with(chosen), value / UNIT, above, self.skin)
 
@@ -232,9 +332,10 @@ class _Run:
                 return found
             if self._is_stale():
                 raise Cancelled
-            if bound is not None:
-                filled = UNIT * len(self.problem.moves) if stage == "proving" else 0
-                least = bound - filled if least is None else min(least, bound - filled)
+            if bound is not None and chosen is not None and self._keeps_floors(chosen):
+                # what comes before the figure itself is all there
+                first = self._goal.value(chosen) - self.figure.value(chosen) if stage == "proving" else 0
+                least = bound - first if least is None else min(least, bound - first)
             yield (
                 Progress(stage, 0.0, skin=self.skin)
                 if chosen is None
@@ -254,8 +355,8 @@ class _Run:
         for count in range(max(self.problem.count, STAIRS) + 1 if self.problem.count else 1):
             room = np.array([count, *self._all.room[1:]], np.int64)
             limits = replace(self._all, count=int(room.sum()), room=room)
-            some = yield from self._steps("stairs", search(self._goal, limits, self._stays))
-            found.append(Stair(count, self.table.value(some) / UNIT, self.rig_with(some, f"{count} added")))
+            some = yield from self._steps("stairs", self._searched(limits))
+            found.append(Stair(count, self.figure.value(some) / UNIT, self.rig_with(some, f"{count} added")))
         return tuple(found)
 
     def by_hand(self) -> Rig:
@@ -280,7 +381,7 @@ class _Run:
             for some in combinations(usual, count)
             if self._all.allow([*self._stays, *some])
         ]
-        best = max(sets, key=self.table.value, default=self._stays)
+        best = max(sets, key=self.figure.value, default=self._stays)
         return self.rig_with(best, "mounted by hand")
 
     def rig_with(self, chosen: Sequence[int], name: str = "proposal") -> Rig:
@@ -295,7 +396,7 @@ class _Run:
         """Return a set as a proposal; its value is still to be evaluated."""
         blind_m2 = None
         if self.ground is not None and self.ground_maker is not None:
-            seen = self.ground.value(chosen)
+            seen = self.ground.value(chosen) - self.ground.value([])
             blind_m2 = self._blind_rest_m2 - seen * self.ground_maker.column_m2
         return Proposal(
             self.rig_with(chosen, f"proposal {number}"),

@@ -1,4 +1,4 @@
-"""Gains of mounts on the car's skin for any rig: kept tables of candidates, and the LiDARs of a rig cast when new."""
+"""Gains of mounts on the car's skin for any rig: kept tables of candidates, and the sensors of a rig cast when new."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.optimise.mounts import Candidate
+from riglens.core.optimise.objectives import Objective, sensors_for
 from riglens.core.optimise.tables import UNIT, Cells, IsStale, TableMaker
 from riglens.core.rig.model import Rig, Sensor
 from riglens.core.targets.engine import never_stale
@@ -22,8 +23,10 @@ class SkinGains:
     are pairs.
     """
 
-    def __init__(self, maker: TableMaker, listed: Sequence[Candidate], cells: Sequence[Cells]) -> None:
-        self.candidates = tuple(listed)
+    def __init__(
+        self, goal: Objective, maker: TableMaker, listed: Sequence[Candidate], cells: Sequence[Cells]
+    ) -> None:
+        self.candidates, self._goal = tuple(listed), goal
         self._maker, self._table = maker, maker.table(np.zeros(0, np.int32), cells)
         self._held: dict[Sensor, Cells] = {}
         spots = {one.spot: one.on for one in listed if one.on is not None}
@@ -37,9 +40,9 @@ class SkinGains:
         self.normals = np.concatenate([normals * side for side in both])
 
     def gains(self, rig: Rig, is_stale: IsStale = never_stale) -> Doubles:
-        """Return what each candidate would add to the rig's enabled LiDARs, (n,)."""
-        lidars = rig.enabled_lidars()
-        self._held = {one: self._held.get(one, _UNKNOWN) for one in lidars}
+        """Return what each candidate would add to the rig's enabled sensors, (n,)."""
+        own = sensors_for(self._goal, rig)
+        self._held = {one: self._held.get(one, _UNKNOWN) for one in own}
         for one, cells in self._held.items():
             if cells is _UNKNOWN:
                 self._held[one] = self._maker.cells_of([one], is_stale)

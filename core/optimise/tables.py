@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
-from itertools import takewhile
+from itertools import pairwise, takewhile
 from typing import Protocol
 
 import numpy as np
@@ -15,6 +16,7 @@ from riglens.core.errors import Cancelled
 from riglens.core.kernels.objects.counts import CELLS
 from riglens.core.kernels.objects.unique_cells import CELL_M
 from riglens.core.kernels.optimise import gains as kernel
+from riglens.core.optimise.weights import EVEN, Weights
 from riglens.core.review.blind import BlindEngine
 from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.boxes import CLASSES
@@ -27,10 +29,11 @@ from riglens.core.vehicle.solid import Solid
 
 Ids = NDArray[np.int64]
 Cells = NDArray[np.int32]
+Doubles = NDArray[np.float64]
 IsStale = Callable[[], bool]
 UNIT = 1 << 44
 """Integers for a value of 1: rounding stays far below the printed digits."""
-_MOST_CELLS = 256
+MOST_CELLS = 256
 """More cells of one object add less than half an integer."""
 _HALF_CELLS = 1 << 20
 """Index at which `kernels.objects.unique_cells` packs cell 0."""
@@ -117,6 +120,20 @@ class CoverTable:
             self._kept = wanted, state
         return state
 
+    def valued(self, worth: Ids) -> CoverTable:
+        """Return the same cells with another worth, rows as before."""
+        found = copy(self)
+        found.cover = self.cover._replace(worth=worth)
+        found._kept = (), found.empty()
+        return found
+
+    def concave(self) -> CoverTable:
+        """Return the least function above this one whose worth rises by ever less; itself where that is so."""
+        worth = self.cover.worth
+        if not (np.diff(worth, n=2, axis=1) > 0).any():
+            return self
+        return self.valued(np.array([_hull(row) for row in worth]))
+
     def _worth_of(self, known: Cells) -> int:
         worth = self.cover.worth
         return int(worth[self.cover.row, np.minimum(known, worth.shape[1] - 1)].sum())
@@ -142,6 +159,24 @@ class CoverTable:
         return State(covered, known, self._worth_of(known))
 
 
+def _hull(worth: Ids) -> Ids:
+    """Return the least integers above a row of worth that rise by ever less."""
+    corners = [0]
+    for place in range(1, len(worth)):
+        while len(corners) > 1:
+            a, b = corners[-2:]
+            if (worth[b] - worth[a]) * (place - b) > (worth[place] - worth[b]) * (b - a):
+                break
+            corners.pop()
+        corners.append(place)
+    # whole steps, the larger ones first: that only raises sums
+    steps = list[int]()
+    for a, b in pairwise(corners):
+        whole, more = divmod(int(worth[b] - worth[a]), b - a)
+        steps += [whole + 1] * more + [whole] * (b - a - more)
+    return np.concatenate([worth[:1], worth[0] + np.cumsum(np.sort(np.array(steps, np.int64))[::-1])])
+
+
 class TableMaker(ABC):
     """Finds what sensors cover, numbered below `size`, and makes tables of it: row (objects,) and worth as there."""
 
@@ -159,6 +194,11 @@ class TableMaker(ABC):
     def known(self, base: Cells) -> Cells:
         """Return how many of some numbers each object has, (objects,)."""
         return np.bincount(self.owners_of(base), minlength=len(self._row)).astype(np.int32)
+
+    def value(self, cells: Cells) -> int:
+        """Return the value of sensors that cover these numbers."""
+        most = self._worth.shape[1] - 1
+        return int(self._worth[self._row, np.minimum(self.known(cells), most)].sum())
 
     def table(self, base: Cells, cells: Sequence[Cells]) -> CoverTable:
         """Return the table of candidates, without what sensors of the rig cover."""
@@ -199,29 +239,78 @@ class CellSpace:
         return found
 
 
-def hit_worth(cls: NDArray[np.uint8]) -> Ids:
-    """Return the worth (classes, most + 1) of numbers of cells: the mean over classes of 1 - exp(-cells / 5).
+Worth = tuple[NDArray[np.uint8], Ids]
+"""Of objects (k,) their row, and the worth (rows, most + 1) of so many cells."""
 
-    Steps are rounded, not sums, so that they never rise.
+
+def worth_of(shares: Doubles, cls: NDArray[np.uint8], ring: Doubles, weights: Weights) -> Worth:
+    """Return the worth of objects of classes (k,), weighed by distance (k,), by their shares (classes, most + 1) of a
+    number of cells: the mean over the classes that occur of the weighed mean of their objects.
+
+    Steps are rounded, not sums, so that they never rise where those of the shares do not.
     """
-    objects = np.bincount(cls, minlength=len(CLASSES))
-    there = max(1, int((objects > 0).sum()))
-    share = 1.0 - np.exp(-np.arange(_MOST_CELLS + 1) / CELLS_SCALE)
-    steps = np.diff(share)[None] / np.maximum(objects, 1)[:, None] / there * UNIT
+    total = np.bincount(cls, ring, len(CLASSES))
+    by_class = weights.by_class
+    there = float(by_class[total > 0.0].sum()) or 1.0
+    levels, level = np.unique(ring, return_inverse=True)
+    steps = np.diff(shares, axis=1) / np.where(total > 0.0, total, 1.0)[:, None] / there * UNIT
+    steps = np.concatenate([steps * by_class[:, None] * one for one in levels] or [steps[:0]])
     sums = np.cumsum(np.round(steps).astype(np.int64), axis=1)
-    return np.concatenate([np.zeros((len(CLASSES), 1), np.int64), sums], axis=1)
+    row = (level * len(CLASSES) + cls).astype(np.uint8)
+    return row, np.concatenate([np.zeros((len(steps), 1), np.int64), sums], axis=1)
 
 
-class HitTableMaker(TableMaker):
-    """Casts sensors into traffic, one after another, and finds the cells that they hit on objects (on target)."""
+def hit_shares() -> Doubles:
+    """Return 1 - exp(-cells / 5) of numbers of cells, the same for all classes, (classes, most + 1)."""
+    return np.tile(1.0 - np.exp(-np.arange(MOST_CELLS + 1) / CELLS_SCALE), (len(CLASSES), 1))
+
+
+class ObjectTableMaker(TableMaker):
+    """Maker of tables of objects of classes (k,) and of weights by distance (k,), by shares as in `worth_of`."""
 
     def __init__(
-        self, traffic: Traffic, frames: int, settings: TargetSettings, solid: Solid | None, workers: int = 1
+        self,
+        size: int,
+        shares: Doubles,
+        cls: NDArray[np.uint8],
+        ring: Doubles,
+        weights: Weights,
+        workers: int,
+    ) -> None:
+        self._objects = shares, cls, ring
+        super().__init__(size, *worth_of(shares, cls, ring, weights), workers)
+
+    def worth_of_class(self, name: str) -> Ids:
+        """Return the worth where only objects of one class count."""
+        return worth_of(*self._objects, Weights({other: float(other == name) for other in CLASSES}))[1]
+
+
+class HitTableMaker(ObjectTableMaker):
+    """Casts sensors into traffic, one after another, and finds the cells that they hit on objects.
+
+    shares: what so many cells on an object are worth, by class (classes, most + 1); which: the objects that count, of
+    those that count in the traffic.
+    """
+
+    def __init__(
+        self,
+        traffic: Traffic,
+        frames: int,
+        settings: TargetSettings,
+        solid: Solid | None,
+        workers: int = 1,
+        weights: Weights = EVEN,
+        shares: Doubles | None = None,
+        which: NDArray[np.bool_] | None = None,
     ) -> None:
         self._frames, self._settings, self._solid = frames, replace(settings, min_points=1), solid
         self._space, self._caster = CellSpace(traffic, frames), TargetCaster(traffic, workers)
-        cls = traffic.cls[self._space.box]
-        super().__init__(self._space.size, cls, hit_worth(cls), workers)
+        box = self._space.box
+        ring = weights.at(traffic.distance_m[box])
+        if which is not None:
+            ring = np.where(which, ring, 0.0)
+        shares = hit_shares() if shares is None else shares
+        super().__init__(self._space.size, shares, traffic.cls[box], ring, weights, workers)
 
     def cells_of(self, sensors: Sequence[Sensor], is_stale: IsStale = never_stale) -> Cells:
         """Return numbers of the cells that LiDARs hit."""
@@ -243,12 +332,15 @@ class HitTableMaker(TableMaker):
 
 class GroundTableMaker(TableMaker):
     """Finds the ground next to the car that sensors cover: columns where any sees an object of a height. All of it is
-    one object, each column that the rig itself leaves unseen worth 1."""
+    one object, each column worth 1; as a share, all of them together."""
 
-    def __init__(self, rig: Rig, engine: BlindEngine, height_m: float, workers: int = 1) -> None:
+    def __init__(
+        self, rig: Rig, engine: BlindEngine, height_m: float, workers: int = 1, is_share: bool = False
+    ) -> None:
         self._rig, self._engine, self._height_m = rig, engine, height_m
         self._counts = engine.ground.counts
-        worth = np.arange(int(self._counts.sum()) + 1, dtype=np.int64)[None]
+        columns = int(self._counts.sum())
+        worth = np.arange(columns + 1, dtype=np.int64)[None] * (UNIT // columns if is_share else 1)
         super().__init__(self._counts.size, np.zeros(1, np.uint8), worth, workers)
         self.column_m2 = engine.grid.voxel_m**2
 
@@ -267,7 +359,3 @@ class GroundTableMaker(TableMaker):
     def owners_of(self, numbers: Cells | Ids) -> Cells:
         """Return the one object."""
         return np.zeros(len(numbers), np.int32)
-
-    def known(self, base: Cells) -> Cells:
-        """Return 0: what the rig sees counts for nothing."""
-        return np.zeros(1, np.int32)

@@ -4,9 +4,11 @@ from collections.abc import Callable, Generator
 from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from riglens.core.optimise.search import Limits
-from riglens.core.optimise.tables import CoverTable, hit_worth
+from riglens.core.optimise.tables import CoverTable, hit_shares, worth_of
+from riglens.core.optimise.weights import EVEN
 
 T = TypeVar("T")
 Y = TypeVar("Y")
@@ -19,6 +21,13 @@ def done(steps: Generator[Y, None, T], see: Callable[[Y], object] = lambda _: No
             see(next(steps))
         except StopIteration as end:
             return end.value  # type: ignore[no-any-return]
+
+
+def hit_worth(cls: NDArray[np.uint8]) -> NDArray[np.int64]:
+    """The worth of objects that weigh the same, by class."""
+    row, worth = worth_of(hit_shares(), cls, np.ones(len(cls)), EVEN)
+    assert (row == cls).all()
+    return worth
 
 
 def random_table(rng: np.random.Generator, size: int, workers: int = 1) -> CoverTable:

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from riglens.core.optimise.bounds import branch_and_bound, fractional_bound
 from riglens.core.optimise.search import AtLeast, Limits, front, greedy, search, swap
-from riglens.core.optimise.tables import CoverTable, hit_worth
-from tests.core.optimise.problems import done, random_columns, random_limits, random_table
+from riglens.core.optimise.tables import CoverTable
+from tests.core.optimise.problems import done, hit_worth, random_columns, random_limits, random_table
 
 
 def best_of_all(table: CoverTable, limits: Limits) -> int:

@@ -1,0 +1,242 @@
+"""Figures that a search may maximise: what sensors cover for each, its worth, and what the guard compares."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from riglens.core.engine.caster import Caster
+from riglens.core.errors import Cancelled, InputError
+from riglens.core.kernels.objects.counts import FIRST_ROW, LAST_ROW
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.optimise.tables import (
+    MOST_CELLS,
+    UNIT,
+    Cells,
+    CoverTable,
+    GroundTableMaker,
+    HitTableMaker,
+    Ids,
+    IsStale,
+    ObjectTableMaker,
+    TableMaker,
+)
+from riglens.core.optimise.weights import Weights
+from riglens.core.review.blind import BlindEngine, BlindSettings
+from riglens.core.rig.model import Camera, Rig, Sensor
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.scene.columns import empty_words
+from riglens.core.sensing.body_ends import barrier_of
+from riglens.core.sensors.camera import CAMERA
+from riglens.core.sensors.lidar import LIDAR
+from riglens.core.targets.calibration import shipped
+from riglens.core.targets.contribution import TargetCaster
+from riglens.core.targets.engine import never_stale
+from riglens.core.targets.quantities import ON_TARGET, PREDICTED, QUANTITIES, Quantity
+from riglens.core.targets.settings import HEIGHT_PX
+from riglens.core.vehicle.solid import Solid
+
+if TYPE_CHECKING:
+    from riglens.core.optimise.results import Problem
+
+BLIND_M = 0.3
+"""Height of the object of the objective `blind` where none is given."""
+
+
+class CameraTableMaker(ObjectTableMaker):
+    """Finds the objects that are 25 px tall or more in a camera's picture, each worth its share."""
+
+    def __init__(self, problem: Problem, solid: Solid | None, workers: int) -> None:
+        traffic, self._frames, self._settings, self._solid = (
+            problem.traffic, problem.frames, problem.settings, solid,
+        )  # fmt: skip
+        self._caster = TargetCaster(traffic, workers)
+        box = np.flatnonzero(traffic.counts[: traffic.starts[problem.frames]])
+        shares, ring = np.tile([0.0, 1.0], (len(CLASSES), 1)), problem.weights.at(traffic.distance_m[box])
+        super().__init__(len(box), shares, traffic.cls[box], ring, problem.weights, workers)
+
+    def cells_of(self, sensors: Sequence[Sensor], is_stale: IsStale = never_stale) -> Cells:
+        """Return the numbers of the objects."""
+        tall = np.zeros(self.size, np.bool_)
+        for sensor in sensors:
+            assert isinstance(sensor, Camera)
+            barrier = None if self._solid is None else barrier_of(sensor, self._solid)
+            one = self._caster.cast(sensor, self._settings, barrier, (0, self._frames), is_stale)
+            if one is None:
+                raise Cancelled
+            first, last = one.found[FIRST_ROW], one.found[LAST_ROW]
+            rows = sensor.image[1] / sensor.resolution[1]
+            tall |= np.where(first >= 0, last - first + 1, 0) * rows >= HEIGHT_PX
+        return np.flatnonzero(tall).astype(np.int32)
+
+    def owners_of(self, numbers: Cells | Ids) -> Cells:
+        """Return the objects, which are their own numbers."""
+        return np.asarray(numbers, np.int32)
+
+
+class SeenTableMaker(TableMaker):
+    """Finds the voxels that LiDARs traverse, each worth its share of the entropy of its classes.
+
+    Shares are averaged over classes, by their weights; for S-MS, entropies of all classes are added up.
+    """
+
+    def __init__(
+        self,
+        field: EntropyField,
+        solid: Solid | None,
+        workers: int,
+        weights: Weights,
+        are_added: bool = False,
+    ) -> None:
+        self._solid, self._caster = solid, Caster(field, workers)
+        self._keep = np.flatnonzero(_bits(field.index.words))
+        total = np.array(field.totals_q, np.float64)
+        by_class = np.where(total > 0.0, total if are_added else weights.by_class, 0.0)
+        each = by_class / np.where(total > 0.0, total, 1.0) / (by_class.sum() or 1.0)
+        value = np.round(field.palette_q[:, : len(CLASSES)] @ each * UNIT).astype(np.int64)
+        super().__init__(len(self._keep), field.codes(), np.stack([0 * value, value], axis=1), workers)
+
+    def cells_of(self, sensors: Sequence[Sensor], is_stale: IsStale = never_stale) -> Cells:
+        """Return the numbers of informative voxels."""
+        marks = empty_words(self._caster.field.grid)
+        for sensor in sensors:
+            barrier = None if self._solid is None else barrier_of(sensor, self._solid)
+            if not self._caster.mark(sensor, "exact", self._caster.window(sensor), marks, is_stale, barrier):
+                raise Cancelled
+        return np.flatnonzero(_bits(marks)[self._keep]).astype(np.int32)
+
+    def owners_of(self, numbers: Cells | Ids) -> Cells:
+        """Return the voxels, which are objects of one cell."""
+        return np.asarray(numbers, np.int32)
+
+
+def _bits(words: NDArray[np.uint64]) -> NDArray[np.bool_]:
+    return np.unpackbits(words.view(np.uint8), bitorder="little").astype(np.bool_)
+
+
+class WorstFailure:
+    """Value of a set with the one sensor failed that it misses most. It is not submodular: greedy choice and bounds of
+    such functions do not hold for it.
+
+    table: of candidates, then of each of their sensors by itself, then of the rig's own; alone: places of a
+    candidate's sensors; own: those of the rig's.
+    """
+
+    def __init__(self, table: CoverTable, alone: Sequence[Sequence[int]], own: Sequence[int]) -> None:
+        self._table, self._alone, self._own, self.size = table, alone, list(own), len(alone)
+
+    def _left(self, chosen: Sequence[int]) -> list[list[int]]:
+        """Return what is left by each failure."""
+        every = [*self._own, *chosen]
+        left = [[one for one in every if one != own] for own in self._own]
+        for one in chosen:
+            others = [*self._own, *(other for other in chosen if other != one)]
+            left += [[*others, *(s for s in self._alone[one] if s != lost)] for lost in self._alone[one]]
+        return left
+
+    def value(self, chosen: Sequence[int]) -> int:
+        """Return the value of a set."""
+        return min((self._table.value(left) for left in self._left(chosen)), default=0)
+
+    def gains(self, chosen: Sequence[int], ids: Ids) -> Ids:
+        """Return what each of some candidates adds to a set."""
+        every = [*self._own, *chosen]
+        worst = np.full(len(ids), np.iinfo(np.int64).max)
+        for left in self._left(chosen):
+            worst = np.minimum(worst, self._table.value(left) + self._table.gains(left, ids))
+        value = self._table.value(every)
+        for place in range(2):  # one of the sensors that join fails
+            others = [[s for s in self._alone[one] if s != self._alone[one][-1 - place :][0]] for one in ids]
+            has = np.array([bool(some) for some in others], np.bool_)
+            found = np.full(len(ids), value, np.int64)
+            if has.any():
+                joins = np.array([some[0] for some in others if some], np.int64)
+                found[has] += self._table.gains(every, joins)
+            worst = np.minimum(worst, found)
+        return worst - self.value(chosen)
+
+
+Maker = Callable[["Problem", Solid | None, int], TableMaker]
+
+
+@dataclass(frozen=True)
+class Objective:
+    """A figure that a search maximises: its words, the maker of its table, the kind of sensors that make it, and the
+    figure of objects that the guard compares, which is its own value where `is_guarded`."""
+
+    name: str
+    title: str
+    maker: Maker
+    kind: str = LIDAR.name
+    quantity: Quantity = ON_TARGET
+    is_guarded: bool = True
+
+
+def _hits(problem: Problem, solid: Solid | None, workers: int) -> TableMaker:
+    return HitTableMaker(problem.traffic, problem.frames, problem.settings, solid, workers, problem.weights)
+
+
+def _predicted(problem: Problem, solid: Solid | None, workers: int) -> TableMaker:
+    calibration, traffic = problem.calibration or shipped(), problem.traffic
+    if calibration.unit != "cells":
+        raise InputError("must be a calibration by cells, not by points", "calibration")
+    box = np.flatnonzero(traffic.counts[: traffic.starts[problem.frames]])
+    cells = np.arange(MOST_CELLS + 1)
+    every = np.ones(len(cells), np.bool_)
+    shares = np.array(
+        [
+            calibration.of_objects(np.full(len(cells), cls, np.uint8), every, cells)
+            for cls in range(len(CLASSES))
+        ]
+    )
+    has = ~np.isnan(shares[:, 0])
+    inside = calibration.domain.holds(traffic.centre_m[box]) & has[traffic.cls[box]]
+    return HitTableMaker(
+        traffic,
+        problem.frames,
+        problem.settings,
+        solid,
+        workers,
+        problem.weights,
+        np.nan_to_num(shares),
+        inside,
+    )
+
+
+def _seen(are_added: bool) -> Maker:
+    def make(problem: Problem, solid: Solid | None, workers: int) -> TableMaker:
+        assert problem.voxels is not None
+        return SeenTableMaker(problem.voxels, solid, workers, problem.weights, are_added)
+
+    return make
+
+
+def _ground(problem: Problem, solid: Solid | None, workers: int) -> TableMaker:
+    engine = BlindEngine(problem.rig.vehicle, BlindSettings(), workers)
+    return GroundTableMaker(problem.rig, engine, problem.blind_m or BLIND_M, workers, is_share=True)
+
+
+BY_CAMERAS = next(one for one in QUANTITIES if one.key == CAMERA.name)
+WORST = "worst_failure"
+OBJECTIVES = {
+    one.name: one
+    for one in (
+        Objective("on_target", "hit coverage", _hits),
+        Objective("predicted", "predicted AP", _predicted, quantity=PREDICTED),
+        Objective(WORST, "hit coverage with any one LiDAR failed", _hits),
+        Objective("seen", "entropy seen by LiDARs", _seen(False), is_guarded=False),
+        Objective("s_ms", "S-MS, as a share of all entropy,", _seen(True), is_guarded=False),
+        Objective("blind", "share of the ground where a low object is seen", _ground, "any", is_guarded=False),
+        Objective("cameras", "share of objects of 25 px or more", CameraTableMaker, CAMERA.name, BY_CAMERAS),
+    )
+}  # fmt: skip
+
+
+def sensors_for(objective: Objective, rig: Rig) -> tuple[Sensor, ...]:
+    """Return the enabled sensors of a rig that make a figure."""
+    kinds = (objective.kind,) if objective.kind != "any" else {sensor.kind for sensor in rig.sensors}
+    return tuple(sensor for sensor in rig.sensors if sensor.enabled and sensor.kind in kinds)
