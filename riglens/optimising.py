@@ -1,19 +1,22 @@
-"""Proposals of rigs for scripts: sensors added to the car's skin, with a bound and a guard."""
+"""Proposals of rigs for scripts: sensors added to the car's skin or moved on it, with a bound and a guard."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from riglens.arguments import StrPath
-from riglens.core.optimise.mounts import LEVELS_DEG, USUAL_RULES, Additions
+from riglens.core.optimise.mounts import LEVELS_DEG, USUAL_RULES, Additions, moves_of
 from riglens.core.optimise.results import OptimiseResult, Problem
 from riglens.core.optimise.run import finished
+from riglens.core.optimise.weights import Weights
 from riglens.core.review.mounts import MountLimits
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import Progress
 from riglens.core.targets.traffic import Traffic
 from riglens.core.vehicle.mesh_file import with_mesh_read
+from riglens.scenes import Scene
 
 __all__ = ["OptimiseResult", "optimise"]
 
@@ -22,10 +25,15 @@ def optimise(
     rig: Rig,
     traffic: Traffic,
     *,
-    add: Sequence[str],
+    add: Sequence[str] = (),
+    move: Sequence[str] | Mapping[str, float] = (),
+    exchange: Mapping[str, Sequence[str]] | None = None,
     count: int = 1,
     mirrored: bool = True,
     objective: str = "on_target",
+    weights: Mapping[str | tuple[float, float], float] | None = None,
+    floors: Mapping[str, float] | None = None,
+    scene: Scene | None = None,
     cost: Mapping[str, float] | None = None,
     budget: float = float("inf"),
     limits: MountLimits = USUAL_RULES,
@@ -36,11 +44,12 @@ def optimise(
     seed: int = 0,
     against: Rig | None = None,
     blind_m: float | None = None,
+    checks: Mapping[str, Traffic] | None = None,
     threads: int | None = None,
     mesh_folder: StrPath = ".",
     progress: Progress | None = None,
 ) -> OptimiseResult:
-    """Propose where to add LiDARs on the car's skin; every sensor of the rig stays where it is.
+    """Propose where to add or move sensors on the car's skin; every other sensor of the rig stays as it is.
 
     Parameters
     ----------
@@ -48,10 +57,18 @@ def optimise(
         The rig to add to, and the objects it is to see: made by `load_traffic`.
     add
         Models of the library to choose among.
+    move, exchange
+        Sensors that may go elsewhere, with their mirror partners, anywhere or by up to some metres; models that sensors
+        may be exchanged for, in their place unless they may move.
     count, mirrored
         How many mirror pairs to add at most, or single sensors.
     objective
-        "on_target": the mean over classes of the hit coverage of objects.
+        "on_target": the mean over classes of the hit coverage of objects; "predicted", "worst_failure", "seen",
+        "blind", "cameras", and "s_ms", which counts voxels and no objects.
+    weights, floors
+        Weights by class and by ring [from, to) in metres; least values of the objective by class.
+    scene
+        Voxels for the objectives of them: made by `load_scene`.
     cost, budget
         Cost of a sensor by model, 1 by default, and the most that all added ones may cost.
     limits, spots_m, tilts_deg
@@ -62,6 +79,8 @@ def optimise(
         The rig that gains are compared with; by default the best of some mounts chosen by hand.
     blind_m
         Also find the front between the objective and the area where an object of this height is in no sensor's view.
+    checks
+        Other traffic to check the gain in, by the name of the case.
     threads
         Threads to use, all processors by default. The result does not depend on it.
     mesh_folder
@@ -76,5 +95,12 @@ def optimise(
     rig = with_mesh_read(rig, Path(mesh_folder), lambda _: None)
     if against is not None:
         against = with_mesh_read(against, Path(mesh_folder), lambda _: None)
-    problem = Problem(rig, traffic, additions, objective, frames, held_out, seed, against, blind_m)
+    radius_m = move if isinstance(move, Mapping) else dict.fromkeys(move, math.inf)
+    by_class = {name: weight for name, weight in (weights or {}).items() if isinstance(name, str)}
+    rings = {ring: weight for ring, weight in (weights or {}).items() if not isinstance(ring, str)}
+    problem = Problem(
+        rig, traffic, additions, objective, frames, held_out, seed, against, blind_m,
+        moves_of(radius_m, exchange or {}), Weights(by_class, rings), floors or {},
+        None if scene is None else scene.field, checks=checks or {},
+    )  # fmt: skip
     return finished(problem, threads, progress)

@@ -1,7 +1,9 @@
-"""`riglens optimise`: propose rigs with sensors added to the car's skin, with a bound and checks of the gain."""
+"""`riglens optimise`: propose rigs with sensors added or moved, with a bound and checks of the gain."""
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -11,21 +13,36 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from riglens.app.commands.options import Json, Libraries, RigName, SourceArguments, ThreadArguments, number
+from riglens.app.commands.options import (
+    Json,
+    Libraries,
+    RigName,
+    SourceArguments,
+    Surroundings,
+    ThreadArguments,
+    number,
+)
 from riglens.app.commands.output import deliver, require_outputs
+from riglens.app.commands.targets import with_surroundings
+from riglens.app.evaluation.options import SceneOptions
 from riglens.app.terminal.console import progress_bar, results
-from riglens.app.terminal.loading import load_rigs, load_traffic
+from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic
 from riglens.core.errors import InputError
-from riglens.core.optimise.mounts import Additions
+from riglens.core.optimise.mounts import Additions, Move, moves_of
+from riglens.core.optimise.objectives import OF_VOXELS
 from riglens.core.optimise.results import OptimiseResult, Problem, check_folder
 from riglens.core.optimise.run import finished
+from riglens.core.optimise.weights import Weights
 from riglens.core.review.mounts import MountLimits
 from riglens.core.rig.yaml.problems import problems
 from riglens.core.shown_text import visible
-from riglens.core.targets.traffic import WITHIN_M
+from riglens.core.targets.traffic import WITHIN_M, Traffic
 
 ADDED = Group("Added sensors", sort_key=14)
-FRAMES = Group("Frames and checks", sort_key=15)
+MOVED = Group("Moved sensors", sort_key=15)
+GOAL = Group("Objective", sort_key=16)
+FRAMES = Group("Frames and checks", sort_key=17)
+METAVARS = {"cost": "MODEL=COST", "weight": "WHAT=W", "floor": "CLASS=VALUE", "move": "NAME or NAME=M"}
 HIGHEST_M = 100.0
 OPTIONS = {"height_m": "lowest", "spacing_m": "spacing", "beyond_m": "beyond"}
 """Options of the rules of mounts."""
@@ -35,7 +52,7 @@ def optimise(
     rig: RigName,
     /,
     *,
-    add: Annotated[tuple[str, ...], Parameter(group=ADDED, metavar="MODEL", required=True)],
+    add: Annotated[tuple[str, ...], Parameter(group=ADDED, metavar="MODEL", show_default=False)] = (),
     count: Annotated[int, number(ADDED, "K")] = 1,
     singles: Annotated[bool, Parameter(group=ADDED)] = False,
     cost: Annotated[tuple[str, ...], Parameter(group=ADDED, metavar="MODEL=COST", show_default=False)] = (),
@@ -44,11 +61,23 @@ def optimise(
     lowest: Annotated[float, Parameter(group=ADDED, metavar="M")] = 0.4,
     spacing: Annotated[float, Parameter(group=ADDED, metavar="M")] = 0.25,
     beyond: Annotated[float | None, Parameter(group=ADDED, metavar="M")] = None,
-    objective: Annotated[str, Parameter(metavar="NAME")] = "on_target",
-    blind: Annotated[float | None, Parameter(metavar="M")] = None,
+    move: Annotated[tuple[str, ...], Parameter(group=MOVED, metavar="NAME[=M]", show_default=False)] = (),
+    exchange: Annotated[
+        tuple[str, ...], Parameter(group=MOVED, metavar="NAME=MODEL", show_default=False)
+    ] = (),
+    objective: Annotated[str, Parameter(group=GOAL, metavar="NAME")] = "on_target",
+    s_ms: Annotated[bool, Parameter(group=GOAL)] = False,
+    weight: Annotated[tuple[str, ...], Parameter(group=GOAL, metavar="WHAT=W", show_default=False)] = (),
+    floor: Annotated[tuple[str, ...], Parameter(group=GOAL, metavar="CLASS=VALUE", show_default=False)] = (),
+    within_m: Annotated[float, Parameter(name="--within", group=GOAL, metavar="M")] = WITHIN_M,
+    blind: Annotated[float | None, Parameter(group=GOAL, metavar="M")] = None,
+    surroundings: Surroundings = None,
     against: Annotated[str | None, Parameter(group=FRAMES, metavar="RIG")] = None,
     frames: Annotated[int, number(FRAMES)] = 100,
     held_out: Annotated[int, number(FRAMES)] = 1000,
+    check_boxes: Annotated[
+        tuple[Path, ...], Parameter(group=FRAMES, metavar="FILE", show_default=False)
+    ] = (),
     seed: Annotated[int, number(FRAMES)] = 0,
     scene: SourceArguments = SourceArguments(),
     score: ThreadArguments = ThreadArguments(),
@@ -56,10 +85,10 @@ def optimise(
     out: Annotated[Path | None, Parameter(metavar="DIR")] = None,
     json: Json = None,
 ) -> None:
-    """Propose where to add LiDARs on the car's skin, with a bound on the gain of any other choice.
+    """Propose where to add or move sensors on the car's skin, with a bound on the gain of any other choice.
 
-    Every sensor of the rig stays where it is. The gain of the proposal over mounts chosen by hand is checked in other
-    frames and under other assumptions.
+    Every other sensor of the rig stays as it is. The gain of the proposal over mounts chosen by hand, or over the rig
+    where sensors only move, is checked in other frames and under other assumptions.
 
     Parameters
     ----------
@@ -83,8 +112,23 @@ def optimise(
         Least distance between two sensors.
     beyond
         Largest overhang of housings over the car's outline at front, rear and sides.
+    move
+        Let a sensor of the rig, with its mirror partner, go anywhere on the skin, or up to M metres; may be repeated.
+    exchange
+        Let a sensor of the rig be exchanged for a model, in its place unless it may move; may be repeated.
     objective
-        Figure to maximise: on_target, the mean over classes of the hit coverage of objects.
+        Figure to maximise: on_target (hit coverage), predicted (detection by the calibration that ships), worst_failure
+        (hit coverage with any one LiDAR failed), seen (entropy of voxels seen by LiDARs), blind (ground where a low
+        object is seen), cameras (objects of 25 px or more).
+    s_ms
+        Maximise S-MS instead: the entropy of voxels that rays pass, not of objects that they hit. Rigs that are best by
+        it gain much there and little on objects.
+    weight
+        Weight of a class (pedestrian=2) or of a ring in metres (0-20=3); may be repeated (1).
+    floor
+        Least value of the objective for a class, before anything else (pedestrian=0.5); may be repeated.
+    within_m
+        Objects count up to this distance from the car.
     blind
         Also trade it against the area where an object of this height is in no sensor's view.
     against
@@ -93,6 +137,8 @@ def optimise(
         Number of frames to choose by.
     held_out
         Number of other frames to check the gain in.
+    check_boxes
+        Also check the gain on this box data set; may be repeated.
     seed
         Seed of mounts, LiDAR phases and lost rays.
     out
@@ -101,15 +147,21 @@ def optimise(
         Also write the result as JSON to a file; with - to standard output, instead of the table.
     """
     limit, rules = float("inf") if budget is None else budget, _rules(lowest, spacing, beyond)
-    additions = Additions(add, count, not singles, _costs(cost), limit, rules, spots)
+    additions = Additions(add, count, not singles, numbers_of("cost", cost), limit, rules, spots)
+    moves, weights, floors = _moves(move, exchange), _weights(weight), numbers_of("floor", floor)
     score = score.solid()
     (opened,) = load_rigs([rig], score, libraries)
     reference = None if against is None else load_rigs([against], score, libraries)[0]
-    require_outputs((rig, *scene.files), json)
+    require_outputs((rig, *scene.files, *check_boxes), json)
     if out is not None:
         check_folder(out)
-    traffic = load_traffic(scene, WITHIN_M)
-    problem = Problem(opened, traffic, additions, objective, frames, held_out, seed, reference, blind)
+    scene = with_surroundings(scene, surroundings)
+    objective = "s_ms" if s_ms else objective
+    voxels = load_scene(scene)[1] if objective in OF_VOXELS else None
+    problem = Problem(
+        opened, load_traffic(scene, within_m), additions, objective, frames, held_out, seed, reference, blind, moves,
+        weights, floors, voxels, checks=_other_traffic(scene, check_boxes, within_m),
+    )  # fmt: skip
     with progress_bar("Casting, choosing, checking") as progress:
         found = finished(problem, score.threads, progress)
     if out is not None:
@@ -128,25 +180,73 @@ def _rules(lowest_m: float, spacing_m: float, beyond_m: float | None) -> MountLi
         raise InputError(problem.complaint.strip(), OPTIONS[str(problem.path[0])]) from error
 
 
-def _costs(words: tuple[str, ...]) -> dict[str, float]:
-    costs = {}
-    for word in words:
-        model, _, cost = word.partition("=")
+def _moves(move: tuple[str, ...], exchange: tuple[str, ...]) -> tuple[Move, ...]:
+    """Return the moves, with the models that their sensors may be exchanged for."""
+    models: dict[str, list[str]] = {}
+    for word in exchange:
+        name, _, model = word.rpartition("=")
+        if not name:
+            raise InputError(f"must be NAME=MODEL (got '{word}')", "exchange")
+        models.setdefault(name, []).append(model)
+    radius_m: dict[str, float] = {}
+    for word in move:
+        name, _, far = word.rpartition("=")
+        radius_m |= numbers_of("move", (word,)) if name else {far: math.inf}
+    return moves_of(radius_m, models)
+
+
+def _weights(words: tuple[str, ...]) -> Weights:
+    """Return weights by class and by ring."""
+    classes, rings = dict[str, float](), dict[tuple[float, float], float]()
+    for name, weight in numbers_of("weight", words).items():
+        low, _, high = name.partition("-")
         try:
-            costs[model] = float(cost)
+            rings[float(low), float(high)] = weight
         except ValueError:
-            raise InputError(f"must be MODEL=COST (got '{word}')", "cost") from None
-    return costs
+            classes[name] = weight
+    return Weights(classes, rings)
+
+
+def _other_traffic(scene: SceneOptions, more: tuple[Path, ...], within_m: float) -> dict[str, Traffic]:
+    """Return other traffic by the name of its case: that of the bundled town with its surroundings, or without."""
+    found = {}
+    if scene.boxes is None:
+        name = "surroundings ignored" if scene.surroundings else "surroundings block"
+        found[name] = load_traffic(replace(scene, surroundings=not scene.surroundings), within_m)
+    for path in more:
+        found[path.stem] = load_traffic(
+            replace(scene, boxes=path, surroundings=False, occluders=None), within_m
+        )
+    return found
+
+
+def numbers_of(option: str, words: tuple[str, ...]) -> dict[str, float]:
+    """Return numbers by name, from words such as pedestrian=2."""
+    found = {}
+    for word in words:
+        name, _, number_said = word.rpartition("=")
+        try:
+            found[name] = float(number_said)
+        except ValueError:
+            name = ""
+        if not name:
+            raise InputError(f"must be {METAVARS[option]} (got '{word}')", option)
+    return found
 
 
 def print_proposals(found: OptimiseResult) -> None:
     """Print the best proposal, its bound, its checks, and the front if there is one, on standard output."""
     console, problem = results(), found.problem
-    heading = f"{visible(problem.rig.name)}: hit coverage {found.before:.3f}, proposed {found.best.value:.3f}"
+    title = problem.goal.title
+    heading = f"{visible(problem.rig.name)}: {title} {found.before:.3f}, proposed {found.best.value:.3f}"
     console.print(f"{heading} (in the {problem.frames} frames of choice)", soft_wrap=True)
     console.print(_sensors(found))
     console.print(Text(f"{found.sentence()[0].upper()}{found.sentence()[1:]}."), soft_wrap=True)
-    console.print(Text(f"Gain over {visible(found.reference.name)}:"), soft_wrap=True)
+    for name, floor in problem.floors.items():
+        kept = "keeps" if found.floors[name] >= floor - 1e-9 else "misses"
+        console.print(Text(f"{name}: {found.floors[name]:.3f}, {kept} the floor of {floor:g}."))
+    other = "" if problem.goal.is_guarded else " in hit coverage"
+    console.print(Text(f"Gain over {visible(found.reference.name)}{other}:"), soft_wrap=True)
     console.print(_checks(found))
     weak = ", ".join(f"{one.case} ({one.share:.0%})" for one in found.best.weak)
     console.print(
@@ -156,13 +256,13 @@ def print_proposals(found: OptimiseResult) -> None:
         unseen = (
             f"ground where an object of {problem.blind_m:g} m is unseen ({found.before_blind_m2:.1f} m² now)"
         )
-        console.print(Text(f"Front of hit coverage and {unseen}:"), soft_wrap=True)
+        console.print(Text(f"Front of {title} and {unseen}:"), soft_wrap=True)
         console.print(_front(found))
 
 
 def _sensors(found: OptimiseResult) -> Table:
     table = Table(box=box.SIMPLE_HEAD)
-    for name in ("added sensor", "x, y, z [m]", "roll, pitch, yaw [°]"):
+    for name in ("sensor" if found.problem.moves else "added sensor", "x, y, z [m]", "roll, pitch, yaw [°]"):
         table.add_column(name)
     for one in found.best.added:
         for sensor in one.sensors:
@@ -179,7 +279,8 @@ def _checks(found: OptimiseResult) -> Table:
     for name in ("gain", "± 1 SE", "kept"):
         table.add_column(name, justify="right")
     gain = found.best.value - found.reference_value
-    table.add_row("frames of choice", f"{gain:+.4f}", "—", "—")
+    if found.problem.goal.is_guarded:
+        table.add_row("frames of choice", f"{gain:+.4f}", "—", "—")
     for one in found.best.guard:
         table.add_row(one.case, f"{one.gain:+.4f}", f"{one.se:.4f}", f"{one.share:.0%}")
     return table
@@ -187,7 +288,7 @@ def _checks(found: OptimiseResult) -> Table:
 
 def _front(found: OptimiseResult) -> Table:
     table = Table(box=box.SIMPLE_HEAD)
-    for name in ("proposal", "hit coverage", "unseen [m²]", "cost"):
+    for name in ("proposal", found.problem.goal.title, "unseen [m²]", "cost"):
         table.add_column(name, justify="right")
     for place in found.front:
         one = found.proposals[place]

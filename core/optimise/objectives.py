@@ -222,6 +222,8 @@ def _ground(problem: Problem, solid: Solid | None, workers: int) -> TableMaker:
 
 BY_CAMERAS = next(one for one in QUANTITIES if one.key == CAMERA.name)
 WORST = "worst_failure"
+OF_VOXELS = ("seen", "s_ms")
+"""Objectives of a scene of voxels."""
 OBJECTIVES = {
     one.name: one
     for one in (

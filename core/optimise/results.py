@@ -17,7 +17,7 @@ from riglens.core.metric.entropy import EntropyField
 from riglens.core.optimise.bounds import Bound
 from riglens.core.optimise.guard import Kept, Verdict, verdict, weak_cases
 from riglens.core.optimise.mounts import NO_ADDITIONS, Additions, Candidate, Move
-from riglens.core.optimise.objectives import OBJECTIVES, WORST, Objective, sensors_for
+from riglens.core.optimise.objectives import OBJECTIVES, OF_VOXELS, WORST, Objective, sensors_for
 from riglens.core.optimise.tables import UNIT
 from riglens.core.optimise.weights import EVEN, Weights
 from riglens.core.review.blind import called
@@ -62,7 +62,8 @@ class Problem:
 
     def __post_init__(self) -> None:
         if self.objective not in OBJECTIVES:
-            raise InputError(f"must be one of {', '.join(OBJECTIVES)} (got '{self.objective}')", "objective")
+            known = ", ".join(one for one in OBJECTIVES if one != "s_ms")
+            raise InputError(f"must be one of {known} (got '{self.objective}')", "objective")
         self._check_sensors()
         self._check_figures()
         if not 2 <= self.frames <= 1000:
@@ -93,7 +94,7 @@ class Problem:
                 raise InputError(f"{name} must be between 0 and 1 (got {floor:g})", "floor")
         if self.floors and (not self.goal.is_guarded or self.objective == WORST):
             raise InputError(f"must be left out: {self.objective} is no figure by class", "floor")
-        if self.objective in ("seen", "s_ms") and self.voxels is None:
+        if self.objective in OF_VOXELS and self.voxels is None:
             raise InputError(f"needs a scene of voxels for {self.objective}", "objective")
 
     def _check_sensors(self) -> None:

@@ -60,6 +60,23 @@ def test_the_table_says_the_bound_and_the_verdict(riglens, town):
         assert said in found.out
 
 
+def test_a_sensor_moves_by_a_floor_and_weights_and_is_checked_in_other_data(riglens, town, tmp_path):
+    other = tmp_path / "village.csv"
+    other.write_text(town.read_text())
+    name = rl.open_rig("KITTI car").enabled_lidars()[0].name
+    asked = ("--move", f"{name}=0.6", "--weight", "pedestrian=2", "--weight", "0-20=3", "--floor", "car=0.1")
+    found = riglens(
+        "optimise", "KITTI car", *asked, *FEW[2:], "--boxes", town, "--check-boxes", other, "--json", "-"
+    )
+    assert found.code == 0
+    document = json.loads(found.out)
+    (best,) = document["proposals"]
+    assert {sensor["name"] for sensor in best["sensors"]} <= {name}
+    assert best["value"] >= document["before"]
+    assert "village" in {one["case"] for one in best["guard"]}
+    assert document["floors"]["car"]["value"] >= 0.1
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
@@ -74,7 +91,15 @@ def test_the_table_says_the_bound_and_the_verdict(riglens, town):
         ((*FEW[:4], "--frames", "19"), "--frames must be at most 18"),
         ((*FEW, "--seed", "-1"), "--seed"),
         ((*FEW, "--json", "--out"), "--json"),
-        ((), "--add"),
+        ((), "--add must name at least one sensor model, or a sensor to move"),
+        (("--move", "nobody"), "--move must name an enabled LiDAR of the rig"),
+        (("--move", "nobody=far"), "--move must be NAME or NAME=M (got 'nobody=far')"),
+        (("--exchange", "generic-16"), "--exchange must be NAME=MODEL"),
+        ((*FEW, "--weight", "lorry=2"), "--weight must name one of car"),
+        ((*FEW, "--weight", "20-0=2"), "--weight 20-0 must be a ring in m"),
+        ((*FEW, "--floor", "car=high"), "--floor must be CLASS=VALUE (got 'car=high')"),
+        ((*FEW, "--floor", "car=2"), "--floor car must be between 0 and 1 (got 2)"),
+        ((*FEW, "--objective", "blind", "--floor", "car=0.5"), "--floor must be left out"),
     ],
 )
 def test_what_cannot_be_asked_is_refused_in_one_line(riglens, town, arguments, said):

@@ -1,0 +1,179 @@
+"""Tables of every objective: monotone, submodular where bounds rely on it, and worth what the engines say."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from riglens.core.engine.engine import Engine
+from riglens.core.errors import InputError
+from riglens.core.metric.scores import MetricSettings
+from riglens.core.optimise.guard import Evaluator, with_worst_failure
+from riglens.core.optimise.mounts import Additions
+from riglens.core.optimise.objectives import OBJECTIVES, OF_VOXELS, WORST, sensors_for
+from riglens.core.optimise.results import Problem
+from riglens.core.optimise.run import finished
+from riglens.core.optimise.tables import UNIT, CoverTable, TableMaker
+from riglens.core.optimise.weights import EVEN, Weights
+from riglens.core.rig.model import Rig
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.targets.engine import TargetEngine
+from riglens.core.targets.traffic import Traffic
+from tests.core.builders import grid_of, random_field
+from tests.core.targets.cases import random_rig, random_traffic
+
+NONE = np.zeros(0, np.int32)
+ADDED = Additions(("generic-16",), spots_m=0.9, tilts_deg=(0.0,))
+
+
+@pytest.fixture(scope="module")
+def traffic() -> Traffic:
+    """Objects in 40 frames."""
+    return random_traffic(np.random.default_rng(2), 40)
+
+
+def problem_of(name: str, traffic: Traffic, rig: Rig, weights: Weights = EVEN) -> Problem:
+    """A problem of an objective; the sensors of the rig are what its tables are made of."""
+    voxels = random_field(grid_of(40, 30, 8, 0.8), np.random.default_rng(0)) if name in OF_VOXELS else None
+    models = ("nuscenes-front",) if name == "cameras" else ("generic-16",)
+    return Problem(
+        rig,
+        traffic,
+        replace(ADDED, models=models),
+        name,
+        frames=6,
+        weights=weights,
+        voxels=voxels,
+        held_out=8,
+    )
+
+
+def tables(name: str, traffic: Traffic, seed: int) -> tuple[Problem, TableMaker, CoverTable, Rig]:
+    """The maker of an objective, and its table for the sensors of a random rig."""
+    rig = random_rig(np.random.default_rng(seed), 9).replace(self_occlusion=False)
+    problem = problem_of(name, traffic, rig, Weights({"pedestrian": 2.0}, {(0.0, 20.0): 3.0}))
+    maker = problem.goal.maker(problem, None, 1)
+    cells = [maker.cells_of([sensor]) for sensor in sensors_for(problem.goal, rig)]
+    return problem, maker, maker.table(NONE, cells), rig
+
+
+@pytest.mark.parametrize("name", [name for name in OBJECTIVES if name != WORST])
+@pytest.mark.parametrize("seed", range(3))
+def test_tables_are_monotone_and_those_that_bounds_rely_on_submodular(
+    name: str, seed: int, traffic: Traffic
+) -> None:
+    _, maker, table, rig = tables(name, traffic, seed)
+    rng, above = np.random.default_rng(seed), table.concave()
+    ids = np.arange(table.size)
+    sensors = sensors_for(OBJECTIVES[name], rig)
+    chosen: list[int] = []
+    before = above.gains([], ids)
+    for one in rng.permutation(table.size).tolist():
+        assert (table.gains(chosen, ids) >= 0).all()
+        chosen.append(one)
+        gains = above.gains(chosen, ids)
+        assert (gains <= before).all()
+        assert above.value(chosen) >= table.value(chosen)
+        assert table.value(chosen) == maker.value(maker.cells_of([sensors[place] for place in chosen]))
+        before = gains
+    assert 0 < table.value(chosen) <= UNIT * (1.0 + 1e-9)
+    assert (above is table) == (name != "predicted")
+
+
+@pytest.mark.parametrize("name", ["on_target", "predicted", "cameras"])
+@pytest.mark.parametrize("seed", range(3))
+def test_the_value_of_objects_is_that_of_the_engine_by_weights(
+    name: str, seed: int, traffic: Traffic
+) -> None:
+    problem, _, table, rig = tables(name, traffic, seed)
+    objects = TargetEngine(traffic, 1).evaluate(rig, problem.settings, 6).objects
+    values = problem.goal.quantity.of(objects, problem.settings)
+    known = ~np.isnan(values)
+    cls, ring = traffic.cls[objects.box], np.where(traffic.distance_m[objects.box] < 20.0, 3.0, 1.0)
+    sums = weights = 0.0
+    for number, class_name in enumerate(CLASSES):
+        mine = known & (cls == number)
+        if mine.any():
+            weight = 2.0 if class_name == "pedestrian" else 1.0
+            sums += weight * np.average(values[mine], weights=ring[mine])
+            weights += weight
+    value = sums / weights
+    assert table.value(range(table.size)) / UNIT == pytest.approx(value, abs=1e-9)
+    sampled = Evaluator(traffic, 1, problem.goal.quantity, problem.weights)(rig, problem.settings, (0, 6))
+    assert sampled.value == pytest.approx(value, rel=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_voxels_seen_are_those_of_the_scores(seed: int, traffic: Traffic) -> None:
+    problem, _, table, rig = tables("seen", traffic, seed)
+    _, _, sums, _ = tables("s_ms", traffic, seed)
+    assert problem.voxels is not None
+    scores = Engine(problem.voxels, 1).evaluate(rig, MetricSettings(body="ignored"), False).scores
+    by_class = {"pedestrian": 2.0}
+    there = [name for name in CLASSES if scores.classes[name].h_total]
+    total = sum(by_class.get(name, 1.0) for name in there)
+    value = sum(by_class.get(name, 1.0) * scores.classes[name].lidar.seen for name in there) / total
+    assert table.value(range(table.size)) / UNIT == pytest.approx(value, abs=1e-7)
+    entropy = sum(scores.classes[name].h_total for name in CLASSES)
+    seen = sum(scores.classes[name].h_total * scores.classes[name].lidar.seen for name in CLASSES)
+    assert sums.value(range(sums.size)) / UNIT == pytest.approx(seen / entropy, abs=1e-7)
+
+
+def test_the_worst_failure_is_that_of_the_engine_and_its_bound_holds(traffic: Traffic) -> None:
+    own = random_rig(np.random.default_rng(1), 3).enabled_lidars()[:1]
+    problem = problem_of(WORST, traffic, Rig(sensors=own))
+    problem = replace(problem, additions=replace(problem.additions, count=2, spots_m=1.2))
+    found = finished(problem, 1)
+    sampler = with_worst_failure(Evaluator(traffic, 1))
+    plain = Evaluator(traffic, 1)
+    best = found.best.rig
+    assert found.best.value == sampler(best, problem.settings, (0, 6)).value
+    without = [
+        best.model_copy(update={"sensors": tuple(s for s in best.sensors if s is not lost)})
+        for lost in best.sensors
+    ]
+    assert found.best.value == min(plain(rig, problem.settings, (0, 6)).value for rig in without)
+    assert found.bound.kind == "cuts"
+    added = {sensor.name: sensor for one in found.best.added for sensor in one.sensors}
+    assert len(added) == 4
+    values = [one.value for one in found.stairs]
+    assert found.stairs[2].value == pytest.approx(found.best.value, abs=1e-9)
+    assert found.bound_value >= max(values[:3])
+
+
+def test_a_floor_comes_first(traffic: Traffic) -> None:
+    problem = problem_of("on_target", traffic, Rig())
+    free = finished(problem, 1)
+    by_class = {}
+    for name in CLASSES:
+        weights = Weights({other: float(other == name) for other in CLASSES})
+        by_class[name] = finished(replace(problem, weights=weights), 1).best.value
+    name = "pedestrian"
+    floored = finished(replace(problem, floors={name: by_class[name] - 1e-6}), 1)
+    assert floored.floors[name] == pytest.approx(by_class[name], abs=1e-5)
+    assert floored.best.value <= free.best.value
+    assert "that keeps the floors" in floored.sentence()
+    missed = finished(replace(problem, floors={name: 1.0}), 1)
+    assert missed.floors[name] == pytest.approx(by_class[name], abs=1e-3)
+    assert missed.bound.kind == "cuts"
+
+
+def test_what_an_objective_lacks_is_refused_in_one_line(traffic: Traffic) -> None:
+    problem = problem_of("on_target", traffic, Rig())
+    for wrong, said in (
+        ({"objective": "seen"}, "needs a scene of voxels"),
+        ({"objective": "cameras"}, "generic-16 must be a camera"),
+        ({"objective": "blind", "floors": {"car": 0.5}}, "floor must be left out"),
+        ({"floors": {"lorry": 0.5}}, "floor must name one of car"),
+    ):
+        with pytest.raises(InputError, match=said) as caught:
+            replace(problem, **wrong)
+        assert "\n" not in str(caught.value)
+    for wrong_weights, said in (
+        (({"lorry": 1.0},), "must name one of car"),
+        (({"car": -1.0},), "car must be at least 0"),
+        ((dict.fromkeys(CLASSES, 0.0),), "must leave a class"),
+        (({}, {(0.0, 20.0): 1.0, (10.0, 30.0): 2.0}), "must not overlap"),
+    ):
+        with pytest.raises(InputError, match=said):
+            Weights(*wrong_weights)
