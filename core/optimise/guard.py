@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,12 +36,18 @@ KEPT, STANDARD_ERRORS = 0.5, 2.0
 @dataclass(frozen=True)
 class Kept:
     """Gain of a proposal over its reference in one case, its standard error paired by frame, and its share of the gain
-    in the frames in which the proposal was chosen."""
+    in the frames in which the proposal was chosen; whether other data made it."""
 
     case: str
     gain: float
     se: float
     share: float
+    is_other_data: bool = False
+
+    @property
+    def is_clear(self) -> bool:
+        """Return whether it is a gain of at least two standard errors."""
+        return self.gain > 0.0 and self.gain >= STANDARD_ERRORS * self.se
 
 
 @dataclass(frozen=True)
@@ -91,6 +97,15 @@ Sampler = Callable[[Rig, TargetSettings, tuple[int, int]], Sample]
 """A figure of a rig in frames first..end-1 of the sampling order."""
 
 
+class OtherTraffic(NamedTuple):
+    """A case of the guard in frames of other traffic: the frames of choice in another state, or other data."""
+
+    case: str
+    sampler: Sampler
+    frames: tuple[int, int]
+    is_other_data: bool
+
+
 class Evaluator:
     """A figure of rigs on the objects of one set of traffic; only sensors of the kind that makes it are cast."""
 
@@ -137,13 +152,13 @@ def guard(
     settings: TargetSettings,
     frames: int,
     last: int,
-    others: Mapping[str, tuple[Sampler, tuple[int, int]]] | None = None,
+    others: Sequence[OtherTraffic] = (),
 ) -> Generator[Kept, None, float]:
     """Compare a proposal with a reference case by case, and return the gain in the first `frames` frames.
 
     settings: those with which the proposal was chosen. Held-out frames, up to `last`, follow the frames of choice;
-    there the phases of LiDARs are random whatever was chosen with. others: by the name of a case the sampler of other
-    traffic and its frames.
+    there the phases of LiDARs are random whatever was chosen with. others: further traffic to
+    compare them in.
     """
 
     def gain(
@@ -171,23 +186,23 @@ def guard(
         cases.append(
             ("assumed range halved", [(usual, _halved(proposal, assumed), _halved(reference, assumed))], few)
         )
-    checks = [(name, pairs, where, sampler) for name, pairs, where in cases]
-    checks += [
-        (name, [(usual, proposal, reference)], where, by) for name, (by, where) in (others or {}).items()
-    ]
-    for name, pairs, where, by in checks:
-        more, se = gain(pairs, where, by)
-        yield Kept(name, more, se, more / in_sample if in_sample > 0.0 else 0.0)
+    checks = [(OtherTraffic(name, sampler, where, False), pairs) for name, pairs, where in cases]
+    checks += [(other, [(usual, proposal, reference)]) for other in others]
+    for one, pairs in checks:
+        more, se = gain(pairs, one.frames, one.sampler)
+        yield Kept(one.case, more, se, more / in_sample if in_sample > 0.0 else 0.0, one.is_other_data)
     return in_sample
 
 
 def verdict(kept: Sequence[Kept]) -> Verdict:
-    """Return "resolved" where the gain in held-out frames is two standard errors and half of the gain when chosen."""
+    """Return "resolved" where the gain in held-out frames is two standard errors and half of the gain when chosen, and
+    two standard errors in all other data."""
     held_out = next((one for one in kept if one.case == HELD_OUT), None)
     if held_out is None:
         return "not checked"
-    is_resolved = held_out.gain >= STANDARD_ERRORS * held_out.se and held_out.share >= KEPT
-    return "resolved" if is_resolved and held_out.gain > 0.0 else "not resolved"
+    is_resolved = held_out.is_clear and held_out.share >= KEPT
+    is_resolved &= all(one.is_clear for one in kept if one.is_other_data)
+    return "resolved" if is_resolved else "not resolved"
 
 
 def weak_cases(kept: Sequence[Kept]) -> tuple[Kept, ...]:

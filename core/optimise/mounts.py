@@ -300,6 +300,13 @@ def candidates(
     return tuple(found)
 
 
+def mounted(rig: Rig, picked: Sequence[Candidate]) -> Rig:
+    """Return a rig with candidates: sensors of its own in their place, others after them."""
+    moved = {sensor.name: sensor for one in picked if one.slot for sensor in one.sensors}
+    added = [sensor for one in picked if not one.slot for sensor in one.sensors]
+    return rig.replace(sensors=(*(moved.get(sensor.name, sensor) for sensor in rig.sensors), *added))
+
+
 def _wishes(rig: Rig, additions: Additions, moves: Sequence[Move]) -> list[_Wish]:
     """Return what may be mounted, of the models that the budget buys."""
     models = [model for model in additions.models if additions.cost_of(model) <= additions.budget]

@@ -12,8 +12,8 @@ import numpy as np
 from riglens.core.errors import Cancelled
 from riglens.core.kernels.runtime import jit
 from riglens.core.optimise.bounds import Bound, branch_and_bound, fractional_bound
-from riglens.core.optimise.guard import FEW, Evaluator, Kept, Sampler, guard, with_worst_failure
-from riglens.core.optimise.mounts import Move, candidates, conflicts, locked, rules_for
+from riglens.core.optimise.guard import FEW, Evaluator, Kept, OtherTraffic, Sampler, guard, with_worst_failure
+from riglens.core.optimise.mounts import Move, candidates, conflicts, locked, mounted, rules_for
 from riglens.core.optimise.objectives import WORST, WorstFailure, sensors_for
 from riglens.core.optimise.results import OptimiseResult, Problem, Proposal, Stair
 from riglens.core.optimise.search import AtLeast, Limits, front, greedy, search, swap
@@ -219,14 +219,15 @@ class _Run:
         )
         return with_worst_failure(found) if goal.name == WORST else found
 
-    def others(self) -> dict[str, tuple[Sampler, tuple[int, int]]]:
-        """Return the samplers of other traffic: the same frames held out in another state, or the first of its own."""
-        problem, found = self.problem, {}
+    def others(self) -> list[OtherTraffic]:
+        """Return other traffic: the held-out frames in another state, or the first of other data."""
+        problem, found = self.problem, list[OtherTraffic]()
         for name, traffic in problem.checks.items():
-            where = 0, min(FEW, traffic.frames)
-            if traffic.frames == problem.traffic.frames:
-                where = problem.frames, min(problem.last, problem.frames + FEW)
-            found[name] = self.sampler(traffic), where
+            own = problem.traffic.data.sha256
+            is_other = not own or traffic.data.sha256 != own or traffic.frames != problem.traffic.frames
+            where = (0, traffic.frames) if is_other else (problem.frames, problem.last)
+            last = min(where[1], where[0] + FEW)
+            found.append(OtherTraffic(name, self.sampler(traffic), (where[0], last), is_other))
         return found
 
     def value_of(self, rig: Rig, chosen: list[int] | None, sampler: Sampler) -> float:
@@ -386,11 +387,8 @@ class _Run:
 
     def rig_with(self, chosen: Sequence[int], name: str = "proposal") -> Rig:
         """Return the rig with some candidates added, and those of its own sensors in their place."""
-        rig, picked = self.problem.rig, [self.candidates[one] for one in chosen]
-        moved = {sensor.name: sensor for one in picked if one.slot for sensor in one.sensors}
-        added = [sensor for one in picked if not one.slot for sensor in one.sensors]
-        own = [moved.get(sensor.name, sensor) for sensor in rig.sensors]
-        return rig.replace(name=f"{rig.name[:150]}, {name}", sensors=(*own, *added))
+        found = mounted(self.problem.rig, [self.candidates[one] for one in chosen])
+        return found.replace(name=f"{found.name[:150]}, {name}")
 
     def proposal(self, chosen: Sequence[int], number: int) -> Proposal:
         """Return a set as a proposal; its value is still to be evaluated."""

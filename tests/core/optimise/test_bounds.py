@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from riglens.core.optimise.bounds import branch_and_bound, fractional_bound
 from riglens.core.optimise.search import AtLeast, Limits, front, greedy, search, swap
-from riglens.core.optimise.tables import CoverTable
+from riglens.core.optimise.tables import UNIT, CoverTable
 from tests.core.optimise.problems import done, hit_worth, random_columns, random_limits, random_table
 
 
@@ -24,9 +24,8 @@ def best_of_all(table: CoverTable, limits: Limits) -> int:
     return max(table.value(chosen) for chosen in sets)
 
 
-@settings(max_examples=60, deadline=None)
-@given(st.integers(0, 1 << 32), st.integers(2, 12), st.integers(1, 4))
-def test_no_set_beats_the_bound_and_branch_and_bound_finds_the_best(seed: int, size: int, count: int) -> None:
+def against_brute_force(seed: int, size: int, count: int) -> None:
+    """Check search, both bounds, and that limits are kept, on one random problem."""
     rng = np.random.default_rng(seed)
     table, limits = random_table(rng, size), random_limits(rng, size, count)
     best, found = best_of_all(table, limits), done(search(table, limits))
@@ -37,6 +36,39 @@ def test_no_set_beats_the_bound_and_branch_and_bound_finds_the_best(seed: int, s
     assert is_proven
     assert limits.allow(proven)
     assert table.value(proven) == best
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 1 << 32), st.integers(2, 12), st.integers(1, 4))
+def test_no_set_beats_the_bound_and_branch_and_bound_finds_the_best(seed: int, size: int, count: int) -> None:
+    against_brute_force(seed, size, count)
+
+
+@pytest.mark.slow
+@settings(max_examples=300, deadline=None)
+@given(st.integers(0, 1 << 32), st.integers(2, 16), st.integers(1, 4))
+def test_no_set_of_up_to_16_candidates_beats_the_bounds(seed: int, size: int, count: int) -> None:
+    against_brute_force(seed, size, count)
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 1 << 32), st.integers(2, 9), st.integers(1, 3))
+def test_bounds_of_a_figure_that_is_not_submodular_hold(seed: int, size: int, count: int) -> None:
+    """Its least concave function above is one for the bound."""
+    rng = np.random.default_rng(seed)
+    table, limits = random_table(rng, size), random_limits(rng, size, count)
+    rise = np.sort(rng.integers(0, UNIT >> 6, table.cover.worth.shape), axis=1)
+    jumps = table.valued(
+        np.where(rng.random(rise.shape) < 0.5, rise, np.maximum.accumulate(rise // 3, axis=1))
+    )
+    worth = np.maximum.accumulate(jumps.cover.worth, axis=1)
+    jumps, above = table.valued(worth), table.valued(worth).concave()
+    assert (np.diff(above.cover.worth, n=2, axis=1) <= 0).all()
+    assert (above.cover.worth >= worth).all()
+    best = best_of_all(jumps, limits)
+    assert done(fractional_bound(above, limits, [], cuts=6)) >= best
+    chosen = done(branch_and_bound(above, limits, []))[0]
+    assert above.value(chosen) >= best
 
 
 def test_branch_and_bound_says_when_it_gives_up() -> None:

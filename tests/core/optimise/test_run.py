@@ -13,13 +13,13 @@ from riglens.core.optimise.mounts import Additions, Move, rules_for
 from riglens.core.optimise.results import OptimiseResult, Problem
 from riglens.core.optimise.run import Progress, finished, improvement, optimise, skin_gains
 from riglens.core.review.blind import BlindEngine, BlindSettings
-from riglens.core.review.mounts import violations
+from riglens.core.review.mounts import MountLimits, violations
 from riglens.core.rig.edits import mirrored_pose, with_mirror_image
 from riglens.core.rig.model import Lidar, LinearAngles, Rig
 from riglens.core.rig.yaml.file import load_rig
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import TargetSettings
-from riglens.core.targets.traffic import Traffic
+from riglens.core.targets.traffic import NO_CLASS, Traffic
 from tests.core.optimise.problems import done
 from tests.core.targets.cases import random_traffic
 
@@ -248,6 +248,45 @@ def test_a_stagger_that_lives_on_a_fixed_phase_is_not_resolved(traffic: Traffic)
     assert in_sample > 0.0
     assert verdict(kept) == "not resolved"
     assert next(one for one in kept if one.case == "fixed phase").share > 0.5
+
+
+def test_a_pose_polished_on_a_sample_is_not_resolved(traffic: Traffic) -> None:
+    """Small turns of LiDARs in their place fit phases and lost rays of the frames by which they are chosen."""
+    rng, start = np.random.default_rng(4), stack((0.0, 0.0))
+    evaluator, settings = Evaluator(traffic), TargetSettings(body="ignored")
+    best, value = start, evaluator(start, settings, (0, 8)).value
+    for _ in range(60):
+        sensor = best.sensors[int(rng.integers(2))]
+        turn = tuple((np.array(sensor.rpy_deg) + rng.normal(0.0, 0.3, 3)).tolist())
+        tried = best.with_sensor(sensor.name, sensor.replace(rpy_deg=turn))
+        found = evaluator(tried, settings, (0, 8)).value
+        if found > value:
+            best, value = tried, found
+    kept: list[Kept] = []
+    in_sample = done(guard(best, start, evaluator, settings, 8, 60), kept.append)
+    assert in_sample > 0.0
+    assert verdict(kept) == "not resolved"
+
+
+def test_an_optimum_of_data_in_front_is_not_resolved_in_data_all_around(traffic: Traffic) -> None:
+    """Low down, front data want the sensor in the bumper, where the car hides what is behind."""
+    is_front = traffic.centre_m[:, 0] > 2.0
+    front = replace(traffic, cls=np.where(is_front, traffic.cls, NO_CLASS).astype(np.uint8))
+    rules = MountLimits(height_m=(0.3, 0.9), spacing_m=0.25)
+    added = Additions(("generic-16",), mirrored=False, rules=rules, spots_m=0.6, tilts_deg=(0.0,))
+    turn = LinearAngles(from_=-180.0, to=180.0, count=180)
+    roof = OWN.replace(azimuths_deg=turn, elevations_deg=LinearAngles(from_=-15.0, to=5.0, count=6))
+    bare = Rig(name="bare")
+    problem = Problem(
+        bare, front, added, frames=12, held_out=40, reference=Rig(sensors=(roof,)), checks={"town": traffic}
+    )
+    found = finished(problem, 2)
+    town = found.best.guard[-1]
+    assert (town.case, town.is_other_data) == ("town", True)
+    assert found.best.value > found.reference_value
+    assert found.best.added[0].places_m[0, 0] > 1.5
+    assert not town.is_clear
+    assert found.best.verdict == "not resolved"
 
 
 def test_a_gain_that_stays_is_resolved_and_one_that_halves_is_not() -> None:
