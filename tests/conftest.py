@@ -26,6 +26,9 @@ KERNELS = REPOSITORY / "core" / "kernels" / "__pycache__"
 os.environ.setdefault("NUMBA_CACHE_DIR", str(KERNELS))
 """Kept, or every run would compile all kernels. Numba reads it when it is imported, which conftest files below may do
 before pytest is configured."""
+sys.dont_write_bytecode = False
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+"""Bytecode is kept, or each of the workers and of some hundred programs that tests start would compile all sources."""
 if "PYTEST_XDIST_WORKER" in os.environ:  # workers share the processors, and more threads wait for one another
     os.environ.setdefault("NUMBA_NUM_THREADS", "2")
 
