@@ -248,9 +248,10 @@ def met_by_hand(held: Traffic, sensor: Sensor) -> NDArray[np.int64]:
     return found
 
 
-def test_objects_are_those_that_every_ray_against_every_box_finds() -> None:
+@pytest.mark.parametrize("rigs", [4, pytest.param(20, marks=pytest.mark.slow)])
+def test_objects_are_those_that_every_ray_against_every_box_finds(rigs: int) -> None:
     rng = np.random.default_rng(17)
-    for _ in range(20):
+    for _ in range(rigs):
         held = random_traffic(rng, 10, 8).within(1e6)
         rig = Rig(sensors=tuple(random_sensors(rng)))
         found = TargetEngine(held, 1).evaluate(rig, EXACT).objects
