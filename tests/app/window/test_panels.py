@@ -451,7 +451,7 @@ def test_a_sensor_that_looks_where_the_data_hold_no_boxes_is_told_not_scored_as_
         wait_for_losses(bench, 3)
         assert "boxes only ahead" in bench.workbench.status.scene.text()
         row = bench.panels.tree.item_of("rear")
-        assert row.text(LOSS) == NONE and "no boxes there in these data" in row.toolTip(LOSS)
+        assert row.text(LOSS) == NONE and "almost no boxes in this direction" in row.toolTip(LOSS)
         assert bench.panels.tree.item_of("front").text(LOSS) != NONE
         bench.document.select("rear")
         assert bench.panels.inspector.form.marginal.note == NO_BOXES  # type: ignore[attr-defined]

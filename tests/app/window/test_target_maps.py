@@ -21,9 +21,7 @@ def test_voxels_are_asked_for_only_while_the_heatmap_shows_them(desk: FullDesk) 
     assert desk.recompute.requests[-1].heat == "seen"
 
 
-@pytest.mark.parametrize(
-    ("mode", "unit", "way"), [("on_target", "%", "more"), ("missed", "objects", "less")]
-)
+@pytest.mark.parametrize(("mode", "unit", "way"), [("on_target", "%", "more"), ("missed", "objects", "less")])
 def test_the_heatmap_is_that_of_all_frames_with_unit_and_direction(
     desk: FullDesk, mode: str, unit: str, way: str
 ) -> None:

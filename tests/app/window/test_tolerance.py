@@ -144,7 +144,7 @@ def test_draws_below_what_a_file_requires_are_told_with_their_error(desk: FullDe
     desk.dialogs.path = tmp_path / "required.yaml"
     desk.dialogs.path.write_text("riglens_requirements: 1\nmounts: {gap_m: 0.1}\n")
     strip.required.click()
-    assert "needs a tolerance" in desk.workbench.errors.message and strip.below_of("car") == ""
+    assert "needs a section" in desk.workbench.errors.message and strip.below_of("car") == ""
     desk.dialogs.path.write_text(
         "riglens_requirements: 1\n"
         "seen: [{class: bicycle, at_least: 0.47}, {class: car, at_least: 0.9}]\n"
