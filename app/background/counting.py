@@ -30,7 +30,7 @@ if TYPE_CHECKING:  # made by the thread, which loads the compiler
 
 NO_BOXES = "A stored POG holds no objects: load the box data set to count hits on them."
 BUDGET_MS = 16.0
-"""A sample that is counted while the mouse moves takes about so long."""
+"""Approximate time of a sample counted while the mouse moves."""
 FEWEST_FRAMES, FIRST_FRAMES, GROWTH = 16, 32, 4
 """Frames of the smallest and of the first sample; the growth of samples at rest until all frames are used."""
 
@@ -135,7 +135,7 @@ class Counting:
         self._frames = FIRST_FRAMES
 
     def __call__(self, request: Request, context: Context[Answer]) -> Answer:
-        """A sample at once; unless the mouse still moves, larger and larger ones until all frames are in."""
+        """Count a sample at once; when the mouse rests, growing samples until all frames are in."""
         if request.scene.options.pog is not None:
             raise InputError(NO_BOXES)
         data = self._data_of(request.scene.options, context)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:  # made by the thread, which loads the compiler
     from riglens.core.view.frame_scene import FrameScene, Missed
 
 FrameAnswer = tuple["FrameScene", "Missed | None"]
-"""A frame as the rig meets it, and why the box of the request is missed, if one is to be explained."""
+"""A frame with the rig's hits, and why the requested box is missed, if any."""
 COARSE_RAYS, ALL_RAYS = 60_000, 400_000
 """Rays that are cast while the mouse moves, and at rest."""
 

@@ -98,7 +98,7 @@ class RequestQueue(Generic[Request]):
     def drop(
         self, priority: Priority, is_unwanted: Callable[[Request], bool] = lambda _: True
     ) -> list[Request]:
-        """Give up requests, running ones as well; return those that had not begun."""
+        """Cancel requests, running ones as well; return those that had not begun."""
         with self.lock:
             jobs = self._waiting[priority]
             dropped = [job for job in jobs.values() if is_unwanted(job.request)]

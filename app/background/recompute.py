@@ -120,7 +120,7 @@ class Recompute(QObject):
             self._queue.put(request, Priority.BACKGROUND)
 
     def drop_group(self, group: str) -> None:
-        """Give up a group's background requests; an answer may still be on its way."""
+        """Cancel a group's background requests; an answer may still arrive."""
         self._queue.drop(Priority.BACKGROUND, lambda request: group_of(request) == group)
 
     def load(self, request: SceneOptions) -> None:
@@ -141,7 +141,7 @@ class Recompute(QObject):
         return self._queue.wait_until_idle(timeout_s, Priority.EDIT)
 
     def close(self) -> None:
-        """Give up all work and end the thread."""
+        """Cancel all work and end the thread."""
         self._queue.close()
         if self._others is not None:
             self._others.close()

@@ -126,7 +126,7 @@ class Tasks(QObject):
         return task
 
     def close(self) -> None:
-        """Give up everything; threads that do not end in `close_s` altogether are left to themselves."""
+        """Cancel everything; threads that do not end within `close_s` in total are abandoned."""
         for task in self._running:
             task.cancel()
         end_s = time.monotonic() + self._close_s

@@ -133,11 +133,11 @@ class BackgroundWorker(QObject, Generic[Request, Answer]):
         self._thread.start()
 
     def drop(self) -> None:
-        """Give up the latest request."""
+        """Cancel the latest request."""
         self._queue.drop(Priority.EDIT)
 
     def drop_group(self, group: str) -> None:
-        """Give up a group's background requests; an answer may still be on its way."""
+        """Cancel a group's background requests; an answer may still arrive."""
         self._queue.drop(Priority.BACKGROUND, lambda request: group_of(request) == group)
 
     def close(self) -> None:

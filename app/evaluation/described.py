@@ -22,7 +22,7 @@ GROUND_IS_RIGHT_M = 0.2
 
 @dataclass(frozen=True)
 class Described:
-    """A survey of box data, where their origin lies, and whether how high it lies is known: better than an estimate."""
+    """A survey of box data, their origin, and whether its height is known rather than estimated."""
 
     survey: Survey
     origin_m: Vec3 | None

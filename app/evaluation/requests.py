@@ -83,7 +83,7 @@ class EvaluationRequest:
 
 @dataclass(frozen=True)
 class PickedVoxel:
-    """A voxel with what each sensor of the rig makes of it; no sensor counts where it is not informative."""
+    """A voxel and how each sensor covers it; no sensor counts where the voxel is not informative."""
 
     facts: VoxelFacts
     sights: tuple[Sight, ...]

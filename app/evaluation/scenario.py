@@ -27,7 +27,7 @@ BUNDLED_NAME = "bundled scenario town"
 
 @dataclass(frozen=True)
 class Scenario:
-    """A scene to score on; `choice` says how its voxel edge was picked, None when it was given."""
+    """A scene to score on; `choice` says how its voxel edge was picked, None when it was specified."""
 
     pog: Pog
     field: EntropyField

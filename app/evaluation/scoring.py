@@ -170,7 +170,7 @@ class Scoring:
         return Approximation(request, scores, self._coarse_voxel_m, found.elapsed_ms)
 
     def learn(self, result: Result, cancel: Cancel) -> None:
-        """Have the coarse engine follow an exact answer, from which the next coarse ones are estimated.
+        """Base the next coarse estimates on an exact answer.
 
         Nothing is done where no sensor is slow, so that quick scenes pay nothing.
         """

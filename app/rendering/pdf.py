@@ -261,7 +261,7 @@ def _mime(name: str) -> str:
 
 @contextmanager
 def _in_utc() -> Iterator[None]:
-    """Have Qt write its dates in UTC meanwhile: their length would differ from zone to zone."""
+    """Make Qt write dates in UTC inside the block, because their length differs between time zones."""
     before = os.environ.get("TZ")
     os.environ["TZ"] = "UTC"
     try:

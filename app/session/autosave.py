@@ -79,7 +79,7 @@ class AutosaveFile:
             json.dump(content, stream)
 
     def take(self, orphan: Orphan) -> bool:
-        """Make an orphan's file this window's own; False when somebody else was quicker."""
+        """Claim an orphaned file for this window; False when another window was faster."""
         self._hold()
         try:
             os.rename(orphan.file, self.path)

@@ -97,7 +97,7 @@ class Document(OpenRig):
             self._rig_moved_on()
 
     def replace_sensor(self, name: str, sensor: Sensor) -> None:
-        """Exchange one sensor; a new name takes selection and visibility along, InputError when taken."""
+        """Replace one sensor; selection and visibility follow a new name, InputError when it is taken."""
         self.cancel_drag()
         self._refuse_locked((name,))
         if sensor.name != name and sensor.name in self._names():
@@ -118,7 +118,7 @@ class Document(OpenRig):
         return Marks(hidden, self.locked)
 
     def replace_sensors(self, changes: Mapping[str, Sensor]) -> None:
-        """Exchange sensors as one step, InputError when one of them is locked; a single one may get a new name."""
+        """Replace sensors as one step, InputError when one of them is locked; a single one may get a new name."""
         if len(changes) == 1:
             self.replace_sensor(*next(iter(changes.items())))
             return
@@ -128,7 +128,7 @@ class Document(OpenRig):
         self.apply(self.rig.model_copy(update={"sensors": sensors}))
 
     def move(self, poses: Mapping[str, Pose]) -> None:
-        """Put sensors at other poses; InputError when one of them is locked."""
+        """Set poses of sensors; InputError when one of them is locked."""
         self.replace_sensors({name: self.rig.sensor(name).with_pose(pose) for name, pose in poses.items()})
 
     def align(self, names: Names, how: Alignment) -> None:
@@ -143,7 +143,7 @@ class Document(OpenRig):
         self.apply(spaced(self.rig, names), f"space {list_text(names)}")
 
     def rename(self, name: str, new_name: str) -> None:
-        """Give a sensor another name; InputError when it is empty or taken."""
+        """Rename a sensor; InputError when the name is empty or taken."""
         if not new_name.strip():
             raise InputError("name must not be empty")
         self.replace_sensor(name, self.rig.sensor(name).replace(name=new_name.strip()))
@@ -189,7 +189,7 @@ class Document(OpenRig):
 
     # ------------------------------------------------------------------ undo
     def undo(self) -> None:
-        """Take back one step; during a drag, only the drag."""
+        """Undo one step; during a drag, only the drag."""
         self._travel(self._history.undo)
 
     def redo(self) -> None:

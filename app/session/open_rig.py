@@ -238,7 +238,7 @@ class OpenRig(QObject):
         self.locked_changed.emit()
 
     def set_failed(self, names: Names, failed: bool) -> None:
-        """Take sensors as failed, or as working again; the rig stays unchanged. Unknown names are ignored."""
+        """Mark sensors as failed or as working; the rig is unchanged. Unknown names are ignored."""
         wanted = self._failed | set(names) if failed else self._failed - set(names)
         self._fail(wanted & self._names())
 

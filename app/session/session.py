@@ -196,7 +196,7 @@ class Session(QObject):
             self.targets_changed.emit()
 
     def set_heat(self, heat: HeatChoice) -> None:
-        """Have the heatmap show something else."""
+        """Change the content of the heatmap."""
         if heat != self._heat:
             self._heat = heat
             self.heat_changed.emit()
@@ -216,7 +216,7 @@ class Session(QObject):
             self.asked_changed.emit()
 
     def pick(self, voxel: Voxel | None) -> None:
-        """Have a voxel explained, or none."""
+        """Request the explanation of a voxel, or none."""
         if voxel != self._voxel:
             self._voxel = voxel
             self.voxel_changed.emit()
@@ -239,7 +239,7 @@ class Session(QObject):
             self.asked_changed.emit()
 
     def show_scene(self, scene: LoadedScene) -> None:
-        """Take other traffic into use; a voxel of another grid means nothing there."""
+        """Switch to other traffic; the picked voxel of another grid is dropped."""
         before, self._scene = self._scene, scene
         if before is not None and before.field.grid != scene.field.grid:
             self.pick(None)

@@ -69,7 +69,7 @@ def whole(value: Any) -> str:
 
 
 def minus(text: str) -> str:
-    """A number with a minus sign that is one."""
+    """Return a number with a true minus sign."""
     return text.replace("-", "−")
 
 

@@ -73,7 +73,7 @@ def compare_papers(engine: Engine, scene: SceneOptions) -> list[Compared]:
 
 
 def _traffic(scene: SceneOptions) -> Traffic:
-    """A fair sample of frames; none of a POG."""
+    """Return a random sample of frames; none for a POG."""
     if scene.pog is not None:
         nothing = np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 3, 3))
         report = DataReport("a POG", 1, dict.fromkeys(CLASSES, 0))

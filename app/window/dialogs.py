@@ -127,5 +127,5 @@ def _path(chosen: str) -> Path | None:
 
 
 def _with_suffix(path: Path | None, suffix: str) -> Path | None:
-    """A name typed without an ending gets the usual one."""
+    """Return the name with the usual ending if it has none."""
     return path.with_name(path.name + suffix) if path is not None and not path.suffix else path

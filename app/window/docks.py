@@ -76,7 +76,7 @@ class DockTitles:
         self._later.timeout.connect(self.update)
 
     def follow(self, dock: QDockWidget) -> None:
-        """Look after one more dock."""
+        """Manage one more dock."""
         self._docks.append(dock)
         for moved in (dock.visibilityChanged, dock.topLevelChanged, dock.dockLocationChanged):
             moved.connect(lambda _: self._later.start())
@@ -159,7 +159,7 @@ class InSight(QObject):
         self.changed.connect(turn)
 
     def turn_with(self, turned: SignalInstance) -> InSight:
-        """Look again whenever another page is shown."""
+        """Check again whenever another page is shown."""
         turned.connect(lambda: self._on_moved(None))
         return self
 

@@ -69,7 +69,7 @@ class StatusBar(QStatusBar):
         return strip
 
     def add_busy(self, words: str) -> ProgressStrip:
-        """Make room for work of unknown length that cannot be cancelled."""
+        """Show work of unknown length that cannot be cancelled."""
         strip = self.add_strip("")
         strip.bar.setRange(0, 0)
         strip.cancel.hide()
@@ -98,7 +98,7 @@ class StatusBar(QStatusBar):
         self.set_updating()
 
     def show_approximation(self, first: Approximation) -> None:
-        """Say that the numbers are coarse, and that this is not the end."""
+        """Mark the numbers as coarse, with exact ones to follow."""
         self._is_coarse = True
         self.state.setText(f"coarse (δ {first.voxel_m:g} m), exact follows")
         self.state.setToolTip(COARSE_NOTE)

@@ -100,13 +100,13 @@ class Workbench(QObject):
         self._show_tasks()
 
     def _show_tasks(self) -> None:
-        """Give every long piece of work a strip, and say what went wrong; closing the window gives it up."""
+        """Show a strip for every long task and report its failures; closing the window cancels it."""
         self.tasks.started.connect(self.status.show_task)
         self.tasks.failed.connect(self.report_error)
         self.closing.connect(self.tasks.close)
 
     def report_error(self, message: str, details: str = "") -> None:
-        """Say what went wrong, in a bar over the view that stops nothing; details on request."""
+        """Report a failure in a bar over the view that blocks nothing, with details on request."""
         self.errors.show_message(message, details)
 
     def report_while(self, message: str, is_true: Callable[[], bool]) -> None:

@@ -128,7 +128,7 @@ class Car(Feature):
             self.take_mesh(path)
 
     def take_mesh(self, path: Path) -> None:
-        """Make a mesh file the body of the car; one that is the body already is read again."""
+        """Make a mesh file the body of the car; the current one is read again."""
         rig = self.document.rig
         vehicle = rig.vehicle.replace(body=mesh_name(path, self._folder()))
         if vehicle == rig.vehicle:

@@ -171,7 +171,7 @@ class CardShown(Feature):
 
     # ------------------------------------------------------------------ between sessions, export
     def restore(self, settings: Settings) -> None:
-        """Take up what was enough in an earlier session."""
+        """Restore the thresholds of an earlier session."""
         kept = settings.read("card/plan", dict[str, Any]())
         numbers: dict[str, Any] = {
             name: kept[name] for name, kind in KEPT.items() if type(kept.get(name)) is kind

@@ -20,7 +20,7 @@ Answer = TypeVar("Answer")
 
 
 def check_spec(key: str, title: str, tip: str) -> Spec:
-    """Make the action of a check: it brings its page up."""
+    """Make the action that shows the page of a check."""
     return Spec(key, title, tip, menu="study/checks")
 
 

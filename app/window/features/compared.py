@@ -71,7 +71,7 @@ class ComparedRigs(QObject):
         self._ask()
 
     def remove(self, keys: tuple[str, ...]) -> None:
-        """Take rigs out; the one being edited stays."""
+        """Remove rigs; the one being edited stays."""
         for key in keys:
             if key != CURRENT:
                 self._rows.pop(key, None)
@@ -79,7 +79,7 @@ class ComparedRigs(QObject):
         self._ask()
 
     def rename(self, key: str, name: str) -> None:
-        """Give a rig another name."""
+        """Rename a rig."""
         self._rows[key] = replace(self._rows[key], name=name)
         self.changed.emit()
 
@@ -91,7 +91,7 @@ class ComparedRigs(QObject):
 
     # ------------------------------------------------------------------ the rig being edited
     def take_result(self, result: Result, name: str) -> None:
-        """Take the scores of the rig being edited; other traffic or settings make all other scores void."""
+        """Store the scores of the rig being edited; other traffic or settings discard all other scores."""
         scored_on = (result.scene, result.request.settings)
         if scored_on != self._scored_on:
             self.drop_scores(result.scene)
@@ -114,7 +114,7 @@ class ComparedRigs(QObject):
         self._ask()
 
     def drop_scores(self, scene: LoadedScene | None) -> None:
-        """Give up all scores, and all counts that are not of the traffic that there is now."""
+        """Discard all scores, and all counts of other traffic than the current one."""
         self._scored_on = None
         self._rows = {key: replace(row, scores=None) for key, row in self._rows.items()}
         if self._counted is not None and self._counted.request.scene is not scene:
@@ -150,7 +150,7 @@ class ComparedRigs(QObject):
         self.changed.emit()
 
     def _take_meshes(self) -> None:
-        """Give the other rigs the meshes that have been read; figures found without one are dropped."""
+        """Attach the meshes that have been read to the other rigs; figures computed without one are dropped."""
         for key, row in list(self._rows.items()):
             rig = self._session.with_mesh(row.rig)
             if rig is not row.rig and key != CURRENT:

@@ -137,7 +137,7 @@ def sensors_in(text: str) -> tuple[Sensor, ...]:
 
 
 def _whole(text: str) -> str:
-    """A part of a rig file made a whole one."""
+    """Return a complete rig file around a part of one."""
     start = text.lstrip("\n\r").lstrip()
     if start.startswith("- "):
         return f"riglens: 1\nname: clipboard\nsensors:\n{text}"

@@ -1,4 +1,4 @@
-"""Take sensors as failed, one by one or in groups that fail together, and show the remaining figures."""
+"""Mark sensors as failed, one by one or in groups that fail together, and show the remaining figures."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from riglens.widgets.panels.controls.menus import add_entry
 
 
 class Failing(Feature):
-    """A question to the rig and no change of it: nothing to undo and nothing to save."""
+    """Failed sensors: a view of the rig without change, so there is nothing to undo or save."""
 
     specs = (
         Spec(
@@ -39,12 +39,12 @@ class Failing(Feature):
         follow_marks(self.document, self._update)
 
     def toggle(self) -> None:
-        """Let the selected sensors work again if all have failed, else take all of them as failed."""
+        """Restore the selected sensors if all have failed, else mark all of them as failed."""
         chosen = self.document.chosen
         self.document.set_failed(chosen, not self.document.failed.issuperset(chosen))
 
     def restore_all(self) -> None:
-        """Let every sensor work again."""
+        """Restore every sensor."""
         self.document.set_failed(tuple(self.document.failed), False)
 
     def _groups(self) -> dict[str, tuple[str, ...]]:

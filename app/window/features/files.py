@@ -112,7 +112,7 @@ class Files(Feature):
         return True
 
     def _take_mesh_along(self, folder: Path) -> None:
-        """Have the rig find its mesh file from another folder, too."""
+        """Make the path of the rig's mesh file valid from another folder."""
         path, rig = self.document.path, self.document.rig
         if path is None or not rig.vehicle.has_mesh_file:
             return
@@ -136,13 +136,13 @@ class Files(Feature):
 
 
 def file_name(rig_name: str, suffix: str) -> str:
-    """A rig's name as a file name: letters, digits and -_+. stay."""
+    """Return a rig's name as a file name: letters, digits and -_+. stay."""
     kept = "".join(c if c.isalnum() or c in "-_+." else "-" for c in rig_name).strip("-.")
     return (kept or "rig") + suffix
 
 
 def beside_rig(document: Document, name: str, suffix: str) -> Path:
-    """A file name for a result, in the folder of the rig's file if it has one."""
+    """Return a file name for a result, in the folder of the rig's file if it has one."""
     path = Path(file_name(name, suffix))
     return document.path.parent / path if document.path is not None else path
 

@@ -249,7 +249,7 @@ def shown_frame(scene: FrameScene, enough: int, pointed_out: int | None) -> Show
 
 
 def missed_text(scene: FrameScene, number: int, missed: Missed) -> str:
-    """Say who is missed, where, and why."""
+    """Describe the missed object, its place, and the reason."""
     who = f"Missed: {_name(scene, number)}"
     if missed.verdict == "no LiDARs":
         return f"{who}: no LiDAR is enabled"

@@ -141,7 +141,7 @@ class KeepOutZones(Feature):
         self.bench.status.showMessage(HINT)
 
     def end(self) -> None:
-        """Put the brush away."""
+        """Stop painting."""
         if self.actions["keep_out_paint"].isChecked():
             self.actions["keep_out_paint"].setChecked(False)
             self._put_away()
@@ -184,7 +184,7 @@ class KeepOutZones(Feature):
         self._stroke = (*self._stroke, (x, y, z, radius_m))
 
     def _on_ended(self, kept: bool) -> None:
-        """A stroke is one undo step, or nothing."""
+        """Commit the stroke as one undo step, if it changed anything."""
         stroke, self._stroke = self._stroke, None
         if stroke is not None and kept:
             self.document.apply(self.document.rig.replace(keep_out=stroke))
@@ -197,7 +197,7 @@ def covers(spot: Spot, point_m: Vec3) -> bool:
 
 
 def zone_of(asked: Required, outline: Outline, height_m: float) -> Zone:
-    """A zone with its boxes in metres instead of shares of a car."""
+    """Return the zone with its boxes in metres instead of shares of the car."""
 
     def corner(end: int, box: tuple[tuple[float, float], ...]) -> Vec3:
         x, y, z = (span[end] for span in box)

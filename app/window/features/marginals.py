@@ -129,7 +129,7 @@ class Marginals(Feature):
         )
 
     def _drop_if_changed(self) -> None:
-        """Give up what belongs to another rig or to other settings."""
+        """Discard results of another rig or of other settings."""
         rig = self.document.working_rig
         if self.result is not None and (
             not _same_sensors(self.result.request.rig, rig)
@@ -262,7 +262,7 @@ class Marginals(Feature):
         menu.popup(place)
 
     def restore(self, settings: Settings) -> None:
-        """Take up the measure of an earlier session."""
+        """Restore the measure of an earlier session."""
         self.choose(settings.read("list/loss", self.measure))
 
     def keep(self, settings: Settings) -> None:

@@ -44,7 +44,7 @@ class Measure(Feature):
             self.end()
 
     def end(self) -> None:
-        """Put the tool and its line away."""
+        """End measuring and remove the line."""
         action = self.actions["measure"]
         if not action.isChecked() and self.viewport.state.measured is None:
             return

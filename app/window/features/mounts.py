@@ -44,7 +44,7 @@ class Mounts(LiveCheck[MountsPanel, "RigRequest[MountLimits | None]", "tuple[Vio
         page.usual_wanted.connect(lambda: self._use(None, USUAL))
 
     def _choose_file(self) -> None:
-        """Take the limits of a file of requirements, as for `riglens check`; InputError when it has none."""
+        """Load the limits of a file of requirements, as for `riglens check`; InputError when it has none."""
         folder = None if self.document.path is None else self.document.path.parent
         path = self.bench.dialogs.requirements_file(self.bench.window, folder)
         if path is not None:

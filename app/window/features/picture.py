@@ -46,7 +46,7 @@ class Picture(Feature):
         bench.closing.connect(self._on_closed)
 
     def restore(self, settings: Settings) -> None:
-        """Take up the options of an earlier session; the size is always that of the view."""
+        """Restore the options of an earlier session; the size is always that of the view."""
         found = settings.read("picture/options", {})
         self._options = {name: on for name, on in found.items() if isinstance(on, bool)}
         scale = settings.read("picture/scale", "")
@@ -98,7 +98,7 @@ class Picture(Feature):
             self._draw(path, self.dialog.choice.scale)
 
     def _draw(self, purpose: Purpose, scale: int) -> None:
-        """Have a picture drawn for something."""
+        """Request a picture."""
         if self.dialog is None:
             return
         choice = self.dialog.choice

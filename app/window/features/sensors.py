@@ -130,7 +130,7 @@ class Sensors(Feature):
         self.document.set_hidden(chosen, not self.document.hidden.issuperset(chosen))
 
     def toggle_enabled(self) -> None:
-        """Let the selected sensors count if none does, else none, as one step."""
+        """Include the selected sensors in the scores if none is, else exclude all, as one step."""
         chosen = self.document.chosen
         counted = any(self.document.rig.sensor(name).enabled for name in chosen)
         if chosen:
@@ -172,7 +172,7 @@ def entry_tip(entry: Entry) -> str:
 
 
 def free_place(rig: Rig, above_roof_m: float) -> Vec3:
-    """A place so far above the middle of the roof where no sensor is yet."""
+    """Return a free place that far above the middle of the roof."""
     z = rig.vehicle.height + above_roof_m
     x = 0.0
     while any(math.dist(sensor.position, (x, 0.0, z)) < GAP_M for sensor in rig.sensors):
@@ -195,7 +195,7 @@ class LibraryPanel(Feature):
         self._add_dock()
 
     def _add_dock(self) -> None:
-        """Put the library below the list of sensors, which has most of the room; in a low window into a tab of it."""
+        """Place the library below the larger list of sensors, in a low window as a tab of it."""
         docks, area = self.bench.docks, Qt.DockWidgetArea.LeftDockWidgetArea
         if self.bench.window.height() < LOW_PX:
             docks.add("Library", self.list, area, beside="Sensors")
@@ -252,7 +252,7 @@ class Placing(Feature):
             settings.write(f"placing/{key}", self.actions[key].isChecked())
 
     def _set_rules(self) -> None:
-        """Have the view put sensors on the car as is ticked."""
+        """Pass the ticked mounting options to the view."""
         self.viewport.set_placing(*(self.actions[key].isChecked() for key in RULES))
 
     def add(self, model: str, pose: Pose) -> None:

@@ -79,7 +79,7 @@ class Standing(Feature):
             self._end_rays(self._answered)
 
     def _end_rays(self, body: Vehicle | None) -> None:
-        """Have all rays that are drawn end at the body, while the car is solid; None: have them drawn through it.
+        """Draw rays up to the body while the car is solid; with None, through it.
 
         The first answer says that what is needed for it has been compiled.
         """

@@ -59,7 +59,7 @@ class Targets(Feature):
         return answer is not None and answer.is_whole and answer.request is self._asked
 
     def restore(self, settings: Settings) -> None:
-        """Take up the choice of an earlier session."""
+        """Restore the choice of an earlier session."""
         self.panel.choose(settings.read("targets/quantity", ""))
         number = settings.read("targets/min_points", "")
         if number.isdecimal() and len(number) <= 4 and 1 <= int(number) <= MOST_POINTS:

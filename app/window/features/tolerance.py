@@ -129,7 +129,7 @@ class Tolerance(Feature):
         self.bench.recompute.ask_in_background([request])
 
     def _drop_if_changed(self) -> None:
-        """Give up what belongs to another rig or to other settings."""
+        """Discard results of another rig or of other settings."""
         if self._asked is not None:
             request = self._request()
             if request is None or not request.asks_same(self._asked):

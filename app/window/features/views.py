@@ -107,18 +107,18 @@ class Views(Feature):
             bench.places.add_to_menu(f"view/{section}", menu)
 
     def set_gizmo(self) -> None:
-        """Give the viewport the handles that are ticked."""
+        """Show the ticked handles in the view."""
         actions = self.actions
         mode = next(key for key in GIZMOS if actions[key].isChecked())
         space: Space = "local" if actions["local"].isChecked() else "world"
         self.viewport.show_state(replace(self.viewport.state, gizmo_mode=mode, gizmo_space=space))
 
     def set_snap(self) -> None:
-        """Have drags end on round numbers, or not."""
+        """Turn snapping of drags on or off."""
         self.viewport.set_snap(self.actions["snap"].isChecked())
 
     def frame(self) -> None:
-        """Look at the selected sensors from near by, or at the car with all its sensors."""
+        """Frame the selected sensors, or the car with all its sensors."""
         if not self.document.selection:
             self.frame_all()
         else:
