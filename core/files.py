@@ -177,7 +177,7 @@ def _require_replaceable(target: Path, path: str | os.PathLike[str], files: Mapp
 
 
 def _swap_in(temporary: Path, target: Path) -> None:
-    """Put the new folder in the place of the old one, in one step where the system can exchange two names.
+    """Replace the old folder by the new one, in one step where the system can exchange two names.
 
     Elsewhere the old folder has another name for a moment; should the run be killed then, `_remove_leftovers` gives
     the name back.

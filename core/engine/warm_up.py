@@ -128,7 +128,7 @@ def compile_fans(field: EntropyField) -> None:
 
 
 def compile_sums(field: EntropyField) -> None:
-    """Have what else a rig of upright sensors needs: where rays are by distance, and the sums of a first sensor."""
+    """Compile what else a rig of upright sensors needs: rays by distance, and the sums of a first sensor."""
     fan, rays = _least_fan(field)
     profile = make_profile(fan, rays)
     assert profile is not None

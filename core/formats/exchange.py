@@ -84,7 +84,7 @@ def detect(source: Source) -> Format:
 
 
 def _is_other_yaml(source: Source) -> bool:
-    """Return whether this is a YAML mapping without any of the fields by which a rig is known."""
+    """Return whether this is a YAML mapping without any field that identifies a rig."""
     is_yaml = source.suffix in (".yaml", ".yml")
     return (
         is_yaml

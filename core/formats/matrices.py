@@ -46,7 +46,7 @@ def quoted_numbers(value: Value, rows: int, columns: int) -> Matrix:
 
 
 def rotation_of(value: Value, matrix: Matrix, notes: Notes, about: str = "") -> Matrix:
-    """Return the rotation nearest to a matrix (3, 3); refuse what is none, and report more than rounding."""
+    """Return the rotation nearest to a matrix (3, 3); reject other matrices, and report differences beyond rounding."""
     rotation, error = nearest_rotation(value, matrix)
     if error > ROUNDED_OFF_RAD:
         notes.approximated(

@@ -59,7 +59,7 @@ def worker_processes(count: int) -> Iterator[WorkerProcesses]:
 
 @contextmanager
 def _ctrl_c_waits() -> Iterator[None]:
-    """Put off Ctrl-C while a worker may be started: it inherits that, and so is never interrupted before `_begin`."""
+    """Block Ctrl-C while a worker may be started: it inherits the block and is never interrupted before `_begin`."""
     if not hasattr(signal, "pthread_sigmask"):  # Windows
         yield
         return

@@ -217,7 +217,7 @@ def overlap(found: BlindMap) -> NDArray[np.uint8]:
 
 
 def seen_by(by: By, k: int) -> str:
-    """Say who sees: "1 sensor", "2 LiDARs"."""
+    """Return the number and kind of sensors as text: "1 sensor", "2 LiDARs"."""
     return f"{k} {called(by, k != 1)}"
 
 

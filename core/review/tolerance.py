@@ -66,7 +66,7 @@ NOISE_FLOOR = ToleranceProfile(name="noise floor", source=OUR_CHOICE, position_m
 
 
 def profile_called(name: str) -> ToleranceProfile:
-    """The profile of that name that ships with the program; InputError when there is none."""
+    """Return the bundled profile of that name; raise InputError when there is none."""
     for profile in PROFILES:
         if profile.name == name:
             return profile

@@ -120,7 +120,7 @@ def in_step(before: Rig, after: Rig) -> Rig:
 
 
 def _with_living_leaders(before: Rig, after: Rig) -> Rig:
-    """Let followers of a renamed leader use its new name, and unlink those of a deleted one."""
+    """Update mirror partners of a renamed sensor, and unlink those of a deleted one."""
     names = {sensor.name for sensor in after.sensors}
     renamed = {}
     if len(before.sensors) == len(after.sensors):

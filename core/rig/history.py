@@ -190,7 +190,7 @@ class History:
         return self._index > 0 and is_last and self.committed is not self._saved
 
     def _extend(self, rig: Rig) -> bool:
-        """Let the current step lead to another rig; a step that no longer changes anything is dropped."""
+        """Replace the result of the current step; drop the step if it no longer changes the rig."""
         if same_rig(rig, self.committed):
             return False
         last = self._steps.pop()

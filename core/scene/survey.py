@@ -63,7 +63,7 @@ class Ground:
         )
 
     def _crowds(self) -> str:
-        """Say around which heights the bottoms crowd, where there are several."""
+        """Return the heights around which the bottoms cluster, as text, where there are several."""
         if len(self.peaks_m) < 2:
             return ""
         return f", crowded around {' and '.join(f'{peak:.2f}' for peak in self.peaks_m)}"

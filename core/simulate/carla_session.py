@@ -133,7 +133,7 @@ class Session:
         return str(self._world.get_map().name).rsplit("/", 1)[-1]
 
     def mount(self, rig: Rig, noise_m: float, dropout: float, with_cameras: bool) -> None:
-        """Put the sensors of a castable rig on the car."""
+        """Attach the sensors of a castable rig to the car."""
         for lidar in rig.enabled_lidars():
             rays = rays_to_write(lidar, Notes())
             turns = 1.0 / STEP_S
@@ -197,7 +197,7 @@ class Session:
                 )
 
     def close(self) -> None:
-        """Take the sensors off."""
+        """Remove the sensors."""
         for sensor in self._sensors:
             with suppress(RuntimeError):
                 sensor.stop()

@@ -191,7 +191,7 @@ def bytes_needed(dataset: Dataset, keys: Sequence[str]) -> int:
 
 
 def require_room(needed: int, folder: Path) -> None:
-    """Raise InputError when the disk of a folder, which may not be there yet, has not so much room."""
+    """Raise InputError when the disk of a folder, which may not exist yet, has too little room."""
     place = folder.absolute()
     while not place.exists():
         place = place.parent

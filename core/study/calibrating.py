@@ -32,7 +32,7 @@ MAX_BYTES = 1 << 30
 LARGEST = 1e9
 """Coordinates and point counts are smaller: an integer in JSON may be too large for a double or for 64 bits."""
 FEWEST, BLOCKS = 30, 5
-"""Fewer objects of a class make no curve; a recording of one sequence is cut into so many runs of frames."""
+"""Classes with fewer objects get no curve; a recording of one sequence is cut into this many runs of frames."""
 NO_CLASS = ("barrier", "traffic_cone")
 """Classes that nuScenes detects and that are not objects of the traffic."""
 _FIELDS = "sample_token, translation, detection_name and detection_score"

@@ -21,7 +21,7 @@ FAR_RINGS_M = (*RINGS_M, (40.0, 50.0), (50.0, 60.0))
 SHARES = (1, 5)
 """Points that shares of objects are counted with: what a rig is judged by."""
 ONE_DRAW = "class shapes, range law"
-"""The way to predict by which rigs are judged."""
+"""The prediction used to compare rigs."""
 GOOD_RATIO, GOOD_RANK = (0.8, 1.25), 0.9
 FEWEST = 20
 """Fewer objects than this make an unreliable median."""

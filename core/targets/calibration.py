@@ -34,7 +34,7 @@ WITHIN_M, MIN_SCORE, MATCH_M = 50.0, 0.3, 2.0
 """Of a calibration of one's own: objects count up to this distance, detections from this score on; they find objects
 whose centres are nearer than 2 m on the ground, where nuScenes measures errors of true positives. Our choice."""
 MOST = 4096
-"""Objects with more points or cells are taken for objects with so many."""
+"""Objects with more points or cells count as having this many."""
 
 
 class Curve(Frozen):

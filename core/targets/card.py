@@ -1,4 +1,4 @@
-"""Detection range of a rig: the distance up to which it gets enough points or pixels on one object in the open.
+"""Detection range of a rig: the distance up to which one object in the open has enough points or pixels.
 
 A single object is on flat ground, at every distance, in some directions and turned end on or side on. What the
 LiDARs get is counted by `targets.engine`, on their real beam tables; a camera's picture of it is

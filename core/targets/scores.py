@@ -80,7 +80,7 @@ class ObjectCounts:
         return np.asarray(np.concatenate(flags, axis=1).sum(axis=1))
 
     def without_first(self, count: int) -> ObjectCounts:
-        """Return the counts of all but the first so many objects."""
+        """Return the counts without the first `count` objects."""
         columns = {
             one.name: getattr(self, one.name)[count:]
             for one in fields(self)

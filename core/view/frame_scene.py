@@ -75,7 +75,7 @@ def _returns(
 
 
 def why_missed(rig: Rig, boxes: FrameBoxes, number: int, body: Solid, enough: int) -> Missed:
-    """Say why box `number` of a frame gets fewer than `enough` points of the enabled LiDARs."""
+    """Explain why box `number` of a frame has fewer than `enough` points of the enabled LiDARs."""
     lidars = rig.enabled_lidars()
     if not lidars:
         return Missed("no LiDARs", 0, 0)

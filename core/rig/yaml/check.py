@@ -59,7 +59,7 @@ def read_again(rig: Rig) -> Reader:
 
 
 def _version_problems(data: Plain) -> list[Problem]:
-    """Return why this program cannot read a document, before anything else in it is checked."""
+    """Return why this program cannot read a document; called before other checks."""
     if not isinstance(data, dict):
         expected = f"a rig must be a mapping that starts with 'riglens: {FORMAT_VERSION}'"
         return [Problem((), f": {expected} (got {shown(data)})")]

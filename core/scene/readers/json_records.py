@@ -77,7 +77,7 @@ class _Text:
         self._place += 1
 
     def record(self, number: int) -> dict[str, Any]:
-        """Take one object; raise InputError for anything else, or for one that is cut off or absurdly long."""
+        """Read one object; raise InputError for anything else, or for one that is cut off or too long."""
         if self.next_char() != "{":
             raise InputError(f"{self._path}: record {number}: must be a JSON object, starting with '{{'")
         while True:

@@ -91,7 +91,7 @@ class KittiSource(FileBoxSource):
     def __init__(
         self, path: Path, layout: LabelLayout, options: BoxOptions, labels: Sequence[Path] | None = None
     ) -> None:
-        """Take the label files in `labels`, or all of them."""
+        """Read the label files in `labels`, or all of them."""
         super().__init__(path, options)
         self._layout = layout
         with readable(path):

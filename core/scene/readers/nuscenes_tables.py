@@ -188,7 +188,7 @@ class NuscenesTables:
         return {token: place for place, token in enumerate(tokens)}, counts
 
     def _scene_names(self) -> dict[str, str]:
-        """Return names by token from the table of scenes, which boxes do not need and need not be there."""
+        """Return names by token from the optional table of scenes."""
         path = table_file(self._folder, "scene")
         if path is None:
             return {}

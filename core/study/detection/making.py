@@ -119,7 +119,7 @@ def _sweeps_at_hand(study: Study, entrant: Entrant, folder: Path) -> Columns:
 
 @contextmanager
 def _own_folder() -> Iterator[Path]:
-    """The folder of this Dask worker, which goes when it ends; a folder for the while where this is none."""
+    """Return the folder of this Dask worker, deleted when it ends, or a temporary folder elsewhere."""
     try:
         from distributed import get_worker
 

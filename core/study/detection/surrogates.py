@@ -1,4 +1,4 @@
-"""Figures that a rig has before anything is trained, and that may predict how well is detected with it."""
+"""Figures of a rig without training that may predict its detection."""
 
 from __future__ import annotations
 

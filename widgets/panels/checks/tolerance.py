@@ -216,7 +216,7 @@ class TolerancePanel(QWidget):
         return self._head.text()
 
     def choose(self, figure: str) -> None:
-        """Show another figure; nothing happens for one that there is not."""
+        """Show another figure; ignore unknown ones."""
         place = self._figure.findData(figure)
         if place >= 0:
             self._figure.setCurrentIndex(place)

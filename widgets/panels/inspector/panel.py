@@ -153,7 +153,7 @@ class Inspector(QStackedWidget):
             form.marginal.show_loss(now, without)
 
     def show_no_loss(self, reason: str) -> None:
-        """Say why there is nothing to show about the rig without the sensor."""
+        """Show why there are no figures without the sensor."""
         self._loss_of = None
         for form in self._form_of.values():
             form.marginal.show_none(reason)
@@ -231,7 +231,7 @@ class RigForm(Form):
         self.close_form()
 
     def show_mount_statuses(self, stands: Mapping[str, MountStatus]) -> None:
-        """Say which sensors are not on the car's surface."""
+        """Show which sensors are off the car's surface."""
         text = places_text(stands)
         self._places.setText(breakable(text))
         self._places.setVisible(bool(text))

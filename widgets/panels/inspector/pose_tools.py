@@ -72,7 +72,7 @@ class PoseTools(QWidget):
         self._as_saved.setEnabled(bool(poses))
 
     def set_alone(self, is_alone: bool) -> None:
-        """Say whether one sensor is selected: a pose pasted on several would put them into one place."""
+        """Set whether one sensor is selected: a pose pasted to several would stack them."""
         self._is_alone = is_alone
         self.set_editable(self._is_editable)
 
@@ -94,7 +94,7 @@ class PoseTools(QWidget):
         QGuiApplication.clipboard().setText(pose_text(self._pose, self._form))
 
     def paste(self) -> None:
-        """Take the pose from the clipboard."""
+        """Paste the pose from the clipboard."""
         try:
             pose = parse_pose(QGuiApplication.clipboard().text())
         except InputError as error:

@@ -95,7 +95,7 @@ class SensorForm(Form):
         self.share(name, enabled)
 
     def _show_model(self, sensor: Sensor) -> None:
-        """Say behind the title of the model whether the sensor is still as the library has it."""
+        """Show next to the model whether the sensor differs from the library."""
         index = self._model.currentIndex()
         marked = index if index >= 0 and modified_note(sensor) else None
         if marked != self._marked:

@@ -110,7 +110,7 @@ class VoxelCard(QFrame):
         self.raise_()
 
     def fit(self) -> None:
-        """Take the height that the text needs, within the parent; long lists are scrolled."""
+        """Fit the height to the text, within the parent; long lists are scrolled."""
         parent = self.parentWidget()
         wanted = self._body.sizeHint().height()
         room = max(_ROOM_PX, (parent.height() if parent is not None else 600) - _ROOM_PX)

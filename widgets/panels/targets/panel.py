@@ -164,7 +164,7 @@ class TargetsPanel(QWidget):
         return QUANTITIES[self._quantity.currentIndex()]
 
     def choose(self, key: str) -> None:
-        """Show another quantity, by its key; nothing happens for a key that there is not."""
+        """Show another quantity by its key; ignore unknown keys."""
         self._quantity.setCurrentIndex(max(self._quantity.findData(key), 0))
 
     def show_settings(self, settings: TargetSettings) -> None:

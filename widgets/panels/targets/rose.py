@@ -65,7 +65,7 @@ class RoseView(QWidget):
         self._draw_distances(painter)
 
     def _largest(self) -> float:
-        """The largest value that there is."""
+        """Return the largest value."""
         assert self._rose is not None
         values = self._rose.cells.value
         found = [float(value) for value in values.ravel() if not math.isnan(value)]

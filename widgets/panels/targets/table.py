@@ -34,7 +34,7 @@ class TargetTable(FigureTable):
         self.give_titles(CLASS_PX, ROW_PX, MIN_CELL_PX)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Have every class in sight while there is room for two lines each."""
+        """Keep every class visible while there is room for two lines each."""
         super().resizeEvent(event)
         share_px = self.viewport().height() // len(WHO)
         self.verticalHeader().setDefaultSectionSize(max(LOW_ROW_PX, min(share_px, ROW_PX)))
