@@ -23,6 +23,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import llvmlite.binding
 import numba
 from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
@@ -169,7 +170,12 @@ class KernelCache:
         if stored is None:
             return None
         found, parts = pickle.loads(stored)
-        return CompileResult._rebuild(target_context, *parts) if found == made_for else None
+        if found != made_for:
+            return None
+        result = CompileResult._rebuild(target_context, *parts)
+        _, _, (_, bitcode) = parts[0]
+        _parse_when_linked(result.library, bitcode)
+        return result
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep a `CompileResult`, unless its code holds addresses of this process."""
@@ -185,6 +191,18 @@ class KernelCache:
         """Argument types, processor and Python's version in a name of bounded length."""
         key = hashlib.sha256(f"{made_for} {sys.implementation.cache_tag}".encode()).hexdigest()[:20]
         return f"{self._name}-{key}.nbc"
+
+
+def _parse_when_linked(library: Any, bitcode: bytes) -> None:
+    """Drop the parsed code of a kernel from disk, which only a kernel that is compiled later, and calls it, needs: half
+    a megabyte each."""
+
+    def module() -> Any:
+        if library._shared_module is None:
+            library._shared_module = llvmlite.binding.parse_bitcode(bitcode)
+        return library._shared_module
+
+    library._shared_module, library._get_module_for_linking = None, module
 
 
 def _is_usable(folder: Path) -> bool:

@@ -38,6 +38,13 @@ def twice(x: int) -> int:
 CALL = (
     "from riglens.core.kernels.rays.outer import twice; print(twice(0), sum(twice.stats.cache_hits.values()))"
 )
+LINK = """
+import numba
+from riglens.core.kernels.rays.inner import step
+step(0)
+thrice = numba.njit(lambda x: step(step(step(x))))
+print(thrice(0), sum(step.stats.cache_hits.values()))
+"""
 
 
 @pytest.fixture
@@ -112,9 +119,9 @@ def test_a_kernel_follows_a_function_of_another_file_that_it_inlines(tmp_path: P
     environment = {**os.environ, "PYTHONPATH": str(tmp_path), "RIGLENS_CACHE_DIR": str(tmp_path / "cache")}
     environment.pop("NUMBA_CACHE_DIR", None)
 
-    def call(step: int) -> list[str]:
+    def call(step: int, program: str = CALL) -> list[str]:
         (kernels / "rays" / "inner.py").write_text(INNER.format(step))
-        command = [sys.executable, "-c", CALL]
+        command = [sys.executable, "-c", program]
         done = subprocess.run(
             command, env=environment, cwd=tmp_path, capture_output=True, text=True, timeout=TIMEOUT_S
         )
@@ -122,6 +129,7 @@ def test_a_kernel_follows_a_function_of_another_file_that_it_inlines(tmp_path: P
         return done.stdout.split()
 
     assert [call(step) for step in (1, 1, 10)] == [["2", "0"], ["2", "1"], ["20", "0"]]
+    assert call(10, LINK) == ["30", "1"]  # a kernel from disk, inlined into one that is compiled now
 
 
 def test_they_are_kept_in_the_users_cache_folder(user_cache: Path) -> None:
