@@ -36,6 +36,7 @@ from riglens.core.metric.entropy import EntropyField
 from riglens.core.review.blind import BlindSettings
 from riglens.core.review.blind_json import blind_document
 from riglens.core.review.profiles import Profile
+from riglens.core.rig.edits import damaged as damaged_rig
 from riglens.core.rig.model import FORMAT_VERSION, Rig
 from riglens.core.targets.card import CardPlan
 from riglens.core.targets.card_table import card_document
@@ -58,6 +59,9 @@ def review(
     draws: Annotated[int, number(REVIEW)] = 256,
     seed: Annotated[int, number(REVIEW)] = 0,
     sample: Annotated[int, number(REVIEW)] = 100,
+    damaged: Annotated[
+        tuple[str, ...], Parameter(group=REVIEW, metavar="SENSOR[=HALF]", show_default=False)
+    ] = (),
     scene: SceneArguments = SceneArguments(),
     score: ScoreArguments = ScoreArguments(),
     libraries: Libraries = (),
@@ -83,6 +87,8 @@ def review(
         Of the draws.
     sample
         Number of frames in which objects are counted for the tolerance; 0 for none.
+    damaged
+        Sensor that has failed or, with =left, =right, =upper or =lower, is blocked by half; may be repeated.
     json
         Also write one JSON document, with a key per part, to a file; with - to standard output, instead of the tables.
     """
@@ -91,6 +97,7 @@ def review(
         CardPlan(min_points), profiles_of(profiles), Drawing.of(errors, draws, seed, sample)
     )
     (opened,) = load_rigs([rig], score.solid(), libraries)
+    opened = damaged_rig(opened, damaged)
     require_outputs((rig, *profiles, *scene.files), json)
     found = Review(opened, scene, score, asked, TargetSettings(min_points=min_points))
     made = {name: PARTS[name](found) for name in parts}

@@ -137,6 +137,7 @@ def sight_text(found: Sight) -> str:
     if found.verdict == "between" and found.miss_m is not None:
         return f"between rays, missed by {length_text(found.miss_m)}"
     texts = {"sees": "sees it", "off": "disabled", "range": "out of range", "body": BEHIND_BODY}
+    texts["blocked"] = "in a blocked sector"
     return texts.get(found.verdict, "not seen")
 
 

@@ -46,7 +46,7 @@ from riglens.core.metric.scores import Method
 from riglens.core.rig.model import Camera, Lidar, Sensor
 from riglens.core.scene.columns import Words, words_per_column
 from riglens.core.sensing.rational_walk import walk_rational
-from riglens.core.sensing.rays import farthest_m, lattice, limits_m, sensor_rays
+from riglens.core.sensing.rays import cast_limits_m, farthest_m, lattice, limits_m, sensor_rays
 from riglens.core.sensors.lattice import Lattice
 from riglens.core.vehicle.solid import Barrier
 
@@ -136,7 +136,7 @@ class Caster:
             return self._mark_rays(rays, marks, is_stale)
         if method == "exact" and is_upright(rays.rotation) and is_plain(rays):
             return self._mark_fan(rays, window, marks, is_stale)
-        if method == "exact":
+        if method == "exact" and not sensor.blocked:
             done = self._mark_quickly(sensor, rays, window, marks, is_stale)
             if done is not None:
                 return done
@@ -276,6 +276,8 @@ class Caster:
     def _mark_all(self, rays: Cast, marks: Words, spare: NDArray[np.uint64], is_stale: IsStale) -> bool:
         """Mark in strides where possible, and the rest one by one."""
         left = np.ones(len(rays.rows) * len(rays.planes), np.bool_)
+        if not left.size:
+            return True
         if may_stride(rays):
             planes = planes_of(rays)
             for start, end in _chunks_of_planes(planes, left.size // planes, self.workers):
@@ -352,7 +354,7 @@ class Caster:
             box,
             self._shape,
             method == "bresenham",
-            limits_m(sensor) / grid.voxel_m,
+            cast_limits_m(sensor) / grid.voxel_m,
             in_row=sensor.resolution[0],
         )
 

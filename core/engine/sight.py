@@ -1,8 +1,8 @@
 """Explain why a sensor does not see a voxel, from the rays that it casts and the box of the voxel.
 
 Whether it sees the voxel is the engine's answer (`riglens.core.engine.inspect`). Traffic hides nothing in the metric,
-so a voxel is missed for one of five reasons: the sensor is off, the voxel is outside its field of view, it is out of
-range, it lies between the rays, or the car's own body hides it.
+so a voxel is missed for one of six reasons: the sensor is off, the voxel is outside its field of view, it is out of
+range, it lies between the rays, in a blocked sector, or the car's own body hides it.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from riglens.core.scene.grid import VoxelGrid
 from riglens.core.sensing.rays import farthest_m, limits_m, sensor_rays
 from riglens.core.vehicle.solid import Barrier
 
-Verdict = Literal["sees", "off", "outside", "range", "between", "body", "missed"]
+Verdict = Literal["sees", "off", "outside", "range", "between", "body", "blocked", "missed"]
 """During a drag the reason is left out: then it is just "missed"."""
 Side = Literal["above", "below", "beside", ""]
 Points = NDArray[np.float64]
@@ -74,6 +74,8 @@ def sight(sensor: Sensor, grid: VoxelGrid, voxel: Voxel, sees: bool, barrier: Ba
         return Sight(sensor.name, "body", distance_m)
     if _would_cross(sensor, nearest, low, high):
         return Sight(sensor.name, "range", distance_m)
+    if sensor.blocked_rays((sensor.pose.rotation().T @ centre)[None]).any():
+        return Sight(sensor.name, "blocked", distance_m)
     side = _outside(sensor, centre, nearest.by_angle)
     if not side and _is_out_of_range(sensor, low, high):
         return Sight(sensor.name, "range", distance_m)
@@ -82,11 +84,14 @@ def sight(sensor: Sensor, grid: VoxelGrid, voxel: Voxel, sees: bool, barrier: Ba
     return Sight(sensor.name, "outside" if side else "between", distance_m, miss_m, angle_deg, side)
 
 
-def _chunks(sensor: Sensor) -> Iterator[tuple[int, Points]]:
-    """First number and directions (n, 3) of the sensor's rays, a chunk at a time."""
+def _chunks(sensor: Sensor) -> Iterator[tuple[NDArray[np.int64], Points]]:
+    """Numbers (n,) and directions (n, 3) of the rays that a sensor casts, a chunk at a time."""
     for start in range(0, sensor.ray_count, RAYS_AT_ONCE):
         rows = np.arange(start, min(start + RAYS_AT_ONCE, sensor.ray_count))
-        yield start, sensor_rays(sensor, rows).directions
+        directions = sensor_rays(sensor, rows).directions
+        exists = ~np.isnan(directions[:, 0])
+        if exists.any():
+            yield rows[exists], directions[exists]
 
 
 def _nearest_rays(sensor: Sensor, centre: Points, radius_m: float) -> _Nearest:
@@ -96,19 +101,19 @@ def _nearest_rays(sensor: Sensor, centre: Points, radius_m: float) -> _Nearest:
     from all of the box are left out: they are nearest where they start.
     """
     length = float(np.linalg.norm(centre))
-    kept: list[tuple[Points, Points, Points]] = []
+    kept: list[tuple[Points, Points, Points]] = [(np.zeros((0, 3)), np.zeros(0), np.zeros(0))]
     limits = limits_m(sensor)
     by_angle, best_cosine, least = 0, -math.inf, math.inf
-    for start, directions in _chunks(sensor):
+    for rows, directions in _chunks(sensor):
         along = directions @ centre
         beside = np.linalg.norm(centre - np.maximum(along, 0.0)[:, None] * directions, axis=1)
         least = min(least, float(beside.min()))
         near = (beside <= least + radius_m) & (along > -radius_m)
-        ends = limits[start : start + len(near)][near] if limits.size else np.full(near.sum(), np.inf)
+        ends = limits[rows][near] if limits.size else np.full(near.sum(), np.inf)
         kept.append((directions[near], beside[near], np.minimum(ends, sensor.range_m[1])))
         place = int(along.argmax())
         if along[place] > best_cosine:
-            by_angle, best_cosine = start + place, float(along[place])
+            by_angle, best_cosine = int(rows[place]), float(along[place])
     directions, distances, far_m = (np.concatenate(parts) for parts in zip(*kept, strict=True))
     angle = math.acos(min(1.0, max(-1.0, best_cosine / length))) if length else 0.0
     chosen = distances <= least + radius_m

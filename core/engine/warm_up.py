@@ -110,7 +110,7 @@ def _has_planes(sensor: Sensor) -> bool:
 @_has_planes.register
 def _have_planes(lidar: Lidar) -> bool:
     offsets = lidar.azimuth_offsets_deg
-    return lidar.rays is None and (offsets is None or has_few(offsets))
+    return lidar.rays is None and not lidar.blocked and (offsets is None or has_few(offsets))
 
 
 def compile_fans(field: EntropyField) -> None:

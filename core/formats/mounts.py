@@ -211,6 +211,8 @@ def sensors_to_write(rig: Rig, notes: Notes, kinds: Collection[str]) -> list[Sen
             notes.ignored("mirror pair: the format cannot express it", sensor.name)
         if sensor.enabled and sensor.kind in kinds and sensor.fails_with is not None:
             notes.ignored("failure groups: the format cannot express them", sensor.name)
+        if sensor.enabled and sensor.kind in kinds and sensor.blocked:
+            notes.ignored("blocked sectors: the format cannot express them", sensor.name)
     if not rig.self_occlusion:
         notes.ignored("rays through the car's own body: the format cannot express it", rig.name)
     if rig.keep_out:

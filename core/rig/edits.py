@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose, Vec3
 from riglens.core.rig.model import MAX_SENSORS, Rig, Sensor
+from riglens.core.sensors.base import HALVES
 
 _LEFT, _RIGHT = ("left", "Left", "LEFT"), ("right", "Right", "RIGHT")
 _SAME_PLACE_M = 0.01
@@ -139,7 +140,7 @@ def _agrees(sensor: Sensor, old: Sensor | None) -> bool:
 
 def _image(sensor: Sensor, own: Sensor) -> Sensor:
     """Return the mirror image of a sensor, with name, pair and failing groups of `own`."""
-    image = sensor.with_pose(mirrored_pose(sensor.pose))
+    image = sensor.mirrored().with_pose(mirrored_pose(sensor.pose))
     kept = {"name": own.name, "mirror_of": own.mirror_of, "fails_with": own.fails_with}
     return image.model_copy(update=kept)
 
@@ -153,6 +154,23 @@ def _with(rig: Rig, changed: list[Sensor]) -> Rig:
     new = {sensor.name: sensor for sensor in changed}
     sensors = tuple(new.get(sensor.name, sensor) for sensor in rig.sensors)
     return rig.model_copy(update={"sensors": sensors})
+
+
+def damaged(rig: Rig, said: Iterable[str]) -> Rig:
+    """Return the rig with some sensors failed, "roof", or half blocked, "roof=left"; InputError for what is neither.
+
+    Failed sensors are disabled. Mirror pairs are dissolved: damage to one sensor is none to the other.
+    """
+    names = {sensor.name for sensor in rig.sensors}
+    for one in said:
+        name, _, half = (one, "", "") if one in names else one.rpartition("=")
+        if name not in names or (name != one and half not in HALVES):
+            accepted = f"the name of a sensor, or NAME={'|'.join(HALVES)}"
+            raise InputError(f"must be {accepted} (got '{one:.80}')", "damaged")
+        sensor = unlinked(rig, name).sensor(name)
+        blocked = (*sensor.blocked, HALVES[half]) if half else sensor.blocked
+        rig = unlinked(rig, name).with_sensor(name, sensor.replace(blocked=blocked, enabled=bool(half)))
+    return rig
 
 
 def with_enabled(rig: Rig, names: Collection[str], enabled: bool) -> Rig:

@@ -148,7 +148,7 @@ def _figure_names(figures: Iterable[str], marked: Collection[str]) -> tuple[str,
 _ABOUT = tuple(name for name in Entry.model_fields if name not in ("name", "fields"))
 _WORDS = ("kind", "title", "source", "maker", "note", "unverified", "assumed")
 _ANGLES = ("elevations_deg", "azimuths_deg", "azimuth_offsets_deg")
-_OWN = ("name", "model", "position", "rpy_deg", "enabled", "mirror_of", "fails_with")
+_OWN = ("name", "model", "position", "rpy_deg", "enabled", "mirror_of", "fails_with", "blocked")
 """Fields of a sensor on a car that a model never has."""
 
 

@@ -40,20 +40,20 @@ class Rays:
 
 def lattice(sensor: Sensor) -> Lattice:
     """The ray lattice of a sensor in its own frame."""
-    tables = kind_of(sensor).lattice(sensor)
+    tables = None if sensor.blocked else kind_of(sensor).lattice(sensor)
     return _listed(rays_of(sensor).model_copy(update=NOWHERE)) if tables is None else tables
 
 
 def is_listed(sensor: Sensor) -> bool:
-    """Return whether rays have to be listed one by one, as those of a lens with distortion or beams with azimuth
-    offsets."""
-    return kind_of(sensor).lattice(sensor) is None
+    """Return whether rays have to be listed one by one, as those of a lens with distortion, beams with azimuth offsets
+    or a sensor of which sectors are blocked."""
+    return bool(sensor.blocked) or kind_of(sensor).lattice(sensor) is None
 
 
 def lattices_by_offset(lidar: Lidar) -> tuple[tuple[Ids, Lattice], ...]:
     """The beams that share an azimuth offset, by number (k,), and the lattice of their rays, for each offset; nothing
     where the LiDAR has none, or the doubles were not those of its listed rays to the last bit."""
-    if lidar.azimuth_offsets_deg is None:
+    if lidar.azimuth_offsets_deg is None or lidar.blocked:
         return ()
     return _by_offset(rays_of(lidar).model_copy(update=NOWHERE))
 
@@ -89,11 +89,15 @@ def _listed(sensor: Sensor) -> Lattice:
 def local_directions(sensor: Sensor, rays: Ids) -> NDArray[np.float64]:
     """Return directions in the sensor frame of rays by number (row * planes + plane), (n, 3); NaN for missing ones."""
     found: NDArray[np.float64] = kind_of(sensor).directions(sensor, rays)
+    if sensor.blocked:
+        found[sensor.blocked_rays(found)] = np.nan
     return found
 
 
 def missing_ray_count(sensor: Sensor) -> int:
-    """Rays of a sensor's lattice that are not cast, because they have no direction, as where a lens has none."""
+    """Rays of a sensor's lattice that are not cast, because they have no direction, as where a lens has none; those of
+    blocked sectors are not counted."""
+    sensor = sensor.model_copy(update={"blocked": ()})
     return sensor.ray_count - len(lattice(sensor).rows) if is_listed(sensor) else 0
 
 
@@ -101,6 +105,13 @@ def limits_m(sensor: Sensor, echo: Echo = REFERENCE) -> NDArray[np.float64]:
     """Return the range of each ray to an object, metres (rays,), where its kind limits rows; (0,) where not."""
     rows = kind_of(sensor).limits_m(sensor, echo)
     return np.zeros(0) if rows is None else np.repeat(rows, sensor.resolution[0])
+
+
+def cast_limits_m(sensor: Sensor) -> NDArray[np.float64]:
+    """As `limits_m` for the reference, of the rays that are cast."""
+    limits = limits_m(sensor)
+    exists = lattice(sensor).exists
+    return limits if exists is None or not limits.size else limits[exists]
 
 
 def farthest_m(sensor: Sensor) -> float:
@@ -121,10 +132,11 @@ def sensor_rays(sensor: Sensor, rows: Ids | None = None) -> Rays:
     `rows` (k,) counts over the whole lattice, row * planes + plane; a ray for which the lens model has no
     direction is then NaN.
     """
-    local = lattice(sensor).directions() if rows is None else local_directions(sensor, rows)
-    limits = limits_m(sensor)
-    if rows is not None and limits.size:
-        limits = limits[rows]
+    if rows is None:
+        local, limits = lattice(sensor).directions(), cast_limits_m(sensor)
+    else:
+        local, limits = local_directions(sensor, rows), limits_m(sensor)
+        limits = limits[rows] if limits.size else limits
     return Rays(sensor.position, rotate(sensor.pose.rotation(), local), sensor.range_m, limits)
 
 

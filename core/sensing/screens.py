@@ -21,7 +21,7 @@ _PLACES = 8192
 
 def screen_of(sensor: Sensor) -> Screen | None:
     """The rows and columns of a sensor's lattice; None for one that has none, as a lens with distortion."""
-    return _screen(rays_of(sensor).model_copy(update=NOWHERE))
+    return None if sensor.blocked else _screen(rays_of(sensor).model_copy(update=NOWHERE))
 
 
 @kept_by_bytes

@@ -7,6 +7,8 @@ import math
 from abc import abstractmethod
 from typing import TYPE_CHECKING, Annotated, Any, Self, TypeVar, get_origin
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
@@ -59,8 +61,63 @@ def _unknown_field(field: str, known: list[str]) -> PydanticCustomError:
     )
 
 
+Doubles = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+Azimuth = Annotated[float, Field(allow_inf_nan=False, ge=-180.0, le=180.0)]
+Elevation = Annotated[float, Field(allow_inf_nan=False, ge=-90.0, le=90.0)]
+
+
+class Sector(Frozen):
+    """Limits in azimuth and elevation."""
+
+    azimuth_deg: Annotated[
+        tuple[Azimuth, Azimuth], Field(title="Azimuth", description="from, to; positive turns left")
+    ]
+    elevation_deg: Annotated[
+        tuple[Elevation, Elevation], Field(title="Elevation", description="from, to; positive looks up")
+    ]
+
+    @model_validator(mode="after")
+    def _rising(self) -> Self:
+        for name, (low, high) in (("azimuth_deg", self.azimuth_deg), ("elevation_deg", self.elevation_deg)):
+            if not low < high:
+                raise ValueError(f"{name} must rise (got {low:g} to {high:g})")
+        return self
+
+    def mirrored(self) -> Self:
+        """Return it as its mirror image in the plane of x and z has it."""
+        right, left = self.azimuth_deg
+        return self.model_copy(update={"azimuth_deg": (0.0 - left, 0.0 - right)})
+
+    def holds(self, local_m: Doubles) -> Bools:
+        """Return whether places (n, 3) in the sensor frame lie within the limits."""
+        across = np.degrees(np.arctan2(local_m[:, 1], local_m[:, 0]))
+        up = np.degrees(np.arctan2(local_m[:, 2], np.hypot(local_m[:, 0], local_m[:, 1])))
+        (right, left), (low, high) = self.azimuth_deg, self.elevation_deg
+        return np.asarray((across >= right) & (across <= left) & (up >= low) & (up <= high))
+
+
+class Blocked(Sector):
+    """A sector into which a sensor sees nothing."""
+
+    azimuth_deg: Annotated[
+        tuple[Azimuth, Azimuth], Field(title="Azimuth", description="from, to; positive turns left")
+    ] = (0.0, 180.0)
+    elevation_deg: Annotated[
+        tuple[Elevation, Elevation], Field(title="Elevation", description="from, to; positive looks up")
+    ] = (-90.0, 90.0)
+
+
+HALVES = {
+    "left": Blocked(),
+    "right": Blocked(azimuth_deg=(-180.0, 0.0)),
+    "upper": Blocked(azimuth_deg=(-180.0, 180.0), elevation_deg=(0.0, 90.0)),
+    "lower": Blocked(azimuth_deg=(-180.0, 180.0), elevation_deg=(-90.0, 0.0)),
+}
+"""Sectors of half a sensor's view, by name."""
 MAX_GROUPS = 16
 """Of a sensor: brackets, control units, cables, windows with which it fails."""
+MAX_BLOCKED = 8
 MAX_RAYS_PER_SENSOR = 1 << 26
 MAX_LISTED_RAYS = 1 << 23
 """Rays that do not form a table of rows and columns (lens distortion, azimuth offsets) are stored one by one."""
@@ -89,6 +146,14 @@ class Sensor(Frozen):
     enabled: bool = True
     mirror_of: Name | None = None
     fails_with: Annotated[tuple[Name, ...], Field(min_length=1, max_length=MAX_GROUPS)] | None = None
+    blocked: Annotated[
+        tuple[Blocked, ...],
+        Field(
+            max_length=MAX_BLOCKED,
+            title="Blocked",
+            description="sectors without rays: dirt, a sticker, low sun",
+        ),
+    ] = ()
     kind: str
 
     @model_validator(mode="after")
@@ -123,6 +188,17 @@ class Sensor(Frozen):
     def pose(self) -> Pose:
         """Pose of the sensor in the vehicle frame."""
         return Pose(self.position, self.rpy_deg)
+
+    def mirrored(self) -> Self:
+        """Return the sensor in the same place with what lies to its left and right exchanged."""
+        return self.model_copy(update={"blocked": tuple(sector.mirrored() for sector in self.blocked)})
+
+    def blocked_rays(self, local: Doubles) -> Bools:
+        """Return whether directions or places (n, 3) in the sensor frame lie in a blocked sector, (n,)."""
+        found = np.zeros(len(local), np.bool_)
+        for sector in self.blocked:
+            found |= sector.holds(local)
+        return found
 
     def finest(self) -> Self:
         """Return the sensor with all rays that it can cast, whatever its setting."""

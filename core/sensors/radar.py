@@ -7,7 +7,7 @@ interference, no Doppler: a standing object counts like a moving one.
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,6 +54,10 @@ class Radar(Sectored):
         Dbsm,
         Field(title="Reference", description="cross section in dBsm to which the ranges of the scans refer"),
     ] = 10.0
+
+    def mirrored(self) -> Self:
+        """Return it with its scans mirrored as well."""
+        return super().mirrored().model_copy(update={"scans": tuple(scan.mirrored() for scan in self.scans)})
 
     @property
     def sectors(self) -> tuple[Scan, ...]:

@@ -12,43 +12,17 @@ from typing import Annotated, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from riglens.core.sensors.base import Frozen, Sensor
+from riglens.core.sensors.base import Azimuth, Elevation, Sector, Sensor
 from riglens.core.sensors.lattice import Ids
 
+__all__ = ["Azimuth", "Elevation", "Reach", "Sector", "Sectored", "directions", "view_deg"]
+
 Doubles = NDArray[np.float64]
-Bools = NDArray[np.bool_]
-Azimuth = Annotated[float, Field(allow_inf_nan=False, ge=-180.0, le=180.0)]
-Elevation = Annotated[float, Field(allow_inf_nan=False, ge=-90.0, le=90.0)]
 Reach = Annotated[float, Field(gt=0.0, le=1000.0)]
 FINEST_DEG = 0.25
 """Between the rays that test objects: an object that is narrower than its gap may fall between them."""
-
-
-class Sector(Frozen):
-    """Limits in azimuth and elevation."""
-
-    azimuth_deg: Annotated[
-        tuple[Azimuth, Azimuth], Field(title="Azimuth", description="from, to; positive turns left")
-    ]
-    elevation_deg: Annotated[
-        tuple[Elevation, Elevation], Field(title="Elevation", description="from, to; positive looks up")
-    ]
-
-    @model_validator(mode="after")
-    def _rising(self) -> Self:
-        for name, (low, high) in (("azimuth_deg", self.azimuth_deg), ("elevation_deg", self.elevation_deg)):
-            if not low < high:
-                raise ValueError(f"{name} must rise (got {low:g} to {high:g})")
-        return self
-
-    def holds(self, local_m: Doubles) -> Bools:
-        """Return whether places (n, 3) in the sensor frame lie within the limits."""
-        across = np.degrees(np.arctan2(local_m[:, 1], local_m[:, 0]))
-        up = np.degrees(np.arctan2(local_m[:, 2], np.hypot(local_m[:, 0], local_m[:, 1])))
-        (right, left), (low, high) = self.azimuth_deg, self.elevation_deg
-        return np.asarray((across >= right) & (across <= left) & (up >= low) & (up <= high))
 
 
 class Sectored(Sensor):

@@ -48,6 +48,10 @@ class Ultrasonic(Sectored):
             )
         return self
 
+    def mirrored(self) -> Self:
+        """Return it with its sector mirrored as well."""
+        return super().mirrored().model_copy(update={"azimuth_deg": self.sectors[0].mirrored().azimuth_deg})
+
     @property
     def sectors(self) -> tuple[Sector]:
         """The one sector."""

@@ -28,6 +28,8 @@ _CLOSEST_M = 1e-3
 """Objects that come nearer to a camera than this and are partly behind it may be cut."""
 _NOWHERE = {"position": (0.0, 0.0, 0.0), "rpy_deg": (0.0, 0.0, 0.0)}
 _NOTHING, _NO_BLOCKS, _NO_WORDS = np.zeros(0), np.zeros((0, 8)), np.zeros(0, np.uint64)
+_NEVER = np.array([[1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]])
+"""Blocks of a sensor without any ray: a cone around none."""
 NOT_STOPPED = _NOTHING
 """Ends of rays that nothing of the car stops."""
 
@@ -115,7 +117,7 @@ def _camera(camera: Camera) -> Beams:
 
 @_made.register
 def _lidar(lidar: Lidar) -> Beams:
-    if lidar.rays is not None:
+    if lidar.rays is not None or lidar.blocked:
         return _listed(lidar)._replace(turns=True)
     azimuth_at, elevation = np.radians(lidar.azimuths()) % TURN, np.radians(lidar.elevations())
     row_of, column_of = np.argsort(elevation, kind="stable"), np.argsort(azimuth_at, kind="stable")
@@ -159,7 +161,8 @@ def _listed(sensor: Sensor) -> Beams:
         directions[table.exists] = known
     cos = float(known[:, 0].min()) - 1e-12 if len(known) else 1.0
     field = np.array([cos, math.sqrt(max(0.0, 1.0 - cos * cos))])
-    return _with_listed(beams, directions)._replace(blocks=_blocks(directions, columns), field=field)
+    blocks = _blocks(directions, columns) if len(known) else _NEVER
+    return _with_listed(beams, directions)._replace(blocks=blocks, field=field)
 
 
 def _with_listed(beams: Beams, directions: Doubles) -> Beams:

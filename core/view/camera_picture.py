@@ -42,7 +42,8 @@ class CameraPicture:
     """Picture in native pixels (x right, y down), in the order of drawing.
 
     ground_px (k, 2), empty when none is in view; lines are (m, 2) each; `faces` go from far to near; body
-    (rows, columns) uint8 over the whole image: 0 where the car's own body is not, else how light it is;
+    (rows, columns) uint8 over the whole image: 0 where the car's own body is not, else how light it is; 1, the darkest,
+    also where the view is blocked;
     boxes_seen: how many boxes of each class are not wholly hidden by nearer ones or by the body.
     """
 
@@ -57,7 +58,7 @@ class CameraPicture:
 
     @property
     def body_share(self) -> float:
-        """Share of the image that the car's own body covers."""
+        """Share of the image that the car's own body covers, or a blocked sector."""
         return float(np.count_nonzero(self.body) / self.body.size)
 
     def face_at(self, x_px: float, y_px: float) -> Face | None:
@@ -144,8 +145,11 @@ def _first_hits(view: Projection, boxes: FrameBoxes, body: Solid) -> tuple[NDArr
     from riglens.core.sensing.body_ends import barrier_of  # loads the compiler: not while a window opens
 
     barrier = barrier_of(view.camera, body)
+    is_blocked = view.camera.blocked_rays(rays @ view.camera.pose.rotation())
+    rays[is_blocked] = 0.0
     hits = cast(view.camera.position, rays, boxes, barrier, (0.0, np.inf), has_ground=False)
     mask = np.where(hits.what == BODY, 1.0 + 254.0 * hits.facing, 0.0)
+    mask[is_blocked] = 1.0
     seen = boxes.cls[np.unique(hits.what[hits.what >= 0])]
     counts = {name: int(np.count_nonzero(seen == number)) for number, name in enumerate(CLASSES)}
     return mask.astype(np.uint8).reshape(rows, columns), counts

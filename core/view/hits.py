@@ -33,7 +33,7 @@ def cast(
     range_m: tuple[float, float],
     has_ground: bool = True,
 ) -> Hits:
-    """First hits of rays with unit directions (n, 3) in the vehicle frame.
+    """First hits of rays with unit directions (n, 3) in the vehicle frame, zero or NaN for rays that do not exist.
 
     Anything nearer than the start of the range (metres, from and to) blocks the ray but gives no return, as with a
     LiDAR.
@@ -41,7 +41,7 @@ def cast(
     from riglens.core.kernels.body import hits as kernel  # the compiler, only when a picture is computed
     from riglens.core.kernels.body.solid import meet_listed
 
-    origin, rays = np.array(origin_m, np.float64), np.ascontiguousarray(directions)
+    origin, rays = np.array(origin_m, np.float64), np.nan_to_num(directions)
     distance = np.full(len(rays), float(range_m[1]))
     what = np.full(len(rays), NOTHING, np.int32)
     nearest = kernel.Nearest(distance, what)

@@ -18,7 +18,7 @@ from riglens.core.rig.yaml.nodes import MAX_BYTES, MAX_VALUES, Plain, parse_yaml
 from riglens.core.rig.yaml.text import plain_fields, rig_text, same_value, vehicle_fields
 from riglens.core.sensors.scan import Reader
 
-LATER_FIELDS = ("mirror_of", "fails_with", "azimuth_offsets_deg", "distortion", "rays")
+LATER_FIELDS = ("mirror_of", "fails_with", "azimuth_offsets_deg", "distortion", "rays", "blocked")
 _BOM = "\ufeff"
 
 
@@ -116,7 +116,7 @@ class RigHashes:
 
 def _hashed(sensor: Sensor) -> str:
     fields = plain_fields(sensor).items()
-    hashed = {key: value for key, value in fields if key not in LATER_FIELDS or value is not None}
+    hashed = {key: value for key, value in fields if key not in LATER_FIELDS or value not in (None, ())}
     if sensor.table is not None:
         hashed["rays_sha256"] = sensor.table.shots().sha256
     return _canonical(hashed)

@@ -13,7 +13,7 @@ from riglens.core.rig.model import MeshPlacement, Rig, Sensor, Vehicle
 from riglens.core.rig.yaml.nodes import Plain, value_text
 
 _FIRST = ("name", "kind", "model", "position", "rpy_deg")
-_LAST = ("range_m", "enabled", "mirror_of", "fails_with")
+_LAST = ("range_m", "enabled", "mirror_of", "fails_with", "blocked")
 
 
 def plain_fields(item: BaseModel) -> dict[str, Plain]:
@@ -46,7 +46,7 @@ def written_fields(sensor: Sensor) -> dict[str, Plain]:
     """
     defaults, implied = default_fields(type(sensor)), implied_fields(sensor)
     supplied = default_library().entry(sensor.model).fields if _is_bundled(sensor.model) else {}
-    none = (key for key, value in defaults.items() if value is None)
+    none = (key for key, value in defaults.items() if value in (None, ()))
     optional = {"range_m", "enabled", *sensor.idle_fields, *none}
 
     def is_silent(key: str, value: Plain) -> bool:

@@ -46,6 +46,18 @@ def test_only_some_parts_need_no_scene(riglens, small_rig):
     assert list(found) == ["riglens", "range", "mounts"]
 
 
+def test_damage_is_tried_without_changing_the_rig(riglens, small_rig):
+    words = ("review", small_rig, "--only", "range,mounts", "--json", "-")
+    whole = json.loads(riglens(*words).out)
+    name, other = (mount["name"] for mount in whole["mounts"]["sensors"][:2])
+    half = json.loads(riglens(*words, "--damaged", f"{name}=left").out)
+    assert half["range"]["rigs"][0] != whole["range"]["rigs"][0]
+    without = json.loads(riglens(*words, "--damaged", name, "--damaged", other).out)
+    names = [mount["name"] for mount in without["mounts"]["sensors"]]
+    assert names == [mount["name"] for mount in whole["mounts"]["sensors"]][2:]
+    assert json.loads(riglens(*words).out) == whole
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [

@@ -9,7 +9,17 @@ from riglens.core.rig.model import Camera, Lidar
 
 ROOT = Path(__file__).resolve().parents[3]
 PAGE = (ROOT / "docs" / "sensor-library.md").read_text(encoding="utf-8")
-NOT_OF_MODELS = {"name", "kind", "model", "position", "rpy_deg", "enabled", "mirror_of", "fails_with"}
+NOT_OF_MODELS = {
+    "name",
+    "kind",
+    "model",
+    "position",
+    "rpy_deg",
+    "enabled",
+    "mirror_of",
+    "fails_with",
+    "blocked",
+}
 
 
 def test_the_example_is_a_library(tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin
 
-from annotated_types import MaxLen
+from annotated_types import MaxLen, MinLen
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from PySide6.QtWidgets import QCheckBox, QLabel, QWidget
@@ -169,10 +169,11 @@ class ModelRows:
         """Add how many parts of a model a field holds, and the rows of each, of which those of the first are shown."""
         box = ChoiceBox()
         row = self._row(title, [box], info.description or "")
-        for count in range(
-            1, next(rule.max_length for rule in info.metadata if isinstance(rule, MaxLen)) + 1
-        ):
-            box.addItem(str(count), count)
+        least = next((rule.min_length for rule in info.metadata if isinstance(rule, MinLen)), 0)
+        most = next(rule.max_length for rule in info.metadata if isinstance(rule, MaxLen))
+        for count in range(least, most + 1):
+            box.addItem(str(count) if count else "none", count)
+        for count in range(1, most + 1):
             rows: list[QWidget] = []
             way = Way(f"{count}", _holds(name, count), lambda subject: subject, model=model)
             for field in model.model_fields:
@@ -181,7 +182,9 @@ class ModelRows:
         self._form.bind_choice(
             box,
             lambda subject: len(getattr(subject, name)),
-            lambda subject, count: subject.replace(**{name: _of_length(getattr(subject, name), count)}),
+            lambda subject, count: subject.replace(
+                **{name: _of_length(getattr(subject, name), count, model)}
+            ),
             f"{name}.count",
         )
         return row
@@ -226,9 +229,9 @@ def _holds(name: str, count: int) -> Callable[[Any], bool]:
     return lambda subject: len(getattr(subject, name)) >= count
 
 
-def _of_length(parts: tuple[Any, ...], count: int) -> tuple[Any, ...]:
-    """Return the first parts; where there are too few, the last one again."""
-    return (*parts[:count], *(parts[-1:] * (count - len(parts))))
+def _of_length(parts: tuple[Any, ...], count: int, model: type[Frozen]) -> tuple[Any, ...]:
+    """Return the first parts; where there are too few, the last one again, or one as it is by default."""
+    return (*parts[:count], *((parts[-1:] or (model(),)) * (count - len(parts))))
 
 
 def model_tip(model: type[BaseModel]) -> str:

@@ -188,6 +188,7 @@ class SensorForm(Form):
                 self._rows.add_ways(model, ways[name])
                 added.append(ways[name])
         ModelRows(self, is_shared=True).add(model, "range_m")
+        self._rows.add(model, "blocked")
 
     def _add_derived(self) -> None:
         """Add the derived figures, and the loss without the sensor."""
