@@ -38,6 +38,7 @@ def optimise(
     budget: float = float("inf"),
     limits: MountLimits = USUAL_RULES,
     spots_m: float = 0.2,
+    box_m: tuple[tuple[float, float], ...] | None = None,
     tilts_deg: Sequence[float] = LEVELS_DEG,
     frames: int = 100,
     held_out: int = 1000,
@@ -73,6 +74,8 @@ def optimise(
         Cost of a sensor by model, 1 by default, and the most that all added ones may cost.
     limits, spots_m, tilts_deg
         Rules that every mount keeps, distance between neighbouring mounts, and how far sensors may lean outwards.
+    box_m
+        From and to along x, y and z, where sensors stand in the air instead of on the skin.
     frames, held_out, seed
         Number of frames to choose by, and of other frames to check in; seed of all draws.
     against
@@ -91,7 +94,9 @@ def optimise(
     Raises InputError when nothing can be added, or a number is out of its range.
     """
     models = (add,) if isinstance(add, str) else tuple(add)
-    additions = Additions(models, count, mirrored, cost or {}, budget, limits, spots_m, tuple(tilts_deg))
+    additions = Additions(
+        models, count, mirrored, cost or {}, budget, limits, spots_m, tuple(tilts_deg), box_m
+    )
     rig = with_mesh_read(rig, Path(mesh_folder), lambda _: None)
     if against is not None:
         against = with_mesh_read(against, Path(mesh_folder), lambda _: None)

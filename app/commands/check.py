@@ -113,7 +113,7 @@ def check(
     required = asked.required
     score = score.as_required(required.body, requirements)
     require_outputs((*rigs, requirements, *profiles, *scene.files), json, junit)
-    found = checked(loaded, score, _scene(scene, loaded, score, required), asked)
+    found = checked(loaded, score, scene_for(scene, loaded, score, required), asked)
     if junit is not None:
         _write_junit(junit, found)
     deliver(found.document(), json, lambda: _print(found.checks, required, asked.day))
@@ -155,7 +155,8 @@ def checked(rigs: Sequence[Rig], score: ScoreOptions, scene: Scene, asked: Check
     return Checked(checks, sources, asked)
 
 
-def _scene(scene: SceneOptions, rigs: Sequence[Rig], score: ScoreOptions, required: Requirements) -> Scene:
+def scene_for(scene: SceneOptions, rigs: Sequence[Rig], score: ScoreOptions, required: Requirements) -> Scene:
+    """Load what requirements need."""
     field = traffic = None
     if required.needs_road_users and scene.pog is not None:
         raise InputError(NO_ROAD_USERS)
@@ -164,6 +165,13 @@ def _scene(scene: SceneOptions, rigs: Sequence[Rig], score: ScoreOptions, requir
     if required.needs_road_users:
         traffic = load_traffic(scene, WITHIN_M)
     return Scene(field, traffic)
+
+
+def unmet_by(rig: Rig, score: ScoreOptions, scene: Scene, asked: CheckInputs) -> tuple[str, ...]:
+    """Return the requirements that a rig does not meet, by their ids."""
+    subject = Subject(rig, score.body_of(rig), scene.field, scene.traffic, asked.judged, score.threads)
+    verdicts = Check(subject, asked.required).verdicts()
+    return tuple(one.item.id for one in verdicts if not one.holds_on(asked.day))
 
 
 def _sources(asked: CheckInputs, scene: Scene, rig: Rig) -> dict[str, Any]:

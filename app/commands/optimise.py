@@ -13,6 +13,7 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
+from riglens.app.commands.check import CheckInputs, scene_for, unmet_by
 from riglens.app.commands.options import (
     Json,
     Libraries,
@@ -33,7 +34,7 @@ from riglens.core.optimise.objectives import OF_VOXELS
 from riglens.core.optimise.results import OptimiseResult, Problem, check_folder
 from riglens.core.optimise.run import finished
 from riglens.core.optimise.weights import Weights
-from riglens.core.review.mounts import MountLimits
+from riglens.core.review.mounts import Beyond, MountLimits
 from riglens.core.rig.yaml.problems import problems
 from riglens.core.shown_text import visible
 from riglens.core.targets.traffic import WITHIN_M, Traffic
@@ -61,6 +62,8 @@ def optimise(
     lowest: Annotated[float, Parameter(group=ADDED, metavar="M")] = 0.4,
     spacing: Annotated[float, Parameter(group=ADDED, metavar="M")] = 0.25,
     beyond: Annotated[float | None, Parameter(group=ADDED, metavar="M")] = None,
+    inside: Annotated[str | None, Parameter(name="--box", group=ADDED, metavar="X0,X1,Y0,Y1,Z0,Z1")] = None,
+    requirements: Annotated[Path | None, Parameter(metavar="FILE")] = None,
     move: Annotated[tuple[str, ...], Parameter(group=MOVED, metavar="NAME[=M]", show_default=False)] = (),
     exchange: Annotated[
         tuple[str, ...], Parameter(group=MOVED, metavar="NAME=MODEL", show_default=False)
@@ -112,6 +115,11 @@ def optimise(
         Least distance between two sensors.
     beyond
         Largest overhang of housings over the car's outline at front, rear and sides.
+    inside
+        Mount sensors in the air in this box, in metres, instead of on the skin.
+    requirements
+        File of requirements of `riglens check`: its mounts limit every mount, and the proposal meets the others if any
+        of the sets tried does.
     move
         Let a sensor of the rig, with its mirror partner, go anywhere on the skin, or up to M metres; may be repeated.
     exchange
@@ -147,10 +155,15 @@ def optimise(
         Also write the result as JSON to a file; with - to standard output, instead of the table.
     """
     limit, rules = float("inf") if budget is None else budget, _rules(lowest, spacing, beyond)
-    additions = Additions(add, count, not singles, numbers_of("cost", cost), limit, rules, spots)
     moves, weights, floors = _moves(move, exchange), _weights(weight), numbers_of("floor", floor)
     score = score.solid()
     (opened,) = load_rigs([rig], score, libraries)
+    asked = None if requirements is None else CheckInputs.of(requirements, (), [opened])
+    if asked is not None:
+        rules = rules if asked.required.mounts is None else _stricter(rules, asked.required.mounts)
+    additions = Additions(
+        add, count, not singles, numbers_of("cost", cost), limit, rules, spots, box_m=_box(inside)
+    )
     reference = None if against is None else load_rigs([against], score, libraries)[0]
     require_outputs((rig, *scene.files, *check_boxes), json)
     if out is not None:
@@ -162,6 +175,9 @@ def optimise(
         opened, load_traffic(scene, within_m), additions, objective, frames, held_out, seed, reference, blind, moves,
         weights, floors, voxels, checks=_other_traffic(scene, check_boxes, within_m),
     )  # fmt: skip
+    if asked is not None:
+        subject = scene_for(scene, [opened], score, asked.required)
+        problem = replace(problem, unmet=lambda one: unmet_by(one, score, subject, asked))
     with progress_bar("Casting, choosing, checking") as progress:
         found = finished(problem, score.threads, progress)
     if out is not None:
@@ -178,6 +194,24 @@ def _rules(lowest_m: float, spacing_m: float, beyond_m: float | None) -> MountLi
     except ValidationError as error:
         problem = problems(error, rules)[0]
         raise InputError(problem.complaint.strip(), OPTIONS[str(problem.path[0])]) from error
+
+
+def _stricter(rules: MountLimits, asked: MountLimits) -> MountLimits:
+    """Return the limits of a file where it has any, and the others."""
+    limits = {name: getattr(asked, name) for name in MountLimits.model_fields}
+    return rules.model_copy(
+        update={name: limit for name, limit in limits.items() if limit not in (None, Beyond())}
+    )
+
+
+def _box(word: str | None) -> tuple[tuple[float, float], ...] | None:
+    if word is None:
+        return None
+    try:
+        x0, x1, y0, y1, z0, z1 = map(float, word.split(","))
+    except ValueError:
+        raise InputError(f"must be X0,X1,Y0,Y1,Z0,Z1 (got '{word}')", "box_m") from None
+    return (x0, x1), (y0, y1), (z0, z1)
 
 
 def _moves(move: tuple[str, ...], exchange: tuple[str, ...]) -> tuple[Move, ...]:
@@ -245,6 +279,9 @@ def print_proposals(found: OptimiseResult) -> None:
     for name, floor in problem.floors.items():
         kept = "keeps" if found.floors[name] >= floor - 1e-9 else "misses"
         console.print(Text(f"{name}: {found.floors[name]:.3f}, {kept} the floor of {floor:g}."))
+    if found.unmet is not None:
+        missed = ", ".join(found.unmet)
+        console.print(Text(f"Requirements not met: {missed}." if missed else "All requirements are met."))
     other = "" if problem.goal.is_guarded else " in hit coverage"
     console.print(Text(f"Gain over {visible(found.reference.name)}{other}:"), soft_wrap=True)
     console.print(_checks(found))

@@ -121,7 +121,8 @@ class Additions:
     """Sensors that may be added: models of the library, in mirror pairs or single, `count` of them, within a budget.
 
     costs: of one sensor by model, 1 where nothing is said. rules: limits of each mount; without zones of their own the
-    usual ones and door mirrors keep sensors out. spots_m: distance between neighbouring spots.
+    usual ones and door mirrors keep sensors out. spots_m: distance between neighbouring spots. box_m: from and to along
+    each axis, where sensors stand in the air on brackets, instead of the skin.
     """
 
     models: tuple[str, ...]
@@ -132,8 +133,11 @@ class Additions:
     rules: MountLimits = USUAL_RULES
     spots_m: float = 0.2
     tilts_deg: tuple[float, ...] = LEVELS_DEG
+    box_m: tuple[tuple[float, float], ...] | None = None
 
     def __post_init__(self) -> None:
+        if self.box_m is not None and not all(-50.0 <= low <= high <= 50.0 for low, high in self.box_m):
+            raise InputError("must rise from X0 to X1, Y0 to Y1 and Z0 to Z1, within 50 m", "box_m")
         if not 1 <= self.count <= 20:
             raise InputError(f"must be between 1 and 20 (got {self.count})", "count")
         if not self.budget > 0.0:
@@ -178,6 +182,19 @@ def skin_spots(vehicle: Vehicle, spacing_m: float, seed: int = 0) -> list[Spot]:
         if alive[place] and _is_free(points[place], normals[place], solid):
             spots.append(Spot(points[place], normals[place]))
             alive &= ((points - points[place]) ** 2).sum(axis=1) >= spacing_m**2
+    return spots
+
+
+def box_spots(box_m: Sequence[tuple[float, float]], spacing_m: float, solid: Solid) -> list[Spot]:
+    """Return free spots on a lattice in a box, outside of the car's body, that face away from its middle."""
+    axes = [
+        low + spacing_m * np.arange(math.floor((high - low) / spacing_m + 1e-9) + 1) for low, high in box_m
+    ]
+    spots = list[Spot]()
+    for x, y, z in np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3).round(6).tolist():
+        status = stand((x, y, z), solid)
+        if not (status.inside or status.below_ground):
+            spots.append(Spot(np.array([x, y, z]), np.array([x, y, 0.0]) / (math.hypot(x, y) or 1.0), True))
     return spots
 
 
@@ -261,14 +278,18 @@ def candidates(
     """
     rules, outline = rules_for(rig, additions.rules), Outline.of(rig.vehicle)
     wishes = _wishes(rig, additions, moves)
-    spots = skin_spots(rig.vehicle, additions.spots_m, seed)
-    left = len(spots)
-    flip = np.array([1.0, -1.0, 1.0])
-    spots += [Spot(spot.point_m * flip, spot.normal * flip) for spot in spots if spot.point_m[1] > 0.05]
+    solid = solid_of(rig.vehicle)
+    if additions.box_m is not None:
+        spots = box_spots(additions.box_m, additions.spots_m, solid)
+        left = len(spots)
+    else:
+        spots = skin_spots(rig.vehicle, additions.spots_m, seed)
+        left = len(spots)
+        flip = np.array([1.0, -1.0, 1.0])
+        spots += [Spot(spot.point_m * flip, spot.normal * flip) for spot in spots if spot.point_m[1] > 0.05]
     rest = locked(rig, moves)
     taken = np.array([s.position for s in rest.sensors if s.enabled]).reshape(-1, 3)
     found: list[Candidate] = []
-    solid = solid_of(rig.vehicle)
     boxes = solid.triangles_m.min(axis=1), solid.triangles_m.max(axis=1)
 
     def keep(wish: _Wish, spot: Spot, number: int, tilts_deg: Sequence[float], skin: Solid) -> None:
@@ -280,7 +301,7 @@ def candidates(
         if is_stale():
             raise Cancelled
         mine = [wish for wish in wishes if _is_near(wish, spot, number < left)]
-        skin = _around(spot, solid, boxes) if mine else solid
+        skin = solid if spot.is_free or not mine else _around(spot, solid, boxes)
         for wish in mine:
             keep(wish, spot, number, wish.tilts_deg, skin)
     for slot, move in enumerate(moves, 1):
@@ -294,9 +315,8 @@ def candidates(
                 tilts = [tilt for tilt in wish.tilts_deg if tilt != 0.0 or wish.sensors != own]
                 keep(wish, Spot(place, normal, True), STAYS, tilts, solid)
     if len(found) <= len(moves):
-        raise InputError(
-            "no mount on the car's skin keeps all limits: relax height, spacing, beyond or keep-out"
-        )
+        where = "on the car's skin" if additions.box_m is None else "in the box"
+        raise InputError(f"no mount {where} keeps all limits: relax height, spacing, beyond or keep-out")
     return tuple(found)
 
 

@@ -6,7 +6,7 @@ import csv
 import io
 import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -41,7 +41,8 @@ class Problem:
     it the best of some mounts that a person would choose, or the rig itself where nothing is added. blind_m: height of
     the object whose blind area is the second goal of the front; without it there is none. floors: least values of the
     objective by class. voxels: of the objectives of them; calibration: of predicted detection, by default the one that
-    ships; checks: other traffic for the guard, by the name of the case.
+    ships; checks: other traffic for the guard, by the name of the case; unmet: returns the requirements that a rig does
+    not meet.
     """
 
     rig: Rig
@@ -59,6 +60,7 @@ class Problem:
     voxels: EntropyField | None = None
     calibration: Calibration | None = None
     checks: Mapping[str, Traffic] = field(default_factory=dict)
+    unmet: Callable[[Rig], tuple[str, ...]] | None = None
 
     def __post_init__(self) -> None:
         if self.objective not in OBJECTIVES:
@@ -197,7 +199,8 @@ class OptimiseResult:
     """Proposals, the best first, then those of the front; no allowed set exceeds `bound` in the frames of choice.
 
     before, reference_value: values of the rig itself and of the one that gains refer to, in the same frames. stairs: by
-    number of additions, from none on. floors: the best proposal's value by class.
+    number of additions, from none on. floors: the best proposal's value by class; unmet: the
+    requirements that it does not meet, None where there are none.
     """
 
     problem: Problem
@@ -211,6 +214,7 @@ class OptimiseResult:
     front: tuple[int, ...] = ()
     stairs: tuple[Stair, ...] = ()
     floors: Mapping[str, float] = field(default_factory=dict)
+    unmet: tuple[str, ...] | None = None
 
     @property
     def best(self) -> Proposal:
@@ -266,6 +270,7 @@ class OptimiseResult:
                 name: {"floor": floor, "value": self.floors[name]}
                 for name, floor in self.problem.floors.items()
             },
+            "unmet": None if self.unmet is None else list(self.unmet),
             "stairs": [{"count": one.count, "value": one.value} for one in self.stairs],
         }
 

@@ -37,6 +37,8 @@ FIRST = 100
 """Sensors after which a first proposal is made of those that have been cast, in an order drawn by the seed."""
 FRONT = 8
 """Points of a front, at most."""
+TRIES = 12
+"""Further sets that are tried where the best one does not meet requirements."""
 STAIRS = 6
 """Steps of a staircase, at least."""
 _NOTHING = np.zeros(0, np.int32)
@@ -76,6 +78,9 @@ def optimise(problem: Problem, threads: int | None = None, is_stale: IsStale = n
     run = _Run(problem, jit.use_threads(threads), is_stale)
     yield from run.cast()
     chosen, bound = yield from run.solve()
+    chosen, unmet = yield from run.meeting(chosen, bound)
+    if bound.kind == "proven" and run.figure.value(chosen) < bound.value:
+        bound = Bound(bound.value, "cuts")
     sets = [chosen, *(yield from run.front(chosen))]
     stairs = yield from run.stairs()
     reference = problem.reference or run.by_hand()
@@ -102,6 +107,7 @@ def optimise(problem: Problem, threads: int | None = None, is_stale: IsStale = n
         tuple(range(len(proposals))) if run.ground is not None else (),
         stairs,
         run.floors(chosen),
+        unmet,
     )
     checks = guard(
         proposals[0].rig, reference, sampler, problem.settings, problem.frames, problem.last, run.others()
@@ -342,6 +348,28 @@ class _Run:
                 if chosen is None
                 else self.told(stage, 0.0, chosen, least)
             )
+
+    def meeting(
+        self, chosen: list[int], bound: Bound
+    ) -> Generator[Progress, None, tuple[list[int], tuple[str, ...] | None]]:
+        """Return the first set that meets all requirements, and what it does not meet: the best one where none of a few
+        does. Each next one leaves out what the last set would miss least."""
+        if self.problem.unmet is None:
+            return chosen, None
+        limits, tried, first = self._all, list(chosen), self.problem.unmet(self.rig_with(chosen))
+        unmet = first
+        for _ in range(TRIES):
+            free = [one for one in tried if not self.candidates[one].is_as_now]
+            if not unmet or not free:
+                break
+            worth = {one: self.figure.value([other for other in tried if other != one]) for one in free}
+            slot = limits.slot.copy()
+            slot[max(free, key=lambda one: worth[one])] = len(self._all.room)  # a slot without room
+            limits = replace(limits, slot=slot, room=np.append(self._all.room, 0))
+            tried = yield from self._steps("meeting requirements", self._searched(limits), chosen)
+            yield self.told("meeting requirements", 0.0, tried, bound.value)
+            unmet = self.problem.unmet(self.rig_with(tried))
+        return (chosen, first) if unmet else (tried, ())
 
     def front(self, chosen: list[int]) -> Generator[Progress, None, list[list[int]]]:
         """Return the sets of the front besides the best one."""

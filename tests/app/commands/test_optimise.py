@@ -77,6 +77,20 @@ def test_a_sensor_moves_by_a_floor_and_weights_and_is_checked_in_other_data(rigl
     assert document["floors"]["car"]["value"] >= 0.1
 
 
+def test_requirements_limit_mounts_and_are_checked(riglens, town, tmp_path):
+    file = tmp_path / "requirements.yaml"
+    file.write_text(
+        "riglens_requirements: 1\n"
+        "mounts: {height_m: [1.2, 3.0], gap_m: 0.3}\n"
+        "on_target:\n- {id: easy, class: car, at_least: 0.01}\n- {id: hard, class: car, at_least: 1.0}\n"
+    )
+    found = riglens("optimise", "KITTI car", *FEW, "--boxes", town, "--requirements", file, "--json", "-")
+    assert found.code == 0
+    document = json.loads(found.out)
+    assert "hard" in document["unmet"] and "easy" not in document["unmet"]
+    assert all(one["position"][2] >= 1.2 for one in document["proposals"][0]["sensors"])
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
@@ -90,6 +104,8 @@ def test_a_sensor_moves_by_a_floor_and_weights_and_is_checked_in_other_data(rigl
         ((*FEW, "--lowest", "nan"), "--lowest must be a finite number"),
         ((*FEW[:4], "--frames", "19"), "--frames must be at most 18"),
         ((*FEW, "--seed", "-1"), "--seed"),
+        ((*FEW, "--box", "1,2"), "--box must be X0,X1,Y0,Y1,Z0,Z1 (got '1,2')"),
+        ((*FEW, "--requirements", "missing.yaml"), "missing.yaml"),
         ((*FEW, "--json", "--out"), "--json"),
         ((), "--add must name at least one sensor model, or a sensor to move"),
         (("--move", "nobody"), "--move must name an enabled LiDAR of the rig"),

@@ -5,7 +5,15 @@ import pytest
 
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
-from riglens.core.optimise.mounts import Additions, candidates, conflicts, door_mirrors, rules_for, skin_spots
+from riglens.core.optimise.mounts import (
+    Additions,
+    Move,
+    candidates,
+    conflicts,
+    door_mirrors,
+    rules_for,
+    skin_spots,
+)
 from riglens.core.review.mounts import Beyond, KeepOut, MountLimits, is_in_zone, violations
 from riglens.core.review.outline import Outline
 from riglens.core.rig.edits import mirrored_pose
@@ -116,11 +124,35 @@ def test_painted_zones_and_named_ones_keep_candidates_out() -> None:
         candidates(Rig(), Additions((MODEL,), spots_m=0.5, rules=nowhere))
 
 
+def test_a_box_holds_places_in_the_air_outside_of_the_car() -> None:
+    box = ((-0.4, 0.4), (-0.4, 0.4), (1.2, 2.0))
+    asked = Additions((MODEL,), mirrored=False, spots_m=0.4, tilts_deg=(0.0,), box_m=box)
+    found = candidates(Rig(), asked)
+    places = np.array([one.places_m[0] for one in found])
+    assert (places >= [low for low, _ in box]).all() and (places <= [high for _, high in box]).all()
+    assert {round(float(z), 3) for z in places[:, 2]} == {1.6, 2.0}
+    assert len({tuple(place) for place in places.tolist()}) == len(found) == 3 * 3 * 2
+    pairs = candidates(Rig(), Additions((MODEL,), spots_m=0.4, tilts_deg=(0.0,), box_m=box))
+    assert len(pairs) == 3 * 2
+    assert all(one.places_m[0, 1] > 0.0 for one in pairs)
+    moved = candidates(roof_on(Rig()), Additions((), spots_m=0.4, box_m=box), moves=(Move("roof", 0.5),))
+    assert all(np.linalg.norm(one.places_m[0] - [0.0, 0.0, 1.7]) <= 0.5 for one in moved)
+    inside = ((-0.5, 0.5), (-0.2, 0.2), (0.6, 1.0))
+    with pytest.raises(InputError, match="no mount in the box"):
+        candidates(Rig(), Additions((MODEL,), box_m=inside))
+
+
+def roof_on(rig: Rig) -> Rig:
+    """A car with a LiDAR above its roof."""
+    return rig.replace(sensors=(default_library().entry(MODEL).sensor("roof", Pose((0.0, 0.0, 1.7))),))
+
+
 def test_what_cannot_be_asked_is_refused_in_one_line() -> None:
     for wrong, said in (
         ({"count": 0}, "count"),
         ({"budget": 0.0}, "budget"),
         ({"spots_m": 0.0}, "spots_m"),
+        ({"box_m": ((1.0, 0.0), (0.0, 1.0), (0.0, 1.0))}, "box_m"),
     ):
         with pytest.raises(InputError, match=said) as caught:
             Additions(**{"models": (MODEL,), **wrong})

@@ -122,6 +122,23 @@ def test_gains_over_a_rig_of_ones_own(traffic: Traffic) -> None:
     assert found.best.guard[0].gain > 0.0
 
 
+def test_requirements_are_met_by_another_set_where_there_is_one(traffic: Traffic) -> None:
+    problem = Problem(RIG, traffic, replace(ADDED, count=1), frames=8, held_out=10)
+    free = finished(problem, 1)
+    best = free.best.added[0].places_m[0]
+
+    def unmet(rig: Rig) -> tuple[str, ...]:
+        return ("elsewhere",) if np.allclose(rig.sensors[-2].position, best) else ()
+
+    found = finished(replace(problem, unmet=unmet), 1)
+    assert free.unmet is None and found.unmet == ()
+    assert not np.allclose(found.best.added[0].places_m[0], best)
+    assert found.best.value < free.best.value == pytest.approx(found.bound_value)
+    never = finished(replace(problem, unmet=lambda _: ("a", "b")), 1)
+    assert never.unmet == ("a", "b")
+    assert never.best == replace(free.best)
+
+
 def pair(x_m: float) -> Rig:
     """A car with a LiDAR on the roof, and a mirror pair beside it."""
     left = OWN.replace(name="left", position=(x_m, 0.6, 1.55))
