@@ -20,14 +20,18 @@ ZONE_COLOUR, SPOT_COLOUR = "#f5a524", "#f43f5e"
 _OPACITY, _OFF_M = 0.62, 0.004
 
 
+def skin_parts(vehicle: Vehicle) -> dict[str, pv.PolyData]:
+    """Return the surfaces of a car by material; that of a mesh file has one without a name."""
+    if vehicle.body_mesh is not None:
+        return {"": mesh_surface(vehicle.body_mesh.placed(vehicle.mesh))}
+    return {part.material: part.mesh for part in drawn_parts(vehicle)}
+
+
 class _Skin:
     """The surfaces of a car, by material where it has any, and pieces cut out of them."""
 
     def __init__(self, vehicle: Vehicle) -> None:
-        if vehicle.body_mesh is not None:
-            self.parts = {"": mesh_surface(vehicle.body_mesh.placed(vehicle.mesh))}
-        else:
-            self.parts = {part.material: part.mesh for part in drawn_parts(vehicle)}
+        self.parts = skin_parts(vehicle)
         self.whole = join(list(self.parts.values()))
         self._faces = self.whole.triangulate().regular_faces
         corners = np.asarray(self.whole.points)[self._faces]

@@ -29,6 +29,7 @@ from riglens.widgets.heatmap.layer import HeatmapLayer
 from riglens.widgets.sensors.bodies import sensor_body
 from riglens.widgets.theme import DARK, Palette
 from riglens.widgets.traffic.layer import TrafficLayer
+from riglens.widgets.viewport.gain_layer import GainLayer
 from riglens.widgets.viewport.ground_layer import GroundLayer, GroundMapLayer, RoiLayer
 from riglens.widgets.viewport.marker_layer import MarkerLayer, PostLayer
 from riglens.widgets.viewport.mast_layer import MastLayer, StubsLayer
@@ -47,7 +48,8 @@ _MASTS = {*_BODIES, "masts"} - {"failed"}
 _STUBS = {"rig", "hidden", "ray_look", "stubs"}
 _FANS = {"solid_body", "rig", "hidden", "failed", "selected", "show_selection", "palette"}
 _ALL_FANS = {"grid", "ray_look", "palette"}
-_LEGEND = {"heatmap", "heat_look", "show_legend", "palette"}
+_HEAT = {"heatmap", "skin_gain"}
+_LEGEND = {*_HEAT, "heat_look", "show_legend", "palette"}
 _BACKDROP = ("camera", "grid", "palette", "show_ground", "vehicle")
 _KEY = {"rig", "hidden", "failed", "selected", "show_selection", "show_legend", "ray_look", "palette"}
 _CENTRE_PX = 8.0
@@ -78,7 +80,7 @@ class DrawnScene:
         self._ground, self._roi = GroundLayer(stage.backdrop, stage.main), RoiLayer(stage.main)
         self._ground_map, self._post = GroundMapLayer(stage.main), PostLayer(stage.main)
         self._standing = Standing(stage, clock, (self._ground_map.prop,))
-        self._keep_out = KeepOutLayer(stage.main)
+        self._keep_out, self._skin_gain = KeepOutLayer(stage.main), GainLayer(stage.main)
         self._body, self._rig = BodyLayer(stage.main, stage.backdrop), RigLayer(stage.main, stage.rays)
         self._heatmap = HeatmapLayer(stage.cells, stage.haze)
         self._traffic = TrafficLayer(stage.main)
@@ -148,8 +150,10 @@ class DrawnScene:
             self._rig.show_fans(state, self._quick, others=all_fans)
         if "heat_look" in changed:
             self._heatmap.set_look(state.heat_look)
-        if "heatmap" in changed:
-            self._heatmap.set_data(state.heatmap)
+        if changed & _HEAT:
+            self._heatmap.set_data(state.heatmap if state.skin_gain is None else None)
+        if changed & {*_CAR, "skin_gain"}:
+            self._skin_gain.show(state.vehicle, state.skin_gain)
         if changed & _LEGEND:
             self._words.show_legend(state)
         if "post" in changed:
@@ -377,7 +381,7 @@ class DrawnScene:
         return is_whole
 
     def _wanted_haze(self) -> tuple[object, ...]:
-        return (self._state.heatmap, self._state.heat_look, self._state.ground_map)
+        return (self._state.legend_data, self._state.heat_look, self._state.ground_map)
 
     def _set_coarse(self) -> None:
         state = self._state

@@ -65,8 +65,9 @@ class SceneState:
     The sensor named `selected` is shown with its rays and handles, those `also_selected` in the same colour, those
     that have `failed` as ghosts without rays, the `hidden` ones not at all. Those in `fixed` cannot be dragged: they
     get no handles. A plain box is drawn of a vehicle whose mesh file has not been read. Rays end at the `solid_body`,
-    where there is one. Without `show_selection` the selected sensor has the colour of its kind, but still the rays of a
-    selected one. `ghosts` are sensors that are not in the rig, to be seen beside those that are.
+    where there is one. Without `show_selection` the selected sensor has the colour of its kind, but still the rays of
+    a selected one. `skin_gain` colours the car by values at spots on its skin, in place of the heatmap. `ghosts` are
+    sensors that are not in the rig, to be seen beside those that are.
     """
 
     vehicle: Vehicle = field(default_factory=Vehicle)
@@ -80,6 +81,7 @@ class SceneState:
     grid: VoxelGrid = field(default_factory=VoxelGrid)
     heatmap: HeatmapData | None = None
     heat_look: HeatLook = DEFAULT_LOOK
+    skin_gain: HeatmapData | None = None
     show_legend: bool = True
     caption: Caption = NO_CAPTION
     marker: Marker | None = None
@@ -103,6 +105,11 @@ class SceneState:
     def changed(self, after: SceneState) -> frozenset[str]:
         """Names of the fields in which another state differs from this one."""
         return frozenset(name for name in ALL_FIELDS if getattr(self, name) != getattr(after, name))
+
+    @property
+    def legend_data(self) -> HeatmapData | None:
+        """What the legend is about: the values on the skin, else the heatmap."""
+        return self.heatmap if self.skin_gain is None else self.skin_gain
 
     @property
     def shown(self) -> list[Sensor]:

@@ -209,7 +209,7 @@ class WordsLayer:
 
     def show_legend(self, state: SceneState) -> None:
         """Label the heatmap of a state, or hide the legend."""
-        shown = state.heatmap if state.show_legend else None
+        shown = state.legend_data if state.show_legend else None
         self._legend.set_data(shown, state.heat_look, state.palette)
 
     def show_key(self, state: SceneState) -> None:
@@ -246,7 +246,7 @@ class WordsLayer:
 
     def _free_spot(self, state: SceneState, size: Size, pixel_ratio: float) -> Spot:
         """Return the best place of the legend next to the car; the last one is kept as long as it is as good."""
-        if state.heatmap is None or not state.show_legend:
+        if state.legend_data is None or not state.show_legend:
             return SPOTS[0]
         car = car_box(state, size)
         for spot in SPOTS:
