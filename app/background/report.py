@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from riglens.app.background.own_process import PROGRAM, Tell, run_in_process
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
@@ -20,6 +21,8 @@ class ReportJob:
     scene: SceneOptions
     score: ScoreOptions
     folder: Path
+    why: dict[str, Any] | None = None
+    """The search that proposed the rig, by the names of `WhyHere`."""
 
 
 def page_picture(folder: Path, number: int) -> Path:

@@ -21,6 +21,7 @@ from riglens.app.studies.report_document import ReportDocument, document_of
 from riglens.app.studies.report_figures import (
     Labels,
     ReportPlan,
+    WhyHere,
     differences,
     labels_of,
     report_of,
@@ -147,7 +148,8 @@ def write_report(
 def prepare(job: ReportJob, tell: Tell) -> None:
     """Write page, PDF and pictures of its pages into the folder of a job of the window."""
     rigs = tuple(with_mesh_read(rig, job.folder, note) for rig in job.rigs)
-    plan = ReportPlan(rigs, job.scene, job.score, USUAL_DRAWS, 0)
+    why = None if job.why is None else WhyHere.model_validate(job.why)
+    plan = ReportPlan(rigs, job.scene, job.score, USUAL_DRAWS, 0, why=why)
     document = document_of(plan, report_of(plan, tell))
     tell(1.0, "Drawing the pages")
     for name in (PAGE, PDF):
@@ -249,6 +251,7 @@ def _plan_of(
         None if inputs.requirements is None else _requirements(inputs.requirements, str(path), rigs),
         inputs.requirements,
         inputs.labels,
+        inputs.why,
     )
 
 

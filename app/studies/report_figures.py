@@ -33,7 +33,7 @@ from riglens.core.review.requirements import Requirements
 from riglens.core.review.tolerance import MAX_DRAWS, profile_called, tolerance
 from riglens.core.review.tolerance_json import tolerance_document
 from riglens.core.review.verdicts import verdicts
-from riglens.core.rig.model import FORMAT_VERSION, Frozen, Rig
+from riglens.core.rig.model import FORMAT_VERSION, MAX_SENSORS, Frozen, Rig
 from riglens.core.rig.yaml.file import dumps
 from riglens.core.rig.yaml.nodes import shortened
 from riglens.core.scene.boxes import Progress
@@ -104,6 +104,25 @@ class Labels(Frozen):
 NO_LABELS = Labels()
 
 
+class KeptGain(Frozen):
+    """Gain of a proposal in one case of the guard."""
+
+    case: str = Field(max_length=MOST_LETTERS)
+    gain: float
+    se: float
+    share: float
+
+
+class WhyHere(Frozen):
+    """Why sensors stand where they are: the search that proposed the first rig of a report, as it was found then."""
+
+    sensors: list[str] = Field(max_length=MAX_SENSORS)
+    sentence: str = Field(max_length=10 * MOST_LETTERS)
+    reference: str = Field(max_length=2 * MOST_LETTERS)
+    verdict: str = Field(max_length=MOST_LETTERS)
+    checks: list[KeptGain] = Field(max_length=100)
+
+
 def labels_of(project: str | None, revision: str | None, author: str | None) -> Labels:
     """Return the labels of a report; InputError for one that is too long."""
     given = {"project": project, "revision": revision, "author": author}
@@ -116,7 +135,7 @@ def labels_of(project: str | None, revision: str | None, author: str | None) -> 
 @dataclass(frozen=True)
 class ReportPlan:
     """Plan of a report: rigs with the meshes of their bodies, a scene, score options, draws of the tolerance (0: none)
-    and their seed, requirements with their text, if any, and labels."""
+    and their seed, requirements with their text, if any, labels, and the search behind the first rig, if any."""
 
     rigs: tuple[Rig, ...]
     scene: SceneOptions
@@ -126,6 +145,7 @@ class ReportPlan:
     requirements: Requirements | None = None
     requirements_text: str | None = None
     labels: Labels = NO_LABELS
+    why: WhyHere | None = None
 
 
 class Inputs(Frozen):
@@ -144,6 +164,7 @@ class Inputs(Frozen):
     boxes: str | None
     requirements: str | None
     labels: Labels = Labels()
+    why: WhyHere | None = None
 
 
 @dataclass(frozen=True)
@@ -278,7 +299,8 @@ def _figures(
             boxes=None if plan.scene.boxes is None else plan.scene.boxes.name,
             requirements=plan.requirements_text,
             labels=plan.labels,
-        ).model_dump(by_alias=True),
+            why=plan.why,
+        ).model_dump(by_alias=True, exclude={"why"} if plan.why is None else None),
         "left_out": report_profiles()[1],
         "evaluation": evaluation_document(field, settings_of(score), evaluations),
         "targets": targets,

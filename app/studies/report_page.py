@@ -63,6 +63,11 @@ def metres(value: Any) -> str:
     return "—" if value is None else minus(f"{float(value):.2f}")
 
 
+def four_digits(value: Any) -> str:
+    """A share or a difference of shares with four decimals."""
+    return minus(f"{float(value):.4f}")
+
+
 def whole(value: Any) -> str:
     """A count."""
     return f"{value:,}"
@@ -165,7 +170,7 @@ def _templates() -> Environment:
         "numeral": lambda value: minus(f"{value:g}"),
         "sha256": lambda text: hashlib.sha256(text.encode("utf-8")).hexdigest(),
     }
-    writers = (percent, square_metres, thousand_nat, metres, whole, plain)
+    writers = (percent, square_metres, thousand_nat, metres, whole, four_digits, plain)
     made.globals |= {write.__name__: write for write in writers} | {
         function.__name__: function
         for function in (

@@ -37,7 +37,7 @@ from riglens.app.studies.report_page import (
     verdict_text,
     whole,
 )
-from riglens.app.studies.report_reading import attached_figures, figures_in_pdf
+from riglens.app.studies.report_reading import attached_figures, figures_in_pdf, inputs_of
 from riglens.app.studies.report_summary import missed_objects, smallest_range, worst_failure, worst_profile
 from riglens.app.terminal.loading import load_rig
 from riglens.core.errors import InputError
@@ -53,6 +53,13 @@ DOT = png_of(np.full((2, 2, 3), 255, np.uint8))
 REQUIRED = "riglens_requirements: 1\nbody: blocks\nblind_areas: [{height_m: 0.3, at_most_m2: 0}]\n"
 
 
+WHY = {
+    "sensors": ["left <b>", "right"],
+    "sentence": "no pair on these 159 mounts is better in these 100 frames (proven).",
+    "reference": "mounted by hand",
+    "verdict": "resolved",
+    "checks": [{"case": "held-out frames", "gain": 0.03883, "se": 0.00092, "share": 0.92}],
+}
 RIG = """riglens: 1
 name: {name}
 sensors:
@@ -225,6 +232,7 @@ WRONG = {
     "draws": [1.5, -1, 10**30, True, "2"],
     "seed": [None, -1, 1 << 63],
     "boxes": [[], {"a": 1}],
+    "why": [1, {**WHY, "checks": [{}]}],
     "requirements": [1, [], "riglens_requirements: 1\nnames: \ud800"],
 }
 
@@ -415,6 +423,21 @@ def test_labels_stand_in_the_header_of_every_page_and_are_verified(
     assert found.code == 1 and "inputs.labels.project: attached 'Van'" in found.out
     said = riglens("report", "Center", "--out", tmp_path / "b.html", "--author", "a" * 201).refused()
     assert "author must have at most 200 letters (got 201)" in said
+
+
+def test_why_sensors_are_where_they_are_is_said_as_the_search_found_it(document):
+    figures = copy.deepcopy(document.figures)
+    assert "Why here" not in report_page(document) and "why" not in figures["inputs"]
+    figures["inputs"]["why"] = WHY
+    page = report_page(ReportDocument(figures, document.rigs, document.drawings))
+    assert "left &lt;b&gt;, right: " in page and WHY["sentence"] in page
+    cells = dict(re.findall(r'data-from="(inputs/why[^"]+)">([^<]*)<', page))
+    assert cells == {
+        f"inputs/why/checks/0/{name}": text
+        for name, text in (("gain", "0.0388"), ("se", "0.0009"), ("share", "92.00 %"))
+    }
+    kept = inputs_of(figures, "a").why
+    assert kept is not None and kept.model_dump() == WHY
 
 
 def test_the_outline_of_a_car_is_its_silhouette_and_whole_fields_of_view_are_in_the_picture():
