@@ -20,6 +20,7 @@ from riglens.app.window.features.failing import Failing
 from riglens.app.window.features.files import Exchange, Files, Recent
 from riglens.app.window.features.follow import Follow
 from riglens.app.window.features.frame import FrameView
+from riglens.app.window.features.gain_on_car import GainOnCar
 from riglens.app.window.features.heat import Heat, RaysShown
 from riglens.app.window.features.help import Help
 from riglens.app.window.features.keep_out import KeepOutZones
@@ -31,6 +32,7 @@ from riglens.app.window.features.objects import Objects
 from riglens.app.window.features.pick import Pick
 from riglens.app.window.features.picture import Picture
 from riglens.app.window.features.preparing import Preparing
+from riglens.app.window.features.propose import Propose
 from riglens.app.window.features.report import Report
 from riglens.app.window.features.scene_data import SceneData
 from riglens.app.window.features.scores import ScoresShown
@@ -86,6 +88,8 @@ class Features(NamedTuple):
     standing: Standing
     audit: Audit
     compare: Compare
+    propose: Propose
+    gain_on_car: GainOnCar
     keep_out: KeepOutZones
     report: Report
     units: Units
@@ -152,8 +156,10 @@ def build_features(bench: Workbench) -> Features:
         standing=Standing(bench),
         audit=Audit(bench),
         compare=(compare := Compare(bench, files, exchange, targets)),
+        propose=(propose := Propose(bench, compare)),
+        gain_on_car=GainOnCar(bench, propose),
         keep_out=KeepOutZones(bench, mounts),
-        report=Report(bench, compare),
+        report=Report(bench, compare, propose),
         units=Units(bench),
         car=(car := Car(bench)),
         solid_car=SolidCar(bench),

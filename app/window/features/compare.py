@@ -140,6 +140,11 @@ class Compare(Feature):
         self._add(path.name, "file", self._exchange.rig_of(path), str(path))
         self.bench.docks.bring_up("Compare")
 
+    def add_rig(self, name: str, rig: Rig) -> None:
+        """Add a rig of another panel, unless the list has it under that name; the front panel stays."""
+        if not any((row.name, row.rig.sensors) == (name, rig.sensors) for row in self.rows):
+            self._add(name, "snapshot", rig)
+
     def _choose_file(self) -> None:
         folder = self.document.path.parent if self.document.path is not None else None
         path = self.bench.dialogs.open_rig(self.bench.window, folder)

@@ -18,6 +18,7 @@ from riglens.app.evaluation.requests import fixed_options
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.compare import Compare
+from riglens.app.window.features.propose import Propose
 from riglens.app.window.workbench import Workbench
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
@@ -38,9 +39,9 @@ class Report(Feature):
         ),
     )  # fmt: skip
 
-    def __init__(self, bench: Workbench, compare: Compare) -> None:
+    def __init__(self, bench: Workbench, compare: Compare, propose: Propose) -> None:
         super().__init__(bench)
-        self._compare = compare
+        self._compare, self._propose = compare, propose
         self.work, self.show_file = make_report, show
         self.dialogs: dict[Path, ReportDialog] = {}
         """The previews that are open, by the folders of their files."""
@@ -65,7 +66,7 @@ class Report(Feature):
         settings = self.session.settings
         score = ScoreOptions(settings.method, settings.reading, settings.camera_weight, body=settings.body)
         made = Path(tempfile.mkdtemp(prefix="riglens-report-"))
-        job = ReportJob(self.rigs(), fixed_options(scene), score, made)
+        job = ReportJob(self.rigs(), fixed_options(scene), score, made, self._propose.why())
         self.bench.tasks.run(
             "Report",
             partial(self.work, job),

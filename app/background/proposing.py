@@ -1,0 +1,350 @@
+"""Propose rigs in a separate process of low priority, which keeps its tables and serves requests between its steps.
+
+The process takes pickled messages on its standard input and answers on its standard output. Requests for gains are
+served in the midst of a search; a newer search replaces the one under way.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import queue
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Generator
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import IO, TYPE_CHECKING, Any, Literal, TypeVar
+
+from PySide6.QtCore import QObject, Signal
+
+from riglens.app.evaluation.names import label_of
+from riglens.app.evaluation.options import SceneOptions
+from riglens.core.errors import Cancelled, InputError
+from riglens.core.rig.model import Rig
+
+if TYPE_CHECKING:  # loads the compiler
+    from numpy.typing import NDArray
+
+    from riglens.core.optimise.results import OptimiseResult, Problem
+    from riglens.core.optimise.run import Progress
+    from riglens.core.optimise.skin import SkinGains
+    from riglens.core.targets.traffic import Traffic
+
+Found = TypeVar("Found")
+PROGRAM = "from riglens.app.background.proposing import main; main()"
+NICE = 10
+"""Edits of the window go first."""
+
+
+@dataclass(frozen=True)
+class ProposalOptions:
+    """What may be added, and the frames to choose by: the options of `riglens optimise`."""
+
+    models: tuple[str, ...] = ("velodyne-vlp-16",)
+    count: int = 1
+    mirrored: bool = True
+    objective: str = "on_target"
+    frames: int = 100
+    blind_m: float | None = None
+
+
+@dataclass(frozen=True)
+class ProposalRequest:
+    """A search: "add" sensors, "improve" the sensor called `sensor`, or only find the gains of the "skin"."""
+
+    number: int
+    work: Literal["add", "improve", "skin"]
+    rig: Rig
+    scene: SceneOptions
+    options: ProposalOptions = ProposalOptions()
+    sensor: str = ""
+
+
+@dataclass(frozen=True)
+class GainsRequest:
+    """Request for the gains at every spot, given the LiDARs of a rig."""
+
+    rig: Rig
+
+
+Command = Literal["pause", "go on", "stop"]
+Message = ProposalRequest | GainsRequest | Command
+
+
+@dataclass(frozen=True)
+class SearchProgress:
+    """Progress of the search `number` after `elapsed_s`: the best rig so far, its value and its bound; once all but the
+    guard is done, the result with the checks so far."""
+
+    number: int
+    elapsed_s: float
+    stage: str
+    share: float
+    best: Rig | None
+    value: float | None
+    bound: float | None
+    result: OptimiseResult | None
+
+
+@dataclass(frozen=True)
+class SearchEnd:
+    """End of the search `number`: with a result unless it was stopped or failed, and one line if it failed."""
+
+    number: int
+    result: OptimiseResult | None = None
+    problem: str = ""
+
+
+@dataclass(frozen=True)
+class Spots:
+    """Spots on the skin of the search `number`: points (m, 3), metres."""
+
+    number: int
+    points_m: NDArray[Any]
+
+
+@dataclass(frozen=True)
+class Gains:
+    """Best gain of an addition at each spot of the search `number`, (m,), given a rig."""
+
+    number: int
+    rig: Rig
+    gains: NDArray[Any]
+
+
+Answer = SearchProgress | SearchEnd | Spots | Gains
+
+
+# ---------------------------------------------------------------------- in the window
+class Proposer(QObject):
+    """Owner of the process, which starts with the first request. Every method is called by the interface thread."""
+
+    answered = Signal(object)
+    """An Answer."""
+    failed = Signal(str)
+    """The process ended by itself; the last line that it wrote."""
+
+    def __init__(self, parent: QObject | None = None, program: str = PROGRAM) -> None:
+        super().__init__(parent)
+        self._program = program
+        self._process: subprocess.Popen[bytes] | None = None
+        self._reader: threading.Thread | None = None
+
+    def send(self, message: Message) -> None:
+        """Send a message, to a new process if there is none."""
+        if self._process is None or self._process.poll() is not None:
+            self.end()
+            self._start()
+        assert self._process is not None and self._process.stdin is not None
+        with suppress(BrokenPipeError):  # the reader says why it ended
+            pickle.dump(message, self._process.stdin)
+            self._process.stdin.flush()
+
+    def end(self) -> None:
+        """End the process at once; what it kept is lost."""
+        process, self._process = self._process, None
+        if process is not None and self._reader is not None:
+            process.kill()
+            with process:  # closes the pipes
+                self._reader.join()
+
+    def _start(self) -> None:
+        said = tempfile.TemporaryFile()  # noqa: SIM115 closed by the reader
+        below = getattr(subprocess, "BELOW_NORMAL_PRIORITY_CLASS", 0)  # of Windows alone
+        self._process = subprocess.Popen(
+            [sys.executable, "-c", self._program],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=said,
+            creationflags=below,
+        )
+        self._reader = threading.Thread(target=self._read, args=(self._process, said), daemon=True)
+        self._reader.start()
+
+    def _read(self, process: subprocess.Popen[bytes], said: IO[bytes]) -> None:
+        assert process.stdout is not None
+        with said, suppress(RuntimeError):  # Qt's: the window is gone
+            with suppress(EOFError, pickle.UnpicklingError):
+                while True:
+                    answer = read_answer(process.stdout)
+                    if self._process is process:
+                        self.answered.emit(answer)
+            if self._process is process:
+                said.seek(0)
+                lines = said.read().decode("utf-8", errors="replace").split("\n")
+                last = next((line for line in reversed(lines) if line.strip()), "")
+                self.failed.emit(last or "the search for rigs exited without a message")
+
+
+def read_answer(stream: IO[bytes]) -> Answer:
+    """Read one answer of the process; what stays there is None. Raise EOFError at the end."""
+    answer: Answer = _Unpickler(stream).load()
+    return answer
+
+
+class _Unpickler(pickle.Unpickler):
+    """Reads the answers of the own process: what stays there is None."""
+
+    def persistent_load(self, pid: object) -> None:
+        return None
+
+
+# ---------------------------------------------------------------------- in the process
+def main() -> None:
+    """Serve messages of standard input until it ends."""
+    if hasattr(os, "nice"):
+        os.nice(NICE)
+    sink = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
+    with open(os.devnull, "w") as nowhere:
+        os.dup2(nowhere.fileno(), sys.stdout.fileno())  # only answers go to the window
+    serve(sys.stdin.buffer, sink)
+
+
+def serve(source: IO[bytes], sink: IO[bytes]) -> None:
+    """Serve pickled messages until the source ends."""
+    inbox: queue.SimpleQueue[Message | None] = queue.SimpleQueue()
+
+    def read() -> None:
+        with suppress(EOFError):
+            while True:
+                inbox.put(pickle.load(source))  # by the window, which is the same program
+        inbox.put(None)
+
+    threading.Thread(target=read, daemon=True).start()
+    server = Server(inbox, sink)
+    while server.serve_one():
+        pass
+
+
+class Server:
+    """One search at a time, and the tables that it has made."""
+
+    def __init__(self, inbox: queue.SimpleQueue[Message | None], sink: IO[bytes]) -> None:
+        self._inbox, self._sink = inbox, sink
+        self._next: deque[Message | None] = deque()
+        self._is_paused = self._is_stopped = False
+        self._traffic: tuple[SceneOptions, Traffic] | None = None
+        self._skin: tuple[int, SkinGains] | None = None
+        self._paused_s = 0.0
+
+    def serve_one(self) -> bool:
+        """Serve one message; return False at the end of all."""
+        message = self._next.popleft() if self._next else self._inbox.get()
+        if isinstance(message, ProposalRequest):
+            self._search(message)
+        elif isinstance(message, GainsRequest):
+            self._tell_gains(message)
+        return message is not None
+
+    # ------------------------------------------------------------------ searches
+    def _search(self, request: ProposalRequest) -> None:
+        self._is_stopped, self._paused_s = False, 0.0
+        if request.work != "improve":
+            self._skin = None
+        try:
+            result = self._run(request)
+        except Cancelled:
+            self._tell(SearchEnd(request.number))
+        except InputError as error:
+            self._tell(SearchEnd(request.number, problem=error.text(label_of)))
+        else:
+            self._tell(SearchEnd(request.number, result))
+
+    def _run(self, request: ProposalRequest) -> OptimiseResult | None:
+        from riglens.core.optimise.run import optimise, skin_gains
+
+        problem, begun_s = self._problem(request), time.monotonic()
+
+        def tell(step: Progress) -> None:
+            if step.skin is not None:
+                self._show_skin(request, step.skin)
+            elapsed_s = time.monotonic() - begun_s - self._paused_s
+            parts = step.stage, step.share, step.best, step.value, step.bound, step.result
+            self._tell(SearchProgress(request.number, elapsed_s, *parts))
+
+        if request.work == "skin":
+            self._show_skin(request, _finished(skin_gains(problem, None, self._is_stale), tell))
+            return None
+        return _finished(optimise(problem, None, self._is_stale), tell)
+
+    def _problem(self, request: ProposalRequest) -> Problem:
+        from riglens.core.optimise.mounts import Additions
+        from riglens.core.optimise.results import Problem
+        from riglens.core.optimise.run import improvement
+
+        traffic, options = self._traffic_of(request.scene), request.options
+        if request.work == "improve":
+            return improvement(request.rig, traffic, request.sensor)
+        additions = Additions(options.models, options.count, options.mirrored)
+        return Problem(
+            request.rig, traffic, additions, options.objective, options.frames, blind_m=options.blind_m
+        )
+
+    def _traffic_of(self, scene: SceneOptions) -> Traffic:
+        from riglens.app.evaluation.traffic import load_traffic
+        from riglens.core.targets.traffic import WITHIN_M
+
+        if self._traffic is None or self._traffic[0] != scene:
+            self._traffic = scene, load_traffic(scene, WITHIN_M)
+        return self._traffic[1]
+
+    # ------------------------------------------------------------------ gains
+    def _show_skin(self, request: ProposalRequest, skin: SkinGains) -> None:
+        """Tell the spots of a search for additions, once, and their gains for its rig."""
+        if self._skin is None and request.work != "improve":  # of a move there are no spots for more sensors
+            self._skin = request.number, skin
+            self._tell(Spots(request.number, skin.points_m))
+            self._tell_gains(GainsRequest(request.rig))
+
+    def _tell_gains(self, request: GainsRequest) -> None:
+        if self._skin is not None:
+            number, skin = self._skin
+            self._tell(Gains(number, request.rig, skin.by_spot(skin.gains(request.rig))))
+
+    # ------------------------------------------------------------------ messages
+    def _is_stale(self) -> bool:
+        """Serve what has come in meanwhile, wait while paused, and return whether the search is to end."""
+        begun_s = time.monotonic()
+        while self._is_paused or not self._inbox.empty():
+            message = self._inbox.get()
+            if message in ("pause", "go on"):
+                self._is_paused = message == "pause"
+            elif isinstance(message, GainsRequest):
+                self._tell_gains(message)
+            else:
+                self._is_paused, self._is_stopped = False, True
+                if message != "stop":
+                    self._next.append(message)
+        self._paused_s += time.monotonic() - begun_s
+        return self._is_stopped
+
+    def _tell(self, answer: Answer) -> None:
+        with suppress(BrokenPipeError):
+            _Pickler(self._sink).dump(answer)
+            self._sink.flush()
+
+
+class _Pickler(pickle.Pickler):
+    """Leaves traffic, tables and meshes, which the window has, where they are."""
+
+    def persistent_id(self, obj: object) -> str | None:
+        from riglens.core.optimise.skin import SkinGains
+        from riglens.core.rig.body_mesh import BodyMesh
+        from riglens.core.targets.traffic import Traffic
+
+        return "kept" if isinstance(obj, Traffic | SkinGains | BodyMesh) else None
+
+
+def _finished(steps: Generator[Progress, None, Found], tell: Callable[[Progress], None]) -> Found:
+    """Run steps to their end, and tell each."""
+    while True:
+        try:
+            tell(next(steps))
+        except StopIteration as end:
+            found: Found = end.value
+            return found

@@ -1,0 +1,303 @@
+"""Propose: a search in a process of its own gives what the command gives; its rigs are looked at, compared, applied."""
+
+from __future__ import annotations
+
+import csv
+import io
+import pickle
+import queue
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPointF, Qt
+from PySide6.QtTest import QTest
+from pytestqt.qtbot import QtBot
+
+import riglens as rl
+from riglens.app.background.proposing import (
+    Gains,
+    GainsRequest,
+    ProposalOptions,
+    ProposalRequest,
+    SearchEnd,
+    SearchProgress,
+    Server,
+    Spots,
+    read_answer,
+    serve,
+)
+from riglens.app.evaluation.options import SceneOptions
+from riglens.app.studies.report_figures import WhyHere
+from riglens.app.window.features.propose import DOCK, merged
+from riglens.core.errors import InputError
+from riglens.core.geometry import Pose
+from riglens.core.optimise.objectives import OBJECTIVES as KNOWN
+from riglens.core.optimise.run import finished, improvement
+from riglens.core.rig.yaml.file import load_rig
+from riglens.widgets.panels.propose.shown import OBJECTIVES, front_plot
+from tests.app.window.desk import FullDesk, full_desk
+from tests.app.window_bench import RIG
+from tests.waiting import TIMEOUT_MS
+
+OPTIONS = ProposalOptions(("generic-16",), frames=4)
+
+
+@pytest.fixture(scope="module")
+def town(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Objects around the car in 10 frames."""
+    path, rng = tmp_path_factory.mktemp("town") / "boxes.csv", np.random.default_rng(0)
+    with open(path, "w", newline="") as stream:
+        table = csv.writer(stream)
+        table.writerow(["seq", "frame", "cls", "x", "y", "z", "length", "width", "height", "yaw"])
+        for frame in range(10):
+            for cls, size in (
+                ("car", (4.5, 1.9, 1.6)),
+                ("bicycle", (1.8, 0.6, 1.7)),
+                ("pedestrian", (0.6, 0.6, 1.8)),
+            ):
+                turn = rng.uniform(0.0, 6.28)
+                x, y = rng.uniform(6.0, 30.0) * np.array([np.cos(turn), np.sin(turn)])
+                table.writerow(["s", frame, cls, f"{x:.2f}", f"{y:.2f}", 0.9, *size, 0])
+    return path
+
+
+@pytest.fixture(scope="module")
+def result(town: Path) -> rl.OptimiseResult:
+    """What the Python interface finds with the options."""
+    return rl.optimise(RIG, rl.load_traffic(town), add="generic-16", frames=4, threads=1)
+
+
+@pytest.fixture
+def desk(qtbot: QtBot, town: Path) -> Iterator[FullDesk]:
+    with full_desk(qtbot) as made:
+        made.load()
+        made.session.scene.options = SceneOptions(boxes=town)  # type: ignore[union-attr,misc]
+        made.workbench.window.resize(1200, 800)
+        made.workbench.window.show()
+        made.workbench.docks.bring_up(DOCK)
+        made.qtbot.waitUntil(lambda: bool(made.features.propose.in_sight), timeout=TIMEOUT_MS)
+        panel = made.features.propose.panel
+        panel.show_models(OPTIONS.models)
+        panel.show_frames(OPTIONS.frames)
+        yield made
+
+
+def searched(desk: FullDesk, result: rl.OptimiseResult) -> list[Any]:
+    """Start a search that has this result at once; the messages that were sent."""
+    propose, sent = desk.features.propose, list[Any]()
+    propose.proposer.send = sent.append  # type: ignore[method-assign]
+    desk.qtbot.mouseClick(propose.panel.start, Qt.MouseButton.LeftButton)
+    propose.proposer.answered.emit(SearchEnd(sent[-1].number, result))
+    desk.qtbot.waitUntil(lambda: propose.result is not None, timeout=TIMEOUT_MS)
+    return sent
+
+
+def test_the_objectives_of_the_panel_are_those_of_lidars() -> None:
+    assert all(KNOWN[name].kind == "lidar" for name in OBJECTIVES)
+
+
+def test_the_process_finds_what_the_python_interface_finds(desk: FullDesk, result: rl.OptimiseResult) -> None:
+    propose = desk.features.propose
+    desk.qtbot.mouseClick(propose.panel.start, Qt.MouseButton.LeftButton)
+    assert not propose.panel.start.isEnabled() and propose.panel.stop.isEnabled()
+    desk.qtbot.waitUntil(lambda: propose.panel.start.isEnabled(), timeout=TIMEOUT_MS)
+    assert desk.workbench.errors.message == "" and propose.result is not None
+    assert propose.result.to_dict() == result.to_dict()
+    assert result.sentence() in propose.panel.sentence.text()
+    assert result.best.verdict in propose.panel.verdict.text().lower()
+    assert propose.panel.table.text_of("Proposal 1", "Value") == f"{result.best.value:.4f}"
+    assert propose.panel.checks.text_of("Held-out frames", "Kept") == f"{result.best.guard[0].share:.0%}"
+
+
+def test_a_proposal_is_seen_compared_applied_and_undone(desk: FullDesk, result: rl.OptimiseResult) -> None:
+    searched(desk, result)
+    propose, before = desk.features.propose, desk.document.rig
+    assert propose.why() is None, "the rig has none of them yet"
+    added = result.best.rig.sensors[len(before.sensors) :]
+    table = propose.panel.table
+    propose.panel.table.entered.emit(table.model().index(2, 0))
+    assert desk.viewport.state.ghosts == added
+    propose.panel.hovered.emit("")
+    assert desk.viewport.state.ghosts == ()
+    at = table.visualRect(table.model().index(2, 0)).center()
+    QTest.mouseClick(table.viewport(), Qt.MouseButton.LeftButton, pos=at)
+    assert desk.viewport.state.ghosts == added
+    assert [row.rig.sensors for row in desk.features.compare.rows][-1] == result.best.rig.sensors
+    rows = len(desk.features.compare.rows)
+    QTest.mouseClick(table.viewport(), Qt.MouseButton.LeftButton, pos=at)
+    assert len(desk.features.compare.rows) == rows, "listed once"
+    desk.qtbot.mouseClick(propose.panel.apply, Qt.MouseButton.LeftButton)
+    assert desk.document.rig.sensors == (*before.sensors, *added), "names keep their draws"
+    assert "edited since" in propose.panel.sentence.text()
+    why = WhyHere.model_validate(propose.why())
+    assert why.sensors == [sensor.name for sensor in added] and why.verdict == result.best.verdict
+    desk.qtbot.mouseClick(propose.panel.apply, Qt.MouseButton.LeftButton)
+    assert "already in the rig" in desk.workbench.errors.message
+    desk.act("undo")
+    assert desk.document.rig == before
+
+
+def test_dots_of_the_charts_are_rigs(desk: FullDesk, result: rl.OptimiseResult) -> None:
+    searched(desk, result)
+    plots = desk.features.propose.panel.plots
+    place = QPointF(plots.place_of(1, 2))  # the stair of two pairs
+    QTest.mouseMove(plots, place.toPoint())
+    desk.qtbot.waitUntil(lambda: len(desk.viewport.state.ghosts) == 4, timeout=TIMEOUT_MS)
+    QTest.mouseMove(plots, QPointF(1.0, 1.0).toPoint())
+    desk.qtbot.waitUntil(lambda: desk.viewport.state.ghosts == (), timeout=TIMEOUT_MS)
+
+
+def test_the_front_is_the_rigs_by_unseen_ground(result: rl.OptimiseResult) -> None:
+    assert front_plot(result).dots == (), "it was not asked for"
+    better = replace(result.best, blind_m2=3.0)
+    found = replace(result, before_blind_m2=5.0, proposals=(better,))
+    assert [(dot.key, dot.x) for dot in front_plot(found).dots] == [("", 5.0), ("proposal 1", 3.0)]
+
+
+def test_proposals_are_exported_as_rigs_and_a_table(
+    desk: FullDesk, result: rl.OptimiseResult, tmp_path: Path
+) -> None:
+    searched(desk, result)
+    desk.dialogs.path = tmp_path / "out"
+    desk.qtbot.mouseClick(desk.features.propose.panel.export, Qt.MouseButton.LeftButton)
+    assert load_rig(tmp_path / "out" / "proposal-1.yaml").rig == result.best.rig
+    assert len((tmp_path / "out" / "proposals.csv").read_text().splitlines()) == 1 + len(result.proposals)
+
+
+def test_pause_stop_and_a_process_that_does_not_stop(desk: FullDesk, result: rl.OptimiseResult) -> None:
+    propose, sent, ended = desk.features.propose, list[Any](), list[bool]()
+    panel, click = propose.panel, desk.qtbot.mouseClick
+    propose.proposer.send = sent.append  # type: ignore[method-assign]
+    propose.proposer.end = lambda: ended.append(True)  # type: ignore[method-assign]
+    click(panel.start, Qt.MouseButton.LeftButton)
+    click(panel.pause, Qt.MouseButton.LeftButton)
+    click(panel.pause, Qt.MouseButton.LeftButton)
+    assert sent[1:] == ["pause", "go on"]
+    best = SearchProgress(sent[0].number, 1.0, "searching", 0.0, result.best.rig, 0.5, 0.6, None)
+    propose.proposer.answered.emit(best)
+    desk.qtbot.waitUntil(lambda: "0.600" in panel.sentence.text(), timeout=TIMEOUT_MS)
+    click(panel.stop, Qt.MouseButton.LeftButton)
+    assert sent[-1] == "stop" and ended == []
+    desk.qtbot.waitUntil(lambda: panel.start.isEnabled(), timeout=TIMEOUT_MS)
+    assert ended == [True], "it did not answer"
+    panel.choose("best")
+    click(panel.apply, Qt.MouseButton.LeftButton)
+    assert desk.document.rig.sensors == result.best.rig.sensors, "the best so far stays"
+
+
+def test_a_search_needs_objects_and_a_model(desk: FullDesk) -> None:
+    propose, errors = desk.features.propose, desk.workbench.errors
+    propose.panel.show_models(())
+    desk.qtbot.mouseClick(propose.panel.start, Qt.MouseButton.LeftButton)
+    assert "choose at least one sensor model" in errors.message
+    propose.panel.show_models(OPTIONS.models)
+    desk.session.scene.options = SceneOptions(pog=Path("a.pog"))  # type: ignore[union-attr,misc]
+    desk.qtbot.mouseClick(propose.panel.start, Qt.MouseButton.LeftButton)
+    assert "a stored POG holds no objects" in errors.message
+
+
+def test_changes_are_made_to_the_rig_as_it_is_now() -> None:
+    roof, front = RIG.sensors
+    moved, more = roof.replace(position=(0.0, 0.0, 1.7)), roof.replace(name="more")
+    now = RIG.replace(sensors=(roof, front.replace(position=(1.1, 0.0, 1.4))))
+    assert merged(now, RIG, (moved, more)).sensors == (moved, now.sensors[1], more)
+    with pytest.raises(InputError, match="'roof' is no longer in the rig"):
+        merged(RIG.replace(sensors=(front,)), RIG, (moved,))
+
+
+# ---------------------------------------------------------------------- the process
+def answers(*messages: object) -> list[Any]:
+    """What the process answers to messages that are all there when it looks, at the end of which it ends."""
+    source, sink = io.BytesIO(b"".join(map(pickle.dumps, messages))), io.BytesIO()
+    serve(source, sink)
+    return read(sink)
+
+
+def read(sink: io.BytesIO) -> list[Any]:
+    end, found = sink.tell(), list[Any]()
+    sink.seek(0)
+    while sink.tell() < end:
+        found.append(read_answer(sink))
+    return found
+
+
+def request(number: int, town: Path, **changes: Any) -> ProposalRequest:
+    fields: dict[str, Any] = {"work": "add", "rig": RIG, "options": OPTIONS}
+    return ProposalRequest(number=number, scene=SceneOptions(boxes=town), **(fields | changes))
+
+
+def test_stop_ends_a_search_and_a_newer_one_replaces_it(town: Path) -> None:
+    assert [type(one) for one in answers(request(1, town), "stop")] == [SearchEnd]
+    found = answers(request(1, town), request(2, town, work="skin"))
+    assert [one.number for one in found if isinstance(one, SearchEnd)] == [1, 2]
+
+
+def test_a_problem_is_one_line(town: Path) -> None:
+    (end,) = answers(request(1, town, options=ProposalOptions(("no-such",), frames=4)))
+    assert "no-such" in end.problem and "\n" not in end.problem
+
+
+def test_gains_change_as_a_sensor_moves(town: Path) -> None:
+    roof, front = RIG.sensors
+    low = RIG.replace(sensors=(roof.replace(position=(2.0, 0.0, 0.5)), front))
+    inbox, sink = queue.SimpleQueue[Any](), io.BytesIO()
+    server = Server(inbox, sink)
+    for message in (request(1, town, work="skin"), GainsRequest(low)):
+        inbox.put(message)
+        server.serve_one()
+    first, second = (one for one in read(sink) if isinstance(one, Gains))
+    assert (first.rig, second.rig) == (RIG, low) and len(first.gains) == len(second.gains) > 20
+    assert (first.gains >= 0.0).all() and first.gains.max() > 0.0
+    assert not np.array_equal(first.gains, second.gains)
+
+
+def test_the_car_is_coloured_by_the_gains_of_the_rig_as_it_is(desk: FullDesk) -> None:
+    propose, sent = desk.features.propose, list[Any]()
+    propose.proposer.send = sent.append  # type: ignore[method-assign]
+    propose.panel.skin.click()
+    assert sent[0].work == "skin"
+    number, points = sent[0].number, np.array([[1.0, 0.5, 1.0], [1.0, -0.5, 1.0]])
+    rig = desk.session.working_rig
+    propose.proposer.answered.emit(Spots(number, points))
+    propose.proposer.answered.emit(Gains(number, rig, np.array([0.1, 0.3])))
+    desk.qtbot.waitUntil(lambda: desk.viewport.state.skin_gain is not None, timeout=TIMEOUT_MS)
+    assert desk.viewport.state.skin_gain.values.tolist() == pytest.approx([0.1, 0.3])
+    desk.drag("roof", (0.1, 0.2, 2.0), (0.1, 0.2, 2.1))
+    asked = [one for one in sent if isinstance(one, GainsRequest)]
+    assert [one.rig.sensor("roof").position[2] for one in asked] == [2.0], "one at a time"
+    propose.proposer.answered.emit(Gains(number, asked[0].rig, np.array([0.1, 0.2])))
+    desk.qtbot.waitUntil(
+        lambda: isinstance(sent[-1], GainsRequest) and sent[-1] is not asked[0], timeout=TIMEOUT_MS
+    )
+    assert sent[-1].rig.sensor("roof").position[2] == 2.1, "the last place follows"
+    shown = desk.viewport.state.skin_gain
+    assert shown.values.tolist() == pytest.approx([0.1, 0.2]) and shown.vmax == 0.3, "the scale stays"
+    propose.panel.skin.click()
+    assert desk.viewport.state.skin_gain is None
+
+
+def test_one_sensor_is_improved_and_offered(desk: FullDesk, town: Path) -> None:
+    propose, sent = desk.features.propose, list[Any]()
+    propose.proposer.send = sent.append  # type: ignore[method-assign]
+    desk.document.select("front")
+    assert not desk.is_enabled("improve"), "a camera"
+    desk.document.move({"roof": Pose((0.0, 0.3, 1.5), (0.0, 60.0, 0.0))})
+    before = desk.document.rig
+    desk.document.select("roof")
+    desk.act("improve")
+    assert (sent[0].work, sent[0].sensor) == ("improve", "roof")
+    problem = improvement(before, rl.load_traffic(town), "roof", frames=4)
+    better = finished(problem, 1)
+    assert better.best.value > better.before
+    propose.proposer.answered.emit(SearchEnd(sent[0].number, better))
+    desk.qtbot.waitUntil(lambda: propose.result is not None, timeout=TIMEOUT_MS)
+    (ghost,) = desk.viewport.state.ghosts
+    assert ghost.name == "roof" and ghost == better.best.rig.sensor("roof")
+    desk.qtbot.mouseClick(propose.panel.apply, Qt.MouseButton.LeftButton)
+    assert desk.document.rig.sensor("roof") == ghost and len(desk.document.rig.sensors) == 2
+    desk.act("undo")
+    assert desk.document.rig == before

@@ -1,0 +1,319 @@
+"""Propose panel: what may be added, the search, its proposals, and the checks of their gain."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal
+
+from PySide6.QtCore import QEvent, QObject, Qt, Signal
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QDoubleSpinBox,
+    QGridLayout,
+    QHBoxLayout,
+    QMenu,
+    QProgressBar,
+    QPushButton,
+    QSpinBox,
+    QTabWidget,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from riglens.core.rig.library import default_library
+from riglens.core.sensors.lidar import LIDAR
+from riglens.widgets.panels.controls.scrolled import ElidedLabel
+from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel, plain_tip
+from riglens.widgets.panels.fields.form import ChoiceBox
+from riglens.widgets.panels.figures.table import Figure, FigureTable, Heading
+from riglens.widgets.panels.propose.chart import Plot, Plots
+from riglens.widgets.panels.propose.shown import CHECKS, COLUMNS, NO_SEARCH, OBJECTIVES, Offer, offer_cells
+
+State = Literal["idle", "running", "paused"]
+_COLUMNS, _COLUMN_PX, _TABLES_PX, _BAR_PX = 6, 52, 430, 220
+_ROW_PX, _NAME_PX, _CELL_PX = 22, 150, 56
+SKIN_TIP = "Colour the car by the gain of one more sensor at each place; follows the rig while it is edited."
+
+
+class ProposePanel(QWidget):
+    """Emits requests, and shows what it is given."""
+
+    start_wanted = Signal()
+    pause_wanted = Signal(bool)
+    """Pause the search, or go on with it."""
+    stop_wanted = Signal()
+    skin_wanted = Signal(bool)
+    hovered = Signal(str)
+    """Key of the offer under the mouse, empty for none."""
+    selected = Signal(str)
+    """Key of the offer that is chosen now."""
+    chosen = Signal(str)
+    """Key of the offer that was clicked."""
+    apply_wanted = Signal(str)
+    """Key of the offer to apply."""
+    compare_wanted = Signal(str)
+    export_wanted = Signal()
+
+    def __init__(self, models: Sequence[str], parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        as_panel(self)
+        self._offers: tuple[Offer, ...] = ()
+        self._key = ""
+        self._models, self._model_menu = QToolButton(), QMenu(self)
+        self._count, self._mirrored = QSpinBox(), ChoiceBox()
+        self._objective, self._frames = ChoiceBox(), QSpinBox()
+        self._blind, self._blind_m = QCheckBox("Unseen ground"), QDoubleSpinBox()
+        self.start, self.pause, self.stop = QPushButton("Start"), QPushButton("Pause"), QPushButton("Stop")
+        self.bar, self.skin = QProgressBar(), QCheckBox("Gain on car")
+        self.sentence, self.verdict = ElidedLabel(NO_SEARCH), ElidedLabel()
+        self.plots = Plots()
+        self.table, self.checks = FigureTable("Proposed rigs"), FigureTable("Checks of the gain")
+        self.apply, self.compare = QPushButton("Apply"), QPushButton("Compare")
+        self.export = QPushButton("Export…")
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(MARGIN, SPACING, MARGIN, SPACING)
+        layout.setSpacing(SPACING)
+        head = QHBoxLayout()
+        head.addWidget(self.sentence, 1)
+        head.addWidget(self.bar)
+        layout.addLayout(head)
+        row = QHBoxLayout()
+        row.setSpacing(2 * SPACING)
+        row.addLayout(self._options())
+        row.addWidget(self.plots, 1)
+        row.addWidget(self._tables())
+        layout.addLayout(row, 1)
+        self.show_models(models)
+        self.show_state("idle")
+        self.show_offers(())
+        self.show_checks([], [], "")
+        self.select("")
+
+    # ------------------------------------------------------------------ building
+    def _options(self) -> QGridLayout:
+        self._models.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        self._models.setMenu(self._model_menu)
+        self._models.setToolTip("Library models to choose among.")
+        for maker, entries in default_library().by_maker(LIDAR.name).items():
+            menu = self._model_menu.addMenu(maker)
+            for entry in entries:
+                action = menu.addAction(entry.title)
+                action.setCheckable(True)
+                action.setData(entry.name)
+                action.toggled.connect(lambda _: self._name_models())
+        self._count.setRange(1, 8)
+        self._count.setToolTip("Number of mirror pairs or sensors to add, at most.")
+        for title, value in (("mirror pairs", True), ("sensors", False)):
+            self._mirrored.addItem(title, value)
+        for name, title in OBJECTIVES.items():
+            self._objective.addItem(title, name)
+        self._objective.setToolTip("Figure to maximise.")
+        self._frames.setRange(2, 1000)
+        self._frames.setValue(100)
+        self._frames.setSuffix(" frames")
+        self._frames.setToolTip("Number of frames to choose by; the gain is checked in others.")
+        self._blind_m.setRange(0.05, 2.0)
+        self._blind_m.setSingleStep(0.1)
+        self._blind_m.setValue(0.3)
+        self._blind_m.setSuffix(" m")
+        tip = "Also find the rigs that see an object of this height nearer around the car."
+        for widget in (self._blind, self._blind_m):
+            widget.setToolTip(tip)
+        self.skin.setToolTip(SKIN_TIP)
+        self.skin.toggled.connect(self.skin_wanted)
+        self.start.clicked.connect(lambda: self.start_wanted.emit())
+        self.pause.setCheckable(True)
+        self.pause.clicked.connect(lambda on: self.pause_wanted.emit(on))
+        self.stop.setToolTip("End the search; the best rig so far stays.")
+        self.stop.clicked.connect(lambda: self.stop_wanted.emit())
+        self.bar.setRange(0, 1000)
+        self.bar.setFixedWidth(_BAR_PX)
+        grid = QGridLayout()
+        grid.setHorizontalSpacing(SPACING)
+        grid.setVerticalSpacing(SPACING - 2)
+        rows: tuple[tuple[QWidget, ...], ...] = (
+            (self._count, self._mirrored, self._models),
+            (self._objective, self._frames),
+            (self._blind, self._blind_m, self.skin),
+            (self.start, self.pause, self.stop),
+        )
+        for row, parts in enumerate(rows):
+            span = _COLUMNS // len(parts)
+            for place, part in enumerate(parts):
+                grid.addWidget(part, row, place * span, 1, span)
+                part.setMinimumWidth(span * _COLUMN_PX)
+                part.setMaximumWidth(span * _COLUMN_PX + (span - 1) * SPACING)
+        grid.setRowStretch(len(rows), 1)
+        return grid
+
+    def _tables(self) -> QTabWidget:
+        for label in (self.sentence, self.verdict):
+            label.setTextFormat(Qt.TextFormat.PlainText)
+        self.plots.hovered.connect(self._hover)
+        self.plots.chosen.connect(self.choose)
+        for table in (self.table, self.checks):
+            table.give_titles(_NAME_PX, _ROW_PX, _CELL_PX)
+            table.verticalHeader().setMaximumWidth(_NAME_PX)
+            table.verticalHeader().setTextElideMode(Qt.TextElideMode.ElideRight)
+        self.table.setMouseTracking(True)
+        self.table.entered.connect(lambda index: self._hover(self._offers[index.row()].key))
+        self.table.viewport().installEventFilter(self)
+        self.table.clicked.connect(lambda index: self.choose(self._offers[index.row()].key))
+        self.apply.setToolTip("Add the sensors of the chosen proposal to the rig, as one step.")
+        self.apply.clicked.connect(lambda: self.apply_wanted.emit(self._key))
+        self.compare.setToolTip("Show the chosen proposal next to the rig in the Compare panel.")
+        self.compare.clicked.connect(lambda: self.compare_wanted.emit(self._key))
+        self.export.setToolTip("Write the proposals as rig files, and their figures as a table.")
+        self.export.clicked.connect(lambda: self.export_wanted.emit())
+        buttons, checks = QWidget(), QWidget()
+        line = QHBoxLayout(buttons)
+        line.setContentsMargins(0, 0, 0, 0)
+        line.setSpacing(SPACING - 2)
+        for button in (self.apply, self.compare, self.export):
+            line.addWidget(button)
+        column = QVBoxLayout(checks)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(2)
+        column.addWidget(self.checks, 1)
+        column.addWidget(self.verdict)
+        tabs = QTabWidget()
+        tabs.setDocumentMode(True)
+        tabs.setFixedWidth(_TABLES_PX)
+        tabs.addTab(self.table, "Proposals")
+        tabs.addTab(checks, "Checks")
+        tabs.setCornerWidget(buttons)
+        return tabs
+
+    # ------------------------------------------------------------------ options
+    @property
+    def models(self) -> tuple[str, ...]:
+        """Return the ticked library models."""
+        menus = [action.menu() for action in self._model_menu.actions()]
+        ticked = [
+            action
+            for menu in menus
+            if isinstance(menu, QMenu)
+            for action in menu.actions()
+            if action.isChecked()
+        ]
+        return tuple(str(action.data()) for action in ticked)
+
+    def show_models(self, names: Sequence[str]) -> None:
+        """Tick these library models."""
+        for maker in self._model_menu.actions():
+            menu = maker.menu()
+            assert isinstance(menu, QMenu)
+            for action in menu.actions():
+                action.setChecked(action.data() in names)
+        self._name_models()
+
+    def _name_models(self) -> None:
+        names = self.models
+        words = names[0] if len(names) == 1 else f"{len(names)} models" if names else "Choose models"
+        self._models.setText(words)
+
+    @property
+    def count(self) -> int:
+        """Return how many pairs or sensors may be added."""
+        return self._count.value()
+
+    @property
+    def is_mirrored(self) -> bool:
+        """Return whether sensors come in mirror pairs."""
+        return bool(self._mirrored.currentData())
+
+    @property
+    def objective(self) -> str:
+        """Return the name of the figure to maximise."""
+        return str(self._objective.currentData())
+
+    @property
+    def frames(self) -> int:
+        """Return the number of frames to choose by."""
+        return self._frames.value()
+
+    @property
+    def blind_m(self) -> float | None:
+        """Return the height of the object of the second goal, None without one."""
+        return self._blind_m.value() if self._blind.isChecked() else None
+
+    def show_frames(self, count: int) -> None:
+        """Show the number of frames to choose by."""
+        self._frames.setValue(count)
+
+    def show_blind(self, height_m: float | None) -> None:
+        """Show the height of the object of the second goal, None for no second goal."""
+        self._blind.setChecked(height_m is not None)
+        if height_m is not None:
+            self._blind_m.setValue(height_m)
+
+    # ------------------------------------------------------------------ showing
+    def show_state(self, state: State) -> None:
+        """Show whether a search is running."""
+        self.start.setEnabled(state == "idle")
+        for button in (self.pause, self.stop):
+            button.setEnabled(state != "idle")
+        self.pause.setChecked(state == "paused")
+        self.pause.setText("Go on" if state == "paused" else "Pause")
+        self.bar.setVisible(state != "idle")
+
+    def show_progress(self, stage: str, share: float) -> None:
+        """Show the stage of the search and the share of it that is done."""
+        self.bar.setFormat(stage)
+        self.bar.setValue(round(1000 * share))
+
+    def show_sentence(self, text: str) -> None:
+        """Show a sentence over the charts; its tooltip has all of it."""
+        self.sentence.setText(text)
+        self.sentence.setToolTip(plain_tip(text))
+
+    def show_plots(self, plots: Sequence[Plot]) -> None:
+        """Show these charts."""
+        self.plots.show_plots(plots)
+
+    def show_offers(self, offers: Sequence[Offer]) -> None:
+        """Show the rows of the table."""
+        self._offers = tuple(offers)
+        columns = COLUMNS if any(one.blind_m2 is not None for one in offers) else COLUMNS[:2]
+        cells = [row[: len(columns)] for row in offer_cells(offers)]
+        self.table.figures.show([Heading(one.title) for one in offers], columns, cells)
+        self.export.setEnabled(any(one.key for one in offers))
+
+    def show_checks(self, titles: Sequence[Heading], cells: Sequence[Sequence[Figure]], verdict: str) -> None:
+        """Show the rows of the checks, and what they say."""
+        self.checks.figures.show(titles, CHECKS, cells)
+        self.verdict.setText(verdict)
+        self.verdict.setToolTip(plain_tip(verdict))
+        self.verdict.setVisible(bool(verdict))
+
+    # ------------------------------------------------------------------ hovering and choosing
+    @property
+    def key(self) -> str:
+        """Return the key of the chosen offer, empty for none."""
+        return self._key
+
+    def select(self, key: str) -> None:
+        """Choose an offer without asking for more."""
+        self._key = key
+        self._enable()
+        self.selected.emit(key)
+
+    def choose(self, key: str) -> None:
+        """Choose an offer as a click does."""
+        self.select(key)
+        self.chosen.emit(key)
+
+    def _enable(self) -> None:
+        for button in (self.apply, self.compare):
+            button.setEnabled(bool(self._key))
+
+    def _hover(self, key: str) -> None:
+        self.plots.highlight(key)
+        self.hovered.emit(key)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Note that the mouse leaves the table."""
+        if event.type() == QEvent.Type.Leave:
+            self._hover("")
+        return super().eventFilter(watched, event)

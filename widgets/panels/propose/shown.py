@@ -1,0 +1,176 @@
+"""Charts, rows and words of a search for rigs, from its result."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from riglens.core.rig.model import Rig
+from riglens.core.shown_text import visible
+from riglens.widgets.panels.figures.table import NOTHING, Figure, Heading
+from riglens.widgets.panels.propose.chart import Dot, Line, Plot, Tone
+from riglens.widgets.panels.scores.text import MINUS
+
+if TYPE_CHECKING:  # loads the compiler
+    from riglens.core.optimise.guard import Kept
+    from riglens.core.optimise.results import OptimiseResult
+
+OBJECTIVES = {
+    "on_target": "Hit coverage",
+    "predicted": "Predicted AP",
+    "worst_failure": "Worst single failure",
+}
+"""Titles of the objectives of `riglens optimise --objective` that LiDARs alone decide."""
+SEARCHING, NO_SEARCH = "Follows with the search.", "Choose what to add and press Start."
+_BEST: Tone = "accent"
+_BOUND: Tone = "less"
+Bracket = tuple[float, float | None, float | None]
+"""Seconds since the start, best value so far, and its bound so far."""
+
+
+@dataclass(frozen=True)
+class Offer:
+    """A rig that can be looked at, compared and applied; its value and unseen ground in the frames of choice."""
+
+    key: str
+    title: str
+    rig: Rig
+    value: float | None = None
+    blind_m2: float | None = None
+
+
+def offers_of(found: OptimiseResult) -> list[Offer]:
+    """Return the rows of the table: the rig itself, the reference, and the proposals."""
+    now = Offer("", "Now", found.problem.rig, found.before, found.before_blind_m2)
+    reference = Offer("reference", reference_title(found), found.reference, found.reference_value)
+    rows = [
+        Offer(f"proposal {number}", f"Proposal {number}", one.rig, one.value, one.blind_m2)
+        for number, one in enumerate(found.proposals, 1)
+    ]
+    return [now, reference, *rows]
+
+
+def reference_title(found: OptimiseResult) -> str:
+    """Return what gains refer to: another rig, or the same with mounts chosen by hand."""
+    name = found.reference.name.removeprefix(f"{found.problem.rig.name}, ")
+    return visible(name[0].upper() + name[1:])
+
+
+def stairs_of(found: OptimiseResult) -> list[Offer]:
+    """Return the best rig of each number of additions."""
+    what = (
+        "mirror pairs"
+        if found.problem.additions is not None and found.problem.additions.mirrored
+        else "sensors"
+    )
+    return [
+        Offer(f"stair {one.count}", f"Best with {one.count} {what}", one.rig, one.value)
+        for one in found.stairs
+        if one.count
+    ]
+
+
+# ---------------------------------------------------------------------- charts
+def bracket_plot(history: Sequence[Bracket]) -> Plot:
+    """Best value and bound over time, which close in on each other."""
+    best = tuple((s, value) for s, value, _ in history if value is not None)
+    bound = tuple((s, high) for s, _, high in history if high is not None)
+    lines = [Line(points, tone) for points, tone in ((best, _BEST), (bound, _BOUND)) if points]
+    return Plot("Best so far and bound", "s", tuple(lines), empty=SEARCHING)
+
+
+def stairs_plot(found: OptimiseResult | None) -> Plot:
+    """Best value by number of additions; the rig itself is the level at the left."""
+    title = "Best by number added"
+    if found is None:
+        return Plot(title, "added", empty=SEARCHING)
+    base = found.stairs[0].value
+    dots = [Dot(0.0, base, f"Now: {base:.4f}")]
+    for count, one in zip((one.count for one in found.stairs if one.count), stairs_of(found), strict=True):
+        assert one.value is not None
+        dots.append(Dot(count, one.value, f"{one.title}: {one.value:.4f}", one.key))
+    level = Line(((0.0, base), (float(found.stairs[-1].count), base)), "muted")
+    return Plot(title, "added", (level, Line(tuple((dot.x, dot.y) for dot in dots))), tuple(dots))
+
+
+def front_plot(found: OptimiseResult | None) -> Plot:
+    """Value against unseen ground: none of the proposals is better than another in both."""
+    title = "Value against unseen ground"
+    if found is None or found.before_blind_m2 is None:
+        return Plot(title, "m²", empty=SEARCHING)
+    dots = [
+        Dot(one.blind_m2, one.value, f"{one.title}: {one.value:.4f}, {one.blind_m2:.1f} m² unseen", one.key)
+        for one in offers_of(found)
+        if one.blind_m2 is not None and one.value is not None
+    ]
+    front = sorted((dot.x, dot.y) for dot in dots if dot.key)
+    return Plot(title, "m²", (Line(tuple(front)),) if front else (), tuple(dots))
+
+
+# ---------------------------------------------------------------------- tables
+COLUMNS = (
+    Heading("Value", "Objective in the frames of choice."),
+    Heading("Change", "Difference from the rig as it is, in the frames of choice."),
+    Heading("Unseen", "Ground near the car where the object is in no sensor's view."),
+)
+CHECKS = (
+    Heading("Gain", "Gain over the reference, in the frames of the case."),
+    Heading("± 1 SE", "Standard error of the gain, paired by frame."),
+    Heading("Kept", "Share of the gain in the frames of choice."),
+)
+
+
+def signed(value: float) -> str:
+    """A difference with its sign."""
+    return f"{value:+.4f}".replace("-", MINUS)
+
+
+def offer_cells(offers: Sequence[Offer]) -> list[tuple[Figure, ...]]:
+    """Return the cells of the proposals."""
+    base = offers[0].value if offers else None
+    rows = list[tuple[Figure, ...]]()
+    for one in offers:
+        change = None if one.value is None or base is None or not one.key else one.value - base
+        rows.append(
+            (
+                NOTHING if one.value is None else Figure(f"{one.value:.4f}", (one.value,)),
+                NOTHING
+                if change is None
+                else Figure(signed(change), (change,), tone="more" if change > 0.0 else "text"),
+                NOTHING if one.blind_m2 is None else Figure(f"{one.blind_m2:.1f} m²", (one.blind_m2,)),
+            )
+        )
+    return rows
+
+
+def check_cells(
+    kept: Sequence[Kept], in_sample: float | None
+) -> tuple[list[Heading], list[tuple[Figure, ...]]]:
+    """Return titles and cells of the checks, the frames of choice first."""
+    titles = [Heading("Frames of choice")] if in_sample is not None else []
+    cells = list[tuple[Figure, ...]]()
+    if in_sample is not None:
+        cells.append((Figure(signed(in_sample)), NOTHING, NOTHING))
+    for one in kept:
+        titles.append(Heading(one.case[0].upper() + one.case[1:]))
+        weak = one.share < 0.5
+        share = Figure(f"{one.share:.0%}", (one.share,), tone="less" if weak else "text", bar=one.share)
+        cells.append((Figure(signed(one.gain), (one.gain,)), Figure(f"{one.se:.4f}", (one.se,)), share))
+    return titles, cells
+
+
+# ---------------------------------------------------------------------- words
+def sentence_of(found: OptimiseResult) -> str:
+    """Return the values and the bound as a sentence."""
+    title = found.problem.goal.title
+    values = f"{title[0].upper()}{title[1:]} {found.before:.3f} now, {found.best.value:.3f} proposed"
+    return f"{values} (in the {found.problem.frames} frames of choice): {found.sentence()}."
+
+
+def verdict_of(found: OptimiseResult) -> str:
+    """Return what the checks say about the gain over the reference."""
+    weak = ", ".join(f"{one.case} ({one.share:.0%})" for one in found.best.weak)
+    word = found.best.verdict
+    against = f"{word[0].upper()}{word[1:]}: gain over {visible(found.reference.name)}."
+    return f"{against} Less than half is left with: {weak}." if weak else against
