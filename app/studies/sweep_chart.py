@@ -90,11 +90,9 @@ def _draw_map(figure: Figure, axes: Axes, table: Table, header: dict[str, Any], 
         order = np.lexsort((x, y))
         shaped = value[order].reshape(len(ys), len(xs))
         drawn: ScalarMappable = axes.pcolormesh(xs, ys, shaped, shading="nearest", cmap="viridis")
-        hatched = np.ma.masked_where(~near[order].reshape(shaped.shape), np.zeros_like(shaped))
-        axes.pcolor(xs, ys, hatched, shading="nearest", hatch="//", alpha=0.0, edgecolor=INK)
     else:
         drawn = axes.scatter(x, y, c=value, cmap="viridis", s=22)
-        axes.scatter(x[near], y[near], s=60, facecolors="none", edgecolors=INK)
+    axes.scatter(x[near], y[near], s=60, facecolors="none", edgecolors="#e11d48", linewidths=1.6)
     figure.colorbar(drawn, ax=axes, location="bottom", shrink=0.9)
     axes.set_xlabel(_title(x_name, x_unit), color=INK)
     axes.set_ylabel(_title(y_name, y_unit), color=INK)

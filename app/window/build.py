@@ -38,6 +38,7 @@ from riglens.app.window.features.scene_data import SceneData
 from riglens.app.window.features.scores import ScoresShown
 from riglens.app.window.features.sensors import LibraryPanel, Locks, Placing, Sensors
 from riglens.app.window.features.standing import Standing
+from riglens.app.window.features.sweep_field import SweepField
 from riglens.app.window.features.target_maps import TargetMaps
 from riglens.app.window.features.targets import Targets
 from riglens.app.window.features.tolerance import Tolerance
@@ -80,6 +81,7 @@ class Features(NamedTuple):
     card: CardShown
     marginals: Marginals
     tolerance: Tolerance
+    sweep_field: SweepField
     frame: FrameView
     pick: Pick
     measure: Measure
@@ -148,6 +150,7 @@ def build_features(bench: Workbench) -> Features:
         card=CardShown(bench),
         marginals=Marginals(bench, targets),
         tolerance=Tolerance(bench, targets),
+        sweep_field=SweepField(bench, targets),
         frame=(frame := FrameView(bench, targets)),
         pick=Pick(bench, frame),
         measure=Measure(bench),

@@ -102,6 +102,15 @@ def fields_called(rig: Rig, names: Sequence[str]) -> tuple[RigField, ...]:
     return found
 
 
+def value_of(rig: Rig, field: RigField) -> float:
+    """Return the number in a rig."""
+    item: Any = rig.vehicle if field.sensor is None else rig.sensor(field.sensor)
+    for step in field.path:
+        item = item[step] if isinstance(step, int) else getattr(item, step)
+    number: float = item
+    return number
+
+
 def with_values(rig: Rig, values: Mapping[RigField, float]) -> Rig:
     """Return the rig with some numbers changed, mirror pairs in step; raise InputError where one does not fit."""
     changed = rig

@@ -44,7 +44,8 @@ class Sweeper:
     """Computes rows; only the sensors that differ from the rig before are cast. For one thread.
 
     `reference` is the rig that changes are measured against, object by object, so that the luck of the sample is mostly
-    the same on both sides."""
+    the same on both sides. `is_serial`: for a thread that must not call parallel kernels; for hits on objects alone.
+    """
 
     def __init__(
         self,
@@ -53,10 +54,11 @@ class Sweeper:
         field: EntropyField | None,
         traffic: Traffic | None,
         threads: int | None = None,
+        is_serial: bool = False,
     ) -> None:
         self._figures, self._reference, self._threads = figures, reference, threads
         self._engine = None if field is None else Engine(field, threads)
-        self._targets = None if traffic is None else TargetEngine(traffic, threads)
+        self._targets = None if traffic is None else TargetEngine(traffic, threads, is_serial)
         self._blind: tuple[Vehicle, BlindEngine] | None = None
 
     def row(self, rig: Rig) -> Row:

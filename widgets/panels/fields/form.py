@@ -129,9 +129,13 @@ class Form(QWidget):
             self.add_problem_line()
         self._grid.setRowStretch(self._grid.rowCount(), 1)
 
-    def bind_edit(self, edit: ValueEdit[Any], read: Read, write: Write, name: str) -> None:
-        """Connect a line edit with one value of the subject; `name` is the object name that finds it."""
+    def bind_edit(
+        self, edit: ValueEdit[Any], read: Read, write: Write, name: str, path: Path | None = None
+    ) -> None:
+        """Connect a line edit with one value of the subject, at a path if it is a field; `name` is the object name that
+        finds it."""
         edit.setObjectName(name)
+        edit.path = path
         self._bindings.append(_Binding(edit, read, edit.set_value, edit.set_mixed))
         edit.edited.connect(lambda value: self._try(edit, write, value))
         edit.refused.connect(lambda reason: self._refuse(edit, reason))

@@ -216,7 +216,7 @@ class ModelRows:
                 raise ValueError(f"is specified differently: choose '{way.title}' for all first")
             return setter(subject, value)
 
-        self._form.bind_edit(edit, shown, changed, name)
+        self._form.bind_edit(edit, shown, changed, name, path)
 
     def _row(self, title: str, widgets: Sequence[QWidget], tip: str) -> QWidget:
         if self._is_shared:

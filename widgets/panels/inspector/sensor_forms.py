@@ -143,7 +143,8 @@ class SensorForm(Form):
             self.add_row(axis, [along, caption, about], POSE_TIP)
             for edit, name, field in ((along, axis, "position"), (about, angle, "rpy_deg")):
                 edit.setAccessibleName(name)
-                self.bind_edit(edit, read((field, place)), write((field, place)), name)
+                path = (field, place)
+                self.bind_edit(edit, read(path), write(path), name, path)
                 self.share(edit)
             positions.append(along)
             angles.append(about)

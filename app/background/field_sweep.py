@@ -1,0 +1,45 @@
+"""Compute the curve of one field of the rig in a thread of its own, with serial kernels, point by point."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from riglens.app.background.worker import Context
+from riglens.core.rig.model import Rig
+from riglens.core.targets.settings import TargetSettings
+
+if TYPE_CHECKING:  # loads the compiler
+    from riglens.core.sweep.curve import CurvePoint
+    from riglens.core.sweep.fields import RigField
+    from riglens.core.targets.traffic import Traffic
+
+
+@dataclass(frozen=True, eq=False)
+class FieldRequest:
+    """A field of a rig, and the objects to count on."""
+
+    rig: Rig
+    field: RigField
+    settings: TargetSettings
+    traffic: Traffic
+
+
+Curve = tuple["CurvePoint", ...]
+"""The points that are known so far, and the number of all."""
+
+
+def field_curve(request: FieldRequest, context: Context[Curve]) -> Curve:
+    """Return the curve of a field; publishes it point by point."""
+    from riglens.core.sweep.curve import FRAMES, curve, nearby_values
+    from riglens.core.sweep.rows import Figures, Sweeper
+
+    rig, values = request.rig, nearby_values(request.rig, request.field)
+    figures = Figures(None, request.settings, FRAMES)
+    sweeper = Sweeper(figures, rig, None, request.traffic, is_serial=True)
+    found: Curve = ()
+    for point in curve(rig, request.field, values, sweeper):
+        found = (*found, point)
+        context.report(len(found) / len(values))
+        context.publish(found)
+    return found

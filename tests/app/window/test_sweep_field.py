@@ -1,0 +1,148 @@
+"""Sweep this field: an entry where it makes sense, a curve that follows the latest field, a value by a click."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QWidget
+
+from riglens.app.background.field_sweep import field_curve
+from riglens.app.background.worker import BackgroundWorker
+from riglens.app.window.features.follow import Follow
+from riglens.app.window.features.sweep_field import ENTRY, SweepField
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.sweep.curve import CurvePoint
+from riglens.widgets.panels.fields.edits import NumberEdit
+from riglens.widgets.panels.fields.quantity import METRES
+from riglens.widgets.panels.inspector.field_curve import FieldCurve
+from tests.app.window.desk import open_desk
+
+
+class FakeMaker(BackgroundWorker):
+    """Takes note of what it is asked, and answers nothing: a test sends its signals."""
+
+    def __init__(self) -> None:
+        super().__init__("sweep", field_curve)
+        self.requests = []
+        self.drops = 0
+
+    def ask(self, request) -> None:
+        self.requests.append(request)
+
+    def drop(self) -> None:
+        self.drops += 1
+
+
+@pytest.fixture
+def desk(qtbot):
+    made = open_desk(qtbot)
+    Follow(made.workbench).show_all()
+    made.workbench.answers.ask()
+    made.load()
+    yield made
+    made.workbench.closing.emit()
+
+
+@pytest.fixture
+def targets(desk):
+    """A feature that has counted."""
+    traffic = SimpleNamespace(frames=2500)
+    return SimpleNamespace(
+        answer=SimpleNamespace(request=SimpleNamespace(scene=desk.session.scene), traffic=traffic)
+    )
+
+
+@pytest.fixture
+def feature(desk, targets):
+    desk.workbench.window.show()
+    return SweepField(desk.workbench, targets, FakeMaker())
+
+
+def field(desk, name) -> NumberEdit:
+    """A number field of the sensor that is selected."""
+    found = desk.workbench.panels.inspector.form.findChild(NumberEdit, name)
+    assert found is not None
+    return found
+
+
+def entry(feature, edit):
+    (found,) = (action for action in feature.menu_of(edit).actions() if action.text() == ENTRY)
+    return found
+
+
+def points(*values):
+    return tuple(
+        CurvePoint(v, {name: (0.01 * v * (n + 1), 0.002) for n, name in enumerate(CLASSES)}) for v in values
+    )
+
+
+def test_a_click_on_a_point_sets_the_value_in_one_step(desk, feature):
+    name = (
+        desk.session.rig.sensors[0].name
+        if hasattr(desk.session, "rig")
+        else desk.session.document.rig.sensors[0].name
+    )
+    document = desk.session.document
+    document.select(name)
+    edit = field(desk, "z")
+    entry(feature, edit).trigger()
+    (request,) = feature.maker.requests
+    assert request.field.sensor == name and request.field.path == ("position", 2)
+    assert feature.curve.isVisible()
+    known = points(1.0, 1.5, 2.0)
+    feature._take(request, known[:2])
+    feature._take(request, known)
+    before = document.rig
+    QTest.mouseClick(feature.curve, Qt.MouseButton.LeftButton, pos=feature.curve.place_of(1).toPoint())
+    assert document.rig.sensor(name).position[2] == 1.5 and not feature.curve.isVisible()
+    assert feature.maker.drops == 1
+    document.undo()
+    assert document.rig == before
+
+
+def test_only_the_latest_field_is_shown(desk, feature):
+    document = desk.session.document
+    document.select(document.rig.sensors[0].name)
+    feature.sweep(field(desk, "z"))
+    feature.sweep(field(desk, "yaw"))
+    first, second = feature.maker.requests
+    feature._take(first, points(1.0, 2.0))
+    assert feature.curve.note == "computing"
+    feature._take(second, points(1.0, 2.0))
+    assert "hit coverage" in feature.curve.note and second.field.path == ("rpy_deg", 2)
+
+
+def test_there_is_no_sweep_without_a_value_or_objects(desk, feature, targets):
+    document = desk.session.document
+    names = [sensor.name for sensor in document.rig.sensors]
+    document.select(names[0])
+    edit = field(desk, "z")
+    assert entry(feature, edit).isEnabled()
+    known, targets.answer = targets.answer, None
+    assert not entry(feature, edit).isEnabled()
+    targets.answer = known
+    edit.setEnabled(False)  # as of a sensor that is locked
+    assert not entry(feature, edit).isEnabled()
+    edit.setEnabled(True)
+    document.choose(tuple(names[:2]))
+    assert not entry(feature, field(desk, "z")).isEnabled()
+
+
+def test_the_keys_move_along_the_curve(qtbot):
+    parent = QWidget()
+    qtbot.addWidget(parent)
+    parent.show()
+    curve, chosen = FieldCurve(parent), []
+    curve.chosen.connect(chosen.append)
+    curve.open_at(parent, "top: z", 1.5, METRES)
+    curve.show_points(points(1.0, 1.5, 2.0), "done")
+    QTest.keyClick(curve, Qt.Key.Key_Right)
+    assert curve.note.startswith("2") and "car +2.0" in curve.note
+    QTest.keyClick(curve, Qt.Key.Key_Return)
+    assert chosen == [2.0] and not curve.isVisible()
+    curve.open_at(parent, "top: z", 1.5, METRES)
+    QTest.keyClick(curve, Qt.Key.Key_Escape)
+    assert not curve.isVisible() and chosen == [2.0]

@@ -1,0 +1,61 @@
+"""The curve of a field: values near its own, and the changes that the counts of each rig show."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from riglens.core.scene.boxes import CLASSES, DataReport
+from riglens.core.sweep.curve import POINTS, curve, nearby_values
+from riglens.core.sweep.fields import field_called, with_values
+from riglens.core.sweep.rows import Figures, Sweeper
+from riglens.core.targets.engine import TargetEngine
+from riglens.core.targets.settings import USUAL
+from riglens.core.targets.traffic import traffic_of
+from tests.core.sweep.test_fields import RIG
+
+
+@pytest.fixture(scope="module")
+def traffic():
+    """Objects of all classes in 12 frames."""
+    rng, count = np.random.default_rng(1), 36
+    turn, far = rng.uniform(0.0, 2.0 * np.pi, count), rng.uniform(5.0, 25.0, count)
+    centres = np.column_stack([far * np.cos(turn), far * np.sin(turn), np.full(count, 0.8)])
+    frames, classes = np.repeat(np.arange(12), 3), np.tile(np.arange(3, dtype=np.uint8), 12)
+    data = DataReport("random", 12, dict.fromkeys(CLASSES, 12))
+    return traffic_of(
+        data, frames, classes, centres, np.full((count, 3), 1.5), np.tile(np.eye(3), (count, 1, 1))
+    )
+
+
+@pytest.mark.parametrize("name", ["top.z", "top.yaw", "front.yaw"])
+def test_changes_are_those_of_counts_from_scratch(traffic, name):
+    far = with_values(RIG, {field_called(RIG, "front.hfov_deg"): 30.0})
+    field = field_called(far, name)
+    sweeper = Sweeper(Figures(None, USUAL, 8), far, None, traffic, is_serial=True)
+    values = nearby_values(far, field)[::5]
+    points = list(curve(far, field, values, sweeper))
+    assert tuple(point.value for point in points) == values
+
+    def figures(rig):
+        rows = TargetEngine(traffic, 1).evaluate(rig, USUAL, 8).classes
+        return {
+            c: rows[c].total.share_25px if name.startswith("front") else rows[c].total.on_target
+            for c in CLASSES
+        }
+
+    before = figures(far)
+    for value, changes in points:
+        after = figures(with_values(far, {field: value}))
+        assert {c: changes[c][0] for c in CLASSES} == {c: after[c].value - before[c].value for c in CLASSES}
+    assert len({point.changes["car"] for point in points}) > 1
+
+
+def test_values_lie_around_that_of_the_rig_and_fit():
+    values = nearby_values(RIG, field_called(RIG, "top.z"))
+    assert len(values) == POINTS and 1.9 in values and values[0] == 1.4 and values[-1] == 2.4
+    counts = nearby_values(RIG, field_called(RIG, "top.elevations_deg.count"))
+    assert (
+        counts == tuple(range(8, 25)) and nearby_values(RIG, field_called(RIG, "front.hfov_deg"))[0] == 75.0
+    )
+    assert min(nearby_values(RIG, field_called(RIG, "top.range_m.0"))) >= 0.0
