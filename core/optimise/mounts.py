@@ -37,7 +37,7 @@ SKIN = ("paint", "panel", "trim")
 LEVELS_DEG = (0.0, 8.0, 15.0)
 """Outward tilts of added sensors."""
 TURNS_DEG = (-8.0, 0.0, 8.0, 15.0)
-"""How much further outwards a moved sensor may lean."""
+"""Further outward lean of moved sensors."""
 USUAL_RULES = MountLimits(height_m=(0.4, 100.0), spacing_m=0.25)
 """Our choice: dirt and kerbs below, housings side by side."""
 _SAMPLES_A_M2 = 4000.0

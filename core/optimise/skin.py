@@ -17,7 +17,7 @@ Doubles = NDArray[np.float64]
 
 
 class SkinGains:
-    """What each candidate would add to a rig, whatever the rig: only sensors that changed since the last one are cast.
+    """Gains of candidates for any rig: only sensors that changed since the last rig are cast.
 
     points_m, normals (m, 3): the spots of the candidates, those on the left first, then their images where candidates
     are pairs.
