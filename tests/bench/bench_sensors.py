@@ -44,6 +44,9 @@ KINDS = (
     Kind("solid-state sector", "robosense-m1", 4.0, 2.0),
     Kind("sector with offsets", "hesai-at128", 2.0, 2.0),
     Kind("hemisphere", "robosense-bpearl", 1.8, 1.8),
+    Kind("scan pattern", "livox-avia-pattern", 1.8, 1.8),
+    Kind("radar", "generic-corner-radar", 1.0, 1.0),
+    Kind("ultrasonic", "generic-ultrasonic", 1.0, 1.0),
     Kind("distorted camera", "pandaset-wide", 2.0, 2.0),
     Kind("distorted camera, native", "pandaset-wide", 20.0, 20.0),
 )

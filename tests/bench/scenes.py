@@ -23,7 +23,7 @@ from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import Pog, build_pog
 from riglens.core.scene.readers.bundled import bundled_source
-from riglens.core.sensing.rays import sensor_rays
+from riglens.core.sensing.rays import farthest_m, sensor_rays
 from tests.bench.yardsticks import PlainDda
 
 THREADS = 2
@@ -144,7 +144,7 @@ def grid_rays(scene: Scene, sensor: Sensor) -> GridRays:
 def reach_of(scene: Scene, sensor: Sensor) -> tuple[float, float]:
     """From where to where a sensor's rays go, in voxels; without end where they leave the grid before it."""
     grid = scene.field.grid
-    near, far = (limit / grid.voxel_m for limit in sensor.range_m)
+    near, far = (limit / grid.voxel_m for limit in (sensor.range_m[0], farthest_m(sensor)))
     place, shape = np.array(grid.to_grid(sensor.position)), np.array(grid.shape)
     farthest = float(np.linalg.norm(np.maximum(np.abs(place), np.abs(shape - place))))
     return near, far if far < farthest else math.inf
@@ -169,9 +169,10 @@ def models() -> Library:
 
 
 def with_model(model: str, pose: str) -> tuple[Rig, str]:
-    """W+T with a model of the library in the place of its first LiDAR or camera, turned by `POSES_DEG`; its name."""
+    """W+T with a model of the library in the place of its first sensor of that kind, or its first LiDAR, turned by
+    `POSES_DEG`; its name."""
     entry, rig = models().entry(model), wide_trapezoid()
-    name = names_of(rig, entry.kind)[0]
+    name = (names_of(rig, entry.kind) or names_of(rig, "lidar"))[0]
     place = Pose(position_m=rig.sensor(name).position, rpy_deg=POSES_DEG[pose])
     return rig.with_sensor(name, entry.sensor(name, place)), name
 
