@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from riglens.arguments import StrPath
-from riglens.core.optimise.mounts import LEVELS_DEG, USUAL_RULES, Additions, moves_of
+from riglens.core.optimise.mounts import LEVELS_DEG, TURNS_DEG, USUAL_RULES, Additions, moves_of
 from riglens.core.optimise.results import OptimiseResult, Problem
 from riglens.core.optimise.run import finished
 from riglens.core.optimise.weights import Weights
@@ -39,7 +39,7 @@ def optimise(
     limits: MountLimits = USUAL_RULES,
     spots_m: float = 0.2,
     box_m: tuple[tuple[float, float], ...] | None = None,
-    tilts_deg: Sequence[float] = LEVELS_DEG,
+    tilts_deg: Sequence[float] | None = None,
     frames: int = 100,
     held_out: int = 1000,
     seed: int = 0,
@@ -73,7 +73,8 @@ def optimise(
     cost, budget
         Cost of a sensor by model, 1 by default, and the most that all added ones may cost.
     limits, spots_m, tilts_deg
-        Rules that every mount keeps, distance between neighbouring mounts, and how far sensors may lean outwards.
+        Rules that every mount keeps, distance between neighbouring mounts, and how far sensors may lean outwards, moved
+        ones further than now.
     box_m
         From and to along x, y and z, where sensors stand in the air instead of on the skin.
     frames, held_out, seed
@@ -94,6 +95,7 @@ def optimise(
     Raises InputError when nothing can be added, or a number is out of its range.
     """
     models = (add,) if isinstance(add, str) else tuple(add)
+    tilts, turns = (LEVELS_DEG, TURNS_DEG) if tilts_deg is None else (tuple(tilts_deg),) * 2
     additions = Additions(
         models, count, mirrored, cost or {}, budget, limits, spots_m, tuple(tilts_deg), box_m
     )
@@ -105,7 +107,7 @@ def optimise(
     rings = {ring: weight for ring, weight in (weights or {}).items() if not isinstance(ring, str)}
     problem = Problem(
         rig, traffic, additions, objective, frames, held_out, seed, against, blind_m,
-        moves_of(radius_m, exchange or {}), Weights(by_class, rings), floors or {},
+        moves_of(radius_m, exchange or {}, turns), Weights(by_class, rings), floors or {},
         None if scene is None else scene.field, checks=checks or {},
     )  # fmt: skip
     return finished(problem, threads, progress)

@@ -110,9 +110,13 @@ class Move:
         return tuple(sorted((s for s in rig.sensors if s.name in names), key=lambda one: -one.position[1]))
 
 
-def moves_of(radius_m: Mapping[str, float], models: Mapping[str, Sequence[str]]) -> tuple[Move, ...]:
+def moves_of(
+    radius_m: Mapping[str, float],
+    models: Mapping[str, Sequence[str]],
+    tilts_deg: tuple[float, ...] = TURNS_DEG,
+) -> tuple[Move, ...]:
     """Return the moves of sensors by how far they may go, and by what they may be exchanged for."""
-    found = [Move(name, far, tuple(models.get(name, ()))) for name, far in radius_m.items()]
+    found = [Move(name, far, tuple(models.get(name, ())), tilts_deg) for name, far in radius_m.items()]
     return (*found, *(Move(n, 0.0, tuple(m), (0.0,)) for n, m in models.items() if n not in radius_m))
 
 

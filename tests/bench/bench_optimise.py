@@ -1,0 +1,73 @@
+"""Proposals: the first one, all mounts of a sedan's skin, and one sweep of gains while a sensor is dragged."""
+
+from __future__ import annotations
+
+import time
+from statistics import median
+
+import numpy as np
+
+from riglens.core.optimise.mounts import Additions
+from riglens.core.optimise.results import Problem
+from riglens.core.optimise.run import CASTING, optimise, skin_gains
+from riglens.core.optimise.skin import SkinGains
+from riglens.core.rig.model import Rig
+from riglens.core.rig.presets import preset
+from riglens.core.scene.readers.bundled import bundled_source
+from riglens.core.targets.traffic import Traffic, read_traffic
+from tests.bench.bars import Bar
+from tests.bench.scenes import moved
+
+THREADS, FRAMES = 2, 50
+SKIN = Additions(("generic-16",), 4, mirrored=False, spots_m=0.14)
+"""About 700 mounts of 16 x 360 rays."""
+FIRST_S, ALL_S, SWEEP_MS = 3.0, 10.0, 40.0
+
+
+def _traffic() -> Traffic:
+    return read_traffic(bundled_source())
+
+
+def test_first_proposal(bars: list[Bar], rounds: int) -> None:
+    problem = Problem(preset("nuScenes car"), _traffic(), SKIN, frames=FRAMES)
+    for step in optimise(problem, THREADS):  # compiles
+        if step.best is not None:
+            break
+    times = []
+    for _ in range(min(rounds, 3)):
+        start = time.perf_counter()
+        for step in optimise(problem, THREADS):
+            if step.best is not None:
+                break
+        times.append(time.perf_counter() - start)
+    assert step.stage == CASTING
+    bars.append(
+        _bar("a first proposal of four LiDARs on the nuScenes car, from its start", median(times), FIRST_S)
+    )
+
+
+def test_all_mounts_and_a_sweep_of_their_gains(bars: list[Bar], rounds: int) -> None:
+    problem = Problem(Rig(), _traffic(), SKIN, frames=FRAMES)
+    steps, start = skin_gains(problem, THREADS), time.perf_counter()
+    while True:
+        try:
+            next(steps)
+        except StopIteration as end:
+            skin: SkinGains = end.value
+            break
+    taken, count = time.perf_counter() - start, len(skin.candidates)
+    bars.append(_bar(f"{count} mounts of 16 x 360 rays in {FRAMES} frames", taken, ALL_S))
+    rig = Rig(sensors=tuple(skin.candidates[number].sensors[0] for number in (0, count // 2)))
+    times = []
+    for number in range(rounds + 1):
+        rig = rig.with_sensor(rig.sensors[0].name, moved(rig.sensors[0], number))
+        start = time.perf_counter()
+        gains = skin.gains(rig)
+        times.append(time.perf_counter() - start)
+    assert np.isfinite(gains).all()
+    work = f"gains of {count} mounts while a LiDAR is dragged, its casting counted"
+    bars.append(_bar(work, median(times[1:]), SWEEP_MS / 1e3))
+
+
+def _bar(work: str, taken_s: float, budget_s: float) -> Bar:
+    return Bar("optimise", work, taken_s * 1e3, budget_s * 1e3, taken_s / budget_s, 1.0, "lower")
