@@ -111,7 +111,7 @@ def add_panels(bench: Workbench) -> None:
     docks.add("Inspector", panels.inspector, AREA.RightDockWidgetArea)
     docks.add("Scene", scrolled(panels.scene), AREA.RightDockWidgetArea, beside="Inspector")
     docks.add("Scores", panels.scores, AREA.BottomDockWidgetArea)
-    docks.add("Checks", scrolled(panels.checks), AREA.BottomDockWidgetArea, beside="Scores")
+    docks.add("Checks", panels.checks, AREA.BottomDockWidgetArea, beside="Scores")
 
 
 def build_features(bench: Workbench) -> Features:

@@ -1,10 +1,11 @@
-"""The checks of a rig: a list of them, and the page of the chosen one."""
+"""The checks of a rig: a list of them, and the page of the chosen one, which scrolls by itself where it has to."""
 
 from __future__ import annotations
 
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QHBoxLayout, QListWidget, QStackedWidget, QWidget
 
+from riglens.widgets.panels.controls.scrolled import scrolled
 from riglens.widgets.panels.controls.style import as_panel
 
 _MARGIN_PX = 24
@@ -19,6 +20,7 @@ class ChecksPanel(QWidget):
         super().__init__(parent)
         as_panel(self)
         self.names, self._pages = QListWidget(), QStackedWidget()
+        self._order: list[QWidget] = []
         self.names.setObjectName("checks")
         self.names.currentRowChanged.connect(self._pages.setCurrentIndex)
         self._pages.currentChanged.connect(lambda _: self.page_changed.emit())
@@ -31,11 +33,12 @@ class ChecksPanel(QWidget):
     def add(self, title: str, page: QWidget) -> None:
         """Add the page of a check at the end."""
         self.names.addItem(title)
-        self._pages.addWidget(page)
+        self._order.append(page)
+        self._pages.addWidget(scrolled(page))
         self.names.setFixedWidth(self.names.sizeHintForColumn(0) + _MARGIN_PX)
         if self.names.currentRow() < 0:
             self.names.setCurrentRow(0)
 
     def choose(self, page: QWidget) -> None:
         """Show a page."""
-        self.names.setCurrentRow(self._pages.indexOf(page))
+        self.names.setCurrentRow(self._order.index(page))
