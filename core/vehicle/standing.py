@@ -50,7 +50,7 @@ class MountStatus:
         if self.below_ground:
             return "below the ground"
         if self.inside:
-            return "inside the body"
+            return f"{self.gap_m:.2f} m inside the body"
         if not self.is_far:
             return ""
         if self.drop_m is not None:

@@ -279,17 +279,22 @@ class RigForm(Form):
 
 def places_text(stands: Mapping[str, MountStatus]) -> str:
     """Describe in a line each which sensors are off the body, inside it or in the ground; empty when none is."""
-    gaps_m = {name: found.away_m for name, found in stands.items() if found.is_far}
-    lines = []
-    if gaps_m:
-        low, high = f"{min(gaps_m.values()):.2f}", f"{max(gaps_m.values()):.2f}"
-        away = f"{low} m" if low == high else f"{low} to {high} m"
-        lines.append(f"{_who(gaps_m)}: {away} off the body, bracket needed")
-    for words, is_so in (("inside the body", True), ("below the ground", False)):
-        names = [n for n, found in stands.items() if (found.inside if is_so else found.below_ground)]
-        if names:
-            lines.append(f"{_who(names)}: {words}")
-    return "\n".join(lines)
+    off_m = {name: found.away_m for name, found in stands.items() if found.is_far}
+    in_m = {name: found.gap_m for name, found in stands.items() if found.inside and not found.below_ground}
+    below = [name for name, found in stands.items() if found.below_ground]
+    lines = [
+        f"{_who(off_m)}: {_span(off_m)} off the body, bracket needed" if off_m else "",
+        f"{_who(in_m)}: {_span(in_m)} inside the body: behind a panel, or the car has another shape"
+        if in_m
+        else "",
+        f"{_who(below)}: below the ground" if below else "",
+    ]
+    return "\n".join(filter(None, lines))
+
+
+def _span(lengths_m: Mapping[str, float]) -> str:
+    low, high = (f"{limit(lengths_m.values()):.2f}" for limit in (min, max))
+    return f"{low} m" if low == high else f"{low} to {high} m"
 
 
 def _who(names: Collection[str]) -> str:
