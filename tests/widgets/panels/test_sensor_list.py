@@ -9,7 +9,8 @@ from riglens.core.geometry import Pose
 from riglens.core.rig.model import Rig
 from riglens.core.rig.presets import preset
 from riglens.widgets.panels.sensors import tree as trees
-from riglens.widgets.panels.sensors.tree import SensorTree
+from riglens.widgets.panels.sensors.rows import LOCK, LOSS, NAME, TYPE
+from riglens.widgets.panels.sensors.tree import TICK_PX, SensorTree
 
 NOTHING: frozenset[str] = frozenset()
 
@@ -59,3 +60,19 @@ def test_sensors_that_change_places_are_all_repainted(shown: tuple[SensorTree, l
     tree.set_rig(rig, NOTHING, ())
     assert painted == names[1:] + names
     assert [tree.item_of(name).text(0) for name in names] == names
+
+
+def test_a_narrow_list_gives_up_types_locks_and_bars_before_it_cuts_names(qtbot: QtBot) -> None:
+    tree, rig = SensorTree(), preset("nuScenes car")
+    qtbot.addWidget(tree)
+    tree.show()
+    longest = max(tree.fontMetrics().horizontalAdvance(sensor.name) for sensor in rig.sensors)
+    hidden = []
+    for width in (600, longest + 190, longest + 140):
+        tree.resize(width, 300)
+        tree.set_rig(rig, NOTHING, ())
+        assert tree.columnWidth(NAME) >= longest + TICK_PX
+        hidden.append([tree.isColumnHidden(column) for column in (TYPE, LOCK, LOSS)])
+    assert hidden == [[False] * 3, [True, False, False], [True, True, False]]
+    tree.set_rig(rig, NOTHING, (), frozenset({rig.sensors[0].name}))
+    assert not tree.isColumnHidden(LOCK)  # one is locked, which must be seen

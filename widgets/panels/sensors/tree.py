@@ -49,6 +49,7 @@ from riglens.widgets.sensors.appearance import colour_of
 Names = tuple[str, ...]
 TICK_PX = 20
 _NAME_MARGIN_PX = 8
+LEAST_LOSS_PX = 56
 LINK_GAP_PX = 4
 NO_SENSORS = "No sensors yet.\nAdd one in the toolbar, or drag a model\nfrom the library onto the car."
 NO_BOXES_TIP = "The data have almost no boxes in this direction: they cannot show what this sensor adds."
@@ -239,14 +240,19 @@ class SensorList(QTreeWidget):
         self._fit_names()
 
     def _fit_names(self) -> None:
-        """Hide the types where names would be cut off."""
-        longest = max((self.fontMetrics().horizontalAdvance(name) for name in self._items), default=0)
+        """Give up the types, then the locks while none is locked, then a part of the losses where names would be cut
+        off."""
+        wide = self.fontMetrics().horizontalAdvance
+        longest = max((wide(name) + SIGN_PX * (name in self._problems) for name in self._items), default=0)
         if self._has_links:
             longest += self.iconSize().width() + LINK_GAP_PX
-        if self._problems:
-            longest += SIGN_PX
         needed = longest + TICK_PX + 2 * self.indentation() + _NAME_MARGIN_PX + sum(WIDTHS_PX.values())
-        self.setColumnHidden(TYPE, needed > self.viewport().width())
+        room = self.viewport().width()
+        for column, may_go in ((TYPE, True), (LOCK, not self._locked)):
+            is_hidden = may_go and needed > room
+            self.setColumnHidden(column, is_hidden)
+            needed -= WIDTHS_PX[column] * is_hidden
+        self.header().resizeSection(LOSS, max(LEAST_LOSS_PX, WIDTHS_PX[LOSS] - max(0, needed - room)))
 
 
 class SensorTree(SensorList):
