@@ -43,7 +43,7 @@ NICE = 10
 
 @dataclass(frozen=True)
 class ProposalOptions:
-    """What may be added, and the frames to choose by: the options of `riglens optimise`."""
+    """Sensors that may be added, and the frames to choose by: the options of `riglens optimise`."""
 
     models: tuple[str, ...] = ("velodyne-vlp-16",)
     count: int = 1

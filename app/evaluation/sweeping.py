@@ -36,8 +36,10 @@ PIECE_RIGS, MOST_PIECES = 100, 4096
 
 @dataclass(frozen=True)
 class SweepOptions:
-    """Inputs of the rows of a sweep: data by its options, figures, and the rig that changes are measured against. Workers
-    on other machines load the data by themselves."""
+    """Inputs of the rows of a sweep: data by its options, figures, and the rig that changes are measured against.
+
+    Workers on other machines load the data by themselves.
+    """
 
     scene: SceneOptions
     within_m: float

@@ -114,7 +114,7 @@ class KeptGain(Frozen):
 
 
 class WhyHere(Frozen):
-    """Why sensors stand where they are: the search that proposed the first rig of a report, as it was found then."""
+    """Reasons for the places of sensors: the search that proposed the first rig of a report, as it was found then."""
 
     sensors: list[str] = Field(max_length=MAX_SENSORS)
     sentence: str = Field(max_length=10 * MOST_LETTERS)

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.engine.caster import Caster
 from riglens.core.errors import Cancelled, InputError
-from riglens.core.kernels.objects.counts import FIRST_ROW, LAST_ROW
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.optimise.tables import (
     MOST_CELLS,
@@ -36,6 +35,7 @@ from riglens.core.sensors.lidar import LIDAR
 from riglens.core.targets.calibration import shipped
 from riglens.core.targets.contribution import TargetCaster
 from riglens.core.targets.engine import never_stale
+from riglens.core.targets.joining import heights_px
 from riglens.core.targets.quantities import ON_TARGET, PREDICTED, QUANTITIES, Quantity
 from riglens.core.targets.settings import HEIGHT_PX
 from riglens.core.vehicle.solid import Solid
@@ -63,14 +63,11 @@ class CameraTableMaker(ObjectTableMaker):
         """Return the numbers of the objects."""
         tall = np.zeros(self.size, np.bool_)
         for sensor in sensors:
-            assert isinstance(sensor, Camera)
             barrier = None if self._solid is None else barrier_of(sensor, self._solid)
             one = self._caster.cast(sensor, self._settings, barrier, (0, self._frames), is_stale)
             if one is None:
                 raise Cancelled
-            first, last = one.found[FIRST_ROW], one.found[LAST_ROW]
-            rows = sensor.image[1] / sensor.resolution[1]
-            tall |= np.where(first >= 0, last - first + 1, 0) * rows >= HEIGHT_PX
+            tall |= heights_px(cast(Camera, sensor), one.found) >= HEIGHT_PX
         return np.flatnonzero(tall).astype(np.int32)
 
     def owners_of(self, numbers: Cells | Ids) -> Cells:

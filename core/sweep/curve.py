@@ -17,7 +17,7 @@ from riglens.core.sweep.rows import Sweeper
 
 POINTS, FRAMES = 21, 100
 SPANS = {"m": 0.5, "°": 15.0}
-"""How far a curve reaches on both sides, by unit; half of the value without one."""
+"""Reach of a curve on both sides, by unit; half of the value without one."""
 _DIGITS = 9
 
 

@@ -75,6 +75,13 @@ def _native(camera: Camera) -> tuple[float, float]:
     return width / columns, height / rows
 
 
+def heights_px(camera: Camera, found: NDArray[np.int32]) -> Doubles:
+    """Return the heights of objects in the picture of a camera, native pixels (objects,), from what it found on them,
+    (rows of results, objects)."""
+    first, last = found[FIRST_ROW], found[LAST_ROW]
+    return np.where(first >= 0, last - first + 1, 0) * _native(camera)[1]
+
+
 def _by_lidars(lidars: Lidars, objects: int, cells: JoinedCells) -> tuple[Counts, Counts, Counts]:
     """Points (objects, lidars), points of all alone and distinct cells (objects,)."""
     alone = _column(lidars, ALONE, objects).sum(axis=1)

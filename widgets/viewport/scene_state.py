@@ -108,7 +108,7 @@ class SceneState:
 
     @property
     def legend_data(self) -> HeatmapData | None:
-        """What the legend is about: the values on the skin, else the heatmap."""
+        """Return the subject of the legend: the values on the skin, else the heatmap."""
         return self.heatmap if self.skin_gain is None else self.skin_gain
 
     @property

@@ -47,7 +47,7 @@ class GainOnCar(Feature):
         self._show()
 
     def _ask(self) -> None:
-        """Request the gains for the rig as it is now, without the mesh, which the process has; none while a request is
+        """Request the gains for the current rig, without the mesh, which the process has; none while a request is
         under way or for another car."""
         rig = self.document.working_rig
         if rig.vehicle != self._vehicle:

@@ -128,7 +128,7 @@ class Propose(Feature):
 
     # ------------------------------------------------------------------ the search
     def start(self) -> None:
-        """Begin a search for the rig as it is now; raise InputError without objects or models."""
+        """Begin a search for the current rig; raise InputError without objects or models."""
         if not self.panel.models:
             raise InputError("choose at least one sensor model to add")
         self._send(ProposalRequest(self._number + 1, "add", self.session.rig, self._scene(), self._options()))
@@ -317,7 +317,7 @@ class Propose(Feature):
             self._compare.add_rig(self._offers[key].title, self._offers[key].rig)
 
     def apply(self, key: str) -> None:
-        """Make the changes of an offer to the rig as it is now, as one step; raise InputError where they collide."""
+        """Make the changes of an offer to the current rig, as one step; raise InputError where they collide."""
         offer, asked = self._offers[key], self._asked
         assert asked is not None
         rig = merged(self.document.rig, asked.rig, self._changes(key))

@@ -13,6 +13,8 @@ from riglens.app.evaluation.known_body import with_known_body
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.targets import Targets
 from riglens.app.window.workbench import Workbench
+from riglens.core.sensors.camera import CAMERA
+from riglens.core.sensors.lidar import LIDAR
 from riglens.core.sweep.fields import VEHICLE, RigField
 from riglens.widgets.panels.controls.menus import add_entry
 from riglens.widgets.panels.fields.edits import NumberEdit
@@ -20,7 +22,7 @@ from riglens.widgets.panels.inspector.field_curve import FieldCurve
 
 ENTRY = "Sweep this field"
 CHANGE = "change of {what} in pp ± 1 SE, {frames} frames"
-FIGURES = {"camera": "objects at least 25 px tall", "lidar": "hit coverage"}
+FIGURES = {CAMERA.name: "objects at least 25 px tall", LIDAR.name: "hit coverage"}
 OTHER = "detected objects"
 
 
@@ -88,7 +90,7 @@ class SweepField(Feature):
     def _take(self, request: FieldRequest, points: Curve) -> None:
         if self._asked is not None and request is self._asked[0]:
             sensor = request.field.sensor
-            kind = "lidar" if sensor is None else request.rig.sensor(sensor).kind
+            kind = LIDAR.name if sensor is None else request.rig.sensor(sensor).kind
             frames = min(100, request.traffic.frames)
             self.curve.show_points(points, CHANGE.format(what=FIGURES.get(kind, OTHER), frames=frames))
 

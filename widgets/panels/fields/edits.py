@@ -67,7 +67,7 @@ class ValueEdit(QLineEdit, Generic[Value]):
         super().__init__(parent)
         self._parse, self._short, self._full = parse, short, full
         self.path: tuple[str | int, ...] | None = None
-        """Where in its object the value lies; None if it is not a field of a rig file."""
+        """Return the path of the value in its object; None if it is not a field of a rig file."""
         self._value: Value | None = None
         self._mixed: tuple[Value, ...] = ()
         self._unit = unit
