@@ -96,9 +96,7 @@ def optimise(
     """
     models = (add,) if isinstance(add, str) else tuple(add)
     tilts, turns = (LEVELS_DEG, TURNS_DEG) if tilts_deg is None else (tuple(tilts_deg),) * 2
-    additions = Additions(
-        models, count, mirrored, cost or {}, budget, limits, spots_m, tuple(tilts_deg), box_m
-    )
+    additions = Additions(models, count, mirrored, cost or {}, budget, limits, spots_m, tilts, box_m)
     rig = with_mesh_read(rig, Path(mesh_folder), lambda _: None)
     if against is not None:
         against = with_mesh_read(against, Path(mesh_folder), lambda _: None)
