@@ -262,11 +262,7 @@ class Propose(Feature):
         panel.show_offers(rows)
         self._keep([*rows, *([] if found is None else stairs_of(found))])
         self._show_plots()
-        if found is None:
-            panel.show_checks([], [], "")
-        else:
-            gain = found.best.value - found.reference_value
-            panel.show_checks(*check_cells(found.best.guard, gain), verdict_of(found))
+        panel.show_checks(*check_cells(found), "" if found is None else verdict_of(found))
         self._show_sentence()
         self._show_ghosts(panel.plots.key)
 

@@ -133,7 +133,8 @@ class ProposePanel(QWidget):
         grid.setHorizontalSpacing(SPACING)
         grid.setVerticalSpacing(SPACING - 2)
         rows: tuple[tuple[QWidget, ...], ...] = (
-            (self._count, self._mirrored, self._models),
+            (self._count, self._mirrored),
+            (self._models,),
             (self._objective, self._frames),
             (self._blind, self._blind_m, self.skin),
             (self.start, self.pause, self.stop),

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 from riglens.core.rig.model import Rig
 from riglens.core.shown_text import visible
 from riglens.widgets.panels.figures.table import NOTHING, Figure, Heading
+from riglens.widgets.panels.figures.table import Tone as FigureTone
 from riglens.widgets.panels.propose.chart import Dot, Line, Plot, Tone
 from riglens.widgets.panels.scores.text import MINUS
 
 if TYPE_CHECKING:  # loads the compiler
-    from riglens.core.optimise.guard import Kept
     from riglens.core.optimise.results import OptimiseResult
 
 OBJECTIVES = {
@@ -144,18 +144,18 @@ def offer_cells(offers: Sequence[Offer]) -> list[tuple[Figure, ...]]:
     return rows
 
 
-def check_cells(
-    kept: Sequence[Kept], in_sample: float | None
-) -> tuple[list[Heading], list[tuple[Figure, ...]]]:
-    """Return titles and cells of the checks, the frames of choice first."""
-    titles = [Heading("Frames of choice")] if in_sample is not None else []
-    cells = list[tuple[Figure, ...]]()
-    if in_sample is not None:
-        cells.append((Figure(signed(in_sample)), NOTHING, NOTHING))
-    for one in kept:
+def check_cells(found: OptimiseResult | None) -> tuple[list[Heading], list[tuple[Figure, ...]]]:
+    """Return titles and cells of the checks, the frames of choice first; none without a result."""
+    if found is None:
+        return [], []
+    titles = [Heading("Frames of choice")]
+    cells: list[tuple[Figure, ...]] = [
+        (Figure(signed(found.best.value - found.reference_value)), NOTHING, NOTHING)
+    ]
+    for one in found.best.guard:
         titles.append(Heading(one.case[0].upper() + one.case[1:]))
-        weak = one.share < 0.5
-        share = Figure(f"{one.share:.0%}", (one.share,), tone="less" if weak else "text", bar=one.share)
+        tone: FigureTone = "less" if one in found.best.weak else "text"
+        share = Figure(f"{one.share:.0%}", (one.share,), tone=tone, bar=one.share)
         cells.append((Figure(signed(one.gain), (one.gain,)), Figure(f"{one.se:.4f}", (one.se,)), share))
     return titles, cells
 
