@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from PySide6.QtCore import Qt, Signal
 
@@ -59,6 +59,24 @@ NO_BOXES = "a stored POG holds no objects: load the box data set to search"
 CHANGED = "The rig has been edited since."
 
 
+class KeptSearch(NamedTuple):
+    """A search of the session, with what it has found."""
+
+    asked: ProposalRequest
+    result: OptimiseResult
+    history: list[Bracket]
+
+    @property
+    def title(self) -> str:
+        """What was searched for."""
+        options = self.asked.options
+        if self.asked.work == "improve":
+            return f"{self.asked.number}: better mount of {self.asked.sensor}"
+        what = "pair" if options.mirrored else "sensor"
+        some = f"{options.count} {what}{'s' * (options.count > 1)}"
+        return f"{self.asked.number}: {some} of {', '.join(options.models)}"
+
+
 class Propose(Feature):
     """The search that was asked for last, and its result; edits meanwhile do not affect it."""
 
@@ -89,6 +107,7 @@ class Propose(Feature):
         self._is_running, self._was_seen, self._number = False, False, 0
         self._history: list[Bracket] = []
         self._offers: dict[str, Offer] = {}
+        self._kept: list[KeptSearch] = []
         self._too_long = timers(self, STOP_MS, self._end)
         dock = bench.docks.add(
             DOCK, scrolled(self.panel), Qt.DockWidgetArea.BottomDockWidgetArea, beside="Scores"
@@ -106,6 +125,7 @@ class Propose(Feature):
         panel.chosen.connect(self._choose)
         panel.apply_wanted.connect(bench.guarded(self.apply))
         panel.compare_wanted.connect(lambda _: bench.docks.bring_up("Compare"))
+        panel.search_chosen.connect(self._show_again)
         panel.export_wanted.connect(bench.guarded(self.export))
         self.proposer.answered.connect(self._take, queued)
         self.proposer.failed.connect(self._fail, queued)
@@ -211,6 +231,18 @@ class Propose(Feature):
                 self.bench.report_error(answer.problem)
             elif answer.result is not None:
                 self._take_result(answer.result)
+            self._keep_result()
+
+    def _keep_result(self) -> None:
+        """Keep what has been found for the session."""
+        if self.result is not None and self._asked is not None:
+            self._kept.append(KeptSearch(self._asked, self.result, self._history))
+            self.panel.show_searches([one.title for one in self._kept])
+
+    def _show_again(self, place: int) -> None:
+        """Show an earlier search."""
+        self._asked, self.result, self._history = self._kept[place]
+        self._show()
 
     def _take_result(self, found: OptimiseResult) -> None:
         is_first, self.result = self.result is None, found
@@ -248,6 +280,8 @@ class Propose(Feature):
         self.proposer.end()
         self._rest()
         self._asked = None
+        self._kept = []
+        self.panel.show_searches([])
         self._forget_result()
         self._show()
 

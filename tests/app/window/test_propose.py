@@ -23,6 +23,7 @@ from riglens.app.background.proposing import (
     GainsRequest,
     ProposalOptions,
     ProposalRequest,
+    Proposer,
     SearchEnd,
     SearchProgress,
     Server,
@@ -40,7 +41,7 @@ from riglens.core.optimise.run import finished, improvement
 from riglens.core.rig.yaml.file import load_rig
 from riglens.widgets.panels.propose.shown import OBJECTIVES, front_plot
 from tests.app.window.desk import FullDesk, full_desk
-from tests.app.window_bench import RIG
+from tests.app.window_bench import RIG, choose_item
 from tests.waiting import TIMEOUT_MS
 
 OPTIONS = ProposalOptions(("generic-16",), frames=4)
@@ -187,6 +188,31 @@ def test_pause_stop_and_a_process_that_does_not_stop(desk: FullDesk, result: rl.
     panel.choose("best")
     click(panel.apply, Qt.MouseButton.LeftButton)
     assert desk.document.rig.sensors == result.best.rig.sensors, "the best so far stays"
+
+
+def test_searches_of_the_session_are_kept_until_other_data_are_loaded(
+    desk: FullDesk, result: rl.OptimiseResult
+) -> None:
+    propose, box = desk.features.propose, desk.features.propose.panel.searches
+    searched(desk, result)
+    assert not box.isVisible(), "one search"
+    other = replace(result, before=0.123)
+    searched(desk, other)
+    desk.qtbot.waitUntil(lambda: box.count() == 2, timeout=TIMEOUT_MS)
+    assert propose.result is other and "0.123 now" in propose.panel.sentence.text()
+    choose_item(box, box.itemText(0))
+    assert propose.result is result and "0.123 now" not in propose.panel.sentence.text()
+    desk.load()
+    assert propose.result is None and box.count() == 0
+
+
+def test_a_process_that_ends_by_itself_is_told(qtbot: QtBot) -> None:
+    proposer, lines = Proposer(program="raise SystemExit('no such thing')"), list[str]()
+    proposer.failed.connect(lines.append, Qt.ConnectionType.QueuedConnection)
+    proposer.send("stop")
+    qtbot.waitUntil(lambda: bool(lines), timeout=TIMEOUT_MS)
+    assert lines == ["no such thing"]
+    proposer.end()
 
 
 def test_a_search_needs_objects_and_a_model(desk: FullDesk) -> None:

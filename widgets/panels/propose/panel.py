@@ -52,6 +52,8 @@ class ProposePanel(QWidget):
     """Key of the offer that was clicked."""
     apply_wanted = Signal(str)
     """Key of the offer to apply."""
+    search_chosen = Signal(int)
+    """Place of an earlier search that is to be shown again."""
     compare_wanted = Signal(str)
     export_wanted = Signal()
 
@@ -65,6 +67,9 @@ class ProposePanel(QWidget):
         self._objective, self._frames = ChoiceBox(), QSpinBox()
         self._blind, self._blind_m = QCheckBox("Unseen ground"), QDoubleSpinBox()
         self.start, self.pause, self.stop = QPushButton("Start"), QPushButton("Pause"), QPushButton("Stop")
+        self.searches = ChoiceBox()
+        self.searches.setToolTip("Searches of this session.")
+        self.searches.activated.connect(self.search_chosen)
         self.bar, self.skin = QProgressBar(), QCheckBox("Gain on car")
         self.sentence, self.verdict = ElidedLabel(NO_SEARCH), ElidedLabel()
         self.plots = Plots()
@@ -76,6 +81,7 @@ class ProposePanel(QWidget):
         layout.setSpacing(SPACING)
         head = QHBoxLayout()
         head.addWidget(self.sentence, 1)
+        head.addWidget(self.searches)
         head.addWidget(self.bar)
         layout.addLayout(head)
         row = QHBoxLayout()
@@ -258,6 +264,14 @@ class ProposePanel(QWidget):
         self.pause.setChecked(state == "paused")
         self.pause.setText("Go on" if state == "paused" else "Pause")
         self.bar.setVisible(state != "idle")
+        self.searches.setVisible(state == "idle" and self.searches.count() > 1)
+
+    def show_searches(self, titles: Sequence[str]) -> None:
+        """List the searches that can be shown again, the last of which is shown."""
+        self.searches.clear()
+        self.searches.addItems(titles)
+        self.searches.setCurrentIndex(len(titles) - 1)
+        self.searches.setVisible(len(titles) > 1)
 
     def show_progress(self, stage: str, share: float) -> None:
         """Show the stage of the search and the share of it that is done."""
