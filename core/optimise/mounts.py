@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -294,30 +295,33 @@ def candidates(
     rest = locked(rig, moves)
     taken = np.array([s.position for s in rest.sensors if s.enabled]).reshape(-1, 3)
     found: list[Candidate] = []
-    boxes = solid.triangles_m.min(axis=1), solid.triangles_m.max(axis=1)
+    nearby, sizes = _Nearby(solid), (rules.length_m, rules.width_m, rules.total_height_m)
+    own_out = _outs(rest, outline, rest.sensors) if any(most is not None for most in sizes) else None
 
-    def keep(wish: _Wish, spot: Spot, number: int, tilts_deg: Sequence[float], skin: Solid) -> None:
+    def keep(
+        wish: _Wish, spot: Spot, number: int, tilts_deg: Sequence[float], near: Callable[[], Solid]
+    ) -> None:
         some = (wish.at(spot, number, tilt_deg) for tilt_deg in tilts_deg)
-        keeps = (not rig.vehicle.has_mesh_file, rules, rest, outline, taken)
-        found.extend(one for one in some if one is not None and _keeps(one, spot, skin, *keeps))
+        keeps = (not rig.vehicle.has_mesh_file, rules, rest, outline, taken, own_out)
+        found.extend(one for one in some if one is not None and _keeps(one, spot, near, *keeps))
 
     for number, spot in enumerate(spots):
         if is_stale():
             raise Cancelled
-        mine = [wish for wish in wishes if _is_near(wish, spot, number < left)]
-        skin = solid if spot.is_free or not mine else _around(spot, solid, boxes)
-        for wish in mine:
-            keep(wish, spot, number, wish.tilts_deg, skin)
+        near = cache(partial(nearby.at, spot))
+        for wish in wishes:
+            if _is_near(wish, spot, number < left):
+                keep(wish, spot, number, wish.tilts_deg, near)
     for slot, move in enumerate(moves, 1):
         own = move.sensors_of(rig)
         place = np.array(own[0].position)
-        near = min(spots, key=lambda spot: float(((spot.point_m - place) ** 2).sum()), default=None)
-        normal = np.array([0.0, 0.0, 1.0]) if near is None else near.normal
+        nearest = min(spots, key=lambda spot: float(((spot.point_m - place) ** 2).sum()), default=None)
+        normal = np.array([0.0, 0.0, 1.0]) if nearest is None else nearest.normal
         found.append(Candidate(own, 0.0, STAYS, 0.0, slot))
         for wish in wishes:
             if wish.slot == slot:
                 tilts = [tilt for tilt in wish.tilts_deg if tilt != 0.0 or wish.sensors != own]
-                keep(wish, Spot(place, normal, True), STAYS, tilts, solid)
+                keep(wish, Spot(place, normal, True), STAYS, tilts, lambda: solid)
     if len(found) <= len(moves):
         where = "on the car's skin" if additions.box_m is None else "in the box"
         raise InputError(f"no mount {where} keeps all limits: relax height, spacing, beyond or keep-out")
@@ -407,25 +411,37 @@ def _turn_about(axis: Doubles, angle_deg: float) -> Doubles:
     return np.asarray(np.eye(3) + math.sin(angle) * cross + (1.0 - math.cos(angle)) * cross @ cross)
 
 
-def _around(spot: Spot, solid: Solid, boxes: tuple[Doubles, Doubles]) -> Solid:
-    """Return the part of a car near a spot, by the lowest and highest corners of its triangles: all that matters for
+class _Nearby:
+    """Parts of a car near spots, by the lowest and highest corners of its triangles (3, n): all that matters for
     sensors there."""
-    low, high = boxes
-    near = ((low <= spot.point_m + _NEAR_M) & (high >= spot.point_m - _NEAR_M)).all(axis=1)
-    return Solid.of(solid.triangles_m[near], solid.materials[near])
+
+    def __init__(self, solid: Solid) -> None:
+        corners = np.ascontiguousarray(solid.triangles_m.transpose(1, 2, 0))
+        self._solid, self._low, self._high = solid, corners.min(axis=0), corners.max(axis=0)
+
+    def at(self, spot: Spot) -> Solid:
+        """Return the part near a spot."""
+        near = np.ones(len(self._solid.triangles_m), np.bool_)
+        for low, high, middle in zip(self._low, self._high, spot.point_m, strict=True):
+            near &= (low <= middle + _NEAR_M) & (high >= middle - _NEAR_M)
+        return Solid.of(self._solid.triangles_m[near], self._solid.materials[near])
 
 
 def _keeps(
     one: Candidate,
     spot: Spot,
-    skin: Solid,
+    near: Callable[[], Solid],
     has_materials: bool,
     rules: MountLimits,
     rig: Rig,
     outline: Outline,
     taken: Doubles,
+    own_out: Doubles | None,
 ) -> bool:
-    """Return whether a candidate by itself keeps the rules next to the rig's own sensors; a car is symmetric."""
+    """Return whether a candidate by itself keeps the rules next to the rig's own sensors; a car is symmetric.
+
+    near: makes the part of the car at the spot; own_out: how far the rig's own sensors stick out, where sizes matter.
+    """
     places = one.places_m
     low, high = rules.height_m or (-math.inf, math.inf)
     if (places[:, 2] < low).any() or (places[:, 2] > high).any():
@@ -436,16 +452,18 @@ def _keeps(
         away[np.arange(len(places)), len(taken) + np.arange(len(places))] = np.inf
         if away.min() < rules.spacing_m:
             return False
-    for sensor in one.sensors:
+    most = [getattr(rules.beyond_m, name) for name in SIDES]
+    for sensor in one.sensors if any(limit is not None for limit in most) else ():
         out = _out_m(sensor, rig, outline)
-        most = [getattr(rules.beyond_m, name) for name in SIDES]
         if any(limit is not None and far > limit for far, limit in zip(out, most, strict=True)):
             return False
-    both = np.maximum(_outs(rig, outline, rig.sensors), _outs(rig, outline, one.sensors))
-    if _grows(both, rules, rig, outline):
-        return False
+    if own_out is not None:
+        both = np.maximum(own_out, _outs(rig, outline, one.sensors))
+        if _grows(both, rules, rig, outline):
+            return False
     if spot.is_free:
         return True
+    skin = near()
     foot = stand(one.sensors[0].position, skin)
     if foot.nearest_m is None or (rules.gap_m is not None and foot.gap_m > rules.gap_m):
         return False

@@ -239,7 +239,8 @@ class OptimiseResult:
         what = "pair" if additions.mirrored else "sensor"
         some = f"set of {count} {what}s" if count > 1 else what
         if self.problem.moves:
-            moved = " and ".join(move.sensor for move in self.problem.moves)
+            names = [move.sensor for move in self.problem.moves]
+            moved = " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
             some = f"{some} with another mount of {moved}" if count else f"other mount of {moved}"
         where = f"on these {self.candidates} mounts"
         if self.floors:
