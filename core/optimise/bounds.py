@@ -159,14 +159,18 @@ class _Branches:
         if value > self._value:
             self.best, self._value = sorted(chosen), value
 
-    def _reach(self, chosen: list[int], ids: Ids, gains: Ids, room: int) -> tuple[int, Ids]:
-        """Return limits of what sets of up to `room` candidates add, by gains that fall: of all, and with each (n,)."""
-        total, own = 0, gains.copy()
+    def _most(self, chosen: list[int], ids: Ids, gains: Ids, room: int) -> int:
+        """Return a limit of what sets of up to `room` candidates add, by gains that fall."""
+        parts = self._limits.of_slots(chosen, ids, room)
+        return sum(int(gains[places][:most].sum()) for places, most in parts)
+
+    def _most_with(self, chosen: list[int], ids: Ids, gains: Ids, room: int) -> Ids:
+        """Return limits of what sets with each of some candidates add, (n,)."""
+        found = gains + self._most(chosen, ids, gains, room)
         for places, most in self._limits.of_slots(chosen, ids, room):
             best = gains[places]
-            total += int(best[:most].sum())
-            own[places] -= best[most - 1] if 0 < most <= len(best) else 0
-        return total, total + own
+            found[places] -= best[most - 1] if 0 < most <= len(best) else 0
+        return found
 
     def explore(self, chosen: list[int], ids: Ids, stale: Ids, room: int) -> Generator[int, None, None]:
         """Search the sets that add up to `room` of some candidates, whose gains are at most `stale`, to a set."""
@@ -183,14 +187,14 @@ class _Branches:
                 self._take([*chosen, int(some[best])], value + int(gains[best]))
             return
         # with the largest other gains, at most one of which is its own
-        hopeful = value + self._reach(chosen, ids, stale, room)[1] > self._value
+        hopeful = value + self._most_with(chosen, ids, stale, room) > self._value
         ids, gains = ids[hopeful], self.gains(chosen, ids[hopeful])
         order = np.lexsort((ids, -gains))
         ids, gains = ids[order], gains[order]
         if len(ids):
             self._take([*chosen, int(ids[0])], value + int(gains[0]))
         for place, one in enumerate(ids.tolist()):
-            reach = value + self._reach(chosen, ids[place:], gains[place:], room)[0]
+            reach = value + self._most(chosen, ids[place:], gains[place:], room)
             if not chosen:
                 self.bound = max(reach, self._value)
             if self.left < 0 or reach <= self._value:

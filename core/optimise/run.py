@@ -33,7 +33,7 @@ from riglens.core.targets.traffic import Traffic
 from riglens.core.vehicle.solid import solid_of
 
 CASTING = "casting"
-FIRST = 100
+FIRST = 60
 """Sensors after which a first proposal is made of those that have been cast, in an order drawn by the seed."""
 FRONT = 8
 """Points of a front, at most."""

@@ -21,6 +21,7 @@ from tests.bench.scenes import moved
 THREADS, FRAMES = 2, 50
 SKIN = Additions(("generic-16",), 4, mirrored=False, spots_m=0.14)
 """About 700 mounts of 16 x 360 rays."""
+USUAL = Additions(("generic-16",), 4, mirrored=False)
 FIRST_S, ALL_S, SWEEP_MS = 3.0, 10.0, 40.0
 
 
@@ -29,7 +30,7 @@ def _traffic() -> Traffic:
 
 
 def test_first_proposal(bars: list[Bar], rounds: int) -> None:
-    problem = Problem(preset("nuScenes car"), _traffic(), SKIN, frames=FRAMES)
+    problem = Problem(preset("nuScenes car"), _traffic(), USUAL, frames=FRAMES)
     for step in optimise(problem, THREADS):  # compiles
         if step.best is not None:
             break
@@ -47,7 +48,7 @@ def test_first_proposal(bars: list[Bar], rounds: int) -> None:
 
 
 def test_all_mounts_and_a_sweep_of_their_gains(bars: list[Bar], rounds: int) -> None:
-    problem = Problem(Rig(), _traffic(), SKIN, frames=FRAMES)
+    problem = Problem(preset("nuScenes car"), _traffic(), SKIN, frames=FRAMES)
     steps, start = skin_gains(problem, THREADS), time.perf_counter()
     while True:
         try:
