@@ -106,6 +106,15 @@ def test_a_sweep_is_that_of_the_command_line(place: Place) -> None:
     assert found.table().num_rows == len(found.rows()) == 4 and "<table>" in found._repr_html_()
 
 
+def test_a_sweep_reads_its_data_again(place: Place, tmp_path: Path) -> None:
+    boxes, found = tmp_path / "boxes.csv", []
+    for shift in ("", "s,2,car,-9,0,0.8,4.5,1.9,1.6,0.3\n"):
+        boxes.write_text(BOXES + shift)
+        found.append(rl.sweep(place.rig, None, boxes, only="targets", workers=1).to_dict())
+    assert [one["rows"][0]["car.objects"] for one in found] == [2, 3]
+    assert found[0]["targets"]["data"]["sha256"] != found[1]["targets"]["data"]["sha256"]
+
+
 @pytest.mark.parametrize("command", CASES)
 def test_a_command_says_the_same_by_both(place: Place, command: str) -> None:
     words, ask = CASES[command]

@@ -189,7 +189,8 @@ def run_sweep(sweep: LoadedSweep, out: Path, where: Where) -> Table:
     with progress_bar("Evaluating rigs") as progress, parts_folder(out) as folder:
         store = piece_folder(folder)
         with resumable(folder, where, len(spans)) as workers:
-            found = sweep.table(store, workers, spans, progress)
+            # a machine of a cluster has a worker for each core
+            found = sweep.table(store, workers, spans, None if where.dask is None else 1, progress)
             write(found, out)
             store.clear()
     return found

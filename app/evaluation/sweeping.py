@@ -109,11 +109,12 @@ class LoadedSweep:
         store: PieceFolder[Table],
         workers: Workers,
         spans: Sequence[range],
+        threads: int | None = None,
         progress: Progress = lambda _: None,
     ) -> Table:
-        """Compute all rows; raise InputError for a rig that a worker cannot evaluate."""
+        """Compute all rows with so many threads a piece; raise InputError for a rig that cannot be evaluated."""
         header = self.header  # compiles every kernel before workers need them
-        pieces = [self._piece(span, self._threads or workers.threads) for span in spans]
+        pieces = [self._piece(span, self._threads or threads or workers.threads) for span in spans]
         found: dict[str, Table] = {}
         for one in results(pieces, store, workers):
             found[one.piece.key] = one.result
@@ -141,15 +142,16 @@ def computed(
 ) -> bytes:
     """Return the rows of a piece; InputError when the data here are others than those of the command."""
     with _ONE_SWEEP_PER_PROCESS:
-        loaded = _loaded(options, threads)
+        loaded = _loaded(options, threads, hashes)
         if loaded.hashes != hashes:
             raise InputError("has other data or sensor models than the machine of the command")
         return packed(loaded.sweeper.rows(part), key)
 
 
-def _loaded(options: SweepOptions, threads: int | None) -> _Loaded:
+def _loaded(options: SweepOptions, threads: int | None, hashes: tuple[str, ...] = ()) -> _Loaded:
+    """Load data; those of the last piece are used again if they have these hashes."""
     for known in _last:
-        if (known.options, known.threads) == (options, threads):
+        if (known.options, known.threads, known.hashes) == (options, threads, hashes):
             return known
     _last.clear()
     figures = options.figures

@@ -94,24 +94,34 @@ def rig_sha256(rig: Rig) -> str:
 
 
 class RigHashes:
-    """Hashes of valid rigs one after another, as `rig_sha256`; the text of sensors that stay is kept."""
+    """Hashes of valid rigs one after another, as `rig_sha256`; the text of what stays the same object is kept."""
 
     def __init__(self) -> None:
-        self._known: dict[int, tuple[Sensor, str]] = {}
+        self._sensors: dict[int, tuple[Sensor, str]] = {}
+        self._rest: tuple[Rig, dict[str, str]] | None = None
 
     def sha256(self, rig: Rig) -> str:
         """Return the hash of a rig."""
-        self._known = {
-            id(sensor): self._known.get(id(sensor)) or (sensor, _hashed(sensor)) for sensor in rig.sensors
-        }
-        fields = plain_fields(rig.model_copy(update={"sensors": ()})) | {
-            "vehicle": vehicle_fields(rig.vehicle)
-        }
-        later = (("keep_out", not rig.keep_out), ("self_occlusion", rig.self_occlusion))
-        texts = {key: _canonical(value) for key, value in fields.items() if (key, True) not in later}
-        texts["sensors"] = f"[{','.join(text for _, text in self._known.values())}]"
+        known = self._sensors
+        self._sensors = {id(one): known.get(id(one)) or (one, _hashed(one)) for one in rig.sensors}
+        sensors = ",".join(text for _, text in self._sensors.values())
+        texts = self._rest_of(rig) | {"sensors": f"[{sensors}]"}
         content = ",".join(f'"{key}":{texts[key]}' for key in sorted(texts))
         return hashlib.sha256(f"{{{content}}}".encode("ascii")).hexdigest()
+
+    def _rest_of(self, rig: Rig) -> dict[str, str]:
+        """Return the texts of all fields but the sensors."""
+        if self._rest is None or any(
+            getattr(rig, name) is not getattr(self._rest[0], name)
+            for name in Rig.model_fields
+            if name != "sensors"
+        ):
+            fields = plain_fields(rig.model_copy(update={"sensors": ()}))
+            fields["vehicle"] = vehicle_fields(rig.vehicle)
+            later = (("keep_out", not rig.keep_out), ("self_occlusion", rig.self_occlusion))
+            texts = {key: _canonical(value) for key, value in fields.items() if (key, True) not in later}
+            self._rest = rig, texts
+        return self._rest[1]
 
 
 def _hashed(sensor: Sensor) -> str:
