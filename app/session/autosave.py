@@ -24,6 +24,7 @@ from riglens.core.errors import InputError
 from riglens.core.file_lock import FileLock, is_locked
 from riglens.core.files import atomic_write
 from riglens.core.rig.model import Rig
+from riglens.core.rig.ray_file import reader_in
 from riglens.core.rig.yaml.file import dumps, loads
 from riglens.core.rig.yaml.nodes import MAX_BYTES
 
@@ -159,13 +160,14 @@ def _orphan(file: Path) -> Orphan | None:
         said = _Said.model_validate(json.loads(content))
         if _is_live(file, said.owner):
             return None
-        return Orphan(file, Unsaved(_rig(said.rig), _rig(said.base), _path(said.path)), said.saved_at)
+        path = _path(said.path)
+        return Orphan(file, Unsaved(_rig(said.rig, path), _rig(said.base, path), path), said.saved_at)
     except (OSError, ValueError, RecursionError):  # InputError and pydantic's error are a ValueError
         return None
 
 
-def _rig(text: str) -> Rig:
-    return loads(text, "autosave").rig
+def _rig(text: str, path: Path | None) -> Rig:
+    return loads(text, "autosave", None if path is None else reader_in(path.parent)).rig
 
 
 def _path(said: object) -> Path | None:

@@ -181,6 +181,16 @@ def test_a_table_is_read_from_the_folder_of_the_rig(tmp_path: Path, name: str) -
     assert pickle.loads(pickle.dumps(saved.rig)) == saved.rig
 
 
+def test_a_rig_is_not_saved_away_from_its_table(tmp_path: Path) -> None:
+    table_in(tmp_path)
+    file = load_rig(rig_naming(tmp_path, "{file: pattern.csv}"))
+    away = tmp_path / "away"
+    away.mkdir()
+    with pytest.raises(InputError, match=r"its folder must hold pattern\.csv, the rays of L"):
+        file.save(away / "rig.yaml")
+    assert not list(away.iterdir())
+
+
 def test_the_columns_of_livox_are_understood(tmp_path: Path) -> None:
     (tmp_path / "mid.csv").write_text("Time/s,Azimuth/deg,Zenith/deg\n0.0,350.0,95.0\n0.01,10.0,80.0\n")
     (sensor,) = load_rig(rig_naming(tmp_path, "{file: mid.csv}")).rig.enabled_lidars()

@@ -47,10 +47,15 @@ class RigFile:
     def save(self, path: str | os.PathLike[str], rig: Rig | None = None) -> RigFile:
         """Write the file, with that rig if one is given, and return the file as it now is on the disk.
 
-        Raise InputError when the rig is not valid, too large to be read again, or the file cannot be written; the old
-        file then stays.
+        Raise InputError when the rig is not valid, too large to be read again, names a table of rays that its folder
+        does not hold, or the file cannot be written; the old file then stays.
         """
         file = self if rig is None else self.updated(rig)
+        for sensor in file.rig.sensors:
+            if sensor.table is not None and not (Path(path).parent / sensor.table.file).is_file():
+                raise InputError(
+                    f"{shown_path(path)}: its folder must hold {sensor.table.file}, the rays of {sensor.name}"
+                )
         content = file.text.encode("utf-8")
         _require_readable(file.text, len(content), shown_path(path))
         with atomic_write(path) as stream:
