@@ -44,9 +44,6 @@ KINDS = (
     Kind("solid-state sector", "robosense-m1", 4.0, 2.0),
     Kind("sector with offsets", "hesai-at128", 2.0, 2.0),
     Kind("hemisphere", "robosense-bpearl", 1.8, 1.8),
-    Kind("scan pattern", "livox-avia-pattern", 1.8, 1.8),
-    Kind("radar", "generic-corner-radar", 1.0, 1.0),
-    Kind("ultrasonic", "generic-ultrasonic", 1.0, 1.0),
     Kind("distorted camera", "pandaset-wide", 2.0, 2.0),
     Kind("distorted camera, native", "pandaset-wide", 20.0, 20.0),
 )
@@ -61,6 +58,26 @@ def rig_with(kind: Kind, pose: str) -> tuple[Rig, str]:
     if isinstance(sensor, Camera) and kind.name.endswith("native"):
         sensor = sensor.replace(cast=sensor.image)
     return rig.with_sensor(name, sensor), name
+
+
+BUDGETS_MS = {"livox-avia-pattern": 30.0, "generic-corner-radar": 5.0, "generic-ultrasonic": 5.0}
+"""Times that a step of a drag may take: a frame less what drawing takes."""
+
+
+@pytest.mark.parametrize("model", BUDGETS_MS)
+def test_a_drag_keeps_its_budget(race: Race, scenes: Scenes, model: str) -> None:
+    scene = scenes.at(0.10)
+    rig, name = with_model(model, "upright")
+    require_same_answer(scene, rig.sensor(name))
+    engine = scene.engine(1)
+    engine.evaluate(rig)
+    work = f"{model} dragged, one thread, {scene.edge}, yardstick: its budget"
+    race.within(
+        Goal("sensors", work, 1.0, "lower"),
+        moves(scene, rig, [name]),
+        lambda m: engine.evaluate(m.rig, with_seen=False),
+        BUDGETS_MS[model],
+    )
 
 
 @pytest.mark.parametrize("pose", ["upright", "tilted"])
