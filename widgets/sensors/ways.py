@@ -69,7 +69,7 @@ _PRISMS = Scan(
         Swing(rate_hz=77.743, azimuth_deg=17.0, elevation_deg=17.0),
     ),
 )
-"""Two prisms with the speeds of the Livox Mid-40 (docs/sensors-beyond.md)."""
+"""Two prisms with the speeds of livox-mid-40-pattern."""
 
 
 def _along_prisms(lidar: Lidar) -> Lidar:
