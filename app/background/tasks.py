@@ -51,6 +51,8 @@ class Task(QObject):
         self.title = title
         self._work = work
         self._unwanted = threading.Event()
+        self.is_over = False
+        """True from just before `ended`."""
         self._thread = threading.Thread(target=self._run, name=title, daemon=True)
 
     def start(self) -> None:
@@ -78,6 +80,7 @@ class Task(QObject):
             self.failed.emit(line, "".join(traceback.format_exception(error)))
         else:
             self.succeeded.emit(found)
+        self.is_over = True
         self.ended.emit()
 
     def _report(self, fraction: float, stage: str = "", /) -> None:
@@ -119,7 +122,7 @@ class Tasks(QObject):
         task.failed.connect(self.failed, queued)
         if ended is not None:
             task.ended.connect(ended, queued)
-        task.ended.connect(lambda: self._forget(task), queued)
+        task.ended.connect(self._forget_ended, queued)
         self._running.append(task)
         self.started.emit(task)
         task.start()
@@ -134,7 +137,9 @@ class Tasks(QObject):
             task.join(max(0.0, end_s - time.monotonic()))
         self._running.clear()
 
-    def _forget(self, task: Task) -> None:
-        if task in self._running:
+    def _forget_ended(self) -> None:
+        """Keep only what runs: a connection that named its own task would keep it for ever, with what it worked on."""
+        over = [task for task in self._running if task.is_over]
+        self._running = [task for task in self._running if task not in over]
+        for task in over:
             task.join()
-            self._running.remove(task)

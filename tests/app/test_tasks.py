@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gc
 import threading
+import weakref
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -39,6 +41,16 @@ def test_the_answer_arrives_on_the_interface_thread(qtbot: QtBot, tasks: Tasks) 
     )
     qtbot.waitUntil(lambda: not tasks.running, timeout=TIMEOUT_MS)
     assert seen == [2, threading.main_thread()]
+
+
+def test_nothing_of_a_task_stays_when_it_has_ended(qtbot: QtBot, tasks: Tasks) -> None:
+    worked_on = threading.Event()  # anything that can be referred to weakly
+    gone = weakref.ref(worked_on)
+    tasks.run("Adding", lambda progress, what=worked_on: None, lambda found: None)  # type: ignore[misc]
+    del worked_on
+    qtbot.waitUntil(lambda: not tasks.running, timeout=TIMEOUT_MS)
+    gc.collect()
+    assert gone() is None
 
 
 def test_bad_input_is_one_line_without_details(qtbot: QtBot, tasks: Tasks) -> None:
