@@ -92,7 +92,7 @@ class TargetCaster:
             traffic = self._traffic
             parts = parts_of(shape, traffic.cls, traffic.size_m)
             self._boxes[shape] = Boxes(
-                traffic.starts, traffic.centre_m, traffic.size_m / 2.0, traffic.rotation, traffic.counts,
+                traffic.starts, traffic.centre_m, traffic.half_m, traffic.rotation, traffic.counts,
                 traffic.cls, *parts,
             )  # fmt: skip
         return self._boxes[shape]

@@ -57,6 +57,11 @@ class Traffic:
         return np.hypot(self.centre_m[:, 0], self.centre_m[:, 1])
 
     @cached_property
+    def half_m(self) -> Doubles:
+        """Half the size (n, 3) of each box."""
+        return self.size_m / 2.0
+
+    @cached_property
     def counts(self) -> NDArray[np.bool_]:
         """Return which boxes are objects that count, (n,)."""
         return np.asarray((self.distance_m <= self.within_m) & (self.cls != NO_CLASS))
