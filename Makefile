@@ -6,6 +6,7 @@
 #   make test-detect  what needs PyTorch, with its CPU build (190 MB to fetch, 700 MB in .venv)
 #   make test-devkit  simulated data sets in nuScenes' own development kit (100 MB to fetch, into build/devkit)
 #   make fuzz     broken input for everything that reads (FUZZ="--count 1000000 --seed 2"), crashes kept in out/fuzz
+#   make restless 5,000 random actions in the window: does memory stay bounded? (RESTLESS="--count 1000 --seed 2")
 #   make mutation small mistakes in core: which ones does no test notice? (MUTATION="--count 100 --seed 1 --rooms core/engine")
 #   make stress   the test suite on a computer with four times more work than processors
 #   make bench    speed and memory against yardsticks, into out/bench.json (BENCH="--quick --only edit")
@@ -18,7 +19,7 @@ PYTHON := .venv/bin/python
 WHOLE_SUITE := -m "not slow" -n logical --maxprocesses 4 --dist worksteal
 TEST_HELPERS = $(shell find tests -name "*.py" ! -name "test_*.py")
 .DEFAULT_GOAL := help
-.PHONY: help setup setup-dev run test test-detect test-devkit slow fuzz mutation stress bench check format clean
+.PHONY: help setup setup-dev run test test-detect test-devkit slow fuzz restless mutation stress bench check format clean
 
 help:
 	@sed -n 's/^#   make/  make/p' Makefile
@@ -55,6 +56,9 @@ slow: setup-dev
 
 fuzz: setup-dev
 	@QT_QPA_PLATFORM=offscreen $(PYTHON) -m tests.fuzz $(FUZZ)
+
+restless: setup-dev
+	@xvfb-run -a -s "-screen 0 1600x1000x24" $(PYTHON) -m tests.restless $(RESTLESS)
 
 mutation: setup-dev
 	@$(PYTHON) -m tests.mutation $(MUTATION)
