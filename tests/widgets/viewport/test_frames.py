@@ -16,6 +16,7 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 
@@ -28,6 +29,7 @@ from riglens.widgets.viewport.viewport import Viewport
 from tests.waiting import TIMEOUT_MS, TIMEOUT_S, wait_for
 from tests.widgets.mouse import hover
 from tests.widgets.viewport.views import (
+    BOTH,
     KINDS,
     LIDAR,
     RIG,
@@ -47,8 +49,15 @@ from tests.widgets.viewport.views import (
 )
 
 
+@pytest.fixture(params=BOTH)
+def view(request: pytest.FixtureRequest, qtbot: QtBot) -> AnyView:
+    """A view of its own, whose first frames count."""
+    return shown(request.param, qtbot, rig=RIG, selected="roof")
+
+
 def test_letters_are_not_enlarged_twice_on_a_dense_screen(qtbot) -> None:
     view = Viewport()
+    qtbot.addWidget(view)
     view.resize(200, 150)
     with qtbot.waitSignal(view.shown, timeout=TIMEOUT_MS):
         view.show()
@@ -61,6 +70,7 @@ def test_letters_are_not_enlarged_twice_on_a_dense_screen(qtbot) -> None:
 
 def test_the_first_picture_on_the_screen_is_the_one_that_stays(qtbot) -> None:
     view = Window()
+    qtbot.addWidget(view)
     window, pictures = view._plotter.render_window, []
 
     def keep(*_: object) -> None:

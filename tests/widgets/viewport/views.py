@@ -72,6 +72,7 @@ def change(view: AnyView, **fields: Any) -> None:
 def shown(kind: type[AnyView], qtbot: QtBot, size: tuple[int, int] = (900, 600), **fields: Any) -> AnyView:
     """A view on the screen that has drawn everything."""
     made = kind()
+    qtbot.addWidget(made)  # left to garbage collection its parts go in any order, which Qt does not survive
     made.resize(*size)
     change(made, **fields)
     with qtbot.waitExposed(made, timeout=TIMEOUT_MS):
