@@ -68,7 +68,7 @@ class KeptSearch(NamedTuple):
 
     @property
     def title(self) -> str:
-        """What was searched for."""
+        """Name the search."""
         options = self.asked.options
         if self.asked.work == "improve":
             return f"{self.asked.number}: better mount of {self.asked.sensor}"

@@ -194,7 +194,7 @@ def test_a_data_set_from_carla(riglens, tmp_path, small_rig, monkeypatch):
         (("--carla", "nowhere"), "--carla must be HOST:PORT"),
         (("--carla", "h:1", "--frames", "0"), "--frames must be an integer from 1 to 1,000,000 (got 0)"),
         (("--carla", "h:1", "--every", "0"), "--every must be an integer ≥ 1 (got 0)"),
-        (("--carla", "h:1", "--dask", "tcp://h:1"), "--dask has no meaning"),
+        (("--carla", "h:1", "--dask", "tcp://h:1"), "--dask does not apply"),
         (("--carla", "h:1", "--noise", "-1"), "--noise must be between 0 and"),
     ],
 )
@@ -207,6 +207,6 @@ def test_what_makes_no_sense_with_carla_is_one_line(riglens, tmp_path, small_rig
 def test_carla_takes_one_rig_and_needs_its_package(riglens, boxes, tmp_path, small_rig, monkeypatch):
     words = ("--out", tmp_path / "set", "--carla", "localhost:2000")
     one_line(riglens("simulate", small_rig, "Center", *words), "--carla is for one rig (got 2 rigs)")
-    one_line(riglens("simulate", small_rig, *words, "--boxes", boxes), "--boxes has no meaning")
+    one_line(riglens("simulate", small_rig, *words, "--boxes", boxes), "--boxes does not apply")
     monkeypatch.setitem(sys.modules, "carla", None)
     one_line(riglens("simulate", small_rig, *words), "pip install 'riglens[carla]'")
