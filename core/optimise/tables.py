@@ -35,6 +35,8 @@ UNIT = 1 << 44
 """Integers for a value of 1: rounding stays far below the printed digits."""
 MOST_CELLS = 256
 """More cells of one object add less than half an integer."""
+_FEW = 32
+"""Gains that one thread finds sooner than several."""
 _HALF_CELLS = 1 << 20
 """Index at which `kernels.objects.unique_cells` packs cell 0."""
 
@@ -149,7 +151,10 @@ class CoverTable:
     def gains_in(self, state: State, ids: Ids) -> Ids:
         """Return what each of some candidates adds in a state."""
         found = np.empty(len(ids), np.int64)
-        kernel.gains(self.cover, ids, state.covered, state.known, self.workers, found)
+        if len(ids) <= _FEW:
+            kernel.few_gains(self.cover, ids, state.covered, state.known, found)
+        else:
+            kernel.gains(self.cover, ids, state.covered, state.known, self.workers, found)
         return found
 
     def given(self, cells: Cells, known: Cells) -> State:
