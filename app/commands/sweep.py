@@ -165,7 +165,7 @@ def sweep_options(
     if blind_m is not None and not 0.05 <= blind_m <= 2.0:
         raise InputError(f"must be between 0.05 and 2 m (got {blind_m:g})", "blind_m")
     if only != "score" and scene.pog is not None:
-        raise InputError("needs a box data set: a stored POG holds no objects; or use --only score", "pog")
+        raise InputError("holds no objects to count: leave it out, or choose score for", "pog", "only")
     figures = Figures(
         None if only == "targets" else settings_of(score),
         None if only == "score" else count_settings(count, score),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,6 +20,8 @@ from riglens.core.rig.model import Rig
 from riglens.core.sweep.fields import RigField, fields_called, with_values
 
 MAX_RIGS = 1_000_000
+MAX_BYTES = 1 << 28
+"""Of a table of values."""
 CHECKED = 1000
 """Rigs that are made before the work to find values that do not fit."""
 _DIGITS = 12
@@ -124,8 +127,15 @@ def table(path: Path) -> Design:
     accepted = "a table (CSV or Parquet) with a column per field"
     try:
         with open_regular(path, accepted) as file:
+            if file.seek(0, os.SEEK_END) > MAX_BYTES:
+                raise InputError(f"{path}: must be at most {MAX_BYTES >> 20} MiB")
+            file.seek(0)
             is_csv = path.suffix.lower() == ".csv"
+            if not is_csv:
+                _require_rigs(parquet.ParquetFile(file).metadata.num_rows)  # a small file may hold many
             found = csv.read_csv(file) if is_csv else parquet.read_table(file)
+    except InputError:
+        raise
     except FileNotFoundError as error:
         raise InputError(f"{path}: no such file (must be {accepted})") from error
     except OSError as error:

@@ -84,6 +84,20 @@ def test_a_table_that_cannot_be_used_is_one_line(tmp_path, text, part):
         table(tmp_path / "none.csv")
 
 
+def test_a_table_has_limits(tmp_path, monkeypatch):
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    path = tmp_path / "rigs.parquet"
+    parquet.write_table(pa.table({"top.z": [1.5, 1.75, 2.0]}), path)
+    monkeypatch.setattr(design, "MAX_RIGS", 2)
+    with pytest.raises(InputError, match=r"1 to 2 rigs \(got 3\)"):
+        table(path)
+    monkeypatch.setattr(design, "MAX_BYTES", 100)
+    with pytest.raises(InputError, match="must be at most"):
+        table(path)
+
+
 def test_parts_of_a_sweep_are_its_rows():
     sweep = Sweep.of([RIG.replace(name="a"), RIG.replace(name="b")], grid([Span("top.z", 1.0, 2.0, 5)]))
     whole = [sweep.rig(row) for row in range(len(sweep))]
