@@ -94,7 +94,7 @@ class MapPanel(QWidget):
         self._offer_ground()
 
     def _offer_ground(self) -> None:
-        self.on_ground.setEnabled(self.lowest is not None)
+        self.on_ground.setVisible(self.lowest is not None)  # the choice needs the room
 
     @property
     def ground(self) -> tuple[By, int] | None:

@@ -319,9 +319,9 @@ def test_what_lies_on_the_ground_is_what_the_map_shows_and_follows_answers(
     scored: FullDesk, shown: str
 ) -> None:
     panel = scored.features.map.panel
-    assert not scored.recompute.requests[-1].blind and not panel.on_ground.isEnabled()
+    assert not scored.recompute.requests[-1].blind and panel.on_ground.isHidden()
     panel.choose(shown)
-    assert panel.on_ground.isEnabled() and not scored.session.request().blind
+    assert not panel.on_ground.isHidden() and not scored.session.request().blind
     panel.on_ground.setChecked(True)
     assert scored.recompute.requests[-1].blind and scored.viewport.state.ground_map is None
     for place in ((0.0, 0.0, 2.0), (1.0, 0.5, 3.0)):
