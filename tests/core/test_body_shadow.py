@@ -94,7 +94,10 @@ def test_rays_along_the_faces_and_edges_of_a_box_end_where_single_rays_do() -> N
             np.testing.assert_array_equal(barrier_ends(sensor, barrier), by_tree(sensor, barrier))
 
 
-@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize(
+    "model",
+    [model if n % 4 == 0 else pytest.param(model, marks=pytest.mark.slow) for n, model in enumerate(MODELS)],
+)
 def test_every_model_of_the_library_ends_at_a_car_where_single_rays_do(model: str) -> None:
     """Above the roof, at a corner, or inside, tilted."""
     number, turn = MODELS.index(model), (2.0, 6.0, 40.0)
