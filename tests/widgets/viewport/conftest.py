@@ -6,26 +6,27 @@ import pytest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from riglens.widgets.viewport.scene_state import SceneState
 from tests.widgets.viewport.views import BOTH, RIG, AnyView, settle, shown
 
 
 @pytest.fixture(scope="module", params=BOTH)
-def opened(request: pytest.FixtureRequest, qapp: QApplication) -> Iterator[AnyView]:
-    """One view for the tests of a file: opening it takes longer than most of them."""
+def opened(request: pytest.FixtureRequest, qapp: QApplication) -> Iterator[tuple[AnyView, SceneState]]:
+    """One view for the tests of a file, and what it shows first: opening it takes longer than most of them."""
     made = shown(request.param, QtBot(request), rig=RIG, selected="roof")
-    made.first = made.state
-    yield made
+    yield made, made.state
     made.close()
     made.deleteLater()
 
 
 @pytest.fixture
-def view(opened: AnyView) -> AnyView:
+def view(opened: tuple[AnyView, SceneState]) -> AnyView:
     """The view as it was opened: with its first camera, and no tool in hand."""
-    opened.cancel_drag()
-    for put_away in (opened.set_snap, opened.set_picking, opened.set_measuring, opened.set_painting):
+    made, first = opened
+    made.cancel_drag()
+    for put_away in (made.set_snap, made.set_picking, made.set_measuring, made.set_painting):
         put_away(False)
-    opened.set_placing(upright=False, below_rails=False)
-    opened.show_state(opened.first)
-    settle(opened)
-    return opened
+    made.set_placing(upright=False, below_rails=False)
+    made.show_state(first)
+    settle(made)
+    return made
