@@ -77,7 +77,7 @@ def sweep(
     sobol: int | None = None,
     design_seed: int = 0,
     design: StrPath | None = None,
-    only: Literal["score", "targets"] | None = None,
+    compute: Literal["score", "targets"] | None = None,
     blind_m: float | None = None,
     voxel_m: float | None = None,
     roi_m: ArrayLike | None = None,
@@ -119,7 +119,7 @@ def sweep(
         Vary all fields at once in so many points of a Sobol sequence: {"LIDAR_TOP.z": (1.6, 2.2)}.
     design
         Take the values from a CSV or Parquet file with a column per field.
-    only, blind_m
+    compute, blind_m
         Scores or hit coverage alone; also the blind area of an object of this height.
     sample
         Number of frames in which objects are counted.
@@ -150,7 +150,7 @@ def sweep(
     )  # fmt: skip
     listed = [rigs] if isinstance(rigs, Rig) else list(rigs)
     several = [with_blocking_mesh(rig, score.body_of(rig), mesh_folder) for rig in listed]
-    options = command.sweep_options(several, scene, count, score, only, blind_m)
+    options = command.sweep_options(several, scene, count, score, compute, blind_m)
     with called_from_python(warn), tempfile.TemporaryDirectory(prefix="riglens-") as folder:
         path = Path(folder) / "sweep.parquet" if out is None else Path(out)
         loaded = LoadedSweep(Sweep.of(several, made), options, made.kind, threads)

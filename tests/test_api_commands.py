@@ -110,7 +110,7 @@ def test_a_sweep_reads_its_data_again(place: Place, tmp_path: Path) -> None:
     boxes, found = tmp_path / "boxes.csv", []
     for shift in ("", "s,2,car,-9,0,0.8,4.5,1.9,1.6,0.3\n"):
         boxes.write_text(BOXES + shift)
-        found.append(rl.sweep(place.rig, None, boxes, only="targets", workers=1).to_dict())
+        found.append(rl.sweep(place.rig, None, boxes, compute="targets", workers=1).to_dict())
     assert [one["rows"][0]["car.objects"] for one in found] == [2, 3]
     assert found[0]["targets"]["data"]["sha256"] != found[1]["targets"]["data"]["sha256"]
 

@@ -67,7 +67,7 @@ def sweep(
     sobol: Annotated[Whole, Parameter(group=DESIGN)] = None,
     table: Annotated[Path | None, Parameter(group=DESIGN, metavar="FILE")] = None,
     design_seed: Annotated[int, number(DESIGN)] = 0,
-    only: Annotated[Literal["score", "targets"] | None, Parameter(show_choices=True)] = None,
+    compute: Annotated[Literal["score", "targets"] | None, Parameter(show_choices=True)] = None,
     blind: Annotated[float | None, Parameter(metavar="M")] = None,
     chart: Annotated[Path | None, Parameter(metavar="FILE.png|.svg")] = None,
     figure: Annotated[tuple[str, ...], Parameter(metavar="COLUMN", show_default=False)] = (),
@@ -99,7 +99,7 @@ def sweep(
         Take the values from a CSV or Parquet file with a column per field and a row per rig.
     design_seed
         Seed of the Sobol sequence.
-    only
+    compute
         Compute scores or hit coverage alone.
     blind
         Also measure the area where an object of this height is in no sensor's view.
@@ -120,7 +120,7 @@ def sweep(
     require_outputs((*rigs, *scene.files, *([table] if table else [])), out, chart, json)
     design = design_of([Span.parsed(text) for text in vary], sobol, design_seed, table)
     loaded = load_rigs(rigs, score, libraries)
-    options = sweep_options(loaded, with_surroundings(scene, surroundings), count, score, only, blind)
+    options = sweep_options(loaded, with_surroundings(scene, surroundings), count, score, compute, blind)
     sweep = LoadedSweep(Sweep.of(loaded, design), options, design.kind, score.threads)
     if chart is not None:
         from riglens.app.studies.sweep_chart import require_drawable  # matplotlib
@@ -156,7 +156,7 @@ def sweep_options(
     scene: SceneOptions,
     count: CountArguments,
     score: ScoreOptions,
-    only: Literal["score", "targets"] | None = None,
+    compute: Literal["score", "targets"] | None = None,
     blind_m: float | None = None,
 ) -> SweepOptions:
     """Return what rows are computed from; raise InputError for options that contradict."""
@@ -164,11 +164,11 @@ def sweep_options(
         raise InputError("belongs to riglens evaluate", "objects")
     if blind_m is not None and not 0.05 <= blind_m <= 2.0:
         raise InputError(f"must be between 0.05 and 2 m (got {blind_m:g})", "blind_m")
-    if only != "score" and scene.pog is not None:
-        raise InputError("holds no objects to count: leave it out, or choose score for", "pog", "only")
+    if compute != "score" and scene.pog is not None:
+        raise InputError("holds no objects to count: leave it out, or choose score for", "pog", "compute")
     figures = Figures(
-        None if only == "targets" else settings_of(score),
-        None if only == "score" else count_settings(count, score),
+        None if compute == "targets" else settings_of(score),
+        None if compute == "score" else count_settings(count, score),
         count.sample,
         blind_m,
     )

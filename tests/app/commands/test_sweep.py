@@ -90,7 +90,7 @@ def test_changes_are_measured_against_the_given_rig(sweep):
 
 
 def test_several_rigs_and_one_kind_of_figure(riglens, boxes, small_rig, tmp_path):
-    words = ("--boxes", boxes, *SMALL_GRID, "--only", "score", "--out", tmp_path / "o.parquet", "--json", "-")
+    words = ("--boxes", boxes, *SMALL_GRID, "--compute", "score", "--out", tmp_path / "o.parquet", "--json", "-")
     found = riglens("sweep", small_rig, "W+T", *words)
     assert found.code == 0, found.err
     document = json.loads(found.out)
@@ -112,7 +112,7 @@ def test_several_rigs_and_one_kind_of_figure(riglens, boxes, small_rig, tmp_path
         (("--vary", "roof.z=1:2:2", "--table", "no.csv"), "--table cannot be combined with --vary"),
         (("--table", "no.csv"), "no.csv: no such file"),
         (("--blind", "9"), "--blind must be between 0.05 and 2 m (got 9)"),
-        (("--pog", "p.npz"), "--pog holds no objects to count: leave it out, or choose score for --only"),
+        (("--pog", "p.npz"), "--pog holds no objects to count: leave it out, or choose score for --compute"),
         (("--objects", "o.csv"), "--objects belongs to riglens evaluate"),
         (("--chart", "c.pdf"), "--chart must end in .png or .svg"),
         (("--vary", "roof.z=1:2:2", "--chart", "c.png", "--figure", "x"), "--figure must be a column"),
