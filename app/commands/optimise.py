@@ -273,7 +273,8 @@ def print_proposals(found: OptimiseResult) -> None:
     console, problem = results(), found.problem
     title = problem.goal.title
     heading = f"{visible(problem.rig.name)}: {title} {found.before:.3f}, proposed {found.best.value:.3f}"
-    console.print(f"{heading} (in the {problem.frames} frames of choice)", soft_wrap=True)
+    where = f" (in the {problem.frames} frames of choice)" if problem.goal.is_guarded else ""
+    console.print(f"{heading}{where}", soft_wrap=True)
     console.print(_sensors(found))
     console.print(Text(f"{found.sentence()[0].upper()}{found.sentence()[1:]}."), soft_wrap=True)
     for name, floor in problem.floors.items():

@@ -17,6 +17,7 @@ from riglens.core.rig.library import default_library
 from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensors.camera import CAMERA
+from riglens.core.sensors.lidar import LIDAR
 from riglens.core.targets.engine import TargetEngine, never_stale
 from riglens.core.targets.quantities import ON_TARGET, Quantity
 from riglens.core.targets.settings import TargetSettings
@@ -211,11 +212,11 @@ def weak_cases(kept: Sequence[Kept]) -> tuple[Kept, ...]:
 
 
 def assumed_ranges(proposal: Rig, reference: Rig) -> frozenset[str]:
-    """Return the models of sensors that only one of two rigs has and whose maker states no range by reflectivity."""
+    """Return the models of LiDARs that only one of two rigs has and whose maker states no range by reflectivity."""
     own = {sensor.name: sensor for sensor in reference.sensors}
     theirs = {sensor.name: sensor for sensor in proposal.sensors}
     differ = [s for s in (*own.values(), *theirs.values()) if own.get(s.name) != theirs.get(s.name)]
-    models = {sensor.model for sensor in differ if sensor.model is not None}
+    models = {sensor.model for sensor in differ if sensor.model is not None and sensor.kind == LIDAR.name}
     return frozenset(name for name in models if not default_library().entry(name).range_anchors())
 
 
