@@ -90,7 +90,17 @@ def test_changes_are_measured_against_the_given_rig(sweep):
 
 
 def test_several_rigs_and_one_kind_of_figure(riglens, boxes, small_rig, tmp_path):
-    words = ("--boxes", boxes, *SMALL_GRID, "--compute", "score", "--out", tmp_path / "o.parquet", "--json", "-")
+    words = (
+        "--boxes",
+        boxes,
+        *SMALL_GRID,
+        "--compute",
+        "score",
+        "--out",
+        tmp_path / "o.parquet",
+        "--json",
+        "-",
+    )
     found = riglens("sweep", small_rig, "W+T", *words)
     assert found.code == 0, found.err
     document = json.loads(found.out)
