@@ -160,7 +160,7 @@ def verdict(found: Sequence[Compared]) -> Iterable[str]:
         groups = one.paper.groups("car")
         order = " < ".join(f"{name} {groups[name]:.1f}" for name in sorted(groups, key=groups.__getitem__))
         yield f"  {one.paper.name}: {order}"
-    yield "Both were trained once, without error bars; placements of one name differ in poses and fields of view."
+    yield "Both were trained once, without error bars; placements of one name differ in poses and views."
 
 
 def csv_lines(found: Sequence[Compared]) -> Iterator[dict[str, object]]:

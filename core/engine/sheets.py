@@ -50,8 +50,12 @@ def make_sheets(
 ) -> Sheets | None:
     """Return the cones of a LiDAR in grid units, each as far as its rays are within `worth` voxels of each other or in
     a core; None if walking its rays is simpler, or faster because they drift apart within the `shortest` radius in
-    voxels, or because they are a sector of fewer azimuths than the `fewest`."""
-    if not is_near(rays) or not is_well_scaled(rays.rows, rays.planes, rays.rotation, rays.origin):
+    voxels, or because they are a scan pattern or a sector of fewer azimuths than the `fewest`."""
+    if (
+        lidar.rays is not None
+        or not is_near(rays)
+        or not is_well_scaled(rays.rows, rays.planes, rays.rotation, rays.origin)
+    ):
         return None
     spinner = _spinner(lidar, rays)
     if spinner.is_sector and spinner.azimuths.size < fewest:

@@ -1,4 +1,4 @@
-"""Figures of rigs one after another as rows of a table: those of `riglens evaluate --targets`, bit for bit."""
+"""Figures of rigs one after another as rows of a table: those of an evaluation with objects, bit for bit."""
 
 from __future__ import annotations
 

@@ -44,6 +44,9 @@ class GainLayer:
         if self._made is None or self._made[0] != vehicle or self._made[1] is not data.centres_m:
             self._made = vehicle, data.centres_m
             self.mesh, self._nearest = _near_skin(vehicle, data.centres_m)
+        if not self._nearest.size:  # spots of a car of another size
+            self._actor.visibility = False
+            return
         values = np.nan_to_num(data.values)[self._nearest]
         rows = colour_rows(data.scale, values, values, data.vmax)
         shown = np.empty((len(rows), 4), np.uint8)
@@ -68,6 +71,8 @@ def _near_skin(vehicle: Vehicle, spots_m: Values) -> tuple[pv.PolyData, NDArray[
     faces = skin.triangulate().regular_faces
     faces = faces[np.isfinite(away)[faces].all(axis=1)]
     used, corners = np.unique(faces, return_inverse=True)
+    if not used.size:
+        return pv.PolyData(), np.zeros(0, np.int64)
     normals = np.asarray(skin.point_data["Normals"])[used]
     mesh = pv.PolyData(
         points[used] + np.float32(_OFF_M) * normals, np.insert(corners.reshape(-1, 3), 0, 3, axis=1).ravel()

@@ -83,14 +83,14 @@ def _steps() -> list[Rig]:
 
 
 def _library_draw(rng: np.random.Generator) -> list[str]:
-    """Turning LiDARs of the bundled library, without those that are rigs already."""
+    """Turning LiDARs of the bundled library that cast beams, without those that are rigs already."""
     names = []
     entries = [entry for entry in default_library().entries("lidar") if entry.maker != "Data sets"]
     for entry in entries:
         sensor = entry.sensor("LIDAR", Pose())
         assert isinstance(sensor, Lidar)
         turn = sensor.azimuths()
-        if np.ptp(turn) > 350.0 and _RAYS[0] <= sensor.ray_count <= _RAYS[1]:
+        if sensor.rays is None and np.ptp(turn) > 350.0 and _RAYS[0] <= sensor.ray_count <= _RAYS[1]:
             names.append(entry.name)
     names = [name for name in names if name not in ("velodyne-vlp-32c", "generic-16")]
     return [str(name) for name in rng.choice(names, LIBRARY_RIGS, replace=False)]

@@ -425,7 +425,7 @@ def test_a_panel_among_tabs_is_named_by_its_tab_alone_and_gets_its_title_back_wh
     bench.qtbot.waitUntil(lambda: scores.titleBarWidget() is not None, timeout=TIMEOUT_MS)
     assert compare.titleBarWidget() is not None
     assert tree.titleBarWidget() is None
-    for beside in (compare, *(bench.workbench.docks[name] for name in ("Targets", "Checks"))):
+    for beside in (compare, *(bench.workbench.docks[name] for name in ("Targets", "Checks", "Propose"))):
         beside.toggleViewAction().trigger()
     bench.qtbot.waitUntil(lambda: scores.titleBarWidget() is None, timeout=TIMEOUT_MS)
     compare.toggleViewAction().trigger()
