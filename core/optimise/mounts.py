@@ -1,4 +1,4 @@
-"""Generate candidate mounts: spots on the car's skin, sensor poses there, and conflicts between them."""
+"""Generate candidate mounts: sensor poses at spots on the car's skin, and conflicts between them."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from riglens.core.errors import Cancelled, InputError
 from riglens.core.geometry import Pose, rpy_deg_from_rotation
+from riglens.core.optimise.spots import Spot, box_spots, skin_spots
 from riglens.core.review.mounts import (
     SIDES,
     USUAL_KEEP_OUT,
@@ -29,33 +30,20 @@ from riglens.core.rig.model import Rig, Sensor, Vehicle
 from riglens.core.sensors.registry import kind_of
 from riglens.core.targets.engine import never_stale
 from riglens.core.vehicle.profiles import PROFILES
-from riglens.core.vehicle.solid import MATERIALS, Solid, solid_of
+from riglens.core.vehicle.solid import Solid, solid_of
 from riglens.core.vehicle.standing import materials_at, stand
 
 Doubles = NDArray[np.float64]
-SKIN = ("paint", "panel", "trim")
-"""Materials that carry sensors; the bodies of mesh files are of paint."""
 LEVELS_DEG = (0.0, 8.0, 15.0)
 """Outward tilts of added sensors."""
 TURNS_DEG = (-8.0, 0.0, 8.0, 15.0)
 """Further outward lean of moved sensors."""
 USUAL_RULES = MountLimits(height_m=(0.4, 100.0), spacing_m=0.25)
 """Our choice: dirt and kerbs below, housings side by side."""
-_SAMPLES_A_M2 = 4000.0
-_MOST_SAMPLES = 400_000
-_UNDERSIDE, _FLAT = -0.35, 0.1
-_LIFT_M, _NEAR_M = 0.005, 0.3
+_FLAT = 0.1
+_NEAR_M = 0.3
 _MIRROR_GAP_M = 0.03
 _FULL_TURN_DEG = 300.0
-
-
-@dataclass(frozen=True)
-class Spot:
-    """A place on the skin and its outward unit normal, both (3,); a free one is where the middle of a sensor is."""
-
-    point_m: Doubles
-    normal: Doubles
-    is_free: bool = False
 
 
 STAYS = -1
@@ -67,8 +55,8 @@ class Candidate:
     """Sensors that are mounted together, a mirror pair or one, and their cost.
 
     Random draws depend on the names, so a candidate keeps them from the table to the rig. `spot`: number of the spot;
-    tilt_deg: how far it leans outwards, a moved one further than now; slot: 0 for those that are added, else one more
-    than the place of the move of which it is; on: the spot, None where a sensor stays.
+    tilt_deg: how far it leans outwards, a moved one further than now; slot: 0 for added sensors, else the number of
+    their move, from 1; on: the spot, None for a sensor that stays.
     """
 
     sensors: tuple[Sensor, ...]
@@ -159,57 +147,6 @@ class Additions:
 
 
 NO_ADDITIONS = Additions(())
-
-
-def skin_spots(vehicle: Vehicle, spacing_m: float, seed: int = 0) -> list[Spot]:
-    """Return spots on the left half of a car's skin, at least `spacing_m` apart, in the order of their draw.
-
-    Points are drawn evenly by area; each one that sees the sky or the road straight ahead of the surface and keeps its
-    distance is taken (Poisson-disk sampling by dart throwing).
-    """
-    solid = solid_of(vehicle)
-    corners = solid.triangles_m[np.isin(solid.materials, [MATERIALS.index(name) for name in SKIN])]
-    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    double = np.linalg.norm(across, axis=1)
-    if not len(corners):
-        return []
-    rng = np.random.default_rng(seed)
-    number = min(_MOST_SAMPLES, math.ceil(double.sum() / 2.0 * _SAMPLES_A_M2 * (0.2 / spacing_m) ** 2))
-    chosen = rng.choice(len(corners), number, p=double / double.sum())
-    share = rng.random((number, 2))
-    share = np.where(share.sum(axis=1, keepdims=True) > 1.0, 1.0 - share, share)
-    a, b, c = corners[chosen].transpose(1, 0, 2)
-    points = a + share[:, :1] * (b - a) + share[:, 1:] * (c - a)
-    normals = (across / double[:, None])[chosen]
-    alive = (points[:, 1] >= 0.0) & (normals[:, 2] > _UNDERSIDE)
-    spots: list[Spot] = []
-    for place in range(number):
-        if alive[place] and _is_free(points[place], normals[place], solid):
-            spots.append(Spot(points[place], normals[place]))
-            alive &= ((points - points[place]) ** 2).sum(axis=1) >= spacing_m**2
-    return spots
-
-
-def box_spots(box_m: Sequence[tuple[float, float]], spacing_m: float, solid: Solid) -> list[Spot]:
-    """Return free spots on a lattice in a box, outside of the car's body, that face away from its middle."""
-    axes = [
-        low + spacing_m * np.arange(math.floor((high - low) / spacing_m + 1e-9) + 1) for low, high in box_m
-    ]
-    spots = list[Spot]()
-    for x, y, z in np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3).round(6).tolist():
-        status = stand((x, y, z), solid)
-        if not (status.inside or status.below_ground):
-            spots.append(Spot(np.array([x, y, z]), np.array([x, y, 0.0]) / (math.hypot(x, y) or 1.0), True))
-    return spots
-
-
-def _is_free(point_m: Doubles, normal: Doubles, solid: Solid) -> bool:
-    """Return whether nothing of the car lies ahead of a surface."""
-    from riglens.core.kernels.body.solid import meet_listed  # the compiler
-
-    every, most = np.ones(solid.count, np.bool_), np.full(1, np.inf)
-    met = meet_listed(point_m + _LIFT_M * normal, normal[None], solid.tree, every, most, 0.0)[0]
-    return bool(np.isinf(met[0]))
 
 
 def door_mirrors(vehicle: Vehicle) -> tuple[KeepOut, ...]:

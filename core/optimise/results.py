@@ -187,7 +187,7 @@ class Proposal:
 
 @dataclass(frozen=True)
 class Stair:
-    """The best rig that was found with so many additions, and its value in the frames of choice."""
+    """The best rig found with a number of additions, and its value in the frames of choice."""
 
     count: int
     value: float
@@ -200,7 +200,7 @@ class OptimiseResult:
 
     before, reference_value: values of the rig itself and of the one that gains refer to, in the same frames. stairs: by
     number of additions, from none on. floors: the best proposal's value by class; unmet: the
-    requirements that it does not meet, None where there are none.
+    requirements that it does not meet, None without requirements.
     """
 
     problem: Problem

@@ -245,7 +245,7 @@ class CellSpace:
 
 
 Worth = tuple[NDArray[np.uint8], Ids]
-"""Of objects (k,) their row, and the worth (rows, most + 1) of so many cells."""
+"""Rows of objects (k,), and the worth by number of cells, (rows, most + 1)."""
 
 
 def worth_of(shares: Doubles, cls: NDArray[np.uint8], ring: Doubles, weights: Weights) -> Worth:
@@ -293,7 +293,7 @@ class ObjectTableMaker(TableMaker):
 class HitTableMaker(ObjectTableMaker):
     """Casts sensors into traffic, one after another, and finds the cells that they hit on objects.
 
-    shares: what so many cells on an object are worth, by class (classes, most + 1); which: the objects that count, of
+    shares: worth of an object by class and number of cells, (classes, most + 1); which: the objects that count, of
     those that count in the traffic.
     """
 

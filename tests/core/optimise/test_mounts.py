@@ -12,8 +12,8 @@ from riglens.core.optimise.mounts import (
     conflicts,
     door_mirrors,
     rules_for,
-    skin_spots,
 )
+from riglens.core.optimise.spots import skin_spots
 from riglens.core.review.mounts import Beyond, KeepOut, MountLimits, is_in_zone, violations
 from riglens.core.review.outline import Outline
 from riglens.core.rig.edits import mirrored_pose
