@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Collection, Iterable, Sequence
+from typing import Any
 
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose, Vec3
@@ -16,6 +17,17 @@ _SAME_PLACE_M = 0.01
 _OTHER_SIDE = {"L": "R", "R": "L", "l": "r", "r": "l"}
 _SIDE_LETTER = re.compile(r"(?<![A-Z0-9])[FRBSMC]?[LR](?![A-Za-z])|(?<![A-Za-z0-9])[frbsmc]?[lr](?![A-Za-z])")
 """L or R as a word or after one letter for front, rear, back, side, middle, corner: FL, CAM_RR2, side_l."""
+
+
+def replaced(item: Any, path: tuple[str | int, ...], value: Any) -> Any:
+    """Return an item with what lies at a path (names of fields and places in tuples) replaced, validated on the way;
+    all else stays the very same objects. Raise pydantic's ValidationError for a value that does not fit."""
+    if not path:
+        return value
+    step, rest = path[0], path[1:]
+    if isinstance(step, int):
+        return (*item[:step], replaced(item[step], rest, value), *item[step + 1 :])
+    return item.replace(**{step: replaced(getattr(item, step), rest, value)})
 
 
 def mirrored_pose(pose: Pose) -> Pose:

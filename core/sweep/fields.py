@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from riglens.core.errors import InputError
-from riglens.core.rig.edits import in_step, partner_of
+from riglens.core.rig.edits import in_step, partner_of, replaced
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.problems import problems
 
@@ -117,7 +117,7 @@ def with_values(rig: Rig, values: Mapping[RigField, float]) -> Rig:
     for field, value in values.items():
         owner: Any = changed.vehicle if field.sensor is None else changed.sensor(field.sensor)
         try:
-            item = _with_value(owner, field.path, value)
+            item = replaced(owner, field.path, _as_now(value_of(changed, field), value))
         except ValidationError as error:
             problem = problems(error, {})[0]
             raise InputError(f"'{field.name}' cannot be {value:g}:{_said(problem.complaint)}") from error
@@ -133,12 +133,6 @@ def _said(complaint: str) -> str:
     return f" {complaint.strip().removeprefix(': ')}"
 
 
-def _with_value(item: Any, path: tuple[str | int, ...], value: float) -> Any:
-    """Return an item with the number at the end of a path replaced, validated on the way."""
-    if not path:
-        is_whole = isinstance(item, int) and float(value).is_integer()
-        return type(item)(value) if is_whole else value
-    step, rest = path[0], path[1:]
-    if isinstance(step, int):
-        return (*item[:step], _with_value(item[step], rest, value), *item[step + 1 :])
-    return item.replace(**{step: _with_value(getattr(item, step), rest, value)})
+def _as_now(now: float, value: float) -> float:
+    """Return a value as an integer or a switch where the present one is, if it can be."""
+    return type(now)(value) if isinstance(now, int) and float(value).is_integer() else value

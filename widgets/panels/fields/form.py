@@ -13,6 +13,7 @@ from PySide6.QtGui import QWheelEvent
 from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from riglens.core.errors import InputError
+from riglens.core.rig.edits import replaced
 from riglens.widgets.panels.controls.scrolled import breakable
 from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel
 from riglens.widgets.panels.fields.edits import MIXED, ListEdit, NumberEdit, ValueEdit
@@ -320,16 +321,7 @@ def read(path: Path) -> Read:
 
 def write(path: Path) -> Write:
     """Return a function that replaces what lies at a path; all else stays the very same objects."""
-
-    def changed(subject: Any, value: Any) -> Any:
-        if not path:
-            return value
-        part, rest = path[0], write(path[1:])
-        if isinstance(part, int):
-            return (*subject[:part], rest(subject[part], value), *subject[part + 1 :])
-        return subject.replace(**{part: rest(getattr(subject, part), value)})
-
-    return changed
+    return lambda subject, value: replaced(subject, path, value)
 
 
 def reason_of(error: Exception) -> str:
