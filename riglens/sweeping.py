@@ -116,7 +116,7 @@ def sweep(
     out
         Parquet file to write; an interrupted call with it resumes.
     sobol, design_seed
-        Vary all fields at once in so many points of a Sobol sequence: {"LIDAR_TOP.z": (1.6, 2.2)}.
+        Vary all fields at once over this number of points of a Sobol sequence: {"LIDAR_TOP.z": (1.6, 2.2)}.
     design
         Take the values from a CSV or Parquet file with a column per field.
     compute, blind_m

@@ -281,7 +281,7 @@ def is_steady(megabytes: Sequence[float]) -> bool:
 
 
 def campaign(window: MainWindow, count: int, seed: int, folder: Path, is_traced: bool) -> list[float]:
-    """Act so many times; memory in MB at the beginning and after every EVERY actions."""
+    """Act `count` times; memory in MB at the beginning and after every EVERY actions."""
     window.bench.dialogs = Answers(folder)
     guard = QTimer(interval=300)
     guard.timeout.connect(_end_questions)

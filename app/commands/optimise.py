@@ -160,7 +160,7 @@ def optimise(
     (opened,) = load_rigs([rig], score, libraries)
     asked = None if requirements is None else CheckInputs.of(requirements, (), [opened])
     if asked is not None:
-        rules = rules if asked.required.mounts is None else _stricter(rules, asked.required.mounts)
+        rules = rules if asked.required.mounts is None else _with_limits_of(rules, asked.required.mounts)
     additions = Additions(
         add, count, not singles, numbers_of("cost", cost), limit, rules, spots, box_m=_box(inside)
     )
@@ -196,7 +196,7 @@ def _rules(lowest_m: float, spacing_m: float, beyond_m: float | None) -> MountLi
         raise InputError(problem.complaint.strip(), OPTIONS[str(problem.path[0])]) from error
 
 
-def _stricter(rules: MountLimits, asked: MountLimits) -> MountLimits:
+def _with_limits_of(rules: MountLimits, asked: MountLimits) -> MountLimits:
     """Return the limits of a file where it has any, and the others."""
     limits = {name: getattr(asked, name) for name in MountLimits.model_fields}
     return rules.model_copy(

@@ -94,7 +94,7 @@ def sweep(
     vary
         Field and its values, such as LIDAR_TOP.z=1.6:2.2:13 (metres, degrees); repeated: all combinations.
     sobol
-        Vary all fields at once instead, in so many points of a Sobol sequence.
+        Vary all fields at once instead, over this number of points of a Sobol sequence.
     table
         Take the values from a CSV or Parquet file with a column per field and a row per rig.
     design_seed

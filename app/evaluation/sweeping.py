@@ -112,7 +112,7 @@ class LoadedSweep:
         threads: int | None = None,
         progress: Progress = lambda _: None,
     ) -> Table:
-        """Compute all rows with so many threads a piece; raise InputError for a rig that cannot be evaluated."""
+        """Compute all rows, `threads` for each piece; raise InputError for a rig that cannot be evaluated."""
         header = self.header  # compiles every kernel before workers need them
         pieces = [self._piece(span, self._threads or threads or workers.threads) for span in spans]
         found: dict[str, Table] = {}

@@ -65,7 +65,7 @@ class TargetEngine:
         cancel: IsStale = never_stale,
         with_rings: bool = True,
     ) -> TargetScores:
-        """Count for a rig in all frames, in the first so many of the sampling order, or in a range of it; with figures
+        """Count for a rig in all frames, in the first N of the sampling order, or in a range of it; with figures
         by ring of distance if requested.
 
         `stance`: how the car's body stands on the ground; the sensors are where the rig says. InputError where the body

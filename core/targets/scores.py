@@ -216,7 +216,7 @@ class TargetScores:
 class Groups:
     """The objects that count in some frames, k of them, by class and ring of distance.
 
-    `frames`: the first so many of the sampling order, or a range of it. box (k,): their places in the traffic; before:
+    `frames`: the first N of the sampling order, or a range of it. box (k,): their places in the traffic; before:
     how many count in frames before these; edges_m: of the rings. Made once for a range of frames.
     """
 

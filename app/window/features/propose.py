@@ -368,7 +368,7 @@ class Propose(Feature):
             self.bench.status.showMessage(f"Proposals written: {chosen}")
 
     def why(self) -> dict[str, Any] | None:
-        """Return what a report says of the rig's proposed sensors; None where it has none of them."""
+        """Return the reasons for the rig's proposed sensors, for a report; None if it has no proposed sensor."""
         found, names = self.result, {sensor.name: sensor for sensor in self.document.rig.sensors}
         if found is None:
             return None

@@ -71,7 +71,7 @@ class SweepField(Feature):
         self.menu_of(edit).popup(edit.mapToGlobal(place))
 
     def _request(self, edit: NumberEdit) -> FieldRequest | None:
-        """Return the request for a field; None where it has no single value, or nothing to count on."""
+        """Return the request for a field; None if it has no single value, or if there are no objects."""
         answer, names, path = self._targets.answer, self.document.selection, edit.path
         if answer is None or answer.request.scene is not self.session.scene:
             return None

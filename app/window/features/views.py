@@ -75,7 +75,7 @@ class Views(Feature):
         ("Ctrl during a drag", "snaps to 0.05 m and 5°, or does not if snapping is on"),
         (
             "Digits while an arrow or a ring is dragged",
-            "move by so many metres or degrees; Enter ends the drag",
+            "set the distance in metres or the angle in degrees; Enter ends the drag",
         ),
         ("Arrow keys, Page up, Page down in the view", "move the selection by 1 cm, with Shift by 10 cm"),
         ("The same keys with Ctrl or Alt", "turn it by 1°, with Shift by 10°"),
