@@ -284,7 +284,7 @@ def test_redundancy_counts_two_kinds_among_three() -> None:
 def _entropy_q(field: EntropyField, mask: NDArray[np.bool_]) -> list[int]:
     i, j, k = field.index.ijk().T
     chosen = mask[i, j, k]
-    return [int(field.palette_q[field.codes()[chosen], cls].sum()) for cls in range(len(CLASSES))]
+    return [int(field.entropies_q[field.codes()[chosen], cls].sum()) for cls in range(len(CLASSES))]
 
 
 @pytest.mark.parametrize("name", [name for name in WRITABLE if name != "riglens"])

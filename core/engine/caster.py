@@ -324,7 +324,7 @@ class Caster:
             return [0, 0, 0]
         runs, upto = self._field.runs, int(bit) | (int(bit) - 1)
         run = int(runs.first[word]) + (int(runs.starts[word]) & upto).bit_count() - 1
-        return [int(h) for h in self._field.palette_q[runs.codes[run], :3]]
+        return [int(h) for h in self._field.entropies_q[runs.codes[run], :3]]
 
     def _casts(self, sensor: Sensor, method: Method, barrier: Barrier | None) -> list[Cast]:
         """The rays of a sensor: those that no barrier stops and, where there are such, those that end at it."""

@@ -64,13 +64,14 @@ class EntropyField:
     """Informative voxels (h > 0 for some class) and their entropies, in units of 2^-32 nat.
 
     Voxels share few combinations of counts, neighbours in a column often the same: `runs` tells the row of
-    `palette_q` uint32 (m, 4) with the entropies of the three classes (the fourth entry is 0); frequent rows come first.
+    `entropies_q` uint32 (m, 4) with the entropies of the three classes (the fourth entry is 0); frequent rows come
+    first.
     """
 
     grid: VoxelGrid
     index: VoxelIndex
     runs: Runs
-    palette_q: NDArray[np.uint32]
+    entropies_q: NDArray[np.uint32]
     data: DataReport
     totals_q: tuple[int, ...]
 
@@ -86,15 +87,15 @@ class EntropyField:
             bits.keep_flagged(words, informative)
             index, rows = VoxelIndex.of(pog.grid, words), rows[informative]
         runs, distinct, uses = _runs_of(index.words, rows)
-        palette_q = np.zeros((len(distinct), 4), np.uint32)
-        palette_q[:, :3] = np.rint(entropy_of_counts(distinct, frames) * QUANTA_PER_NAT).astype(np.uint32)
-        totals = tuple(int(total) for total in uses @ palette_q[:, :3].astype(np.int64))
-        return cls(pog.grid, index, runs, palette_q, pog.data, totals)
+        entropies_q = np.zeros((len(distinct), 4), np.uint32)
+        entropies_q[:, :3] = np.rint(entropy_of_counts(distinct, frames) * QUANTA_PER_NAT).astype(np.uint32)
+        totals = tuple(int(total) for total in uses @ entropies_q[:, :3].astype(np.int64))
+        return cls(pog.grid, index, runs, entropies_q, pog.data, totals)
 
     @property
     def entropies(self) -> Entropies:
         """The informative voxels and their entropies as the kernels take them."""
-        return Entropies(self.index.words, *self.runs, self.palette_q)
+        return Entropies(self.index.words, *self.runs, self.entropies_q)
 
     def codes(self) -> NDArray[np.unsignedinteger[Any]]:
         """Return the row of the palette of every informative voxel, (n,); a new array each time."""
@@ -105,7 +106,7 @@ class EntropyField:
     def entropy_q(self, cls: int) -> NDArray[np.uint32]:
         """Return h of the informative voxels for one class of CLASSES in units of 2^-32 nat, (n,); a new array each
         time."""
-        result: NDArray[np.uint32] = np.ascontiguousarray(self.palette_q[:, cls])[self.codes()]
+        result: NDArray[np.uint32] = np.ascontiguousarray(self.entropies_q[:, cls])[self.codes()]
         return result
 
     def entropy_nat(self, cls: int) -> NDArray[np.float64]:

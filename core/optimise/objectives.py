@@ -94,7 +94,7 @@ class SeenTableMaker(TableMaker):
         total = np.array(field.totals_q, np.float64)
         by_class = np.where(total > 0.0, total if are_added else weights.by_class, 0.0)
         each = by_class / np.where(total > 0.0, total, 1.0) / (by_class.sum() or 1.0)
-        value = np.round(field.palette_q[:, : len(CLASSES)] @ each * UNIT).astype(np.int64)
+        value = np.round(field.entropies_q[:, : len(CLASSES)] @ each * UNIT).astype(np.int64)
         super().__init__(len(self._keep), field.codes(), np.stack([0 * value, value], axis=1), workers)
 
     def cells_of(self, sensors: Sequence[Sensor], is_stale: IsStale = never_stale) -> Cells:

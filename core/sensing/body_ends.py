@@ -21,7 +21,7 @@ from riglens.core.sensors.lattice import Lattice
 from riglens.core.sensors.registry import kind_of
 from riglens.core.vehicle.solid import Barrier, Solid
 
-NO_VOID = np.array([1.0, 1.0, 1.0, -1.0, -1.0, -1.0])
+NO_EMPTY_BOX = np.array([1.0, 1.0, 1.0, -1.0, -1.0, -1.0])
 """No place in which it makes no difference where a ray ends."""
 
 
@@ -105,7 +105,7 @@ def listed_ends(sensor: Sensor, directions: NDArray[np.float64], solid: Solid) -
 
 def barrier_ends(sensor: Sensor, barrier: Barrier, workers: int = 1) -> NDArray[np.float64]:
     """As `body_ends`, for what stops the sensor's rays."""
-    shadow = barrier_shadow(sensor, barrier, NO_VOID, workers)
+    shadow = barrier_shadow(sensor, barrier, NO_EMPTY_BOX, workers)
     ends = np.full(shadow.is_stopped.size, np.inf)
     ends[shadow.cut] = shadow.cut_m
     return ends
@@ -114,25 +114,25 @@ def barrier_ends(sensor: Sensor, barrier: Barrier, workers: int = 1) -> NDArray[
 def barrier_shadow(
     sensor: Sensor,
     barrier: Barrier,
-    void: NDArray[np.float64],
+    empty_box: NDArray[np.float64],
     workers: int = 1,
     table: Lattice | None = None,
 ) -> Shadow:
-    """Return which rays of a sensor end at a barrier, and where those do that meet it outside of the void only.
+    """Return which rays of a sensor end at a barrier, and where those do that meet it outside of the empty box only.
 
-    void (6,): low and high corner of a box in metres that holds the sensor, or `NO_VOID`; table: the sensor's lattice,
-    where it has been made before.
+    empty_box (6,): low and high corner of a box in metres that holds the sensor, or `NO_EMPTY_BOX`; table: the sensor's
+    lattice, where it has been made before.
     """
     rays = rays_in_metres(sensor, table)
     if not len(barrier.stops):
         return _no_shadow(len(rays.rows) * len(rays.planes))
     screen = screen_of(sensor)
     if screen is not None:
-        return _by_triangle(rays, screen, barrier, void, workers)
+        return _by_triangle(rays, screen, barrier, empty_box, workers)
     bins = bins_of(sensor)
     if bins is not None:
-        return _by_bins(rays, bins, barrier, void, workers)
-    return _by_tree(rays, barrier, void, workers)
+        return _by_bins(rays, bins, barrier, empty_box, workers)
+    return _by_tree(rays, barrier, empty_box, workers)
 
 
 def _no_shadow(rays: int) -> Shadow:
@@ -140,7 +140,7 @@ def _no_shadow(rays: int) -> Shadow:
 
 
 def _by_triangle(
-    rays: Cast, screen: Screen, barrier: Barrier, void: NDArray[np.float64], workers: int
+    rays: Cast, screen: Screen, barrier: Barrier, empty_box: NDArray[np.float64], workers: int
 ) -> Shadow:
     """Triangle by triangle, each offered to the rays that can meet it."""
     from riglens.core.kernels.body import shadow as kernel  # the compiler
@@ -149,9 +149,9 @@ def _by_triangle(
     at = np.zeros((rows, columns))
     has_end, is_over = np.zeros((2, rows, (columns + 63) // 64), np.uint64)
     if workers == 1:
-        kernel.find_ends_serial(rays, screen, *barrier, void, at, has_end, is_over)
+        kernel.find_ends_serial(rays, screen, *barrier, empty_box, at, has_end, is_over)
     else:
-        kernel.find_ends(rays, screen, *barrier, void, workers, at, has_end, is_over)
+        kernel.find_ends(rays, screen, *barrier, empty_box, workers, at, has_end, is_over)
     stopped, cut = has_end | is_over, has_end & ~is_over
     is_stopped, some = np.zeros((rows, columns), np.bool_), np.flatnonzero(stopped.any(axis=1))
     if not some.size:
@@ -174,21 +174,23 @@ def _unpacked(words: NDArray[np.uint64], columns: int) -> NDArray[np.bool_]:
     return bits.view(np.bool_)
 
 
-def _by_bins(rays: Cast, bins: Bins, barrier: Barrier, void: NDArray[np.float64], workers: int) -> Shadow:
+def _by_bins(
+    rays: Cast, bins: Bins, barrier: Barrier, empty_box: NDArray[np.float64], workers: int
+) -> Shadow:
     """Triangle by triangle, each offered to the rays of a lens that can meet it."""
     from riglens.core.kernels.body import lens_shadow as kernel  # the compiler
 
     at, still = np.zeros(len(rays.rows)), np.diff(bins.first)
     has_end, is_over = np.zeros((2, len(rays.rows)), np.bool_)
     if workers == 1:
-        kernel.find_lens_ends_serial(rays, bins, *barrier, void, at, has_end, is_over, still)
+        kernel.find_lens_ends_serial(rays, bins, *barrier, empty_box, at, has_end, is_over, still)
     else:
-        kernel.find_lens_ends(rays, bins, *barrier, void, workers, at, has_end, is_over, still)
+        kernel.find_lens_ends(rays, bins, *barrier, empty_box, workers, at, has_end, is_over, still)
     cut = np.flatnonzero(has_end & ~is_over)
     return Shadow(has_end | is_over, cut, at[cut])
 
 
-def _by_tree(rays: Cast, barrier: Barrier, void: NDArray[np.float64], workers: int) -> Shadow:
+def _by_tree(rays: Cast, barrier: Barrier, empty_box: NDArray[np.float64], workers: int) -> Shadow:
     """Ray by ray through the tree: for lenses so wide that their rays have no place in an image plane."""
     from riglens.core.kernels.body import solid as kernel  # the compiler
 
@@ -199,5 +201,5 @@ def _by_tree(rays: Cast, barrier: Barrier, void: NDArray[np.float64], workers: i
         kernel.ends_by_tree_parallel(rays, *barrier, workers, ends)
     cut = np.flatnonzero(np.isfinite(ends))
     places = rays.origin + rotate(rays.rotation, rays.rows[cut]) * ends[cut][:, None]
-    cut = cut[~((void[:3] <= places) & (places <= void[3:])).all(axis=1)]
+    cut = cut[~((empty_box[:3] <= places) & (places <= empty_box[3:])).all(axis=1)]
     return Shadow(np.isfinite(ends), cut, ends[cut])

@@ -138,7 +138,7 @@ class VoxelTests:
         """Return the covered entropy in nat, (2, 3): seen by cameras, by LiDARs; per class."""
         workers = jit.use_threads(self._threads)
         sums: NDArray[np.float64] = (
-            approximate.sum_flagged(seen, self._field.codes(), self._field.palette_q, workers)
+            approximate.sum_flagged(seen, self._field.codes(), self._field.entropies_q, workers)
             / QUANTA_PER_NAT
         )
         return sums

@@ -66,7 +66,7 @@ class TopViews:
         field, index = self._field, self._field.index
         nx, ny, _ = field.grid.shape
         columns = Columns(nx, ny, words_per_column(field.grid), self.block)
-        values_q = field.palette_q[:, self._cls].astype(np.int64)
+        values_q = field.entropies_q[:, self._cls].astype(np.int64)
         now = words & index.words
         update_columns(sums.words, now, field.runs, values_q, columns, sums.sums_q)
         sums.words = now

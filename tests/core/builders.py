@@ -57,7 +57,7 @@ def dense_h(field: EntropyField) -> NDArray[np.int64]:
     """Entropies in units of 2^-32 nat for every voxel of the grid, (nx, ny, nz, 3)."""
     h = np.zeros((*field.grid.shape, 3), np.int64)
     i, j, k = field.index.ijk().T
-    h[i, j, k] = field.palette_q[field.codes(), :3]
+    h[i, j, k] = field.entropies_q[field.codes(), :3]
     return h
 
 

@@ -12,7 +12,7 @@ from riglens.core.kernels.runtime.jit import use_threads
 from riglens.core.rig.library import load_library
 from riglens.core.rig.model import BrownConrady, Camera, Lidar, LinearAngles, Sensor
 from riglens.core.sensing.body_ends import (
-    NO_VOID,
+    NO_EMPTY_BOX,
     barrier_ends,
     barrier_of,
     barrier_shadow,
@@ -143,8 +143,8 @@ def test_any_number_of_workers_finds_the_same_shadow() -> None:
     for model in ("velodyne-vls-128", "hesai-xt32"):
         sensor = LIBRARY.entry(model).sensor("a", Pose(position_m=(1.9, 0.9, 0.9), rpy_deg=(1.0, 2.0, 3.0)))
         barrier = barrier_of(sensor, solid)
-        for void in (NO_VOID, np.array([-2.0, -1.0, 0.0, 2.0, 1.0, 2.0])):
-            alone = barrier_shadow(sensor, barrier, void)
+        for empty_box in (NO_EMPTY_BOX, np.array([-2.0, -1.0, 0.0, 2.0, 1.0, 2.0])):
+            alone = barrier_shadow(sensor, barrier, empty_box)
             for workers in (2, 3):
-                for mine, its in zip(barrier_shadow(sensor, barrier, void, workers), alone, strict=True):
+                for mine, its in zip(barrier_shadow(sensor, barrier, empty_box, workers), alone, strict=True):
                     np.testing.assert_array_equal(mine, its)

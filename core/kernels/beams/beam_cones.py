@@ -45,7 +45,7 @@ from riglens.core.kernels.beams.tiles import (
 )
 from riglens.core.kernels.rays.walk import FARTHEST
 from riglens.core.kernels.runtime.jit import inlined, kernel, parallel_kernel
-from riglens.core.kernels.runtime.work_stealing import new_turns, take
+from riglens.core.kernels.runtime.work_stealing import new_counter, take
 from riglens.core.kernels.voxels.bits import lowest_bit
 
 NOWHERE = np.int32(-(1 << 30))
@@ -331,14 +331,14 @@ def mark_sheets(
 
     keep uint64 (words,): voxels worth a test; marks uint64 (words,): every tile is marked by one worker.
     """
-    depth, turns = (s.shape[2] + 63) // 64, new_turns()
+    depth, counter = (s.shape[2] + 63) // 64, new_counter()
     in_row = (s.box[3] - s.box[2] + TILE - 1) // TILE
     tiles = (end_row - first_row + TILE - 1) // TILE * in_row
     for _ in numba.prange(workers):
         work = work_space(beams.elevation.size, depth)
-        place = take(turns)
+        place = take(counter)
         while place < tiles:
             tile = tile_at(s, first_row + place // in_row * TILE, s.box[2] + place % in_row * TILE)
             if tile.nearest < radius:
                 _mark_tile(s, beams, shells, tile, radius, keep, marks, work)
-            place = take(turns)
+            place = take(counter)

@@ -41,7 +41,7 @@ def _grow(
 
 
 @kernel
-def grow_void(words: np.ndarray, shape: np.ndarray, cell: np.ndarray, limits: np.ndarray) -> np.ndarray:
+def grow_empty_box(words: np.ndarray, shape: np.ndarray, cell: np.ndarray, limits: np.ndarray) -> np.ndarray:
     """A box of cells int64 (6,) [lx hx ly hy lz hz) around a cell (3,) that holds no set bit, as large as it becomes
     when it grows on all sides in turn, or along one axis before the others, within limits (6,), a box that holds the
     cell; empty where the cell is set."""

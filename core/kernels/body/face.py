@@ -64,14 +64,14 @@ class Face(NamedTuple):
     """A triangle as it is seen from one place: corners (3, 3); normals (3, 3) in the frame of the sensor, whose
     products with a direction are u, v and 1 of its barycentric coordinates, but for a factor; edges (3, 3): of u, v and
     1 - u - v, positive inside, in that frame turned towards it by `azimuth`; doubt: below which products are not
-    certain; is_void: whether all of it is in the void and beyond the start; has_edges: whether the edges are known;
-    side, steepest: how far on the line x = 1 it reaches, and the length of the longest (1, y) there."""
+    certain; is_in_empty_box: whether all of it is in the empty box and beyond the start; has_edges: whether the edges
+    are known; side, steepest: how far on the line x = 1 it reaches, and the length of the longest (1, y) there."""
 
     corners: np.ndarray
     normals: np.ndarray
     edges: np.ndarray
     doubt: float
-    is_void: bool
+    is_in_empty_box: bool
     has_edges: bool
     azimuth: float
     side: float
@@ -250,7 +250,12 @@ def _set_edges(normals: np.ndarray, sign: float, cosine: float, sine: float, edg
 
 @lean_inlined
 def face_of(
-    screen: Screen, view: View, c: np.ndarray, ball: tuple[Vector, float], is_void: bool, work: np.ndarray
+    screen: Screen,
+    view: View,
+    c: np.ndarray,
+    ball: tuple[Vector, float],
+    is_in_empty_box: bool,
+    work: np.ndarray,
 ) -> Face:
     """A triangle of corners (3, 3) in the ball around it, in the frame of the sensor; work (2, 3, 3)."""
     (x, y, z), radius = ball
@@ -264,12 +269,12 @@ def face_of(
     if not screen.is_camera:
         flat = np.sqrt(x * x + y * y)
         if radius >= WIDEST * flat:
-            return Face(c, normals, edges, doubt, is_void, False, 0.0, 0.0, 0.0)
+            return Face(c, normals, edges, doubt, is_in_empty_box, False, 0.0, 0.0, 0.0)
         cosine, sine = x / flat, y / flat
         steepest = flat / np.sqrt(flat * flat - radius * radius)
         azimuth, side = bearing(x, y), radius / flat * steepest
     _set_edges(normals, 1.0 if over > 0.0 else -1.0, cosine, sine, edges)
-    return Face(c, normals, edges, doubt, is_void, has_edges, azimuth, side, steepest)
+    return Face(c, normals, edges, doubt, is_in_empty_box, has_edges, azimuth, side, steepest)
 
 
 @lean_inlined

@@ -2,8 +2,8 @@
 
 The same as `kernels.body.shadow`, for rays that have no rows and columns but lie in bins of the image plane:
 the tree is gone through from the near to the far, a box is left out where all rays of the bins that its ball touches
-are over, and a triangle is offered to the rays of the bins that it touches. Rays that meet something inside of the void
-are over.
+are over, and a triangle is offered to the rays of the bins that it touches. Rays that meet something inside of the
+empty box are over.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined, paralle
 
 
 class LensEnds(NamedTuple):
-    """State of the rays: at (rays,) metres, the first hit outside of the void; has_end, is_over (rays,): rays with a
-    hit, and finished rays; still (bins,): unfinished rays of each bin."""
+    """State of the rays: at (rays,) metres, the first hit outside of the empty box; has_end, is_over (rays,): rays with
+    a hit, and finished rays; still (bins,): unfinished rays of each bin."""
 
     at: np.ndarray
     has_end: np.ndarray
@@ -92,9 +92,9 @@ def _has_open(bins: Bins, patch: Patch, still: np.ndarray) -> bool:
 
 
 @lean_inlined
-def _verdict(n: np.ndarray, doubt: float, d: np.ndarray, is_void: bool) -> int:
+def _verdict(n: np.ndarray, doubt: float, d: np.ndarray, is_in_empty_box: bool) -> int:
     """-1 where a ray of direction d (3,) in the frame of the camera certainly misses a triangle, 1 where
-    it certainly meets it in the void, else 0; normals n (3, 3)."""
+    it certainly meets it in the empty box, else 0; normals n (3, 3)."""
     u = n[0, 0] * d[0] + n[0, 1] * d[1] + n[0, 2] * d[2]
     v = n[1, 0] * d[0] + n[1, 1] * d[1] + n[1, 2] * d[2]
     w = n[2, 0] * d[0] + n[2, 1] * d[1] + n[2, 2] * d[2]
@@ -105,7 +105,7 @@ def _verdict(n: np.ndarray, doubt: float, d: np.ndarray, is_void: bool) -> int:
     room = doubt + 2.0 * EDGE * w
     if min(u, v) < -room or u + v > w + room:
         return -1
-    return 1 if is_void and min(u, v) > doubt and w - u - v > doubt else 0
+    return 1 if is_in_empty_box and min(u, v) > doubt and w - u - v > doubt else 0
 
 
 @lean_inlined
@@ -117,7 +117,7 @@ def _meet_ray(rays: Cast, ray: int, c: np.ndarray, bar: Barring, ends: LensEnds)
     t, _ = meet(o, d, c)
     if not bar.start < t < np.inf:
         return False
-    if is_in(bar.void, (o[0] + t * d[0], o[1] + t * d[1], o[2] + t * d[2])):
+    if is_in(bar.empty_box, (o[0] + t * d[0], o[1] + t * d[1], o[2] + t * d[2])):
         return True
     if not ends.has_end[ray] or t < ends.at[ray]:
         ends.at[ray], ends.has_end[ray] = t, True
@@ -144,7 +144,9 @@ def _offer(rays: Cast, bins: Bins, c: np.ndarray, bar: Barring, normals: np.ndar
     if sides.left > sides.right:
         sides = _sides_of_ball(place, radius)
     patch, doubt = _patch_between(bins, bar, sides), -1.0
-    is_void = is_in(bar.void, low) and is_in(bar.void, high) and size_of(place) - radius > bar.start
+    is_in_empty_box = (
+        is_in(bar.empty_box, low) and is_in(bar.empty_box, high) and size_of(place) - radius > bar.start
+    )
     for i in range(patch.from_i, patch.to_i + 1):
         for j in range(patch.from_j, patch.to_j + 1):
             here = i * bins.sizes[1] + j
@@ -154,7 +156,7 @@ def _offer(rays: Cast, bins: Bins, c: np.ndarray, bar: Barring, normals: np.ndar
                     continue
                 if doubt < 0.0:
                     doubt = DOUBT * set_normals(view, normals)
-                verdict = _verdict(normals, doubt, rays.rows[ray], is_void)
+                verdict = _verdict(normals, doubt, rays.rows[ray], is_in_empty_box)
                 if verdict > 0 or (verdict == 0 and _meet_ray(rays, ray, c, bar, ends)):
                     ends.is_over[ray] = True
                     ends.still[here] -= 1
@@ -192,7 +194,7 @@ def find_lens_ends(
     tree: Tree,
     stops: np.ndarray,
     start: float,
-    void: np.ndarray,
+    empty_box: np.ndarray,
     workers: int,
     at: np.ndarray,
     has_end: np.ndarray,
@@ -206,7 +208,7 @@ def find_lens_ends(
         normals, stack = np.empty((3, 3)), np.empty(128, np.int64)
         for strip in range(worker, strips, workers):
             first, end = bins.sizes[0] * strip // strips, bins.sizes[0] * (strip + 1) // strips
-            bar = Barring(tree, stops, start, void, first, end)
+            bar = Barring(tree, stops, start, empty_box, first, end)
             _offer_tree(rays, bins, bar, normals, stack, LensEnds(at, has_end, is_over, still))
 
 
@@ -217,13 +219,13 @@ def find_lens_ends_serial(
     tree: Tree,
     stops: np.ndarray,
     start: float,
-    void: np.ndarray,
+    empty_box: np.ndarray,
     at: np.ndarray,
     has_end: np.ndarray,
     is_over: np.ndarray,
     still: np.ndarray,
 ) -> None:
     """The same for a thread that must not call parallel kernels."""
-    bar = Barring(tree, stops, start, void, 0, bins.sizes[0])
+    bar = Barring(tree, stops, start, empty_box, 0, bins.sizes[0])
     normals, stack = np.empty((3, 3)), np.empty(128, np.int64)
     _offer_tree(rays, bins, bar, normals, stack, LensEnds(at, has_end, is_over, still))

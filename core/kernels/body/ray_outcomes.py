@@ -44,7 +44,7 @@ def ends_at_ground(rays: Cast, ray: int, d: tuple[float, float, float]) -> bool:
 
 
 @inlined
-def _fate(rays: Cast, ray: int, informative: np.ndarray, others: np.ndarray, runs: np.ndarray) -> int:
+def _outcome(rays: Cast, ray: int, informative: np.ndarray, others: np.ndarray, runs: np.ndarray) -> int:
     if rays.is_stopped.size > 0 and rays.is_stopped[ray]:
         return CAR
     count = walk_ray(rays, ray, runs)
@@ -56,13 +56,13 @@ def _fate(rays: Cast, ray: int, informative: np.ndarray, others: np.ndarray, run
 
 @parallel_kernel
 def follow_rays(
-    rays: Cast, informative: np.ndarray, others: np.ndarray, workers: int, fates: np.ndarray
+    rays: Cast, informative: np.ndarray, others: np.ndarray, workers: int, outcomes: np.ndarray
 ) -> None:
     """Write the outcome of each ray, int8 (rays,), whose box is the whole grid and whose `is_stopped` are those that
     meet the car; informative uint64 (words,), and `others`: voxels of the other sensors."""
-    blocks = (fates.size + BLOCK - 1) // BLOCK
+    blocks = (outcomes.size + BLOCK - 1) // BLOCK
     for worker in numba.prange(workers):
         runs = np.empty((rays.shape[0] + rays.shape[1] + rays.shape[2] + 3, 3), np.int32)
         for block in range(worker, blocks, workers):
-            for ray in range(block * BLOCK, min((block + 1) * BLOCK, fates.size)):
-                fates[ray] = _fate(rays, ray, informative, others, runs)
+            for ray in range(block * BLOCK, min((block + 1) * BLOCK, outcomes.size)):
+                outcomes[ray] = _outcome(rays, ray, informative, others, runs)

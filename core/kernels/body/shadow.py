@@ -7,8 +7,8 @@ without a division say of most of these rays for certain that they miss it, or t
 tell, or where the distance counts, the formula of `kernels.body.solid` does. So the ends are the very doubles
 of a search over all triangles.
 
-Rays that meet something inside of the *void*, a convex place around the sensor in which nothing counts, are over: it
-makes no difference where in the void they end.
+Rays that meet something inside of the *empty box*, a convex place around the sensor in which nothing counts, are over:
+it makes no difference where in the empty box they end.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined, paralle
 
 
 class Ends(NamedTuple):
-    """State of the rays, by row and column: at (rows, columns) metres, the first hit outside of the void; has_end,
+    """State of the rays, by row and column: at (rows, columns) metres, the first hit outside of the empty box; has_end,
     is_over uint64 (rows, words): a bit for each ray with a hit, and for each finished ray."""
 
     at: np.ndarray
@@ -62,22 +62,22 @@ class Ends(NamedTuple):
 
 class Barring(NamedTuple):
     """Obstacles of rays: triangles in a tree, a selection of them (t,), the distance from which they count, and the
-    void (6,): low and high corner in metres, low > high where there is none; first and end of the columns in
+    empty_box (6,): low and high corner in metres, low > high where there is none; first and end of the columns in
     question."""
 
     tree: Tree
     stops: np.ndarray
     start: float
-    void: np.ndarray
+    empty_box: np.ndarray
     first: int
     end: int
 
 
 @lean_inlined
-def is_in(void: np.ndarray, p: Vector) -> bool:
-    """Return whether a place is in the void."""
-    inside = (void[0] <= p[0] <= void[3]) and (void[1] <= p[1] <= void[4])
-    return bool(inside and (void[2] <= p[2] <= void[5]))
+def is_in(empty_box: np.ndarray, p: Vector) -> bool:
+    """Return whether a place is in the empty box."""
+    inside = (empty_box[0] <= p[0] <= empty_box[3]) and (empty_box[1] <= p[1] <= empty_box[4])
+    return bool(inside and (empty_box[2] <= p[2] <= empty_box[5]))
 
 
 @lean_inlined
@@ -94,7 +94,7 @@ def _meet_ray(
     t, _ = meet(o, d, face.corners)
     if not bar.start < t < np.inf:
         return
-    if is_in(bar.void, (o[0] + t * d[0], o[1] + t * d[1], o[2] + t * d[2])):
+    if is_in(bar.empty_box, (o[0] + t * d[0], o[1] + t * d[1], o[2] + t * d[2])):
         set_all(ends.is_over[row], column, column + 1)
     elif not has_all(ends.has_end[row], column, column + 1) or t < ends.at[row, column]:
         ends.at[row, column] = t
@@ -133,7 +133,7 @@ def _offer_each(
             room = face.doubt + 2.0 * EDGE * w
             if min(u, v) < -room or u + v > w + room:
                 continue
-            if face.is_void and min(u, v) > face.doubt and w - u - v > face.doubt:
+            if face.is_in_empty_box and min(u, v) > face.doubt and w - u - v > face.doubt:
                 set_all(ends.is_over[row], column, column + 1)
                 continue
         _meet_ray(rays, screen, face, bar, row, column, ends)
@@ -181,7 +181,7 @@ def _offer_row(rays: Cast, screen: Screen, face: Face, bar: Barring, row: int, e
     if is_one and has_all(ends.is_over[row], max(outer[0], bar.first), min(outer[1], bar.end)):
         return
     low_in, high_in = 1.0, 0.0
-    if face.is_void:
+    if face.is_in_empty_box:
         low_in, high_in = between(face, height, 2.0 * room, False, low, high)
     if screen.is_camera:
         inner = (0, 0)
@@ -246,8 +246,10 @@ def _offer(rays: Cast, screen: Screen, c: np.ndarray, bar: Barring, work: np.nda
     row = _next_open(screen, window, bar, ends.is_over, window.first)
     if row >= window.end:
         return
-    is_void = is_in(bar.void, low) and is_in(bar.void, high) and size_of(place) - radius > bar.start
-    face = face_of(screen, view, c, (place, radius), is_void, work)
+    is_in_empty_box = (
+        is_in(bar.empty_box, low) and is_in(bar.empty_box, high) and size_of(place) - radius > bar.start
+    )
+    face = face_of(screen, view, c, (place, radius), is_in_empty_box, work)
     while row < window.end:
         if face.has_edges:
             _offer_row(rays, screen, face, bar, row, ends)
@@ -300,7 +302,7 @@ def find_ends(
     tree: Tree,
     stops: np.ndarray,
     start: float,
-    void: np.ndarray,
+    empty_box: np.ndarray,
     workers: int,
     at: np.ndarray,
     has_end: np.ndarray,
@@ -314,7 +316,7 @@ def find_ends(
     for worker in numba.prange(workers):
         for strip in range(worker, strips, workers):
             first, end = 64 * (words * strip // strips), min(64 * (words * (strip + 1) // strips), columns)
-            bar = Barring(tree, stops, start, void, first, end)
+            bar = Barring(tree, stops, start, empty_box, first, end)
             work, stack = np.empty((2, 3, 3)), np.empty(128, np.int64)
             _offer_tree(rays, screen, bar, work, stack, Ends(at, has_end, is_over))
 
@@ -326,12 +328,12 @@ def find_ends_serial(
     tree: Tree,
     stops: np.ndarray,
     start: float,
-    void: np.ndarray,
+    empty_box: np.ndarray,
     at: np.ndarray,
     has_end: np.ndarray,
     is_over: np.ndarray,
 ) -> None:
     """The same for a thread that must not call parallel kernels."""
-    bar = Barring(tree, stops, start, void, 0, screen.column_of.size)
+    bar = Barring(tree, stops, start, empty_box, 0, screen.column_of.size)
     work, stack = np.empty((2, 3, 3)), np.empty(128, np.int64)
     _offer_tree(rays, screen, bar, work, stack, Ends(at, has_end, is_over))

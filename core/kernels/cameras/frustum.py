@@ -22,7 +22,7 @@ from riglens.core.kernels.rays.predicates import Vector
 from riglens.core.kernels.rays.walk import FARTHEST, Cell, Ray, hits_cell
 from riglens.core.kernels.runtime.codes import CAMERA
 from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined, parallel_kernel
-from riglens.core.kernels.runtime.work_stealing import new_turns, take
+from riglens.core.kernels.runtime.work_stealing import new_counter, take
 from riglens.core.kernels.voxels.bits import mark_levels
 
 BALL = 0.499
@@ -336,11 +336,11 @@ def mark_frustum(
 
     keep uint64 (words,): voxels worth a test; marks uint64 (words,): every row of the grid is marked by one worker.
     """
-    ny, depth, turns = f.shape[1], (f.shape[2] + 63) // 64, new_turns()
+    ny, depth, counter = f.shape[1], (f.shape[2] + 63) // 64, new_counter()
     for _ in numba.prange(workers):
         work = VoxelWork(np.empty((8, 3)), np.empty((8, 2)))
         for _turn in range(first_row, end_row):
-            ix = first_row + take(turns)
+            ix = first_row + take(counter)
             if ix >= end_row:
                 break
             low, high = _columns_in_row(f.outline, ix + 0.5)

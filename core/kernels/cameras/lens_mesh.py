@@ -22,7 +22,7 @@ from riglens.core.kernels.rays.cast import NONE_STOPPED
 from riglens.core.kernels.rays.lattice import rotated
 from riglens.core.kernels.rays.walk import FARTHEST, Cell, Ray, hits_cell
 from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined, parallel_kernel
-from riglens.core.kernels.runtime.work_stealing import new_turns, take
+from riglens.core.kernels.runtime.work_stealing import new_counter, take
 from riglens.core.kernels.voxels.bits import mark_levels
 
 SECTORS = 8192
@@ -395,11 +395,11 @@ def mark_mesh(
 
     keep uint64 (words,): voxels worth a test; marks uint64 (words,): every row of the grid is marked by one worker.
     """
-    ny, depth, turns = mesh.shape[1], (mesh.shape[2] + 63) // 64, new_turns()
+    ny, depth, counter = mesh.shape[1], (mesh.shape[2] + 63) // 64, new_counter()
     for _ in numba.prange(workers):
         work = np.empty((8, 3))
         for _turn in range(first_row, end_row):
-            ix = first_row + take(turns)
+            ix = first_row + take(counter)
             if ix >= end_row:
                 break
             low, high = _columns_in_row(mesh.outline, ix + 0.5)

@@ -20,13 +20,13 @@ import numpy as np
 
 from riglens.core.kernels.fans.planes import (
     ALL,
-    Alone,
     Fan,
     FanWork,
+    LeftoverRays,
     Space,
     clip_side,
     is_limited,
-    leave_alone,
+    leave_over,
     work_for,
 )
 from riglens.core.kernels.fans.profile import TOLERANCE, Profile
@@ -178,7 +178,13 @@ def _without(outcome: int) -> Laid:
 
 @kernel
 def lay_plane(
-    fan: Fan, space: Space, profile: Profile, plane: int, box: np.ndarray, work: FanWork, alone: Alone
+    fan: Fan,
+    space: Space,
+    profile: Profile,
+    plane: int,
+    box: np.ndarray,
+    work: FanWork,
+    leftover: LeftoverRays,
 ) -> Laid:
     """Lay one plane over the columns of a box; UNDECIDED when it comes too close to a face or an edge for that here.
 
@@ -215,34 +221,36 @@ def lay_plane(
         return _without(UNDECIDED)
     if not _place_events(course, at[first:end], 1.0 / scale, work.places):
         origin = Start(int(ix), int(iy), way_x, way_y, ox, oy, course.ax / scale, course.ay / scale, count)
-        if not untie(fan, space, profile, (first, end), plane, origin, box, work, alone):
+        if not untie(fan, space, profile, (first, end), plane, origin, box, work, leftover):
             return _without(UNDECIDED)
     return Laid(LAID, first, end, int(ix) * ny + int(iy), count, s_in)
 
 
 @inlined
-def finish_plane(fan: Fan, plane: int, is_marked: bool, before: int, box: np.ndarray, alone: Alone) -> bool:
+def finish_plane(
+    fan: Fan, plane: int, is_marked: bool, before: int, box: np.ndarray, leftover: LeftoverRays
+) -> bool:
     """Leave to the exact walk the unmarked rays of a plane: its steep rays, or all of them. Return False where the list
     is full and this plane must be walked again; a plane too long for an empty list is left as a whole.
 
     before: how many rays were noted before this plane.
     """
-    most = alone.rays.shape[0]
+    most = leftover.rays.shape[0]
     if is_marked:
         for row in fan.steep:
-            leave_alone(alone, plane, row, box)
-        if alone.noted[0] <= most:
+            leave_over(leftover, plane, row, box)
+        if leftover.noted[0] <= most:
             return True
-    alone.noted[0] = before
+    leftover.noted[0] = before
     if before == most or (is_marked and before > 0):
         return False
-    leave_alone(alone, plane, ALL, box)
+    leave_over(leftover, plane, ALL, box)
     return True
 
 
 @kernel
 def _mark_slab(
-    fan: Fan, space: Space, profile: Profile, planes: tuple[int, int], rows: np.ndarray, alone: Alone,
+    fan: Fan, space: Space, profile: Profile, planes: tuple[int, int], rows: np.ndarray, leftover: LeftoverRays,
     marks: np.ndarray,
 ) -> int:  # fmt: skip
     """Mark what planes, from the first up to an end, mark in some rows of the grid; returns the plane to go on with
@@ -252,11 +260,11 @@ def _mark_slab(
     for plane in range(planes[0], planes[1] if box[0] < box[1] else planes[0]):
         if is_limited(fan, plane):
             continue
-        before = alone.noted[0]
-        laid = lay_plane(fan, space, profile, plane, box, work, alone)
+        before = leftover.noted[0]
+        laid = lay_plane(fan, space, profile, plane, box, work, leftover)
         if laid.outcome == LAID:
             _mark_columns(profile, laid, work, marks)
-        if not finish_plane(fan, plane, laid.outcome != UNDECIDED, before, box, alone):
+        if not finish_plane(fan, plane, laid.outcome != UNDECIDED, before, box, leftover):
             return plane
     return planes[1]
 
@@ -273,8 +281,8 @@ def mark_fan(
     (workers, most, 6), counts int64 (workers,): what is left to `kernels.fans.leftover_rays.mark_alone`.
     """
     for worker in numba.prange(slabs.shape[0]):
-        alone = Alone(rays[worker], counts[worker : worker + 1])
-        done[worker] = _mark_slab(fan, space, profile, (done[worker], end), slabs[worker], alone, marks)
+        leftover = LeftoverRays(rays[worker], counts[worker : worker + 1])
+        done[worker] = _mark_slab(fan, space, profile, (done[worker], end), slabs[worker], leftover, marks)
 
 
 @kernel

@@ -17,7 +17,7 @@ from riglens.core.kernels.voxels.bits import mark_levels
 
 @kernel
 def _walk_listed(fan: Fan, space: Space, rays: np.ndarray, marks: np.ndarray) -> None:
-    """Walk the rays that one worker has noted, int32 (n, 6) as in `kernels.fans.planes.Alone`, exactly, unless
+    """Walk the rays that one worker has noted, int32 (n, 6) as in `kernels.fans.planes.LeftoverRays`, exactly, unless
     they are stopped, and mark the voxels that they meet."""
     runs = np.empty((space.shape[0] + space.shape[1] + 3, 3), np.int32)
     g, box = (space.origin[0], space.origin[1], space.origin[2]), space.box.copy()

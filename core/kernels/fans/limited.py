@@ -9,7 +9,7 @@ import numba
 import numpy as np
 
 from riglens.core.kernels.fans.fan import LAID, UNDECIDED, Laid, finish_plane, lay_plane, place_changes
-from riglens.core.kernels.fans.planes import Alone, Fan, FanWork, Space, is_limited, work_for
+from riglens.core.kernels.fans.planes import Fan, FanWork, LeftoverRays, Space, is_limited, work_for
 from riglens.core.kernels.fans.profile import Profile
 from riglens.core.kernels.fans.spans import limit_levels, limits_for
 from riglens.core.kernels.runtime.jit import inlined, kernel, parallel_kernel
@@ -33,7 +33,7 @@ def _mark_allowed(
 
 @kernel
 def _mark_slab(
-    fan: Fan, space: Space, profile: Profile, planes: tuple[int, int], rows: np.ndarray, alone: Alone,
+    fan: Fan, space: Space, profile: Profile, planes: tuple[int, int], rows: np.ndarray, leftover: LeftoverRays,
     marks: np.ndarray,
 ) -> int:  # fmt: skip
     """As `kernels.fans.fan._mark_slab`, for planes with stopped rays."""
@@ -43,15 +43,15 @@ def _mark_slab(
     for plane in range(planes[0], planes[1] if box[0] < box[1] else planes[0]):
         if not is_limited(fan, plane):
             continue
-        before, is_marked = alone.noted[0], True
+        before, is_marked = leftover.noted[0], True
         if fan.span_starts[plane] < fan.span_starts[plane + 1]:
-            laid = lay_plane(fan, space, profile, plane, box, work, alone)
+            laid = lay_plane(fan, space, profile, plane, box, work, leftover)
             is_marked = laid.outcome != UNDECIDED
             if laid.outcome == LAID:
                 is_marked = limit_levels(fan, space, plane, laid.start, laid.columns, laid.near, box, limits)
                 if is_marked:
                     _mark_allowed(profile, laid, work, limits.allowed, marks)
-        if not finish_plane(fan, plane, is_marked, before, box, alone):
+        if not finish_plane(fan, plane, is_marked, before, box, leftover):
             return plane
     return planes[1]
 
@@ -63,5 +63,5 @@ def mark_limited(
 ) -> None:  # fmt: skip
     """As `kernels.fans.fan.mark_fan`, for planes with stopped rays."""
     for worker in numba.prange(slabs.shape[0]):
-        alone = Alone(rays[worker], counts[worker : worker + 1])
-        done[worker] = _mark_slab(fan, space, profile, (done[worker], end), slabs[worker], alone, marks)
+        leftover = LeftoverRays(rays[worker], counts[worker : worker + 1])
+        done[worker] = _mark_slab(fan, space, profile, (done[worker], end), slabs[worker], leftover, marks)

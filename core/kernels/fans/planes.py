@@ -62,7 +62,7 @@ class FanWork(NamedTuple):
     toggles: np.ndarray
 
 
-class Alone(NamedTuple):
+class LeftoverRays(NamedTuple):
     """Rays of a worker's planes that are left to the exact walk: rays int32 (most, 6), plane, row (ALL for all rows)
     and the columns to walk through, [lx hx ly hy); noted int64 (1,), their number; more than `most` if too many."""
 
@@ -100,11 +100,11 @@ def work_for(space: Space, profile: Profile) -> FanWork:
 
 
 @inlined
-def leave_alone(alone: Alone, plane: int, row: int, box: np.ndarray) -> None:
+def leave_over(leftover: LeftoverRays, plane: int, row: int, box: np.ndarray) -> None:
     """Note a ray, or all of a plane, for the exact walk through a box of cells, int64 (6,)."""
-    at = alone.noted[0]
-    alone.noted[0] += 1
-    if at < alone.rays.shape[0]:
-        alone.rays[at, 0], alone.rays[at, 1] = plane, row
+    at = leftover.noted[0]
+    leftover.noted[0] += 1
+    if at < leftover.rays.shape[0]:
+        leftover.rays[at, 0], leftover.rays[at, 1] = plane, row
         for side in range(4):
-            alone.rays[at, 2 + side] = box[side]
+            leftover.rays[at, 2 + side] = box[side]

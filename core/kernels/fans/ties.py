@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from riglens.core.kernels.fans.planes import Alone, Fan, FanWork, Space, leave_alone
+from riglens.core.kernels.fans.planes import Fan, FanWork, LeftoverRays, Space, leave_over
 from riglens.core.kernels.fans.profile import TOLERANCE, Profile
 from riglens.core.kernels.runtime.jit import inlined, kernel
 
@@ -48,7 +48,7 @@ def _side(place: float) -> int:
 
 @kernel
 def _leave_pair(
-    fan: Fan, space: Space, plane: int, start: Start, at: float, box: np.ndarray, alone: Alone
+    fan: Fan, space: Space, plane: int, start: Start, at: float, box: np.ndarray, leftover: LeftoverRays
 ) -> None:
     """Leave the rays that change their level, begin or end about the distance `at` to the exact walk through the
     columns around it."""
@@ -63,7 +63,7 @@ def _leave_pair(
         z = space.origin[2] + fan.slopes[j] * at
         ends = min(abs(fan.near[j] - at), abs(fan.far[j] - at))
         if min(abs(z - np.rint(z)), ends) < AROUND:
-            leave_alone(alone, plane, fan.row_of[j], pair)
+            leave_over(leftover, plane, fan.row_of[j], pair)
 
 
 @kernel
@@ -76,7 +76,7 @@ def untie(
     start: Start,
     box: np.ndarray,
     work: FanWork,
-    alone: Alone,
+    leftover: LeftoverRays,
 ) -> bool:
     """Decide the events from..to close to a face: levels begin after it and end before it, and the rays concerned are
     left to the exact walk through the columns on both sides. False where this is not enough.
@@ -94,7 +94,7 @@ def untie(
                 return False
             place = before + 1 if change > 0 else before
             if at - walked > TOGETHER:
-                _leave_pair(fan, space, plane, start, at, box, alone)
+                _leave_pair(fan, space, plane, start, at, box, leftover)
                 walked = at
         work.places[event - events[0]] = place
         level = abs(change) - 1

@@ -21,7 +21,7 @@ from riglens.core.kernels.objects.box_frames import (
     start_of,
     turned,
 )
-from riglens.core.kernels.objects.depth_order import Queue, line_up, queue_for
+from riglens.core.kernels.objects.depth_order import DepthOrder, line_up, new_depth_order
 from riglens.core.kernels.objects.nearest import meet_box
 from riglens.core.kernels.objects.silhouette import (
     Outline,
@@ -43,11 +43,11 @@ COLUMNS = 5
 
 
 class Desk(NamedTuple):
-    """Room for a worker: the queue of a frame; the image of a box; what rays of a group have met; seen (rows * words,)
-    uint64: a bit for each ray that has met something nearer; hits (4, rays): of rays that meet an object, their
+    """Room for a worker: the depth order of a frame; the image of a box; what rays of a group have met; seen (rows *
+    words,) uint64: a bit for each ray that has met something nearer; hits (4, rays): of rays that meet an object, their
     directions in its axes and how far it is; table of cells."""
 
-    queue: Queue
+    depth_order: DepthOrder
     outline: Outline
     canvas: Canvas
     seen: np.ndarray
@@ -184,15 +184,15 @@ def _cast_frame(
     cells: np.ndarray, number: int,
 ) -> int:  # fmt: skip
     """One frame: fills found of its objects, and cells behind the `number` that there are; returns their new number."""
-    queue, begin = desk.queue, 0
+    depth_order, begin = desk.depth_order, 0
     desk.seen[:] = 0
-    end = line_up(traffic, beams, sweep.frame, queue)
+    end = line_up(traffic, beams, sweep.frame, depth_order)
     draws = not beams.turns and beams.blocks.shape[0] == 0
     while begin < end:
         until = begin + 1
-        while until < end and queue.first[until] == begin:
+        while until < end and depth_order.first[until] == begin:
             until += 1
-        box = queue.box[begin]
+        box = depth_order.box[begin]
         if not (draws and until == begin + 1 and _draw(traffic, beams, sweep, box, desk, found)):
             number = _meet_group(traffic, beams, sweep, begin, until, desk, found, at, cells, number)
         begin = until
@@ -219,17 +219,18 @@ def _meet_group(
     traffic: Traffic, beams: Beams, sweep: Sweep, begin: int, end: int, desk: Desk, found: np.ndarray,
     at: np.ndarray, cells: np.ndarray, number: int,
 ) -> int:  # fmt: skip
-    """Let all rays meet the boxes of a group, places begin..end-1 of the queue; returns the number of cells then."""
-    queue, outline = desk.queue, desk.outline
+    """Let all rays meet the boxes of a group, places begin..end-1 of the depth order; returns the number of cells
+    then."""
+    depth_order, outline = desk.depth_order, desk.outline
     for place in range(begin, end):
-        box = queue.box[place]
+        box = depth_order.box[place]
         one, alone = sweep.ranks[box], meet_box(
             traffic, beams, box, sweep.rotation, outline.faces, outline.corners, outline.centre, desk.canvas
         )  # fmt: skip
         if one >= 0:
             found[ALONE, one] = alone
     for place in range(begin, end):
-        box = queue.box[place]
+        box = depth_order.box[place]
         one = sweep.ranks[box]
         if one >= 0 and found[ALONE, one] > 0:
             own = _take(traffic, beams, sweep, box, desk, found, cells[number:])
@@ -263,7 +264,7 @@ def _desk_for(
     spans[:, 0], spans[:, 1] = columns, 0
     canvas = Canvas(inverse, owner, last, spans, np.empty(columns), np.array([rows, 0]))
     outline, seen = outline_for(faces, rows, columns), np.empty(rows * words_of(columns), np.uint64)
-    return Desk(queue_for(most), outline, canvas, seen, np.empty((4, rows * columns)), table)
+    return Desk(new_depth_order(most), outline, canvas, seen, np.empty((4, rows * columns)), table)
 
 
 @kernel

@@ -24,15 +24,15 @@ _MANY = 64
 _FAR_BACK = 4096
 """A box is compared with no more boxes before it; where that does not settle it, all of them are one group."""
 _NEAR, _FAR, _FARTHEST, _X, _Y, _Z, _AWAY, _SINE, _COSINE = range(9)
-"""Columns of Queue.sight."""
+"""Columns of DepthOrder.sight."""
 
 
-class Queue(NamedTuple):
+class DepthOrder(NamedTuple):
     """Boxes of a frame that rays can meet, nearest first: box (k,) their numbers; first (k,): place of the first one of
     the group that each belongs to. sight (k, 9): what is known of each box by `order`, (k,) its places: distance of
-    its nearest and farthest point, the farthest of all so far (by place in the queue), from the sensor to its centre
-    and how far, sine and cosine of a cone around it. Of a group that is being split: member (k,) numbers of its boxes
-    in it, late (k,): a bit for each of them that a box may not precede."""
+    its nearest and farthest point, the farthest of all so far (by place in the depth order), from the sensor to its
+    centre and how far, sine and cosine of a cone around it. Of a group that is being split: member (k,) numbers of its
+    boxes in it, late (k,): a bit for each of them that a box may not precede."""
 
     box: np.ndarray
     first: np.ndarray
@@ -43,9 +43,9 @@ class Queue(NamedTuple):
 
 
 @kernel
-def queue_for(boxes: int) -> Queue:
+def new_depth_order(boxes: int) -> DepthOrder:
     """Return room for `boxes` boxes."""
-    return Queue(
+    return DepthOrder(
         np.empty(boxes, np.int64),
         np.empty(boxes, np.int64),
         np.empty(boxes, np.int64),
@@ -56,23 +56,23 @@ def queue_for(boxes: int) -> Queue:
 
 
 @lean
-def line_up(traffic: Traffic, beams: Beams, frame: int, queue: Queue) -> int:
-    """Fill the queue with the boxes of a frame that rays may meet; return their number up to the last group with one
-    that counts. A box around the sensor is left out, and those too far away to hide one that counts."""
-    count = _look_round(traffic, beams, frame, queue)
-    _sort(queue, count)
-    _settle(traffic, queue, count)
+def line_up(traffic: Traffic, beams: Beams, frame: int, depth_order: DepthOrder) -> int:
+    """Fill the depth order with the boxes of a frame that rays may meet; return their number up to the last group with
+    one that counts. A box around the sensor is left out, and those too far away to hide one that counts."""
+    count = _look_round(traffic, beams, frame, depth_order)
+    _sort(depth_order, count)
+    _settle(traffic, depth_order, count)
     until = 0
     for place in range(count):
-        if traffic.counts[queue.box[place]]:
+        if traffic.counts[depth_order.box[place]]:
             until = place + 1
-    while 0 < until < count and queue.first[until] < until:
+    while 0 < until < count and depth_order.first[until] < until:
         until += 1
     return until
 
 
 @lean_inlined
-def _look_round(traffic: Traffic, beams: Beams, frame: int, queue: Queue) -> int:
+def _look_round(traffic: Traffic, beams: Beams, frame: int, depth_order: DepthOrder) -> int:
     """List the boxes that can be met, in the order of the data: numbers in `box`, their geometry in `sight`."""
     count, reach = 0, reach_of(traffic, beams, frame)
     ahead = beams.rotation[:, 0]
@@ -91,8 +91,8 @@ def _look_round(traffic: Traffic, beams: Beams, frame: int, queue: Queue) -> int
         along = x * ahead[0] + y * ahead[1] + z * ahead[2]
         if _are_apart(along, away, sine, cosine, beams.field[1], beams.field[0]):
             continue
-        _note(queue, count, box, _nearest(start, half), _farthest(start, half))
-        sight = queue.sight[count]
+        _note(depth_order, count, box, _nearest(start, half), _farthest(start, half))
+        sight = depth_order.sight[count]
         sight[_X], sight[_Y], sight[_Z], sight[_AWAY] = x, y, z, away
         sight[_SINE], sight[_COSINE] = sine, cosine
         count += 1
@@ -100,9 +100,9 @@ def _look_round(traffic: Traffic, beams: Beams, frame: int, queue: Queue) -> int
 
 
 @lean_inlined
-def _note(queue: Queue, place: int, box: int, near: float, far: float) -> None:
-    queue.box[place], queue.order[place] = box, place
-    queue.sight[place, _NEAR], queue.sight[place, _FAR] = near, far
+def _note(depth_order: DepthOrder, place: int, box: int, near: float, far: float) -> None:
+    depth_order.box[place], depth_order.order[place] = box, place
+    depth_order.sight[place, _NEAR], depth_order.sight[place, _FAR] = near, far
 
 
 @lean_inlined
@@ -147,9 +147,9 @@ def _are_apart(
 
 
 @lean_inlined
-def _sort(queue: Queue, count: int) -> None:
+def _sort(depth_order: DepthOrder, count: int) -> None:
     """Put order and box in the order of the nearest points (Shell sort)."""
-    order, sight, gap = queue.order, queue.sight, count // 2
+    order, sight, gap = depth_order.order, depth_order.sight, count // 2
     while gap > 0:
         for place in range(gap, count):
             one, at = order[place], place
@@ -159,102 +159,102 @@ def _sort(queue: Queue, count: int) -> None:
             order[at] = one
         gap = 1 if gap == 2 else (5 * gap) // 11
     for place in range(count):
-        queue.first[place] = queue.box[place]
+        depth_order.first[place] = depth_order.box[place]
     for place in range(count):
-        queue.box[place] = queue.first[order[place]]
+        depth_order.box[place] = depth_order.first[order[place]]
 
 
 @lean_inlined
-def _settle(traffic: Traffic, queue: Queue, count: int) -> None:
-    """Find the groups: runs of the queue of which some pair is not known to be in order."""
-    order, sight, farthest = queue.order, queue.sight, 0.0
+def _settle(traffic: Traffic, depth_order: DepthOrder, count: int) -> None:
+    """Find the groups: runs of the depth order of which some pair is not known to be in order."""
+    order, sight, farthest = depth_order.order, depth_order.sight, 0.0
     for place in range(count):
-        near, queue.first[place] = sight[order[place], _NEAR], place
+        near, depth_order.first[place] = sight[order[place], _NEAR], place
         for before in range(place - 1, -1, -1):
             if sight[before, _FARTHEST] < near:
                 break
             if place - before > _FAR_BACK:
-                queue.first[place] = 0
+                depth_order.first[place] = 0
                 break
-            if not _may_precede(traffic, queue, before, place):
-                queue.first[place] = before
+            if not _may_precede(traffic, depth_order, before, place):
+                depth_order.first[place] = before
         farthest = max(farthest, sight[order[place], _FAR] * _WIDER)
         sight[place, _FARTHEST] = farthest
     end = count
     while end > 0:
-        begin, at = queue.first[end - 1], end - 1
+        begin, at = depth_order.first[end - 1], end - 1
         while at > begin:
             at -= 1
-            begin = min(begin, queue.first[at])
+            begin = min(begin, depth_order.first[at])
         if end - begin > 1:
-            _sort_group(traffic, queue, begin, end)
+            _sort_group(traffic, depth_order, begin, end)
         end = begin
 
 
 @lean_inlined
-def _may_precede(traffic: Traffic, queue: Queue, one: int, other: int) -> bool:
-    """Return whether no ray enters the second of two boxes, by their places in the queue, before the first."""
-    mine, its = queue.sight[queue.order[one]], queue.sight[queue.order[other]]
+def _may_precede(traffic: Traffic, depth_order: DepthOrder, one: int, other: int) -> bool:
+    """Return whether no ray enters the second of two boxes, by their places in the depth order, before the first."""
+    mine, its = depth_order.sight[depth_order.order[one]], depth_order.sight[depth_order.order[other]]
     if mine[_FAR] * _WIDER < its[_NEAR]:
         return True
     dot = mine[_X] * its[_X] + mine[_Y] * its[_Y] + mine[_Z] * its[_Z]
     if _are_apart(dot, mine[_AWAY] * its[_AWAY], mine[_SINE], mine[_COSINE], its[_SINE], its[_COSINE]):
         return True
-    return is_before(traffic, queue.box[one], queue.box[other], mine, its)
+    return is_before(traffic, depth_order.box[one], depth_order.box[other], mine, its)
 
 
 @lean
-def _sort_group(traffic: Traffic, queue: Queue, begin: int, end: int) -> None:
+def _sort_group(traffic: Traffic, depth_order: DepthOrder, begin: int, end: int) -> None:
     """Split a group: what may come before all others goes ahead, what may come after all others goes behind, one by
     one; the rest stays a group, in the order of the data."""
     if end - begin <= _MANY:
-        begin, end = _peel(traffic, queue, begin, end)
-    queue.first[begin:end] = begin
-    _by_number(queue.box, begin, end)
+        begin, end = _peel(traffic, depth_order, begin, end)
+    depth_order.first[begin:end] = begin
+    _by_number(depth_order.box, begin, end)
 
 
 @lean_inlined
-def _peel(traffic: Traffic, queue: Queue, begin: int, end: int) -> tuple[int, int]:
+def _peel(traffic: Traffic, depth_order: DepthOrder, begin: int, end: int) -> tuple[int, int]:
     """Move boxes that are in order to both ends of a group, as groups of one; return begin and end of the rest."""
-    late = queue.late
+    late = depth_order.late
     for one in range(begin, end):
         late[one] = np.uint64(0)
         for other in range(begin, end):
-            if one != other and not _may_precede(traffic, queue, one, other):
+            if one != other and not _may_precede(traffic, depth_order, one, other):
                 late[one] |= np.uint64(1) << np.uint64(other - begin)
-        queue.member[one] = one - begin
+        depth_order.member[one] = one - begin
     is_found = True
     while is_found and begin < end:
         is_found = False
         for place in range(begin, end):
-            if _is_free(queue, begin, end, place, True):
-                _swap(queue, place, begin)
-                queue.first[begin] = begin
+            if _is_free(depth_order, begin, end, place, True):
+                _swap(depth_order, place, begin)
+                depth_order.first[begin] = begin
                 begin, is_found = begin + 1, True
                 break
         for place in range(begin, end):
-            if _is_free(queue, begin, end, place, False):
-                _swap(queue, place, end - 1)
+            if _is_free(depth_order, begin, end, place, False):
+                _swap(depth_order, place, end - 1)
                 end, is_found = end - 1, True
-                queue.first[end] = end
+                depth_order.first[end] = end
                 break
     return begin, end
 
 
 @lean_inlined
-def _is_free(queue: Queue, begin: int, end: int, place: int, is_first: bool) -> bool:
+def _is_free(depth_order: DepthOrder, begin: int, end: int, place: int, is_first: bool) -> bool:
     """Return whether a box may come before all others of those left of a group, or after all of them."""
     for other in range(begin, end):
         one, behind = (place, other) if is_first else (other, place)
-        if other != place and queue.late[one] >> np.uint64(queue.member[behind]) & np.uint64(1):
+        if other != place and depth_order.late[one] >> np.uint64(depth_order.member[behind]) & np.uint64(1):
             return False
     return True
 
 
 @lean_inlined
-def _swap(queue: Queue, one: int, other: int) -> None:
+def _swap(depth_order: DepthOrder, one: int, other: int) -> None:
     """Swap two boxes of a group; the geometry for `order` stays with the places."""
-    box, late, member = queue.box, queue.late, queue.member
+    box, late, member = depth_order.box, depth_order.late, depth_order.member
     box[one], box[other] = box[other], box[one]
     late[one], late[other] = late[other], late[one]
     member[one], member[other] = member[other], member[one]
@@ -274,7 +274,7 @@ def _by_number(box: np.ndarray, begin: int, end: int) -> None:
 @lean_inlined
 def is_before(traffic: Traffic, one: int, other: int, to_one: np.ndarray, to_other: np.ndarray) -> bool:
     """Return whether a face of one of two boxes keeps them apart, with the sensor on the side of the first; to_one,
-    to_other: their rows of `Queue.sight`."""
+    to_other: their rows of `DepthOrder.sight`."""
     away = (to_other[_X] - to_one[_X], to_other[_Y] - to_one[_Y], to_other[_Z] - to_one[_Z])
     here = (-to_one[_X], -to_one[_Y], -to_one[_Z])
     there = (-to_other[_X], -to_other[_Y], -to_other[_Z])

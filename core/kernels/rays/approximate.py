@@ -264,7 +264,7 @@ def lidar_centres(
 
 
 @parallel_kernel
-def sum_flagged(seen: np.ndarray, codes: np.ndarray, palette_q: np.ndarray, workers: int) -> np.ndarray:
+def sum_flagged(seen: np.ndarray, codes: np.ndarray, entropies_q: np.ndarray, workers: int) -> np.ndarray:
     """Fixed-point entropies of the voxels with bit 1 (camera) and bit 2 (LiDAR), int64 (2, 3)."""
     n = seen.size
     partial = np.zeros((workers, 16), np.int64)  # cache lines of its own for every worker
@@ -273,9 +273,9 @@ def sum_flagged(seen: np.ndarray, codes: np.ndarray, palette_q: np.ndarray, work
         for i in range(n * worker // workers, n * (worker + 1) // workers):
             for c in range(3):
                 if seen[i] & 1:
-                    sums[0, c] += np.int64(palette_q[codes[i], c])
+                    sums[0, c] += np.int64(entropies_q[codes[i], c])
                 if seen[i] & 2:
-                    sums[1, c] += np.int64(palette_q[codes[i], c])
+                    sums[1, c] += np.int64(entropies_q[codes[i], c])
         for column in range(6):
             partial[worker, column] = sums[column // 3, column % 3]
     total: np.ndarray = partial.sum(axis=0)[:6].reshape(2, 3)

@@ -11,7 +11,7 @@ from riglens.core.kernels.rays.lattice import direction, rotated
 from riglens.core.kernels.rays.predicates import Vector
 from riglens.core.kernels.rays.walk import Ray, walk_bresenham, walk_exact
 from riglens.core.kernels.runtime.jit import inlined, parallel_kernel
-from riglens.core.kernels.runtime.work_stealing import new_turns, take
+from riglens.core.kernels.runtime.work_stealing import new_counter, take
 from riglens.core.kernels.voxels.bits import level_mask, mark_levels, popcount
 from riglens.core.kernels.voxels.entropy_codes import Entropies
 
@@ -106,26 +106,26 @@ def mark_rays(
     """
     workers = spare.shape[0] + 1
     blocks = (end - first + BLOCK - 1) // BLOCK
-    depth, turns = (rays.shape[2] + 63) // 64, new_turns()
+    depth, counter = (rays.shape[2] + 63) // 64, new_counter()
     for worker in numba.prange(workers):
         own = spare[worker - 1] if worker > 0 else marks
         runs = np.empty((rays.shape[0] + rays.shape[1] + rays.shape[2] + 3, 3), np.int32)
-        block = take(turns)
+        block = take(counter)
         while block < blocks:
             for ray in range(first + block * BLOCK, min(first + (block + 1) * BLOCK, end)):
                 if left[ray - first]:
                     count = walk_ray(rays, ray, runs)
                     left[ray - first] = count < 0
                     _mark_runs(runs, count, depth, own)
-            block = take(turns)
+            block = take(counter)
 
 
 @parallel_kernel
 def add_marks(spare: np.ndarray, marks: np.ndarray, workers: int) -> None:
     """Add the bits of spare (n, words) to marks (words,), and clear them."""
-    words, turns = marks.size, new_turns()
+    words, counter = marks.size, new_counter()
     for _ in numba.prange(workers):
-        start = take(turns) * WORDS_AT_ONCE
+        start = take(counter) * WORDS_AT_ONCE
         while start < words:
             part = marks[start : start + WORDS_AT_ONCE]
             for row in range(spare.shape[0]):
@@ -133,7 +133,7 @@ def add_marks(spare: np.ndarray, marks: np.ndarray, workers: int) -> None:
                 for w in range(part.size):
                     part[w] |= more[w]
                     more[w] = 0
-            start = take(turns) * WORDS_AT_ONCE
+            start = take(counter) * WORDS_AT_ONCE
 
 
 @inlined
@@ -147,7 +147,7 @@ def _sum_runs(runs: np.ndarray, count: int, depth: int, entropies: Entropies, su
                 upto = entropies.starts[word] & (bit | (bit - np.uint64(1)))
                 code = entropies.codes[entropies.first[word] + popcount(upto) - np.uint64(1)]
                 for c in range(3):
-                    sums[c] += np.int64(entropies.palette_q[code, c])
+                    sums[c] += np.int64(entropies.entropies_q[code, c])
 
 
 @parallel_kernel

@@ -16,7 +16,7 @@ import numpy as np
 from riglens.core.kernels.rays.cast import Cast
 from riglens.core.kernels.rays.lattice import direction, rotated
 from riglens.core.kernels.runtime.jit import lean, lean_inlined, parallel_kernel
-from riglens.core.kernels.runtime.work_stealing import new_turns, take
+from riglens.core.kernels.runtime.work_stealing import new_counter, take
 from riglens.core.kernels.voxels.bits import mark_levels
 
 CLOSE = 2.0**-20
@@ -212,11 +212,11 @@ def mark_strides(
     rows, as long as these columns are at hand.
     """
     workers = spare.shape[0] + 1
-    is_listed, turns = rays.planes.shape[0] == 1, new_turns()
+    is_listed, counter = rays.planes.shape[0] == 1, new_counter()
     g = (rays.origin[0], rays.origin[1], rays.origin[2])
     for worker in numba.prange(workers):
         own = spare[worker - 1] if worker > 0 else marks
-        strip = first + take(turns) * STRIP
+        strip = first + take(counter) * STRIP
         while strip < end:
             for row in range(left.size // planes):
                 for plane in range(strip, min(strip + STRIP, end)):
@@ -230,4 +230,4 @@ def mark_strides(
                     )
                     far = min(rays.reach[1], rays.ends[ray]) if rays.ends.size > 0 else rays.reach[1]
                     left[ray] = not stride(g, d, rays.reach[0], far, rays.box, rays.shape, own)
-            strip = first + take(turns) * STRIP
+            strip = first + take(counter) * STRIP

@@ -67,10 +67,10 @@ def covered_levels(
 
 
 @lean_inlined
-def _weigh(count: np.uint64, palette_q: np.ndarray, code: np.uint64, sums: np.ndarray) -> None:
+def _weigh(count: np.uint64, entropies_q: np.ndarray, code: np.uint64, sums: np.ndarray) -> None:
     """Add to sums int64 (4,) the entropies of some voxels of one code; count: less than none is modulo 2^64."""
-    h0, h1 = np.uint64(palette_q[code, 0]), np.uint64(palette_q[code, 1])
-    h2, h3 = np.uint64(palette_q[code, 2]), np.uint64(palette_q[code, 3])
+    h0, h1 = np.uint64(entropies_q[code, 0]), np.uint64(entropies_q[code, 1])
+    h2, h3 = np.uint64(entropies_q[code, 2]), np.uint64(entropies_q[code, 3])
     sums[0] += np.int64(count * h0)
     sums[1] += np.int64(count * h1)
     sums[2] += np.int64(count * h2)
@@ -96,7 +96,7 @@ def _add(voxels: np.uint64, signed: Signed, sums: np.ndarray) -> None:
         count = popcount(within & signed.plus) - popcount(within & ~signed.plus)
         if count != 0:
             code = np.uint64(entropies.codes[np.uint64(first + run)])
-            _weigh(count, entropies.palette_q, code, sums)
+            _weigh(count, entropies.entropies_q, code, sums)
         left ^= within
 
 

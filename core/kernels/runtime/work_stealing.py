@@ -17,14 +17,14 @@ from riglens.core.kernels.runtime.jit import kernel
 
 
 @kernel
-def new_turns() -> np.ndarray:
-    """Turns of which none is taken, int64 (1,). A function of its own: parallel code fills arrays in parallel."""
+def new_counter() -> np.ndarray:
+    """Return a counter at 0, int64 (1,). A function of its own: parallel code fills arrays in parallel."""
     return np.zeros(1, np.int64)
 
 
 @intrinsic  # type: ignore[untyped-decorator]
-def take(typingctx: Any, turns: Any) -> tuple[Signature, Any]:
-    """The next turn, 0 for the first: turns[0], which grows by one in the same instruction."""
+def take(typingctx: Any, counter: Any) -> tuple[Signature, Any]:
+    """Return the next piece, 0 for the first: counter[0], which grows by one in the same instruction."""
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         from llvmlite import ir
@@ -32,4 +32,4 @@ def take(typingctx: Any, turns: Any) -> tuple[Signature, Any]:
         array = context.make_array(signature.args[0])(context, builder, args[0])
         return builder.atomic_rmw("add", array.data, ir.Constant(ir.IntType(64), 1), "monotonic")
 
-    return types.int64(turns), codegen
+    return types.int64(counter), codegen

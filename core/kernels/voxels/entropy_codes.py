@@ -26,13 +26,13 @@ class Runs(NamedTuple):
 
 class Entropies(NamedTuple):
     """Entropies of the informative voxels: keep uint64 (words,), the voxels that have any; their runs, as in `Runs`;
-    palette_q uint32 (m, >= 3): h of the three classes in units of 2^-32 nat, by code."""
+    entropies_q uint32 (m, >= 3): h of the three classes in units of 2^-32 nat, by code."""
 
     keep: np.ndarray
     starts: np.ndarray
     first: np.ndarray
     codes: np.ndarray
-    palette_q: np.ndarray
+    entropies_q: np.ndarray
 
 
 class Numbering(NamedTuple):

@@ -13,7 +13,7 @@ import numpy as np
 
 from riglens.core.kernels.runtime.codes import CLASS_COUNT, VOXELS
 from riglens.core.kernels.runtime.jit import inlined, kernel, parallel_kernel
-from riglens.core.kernels.runtime.work_stealing import new_turns, take
+from riglens.core.kernels.runtime.work_stealing import new_counter, take
 from riglens.core.kernels.voxels.bits import first_run, popcount
 from riglens.core.kernels.voxels.entropy_codes import Entropies
 
@@ -100,7 +100,7 @@ def _tally(
 
 
 @inlined
-def _weigh(tallies: np.ndarray, palette_q: np.ndarray, sums: np.ndarray) -> None:
+def _weigh(tallies: np.ndarray, entropies_q: np.ndarray, sums: np.ndarray) -> None:
     """Add to sums (8,) the entropies of the voxels tallied, and their number: fewer than 2^31 of each code, so none
     spills over."""
     for code in range(tallies.size):
@@ -109,7 +109,7 @@ def _weigh(tallies: np.ndarray, palette_q: np.ndarray, sums: np.ndarray) -> None
         own = np.int64(np.int32(tallies[code]))
         any_sensor = (tallies[code] - own) >> np.int64(32)
         for c in range(CLASS_COUNT):
-            h_q = np.int64(palette_q[code, c])
+            h_q = np.int64(entropies_q[code, c])
             sums[c] += own * h_q
             sums[COLUMNS + c] += any_sensor * h_q
         sums[VOXELS] += own
@@ -135,15 +135,15 @@ class Region(NamedTuple):
 
 
 @inlined
-def _take_rows(region: Region, turns: np.ndarray) -> tuple[int, int]:
+def _take_rows(region: Region, counter: np.ndarray) -> tuple[int, int]:
     """Return the next free rows of a region, first and end; first >= end when all are taken."""
-    first = region.first_row + take(turns) * ROWS_AT_ONCE
+    first = region.first_row + take(counter) * ROWS_AT_ONCE
     return first, min(first + ROWS_AT_ONCE, region.end_row)
 
 
 @kernel
 def _room(workers: int) -> np.ndarray:
-    """Sums of each worker, on cache lines of their own. A function of its own: see `new_turns`."""
+    """Sums of each worker, on cache lines of their own. A function of its own: see `new_counter`."""
     return np.zeros((workers, 16), np.int64)
 
 
@@ -196,10 +196,10 @@ def count_others(
     Others are those that stay while some sensors move. counts uint64 (digits, words): binary digits, lowest first, of
     how many of them see each voxel; free uint64 (words,): voxels of keep that none of them sees.
     """
-    turns = new_turns()
+    counter = new_counter()
     for _ in numba.prange(workers):
         none, carry = np.zeros(region.words, np.uint64), np.empty((2, region.words), np.uint64)
-        first, end = _take_rows(region, turns)
+        first, end = _take_rows(region, counter)
         while first < end:
             for ix in range(first, end):
                 a = ix * region.row_words + region.first_word
@@ -212,7 +212,7 @@ def count_others(
                     more = counts[digit, a:b]
                     for w in range(part.size):
                         part[w] &= ~more[w]
-            first, end = _take_rows(region, turns)
+            first, end = _take_rows(region, counter)
 
 
 @parallel_kernel
@@ -235,11 +235,11 @@ def settle(
     Result int64 (2, 4): change of the sums of this kind, and of any sensor; columns as in COLUMNS. Integers, so neither
     the order of the edits nor the number of threads can matter.
     """
-    words, partial, turns = region.words, _room(workers), new_turns()
+    words, partial, counter = region.words, _room(workers), new_counter()
     for worker in numba.prange(workers):
         rooms, where = np.empty((3, words), np.uint64), np.empty(words + 1, np.int32)
-        tallies = np.zeros(entropies.palette_q.shape[0], np.int64)
-        first, end = _take_rows(region, turns)
+        tallies = np.zeros(entropies.entropies_q.shape[0], np.int64)
+        first, end = _take_rows(region, counter)
         while first < end:
             for ix in range(first, end):
                 a = ix * region.row_words + region.first_word
@@ -257,8 +257,8 @@ def settle(
                 _tally(row, come, gone, where[:count], entropies.codes, tallies)
                 for slot in slots.leaving:
                     stack[slot, a:b] = 0
-            first, end = _take_rows(region, turns)
-        _weigh(tallies, entropies.palette_q, partial[worker])
+            first, end = _take_rows(region, counter)
+        _weigh(tallies, entropies.entropies_q, partial[worker])
     change = np.zeros((2, COLUMNS), np.int64)
     for worker in range(workers):  # numpy's own sum takes seconds to compile
         for c in range(2 * COLUMNS):

@@ -36,7 +36,7 @@ def test_entropy_is_largest_where_a_class_is_half_of_the_time() -> None:
 def test_entropies_are_whole_numbers_of_quanta() -> None:
     assert QUANTA_PER_NAT == 2**32
     assert nats(3 << 31) == 1.5
-    assert field().palette_q.max() == round(HALF * 2**32) == 2977044472
+    assert field().entropies_q.max() == round(HALF * 2**32) == 2977044472
 
 
 def test_voxels_that_are_never_or_always_occupied_are_not_informative() -> None:
@@ -60,7 +60,7 @@ def test_the_most_frequent_counts_have_the_first_code() -> None:
     counts[0, 0, 1:4] = 2
     made = EntropyField.from_pog(synthetic_pog(grid_of(1, 1, 5), counts, 4))
     assert made.codes().tolist() == [1, 0, 0, 0, 1]
-    assert made.palette_q[0, 0] == round(HALF * 2**32)
+    assert made.entropies_q[0, 0] == round(HALF * 2**32)
 
 
 def sums(camera: float, lidar: float, both: float) -> np.ndarray:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from riglens.core.engine.fans import make_fan, make_profile, mark_planes
 from riglens.core.kernels.fans.leftover_rays import mark_alone
-from riglens.core.kernels.fans.planes import ALL, Alone, Fan, Space, leave_alone
+from riglens.core.kernels.fans.planes import ALL, Fan, LeftoverRays, Space, leave_over
 from riglens.core.kernels.fans.profile import Profile
 from riglens.core.kernels.rays.cast import Cast
 from riglens.core.kernels.runtime.codes import LIDAR
@@ -86,21 +86,21 @@ def seen_by_fan(rays: Cast, slabs: Sequence[tuple[int, int]] = ((0, SIDE),)) -> 
 def seen_ray_by_ray(rays: Cast) -> set[Voxel]:
     """The voxels of the same rays, each walked exactly on its own."""
     fan, space, _ = fan_of(rays)
-    alone = room_for_alone(len(fan.planes))
+    leftover = room_for_alone(len(fan.planes))
     for plane in range(len(fan.planes)):
-        leave_alone(alone, plane, ALL, BOX)
-    return seen_alone(fan, space, alone)
+        leave_over(leftover, plane, ALL, BOX)
+    return seen_alone(fan, space, leftover)
 
 
-def room_for_alone(most: int = 64) -> Alone:
-    """An empty list of rays left alone."""
-    return Alone(np.empty((most, 6), np.int32), np.zeros(1, np.int64))
+def room_for_alone(most: int = 64) -> LeftoverRays:
+    """An empty list of rays left over."""
+    return LeftoverRays(np.empty((most, 6), np.int32), np.zeros(1, np.int64))
 
 
-def seen_alone(fan: Fan, space: Space, alone: Alone) -> set[Voxel]:
-    """The voxels of the rays left alone."""
+def seen_alone(fan: Fan, space: Space, leftover: LeftoverRays) -> set[Voxel]:
+    """The voxels of the rays left over."""
     marks = no_voxels()
-    mark_alone(fan, space, alone.rays[None], alone.noted, marks)
+    mark_alone(fan, space, leftover.rays[None], leftover.noted, marks)
     return voxels_of(marks)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from riglens.core.kernels.body.empty_box import grow_void
+from riglens.core.kernels.body.empty_box import grow_empty_box
 from riglens.core.kernels.voxels.bits import pack_levels
 
 
@@ -11,7 +11,7 @@ def grown(full: np.ndarray, cell: tuple[int, int, int], limits: list[int]) -> li
     nx, ny, nz = full.shape
     words = np.zeros(nx * ny * ((nz + 63) // 64), np.uint64)
     pack_levels(full.reshape(nx * ny, nz), words)
-    box = grow_void(
+    box = grow_empty_box(
         words, np.array(full.shape, np.int64), np.array(cell, np.int64), np.array(limits, np.int64)
     )
     return [int(side) for side in box]

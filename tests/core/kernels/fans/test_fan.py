@@ -9,7 +9,7 @@ from riglens.core.engine import fans
 from riglens.core.engine.fans import is_upright, make_fan, share_rows
 from riglens.core.kernels.fans import fan
 from riglens.core.kernels.fans.fan import Course
-from riglens.core.kernels.fans.planes import ALL, Alone, leave_alone
+from riglens.core.kernels.fans.planes import ALL, LeftoverRays, leave_over
 from riglens.core.kernels.fans.profile import TOLERANCE
 from riglens.core.sensors.lattice import Lattice
 from tests.core.kernels.tiny import (
@@ -220,10 +220,10 @@ def test_a_heading_almost_along_an_axis_is_left_to_the_exact_walk() -> None:
         rays = rays_in_planes((0.5, 1.5, 1.5), [0.0], [(1.0, drift)])
         made, space, profile = fan_of(rays)
         marks = no_voxels()
-        alone = room_for_alone()
-        fan._mark_slab(made, space, profile, (0, 1), np.array([0, SIDE]), alone, marks)
+        leftover = room_for_alone()
+        fan._mark_slab(made, space, profile, (0, 1), np.array([0, SIDE]), leftover, marks)
         assert voxels_of(marks) == (row(range(4), 1, 1) if is_decided else set())
-        assert left(alone) == ([] if is_decided else [(0, ALL)])
+        assert left(leftover) == ([] if is_decided else [(0, ALL)])
 
 
 @pytest.mark.parametrize(
@@ -241,15 +241,15 @@ def test_a_plane_that_grazes_the_corner_of_the_grid_is_left_to_the_exact_walk(
 ) -> None:
     """Planes from (-1, 1) to the right and ahead, through the corner (0, 0) or beside it."""
     made, space, profile = fan_of(rays_in_planes((-1.0, 1.0 + beyond, 1.5), [0.0], [heading(-45.0)]))
-    marks, alone = no_voxels(), room_for_alone()
-    fan._mark_slab(made, space, profile, (0, 1), np.array([0, SIDE]), alone, marks)
-    assert left(alone) == ([] if is_decided else [(0, ALL)])
+    marks, leftover = no_voxels(), room_for_alone()
+    fan._mark_slab(made, space, profile, (0, 1), np.array([0, SIDE]), leftover, marks)
+    assert left(leftover) == ([] if is_decided else [(0, ALL)])
     assert voxels_of(marks) == met
 
 
-def left(alone: Alone) -> list[tuple[int, int]]:
+def left(leftover: LeftoverRays) -> list[tuple[int, int]]:
     """Plane and row of the rays left to the exact walk."""
-    return [(int(plane), int(row)) for plane, row in alone.rays[: alone.noted[0], :2]]
+    return [(int(plane), int(row)) for plane, row in leftover.rays[: leftover.noted[0], :2]]
 
 
 LEFT_OVER = [AHEAD, (1.0, 5e-4), LEFT, (1.0, 6e-4), BACK]
@@ -269,33 +269,33 @@ def test_a_full_list_halts_the_planes_and_they_go_on_with_an_empty_one(
 ) -> None:
     """One ray of each plane, in row 2, is too steep for it."""
     made, space, profile = fan_of(rays_in_planes((1.5, 1.5, 1.5), [0.0, 0.1, 1e4], LEFT_OVER))
-    alone, marks, plane = room_for_alone(most), no_voxels(), 0
+    leftover, marks, plane = room_for_alone(most), no_voxels(), 0
     for halt, those in zip(halts, noted, strict=True):
-        alone.noted[0] = 0
-        plane = fan._mark_slab(made, space, profile, (plane, 5), np.array([0, SIDE]), alone, marks)
+        leftover.noted[0] = 0
+        plane = fan._mark_slab(made, space, profile, (plane, 5), np.array([0, SIDE]), leftover, marks)
         assert plane == halt
-        assert left(alone) == those
+        assert left(leftover) == those
 
 
 def test_a_plane_with_more_rays_left_alone_than_any_list_holds_is_left_as_a_whole() -> None:
     made, space, profile = fan_of(rays_in_planes((1.5, 1.5, 1.5), [0.0, 1e4, -1e4]))
-    alone, marks = room_for_alone(1), no_voxels()
-    assert fan._mark_slab(made, space, profile, (0, 1), np.array([0, SIDE]), alone, marks) == 1
-    assert left(alone) == [(0, ALL)]
+    leftover, marks = room_for_alone(1), no_voxels()
+    assert fan._mark_slab(made, space, profile, (0, 1), np.array([0, SIDE]), leftover, marks) == 1
+    assert left(leftover) == [(0, ALL)]
 
 
 def test_a_plane_that_does_not_fit_any_more_is_walked_again() -> None:
     made, space, profile = fan_of(rays_in_planes((1.5, 1.5, 1.5), [0.0, 1e4, -1e4], [AHEAD, LEFT]))
-    alone, marks = room_for_alone(3), no_voxels()
-    assert fan._mark_slab(made, space, profile, (0, 2), np.array([0, SIDE]), alone, marks) == 1
-    assert left(alone) == [(0, 2), (0, 1)]
+    leftover, marks = room_for_alone(3), no_voxels()
+    assert fan._mark_slab(made, space, profile, (0, 2), np.array([0, SIDE]), leftover, marks) == 1
+    assert left(leftover) == [(0, 2), (0, 1)]
 
 
 def test_rays_left_alone_are_walked_through_their_columns_only() -> None:
     made, space, _ = fan_of(rays_in_planes((0.5, 0.5, 1.5), [0.0]))
-    alone = room_for_alone()
-    leave_alone(alone, 0, 0, np.array([1, 3, 0, 1, 0, SIDE]))
-    assert seen_alone(made, space, alone) == row((1, 2), 0, 1)
+    leftover = room_for_alone()
+    leave_over(leftover, 0, 0, np.array([1, 3, 0, 1, 0, SIDE]))
+    assert seen_alone(made, space, leftover) == row((1, 2), 0, 1)
 
 
 @pytest.mark.parametrize("most", [1, 2, 7])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from riglens.core.kernels.fans.fan import LAID, lay_plane
-from riglens.core.kernels.fans.planes import Alone, work_for
+from riglens.core.kernels.fans.planes import LeftoverRays, work_for
 from riglens.core.kernels.fans.spans import _climb_of, _lay_ray, _trace, find_spans, limits_for
 from tests.core.kernels.tiny import SIDE, fan_of, heading, rays_in_planes, seen_by_fan, seen_ray_by_ray
 
@@ -54,8 +54,11 @@ def test_a_ray_laid_from_level_to_level_reaches_what_it_reaches_when_walked() ->
         if seed % 4 == 0:
             origin, slopes, angle = np.floor(origin) + 0.5, np.round(slopes), 90.0 * np.floor(angle / 90.0)
         fan, space, profile = fan_of(rays_in_planes(tuple(origin), np.sort(slopes), [heading(float(angle))]))
-        work, alone = work_for(space, profile), Alone(np.empty((99, 6), np.int32), np.zeros(1, np.int64))
-        laid = lay_plane(fan, space, profile, 0, space.box, work, alone)
+        work, leftover = (
+            work_for(space, profile),
+            LeftoverRays(np.empty((99, 6), np.int32), np.zeros(1, np.int64)),
+        )
+        laid = lay_plane(fan, space, profile, 0, space.box, work, leftover)
         if laid.outcome != LAID:
             continue
         limits, count = limits_for(1, work.ways), laid.columns

@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from riglens.core.kernels.objects.depth_order import line_up, queue_for
+from riglens.core.kernels.objects.depth_order import line_up, new_depth_order
 from riglens.core.rig.model import Lidar, LinearAngles
 from riglens.core.targets.beams import beams_of
 from riglens.core.targets.contribution import TargetCaster
@@ -24,11 +24,11 @@ AROUND = Lidar(
 
 def groups_of(held: Traffic, frame: int) -> list[list[int]]:
     boxes = TargetCaster(held)._boxes_of("box")
-    queue = queue_for(max(1, int(np.diff(held.starts).max())))
-    count = line_up(boxes, beams_of(AROUND), frame, queue)
-    begins = np.unique(queue.first[:count]).tolist()
-    assert queue.first[begins].tolist() == begins
-    return [queue.box[b:e].tolist() for b, e in pairwise([*begins, count])]
+    depth_order = new_depth_order(max(1, int(np.diff(held.starts).max())))
+    count = line_up(boxes, beams_of(AROUND), frame, depth_order)
+    begins = np.unique(depth_order.first[:count]).tolist()
+    assert depth_order.first[begins].tolist() == begins
+    return [depth_order.box[b:e].tolist() for b, e in pairwise([*begins, count])]
 
 
 @pytest.mark.parametrize("seed", range(4))

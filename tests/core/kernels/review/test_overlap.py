@@ -113,7 +113,7 @@ def shares_bit_by_bit(views: Views, entropies: Entropies, before: np.ndarray, pl
         who = [i for i in who if i != place]
         run = int(entropies.first[word]) - 1
         run += bin(int(entropies.starts[word]) & ((2 << bit) - 1)).count("1")
-        entropy = sign * entropies.palette_q[entropies.codes[run]].astype(np.int64)
+        entropy = sign * entropies.entropies_q[entropies.codes[run]].astype(np.int64)
         own = sums[views.sectors[word // views.depth]]
         if not who and place != NOBODY:
             own[place] += entropy

@@ -8,18 +8,18 @@ import pytest
 
 from riglens.core.kernels.rays import cast
 from riglens.core.kernels.runtime import jit
-from riglens.core.kernels.runtime.work_stealing import new_turns, take
+from riglens.core.kernels.runtime.work_stealing import new_counter, take
 
 
 @numba.njit(parallel=True)
 def _do_each(pieces: int, workers: int, done: np.ndarray) -> None:
     """Count how often each piece is done."""
-    turns = new_turns()
+    counter = new_counter()
     for _ in numba.prange(workers):
-        piece = take(turns)
+        piece = take(counter)
         while piece < pieces:
             done[piece] += 1
-            piece = take(turns)
+            piece = take(counter)
 
 
 @pytest.mark.parametrize("workers", [1, 2, 4])
