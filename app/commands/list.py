@@ -20,7 +20,6 @@ from riglens.app.commands.output import deliver
 from riglens.app.terminal.console import results
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
-from riglens.core.geometry import Pose
 from riglens.core.rig.library import Cuboid, Entry, Library, default_library, use_libraries
 from riglens.core.rig.model import Camera, Lidar, Rig, Sensor
 from riglens.core.rig.presets import PRESETS, preset
@@ -146,7 +145,7 @@ def _table(library: Library, kind: AnyKind) -> Table:
 
 def _figures(entry: Entry) -> tuple[str, str, str]:
     """Beams or pixels, field of view, range."""
-    sensor = entry.sensor(entry.name, Pose())
+    sensor = entry.example
     kind = kind_of(sensor)
     wide, high = kind.view_deg(sensor)
     return kind.size[1](sensor), f"{wide:.4g}° × {high:.3g}°", _range(sensor)
@@ -159,7 +158,7 @@ def _range(sensor: Sensor) -> str:
 
 def _lines(entry: Entry, library: Library) -> Iterator[tuple[str, str]]:
     """Yield captions and values of every field of an entry."""
-    sensor = entry.sensor(entry.name, Pose())
+    sensor = entry.example
     yield "model", f"{entry.name} ({_title(kind_of(sensor).title)})"
     yield "title", entry.title
     yield "maker", entry.maker

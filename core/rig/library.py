@@ -13,7 +13,7 @@ import hashlib
 import json
 import os
 from collections.abc import Collection, Iterable
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from itertools import chain, pairwise
 from pathlib import Path
 from typing import Annotated, Any
@@ -88,6 +88,11 @@ class Entry(Frozen):
     pixel_um: Positive | None = None
     lens: Text | None = None
     fields: dict[str, Any]
+
+    @cached_property
+    def example(self) -> Sensor:
+        """A sensor of this model at the origin, under the model's name."""
+        return self.sensor(self.name, Pose())
 
     def sensor(self, name: str, pose: Pose) -> Sensor:
         """Return a sensor of this model; raise pydantic's ValidationError when the entry's fields are wrong."""
@@ -329,7 +334,7 @@ class Library:
 
     def _plain(self, entry: Entry) -> dict[str, Any]:
         about = entry.model_dump(exclude={"fields"}, exclude_none=True)
-        sensor = entry.sensor(entry.name, Pose())
+        sensor = entry.example
         figures: dict[str, Any] = to_plain({key: getattr(sensor, key) for key in entry.fields})
         return about | figures | {"file": self.origins[entry.name]}
 

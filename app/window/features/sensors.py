@@ -188,9 +188,8 @@ class LibraryPanel(Feature):
         self.list = LibraryList()
         once = Qt.ConnectionType.SingleShotConnection
         self.viewport.shown.connect(
-            self._show, once
-        )  # fifty rows with their figures: after the first picture
-        bench.theme_changed.connect(lambda _: self._show())
+            self._begin, once
+        )  # a hundred rows with their figures: after the first picture
         self.list.add_wanted.connect(sensors.add)
         self._add_dock()
 
@@ -202,6 +201,10 @@ class LibraryPanel(Feature):
             return
         dock = docks.add("Library", self.list, area)
         self.bench.window.resizeDocks([docks["Sensors"], dock], [3, 1], Qt.Orientation.Vertical)
+
+    def _begin(self) -> None:
+        self._show()
+        self.bench.theme_changed.connect(lambda _: self._show())
 
     def _show(self) -> None:
         """Show every model, in the colours of the theme."""

@@ -27,7 +27,6 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from riglens.core.geometry import Pose
 from riglens.core.rig.library import Entry
 from riglens.core.rig.model import Sensor
 from riglens.core.sensing.rays import farthest_m
@@ -155,7 +154,7 @@ class _Models(QTreeWidget):
         self.show_counts()
 
     def _add(self, group: QTreeWidgetItem, entry: Entry, font: QFont) -> None:
-        sensor = entry.sensor(entry.name, Pose())
+        sensor = entry.example
         tip = model_tip(entry, sensor)
         row = QTreeWidgetItem(group, [entry.title, _described(sensor)[0]])
         row.setFlags(Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable | Qt.ItemFlag.ItemIsDragEnabled)
