@@ -4,8 +4,9 @@
 
 The mistakes are operators over the syntax tree (a comparison swapped, a constant off by one, a statement left out) at
 places drawn by a seed. Each place has a hash of its own, so a change of one function leaves the rest of the sample as
-it is. For each mistake the tests nearest to the module by imports run, kernels as plain Python (`plain_kernels.py`).
-Each outcome is a line of the log, and a run that was stopped goes on after the last one.
+it is. For each mistake those tests run that call the function and few others, kernels as plain Python
+(`plain_kernels.py`): `calls.py` notes them in one run of all tests, the first of a checkout. Each outcome is a line of
+the log, and a run that was stopped goes on after the last one.
 """
 
 from __future__ import annotations
@@ -20,18 +21,32 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from tests.calls import MOST_TESTS
+
 REPOSITORY = Path(__file__).resolve().parents[1]
-COPIED = ("app", "assets", "core", "docs", "riglens", "tests", "tools", "widgets", "pyproject.toml")
-MOST_FILES = 6
-"""Test files that may run for one mistake."""
+COPIED = (
+    "README.md",
+    "app",
+    "assets",
+    "core",
+    "docs",
+    "riglens",
+    "tests",
+    "tools",
+    "widgets",
+    "pyproject.toml",
+)
+MOST_S = 40.0
+"""That the tests which run for one mistake may take without it."""
 LONGEST_S = 90.0
 """A run that takes longer hangs: the mistake is noticed."""
+KERNEL_TESTS = "tests/core/kernels"
 PLAIN = {"NUMBA_DISABLE_JIT": "1", "PYTEST_ADDOPTS": "-p tests.core.kernels.plain_kernels"}
 
 # ---------------------------------------------------------------- operators over the syntax tree
@@ -184,54 +199,53 @@ def is_kernel(file: str) -> bool:
     return file.startswith("core/kernels/") and not file.startswith("core/kernels/runtime/")
 
 
-def imports_of(root: Path, file: Path) -> set[Path]:
-    """Return the files of a checkout that a file imports."""
-    modules = set()
-    for node in ast.walk(ast.parse(file.read_bytes())):
-        match node:
-            case ast.Import(names):
-                modules |= {alias.name for alias in names}
-            case ast.ImportFrom(str(module), names, 0):
-                modules |= {module, *(f"{module}.{alias.name}" for alias in names)}
-    bases = [root / module.replace(".", "/") for module in modules]
-    found = [path for base in bases for path in (base.with_suffix(".py"), base / "__init__.py")]
-    return {path.resolve() for path in found if path.is_file()}
+class Callers:
+    """Tests by the functions that they call, as `calls.py` has noted them."""
 
-
-class Neighbours:
-    """Tests of core by the number of imports between them and a module."""
-
-    def __init__(self, root: Path) -> None:
-        self._root, self._importers = root, dict[Path, set[Path]]()
-        for file in (path for top in ("core", "tests") for path in (root / top).rglob("*.py")):
-            for imported in imports_of(root, file):
-                self._importers.setdefault(imported, set()).add(file)
+    def __init__(self, folder: Path) -> None:
+        self._tests: dict[str, tuple[int, float]] = {}
+        self._callers: dict[str, list[str]] = {}
+        for path in sorted(folder.glob("*.json")):
+            noted = json.loads(path.read_text(encoding="utf-8"))
+            self._tests |= noted["tests"]
+            for function, tests in noted["callers"].items():
+                self._callers.setdefault(function, []).extend(tests)
 
     def of(self, mutation: Mutation) -> list[str]:
-        """Return tests that import a module: first those that name module or function, then by room and distance."""
-        start = (self._root / mutation.file).resolve()
-        distance, left = {start: 0}, deque([start])
-        while left:
-            near = left.popleft()
-            for importer in self._importers.get(near, set()) - distance.keys():
-                distance[importer] = distance[near] + 1
-                left.append(importer)
-        found = [path for path in distance if path.match("test_*.py")]
-        if is_kernel(mutation.file):
-            found = [
-                path
-                for path in found
-                if distance[path] == 1 or "kernels" in path.parts or "by_hand" in path.name
-            ]
-        found.sort(key=lambda path: (*self._strangeness(path, mutation), distance[path], path.stat().st_size))
-        names = [path.relative_to(self._root).as_posix() for path in found]
-        return [name for name in names if name.startswith("tests/core/")][:MOST_FILES]
+        """Return tests of a function, those first that call few others; of a class or module, tests of all in it."""
+        name = f"{mutation.file}:{mutation.function}"
+        inside = f"{name}." if mutation.function else name
+        tests = self._callers.get(name) or {
+            test for other, tests in self._callers.items() if other.startswith(inside) for test in tests
+        }
+        chosen, left_s = list[str](), MOST_S
+        for test in sorted(tests, key=self._tests.__getitem__)[:MOST_TESTS]:
+            left_s -= self._tests[test][1]
+            if chosen and left_s < 0:
+                break
+            chosen.append(test)
+        return chosen
 
-    def _strangeness(self, test: Path, mutation: Mutation) -> tuple[bool, bool, bool]:
-        """Sort tests by the name of the module, of the function and of the room."""
-        text, file = test.read_text(encoding="utf-8"), Path(mutation.file)
-        is_unnamed = not any(name and name in text for name in mutation.function.split("."))
-        return file.stem not in test.stem, is_unnamed, file.parent.name not in test.parts
+
+def note_calls(copy: Path, folder: Path, chosen: tuple[str, ...] = ("tests", KERNEL_TESTS)) -> None:
+    """Run tests of a copy once and note what they call; those of kernels as plain Python."""
+    environment = {**os.environ, "PYTHONPATH": str(copy), "RIGLENS_CALLS": str(folder)}
+    for tests in chosen:
+        options = PLAIN if tests == KERNEL_TESTS else {}
+        command = [
+            sys.executable,
+            "-m",
+            "pytest",
+            "-q",
+            "-m",
+            "not slow",
+            "-p",
+            "tests.calls",
+            "-n",
+            "logical",
+            tests,
+        ]
+        subprocess.run(command, cwd=copy, env=environment | options, check=False)
 
 
 # ---------------------------------------------------------------- running tests with and without a mistake
@@ -243,7 +257,7 @@ class Copy:
 
     root: Path
     failing: dict[tuple[str, ...], bool] = field(default_factory=dict)
-    """Test files that ran without a mistake, and whether they failed or took too long."""
+    """Tests that ran without a mistake, and whether they failed or took too long."""
 
     @classmethod
     def of(cls, checkout: Path, root: Path) -> Copy:
@@ -257,7 +271,7 @@ class Copy:
         return cls(root)
 
     def run(self, tests: Iterable[str], plain: bool) -> tuple[bool, str]:
-        """Run tests until one fails; return whether one did, and its file if it is known."""
+        """Run tests until one fails; return whether one did, and its name if it is known."""
         environment = {**os.environ, "PYTHONPATH": str(self.root), **(PLAIN if plain else {})}
         command = [
             sys.executable,
@@ -276,7 +290,7 @@ class Copy:
             done = subprocess.run(command, timeout=LONGEST_S, check=False, **options)
         except subprocess.TimeoutExpired:
             return True, ""
-        failed = re.search(rb"^(?:FAILED|ERROR) ([^:\s]+)", done.stdout, re.MULTILINE)
+        failed = re.search(rb"^(?:FAILED|ERROR) (.+?)(?: - .*)?$", done.stdout, re.MULTILINE)
         return done.returncode != 0, failed[1].decode() if failed else ""
 
     def fails_anyway(self, tests: list[str], plain: bool) -> bool:
@@ -287,7 +301,7 @@ class Copy:
         return self.failing[key]
 
     def noticed_by(self, mutation: Mutation, tests: list[str]) -> str | None:
-        """Make a mistake and run tests; return the file that fails (no name: they hang), or None."""
+        """Make a mistake and run tests; return the one that fails (no name: they hang), or None."""
         source, plain = self.root / mutation.file, is_kernel(mutation.file)
         right = source.read_bytes()
         while tests:
@@ -303,16 +317,18 @@ class Copy:
         return None
 
 
-def score(checkout: Path, mutations: Iterable[Mutation], log: Path) -> dict[Mutation, bool]:
+def score(checkout: Path, mutations: Iterable[Mutation], log: Path, calls: Path) -> dict[Mutation, bool]:
     """Return for each mistake whether a test noticed it; what the log holds already does not run again."""
     log.parent.mkdir(parents=True, exist_ok=True)
     rows = map(json.loads, log.read_text(encoding="utf-8").splitlines()) if log.exists() else []
     known = {row["rank"]: row["by"] is not None for row in rows}
-    near = Neighbours(checkout)
     with tempfile.TemporaryDirectory(prefix="riglens-mutation-") as folder:
         copy = Copy.of(checkout, Path(folder).resolve())
+        if not calls.is_dir():
+            note_calls(copy.root, calls)
+        callers = Callers(calls)
         for mutation in (mutation for mutation in mutations if mutation.rank not in known):
-            by = copy.noticed_by(mutation, near.of(mutation))
+            by = copy.noticed_by(mutation, callers.of(mutation))
             known[mutation.rank] = by is not None
             with log.open("a", encoding="utf-8") as stream:
                 stream.write(json.dumps({"rank": mutation.rank, "mutation": str(mutation), "by": by}) + "\n")
@@ -334,11 +350,14 @@ def main() -> int:
         "--log", type=Path, default=REPOSITORY / "out" / "mutations.jsonl", help="kept outcomes"
     )
     parser.add_argument(
+        "--calls", type=Path, default=REPOSITORY / "out" / "calls", help="which functions each test calls"
+    )
+    parser.add_argument(
         "--checkout", type=Path, default=REPOSITORY, help="sources and tests to score (these)"
     )
     asked = parser.parse_args()
     checkout = asked.checkout.resolve()
-    outcomes = score(checkout, sample(checkout, asked.rooms, asked.count, asked.seed), asked.log)
+    outcomes = score(checkout, sample(checkout, asked.rooms, asked.count, asked.seed), asked.log, asked.calls)
     print(f"{sum(outcomes.values())} of {len(outcomes)} mistakes are noticed")
     return 0
 

@@ -391,16 +391,19 @@ MAY_NAME_KINDS = {
 }
 """Files and folders that may name a kind of sensor, and why."""
 _ASKS = re.compile(r"isinstance\([^)]*\b(Lidar|Camera|Radar|Ultrasonic)\b")
+_NAMES = ('"lidar"', '"camera"', '"radar"', '"ultrasonic"')
 
 
 def names_a_kind(path: Path) -> bool:
     source = path.read_text(encoding="utf-8")
     if _ASKS.search(source):
         return True
+    if not any(name in source for name in _NAMES):
+        return False
     tokens = list(tokenize.generate_tokens(io.StringIO(source).readline))
     for before, token in zip([None, None, *tokens], tokens, strict=False):
         is_name = before is not None and before.string == "name"  # a sensor called so
-        if token.string in ('"lidar"', '"camera"', '"radar"', '"ultrasonic"') and not is_name:
+        if token.string in _NAMES and not is_name:
             return True
     return False
 

@@ -1,10 +1,11 @@
 """Mistakes are made in code and nowhere else, and the tests of core notice most of them."""
 
+import json
 from pathlib import Path
 
 import pytest
 
-from tests.mutation import REPOSITORY, Neighbours, mutations_of, sample, score
+from tests.mutation import REPOSITORY, Callers, mutations_of, note_calls, sample, score
 
 SOURCE = '''"""A module."""
 from __future__ import annotations
@@ -60,27 +61,28 @@ def test_a_change_of_one_function_leaves_the_sample_elsewhere(tmp_path: Path) ->
     assert before.isdisjoint(mutation.rank for mutation in sample(tmp_path, ["module.py"], 99, seed=2))
 
 
-def test_the_tests_of_a_module_come_first_and_strangers_never(tmp_path: Path) -> None:
-    files = {
-        "core/boxes.py": "def turned(a):\n    return a + 1\n",
-        "core/pog.py": "from riglens.core.boxes import turned\n",
-        "tests/core/test_boxes.py": "from riglens.core import boxes\n",
-        "tests/core/test_turns.py": "from riglens.core.boxes import turned\n" + 9 * "# long\n",
-        "tests/core/test_pog.py": "import riglens.core.pog\n",
-        "tests/core/test_other.py": "import riglens\n",
+def test_those_tests_run_that_call_the_function_and_few_others(tmp_path: Path) -> None:
+    (tmp_path / "module.py").write_text(SOURCE + "\n\nclass Other:\n    wide: int = 2\n")
+    by_file = [
+        {"tests": {"a": (9, 1.0), "b": (2, 30.0)}, "callers": {"module.py:first": ["a", "b"]}},
+        {
+            "tests": {"c": (5, 30.0), "d": (1, 1.0)},
+            "callers": {"module.py:first": ["c"], "module.py:Other.of": ["d"]},
+        },
+    ]
+    for number, noted in enumerate(by_file):
+        (tmp_path / f"{number}.json").write_text(json.dumps(noted))
+    chosen = {
+        mutation.function: Callers(tmp_path).of(mutation)
+        for mutation in sample(tmp_path, ["module.py"], 99, 1)
     }
-    for name, text in files.items():
-        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / name).write_text(text)
-    (tmp_path / "riglens").mkdir()
-    (tmp_path / "riglens" / "core").symlink_to(tmp_path / "core")
-    mutation = sample(tmp_path, ["core"], 1, seed=1)[0]
-    near = [Path(test).stem for test in Neighbours(tmp_path).of(mutation)]
-    assert near == ["test_boxes", "test_turns", "test_pog"]
+    assert chosen == {"first": ["b"], "Other": ["d"]}, "and no more than fit into the time"
 
 
 @pytest.mark.slow
 def test_tests_notice_most_small_mistakes(tmp_path: Path) -> None:
-    outcomes = score(REPOSITORY, sample(REPOSITORY, ["core"], 30, seed=1), tmp_path / "log.jsonl")
+    note_calls(REPOSITORY, tmp_path / "calls", ("tests/core/test_geometry.py",))
+    mistakes = sample(REPOSITORY, ["core/geometry.py"], 30, seed=1)
+    outcomes = score(REPOSITORY, mistakes, tmp_path / "log.jsonl", tmp_path / "calls")
     survivors = [str(mutation) for mutation, noticed in outcomes.items() if not noticed]
     assert len(survivors) <= (1.0 - LEAST_SHARE) * len(outcomes), survivors

@@ -22,9 +22,9 @@ def _lowest_bit(bits: Any) -> np.uint64:
     return np.uint64((int(bits) & -int(bits)).bit_length() - 1)
 
 
-def _take(turns: Any) -> int:
-    turns[0] += 1
-    return int(turns[0]) - 1
+def _take(counter: Any) -> int:
+    counter[0] += 1
+    return int(counter[0]) - 1
 
 
 IN_PYTHON: dict[str, Callable[[Any], Any]] = {
