@@ -33,6 +33,7 @@ from riglens.results import (
 from riglens.reviewing import blind, check, detection_range, mounts, redundancy, review, tolerance
 from riglens.rigs import convert, open_rig, presets, save_rig, sensor, sensors
 from riglens.scenes import Scene, SceneEngine, audit, body_triangles, load_scene, rays, score
+from riglens.studying import study
 from riglens.sweeping import SweepResult, sweep
 from riglens.traffic import Traffic, TrafficEngine, calibrate, load_traffic, targets
 
@@ -90,6 +91,7 @@ __all__ = [
     "sensors",
     "show",
     "simulate",
+    "study",
     "survey",
     "sweep",
     "targets",

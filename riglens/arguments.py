@@ -17,6 +17,7 @@ from riglens.core.scene.boxes import DataReport
 
 StrPath = str | os.PathLike[str]
 ClassName = Literal["car", "bicycle", "pedestrian"]
+_OURS = ("riglens", "cyclopts")  # studies are called through the parser of the command line
 
 
 class RigLensWarning(UserWarning):
@@ -26,7 +27,7 @@ class RigLensWarning(UserWarning):
 def warn(line: str) -> None:
     """Warn at the line of the caller's own code."""
     frame, level = sys._getframe(1), 2
-    while frame.f_back is not None and frame.f_globals.get("__name__", "").split(".")[0] == "riglens":
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").split(".")[0] in _OURS:
         frame, level = frame.f_back, level + 1
     warnings.warn(line, RigLensWarning, stacklevel=level)
 

@@ -193,3 +193,43 @@ def test_reports_are_those_of_the_command_line(place: Place, one: Path) -> None:
     assert rl.verify_report(page, place.boxes)
     page.write_text(page.read_text().replace("<h1", "<h2", 1))
     assert not rl.verify_report(page, place.boxes)
+
+
+TRUE_POINTS = """seq,frame,cls,x,y,z,length,width,height,yaw,num_lidar_pts
+a,0,car,10,0,0.8,4.5,1.9,1.6,0,50
+a,0,car,25,6,0.8,4.5,1.9,1.6,0,9
+a,1,pedestrian,6,4,0.9,0.6,0.6,1.8,0,20
+"""
+
+
+def test_studies_are_those_of_the_command_line(
+    place: Place, one: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    boxes, words, mine = place.folder / "true.csv", place.folder / "words", place.folder / "mine"
+    boxes.write_text(TRUE_POINTS)
+    assert main(["study", "targets", str(boxes), "--rig", str(one), "--out", str(words)]) == 0
+    capfd.readouterr()
+    with pytest.warns(rl.RigLensWarning, match="num_lidar_pts|no boxes of class") as remarks:
+        found = rl.study("targets", boxes, rig=rl.open_rig(one), out=mine)
+    assert {remark.filename for remark in remarks} == {__file__}
+    assert capfd.readouterr().out == ""
+    for file in ("targets.csv", "targets-objects.csv", "targets.png"):
+        assert (mine / file).read_bytes() == (words / file).read_bytes()
+    objects = found.to_dict()["tables"]["targets-objects.csv"]
+    assert sorted(row["true"] for row in objects) == [9, 20, 50]
+    assert found.rows()[0]["sequence"] == "a" and found.table().num_rows == len(found.rows())
+
+
+def test_a_study_gives_the_json_that_it_writes(place: Place, one: Path) -> None:
+    options = {"sensor": ["velodyne-vlp-16"], "voxel_m": 0.5, "roi_m": ROI_M, "boxes": place.boxes}
+    out = place.folder / "sensors"
+    found = rl.study("accuracy", rl.open_rig(one), out=out, quick=True, **options)
+    assert found.to_dict() == json.loads((out / "accuracy-sensors.json").read_text())
+    assert {row["model"] for row in found.rows()} == {"velodyne-vlp-16"}
+
+
+def test_an_unknown_study_or_option_is_refused(place: Place) -> None:
+    with pytest.raises(rl.InputError, match="must be one of table1, accuracy"):
+        rl.study("nonsense", out=place.folder)  # type: ignore[arg-type]
+    with pytest.raises(rl.InputError, match="--fast"):
+        rl.study("table1", out=place.folder, fast=True)
