@@ -5,8 +5,7 @@ makes every class and enumeration of Qt ready at once, where PySide6 makes each 
 package has a switch for that, so while they are imported, light stand-ins take the place of these modules in
 `sys.modules`. The stand-ins are gone afterwards: code that needs the real modules later gets them, also inside pyvista.
 
-What this saves, and why nothing else does as well, is told with all other measures for a quick start in
-docs/performance.md, "What a start does".
+pyvista is loaded before Qt: once PySide6 is loaded, every import also reads the module's source to look for PySide6.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ _CANVAS = "matplotlib.backends.backend_agg"
 
 
 def load_pyvista() -> None:
-    """Load the half of pyvista that draws, and VTK with it; best before Qt, see docs/performance.md."""
+    """Load the half of pyvista that draws, and VTK with it; best before Qt."""
     canvas = StandIn(_CANVAS, FigureCanvasAgg=when_called(_CANVAS, "FigureCanvasAgg"))
     with standing_in(StandIn("matplotlib.pyplot"), canvas):
         import pyvista.plotting  # noqa: F401
