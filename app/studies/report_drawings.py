@@ -18,8 +18,8 @@ from scipy.ndimage import gaussian_filter
 
 from riglens.app.studies.kind_colours import kind_colour
 from riglens.core.rig.model import Rig, Sensor
-from riglens.core.sensing.body_ends import body_ends
-from riglens.core.sensing.rays import sensor_rays
+from riglens.core.sensing.body_ends import listed_ends
+from riglens.core.sensing.rays import lattice, rotate
 from riglens.core.sensors.registry import kind_of
 from riglens.core.vehicle.body import body_parts
 from riglens.core.vehicle.solid import solid_of
@@ -223,13 +223,13 @@ def view_data(rig: Rig) -> dict[str, Any]:
 def _ends(rig: Rig, number: int) -> Points:
     """Return where some rays of a sensor begin and end, (2 n, 3)."""
     sensor = rig.sensors[number]
-    every = sensor_rays(sensor).directions
-    stops = body_ends(sensor, solid_of(rig.vehicle))
-    chosen = np.unique(np.linspace(0, len(every) - 1, RAYS_SHOWN).astype(np.int64))
-    ahead, origin = every[chosen], np.array(sensor.position)
+    rays = lattice(sensor)
+    chosen = np.unique(np.linspace(0, len(rays.rows) * len(rays.planes) - 1, RAYS_SHOWN).astype(np.int64))
+    ahead, origin = rotate(sensor.pose.rotation(), rays.directions(chosen)), np.array(sensor.position)
+    stops = np.minimum(listed_ends(sensor, ahead, solid_of(rig.vehicle)), sensor.range_m[1])
     with np.errstate(divide="ignore", invalid="ignore"):
         ground = np.where(ahead[:, 2] < 0.0, -origin[2] / ahead[:, 2], np.inf)
-    reach = np.minimum(np.minimum(stops[chosen], RAY_M), np.maximum(ground, 0.0))
+    reach = np.minimum(np.minimum(stops, RAY_M), np.maximum(ground, 0.0))
     ends = origin + ahead * reach[:, None]
     return np.stack([np.broadcast_to(origin, ends.shape), ends], axis=1).reshape(-1, 3)
 

@@ -124,6 +124,7 @@ def _outcomes(caster: Caster, sensor: Sensor, barrier: Barrier | None, others: W
         most = np.minimum(rays.reach[1], rays.ends) if rays.ends.size else rays.reach[1]
         rays = rays._replace(is_stopped=ends < most)
     outcomes = np.empty(len(rays.rows) * len(rays.planes), np.int8)
+    jit.use_threads(caster.workers)  # the engine takes fewer for short edits
     follow_rays(rays, words, others, caster.workers, outcomes)
     for number in np.flatnonzero(outcomes == OPEN):
         outcomes[number] = _outcome_in_fractions(caster, rays, int(number), others)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import singledispatch
 
@@ -90,7 +91,7 @@ class ObjectVisibility:
     """Visibility of objects by a rig's enabled sensors; results of unchanged sensors are kept."""
 
     def __init__(self, rig: Rig, body: Body, workers: int = 1, stance: Pose = Pose()) -> None:
-        self._outline = Outline.of(rig.vehicle)
+        self._outline, self._workers = Outline.of(rig.vehicle), workers
         solid = solid_of(rig.vehicle, stance) if body == "blocks" else None
         self._sensors = [sensor.finest() for sensor in rig.sensors if sensor.enabled]
         self._barriers = {s.name: None if solid is None else barrier_of(s, solid) for s in self._sensors}
@@ -106,20 +107,26 @@ class ObjectVisibility:
         targets = [targets_of(profile, self._outline) for profile in profiles]
         rays: list[list[dict[str, int]]] = [[{} for _ in mine] for mine in targets]
         shares: list[list[dict[str, float]]] = [[{} for _ in mine] for mine in targets]
-        for sensor in self._sensors:
+
+        def look(sensor: Sensor) -> tuple[list[tuple[int, int]], list[int], list[float]]:
+            """Return the objects that count for a sensor, its rays on each, and the share of each in its view."""
             places = [
                 (number, place)
                 for number, profile in enumerate(profiles)
                 if profile.by in ("any", sensor.kind)
                 for place in range(len(targets[number]))
             ]
-            looked_at = [targets[number][place] for number, place in places]
+            looked_at, barrier = (
+                [targets[number][place] for number, place in places],
+                self._barriers[sensor.name],
+            )
             counts = ray_counts(sensor, looked_at, self._ends[sensor.name])[:, 0]
-            for (number, place), target, count in zip(places, looked_at, counts.tolist(), strict=True):
-                rays[number][place][sensor.name] = count
-                shares[number][place][sensor.name] = surface_share(
-                    sensor, target, self._barriers[sensor.name]
-                )
+            return places, counts.tolist(), [surface_share(sensor, target, barrier) for target in looked_at]
+
+        with ThreadPoolExecutor(self._workers) as pool:  # its kernels are serial
+            for sensor, found in zip(self._sensors, pool.map(look, self._sensors), strict=True):
+                for (number, place), count, share in zip(*found, strict=True):
+                    rays[number][place][sensor.name], shares[number][place][sensor.name] = count, share
         return tuple(
             ProfileVerdict(
                 profile,
