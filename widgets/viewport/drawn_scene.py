@@ -56,6 +56,8 @@ _CENTRE_PX = 8.0
 """So near to the middle plane a sensor that snaps is put on it."""
 
 
+_BEHIND_M = 0.01
+"""What is so far behind the car's surface is hidden by it."""
 _FAR_M = 300.0
 """Beyond this the ground is not measured: near the horizon a pixel is many metres."""
 
@@ -310,6 +312,14 @@ class DrawnScene:
         hit = self._body.hit(self._state.camera.ray(pixel, self.size))
         return None if hit is None else _vec3(hit[0])
 
+    def _is_behind_car(self, place_m: NDArray[np.float64]) -> bool:
+        """Return whether the car hides a place from the viewer."""
+        camera = self._state.camera
+        x, y, _ = camera.project(place_m[None], self.size)[0].tolist()
+        ray = camera.ray((x, y), self.size)
+        hit = self._body.hit(ray)
+        return hit is not None and _along(ray, hit[0]) < _along(ray, place_m) - _BEHIND_M
+
     def aim_at(self, pixel: Pixel | None) -> bool:
         """Stretch the measuring line to the place under a pixel, or release it; return whether that changed
         anything."""
@@ -347,7 +357,7 @@ class DrawnScene:
         self._rig.arrange(state.camera, self.size, self._pixel_ratio)
         self._words.arrange(state, self._cell_m, self.size, self._pixel_ratio)
         self._marker.arrange(state.camera, self.size, self._pixel_ratio)
-        self._masts.arrange(state.camera, self.size, self._pixel_ratio)
+        self._masts.arrange(state.camera, self.size, self._pixel_ratio, self._is_behind_car)
         self._measure.arrange(state.camera, self.size, self._pixel_ratio)
         self._stubs.set_line_width(self._pixel_ratio)
         lit = self._hovered if isinstance(self._hovered, Handle) else None

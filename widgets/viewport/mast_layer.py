@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import pyvista as pv
@@ -28,6 +28,8 @@ _ALONG = (0.5, 0.2, 0.8)
 """Candidate places of a label along its mast, from the sensor."""
 Points = NDArray[np.float64]
 Rectangle = tuple[float, float, float, float]
+IsHidden = Callable[[Points], bool]
+"""Whether the car hides a place (3,) in metres from the viewer."""
 
 
 STUB_COLOUR = "#f43f5e"
@@ -97,13 +99,13 @@ class MastLayer:
                     actor.mapper.SetInputData(lines)
         self._colour_labels(state.palette)
 
-    def arrange(self, camera: OrbitCamera, size: Size, pixel_ratio: float) -> None:
+    def arrange(self, camera: OrbitCamera, size: Size, pixel_ratio: float, is_hidden: IsHidden) -> None:
         """Put labels next to masts: that of the selected sensor in full, then those of the longest, while there is
-        room."""
+        room; except for the selected sensor, only next to what the car does not hide."""
         for actors in (self._free, self._buried):
             for actor, width_px in zip(actors, _WIDTHS_PX, strict=True):
                 actor.prop.line_width = width_px * pixel_ratio
-        wanted = [] if size[0] < 2 else _placed(self._shown, camera, size, _FONT_PX * pixel_ratio)
+        wanted = [] if size[0] < 2 else _placed(self._shown, camera, size, _FONT_PX * pixel_ratio, is_hidden)
         while len(self._labels) < len(wanted):
             self._add_label()
         for number, label in enumerate(self._labels):
@@ -138,13 +140,20 @@ class MastLayer:
 
 
 def _placed(
-    shown: list[tuple[Mast, Points, bool]], camera: OrbitCamera, size: Size, font_px: float
+    shown: list[tuple[Mast, Points, bool]],
+    camera: OrbitCamera,
+    size: Size,
+    font_px: float,
+    is_hidden: IsHidden,
 ) -> list[tuple[str, Rectangle]]:
     """Words and rectangles (left, low, right, high), pixels from the lower left, none over another."""
     order = sorted(shown, key=lambda item: (not item[2], -float(np.linalg.norm(item[1][0] - item[1][1]))))
     found: list[tuple[str, Rectangle]] = []
     for mast, ends, is_selected in order[:MOST_LABELS]:
-        places = camera.project(np.stack([ends[0] + share * (ends[1] - ends[0]) for share in _ALONG]), size)
+        along = [ends[0] + share * (ends[1] - ends[0]) for share in _ALONG]
+        if not (is_selected or mast.is_buried):
+            along = [place for place in along if not is_hidden(place)]
+        places = camera.project(np.array(along).reshape(-1, 3), size)
         rooms = (
             (words, room)
             for words in ((mast.full, mast.short) if is_selected else (mast.short,))
