@@ -30,8 +30,8 @@ from riglens.core.rig.model import Rig, Sensor, Vehicle
 from riglens.core.sensors.registry import kind_of
 from riglens.core.targets.engine import never_stale
 from riglens.core.vehicle.profiles import PROFILES
-from riglens.core.vehicle.solid import Solid, solid_of
-from riglens.core.vehicle.standing import materials_at, stand
+from riglens.core.vehicle.solid import solid_of
+from riglens.core.vehicle.standing import Skin, skin_of
 
 Doubles = NDArray[np.float64]
 LEVELS_DEG = (0.0, 8.0, 15.0)
@@ -232,11 +232,11 @@ def candidates(
     rest = locked(rig, moves)
     taken = np.array([s.position for s in rest.sensors if s.enabled]).reshape(-1, 3)
     found: list[Candidate] = []
-    nearby, sizes = _Nearby(solid), (rules.length_m, rules.width_m, rules.total_height_m)
+    skin, sizes = skin_of(solid), (rules.length_m, rules.width_m, rules.total_height_m)
     own_out = _outs(rest, outline, rest.sensors) if any(most is not None for most in sizes) else None
 
     def keep(
-        wish: _Wish, spot: Spot, number: int, tilts_deg: Sequence[float], near: Callable[[], Solid]
+        wish: _Wish, spot: Spot, number: int, tilts_deg: Sequence[float], near: Callable[[], Skin]
     ) -> None:
         some = (wish.at(spot, number, tilt_deg) for tilt_deg in tilts_deg)
         keeps = (not rig.vehicle.has_mesh_file, rules, rest, outline, taken, own_out)
@@ -245,7 +245,7 @@ def candidates(
     for number, spot in enumerate(spots):
         if is_stale():
             raise Cancelled
-        near = cache(partial(nearby.at, spot))
+        near = cache(partial(skin.near, spot.point_m, _NEAR_M))
         for wish in wishes:
             if _is_near(wish, spot, number < left):
                 keep(wish, spot, number, wish.tilts_deg, near)
@@ -258,7 +258,7 @@ def candidates(
         for wish in wishes:
             if wish.slot == slot:
                 tilts = [tilt for tilt in wish.tilts_deg if tilt != 0.0 or wish.sensors != own]
-                keep(wish, Spot(place, normal, True), STAYS, tilts, lambda: solid)
+                keep(wish, Spot(place, normal, True), STAYS, tilts, lambda: skin)
     if len(found) <= len(moves):
         where = "on the car's skin" if additions.box_m is None else "in the box"
         raise InputError(f"no mount {where} keeps all limits: relax height, spacing, beyond or keep-out")
@@ -348,26 +348,10 @@ def _turn_about(axis: Doubles, angle_deg: float) -> Doubles:
     return np.asarray(np.eye(3) + math.sin(angle) * cross + (1.0 - math.cos(angle)) * cross @ cross)
 
 
-class _Nearby:
-    """Parts of a car near spots, by the lowest and highest corners of its triangles (3, n): all that matters for
-    sensors there."""
-
-    def __init__(self, solid: Solid) -> None:
-        corners = np.ascontiguousarray(solid.triangles_m.transpose(1, 2, 0))
-        self._solid, self._low, self._high = solid, corners.min(axis=0), corners.max(axis=0)
-
-    def at(self, spot: Spot) -> Solid:
-        """Return the part near a spot."""
-        near = np.ones(len(self._solid.triangles_m), np.bool_)
-        for low, high, middle in zip(self._low, self._high, spot.point_m, strict=True):
-            near &= (low <= middle + _NEAR_M) & (high >= middle - _NEAR_M)
-        return Solid.of(self._solid.triangles_m[near], self._solid.materials[near])
-
-
 def _keeps(
     one: Candidate,
     spot: Spot,
-    near: Callable[[], Solid],
+    near: Callable[[], Skin],
     has_materials: bool,
     rules: MountLimits,
     rig: Rig,
@@ -400,12 +384,14 @@ def _keeps(
             return False
     if spot.is_free:
         return True
-    skin = near()
-    foot = stand(one.sensors[0].position, skin)
-    if foot.nearest_m is None or (rules.gap_m is not None and foot.gap_m > rules.gap_m):
+    skin, place = near(), np.array(one.sensors[0].position)
+    if not len(skin.low):
         return False
-    materials = materials_at(foot.nearest_m, skin) if has_materials else frozenset()
-    x, y, z = foot.nearest_m
+    foot = skin.nearest(place)
+    if rules.gap_m is not None and float(np.linalg.norm(foot - place)) > rules.gap_m:
+        return False
+    materials = skin.materials_at(foot) if has_materials else frozenset()
+    x, y, z = foot.tolist()
     for at_m in ((x, y, z), (x, -y, z))[: len(one.sensors)]:
         zones = rules.keep_out or ()
         if is_painted(rig, at_m) or any(is_in_zone(zone, at_m, materials, rig, outline) for zone in zones):

@@ -23,6 +23,7 @@ from riglens.core.optimise.tables import (
     IsStale,
     ObjectTableMaker,
     TableMaker,
+    hit_shares,
 )
 from riglens.core.optimise.weights import Weights
 from riglens.core.review.blind import BlindEngine, BlindSettings
@@ -33,7 +34,7 @@ from riglens.core.sensing.body_ends import barrier_of
 from riglens.core.sensors.camera import CAMERA
 from riglens.core.sensors.lidar import LIDAR
 from riglens.core.targets.calibration import shipped
-from riglens.core.targets.contribution import TargetCaster
+from riglens.core.targets.contribution import Contribution
 from riglens.core.targets.engine import never_stale
 from riglens.core.targets.joining import heights_px
 from riglens.core.targets.quantities import ON_TARGET, PREDICTED, QUANTITIES, Quantity
@@ -50,25 +51,11 @@ BLIND_M = 0.3
 class CameraTableMaker(ObjectTableMaker):
     """Finds the objects that are 25 px tall or more in a camera's picture, each worth its share."""
 
-    def __init__(self, problem: Problem, solid: Solid | None, workers: int) -> None:
-        traffic, self._frames, self._settings, self._solid = (
-            problem.traffic, problem.frames, problem.settings, solid,
-        )  # fmt: skip
-        self._caster = TargetCaster(traffic, workers)
-        box = np.flatnonzero(traffic.counts[: traffic.starts[problem.frames]])
-        shares, ring = np.tile([0.0, 1.0], (len(CLASSES), 1)), problem.weights.at(traffic.distance_m[box])
-        super().__init__(len(box), shares, traffic.cls[box], ring, problem.weights, workers)
+    def _numbers(self) -> int:
+        return len(self._objects[1])
 
-    def cells_of(self, sensors: Sequence[Sensor], is_stale: IsStale = never_stale) -> Cells:
-        """Return the numbers of the objects."""
-        tall = np.zeros(self.size, np.bool_)
-        for sensor in sensors:
-            barrier = None if self._solid is None else barrier_of(sensor, self._solid)
-            one = self._caster.cast(sensor, self._settings, barrier, (0, self._frames), is_stale)
-            if one is None:
-                raise Cancelled
-            tall |= heights_px(cast(Camera, sensor), one.found) >= HEIGHT_PX
-        return np.flatnonzero(tall).astype(np.int32)
+    def _covered(self, sensor: Sensor, one: Contribution) -> Cells:
+        return np.flatnonzero(heights_px(cast(Camera, sensor), one.found) >= HEIGHT_PX).astype(np.int32)
 
     def owners_of(self, numbers: Cells | Ids) -> Cells:
         """Return the objects, which are their own numbers."""
@@ -157,6 +144,7 @@ class WorstFailure:
         return worst - self.value(chosen)
 
 
+Doubles = NDArray[np.float64]
 Maker = Callable[["Problem", Solid | None, int], TableMaker]
 
 
@@ -174,7 +162,24 @@ class Objective:
 
 
 def _hits(problem: Problem, solid: Solid | None, workers: int) -> TableMaker:
-    return HitTableMaker(problem.traffic, problem.frames, problem.settings, solid, workers, problem.weights)
+    return _by_objects(HitTableMaker, problem, solid, workers, hit_shares())
+
+
+def _pictures(problem: Problem, solid: Solid | None, workers: int) -> TableMaker:
+    return _by_objects(CameraTableMaker, problem, solid, workers, np.tile([0.0, 1.0], (len(CLASSES), 1)))
+
+
+def _by_objects(
+    maker: type[ObjectTableMaker],
+    problem: Problem,
+    solid: Solid | None,
+    workers: int,
+    shares: Doubles,
+    which: NDArray[np.bool_] | None = None,
+) -> TableMaker:
+    return maker(
+        problem.traffic, problem.frames, problem.settings, solid, workers, problem.weights, shares, which
+    )
 
 
 def _predicted(problem: Problem, solid: Solid | None, workers: int) -> TableMaker:
@@ -192,16 +197,7 @@ def _predicted(problem: Problem, solid: Solid | None, workers: int) -> TableMake
     )
     has = ~np.isnan(shares[:, 0])
     inside = calibration.domain.holds(traffic.centre_m[box]) & has[traffic.cls[box]]
-    return HitTableMaker(
-        traffic,
-        problem.frames,
-        problem.settings,
-        solid,
-        workers,
-        problem.weights,
-        np.nan_to_num(shares),
-        inside,
-    )
+    return _by_objects(HitTableMaker, problem, solid, workers, np.nan_to_num(shares), inside)
 
 
 def _seen(are_added: bool) -> Maker:
@@ -230,7 +226,7 @@ OBJECTIVES = {
         Objective("seen", "entropy seen by LiDARs", _seen(False), is_guarded=False),
         Objective("s_ms", "S-MS, as a share of all entropy,", _seen(True), is_guarded=False),
         Objective("blind", "share of the ground where a low object is seen", _ground, "any", is_guarded=False),
-        Objective("cameras", "share of objects of 25 px or more", CameraTableMaker, CAMERA.name, BY_CAMERAS),
+        Objective("cameras", "share of objects of 25 px or more", _pictures, CAMERA.name, BY_CAMERAS),
     )
 }  # fmt: skip
 

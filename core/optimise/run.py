@@ -181,10 +181,11 @@ class _Run:
         order = np.random.default_rng(self.problem.seed).permutation(len(self.candidates)).tolist()
         found: dict[int, tuple[Cells, Cells]] = {}
         best, first = None, FIRST // (2 if self.problem.additions.mirrored else 1)
-        for number, one in enumerate(order, 1):
-            sensors = self.candidates[one].sensors
+        sets = [self.candidates[one].sensors for one in order]
+        covered = self._maker.each(sets, self._is_stale)
+        for number, (one, sensors, cells) in enumerate(zip(order, sets, covered, strict=True), 1):
             columns = _NOTHING if self.ground_maker is None else self.ground_maker.cells_of(sensors)
-            found[one] = self._maker.cells_of(sensors, self._is_stale), columns
+            found[one] = cells, columns
             if number == min(first, len(order)):
                 some = sorted(found)
                 table = self._maker.table(base, [found[one][0] for one in some])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,9 @@ from numpy.typing import NDArray
 from riglens.core.rig.model import Vehicle
 from riglens.core.vehicle.solid import MATERIALS, Solid, solid_of
 from riglens.core.vehicle.standing import stand
+
+if TYPE_CHECKING:
+    from riglens.core.kernels.body.solid import Tree
 
 Doubles = NDArray[np.float64]
 SKIN = ("paint", "panel", "trim")
@@ -51,12 +55,15 @@ def skin_spots(vehicle: Vehicle, spacing_m: float, seed: int = 0) -> list[Spot]:
     a, b, c = corners[chosen].transpose(1, 0, 2)
     points = a + share[:, :1] * (b - a) + share[:, 1:] * (c - a)
     normals = (across / double[:, None])[chosen]
-    alive = (points[:, 1] >= 0.0) & (normals[:, 2] > _UNDERSIDE)
-    spots: list[Spot] = []
-    for place in range(number):
-        if alive[place] and _is_free(points[place], normals[place], solid):
-            spots.append(Spot(points[place], normals[place]))
-            alive &= ((points - points[place]) ** 2).sum(axis=1) >= spacing_m**2
+    open_ = (points[:, 1] >= 0.0) & (normals[:, 2] > _UNDERSIDE)
+    points, normals, spots = points[open_], normals[open_], list[Spot]()
+    every = np.ones(solid.count, np.bool_)
+    while len(points):
+        point, normal, points, normals = points[0], normals[0], points[1:], normals[1:]
+        if _is_free(point, normal, solid.tree, every):
+            spots.append(Spot(point, normal))
+            is_far = ((points - point) ** 2).sum(axis=1) >= spacing_m**2
+            points, normals = points[is_far], normals[is_far]
     return spots
 
 
@@ -73,10 +80,10 @@ def box_spots(box_m: Sequence[tuple[float, float]], spacing_m: float, solid: Sol
     return spots
 
 
-def _is_free(point_m: Doubles, normal: Doubles, solid: Solid) -> bool:
+def _is_free(point_m: Doubles, normal: Doubles, tree: Tree, every: NDArray[np.bool_]) -> bool:
     """Return whether nothing of the car lies ahead of a surface."""
     from riglens.core.kernels.body.solid import meet_listed  # the compiler
 
-    every, most = np.ones(solid.count, np.bool_), np.full(1, np.inf)
-    met = meet_listed(point_m + _LIFT_M * normal, normal[None], solid.tree, every, most, 0.0)[0]
+    most = np.full(1, np.inf)
+    met = meet_listed(point_m + _LIFT_M * normal, normal[None], tree, every, most, 0.0)[0]
     return bool(np.isinf(met[0]))

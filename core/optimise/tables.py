@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from copy import copy
 from dataclasses import dataclass, replace
 from itertools import pairwise, takewhile
+from threading import Event
 from typing import Protocol
 
 import numpy as np
@@ -16,11 +19,11 @@ from riglens.core.errors import Cancelled
 from riglens.core.kernels.objects.counts import CELLS
 from riglens.core.kernels.objects.unique_cells import CELL_M
 from riglens.core.kernels.optimise import gains as kernel
-from riglens.core.optimise.weights import EVEN, Weights
+from riglens.core.optimise.weights import Weights
 from riglens.core.review.blind import BlindEngine
 from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.sensing.body_ends import housing_radius_m
+from riglens.core.sensing.body_ends import barrier_of
 from riglens.core.targets.contribution import Contribution, TargetCaster
 from riglens.core.targets.engine import never_stale
 from riglens.core.targets.settings import CELLS_SCALE, TargetSettings
@@ -192,6 +195,10 @@ class TableMaker(ABC):
     def cells_of(self, sensors: Sequence[Sensor], is_stale: IsStale = never_stale) -> Cells:
         """Return the numbers that sensors cover, each once, rising; raise Cancelled as soon as `is_stale`."""
 
+    def each(self, sets: Sequence[Sequence[Sensor]], is_stale: IsStale = never_stale) -> Iterator[Cells]:
+        """Yield the numbers that each of some sets of sensors covers, in order."""
+        return (self.cells_of(sensors, is_stale) for sensors in sets)
+
     @abstractmethod
     def owners_of(self, numbers: Cells | Ids) -> Cells:
         """Return the objects of rising numbers."""
@@ -271,29 +278,9 @@ def hit_shares() -> Doubles:
 
 
 class ObjectTableMaker(TableMaker):
-    """Maker of tables of objects of classes (k,) and of weights by distance (k,), by shares as in `worth_of`."""
+    """Casts LiDARs or cameras into traffic and finds what they cover of the objects that count in its first frames.
 
-    def __init__(
-        self,
-        size: int,
-        shares: Doubles,
-        cls: NDArray[np.uint8],
-        ring: Doubles,
-        weights: Weights,
-        workers: int,
-    ) -> None:
-        self._objects = shares, cls, ring
-        super().__init__(size, *worth_of(shares, cls, ring, weights), workers)
-
-    def worth_of_class(self, name: str) -> Ids:
-        """Return the worth where only objects of one class count."""
-        return worth_of(*self._objects, Weights({other: float(other == name) for other in CLASSES}))[1]
-
-
-class HitTableMaker(ObjectTableMaker):
-    """Casts sensors into traffic, one after another, and finds the cells that they hit on objects.
-
-    shares: worth of an object by class and number of cells, (classes, most + 1); which: the objects that count, of
+    shares: worth of an object by class and number of cells, (classes, most + 1); which: the objects that count here, of
     those that count in the traffic.
     """
 
@@ -303,32 +290,76 @@ class HitTableMaker(ObjectTableMaker):
         frames: int,
         settings: TargetSettings,
         solid: Solid | None,
-        workers: int = 1,
-        weights: Weights = EVEN,
-        shares: Doubles | None = None,
+        workers: int,
+        weights: Weights,
+        shares: Doubles,
         which: NDArray[np.bool_] | None = None,
     ) -> None:
-        self._frames, self._settings, self._solid = frames, replace(settings, min_points=1), solid
-        self._space, self._caster = CellSpace(traffic, frames), TargetCaster(traffic, workers)
-        box = self._space.box
+        self._traffic, self._frames, self._solid = traffic, frames, solid
+        self._settings = replace(settings, min_points=1)
+        self._caster, self._serial = TargetCaster(traffic, workers), TargetCaster(traffic, is_serial=True)
+        box = np.flatnonzero(traffic.counts[: traffic.starts[frames]])
         ring = weights.at(traffic.distance_m[box])
         if which is not None:
             ring = np.where(which, ring, 0.0)
-        shares = hit_shares() if shares is None else shares
-        super().__init__(self._space.size, shares, traffic.cls[box], ring, weights, workers)
+        self._objects = shares, traffic.cls[box], ring
+        super().__init__(self._numbers(), *worth_of(*self._objects, weights), workers)
+
+    @abstractmethod
+    def _numbers(self) -> int:
+        """Return how many numbers there are."""
+
+    @abstractmethod
+    def _covered(self, sensor: Sensor, one: Contribution) -> Cells:
+        """Return the numbers that a sensor covers by its hits, each once."""
+
+    def worth_of_class(self, name: str) -> Ids:
+        """Return the worth where only objects of one class count."""
+        return worth_of(*self._objects, Weights({other: float(other == name) for other in CLASSES}))[1]
 
     def cells_of(self, sensors: Sequence[Sensor], is_stale: IsStale = never_stale) -> Cells:
-        """Return numbers of the cells that LiDARs hit."""
+        """Return the numbers that sensors cover."""
+        return self._cast(self._caster, sensors, is_stale)
+
+    def each(self, sets: Sequence[Sequence[Sensor]], is_stale: IsStale = never_stale) -> Iterator[Cells]:
+        """Yield the numbers that each of some sets covers, in order.
+
+        Each sensor is cast by one thread, several at a time: threads that share the few rays of one gain little.
+        """
+        is_over, waiting = Event(), deque[Future[Cells]]()
+        with ThreadPoolExecutor(self._workers) as pool:
+            try:
+                for sensors in sets:
+                    waiting.append(pool.submit(self._cast, self._serial, sensors, is_over.is_set))
+                    if len(waiting) > self._workers:
+                        yield waiting.popleft().result()
+                    if is_stale():
+                        raise Cancelled
+                while waiting:
+                    yield waiting.popleft().result()
+            finally:
+                is_over.set()
+
+    def _cast(self, caster: TargetCaster, sensors: Sequence[Sensor], is_stale: IsStale) -> Cells:
         found = [np.zeros(0, np.int32)]
         for sensor in sensors:
-            barrier = None
-            if self._solid is not None:
-                barrier = self._solid.barrier(sensor.kind, housing_radius_m(sensor))
-            one = self._caster.cast(sensor, self._settings, barrier, (0, self._frames), is_stale)
+            barrier = None if self._solid is None else barrier_of(sensor, self._solid)
+            one = caster.cast(sensor, self._settings, barrier, (0, self._frames), is_stale)
             if one is None:
                 raise Cancelled
-            found.append(self._space.numbers(one))
-        return np.unique(np.concatenate(found))
+            found.append(np.sort(self._covered(sensor, one)))
+        return found[1] if len(found) == 2 else np.unique(np.concatenate(found))
+
+
+class HitTableMaker(ObjectTableMaker):
+    """Finds the cells that LiDARs hit on objects."""
+
+    def _numbers(self) -> int:
+        self._space = CellSpace(self._traffic, self._frames)
+        return self._space.size
+
+    def _covered(self, sensor: Sensor, one: Contribution) -> Cells:
+        return self._space.numbers(one)
 
     def owners_of(self, numbers: Cells | Ids) -> Cells:
         """Return the objects of cells."""

@@ -16,7 +16,7 @@ from riglens.core.rig.library import Cylinder, default_library
 from riglens.core.rig.model import Frozen, Rig, Sensor, Vehicle
 from riglens.core.sensors.registry import kind_of
 from riglens.core.vehicle.solid import MATERIALS, Solid, solid_of
-from riglens.core.vehicle.standing import MountStatus, materials_at, stand
+from riglens.core.vehicle.standing import MountStatus, skin_of, stand
 
 Doubles = NDArray[np.float64]
 Limit = Annotated[float, Field(allow_inf_nan=False, ge=-100.0, le=100.0)]
@@ -156,7 +156,7 @@ def _footing(place_m: Vec3, solid: Solid, has_materials: bool) -> tuple[MountSta
     standing = stand(place_m, solid)
     if not has_materials or standing.nearest_m is None:
         return standing, frozenset()
-    return standing, materials_at(standing.nearest_m, solid)
+    return standing, skin_of(solid).materials_at(np.array(standing.nearest_m))
 
 
 def mounts_of(

@@ -12,7 +12,7 @@ from riglens.core.kernels.objects.box_frames import Beams
 from riglens.core.kernels.objects.windows import TURN
 from riglens.core.rig.model import Camera, Lidar, LinearAngles, Sensor, rays_of
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.sensing.body_ends import barrier_ends
+from riglens.core.sensing.body_ends import NO_EMPTY_BOX, barrier_shadow
 from riglens.core.sensing.kept import kept_by_bytes
 from riglens.core.sensing.rays import is_listed, lattice, limits_m, local_directions
 from riglens.core.sensors.kind import Echo
@@ -63,16 +63,20 @@ def _stop_bits(table: Beams, ends_m: Doubles) -> Words:
     return np.packbits(bits, bitorder="little").view(np.uint64)
 
 
-def stops_of(sensor: Sensor, barrier: Barrier, workers: int = 1) -> Doubles:
-    """Return the distance at which the car's own body stops each ray of the whole lattice (rays,), metres, inf: never;
-    (0,) if it stops none.
+def stops_of(
+    sensor: Sensor, barrier: Barrier, workers: int = 1, empty_box: Doubles = NO_EMPTY_BOX
+) -> Doubles:
+    """Return the distance at which the car's own body stops each ray of the whole lattice (rays,), metres, inf: never,
+    0: somewhere in the empty box, which holds the sensor and no object; (0,) if it stops none.
 
     Azimuths as they are listed: a ray that is turned by a spin phase, by less than an azimuth step, ends where its
     listed one does.
     """
-    found = barrier_ends(sensor, barrier, workers)
-    if not np.isfinite(found).any():
+    shadow = barrier_shadow(sensor, barrier, empty_box, workers)
+    if not shadow.is_stopped.any():
         return NOT_STOPPED
+    found = np.where(shadow.is_stopped, 0.0, np.inf)
+    found[shadow.cut] = shadow.cut_m
     if len(found) == sensor.ray_count:
         return found
     every = np.full(sensor.ray_count, np.inf)

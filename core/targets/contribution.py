@@ -15,6 +15,7 @@ from riglens.core.kernels.objects.unique_cells import table_mask
 from riglens.core.rig.model import Sensor
 from riglens.core.sensors.registry import kind_of
 from riglens.core.targets.beams import NOT_STOPPED, azimuth_step_rad, beams_of, stops_of
+from riglens.core.targets.clearance import Clearance
 from riglens.core.targets.draws import mixed, sensor_key, units
 from riglens.core.targets.range_law import law_of
 from riglens.core.targets.settings import TargetSettings
@@ -83,6 +84,7 @@ class TargetCaster:
     def __init__(self, traffic: Traffic, workers: int = 1, is_serial: bool = False) -> None:
         self._traffic, self._workers, self._is_serial = traffic, 1 if is_serial else workers, is_serial
         self._boxes: dict[Shape, Boxes] = {}
+        self._clearance = Clearance(traffic)
         before = np.concatenate([[0], np.cumsum(traffic.counts)])
         self._ranks, self._objects_before = np.where(traffic.counts, before[:-1], -1), before[traffic.starts]
 
@@ -108,7 +110,11 @@ class TargetCaster:
         """Return the hits of a sensor in frames first..end-1, less the rays that the car stops; None as soon as
         `is_stale` is true."""
         traffic, (first, end) = self._traffic, frames
-        ends_m = NOT_STOPPED if barrier is None else stops_of(sensor, barrier, self._workers)
+        ends_m = NOT_STOPPED
+        if barrier is not None and len(barrier.stops):
+            place = np.array(sensor.position, np.float64)
+            empty_box = self._clearance.empty_box(barrier.tree.bounds[0], place, frames)
+            ends_m = stops_of(sensor, barrier, self._workers, empty_box)
         beams, rays = beams_of(sensor, law_of(sensor, settings), ends_m), sensor.ray_count
         keys = mixed(sensor_key(settings.seed, f"returns of {sensor.name}"), traffic.frame)
         boxes = self._boxes_of(settings.shape)

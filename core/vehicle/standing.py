@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -104,7 +105,7 @@ def stand(position_m: Vec3, solid: Solid) -> MountStatus:
     below = float(place[2]) < 0.0
     if not solid.count:
         return MountStatus(False, below, float("inf"), None, position_m)
-    nearest = _nearest(place, solid)
+    nearest = skin_of(solid).nearest(place)
     gap_m = float(np.linalg.norm(nearest - place))
     x_m, y_m, z_m = nearest.tolist()
     return MountStatus(
@@ -142,53 +143,73 @@ def _even_directions(count: int) -> Points:
     return np.stack([flat * np.cos(turn), flat * np.sin(turn), z], axis=1)
 
 
-def _nearest(place: Points, solid: Solid) -> Points:
-    """Return the point of the surface (3,) nearest to a place.
+class Skin(NamedTuple):
+    """Triangles (t, 3, 3) of a surface, their unit normals and the corners low, high (t, 3) of the boxes around them,
+    and the numbers of their materials (t,)."""
 
-    Only triangles whose box is nearer than the nearest first corner of all can have it.
-    """
-    triangles, (low, high) = solid.triangles_m, _boxes(solid)
-    corner = triangles[:, 0] - place
-    most = float(np.einsum("ij,ij->i", corner, corner).min())
-    outside = np.maximum(np.maximum(low - place, place - high), 0.0)
-    points = _nearest_of_each(place, triangles[np.einsum("ij,ij->i", outside, outside) <= most])
-    return np.asarray(points[np.linalg.norm(points - place, axis=1).argmin()])
+    triangles: Points
+    normals: Points
+    low: Points
+    high: Points
+    materials: NDArray[np.uint8]
+
+    def near(self, place: Points, reach_m: float) -> Skin:
+        """Return the part with triangles whose boxes come that near along each axis."""
+        some = np.arange(len(self.low))
+        for axis in range(3):  # few are left after the first
+            is_near = self.low[some, axis] <= place[axis] + reach_m
+            some = some[is_near & (self.high[some, axis] >= place[axis] - reach_m)]
+        parts = self.triangles[some], self.normals[some], self.low[some], self.high[some]
+        return Skin(*parts, self.materials[some])
+
+    def nearest(self, place: Points) -> Points:
+        """Return the point of the surface (3,) nearest to a place.
+
+        Only triangles whose box is nearer than the nearest first corner of all can have it.
+        """
+        corner = self.triangles[:, 0] - place
+        most = float(np.einsum("ij,ij->i", corner, corner).min())
+        outside = np.maximum(np.maximum(self.low - place, place - self.high), 0.0)
+        some = np.einsum("ij,ij->i", outside, outside) <= most
+        points = _nearest_of_each(place, self.triangles[some], self.normals[some])
+        return np.asarray(points[np.linalg.norm(points - place, axis=1).argmin()])
+
+    def materials_at(self, point: Points, within_m: float = 1e-6) -> frozenset[str]:
+        """Return the names of the materials at a point of the surface: several where parts meet there."""
+        part = self.near(point, within_m)
+        feet = _nearest_of_each(point, part.triangles, part.normals)
+        there = np.linalg.norm(feet - point, axis=1) <= within_m
+        return frozenset(MATERIALS[number] for number in part.materials[there].tolist())
 
 
 @lru_cache(maxsize=2)
-def _boxes(solid: Solid) -> tuple[Points, Points]:
-    """Lowest and highest corners (t, 3) of the boxes around triangles."""
-    return solid.triangles_m.min(axis=1), solid.triangles_m.max(axis=1)
+def skin_of(solid: Solid) -> Skin:
+    """Return the surface of a solid."""
+    a, b, c = solid.triangles_m.transpose(1, 0, 2)
+    normals = _cross(b - a, c - a)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    low, high = solid.triangles_m.min(axis=1), solid.triangles_m.max(axis=1)
+    return Skin(solid.triangles_m, normals, low, high, solid.materials)
 
 
-def _nearest_of_each(place: Points, triangles: Points) -> Points:
+def _cross(a: Points, b: Points) -> Points:
+    """As np.cross of (n, 3), which takes longer than the products for few rows."""
+    (ax, ay, az), (bx, by, bz) = a.T, b.T
+    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=1)
+
+
+def _nearest_of_each(place: Points, triangles: Points, normal: Points) -> Points:
     """The point of each triangle (k, 3) nearest to a place: its foot where that is within, else one on its sides."""
     a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
-    normal = np.cross(b - a, c - a)
-    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     foot = place - ((place - a) * normal).sum(axis=1)[:, None] * normal
     within = np.ones(len(triangles), np.bool_)
     nearest, away = foot.copy(), np.full(len(triangles), np.inf)
     for start, end in ((a, b), (b, c), (c, a)):
         side = end - start
-        within &= (np.cross(side, foot - start) * normal).sum(axis=1) >= 0.0
+        within &= (_cross(side, foot - start) * normal).sum(axis=1) >= 0.0
         share = ((place - start) * side).sum(axis=1) / (side * side).sum(axis=1)
         point = start + np.clip(share, 0.0, 1.0)[:, None] * side
         this = np.linalg.norm(place - point, axis=1)
         nearest = np.where((this < away)[:, None], point, nearest)
         away = np.minimum(away, this)
     return np.asarray(np.where(within[:, None], foot, nearest))
-
-
-def materials_at(point_m: Vec3, solid: Solid, within_m: float = 1e-6) -> frozenset[str]:
-    """Return the names of the materials at a point of the surface: several where parts meet there."""
-    place = np.array(point_m, np.float64)
-    low, high = _boxes(solid)
-    near = np.arange(len(low))
-    for axis in range(3):  # few are left after the first
-        near = near[
-            (low[near, axis] <= place[axis] + within_m) & (high[near, axis] >= place[axis] - within_m)
-        ]
-    feet = _nearest_of_each(place, solid.triangles_m[near])
-    there = near[np.linalg.norm(feet - place, axis=1) <= within_m]
-    return frozenset(MATERIALS[number] for number in solid.materials[there].tolist())

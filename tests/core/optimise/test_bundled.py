@@ -6,7 +6,8 @@ import pytest
 from riglens.core.optimise.bounds import branch_and_bound, fractional_bound
 from riglens.core.optimise.mounts import Additions, candidates, conflicts, rules_for
 from riglens.core.optimise.search import Limits, search
-from riglens.core.optimise.tables import CoverTable, HitTableMaker
+from riglens.core.optimise.tables import CoverTable, HitTableMaker, hit_shares
+from riglens.core.optimise.weights import EVEN
 from riglens.core.rig.model import Rig
 from riglens.core.scene.readers.bundled import bundled_source
 from riglens.core.targets.settings import TargetSettings
@@ -23,7 +24,9 @@ def skin() -> tuple[CoverTable, Limits]:
     rig, added = Rig(), Additions(("generic-16",), mirrored=False, spots_m=0.28)
     listed = candidates(rig, added)
     settings = TargetSettings(body="blocks")
-    maker = HitTableMaker(read_traffic(bundled_source()), 30, settings, solid_of(rig.vehicle), 2)
+    maker = HitTableMaker(
+        read_traffic(bundled_source()), 30, settings, solid_of(rig.vehicle), 2, EVEN, hit_shares()
+    )
     table = maker.table(np.zeros(0, np.int32), [maker.cells_of(one.sensors) for one in listed])
     apart = conflicts(listed, rig, rules_for(rig, added.rules))
     return table, Limits(1, np.ones(len(listed)), np.inf, apart)

@@ -21,7 +21,7 @@ from riglens.core.rig.library import default_library
 from riglens.core.rig.model import PARAMETRIC_BODIES, Rig, Vehicle
 from riglens.core.vehicle.profiles import PROFILES
 from riglens.core.vehicle.solid import solid_of
-from riglens.core.vehicle.standing import materials_at
+from riglens.core.vehicle.standing import skin_of
 
 MODEL = "generic-16"
 
@@ -35,7 +35,7 @@ def test_spots_lie_on_the_outer_skin_and_keep_their_distance() -> None:
     assert (points[:, 1] >= 0.0).all()
     for spot in spots:
         x, y, z = spot.point_m.tolist()
-        assert materials_at((x, y, z), solid, 1e-5) & {"paint", "panel", "trim"}
+        assert skin_of(solid).materials_at(np.array([x, y, z]), 1e-5) & {"paint", "panel", "trim"}
         assert np.linalg.norm(spot.normal) == pytest.approx(1.0)
     again = skin_spots(Vehicle(), 0.4)
     assert [spot.point_m.tolist() for spot in again] == points.tolist()
