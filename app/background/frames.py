@@ -14,7 +14,8 @@ import numpy as np
 from riglens.app.background.worker import Context
 from riglens.core.rig.model import Rig
 from riglens.core.targets.settings import TargetSettings
-from riglens.core.vehicle.solid import Solid, solid_of
+from riglens.core.vehicle.housings import car_of
+from riglens.core.vehicle.solid import Solid
 from riglens.core.view.frames import FrameBoxes
 
 if TYPE_CHECKING:  # made by the thread, which loads the compiler
@@ -85,7 +86,7 @@ class FrameCasting:
         from riglens.core.view.frame_scene import frame_scene, why_missed  # loads the compiler
 
         boxes, settings = boxes_of(request.traffic, request.place), request.settings
-        body = solid_of(request.rig.vehicle) if settings.body == "blocks" else Solid.of(np.zeros((0, 3, 3)))
+        body = car_of(request.rig) if settings.body == "blocks" else Solid.of(np.zeros((0, 3, 3)))
         context.stop_if_closing()
         most = COARSE_RAYS if request.is_preview else ALL_RAYS
         frame = int(request.traffic.frame[request.place])

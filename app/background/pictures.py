@@ -14,6 +14,7 @@ from riglens.app.background.worker import CLOSE_S, BackgroundWorker, Context
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.requests import LoadedScene
 from riglens.core.rig.model import Camera, Lidar, Sensor, Vehicle
+from riglens.core.vehicle.housings import with_housings
 from riglens.core.vehicle.solid import Solid, solid_of
 from riglens.core.view.camera_picture import CameraPicture, camera_picture
 from riglens.core.view.frames import FrameBoxes, FrameStore
@@ -31,11 +32,13 @@ class PictureRequest:
     frame: int
     scene: LoadedScene
     vehicle: Vehicle
+    obstacles: tuple[Sensor, ...] = ()
 
     def asks_same(self, other: PictureRequest) -> bool:
         """Return whether the answer to both is the same picture."""
         same_data = self.scene is other.scene and self.vehicle == other.vehicle
-        return same_data and (self.sensor, self.frame) == (other.sensor, other.frame)
+        same_rig = (self.sensor, self.obstacles) == (other.sensor, other.obstacles)
+        return same_data and same_rig and self.frame == other.frame
 
 
 @dataclass(frozen=True)
@@ -82,7 +85,7 @@ class FramePictures:
     def __call__(self, request: PictureRequest, context: Context[SensorPicture]) -> SensorPicture:
         """Return the picture of a request."""
         boxes, note = self._boxes(request, context)
-        solid = solid_of(request.vehicle)
+        solid = with_housings(solid_of(request.vehicle), request.obstacles)
         context.stop_if_closing()
         return SensorPicture(_image_of(request.sensor, request, boxes, solid), note)
 

@@ -12,6 +12,7 @@ from riglens.app.background.worker import Context
 from riglens.core.geometry import Vec3
 from riglens.core.rig.model import Sensor, Vehicle
 from riglens.core.sensing.rays import sensor_rays
+from riglens.core.vehicle.housings import with_housings
 from riglens.core.vehicle.solid import solid_of
 from riglens.core.vehicle.standing import MountStatus, stand
 
@@ -22,11 +23,12 @@ NONE_M = np.zeros((0, 3), np.float32)
 @dataclass(frozen=True)
 class MountStatusRequest:
     """Request for the mounts of sensors on a body, by name and position, metres, and for the stopped rays of one
-    sensor, if any."""
+    sensor, if any; at the body, or at the housings of `obstacles`."""
 
     vehicle: Vehicle
     places_m: tuple[tuple[str, Vec3], ...]
     stopped_of: Sensor | None = None
+    obstacles: tuple[Sensor, ...] = ()
 
 
 MountStatusAnswer = tuple[Mapping[str, MountStatus], NDArray[np.float32]]
@@ -42,7 +44,7 @@ def stopped_rays(request: MountStatusRequest) -> NDArray[np.float32]:
     directions = sensor_rays(sensor, rows).directions
     from riglens.core.sensing.body_ends import listed_ends  # the compiler
 
-    met_m = listed_ends(sensor, directions, solid_of(request.vehicle))
+    met_m = listed_ends(sensor, directions, with_housings(solid_of(request.vehicle), request.obstacles))
     stopped = np.isfinite(met_m)
     return np.asarray(np.array(sensor.position) + met_m[stopped, None] * directions[stopped], np.float32)
 

@@ -6,7 +6,15 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from riglens.app.commands.options import Json, Libraries, RigName, SceneArguments, SolidBody, ThreadArguments
+from riglens.app.commands.options import (
+    Housings,
+    Json,
+    Libraries,
+    RigName,
+    SceneArguments,
+    SolidBody,
+    ThreadArguments,
+)
 from riglens.app.commands.output import deliver, require_outputs
 from riglens.app.terminal.console import progress_bar, results
 from riglens.app.terminal.figures import percent
@@ -34,6 +42,7 @@ def audit(
     body: SolidBody = None,
     score: ThreadArguments = ThreadArguments(),
     libraries: Libraries = (),
+    housings: Housings = None,
     json: Json = None,
 ) -> None:
     """Trace every ray of each sensor: to the solid car, past the region, to the ground, or into uncertain space.
@@ -46,7 +55,7 @@ def audit(
         Also write the figures as JSON to a file; with - to standard output, instead of the table.
     """
     score = score.solid(body)
-    (opened,) = load_rigs([rig], score, libraries)
+    (opened,) = load_rigs([rig], score, libraries, housings)
     require_outputs((rig, *scene.files), json)
     _, field = load_scene(scene, [opened], score)
     with progress_bar("Tracing rays"):

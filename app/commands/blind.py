@@ -12,7 +12,15 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from riglens.app.commands.options import Json, Libraries, Profiles, RigName, SolidBody, ThreadArguments
+from riglens.app.commands.options import (
+    Housings,
+    Json,
+    Libraries,
+    Profiles,
+    RigName,
+    SolidBody,
+    ThreadArguments,
+)
 from riglens.app.commands.output import deliver, require_ending, require_outputs
 from riglens.app.evaluation.blind_text import hole_text
 from riglens.app.studies.files import csv_text, write_text
@@ -46,6 +54,7 @@ def blind(
     body: SolidBody = None,
     score: ThreadArguments = ThreadArguments(),
     libraries: Libraries = (),
+    housings: Housings = None,
     out: Annotated[Path | None, Parameter(metavar="FILE.csv|.png")] = None,
     json: Json = None,
 ) -> None:
@@ -74,7 +83,7 @@ def blind(
     """
     score = score.solid(body)
     settings = BlindSettings(voxel, width, within_m=within)
-    (opened,) = load_rigs([rig], score, libraries)
+    (opened,) = load_rigs([rig], score, libraries, housings)
     asked = profiles_of(profiles)
     require_ending("out", out, ".csv", ".png")
     require_outputs((rig, *profiles), out, json)

@@ -11,7 +11,15 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from riglens.app.commands.options import Json, Libraries, RigName, SolidBody, ThreadArguments, number
+from riglens.app.commands.options import (
+    Housings,
+    Json,
+    Libraries,
+    RigName,
+    SolidBody,
+    ThreadArguments,
+    number,
+)
 from riglens.app.commands.output import deliver, require_ending, require_outputs
 from riglens.app.studies.files import csv_text, write_text
 from riglens.app.terminal.console import results
@@ -41,6 +49,7 @@ def card(
     score: ThreadArguments = ThreadArguments(),
     body: SolidBody = None,
     libraries: Libraries = (),
+    housings: Housings = None,
     csv: Annotated[Path | None, Parameter(metavar="FILE.csv")] = None,
     chart: Annotated[Path | None, Parameter(metavar="FILE.png|.svg")] = None,
     json: Json = None,
@@ -80,7 +89,7 @@ def card(
         deceleration_mps2=deceleration,
     )
     require_ending("chart", chart, ".png", ".svg")
-    (opened,) = load_rigs([rig], score, libraries)
+    (opened,) = load_rigs([rig], score, libraries, housings)
     require_outputs((rig,), csv, chart, json)
     found = detection_range(opened, plan, score.threads)
     if csv is not None:

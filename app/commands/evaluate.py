@@ -11,6 +11,7 @@ from riglens.app.commands.options import (
     COUNT,
     CountArguments,
     EverythingArguments,
+    Housings,
     Json,
     Libraries,
     RigNames,
@@ -29,6 +30,7 @@ def evaluate(
     surroundings: Surroundings = None,
     count: CountArguments = CountArguments(),
     libraries: Libraries = (),
+    housings: Housings = None,
     score: ScoreArguments = ScoreArguments(),
     json: Json = None,
 ) -> None:
@@ -56,7 +58,7 @@ def evaluate(
 
     if not targets:
         count.require_unused(scene, surroundings)
-    loaded = load_rigs(rigs, score, libraries)
+    loaded = load_rigs(rigs, score, libraries, housings)
     require_count_outputs(count, loaded, (*rigs, *scene.files), json)
     _, field = load_scene(scene, loaded, score)
     for line in wrong_places(loaded):  # what is refused is refused in one line

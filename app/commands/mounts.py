@@ -12,7 +12,7 @@ from rich.text import Text
 from riglens.app.terminal.console import results
 from riglens.core.review.mounts import USUAL_LIMITS, Mount, Violation, mounts_of, violations
 from riglens.core.rig.model import FORMAT_VERSION, Rig
-from riglens.core.rig.yaml.file import rig_sha256
+from riglens.core.rig.yaml.file import identity_of
 from riglens.core.shown_text import visible
 
 
@@ -20,7 +20,7 @@ def mounts_document(rig: Rig) -> dict[str, Any]:
     """Return the mounts of the enabled sensors and their violations of the usual limits, as plain data."""
     return {
         "riglens": FORMAT_VERSION,
-        "rig": {"name": rig.name, "sha256": rig_sha256(rig)},
+        "rig": identity_of(rig),
         "gap_limit_m": USUAL_LIMITS.gap_m,
         "sensors": [_plain(mount) for mount in mounts_of(rig)],
         "problems": [{"sensor": one.sensor, "text": one.text} for one in violations(rig, USUAL_LIMITS)],

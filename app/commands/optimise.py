@@ -15,6 +15,7 @@ from rich.text import Text
 
 from riglens.app.commands.check import CheckInputs, scene_for, unmet_by
 from riglens.app.commands.options import (
+    Housings,
     Json,
     Libraries,
     RigName,
@@ -85,6 +86,7 @@ def optimise(
     scene: SourceArguments = SourceArguments(),
     score: ThreadArguments = ThreadArguments(),
     libraries: Libraries = (),
+    housings: Housings = None,
     out: Annotated[Path | None, Parameter(metavar="DIR")] = None,
     json: Json = None,
 ) -> None:
@@ -157,14 +159,14 @@ def optimise(
     limit, rules = float("inf") if budget is None else budget, _rules(lowest, spacing, beyond)
     moves, weights, floors = _moves(move, exchange), _weights(weight), numbers_of("floor", floor)
     score = score.solid()
-    (opened,) = load_rigs([rig], score, libraries)
+    (opened,) = load_rigs([rig], score, libraries, housings)
     asked = None if requirements is None else CheckInputs.of(requirements, (), [opened])
     if asked is not None:
         rules = rules if asked.required.mounts is None else _with_limits_of(rules, asked.required.mounts)
     additions = Additions(
         add, count, not singles, numbers_of("cost", cost), limit, rules, spots, box_m=_box(inside)
     )
-    reference = None if against is None else load_rigs([against], score, libraries)[0]
+    reference = None if against is None else load_rigs([against], score, libraries, housings)[0]
     require_outputs((rig, *scene.files, *check_boxes), json)
     if out is not None:
         check_folder(out)

@@ -80,6 +80,15 @@ Profiles = Annotated[tuple[Path, ...], Parameter(name="--profile", metavar="FILE
 Surroundings = Annotated[Literal["ignored", "block"] | None, Parameter(name="--surroundings", group=SCENE)]
 SolidBody = Annotated[Literal["ignored", "blocks"] | None, Parameter(name="--body", show=False)]
 """For commands with a solid car: `blocks` is accepted, `ignored` rejected (`ScoreOptions.solid`)."""
+Housings = Annotated[
+    Literal["ignored", "blocks"] | None,
+    Parameter(
+        name="--housings",
+        metavar="NAME",
+        help="Rays pass through the housings of other sensors or end at them, wherever they end at the car "
+        "(as set in each rig).",
+    ),
+]
 Libraries = Annotated[
     tuple[Path, ...],
     Parameter(

@@ -10,7 +10,15 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from riglens.app.commands.options import Json, Libraries, RigName, SceneArguments, ScoreArguments, number
+from riglens.app.commands.options import (
+    Housings,
+    Json,
+    Libraries,
+    RigName,
+    SceneArguments,
+    ScoreArguments,
+    number,
+)
 from riglens.app.commands.output import deliver, require_outputs
 from riglens.app.evaluation.options import ScoreOptions
 from riglens.app.evaluation.scenario import settings_of
@@ -30,7 +38,7 @@ from riglens.core.review.redundancy import (
 )
 from riglens.core.review.redundancy_json import coverage_document, lost_share, share
 from riglens.core.rig.model import FORMAT_VERSION, Rig
-from riglens.core.rig.yaml.file import rig_sha256
+from riglens.core.rig.yaml.file import identity_of
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.shown_text import visible
 from riglens.core.targets.engine import TargetEngine
@@ -54,6 +62,7 @@ def redundancy(
     min_points: Annotated[int, number(FAILING)] = 5,
     within: Annotated[float, Parameter(group=FAILING, metavar="M")] = 60.0,
     libraries: Libraries = (),
+    housings: Housings = None,
     json: Json = None,
 ) -> None:
     """Report the coverage by one, two and three sensors, and the losses when sensors, pairs or groups fail.
@@ -72,7 +81,7 @@ def redundancy(
         Also write the figures as JSON to a file; with - to standard output, instead of the table.
     """
     counting = TargetSettings(min_points=min_points)
-    (opened,) = load_rigs([rig], score, libraries)
+    (opened,) = load_rigs([rig], score, libraries, housings)
     require_outputs((rig, *scene.files), json)
     _, field = load_scene(scene, [opened], score)
     traffic = None
@@ -101,7 +110,7 @@ class Redundancy:
             "riglens": FORMAT_VERSION,
             "body": self.body,
             "note": NO_EVIDENCE,
-            "rig": {"name": self.rig.name, "sha256": rig_sha256(self.rig)},
+            "rig": identity_of(self.rig),
             "data": {"source": self.field.data.source, "sha256": self.field.data.sha256},
             "voxel_m": self.field.grid.voxel_m,
             "min_points": self.min_points,

@@ -9,12 +9,20 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from riglens.app.commands.options import BodyArguments, Libraries, Out, RigName, SceneArguments, number
+from riglens.app.commands.options import (
+    BodyArguments,
+    Housings,
+    Libraries,
+    Out,
+    RigName,
+    SceneArguments,
+    number,
+)
 from riglens.app.evaluation.scenario import settings_of
 from riglens.app.launch.display import prepare_drawing
 from riglens.app.rendering.render import RenderRequest, as_drawn, drawn_score, score_and_draw
 from riglens.app.terminal.console import results
-from riglens.app.terminal.loading import load_rig, load_scene
+from riglens.app.terminal.loading import load_rig, load_scene, with_choice
 from riglens.core.errors import InputError
 from riglens.core.files import require_writable
 from riglens.core.rig.library import use_libraries
@@ -98,6 +106,7 @@ def render(
     scene: SceneArguments = SceneArguments(),
     score: BodyArguments = BodyArguments(),
     libraries: Libraries = (),
+    housings: Housings = None,
 ) -> None:
     """Draw a rig, its rays and the heatmap of a class into a PNG file, without a display.
 
@@ -112,7 +121,7 @@ def render(
     picture = look.picture(out)
     prepare_drawing()
     require_writable(out)
-    opened = load_rig(rig)
+    opened = with_choice(load_rig(rig), housings)
     baseline = load_rig(picture.baseline) if picture.baseline is not None else None
     opened = as_drawn(opened, Path(rig).parent)
     score = drawn_score(opened, score.body)

@@ -12,7 +12,7 @@ from cyclopts import Group, Parameter
 
 from riglens.app.background.own_process import Tell
 from riglens.app.background.report import PAGE, PDF, ReportJob, page_picture
-from riglens.app.commands.options import Libraries, SceneArguments, ScoreArguments, number
+from riglens.app.commands.options import Housings, Libraries, SceneArguments, ScoreArguments, number
 from riglens.app.commands.output import require_ending, require_outputs
 from riglens.app.commands.tolerance import require_draws
 from riglens.app.evaluation.options import USUAL_DRAWS, SceneOptions, ScoreOptions
@@ -72,6 +72,7 @@ def report(
     scene: SceneArguments = SceneArguments(),
     score: ScoreArguments = ScoreArguments(),
     libraries: Libraries = (),
+    housings: Housings = None,
 ) -> int:
     """Write a page about one or more rigs that needs no network and no script, or check an earlier one.
 
@@ -115,7 +116,7 @@ def report(
         raise InputError("report: no rig named; name one or more")
     require_ending("out", out, ".html", ".pdf")
     require_draws(draws, seed, 0)
-    loaded = load_rigs(rigs, score.solid(), libraries)
+    loaded = load_rigs(rigs, score.solid(), libraries, housings)
     require_outputs((*rigs, *scene.files, *([requirements] if requirements else [])), out)
     labels = labels_of(project, revision, author)
     write_report(loaded, out, scene, score, requirements, (draws, seed), labels)

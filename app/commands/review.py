@@ -15,6 +15,7 @@ from riglens.app.commands.blind import blind_zones, print_blind, profiles_of
 from riglens.app.commands.detection_range import detection_range, print_range
 from riglens.app.commands.mounts import mounts_document, print_mounts
 from riglens.app.commands.options import (
+    Housings,
     Json,
     Libraries,
     Profiles,
@@ -65,6 +66,7 @@ def review(
     scene: SceneArguments = SceneArguments(),
     score: ScoreArguments = ScoreArguments(),
     libraries: Libraries = (),
+    housings: Housings = None,
     json: Json = None,
 ) -> None:
     """Review a rig: blind zones, detection range, redundancy, tolerance, ray outcomes, mounts.
@@ -96,7 +98,7 @@ def review(
     asked = _ReviewOptions(
         CardPlan(min_points), profiles_of(profiles), Drawing.of(errors, draws, seed, sample)
     )
-    (opened,) = load_rigs([rig], score.solid(), libraries)
+    (opened,) = load_rigs([rig], score.solid(), libraries, housings)
     opened = damaged_rig(opened, damaged)
     require_outputs((rig, *profiles, *scene.files), json)
     found = Review(opened, scene, score, asked, TargetSettings(min_points=min_points))

@@ -14,6 +14,7 @@ from riglens.app.commands.options import (
     SCENE,
     BodyArguments,
     Dask,
+    Housings,
     Libraries,
     RigNames,
     Surroundings,
@@ -103,6 +104,7 @@ def simulate(
     dask: Dask = None,
     carla: Annotated[str | None, Parameter(group=CARLA, metavar="HOST:PORT")] = None,
     libraries: Libraries = (),
+    housings: Housings = None,
 ) -> None:
     """Simulate what rigs measure in traffic, as data sets in nuScenes' format.
 
@@ -143,7 +145,7 @@ def simulate(
         collect(rigs, out, carla, (scene.frames, every), sweeps.settings, extras)
         return
     where, settings, scene = Where(workers, dask), sweeps.settings, with_surroundings(scene, surroundings)
-    loaded = load_rigs(rigs, score, libraries)
+    loaded = load_rigs(rigs, score, libraries, housings)
     make_data_sets(loaded, out, scene, score, settings, extras, where, every or 1, sequences)
 
 

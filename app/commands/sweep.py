@@ -16,6 +16,7 @@ from riglens.app.commands.options import (
     CountArguments,
     Dask,
     EverythingArguments,
+    Housings,
     Json,
     Libraries,
     RigNames,
@@ -75,6 +76,7 @@ def sweep(
     surroundings: Surroundings = None,
     count: SweepCountArguments = SweepCountArguments(),
     libraries: Libraries = (),
+    housings: Housings = None,
     score: ScoreArguments = ScoreArguments(),
     workers: Workers = None,
     dask: Dask = None,
@@ -119,7 +121,7 @@ def sweep(
     require_ending("chart", chart, ".png", ".svg")
     require_outputs((*rigs, *scene.files, *([table] if table else [])), out, chart, json)
     design = design_of([Span.parsed(text) for text in vary], sobol, design_seed, table)
-    loaded = load_rigs(rigs, score, libraries)
+    loaded = load_rigs(rigs, score, libraries, housings)
     options = sweep_options(loaded, with_surroundings(scene, surroundings), count, score, compute, blind)
     sweep = LoadedSweep(Sweep.of(loaded, design), options, design.kind, score.threads)
     if chart is not None:

@@ -14,6 +14,7 @@ from rich.text import Text
 
 from riglens.app.commands.options import (
     CountArguments,
+    Housings,
     Json,
     Libraries,
     RigNames,
@@ -72,6 +73,7 @@ def targets(
     count: CountArguments = CountArguments(),
     score: RunArguments = RunArguments(),
     libraries: Libraries = (),
+    housings: Housings = None,
     json: Json = None,
 ) -> None:
     """Count the points and pixels of rigs on objects, including occlusion by traffic.
@@ -85,7 +87,7 @@ def targets(
     json
         Also write the figures as JSON to a file; with - to standard output, instead of the table.
     """
-    loaded = load_rigs(rigs, score, libraries)
+    loaded = load_rigs(rigs, score, libraries, housings)
     require_count_outputs(count, loaded, (*rigs, *scene.files), json)
     found = count_hits(loaded, with_surroundings(scene, surroundings), count, score)
     deliver(found.document(), json, found.show)

@@ -11,6 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from riglens.app.commands.options import (
+    Housings,
     Json,
     Libraries,
     RigName,
@@ -79,6 +80,7 @@ def tolerance(
     scene: SceneArguments = SceneArguments(),
     score: ScoreArguments = ScoreArguments(),
     libraries: Libraries = (),
+    housings: Housings = None,
     json: Json = None,
 ) -> None:
     """Report the spread of a rig's figures under small errors of its mounts and of the car's pose.
@@ -105,7 +107,7 @@ def tolerance(
         Also write the figures as JSON to a file; with - to standard output, instead of the table.
     """
     asked = Drawing.of(errors, draws, seed, sample)
-    (opened,) = load_rigs([rig], score, libraries)
+    (opened,) = load_rigs([rig], score, libraries, housings)
     require_outputs((rig, *scene.files), worst, json)
     figures = [f"{kind} {cls}" for kind in (SEEN, ON_TARGET) for cls in CLASSES]
     if figure not in figures:

@@ -34,7 +34,8 @@ from riglens.core.scene.boxes import CLASSES, Progress
 from riglens.core.scene.columns import Words
 from riglens.core.scene.pog import Pog, coarse_pog
 from riglens.core.sensing.body_ends import barrier_of
-from riglens.core.vehicle.solid import Solid, solid_of
+from riglens.core.vehicle.housings import car_of
+from riglens.core.vehicle.solid import Solid
 from riglens.core.view.display import DisplayGrid
 from riglens.core.view.outlook import widest_gap
 from riglens.core.view.top_view import TopView
@@ -117,7 +118,7 @@ class Scoring:
         if voxel is None or any(i >= n for i, n in zip(voxel, self.scene.field.grid.shape, strict=True)):
             return None
         blocks = evaluation.settings.body == "blocks"
-        solid = solid_of(request.rig.vehicle) if blocks else None
+        solid = car_of(request.rig) if blocks else None
         asked = VoxelRequest(request.settings.method, voxel, solid, request.is_preview)
         return self._reporter.report(self._engine, request.rig, asked)
 

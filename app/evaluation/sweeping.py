@@ -20,7 +20,7 @@ from riglens.core.pieces.folder import PieceFolder
 from riglens.core.pieces.work import Piece, Workers, results
 from riglens.core.rig.library import user_library_files
 from riglens.core.rig.model import Rig
-from riglens.core.rig.yaml.file import rig_sha256
+from riglens.core.rig.yaml.file import identity_of
 from riglens.core.scene.boxes import DataReport, Progress
 from riglens.core.sweep.design import Sweep
 from riglens.core.sweep.rows import Figures, Sweeper
@@ -80,7 +80,7 @@ class LoadedSweep:
             **inputs,
             "noise_floor": self._loaded.sweeper.noise_floor(),
             "blind_m": self.options.figures.blind_m,
-            "rigs": [{"name": rig.name, "sha256": rig_sha256(rig)} for rig in self.sweep.rigs],
+            "rigs": [identity_of(rig) for rig in self.sweep.rigs],
             "design": {
                 "kind": self._kind,
                 "fields": {field.name: field.unit for field in self.sweep.fields},

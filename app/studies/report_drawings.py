@@ -22,7 +22,7 @@ from riglens.core.sensing.body_ends import listed_ends
 from riglens.core.sensing.rays import lattice, rotate
 from riglens.core.sensors.registry import kind_of
 from riglens.core.vehicle.body import body_parts
-from riglens.core.vehicle.solid import solid_of
+from riglens.core.vehicle.housings import car_of
 
 Points = NDArray[np.float64]
 TONES = {
@@ -226,7 +226,7 @@ def _ends(rig: Rig, number: int) -> Points:
     rays = lattice(sensor)
     chosen = np.unique(np.linspace(0, len(rays.rows) * len(rays.planes) - 1, RAYS_SHOWN).astype(np.int64))
     ahead, origin = rotate(sensor.pose.rotation(), rays.directions(chosen)), np.array(sensor.position)
-    stops = np.minimum(listed_ends(sensor, ahead, solid_of(rig.vehicle)), sensor.range_m[1])
+    stops = np.minimum(listed_ends(sensor, ahead, car_of(rig)), sensor.range_m[1])
     with np.errstate(divide="ignore", invalid="ignore"):
         ground = np.where(ahead[:, 2] < 0.0, -origin[2] / ahead[:, 2], np.inf)
     reach = np.minimum(np.minimum(stops, RAY_M), np.maximum(ground, 0.0))

@@ -28,13 +28,23 @@ def load_rig(name: str) -> Rig:
     return opened.rig
 
 
-def load_rigs(names: Sequence[str], score: ScoreOptions, libraries: Sequence[Path] = ()) -> list[Rig]:
+def with_choice(rig: Rig, housings: Body | None) -> Rig:
+    """Return a rig whose housings block or not as given for this run, or else as the rig says."""
+    return rig if housings is None else rig.model_copy(update={"housings": housings})
+
+
+def load_rigs(
+    names: Sequence[str],
+    score: ScoreOptions,
+    libraries: Sequence[Path] = (),
+    housings: Body | None = None,
+) -> list[Rig]:
     """Open rigs with the meshes of bodies that stop rays; raise InputError for the first that cannot be read.
 
     Each enabled camera whose lens model gives some of its pixels no direction is noted.
     """
     use_libraries(libraries)
-    rigs = with_meshes([load_rig(name) for name in names], names, score.body)
+    rigs = with_meshes([with_choice(load_rig(name), housings) for name in names], names, score.body)
     for rig in rigs:
         for camera in rig.enabled_cameras():
             if missing := missing_ray_count(camera):

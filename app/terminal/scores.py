@@ -95,7 +95,10 @@ def body_text(rigs: Sequence[Rig], said: Body | None) -> str:
     body = said or common_body(rig.body for rig in rigs)
     if body is None:
         return "as set in each rig: " + ", ".join(f"{visible(rig.name)} {rig.body}" for rig in rigs)
-    return BODY_TEXTS[body] + (" (--body)" if said else " (as set in the rig)")
+    housings = (
+        " and at other sensors' housings" if body == "blocks" and any(r.obstacles for r in rigs) else ""
+    )
+    return BODY_TEXTS[body] + housings + (" (--body)" if said else " (as set in the rig)")
 
 
 def data_line(data: DataReport, source: str) -> str:

@@ -29,10 +29,11 @@ from riglens.core.kernels.runtime import jit
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Body, MetricSettings, Scores
 from riglens.core.rig.model import FORMAT_VERSION, Rig, Sensor
-from riglens.core.rig.yaml.file import rig_sha256
+from riglens.core.rig.yaml.file import identity_of
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.columns import Words
 from riglens.core.sensing.body_ends import barrier_ends, barrier_of
+from riglens.core.vehicle.housings import car_of
 from riglens.core.vehicle.solid import Barrier, solid_of
 from riglens.core.vehicle.standing import MountStatus, stand
 
@@ -88,7 +89,7 @@ def audit(field: EntropyField, rig: Rig, body: Body = "blocks", threads: int | N
     the mesh file of the car's body has not been read.
     """
     settings = MetricSettings(body=body)
-    solid = solid_of(rig.vehicle)
+    solid, car = solid_of(rig.vehicle), car_of(rig)
     workers = jit.use_threads(threads)
     engine = Engine(field, threads)
     engine.evaluate(rig, settings, False)
@@ -98,7 +99,7 @@ def audit(field: EntropyField, rig: Rig, body: Body = "blocks", threads: int | N
     caster = Caster(field, workers)
     audits = []
     for sensor, own in zip(enabled, marks, strict=True):
-        barrier = barrier_of(sensor, solid) if body == "blocks" else None
+        barrier = barrier_of(sensor, car) if body == "blocks" else None
         outcomes = _outcomes(caster, sensor, barrier, twice | (once & ~own))
         counts = {name: int(np.count_nonzero(outcomes == code)) for code, name in enumerate(RAY_OUTCOMES)}
         lost = _lost(engine, rig, sensor)
@@ -147,7 +148,7 @@ def audit_document(found: RigAudit) -> dict[str, Any]:
     return {
         "riglens": FORMAT_VERSION,
         "body": found.body,
-        "rig": {"name": found.rig.name, "sha256": rig_sha256(found.rig)},
+        "rig": identity_of(found.rig),
         "sensors": [_sensor_document(sensor) for sensor in found.sensors],
     }
 
@@ -174,7 +175,7 @@ def _sensor_document(found: SensorAudit) -> dict[str, Any]:
 
 def _lost(engine: Engine, rig: Rig, sensor: Sensor) -> tuple[dict[str, float], dict[str, float]]:
     """Return what the body takes from a sensor on its own, in nat by class and as a share of H(Omega)."""
-    alone = rig.model_copy(update={"sensors": (sensor,)})
+    alone = rig.only((sensor,))
     free, cut = (
         engine.evaluate(alone, replace(MetricSettings(), body=body), False).scores
         for body in ("ignored", "blocks")

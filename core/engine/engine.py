@@ -27,9 +27,10 @@ from riglens.core.metric.scores import PAPER_SETTINGS, Method, MetricSettings, S
 from riglens.core.metric.scoring import score
 from riglens.core.rig.model import Rig, Sensor, rays_of
 from riglens.core.scene.columns import Words
-from riglens.core.sensing.body_ends import housing_radius_m
+from riglens.core.sensing.body_ends import Obstacle, obstacle_of
 from riglens.core.sensors.registry import kind_names
-from riglens.core.vehicle.solid import Barrier, Solid, solid_of
+from riglens.core.vehicle.housings import car_of
+from riglens.core.vehicle.solid import Barrier, Solid
 
 SPARE_SLOTS = 2
 FEWEST_DIGITS = 4
@@ -71,13 +72,16 @@ _Wanted = tuple[int, Method, str | None]
 
 
 class _Shape(NamedTuple):
-    """Everything that determines the rays of a sensor: the casting method, the sensor without name and switch, and the
-    obstacle: the fingerprint of the car's body and the distance from the sensor at which it begins to count, None if
-    the body is ignored."""
+    """Everything that determines the rays of a sensor: the casting method, the sensor without name and switch, and what
+    stops its rays, None if the body is ignored."""
 
     method: Method
     sensor: Sensor
-    stop: tuple[str, float] | None
+    stop: Obstacle | None
+
+    @property
+    def barrier(self) -> Barrier | None:
+        return None if self.stop is None else self.stop.barrier
 
 
 @dataclass(frozen=True)
@@ -126,7 +130,7 @@ class _State:
 
 
 def _cast_shape(sensor: Sensor, method: Method, solid: Solid | None) -> _Shape:
-    stop = None if solid is None else (solid.fingerprint, housing_radius_m(sensor))
+    stop = None if solid is None else obstacle_of(sensor, solid)
     return _Shape(method, rays_of(sensor), stop)
 
 
@@ -173,7 +177,7 @@ class Engine:
         if self._for_edits:
             self._caster.workers = self._processors.threads(self._threads, self._last_ms)
         jit.use_threads(self._caster.workers)
-        self._solid = solid_of(rig.vehicle, stance) if settings.body == "blocks" else None
+        self._solid = car_of(rig, stance) if settings.body == "blocks" else None
         wanted = self._shapes_of(rig, settings.method)
         if not self._hold(wanted, cancel):
             raise Cancelled
@@ -229,12 +233,6 @@ class Engine:
         known = self._shapes.get((id(sensor), method, stop))
         return known[1] if known is not None else _cast_shape(sensor, method, self._solid)
 
-    def _barrier(self, shape: _Shape) -> Barrier | None:
-        """Return the barrier of a shape that was made for the current body."""
-        if self._solid is None or shape.stop is None:
-            return None
-        return self._solid.barrier(shape.sensor.kind, shape.stop[1])
-
     def _shapes_of(self, rig: Rig, method: Method) -> list[_Shape]:
         """Return the ray shape of each enabled sensor; the same objects as last time for unchanged sensors."""
         known, self._shapes = self._shapes, {}
@@ -286,7 +284,7 @@ class Engine:
                 arrived.append(held)
                 marks = stack[held.slot]
                 if not self._caster.mark(
-                    shape.sensor, shape.method, held.window, marks, is_stale, self._barrier(shape)
+                    shape.sensor, shape.method, held.window, marks, is_stale, shape.barrier
                 ):
                     return None
             done = True
@@ -376,7 +374,7 @@ class Engine:
         totals = np.zeros((len(kind_names()), 3), dtype=object)
         for shape in wanted:
             if shape not in self._hits:
-                sums = self._caster.hits(shape.sensor, shape.method, is_stale, self._barrier(shape))
+                sums = self._caster.hits(shape.sensor, shape.method, is_stale, shape.barrier)
                 if sums is None:
                     return None
                 self._hits[shape] = sums

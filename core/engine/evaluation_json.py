@@ -10,7 +10,7 @@ from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Body, ClassScores, MetricSettings, common_body
 from riglens.core.plain import to_plain
 from riglens.core.rig.model import FORMAT_VERSION
-from riglens.core.rig.yaml.file import rig_sha256
+from riglens.core.rig.yaml.file import identity_of
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensors.registry import shown_kinds
 
@@ -47,8 +47,7 @@ def evaluation_document(
 
 def _rig(evaluation: Evaluation, body: Body | None) -> dict[str, Any]:
     return {
-        "name": evaluation.rig.name,
-        "sha256": rig_sha256(evaluation.rig),
+        **identity_of(evaluation.rig),
         **({} if body else {"body": evaluation.settings.body}),
         "elapsed_ms": evaluation.elapsed_ms,
         **score_figures(evaluation),

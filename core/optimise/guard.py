@@ -124,7 +124,7 @@ class Evaluator:
     def __call__(self, rig: Rig, settings: TargetSettings, frames: tuple[int, int]) -> Sample:
         """Evaluate a rig; raise Cancelled when stale. Objects without the figure are left out."""
         first, end = frames
-        alone = rig.model_copy(update={"sensors": rig.enabled_cameras()})
+        alone = rig.only(rig.enabled_cameras())
         if self._quantity.key != CAMERA.name:
             alone = rig.with_lidars_alone()
         objects = self._engine.evaluate(alone, settings, end, cancel=self._is_stale).objects

@@ -19,7 +19,6 @@ from riglens.core.review.mounts import (
     Box,
     KeepOut,
     MountLimits,
-    housing_corners_m,
     is_in_zone,
     is_painted,
 )
@@ -29,6 +28,7 @@ from riglens.core.rig.library import default_library
 from riglens.core.rig.model import Rig, Sensor, Vehicle
 from riglens.core.sensors.registry import kind_of
 from riglens.core.targets.engine import never_stale
+from riglens.core.vehicle.housings import housing_corners_m
 from riglens.core.vehicle.profiles import PROFILES
 from riglens.core.vehicle.solid import solid_of
 from riglens.core.vehicle.standing import Skin, skin_of

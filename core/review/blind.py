@@ -31,9 +31,10 @@ from riglens.core.rig.model import Rig, Sensor, Vehicle
 from riglens.core.scene.boxes import DataReport
 from riglens.core.scene.columns import VoxelIndex, empty_words, words_per_column
 from riglens.core.scene.grid import DEFAULT_VOXEL_M, VoxelGrid
-from riglens.core.sensing.body_ends import housing_radius_m
+from riglens.core.sensing.body_ends import Obstacle, obstacle_of
 from riglens.core.sensors.registry import kind_named, kind_names, one_of
-from riglens.core.vehicle.solid import Solid, solid_of
+from riglens.core.vehicle.housings import car_of
+from riglens.core.vehicle.solid import Solid
 
 
 def by_names() -> tuple[str, ...]:
@@ -234,16 +235,15 @@ def unseen_by(by: By, k: int) -> str:
 
 
 class _Looked(NamedTuple):
-    """A sensor, the fingerprint of the body that stopped its rays, and the row of its lowest levels around each
-    column."""
+    """A sensor, what stopped its rays, and the row of its lowest levels around each column."""
 
     sensor: Sensor
-    body: str | None
+    stop: Obstacle | None
     row: int
 
-    def is_of(self, sensor: Sensor, body: str | None) -> bool:
+    def is_of(self, sensor: Sensor, stop: Obstacle | None) -> bool:
         """Return whether a sensor that stays needs no new look."""
-        return self.body == body and (self.sensor is sensor or self.sensor == sensor)
+        return self.stop == stop and (self.sensor is sensor or self.sensor == sensor)
 
 
 class BlindEngine:
@@ -270,7 +270,7 @@ class BlindEngine:
         stance: of the car, where the rig's poses are those of a car that stands otherwise than on level ground."""
         jit.use_threads(self._workers)
         sensors = [sensor.finest() for sensor in rig.sensors if sensor.enabled]
-        solid = solid_of(rig.vehicle, stance) if self.settings.body == "blocks" else None
+        solid = car_of(rig, stance) if self.settings.body == "blocks" else None
         counted = [sensor.name not in failed for sensor in sensors]
         rows = self._rows_of(sensors, solid)[counted]
         kinds = np.array([by_names().index(sensor.kind) - 1 for sensor in sensors], np.int64)[counted]
@@ -280,25 +280,29 @@ class BlindEngine:
 
     def _rows_of(self, sensors: Sequence[Sensor], solid: Solid | None) -> NDArray[np.int64]:
         """The row of each sensor (n,), after a look with those that are new."""
-        body = None if solid is None else solid.fingerprint
-        known = [next((one for one in self._looked if one.is_of(s, body)), None) for s in sensors]
+        stops = [None if solid is None else obstacle_of(sensor, solid) for sensor in sensors]
+        known = [
+            next((one for one in self._looked if one.is_of(*pair)), None)
+            for pair in zip(sensors, stops, strict=True)
+        ]
         taken = {one.row for one in known if one is not None}
         free = (row for row in range(len(sensors)) if row not in taken)
         self._looked = []
-        for sensor, one in zip(sensors, known, strict=True):
+        for sensor, stop, one in zip(sensors, stops, known, strict=True):
             if one is None:
-                one = _Looked(sensor, body, next(free))
-                self._look(sensor, solid, one.row)
+                one = _Looked(sensor, stop, next(free))
+                self._look(one)
             self._looked.append(one)
         return np.array([one.row for one in self._looked], np.int64)
 
-    def _look(self, sensor: Sensor, solid: Solid | None, row: int) -> None:
-        """Cast a sensor, and write its lowest levels around columns into a row."""
+    def _look(self, looked: _Looked) -> None:
+        """Cast a sensor, and write its lowest levels around columns into its row."""
+        sensor, stop, row = looked
         if row >= len(self._around):
             more = np.empty((row + 1, *self.grid.shape[:2]), np.uint16)
             more[: len(self._around)] = self._around
             self._around = more
-        barrier = None if solid is None else solid.barrier(sensor.kind, housing_radius_m(sensor))
+        barrier = None if stop is None else stop.barrier
         self._marks[:] = 0
         self._caster.mark(sensor, "exact", self._caster.window(sensor), self._marks, barrier=barrier)
         nx, ny, _ = self.grid.shape

@@ -14,7 +14,7 @@ from riglens.core.review.outline import SECTORS
 from riglens.core.review.profiles import ONLY_GEOMETRY
 from riglens.core.review.verdicts import ObjectVerdict, ProfileVerdict
 from riglens.core.rig.model import FORMAT_VERSION, Rig
-from riglens.core.rig.yaml.file import rig_sha256
+from riglens.core.rig.yaml.file import identity_of
 from riglens.core.sensors.registry import shown_kinds
 
 SHARE_WITHIN_M = 10.0
@@ -36,7 +36,7 @@ def blind_document(found: BlindMap, profiles: Sequence[ProfileVerdict]) -> dict[
     return {
         "riglens": FORMAT_VERSION,
         "body": settings.body,
-        "rig": {"name": found.rig.name, "sha256": rig_sha256(found.rig)},
+        "rig": identity_of(found.rig),
         "settings": {
             **to_plain(settings, "voxel_m", "width_m", "within_m", "bands_m"),
             "sectors": list(SECTORS),

@@ -9,7 +9,7 @@ from typing import Any
 from riglens.core.metric.scores import Body
 from riglens.core.review.findings import Verdict
 from riglens.core.rig.model import FORMAT_VERSION, Rig
-from riglens.core.rig.yaml.file import rig_sha256
+from riglens.core.rig.yaml.file import identity_of
 
 
 def check_document(
@@ -25,7 +25,7 @@ def check_document(
     return {
         "riglens": FORMAT_VERSION,
         "body": body,
-        "rig": {"name": rig.name, "sha256": rig_sha256(rig)},
+        "rig": identity_of(rig),
         **(sources or {}),
         "passes": all(verdict.holds_on(day) for verdict in verdicts),
         "verdicts": [_verdict(verdict, day) for verdict in verdicts],

@@ -9,12 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from riglens.core.errors import InputError
 from riglens.core.geometry import Vec3
 from riglens.core.review.outline import Outline
-from riglens.core.rig.library import Cylinder, default_library
 from riglens.core.rig.model import Frozen, Rig, Sensor, Vehicle
-from riglens.core.sensors.registry import kind_of
+from riglens.core.vehicle.housings import housing_corners_m
 from riglens.core.vehicle.solid import MATERIALS, Solid, solid_of
 from riglens.core.vehicle.standing import MountStatus, skin_of, stand
 
@@ -195,28 +193,6 @@ def _neighbour(sensor: Sensor, sensors: list[Sensor]) -> tuple[str | None, float
     away = np.linalg.norm(np.array([other.position for other in others]) - sensor.position, axis=1)
     nearest = int(np.argmin(away))
     return others[nearest].name, float(away[nearest])
-
-
-def housing_corners_m(sensor: Sensor) -> Doubles:
-    """Corners (8, 3) of the box around a sensor's housing in the vehicle frame: that of its library model, or one of
-    the usual size of its kind."""
-    half = _half_size_m(sensor)
-    signs = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)], np.float64)
-    return np.asarray((signs * half) @ sensor.pose.rotation().T + np.array(sensor.position))
-
-
-def _half_size_m(sensor: Sensor) -> Doubles:
-    body = None
-    if sensor.model is not None:
-        try:
-            body = default_library().entry(sensor.model).body_m
-        except InputError:
-            body = None
-    if body is None:
-        return np.full(3, kind_of(sensor).occlusion.housing_radius_m / np.sqrt(3.0))
-    if isinstance(body, Cylinder):
-        return np.array([body.diameter, body.diameter, body.height]) / 2
-    return np.array([body.length, body.width, body.height]) / 2
 
 
 def _beyond_m(sensor: Sensor, rig: Rig, outline: Outline) -> dict[str, float]:

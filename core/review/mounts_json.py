@@ -8,14 +8,14 @@ from typing import Any
 from riglens.core.plain import to_plain
 from riglens.core.review.mounts import Mount, Violation
 from riglens.core.rig.model import FORMAT_VERSION, Rig
-from riglens.core.rig.yaml.file import rig_sha256
+from riglens.core.rig.yaml.file import identity_of
 
 
 def mounts_document(rig: Rig, mounts: Sequence[Mount], found: Sequence[Violation]) -> dict[str, Any]:
     """The mounts of a rig's enabled sensors; null: no body or no neighbour to measure to."""
     return {
         "riglens": FORMAT_VERSION,
-        "rig": {"name": rig.name, "sha256": rig_sha256(rig)},
+        "rig": identity_of(rig),
         "mounts": [_mount(mount) for mount in mounts],
         "violations": to_plain(list(found)),
     }

@@ -8,7 +8,7 @@ from riglens.core.plain import to_plain
 from riglens.core.review.measures import ON_TARGET, Measures
 from riglens.core.review.tolerance import ToleranceResult, rig_of_draw
 from riglens.core.rig.model import FORMAT_VERSION
-from riglens.core.rig.yaml.file import rig_sha256
+from riglens.core.rig.yaml.file import identity_of
 from riglens.core.scene.boxes import CLASSES
 
 SPREAD = ("nominal", "median", "p05", "p95", "worst", "worst_draw")
@@ -19,7 +19,7 @@ def tolerance_document(found: ToleranceResult, body: str, measures: Measures | N
     return {
         "riglens": FORMAT_VERSION,
         "body": body,
-        "rig": {"name": found.rig.name, "sha256": rig_sha256(found.rig)},
+        "rig": identity_of(found.rig),
         "profile": to_plain(found.profile),
         "draws": found.draws,
         "seed": found.seed,

@@ -27,7 +27,8 @@ from riglens.core.sensing.rays import limits_m
 from riglens.core.sensors.camera import project_px
 from riglens.core.sensors.kind import REFERENCE, Echo
 from riglens.core.sensors.registry import kind_of
-from riglens.core.vehicle.solid import Barrier, solid_of
+from riglens.core.vehicle.housings import car_of
+from riglens.core.vehicle.solid import Barrier
 
 Doubles = NDArray[np.float64]
 _AROUND, _UP, _RINGS = 24, 16, 3
@@ -92,7 +93,7 @@ class ObjectVisibility:
 
     def __init__(self, rig: Rig, body: Body, workers: int = 1, stance: Pose = Pose()) -> None:
         self._outline, self._workers = Outline.of(rig.vehicle), workers
-        solid = solid_of(rig.vehicle, stance) if body == "blocks" else None
+        solid = car_of(rig, stance) if body == "blocks" else None
         self._sensors = [sensor.finest() for sensor in rig.sensors if sensor.enabled]
         self._barriers = {s.name: None if solid is None else barrier_of(s, solid) for s in self._sensors}
         self._ends = {s.name: _ends(s, self._barriers[s.name], workers) for s in self._sensors}

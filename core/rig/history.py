@@ -64,6 +64,8 @@ def _label(before: Rig, after: Rig, places: list[Place]) -> str:
         )
     if places == [("self_occlusion",)]:
         return "make the car solid" if after.self_occlusion else "let rays through the car"
+    if places == [("housings",)]:
+        return "make housings solid" if after.housings == "blocks" else "let rays through housings"
     if places == [("name",)]:
         return "rename the rig"
     indices = sorted({int(place[1]) for place in places if place[0] == "sensors" and len(place) > 1})

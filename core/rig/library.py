@@ -344,6 +344,14 @@ def default_library() -> Library:
     return _library(user_library_files())
 
 
+def body_of(model: str | None) -> Cylinder | Cuboid | None:
+    """Return the size of a model's housing, None where it is not known."""
+    try:
+        return None if model is None else default_library().entry(model).body_m
+    except InputError:
+        return None
+
+
 def user_library_files() -> tuple[Path, ...]:
     """Return the user's library files: that of the configuration folder, if any, then those of RIGLENS_LIBRARY."""
     own = _own_library(os.environ.get("XDG_CONFIG_HOME"))

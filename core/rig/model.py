@@ -125,12 +125,17 @@ class Rig(Frozen):
     """A named set of sensors on a vehicle; immutable, every edit gives a new rig.
 
     `self_occlusion`: the car's own body stops rays where the rig is scored; the paper's rigs let them through.
+    `housings`: whether the housings of its sensors stop the rays of the others wherever the car's body does.
     No sensor is to be mounted on the car's skin within the spots of `keep_out`; no score depends on them.
     """
 
     riglens: Literal[1] = 1
     name: Name = "untitled"
     self_occlusion: bool = True
+    housings: Annotated[
+        Literal["ignored", "blocks"],
+        Field(description="whether housings stop the rays of other sensors, wherever the car's body does"),
+    ] = "ignored"
     vehicle: Vehicle = Vehicle()
     keep_out: Annotated[tuple[Spot, ...], Field(max_length=MAX_SPOTS)] = ()
     sensors: Annotated[tuple[AnySensor, ...], Field(max_length=MAX_SENSORS)] = ()
@@ -169,6 +174,11 @@ class Rig(Frozen):
         """Return the effect of the car's own body on rays where the rig is scored."""
         return "blocks" if self.self_occlusion else "ignored"
 
+    @property
+    def obstacles(self) -> tuple[Sensor, ...]:
+        """Return the sensors whose housings stop the rays of others, enabled or not: all or none."""
+        return self.sensors if self.housings == "blocks" else ()
+
     def sensor(self, name: str) -> Sensor:
         """Return the sensor of that name; raise KeyError when there is none."""
         for sensor in self.sensors:
@@ -199,4 +209,14 @@ class Rig(Frozen):
 
     def with_lidars_alone(self) -> Self:
         """Return the rig with its enabled LiDARs and no other sensor."""
-        return self.model_copy(update={"sensors": self.enabled_lidars()})
+        return self.only(self.enabled_lidars())
+
+    def only(self, sensors: Iterable[Sensor]) -> Self:
+        """Return the rig with these sensors alone; where housings block, those of the others stay on the car,
+        disabled."""
+        kept = tuple(sensors)
+        if self.obstacles:
+            names = {sensor.name for sensor in kept}
+            gone = (sensor for sensor in self.obstacles if sensor.name not in names)
+            kept += tuple(sensor.model_copy(update={"enabled": False}) for sensor in gone)
+        return self.model_copy(update={"sensors": kept})

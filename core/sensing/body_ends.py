@@ -2,24 +2,29 @@
 
 from __future__ import annotations
 
+import hashlib
+import math
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.errors import InputError
 from riglens.core.kernels.body.screen import Screen
 from riglens.core.kernels.rays.bins import Bins
 from riglens.core.kernels.rays.cast import Cast
-from riglens.core.rig.library import Cylinder, default_library
-from riglens.core.rig.model import Sensor
+from riglens.core.kernels.runtime import codes
+from riglens.core.rig.library import Cylinder, body_of
+from riglens.core.rig.model import Sensor, rays_of
 from riglens.core.sensing.image_bins import bins_of
+from riglens.core.sensing.kept import kept_by_bytes
 from riglens.core.sensing.rays import lattice, rotate
 from riglens.core.sensing.screens import screen_of
+from riglens.core.sensors.base import NOWHERE
 from riglens.core.sensors.lattice import Lattice
 from riglens.core.sensors.registry import kind_of
-from riglens.core.vehicle.solid import Barrier, Solid
+from riglens.core.vehicle.solid import Barrier, Housing, Solid
 
 NO_EMPTY_BOX = np.array([1.0, 1.0, 1.0, -1.0, -1.0, -1.0])
 """No place in which it makes no difference where a ray ends."""
@@ -36,10 +41,7 @@ def housing_radius_m(sensor: Sensor) -> float:
 
 @lru_cache(maxsize=256)
 def _known_radius_m(model: str) -> float | None:
-    try:
-        body = default_library().entry(model).body_m
-    except InputError:
-        return None
+    body = body_of(model)
     if body is None:
         return None
     sides = (
@@ -48,9 +50,70 @@ def _known_radius_m(model: str) -> float | None:
     return float(np.linalg.norm(sides)) / 2
 
 
+@dataclass(frozen=True)
+class Obstacle:
+    """What of a car stops the rays of a sensor; equal ones stop the same rays of it at the same places.
+
+    fingerprint: of the body, with the housings that its rays may meet; start_m: the distance from the sensor at which
+    all this begins to count.
+    """
+
+    fingerprint: str
+    start_m: float
+    barrier: Barrier = field(compare=False, repr=False)
+
+
+def obstacle_of(sensor: Sensor, solid: Solid) -> Obstacle:
+    """Return what of a car stops the rays of a sensor: of housings those of others that lie in its view."""
+    start_m = housing_radius_m(sensor)
+    if not solid.housings:
+        return Obstacle(solid.fingerprint, start_m, solid.barrier(sensor.kind, start_m))
+    others = [one for one in solid.housings if one.name != sensor.name]
+    met = tuple(one for one in others if _may_meet(sensor, one, start_m))
+    key = hashlib.sha256(repr((solid.body, met)).encode()).hexdigest() if met else solid.body
+    return Obstacle(key, start_m, solid.barrier(sensor.kind, start_m, met))
+
+
 def barrier_of(sensor: Sensor, solid: Solid) -> Barrier:
     """Return the part of the car that stops the rays of a sensor."""
-    return solid.barrier(sensor.kind, housing_radius_m(sensor))
+    return obstacle_of(sensor, solid).barrier
+
+
+ROOM_RAD = 1e-5
+"""Far more than all rounding of directions and of triangles."""
+
+
+def _may_meet(sensor: Sensor, housing: Housing, start_m: float) -> bool:
+    """Return whether rays of a sensor may meet the ball around a housing; False is certain."""
+    away = sensor.pose.rotation().T @ (np.array(housing.pose.position_m) - np.array(sensor.position))
+    distance, radius = float(np.linalg.norm(away)), housing.radius_m + ROOM_RAD
+    if distance + radius <= start_m:
+        return False
+    if distance <= radius:
+        return True
+    widest, lowest, highest = _view_rad(rays_of(sensor).model_copy(update=NOWHERE))
+    half = math.asin(radius / distance) + ROOM_RAD
+    aside = math.acos(min(max(float(away[0]) / distance, -1.0), 1.0))
+    up = math.asin(min(max(float(away[2]) / distance, -1.0), 1.0))
+    return aside - half <= widest and lowest <= up + half and up - half <= highest
+
+
+@kept_by_bytes
+def _view_rad(sensor: Sensor) -> tuple[float, float, float]:
+    """Return the angle from its axis, the lowest and the highest elevation within which a sensor's rays lie."""
+    table = lattice(sensor)
+    if not len(table.rows):
+        return -math.inf, math.inf, -math.inf
+    if table.kind == codes.LISTED:
+        ahead, up = table.rows[:, 0], table.rows[:, 2]
+    elif table.kind == codes.LIDAR:
+        level, up = table.rows[:, 0], table.rows[:, 1]
+        ahead = np.array([level.min(), level.max()]) * table.planes[:, 0].min()
+    else:
+        sides = np.abs(table.rows[:, 0]).max(), np.abs(table.planes[:, 0]).max()
+        ahead, up = 1.0 / np.sqrt(1.0 + np.square(sides).sum(keepdims=True)), np.array([-1.0, 1.0])
+    low, high = np.arcsin(np.clip([up.min(), up.max()], -1.0, 1.0))
+    return math.acos(np.clip(ahead.min(), -1.0, 1.0)), float(low), float(high)
 
 
 def rays_in_metres(sensor: Sensor, table: Lattice | None = None) -> Cast:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write, write_files
 from riglens.core.rig.model import Lidar, Rig
-from riglens.core.rig.yaml.file import rig_sha256
+from riglens.core.rig.yaml.file import identity_of
 from riglens.core.scene.boxes import CLASSES, DataReport, FrameLabels, Progress
 from riglens.core.simulate.carla_session import STEP_S, Session, Tick, mirrored
 from riglens.core.simulate.channels import Channel, channels_of
@@ -170,7 +170,7 @@ class Collection:
                 "dropout": self.settings.dropout,
                 "pictures": self.extras.pictures,
             },
-            "rig": {"name": self.rig.name, "sha256": rig_sha256(self.rig)},
+            "rig": identity_of(self.rig),
             "channels": [channel.name for channel in channels],
             "labels": list(LABELS),
             "depth": "centimetres along the axis of the camera, 0: none",

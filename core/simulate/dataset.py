@@ -24,7 +24,7 @@ from riglens.core.files import atomic_write, open_regular, write_files
 from riglens.core.pieces.folder import PieceFolder, count_kept
 from riglens.core.pieces.work import Piece
 from riglens.core.rig.model import Rig
-from riglens.core.rig.yaml.file import rig_sha256
+from riglens.core.rig.yaml.file import identity_of
 from riglens.core.scene.boxes import CLASSES, Progress
 from riglens.core.shown_text import visible
 from riglens.core.simulate.channels import Channel, channels_of
@@ -115,8 +115,7 @@ class Dataset:
                 **{"pictures": self.extras.pictures, "points": self.extras.points},
             },
             "rig": {
-                "name": self.rig.name,
-                "sha256": rig_sha256(self.rig),
+                **identity_of(self.rig),
                 "body_mesh": "" if mesh is None else mesh.sha256,
             },
             "data": {

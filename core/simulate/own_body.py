@@ -11,12 +11,13 @@ from riglens.core.metric.scores import Body
 from riglens.core.rig.model import Rig, Sensor
 from riglens.core.sensing.body_ends import barrier_of
 from riglens.core.targets.beams import NOT_STOPPED, stops_of
-from riglens.core.vehicle.solid import Solid, solid_of
+from riglens.core.vehicle.housings import car_of
+from riglens.core.vehicle.solid import Solid
 
 
 def own_solid(rig: Rig, said: Body | None) -> Solid | None:
     """Return the body of a rig's car where it blocks, as said or else as the rig says."""
-    return solid_of(rig.vehicle) if (said or rig.body) == "blocks" else None
+    return car_of(rig) if (said or rig.body) == "blocks" else None
 
 
 @lru_cache(maxsize=32)

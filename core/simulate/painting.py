@@ -81,7 +81,7 @@ class Painter:
     def __init__(self, rig: Rig, worlds: Worlds, segmentation: Segmentation) -> None:
         self._eyes = [_eye(camera) for camera in rig.enabled_cameras()]
         self._worlds, self._segmentation = worlds, segmentation
-        self._cameras = Cameras(rig.model_copy(update={"sensors": tuple(self._eyes)}), worlds, False)
+        self._cameras = Cameras(rig.only(self._eyes), worlds, False)
 
     def scores(self, frame: int, points_m: NDArray[np.float32]) -> Doubles:
         """Return the camera scores of points (n, 3) of a frame in the vehicle frame, (n, SCORES): whether a camera sees

@@ -21,7 +21,8 @@ from riglens.core.targets.beams import azimuth_step_rad
 from riglens.core.targets.card import SIZES_M, USUAL_PLAN, Card, CardPlan, CardRow, Case, Doubles, Reach
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.traffic import Traffic, traffic_of
-from riglens.core.vehicle.solid import Solid, solid_of
+from riglens.core.vehicle.housings import car_of
+from riglens.core.vehicle.solid import Solid
 
 TURNS, RISES = 2, 12
 """Places within a step of azimuths, and within a gap between beams."""
@@ -48,7 +49,7 @@ def card_of(
     `progress` gets the share that is done, from 0 to 1, again every few milliseconds; what it raises ends the work.
     """
     steps_deg, lidars = lattice_steps_deg(rig.enabled_lidars()), rig.with_lidars_alone()
-    solid = solid_of(rig.vehicle) if plan.settings.body == "blocks" else None
+    solid = car_of(rig) if plan.settings.body == "blocks" else None
     counting = _Counting(lidars, plan, steps_deg, threads, is_serial)
     others = {
         kind: counting._replace(sensors=only, steps_deg=(0.0, 0.0)) for kind, only in _counting_returns(rig)
@@ -78,7 +79,7 @@ def _counting_returns(rig: Rig) -> list[tuple[AnyKind, Rig]]:
     for kind in kinds():
         sensors = tuple(sensor for sensor in rig.sensors if sensor.enabled and kind_of(sensor) is kind)
         if sensors and kind.hits.measure == "returns":
-            found.append((kind, rig.model_copy(update={"sensors": sensors})))
+            found.append((kind, rig.only(sensors)))
     return found
 
 

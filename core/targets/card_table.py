@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from riglens.core.rig.model import FORMAT_VERSION
-from riglens.core.rig.yaml.file import rig_sha256
+from riglens.core.rig.yaml.file import identity_of
 from riglens.core.sensors.registry import kinds
 from riglens.core.targets.card import SIZES_M, Card, CardRow, Reach
 
@@ -29,8 +29,7 @@ def card_document(card: Card) -> dict[str, Any]:
         },
         "rigs": [
             {
-                "name": card.rig.name,
-                "sha256": rig_sha256(card.rig),
+                **identity_of(card.rig),
                 "rows": [_row(card, row) for row in card.rows],
             }
         ],

@@ -17,17 +17,18 @@ from riglens.core.geometry import Pose
 from riglens.core.kernels.runtime import jit
 from riglens.core.rig.model import Camera, Lidar, Rig, Sensor, rays_of
 from riglens.core.scene.boxes import CLASSES, DataReport
-from riglens.core.sensing.body_ends import housing_radius_m
+from riglens.core.sensing.body_ends import Obstacle, obstacle_of
 from riglens.core.sensors.registry import kind_of
 from riglens.core.targets.contribution import NOTHING, Contribution, IsStale, TargetCaster
 from riglens.core.targets.joining import Gatherer
 from riglens.core.targets.scores import Groups, TargetScores, scores_of
 from riglens.core.targets.settings import USUAL, TargetSettings
 from riglens.core.targets.traffic import Traffic, traffic_of
-from riglens.core.vehicle.solid import Solid, solid_of
+from riglens.core.vehicle.housings import car_of
+from riglens.core.vehicle.solid import Solid
 
-_Shape = tuple[Sensor, TargetSettings, tuple[str, float] | None]
-"""Key of a contribution: rays, settings, and the body: its fingerprint, and the distance from which it counts."""
+_Shape = tuple[Sensor, TargetSettings, Obstacle | None]
+"""Key of a contribution: rays, settings, and what stops the rays."""
 
 
 def never_stale() -> bool:
@@ -78,12 +79,12 @@ class TargetEngine:
         if not self._is_serial:
             jit.use_threads(self._workers)
         span = self._span(frames)
-        solid = solid_of(rig.vehicle, stance) if settings.body == "blocks" else None
+        solid = car_of(rig, stance) if settings.body == "blocks" else None
         wanted = {sensor.name: _shape_of(sensor, settings, solid) for sensor in rig.sensors if sensor.enabled}
         shown = self._shown | set(wanted.values())
         self._held = {shape: held for shape, held in self._held.items() if shape in shown}
         for shape in wanted.values():
-            if not self._extend(shape, solid, span.stop, cancel):
+            if not self._extend(shape, span.stop, cancel):
                 raise Cancelled
         self._shown = set(wanted.values())
         self._held = {shape: self._held[shape] for shape in self._shown}
@@ -105,12 +106,12 @@ class TargetEngine:
             raise InputError(f"must be a range of step 1 within 0 to {most} (got {frames})", "frames")
         return frames
 
-    def _extend(self, shape: _Shape, solid: Solid | None, frames: int, is_stale: IsStale) -> bool:
+    def _extend(self, shape: _Shape, frames: int, is_stale: IsStale) -> bool:
         """Cast a sensor in the frames that it lacks of the first `frames`; False when abandoned."""
         held = self._held.get(shape, NOTHING)
         if held.frames < frames or shape not in self._held:
             sensor, settings, stop = shape
-            barrier = None if solid is None or stop is None else solid.barrier(sensor.kind, stop[1])
+            barrier = None if stop is None else stop.barrier
             more = self._caster.cast(sensor, settings, barrier, (held.frames, frames), is_stale)
             if more is None:
                 return False
@@ -121,7 +122,7 @@ class TargetEngine:
 def _shape_of(sensor: Sensor, settings: TargetSettings, solid: Solid | None) -> _Shape:
     """Return the key of a contribution: the rays, and the name of a LiDAR whose draws depend on it; thresholds do not
     count."""
-    stop = None if solid is None else (solid.fingerprint, housing_radius_m(sensor))
+    stop = None if solid is None else obstacle_of(sensor, solid)
     kind = kind_of(sensor)
     rays = rays_of(sensor.finest() if kind.hits.measure == "returns" else sensor)
     if (kind.spins and settings.phase == "random") or (kind.has_range_law and settings.range_law):

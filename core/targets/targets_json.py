@@ -10,7 +10,7 @@ import numpy as np
 from riglens.core.metric.scores import Body, common_body
 from riglens.core.plain import to_plain
 from riglens.core.rig.model import FORMAT_VERSION
-from riglens.core.rig.yaml.file import rig_sha256
+from riglens.core.rig.yaml.file import identity_of
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.targets.scores import ClassTargets, Predicted, Row, TargetScores
 from riglens.core.targets.traffic import Traffic
@@ -46,8 +46,7 @@ def targets_document(traffic: Traffic, scores: Sequence[TargetScores]) -> dict[s
 
 def _rig(scores: TargetScores, body: Body | None) -> dict[str, Any]:
     return {
-        "name": scores.rig.name,
-        "sha256": rig_sha256(scores.rig),
+        **identity_of(scores.rig),
         **({} if body else {"body": scores.settings.body}),
         "elapsed_ms": scores.elapsed_ms,
         **target_figures(scores),

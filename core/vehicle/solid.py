@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
@@ -43,11 +44,24 @@ def solid_of(vehicle: Vehicle, stance: Pose = Pose(), through_glass: tuple[str, 
 
 
 @dataclass(frozen=True)
+class Housing:
+    """Housing of a sensor: a box with its middle at the sensor, or the upright cylinder in it, within a ball of
+    `radius_m`."""
+
+    name: str
+    pose: Pose
+    half_m: tuple[float, float, float]
+    is_round: bool
+    radius_m: float
+
+
+@dataclass(frozen=True)
 class Solid:
     """Triangles triangles_m (t, 3, 3) with materials (t,), numbers in MATERIALS, in a tree of boxes.
 
     `through_glass` are the kinds of sensor that see through glass. Two solids with the same `fingerprint` are equal:
-    they stop the same rays at the same places.
+    they stop the same rays at the same places. With `housings`, `owners` (t,) is the place in them of each triangle,
+    and their number for the triangles of the body, `body`.
     """
 
     triangles_m: NDArray[np.float64] = field(compare=False, repr=False)
@@ -55,6 +69,12 @@ class Solid:
     tree: Tree = field(compare=False, repr=False)
     through_glass: tuple[str, ...] = field(compare=False)
     fingerprint: str
+    housings: tuple[Housing, ...] = ()
+    owners: NDArray[np.int64] = field(
+        default_factory=lambda: np.zeros(0, np.int64), compare=False, repr=False
+    )
+    body: str = ""
+    """Fingerprint of the same without housings, where it has any."""
 
     @classmethod
     def of(
@@ -82,10 +102,13 @@ class Solid:
         """Number of triangles."""
         return len(self.triangles_m)
 
-    def barrier(self, kind: str, start_m: float) -> Barrier:
-        """Return the part that stops the rays of a kind of sensor beyond `start_m` from their origin."""
+    def barrier(self, kind: str, start_m: float, among: Collection[Housing] = ()) -> Barrier:
+        """Return the part that stops the rays of a kind of sensor beyond `start_m` from their origin: the body, and
+        some of the housings."""
         is_clear = kind in self.through_glass
         stops = np.asarray(self.materials != GLASS) if is_clear else np.ones(self.count, np.bool_)
+        if self.housings:
+            stops &= np.array([*(one in among for one in self.housings), True])[self.owners]
         return Barrier(self.tree, stops, start_m)
 
 
@@ -96,6 +119,35 @@ class Barrier(NamedTuple):
     tree: Tree
     stops: NDArray[np.bool_]
     start_m: float
+
+
+def joined(solid: Solid, housings: tuple[Housing, ...], parts: Sequence[NDArray[np.float64]]) -> Solid:
+    """Return a body with housings, of triangles (t, 3, 3) each."""
+    owners = np.repeat(np.arange(len(housings)), [len(part) for part in parts])
+    more = np.ascontiguousarray(np.concatenate(parts))
+    digest = hashlib.sha256(repr((solid.fingerprint, housings)).encode()).hexdigest()
+    return Solid(
+        np.concatenate([solid.triangles_m, more]),
+        np.concatenate([solid.materials, np.zeros(len(more), np.uint8)]),
+        _both(solid.tree, _tree(more)),
+        solid.through_glass,
+        digest,
+        housings,
+        np.concatenate([np.full(solid.count, len(housings)), owners]),
+        solid.fingerprint,
+    )
+
+
+def _both(one: Tree, other: Tree) -> Tree:
+    """Return a tree of two: a root above their nodes, and the triangles of the one before those of the other."""
+    before, after = 1 + len(one.skip), 1 + len(one.skip) + len(other.skip)
+    every = np.concatenate([one.bounds, other.bounds])
+    root = np.concatenate([every[:, :3].min(axis=0), every[:, 3:].max(axis=0)])
+    leaf = np.concatenate([np.zeros((1, 2), np.int64), one.leaf, other.leaf + np.array([len(one.number), 0])])
+    skip = np.concatenate([[after], one.skip + 1, other.skip + before])
+    number = np.concatenate([one.number, other.number + len(one.number)])
+    corners = np.concatenate([one.corners, other.corners])
+    return type(one)(corners, number, np.concatenate([root[None], every]), leaf, skip)
 
 
 def _tree(corners: NDArray[np.float64]) -> Tree:

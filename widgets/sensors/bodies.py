@@ -16,9 +16,8 @@ import pyvista as pv
 from numpy.typing import NDArray
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
-from riglens.core.errors import InputError
 from riglens.core.geometry import Pose, Vec3
-from riglens.core.rig.library import Cuboid, Cylinder, default_library
+from riglens.core.rig.library import Cylinder, body_of
 from riglens.core.rig.model import Sensor
 from riglens.core.vehicle.surface import lathe, rounded_box
 from riglens.widgets.drawing.actors import rgba_actor
@@ -53,7 +52,7 @@ class SensorBody:
 
 def sensor_body(sensor: Sensor) -> SensorBody:
     """The body of a sensor, in its true size when the library knows it."""
-    look, known = appearance_of(sensor.kind), _known_body(sensor.model)
+    look, known = appearance_of(sensor.kind), body_of(sensor.model)
     if known is None:
         return SensorBody(look.shape(sensor), (look.scale,) * 3)
     if isinstance(known, Cylinder):
@@ -64,15 +63,6 @@ def sensor_body(sensor: Sensor) -> SensorBody:
         size_m = (known.length, known.width, known.height)
     x, y, z = np.array(size_m) / np.ptp(np.array(_BOXES[shape]), axis=0)
     return SensorBody(shape, (float(x), float(y), float(z)))
-
-
-def _known_body(model: str | None) -> Cylinder | Cuboid | None:
-    if model is None:
-        return None
-    try:
-        return default_library().entry(model).body_m
-    except InputError:
-        return None
 
 
 def sensor_mesh(

@@ -10,6 +10,7 @@ from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from riglens.core.geometry import Pose
 from riglens.core.rig.model import Sensor
+from riglens.core.vehicle.housings import with_housings
 from riglens.core.vehicle.solid import solid_of
 from riglens.widgets.drawing.actors import mapper_of
 from riglens.widgets.drawing.camera import OrbitCamera, Size
@@ -64,7 +65,9 @@ class RigLayer:
         look, grid, enabled = state.ray_look, state.grid, state.enabled
         selected = next((sensor for sensor in enabled if sensor.name == state.selected), None)
         rest = [sensor for sensor in enabled if sensor is not selected]
-        palette, solid = state.palette, None if state.solid_body is None else solid_of(state.solid_body)
+        palette, solid = state.palette, None
+        if state.solid_body is not None:
+            solid = with_housings(solid_of(state.solid_body), state.rig.obstacles)
         if selected is not None and not state.show_selection:
             palette = replace(palette, selected=ray_colour(selected.kind, palette))
         strokes = look.of_selected(quick)

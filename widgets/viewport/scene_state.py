@@ -174,7 +174,7 @@ class SceneState:
         """Return whether the rays of any unselected sensor must be redrawn to show another state."""
         if (self.hidden, self.failed, self.selected) != (after.hidden, after.failed, after.selected):
             return True
-        if self.solid_body != after.solid_body:
+        if self.solid_body != after.solid_body or self.rig.obstacles != after.rig.obstacles:
             return True
         old = [sensor for sensor in self.rig.sensors if sensor.name != after.selected]
         return old != [sensor for sensor in after.rig.sensors if sensor.name != after.selected]

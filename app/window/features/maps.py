@@ -213,7 +213,9 @@ class SensorView(Feature):
             why = self._no_scene if scene is None else NOTHING_SELECTED if has_sensors else NO_SENSORS
             self.panel.show_text(why)
             return
-        request = PictureRequest(sensor, self.panel.chosen_frame, scene, self.viewport.state.vehicle)
+        request = PictureRequest(
+            sensor, self.panel.chosen_frame, scene, self.viewport.state.vehicle, self.document.rig.obstacles
+        )
         if self._asked is None or not request.asks_same(self._asked):
             self._asked, self._is_answered = request, False
             if self.panel.page is self.panel.text:

@@ -54,7 +54,7 @@ class Standing(Feature):
             self._end_rays(None)
             return
         places_m = tuple((sensor.name, sensor.position) for sensor in rig.sensors)
-        request = MountStatusRequest(rig.vehicle, places_m, self._stopped_of())
+        request = MountStatusRequest(rig.vehicle, places_m, self._stopped_of(), rig.obstacles)
         if self._answered is not None:
             self._end_rays(self._answered)
         if request != self._asked:

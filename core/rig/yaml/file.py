@@ -98,6 +98,12 @@ def rig_sha256(rig: Rig) -> str:
     return RigHashes().sha256(check_rig(rig))
 
 
+def identity_of(rig: Rig) -> dict[str, str]:
+    """Return what a document says of a rig: its name, its hash, and that housings block where they do."""
+    housings = {"housings": rig.housings} if rig.housings == "blocks" else {}
+    return {"name": rig.name, "sha256": rig_sha256(rig)} | housings
+
+
 class RigHashes:
     """Hashes of valid rigs one after another, as `rig_sha256`; the text of what stays the same object is kept."""
 
@@ -123,7 +129,11 @@ class RigHashes:
         ):
             fields = plain_fields(rig.model_copy(update={"sensors": ()}))
             fields["vehicle"] = vehicle_fields(rig.vehicle)
-            later = (("keep_out", not rig.keep_out), ("self_occlusion", rig.self_occlusion))
+            later = (
+                ("keep_out", not rig.keep_out),
+                ("self_occlusion", rig.self_occlusion),
+                ("housings", rig.housings == "ignored"),
+            )
             texts = {key: _canonical(value) for key, value in fields.items() if (key, True) not in later}
             self._rest = rig, texts
         return self._rest[1]

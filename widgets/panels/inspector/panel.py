@@ -252,6 +252,7 @@ class RigForm(Form):
         choose.clicked.connect(self.mesh_wanted)
         self.add_row("Body", [body, choose])
         self.bind_choice(body, lambda rig: rig.vehicle.body, with_body, "body")
+        ModelRows(self).add(Rig, "housings")
         self.mesh_rows = MeshRows(self)
 
     def _show_body(self, body: str) -> None:
