@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Annotated, Any
 
@@ -33,8 +34,9 @@ from riglens.core.review.redundancy import (
     NO_EVIDENCE,
     Coverage,
     What,
-    target_coverage,
-    voxel_coverage,
+    target_counter,
+    voxel_counter,
+    with_halves,
 )
 from riglens.core.review.redundancy_json import coverage_document, lost_share, share
 from riglens.core.rig.model import FORMAT_VERSION, Rig
@@ -47,8 +49,13 @@ from riglens.core.targets.traffic import Traffic
 
 FAILING = Group("Redundancy", sort_key=15)
 SHOWN = 5
-"""Pairs that the terminal names, the worst first; the JSON has all."""
-HEADINGS: dict[What, str] = {"sensor": "each sensor", "pair": f"worst {SHOWN} pairs", "group": "groups"}
+"""Pairs and half-blocked sensors that the terminal names, the worst first; the JSON has all."""
+HEADINGS: dict[What, str] = {
+    "sensor": "each sensor",
+    "pair": f"worst {SHOWN} pairs",
+    "group": "groups",
+    "half": f"worst {SHOWN} half-blocked",
+}
 NOT_COUNTED = "objects are not counted: a stored POG holds none"
 
 
@@ -61,6 +68,7 @@ def redundancy(
     road_users: Annotated[bool, Parameter(group=FAILING, negative="--no-road-users")] = True,
     min_points: Annotated[int, number(FAILING)] = 5,
     within: Annotated[float, Parameter(group=FAILING, metavar="M")] = 60.0,
+    halves: Annotated[bool, Parameter(group=FAILING, negative="")] = False,
     libraries: Libraries = (),
     housings: Housings = None,
     json: Json = None,
@@ -77,6 +85,8 @@ def redundancy(
         LiDAR points that detect an object; a camera detects it from 25 px of height on.
     within
         Count objects within this distance of the car, in metres.
+    halves
+        Also list the losses by each sensor with half of its view blocked: left, right, upper, lower.
     json
         Also write the figures as JSON to a file; with - to standard output, instead of the table.
     """
@@ -89,7 +99,7 @@ def redundancy(
         traffic = load_traffic(scene, within)
     elif road_users:
         note(NOT_COUNTED)
-    found = redundancy_of(opened, field, traffic, score, counting)
+    found = redundancy_of(opened, field, traffic, score, counting, halves)
     deliver(found.document(), json, found.show)
 
 
@@ -129,18 +139,21 @@ def redundancy_of(
     traffic: Traffic | None,
     score: ScoreOptions,
     counting: TargetSettings,
+    halves: bool = False,
 ) -> Redundancy:
-    """Return a rig's coverage of voxels and, where there is traffic, of objects."""
+    """Return a rig's coverage of voxels and, where there is traffic, of objects; with `halves` also the losses by
+    half-blocked sensors."""
     settings, targets = settings_of(score), None
+
+    def found(coverage: Callable[[Rig], Coverage]) -> Coverage:
+        return with_halves(coverage(rig), rig, coverage) if halves else coverage(rig)
+
     with progress_bar("Casting rays"):
-        engine = Engine(field, score.threads)
-        engine.evaluate(rig, settings, False)
-        voxels = voxel_coverage(engine, rig, settings.method, score.threads)
+        voxels = found(voxel_counter(Engine(field, score.threads), settings, score.threads))
     if traffic is not None:
         with progress_bar("Counting objects"):
             how = replace(counting, body=settings.body)
-            counts = TargetEngine(traffic, score.threads).evaluate(rig, how)
-            targets = target_coverage(traffic, rig, counts.objects, how.min_points)
+            targets = found(target_counter(TargetEngine(traffic, score.threads), traffic, how))
     return Redundancy(rig, score.body_of(rig), field, voxels, targets, counting.min_points)
 
 
@@ -186,7 +199,7 @@ def _failures_table(found: Coverage, title: str) -> Table:
     table = _table(f"lost: {title}", *(cell for name in CLASSES for cell in (name, "worst\nsector")))
     for what, heading in HEADINGS.items():
         mine = [failure for failure in found.failures if failure.what == what]
-        if what == "pair":
+        if what in ("pair", "half"):
             mine = sorted(mine, key=lambda failure: -int(failure.lost.sum()))[:SHOWN]
         if not mine:
             continue

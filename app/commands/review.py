@@ -63,6 +63,7 @@ def review(
     damaged: Annotated[
         tuple[str, ...], Parameter(group=REVIEW, metavar="SENSOR[=HALF]", show_default=False)
     ] = (),
+    halves: Annotated[bool, Parameter(group=REVIEW, negative="")] = False,
     scene: SceneArguments = SceneArguments(),
     score: ScoreArguments = ScoreArguments(),
     libraries: Libraries = (),
@@ -91,6 +92,8 @@ def review(
         Number of frames in which objects are counted for the tolerance; 0 for none.
     damaged
         Sensor that has failed or, with =left, =right, =upper or =lower, is blocked by half; may be repeated.
+    halves
+        Redundancy also lists the losses by each sensor with half of its view blocked.
     json
         Also write one JSON document, with a key per part, to a file; with - to standard output, instead of the tables.
     """
@@ -101,7 +104,7 @@ def review(
     (opened,) = load_rigs([rig], score.solid(), libraries, housings)
     opened = damaged_rig(opened, damaged)
     require_outputs((rig, *profiles, *scene.files), json)
-    found = Review(opened, scene, score, asked, TargetSettings(min_points=min_points))
+    found = Review(opened, scene, score, asked, TargetSettings(min_points=min_points), halves)
     made = {name: PARTS[name](found) for name in parts}
     document = {"riglens": FORMAT_VERSION} | {name: part for name, (part, _) in made.items()}
 
@@ -131,6 +134,7 @@ class Review:
     score: ScoreOptions
     asked: _ReviewOptions
     counting: TargetSettings
+    halves: bool = False
 
     @cached_property
     def field(self) -> EntropyField:
@@ -158,7 +162,7 @@ class Review:
 
     def redundancy(self) -> Part:
         """Find what failures cost."""
-        found = redundancy_of(self.rig, self.field, self.traffic, self.score, self.counting)
+        found = redundancy_of(self.rig, self.field, self.traffic, self.score, self.counting, self.halves)
         return found.document(), found.show
 
     def tolerance(self) -> Part:

@@ -26,13 +26,17 @@ from riglens.core.review.redundancy import (
     Coverage,
     What,
     failing_of,
+    halves_of,
     lost_of,
+    target_counter,
     target_coverage,
-    voxel_coverage,
+    voxel_counter,
+    with_halves,
 )
 from riglens.core.review.redundancy_json import share
 from riglens.core.review.requirements import Item, Requirements
 from riglens.core.review.sections import (
+    STATE,
     BlindArea,
     BlindObjects,
     Covered,
@@ -163,23 +167,41 @@ class Check:
     def _visibility(self) -> ObjectVisibility:
         return self._visibility_of(self._subject.rig, Pose())
 
+    def _designed(self, rig: Rig) -> ObjectVisibility:
+        """The visibility in a rig on level ground, that of the rig as designed from before."""
+        return self._visibility if rig is self._subject.rig else self._visibility_of(rig, Pose())
+
     def _visibility_of(self, rig: Rig, stance: Pose) -> ObjectVisibility:
         subject = self._subject
         return ObjectVisibility(rig, "blocks", jit.use_threads(subject.threads), stance)
 
     @cached_property
     def _voxels(self) -> Coverage:
-        return voxel_coverage(self._engine, self._subject.rig, "exact", self._subject.threads)
+        subject = self._subject
+        coverage = voxel_counter(self._engine, self._settings, subject.threads)
+        found = coverage(subject.rig)
+        return with_halves(found, subject.rig, coverage) if self._tries_halves("voxels") else found
 
     @cached_property
     def _road_users(self) -> Coverage:
-        objects = self._targets.objects
-        return target_coverage(self._traffic, self._subject.rig, objects, self._asked.min_points)
+        rig, traffic, how = self._subject.rig, self._traffic, self._targets.settings
+        found = target_coverage(traffic, rig, self._targets.objects, how.min_points)
+        if not self._tries_halves("road_users"):
+            return found
+        return with_halves(
+            found, rig, target_counter(TargetEngine(traffic, self._subject.threads), traffic, how)
+        )
 
-    def _failing(self, what: What) -> list[tuple[str, tuple[str, ...]]]:
-        """The failures of a kind that the rig's enabled sensors may have: names, and what fails."""
-        sensors = [sensor for sensor in self._subject.rig.sensors if sensor.enabled]
-        return [(name, members) for kind, name, members in failing_of(sensors) if kind == what]
+    def _tries_halves(self, of: str) -> bool:
+        return any(one.of == of and one.failure == "half" for one in self._asked.losses)
+
+    def _failing(self, what: What) -> list[tuple[str, Rig, tuple[str, ...]]]:
+        """The failures of a kind that the rig's enabled sensors may have: names, the rig, and what fails in it."""
+        rig = self._subject.rig
+        if what == "half":
+            return [(name, other, ()) for name, other in halves_of(rig)]
+        sensors = [sensor for sensor in rig.sensors if sensor.enabled]
+        return [(name, rig, members) for kind, name, members in failing_of(sensors) if kind == what]
 
     def _none_failing(self, what: What) -> Finding:
         enabled = sum(sensor.enabled for sensor in self._subject.rig.sensors)
@@ -237,8 +259,8 @@ class Check:
             return missing("there is no such ground around the car")
         if one.failing is not None:
             cases = [
-                (_area(self._blind_engine.evaluate(self._subject.rig, members), one), f"{name} failed")
-                for name, members in self._failing(one.failing)
+                (_area(self._blind_engine.evaluate(rig, members), one), f"{name} {STATE[one.failing]}")
+                for name, rig, members in self._failing(one.failing)
             ]
             return _worst(cases) or self._none_failing(one.failing)
         if one.under is not None:
@@ -255,12 +277,14 @@ class Check:
         designed = self._visibility.verdict(profile)
         if one.failing is None:
             return Finding(len(designed.failed), details=_unseen(designed))
-        failing = self._failing(one.failing)
-        judged = [(designed.without(members), name) for name, members in failing]
+        judged = [
+            (self._designed(rig).verdict(profile).without(members), name)
+            for name, rig, members in self._failing(one.failing)
+        ]
         if not judged:
             return self._none_failing(one.failing)
         worst, name = max(judged, key=lambda case: len(case[0].failed))
-        return Finding(len(worst.failed), details=(f"{name} failed", *_unseen(worst)))
+        return Finding(len(worst.failed), details=(f"{name} {STATE[one.failing]}", *_unseen(worst)))
 
     def _profile(self, one: BlindObjects) -> Profile:
         return next(profile for profile in self._subject.profiles if profile.name == one.profile)

@@ -7,8 +7,8 @@ safety integrity level: causes and probabilities of failures are unknown here.
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Hashable, Sequence
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Literal, NamedTuple
 
@@ -20,19 +20,24 @@ from riglens.core.kernels.review import overlap as kernel
 from riglens.core.kernels.runtime import jit
 from riglens.core.kernels.voxels.entropy_codes import Entropies
 from riglens.core.metric.entropy import EntropyField
-from riglens.core.metric.scores import Method
+from riglens.core.metric.scores import Method, MetricSettings
 from riglens.core.review.outline import SECTORS, sector_of
+from riglens.core.rig.edits import damaged
 from riglens.core.rig.groups import groups_of
 from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.columns import Words, words_per_column
 from riglens.core.scene.grid import VoxelGrid
+from riglens.core.sensors.base import HALVES
 from riglens.core.sensors.registry import kind_names
+from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.scores import ObjectCounts
+from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import Traffic
 
 NO_EVIDENCE = "a count of views, no evidence of a safety integrity level (ASIL)"
-What = Literal["sensor", "pair", "group"]
+What = Literal["sensor", "pair", "group", "half"]
+"""What fails; "half" is a sensor with half of its view blocked, which only some requests try."""
 Sums = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 COVERED = ("1", "2", "3", "two kinds")
@@ -85,6 +90,22 @@ def failing_of(sensors: Sequence[Sensor]) -> list[tuple[What, str, tuple[str, ..
     if len(names) <= MOST_PAIRED:
         failing += [("pair", f"{one} + {other}", (one, other)) for one, other in combinations(names, 2)]
     return failing + [("group", name, members) for name, members in groups_of(sensors).items()]
+
+
+def halves_of(rig: Rig) -> list[tuple[str, Rig]]:
+    """Return the rig with each half of each enabled sensor's view blocked, as "roof=left"."""
+    names = [f"{sensor.name}={half}" for sensor in rig.sensors if sensor.enabled for half in HALVES]
+    return [(name, damaged(rig, [name])) for name in names]
+
+
+def with_halves(found: Coverage, rig: Rig, coverage: Callable[[Rig], Coverage]) -> Coverage:
+    """Return a rig's coverage with the losses by half-blocked sensors, where `coverage` is that of any rig."""
+    seen = found.covered[:, 0]
+    failures = [
+        Failure("half", name, (name.rpartition("=")[0],), seen - coverage(other).covered[:, 0])
+        for name, other in halves_of(rig)
+    ]
+    return replace(found, failures=(*found.failures, *failures))
 
 
 # ---------------------------------------------------------------- voxels
@@ -232,6 +253,19 @@ def voxel_coverage(
     return VoxelRedundancy(engine.field, threads).coverage(engine, rig, method)
 
 
+def voxel_counter(
+    engine: Engine, settings: MetricSettings, threads: int | None = None
+) -> Callable[[Rig], Coverage]:
+    """Return what evaluates rigs with an engine and counts the entropy that they cover."""
+    counting = VoxelRedundancy(engine.field, threads)
+
+    def coverage(rig: Rig) -> Coverage:
+        engine.evaluate(rig, settings, False)
+        return counting.coverage(engine, rig, settings.method)
+
+    return coverage
+
+
 def _pair(one: str, other: str, lost: Sums) -> Failure:
     return Failure("pair", f"{one} + {other}", (one, other), lost)
 
@@ -272,6 +306,17 @@ def target_coverage(traffic: Traffic, rig: Rig, objects: ObjectCounts, min_point
         for what, name, members in failing_of(sensors)
     )
     return Coverage(tally(np.ones(len(objects.box), np.bool_)), covered, failures)
+
+
+def target_counter(
+    engine: TargetEngine, traffic: Traffic, settings: TargetSettings
+) -> Callable[[Rig], Coverage]:
+    """Return what counts the objects that rigs detect, with an engine on the same traffic."""
+
+    def coverage(rig: Rig) -> Coverage:
+        return target_coverage(traffic, rig, engine.evaluate(rig, settings).objects, settings.min_points)
+
+    return coverage
 
 
 def _detected(objects: ObjectCounts, failed: tuple[str, ...], min_points: int) -> Flags:

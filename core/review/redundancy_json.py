@@ -12,6 +12,11 @@ from riglens.core.scene.boxes import CLASSES
 WHAT: tuple[What, ...] = ("sensor", "pair", "group")
 
 
+def _tried(found: Coverage) -> tuple[What, ...]:
+    """Return what fails; half-blocked sensors only where they were tried."""
+    return (*WHAT, "half") if any(one.what == "half" for one in found.failures) else WHAT
+
+
 def coverage_document(found: Coverage, unit: str) -> dict[str, Any]:
     """Return a coverage by class; `unit` is that of `total`: nat or objects."""
     return {
@@ -32,9 +37,9 @@ def _class_document(found: Coverage, cls: int, unit: str) -> dict[str, Any]:
             name: [share(int(covered[s, k]), int(found.total[s, cls])) for s in range(len(SECTORS))]
             for k, name in enumerate(COVERED)
         },
-        "worst": {what: _worst(found, what, cls, None) for what in WHAT},
+        "worst": {what: _worst(found, what, cls, None) for what in _tried(found)},
         "worst_by_sector": {
-            what: [_worst(found, what, cls, s) for s in range(len(SECTORS))] for what in WHAT
+            what: [_worst(found, what, cls, s) for s in range(len(SECTORS))] for what in _tried(found)
         },
     }
 

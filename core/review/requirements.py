@@ -14,7 +14,7 @@ from pydantic import Field, model_validator
 from riglens.core.metric.scores import Body
 from riglens.core.review.blind import BlindSettings
 from riglens.core.review.profiles import Profile
-from riglens.core.review.redundancy import failing_of
+from riglens.core.review.redundancy import failing_of, halves_of
 from riglens.core.review.sections import (
     BlindArea,
     BlindObjects,
@@ -159,6 +159,8 @@ class Requirements(Frozen):
             if one.name is None or one.allow_missing:
                 continue
             names = [name for what, name, _ in failing_of(whole) if what == one.failure]
+            if one.failure == "half":
+                names = [name for name, _ in halves_of(rig.model_copy(update={"sensors": tuple(whole)}))]
             if one.name not in names:
                 hint = "; fails_with of sensors names groups" if one.failure == "group" else ""
                 known = shortened(", ".join(names) or "none", 300) + hint

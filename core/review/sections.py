@@ -149,6 +149,15 @@ class PredictedDetection(OnTarget):
         return f"predicted detection of {self.cls}{self._where}"
 
 
+WORST: dict[What, str] = {
+    "sensor": "worst sensor",
+    "pair": "worst pair",
+    "group": "worst group",
+    "half": "worst half of a sensor",
+}
+STATE: dict[What, str] = {"sensor": "failed", "pair": "failed", "group": "failed", "half": "blocked"}
+
+
 class WorstCase(Requirement):
     """A figure of the rig as designed; with `failing` in the worst single failure of that kind, with `under` in the
     worst of the draws of a tolerance profile."""
@@ -167,7 +176,7 @@ class WorstCase(Requirement):
     def case_text(self) -> str:
         """Return the case that counts; nothing for the rig as designed."""
         if self.failing is not None:
-            return f", worst {self.failing} failed"
+            return f", {WORST[self.failing]} {STATE[self.failing]}"
         return "" if self.under is None else f", worst of {self.draws:,} draws under {self.under}"
 
 
@@ -225,12 +234,13 @@ class Loss(Requirement):
 
     @property
     def text(self) -> str:
-        return self.text_of(f"the worst {self.failure}" if self.name is None else self.name)
+        return self.text_of(f"the {WORST[self.failure]}" if self.name is None else self.name)
 
     def text_of(self, failing: str) -> str:
         """The figure in words, for what fails."""
+        happens = "is blocked" if self.failure == "half" else "fails"
         what = f"{self.of} of {self.cls}" if self.share_of == "all" else f"detected {self.of} of {self.cls}"
-        return f"{what} lost when {failing} fails{_sector_text(self.sector)}"
+        return f"{what} lost when {failing} {happens}{_sector_text(self.sector)}"
 
     def scope(self) -> dict[str, object]:
         name = {} if self.name is None else {"name": self.name}

@@ -45,3 +45,20 @@ def test_the_table_names_what_it_is_not_and_a_stored_grid_has_no_road_users(rigl
     assert "objects, in %" in with_users.out
     without = riglens("redundancy", "Center", "--boxes", boxes, *SMALL_GRID, "--no-road-users")
     assert "objects, in %" not in without.out
+
+
+def test_half_blocked_sensors_are_listed_only_on_request(riglens, boxes):
+    arguments = ("--boxes", boxes, *SMALL_GRID, "--json", "-")
+    plain, found = (
+        json.loads(riglens("redundancy", "Center", *arguments, *more).out) for more in ((), ("--halves",))
+    )
+    assert not any(one["what"] == "half" for one in plain["voxels"]["failures"])
+    for of in ("voxels", "road_users"):
+        halves = [one for one in found[of]["failures"] if one["what"] == "half"]
+        assert len(halves) == 16  # of four LiDARs
+        rest = [one for one in found[of]["failures"] if one["what"] != "half"]
+        assert rest == plain[of]["failures"]
+        whole = {one["name"]: one["lost"]["car"] for one in rest}
+        assert all(one["lost"]["car"] <= whole[one["sensors"][0]] for one in halves)
+    shown = riglens("review", "Center", "--only", "redundancy", "--boxes", boxes, *SMALL_GRID, "--halves")
+    assert shown.code == 0 and "half-blocked" in shown.out and "=left" in shown.out

@@ -23,9 +23,11 @@ from riglens.core.review.profiles import bundled_profiles
 from riglens.core.review.requirements import SECTIONS, Requirements, requirements_in
 from riglens.core.review.tolerance import disturbed, errors_count, profile_called, standing, unit_draws
 from riglens.core.review.verdicts import ObjectVisibility
+from riglens.core.rig.edits import damaged
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.grid import VoxelGrid
+from riglens.core.sensors.base import HALVES
 from riglens.core.targets.engine import TargetEngine
 from tests.core.builders import random_field, synthetic_pog
 from tests.core.review.scenes import camera, dense_lidar, random_rig
@@ -230,10 +232,12 @@ def test_blind_zones_and_objects_with_a_failure_are_those_of_the_worst_rig_witho
         "sensor": [(name,) for name in names],
         "pair": [(one, other) for n, one in enumerate(names) for other in names[n + 1 :]],
         "group": [(names[0], names[3]), (names[0], names[1], names[3])],
+        "half": [],
     }
     profile = next(profile for profile in bundled_profiles() if profile.name == "adults-around")
     for what, failing in failures.items():
         rigs = [without(rig, members) for members in failing]
+        rigs += [damaged(rig, [f"{name}={half}"]) for name in names for half in HALVES if what == "half"]
         settings = required(text.replace("WHAT", what)).blind_settings
         maps = [BlindEngine(rig.vehicle, settings).evaluate(one) for one in rigs]
         found = [one.finding.value for one in verdicts(rig, text.replace("WHAT", what))]
@@ -242,6 +246,22 @@ def test_blind_zones_and_objects_with_a_failure_are_those_of_the_worst_rig_witho
             pytest.approx(max(one.area_m2(0.3, "lidar")[4, :3].sum() for one in maps)),
             max(len(ObjectVisibility(one, "blocks").verdict(profile).failed) for one in rigs),
         ]
+
+
+def test_the_worst_half_costs_no_more_than_the_worst_sensor() -> None:
+    rig = some_rig()
+    text = (
+        "losses: [{of: OF, class: car, failure: half, at_most: 0},"
+        " {of: OF, class: car, failure: sensor, at_most: 1}, "
+        "{of: OF, class: car, failure: half, name: s1=left, at_most: 1}]"
+    )
+    for of in ("voxels", "road_users"):
+        half, whole, named = (one.finding for one in verdicts(rig, text.replace("OF", of)))
+        assert half.value is not None and whole.value is not None and named.value is not None
+        assert named.value <= half.value <= whole.value
+        assert "s1=left is blocked" in named.text
+    with pytest.raises(InputError, match="has no half 's9=left'"):
+        verdicts(rig, text.replace("s1", "s9").replace("OF", "voxels"))
 
 
 def test_a_verdict_on_objects_without_sensors_is_that_of_the_rig_without_them() -> None:

@@ -15,7 +15,9 @@ from riglens.core.review.redundancy import (
     VoxelRedundancy,
     lost_of,
     target_coverage,
+    voxel_counter,
     voxel_coverage,
+    with_halves,
 )
 from riglens.core.review.redundancy_json import coverage_document
 from riglens.core.rig.edits import in_step
@@ -25,6 +27,7 @@ from riglens.core.rig.yaml.file import dumps, loads, rig_sha256
 from riglens.core.scene.boxes import CLASSES, DataReport
 from riglens.core.scene.columns import unpack
 from riglens.core.scene.grid import VoxelGrid
+from riglens.core.sensors.base import HALVES
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import HEIGHT_PX, TargetSettings
 from riglens.core.targets.traffic import Traffic, traffic_of
@@ -85,6 +88,31 @@ def test_what_failures_cost_is_what_rigs_without_the_sensors_lack(grid: VoxelGri
         lost = whole - seen_q(field, without(rig, failure.members), body)
         np.testing.assert_array_equal(failure.lost, by_sector(field, lost))
     assert any(failure.lost.any() for failure in found.failures)
+
+
+@pytest.mark.parametrize("body", ["ignored", "blocks"])
+def test_a_half_blocked_sensor_costs_what_the_rig_with_its_sector_blocked_lacks(body: Body) -> None:
+    rng = np.random.default_rng(12)
+    field = random_field(FLAT, rng, share=0.3)
+    rig = random_rig(rng, 3).replace(vehicle=Vehicle(length=3.0, width=1.4, height=1.2))
+    settings = MetricSettings(body=body)
+    count = voxel_counter(Engine(field), settings)
+    plain = count(rig)
+    found = with_halves(plain, rig, count)
+    assert found.failures[: len(plain.failures)] == plain.failures
+    halves = [failure for failure in found.failures if failure.what == "half"]
+    assert len(halves) == len(rig.sensors) * len(HALVES)
+    whole = seen_q(field, rig, body)
+    for sensor in rig.sensors:
+        for half, sector in HALVES.items():
+            failure = next(one for one in halves if one.name == f"{sensor.name}={half}")
+            assert failure.members == (sensor.name,)
+            blocked = rig.with_sensor(sensor.name, sensor.replace(blocked=(*sensor.blocked, sector)))
+            lost = whole - seen_q(field, blocked, body)
+            np.testing.assert_array_equal(failure.lost, by_sector(field, lost))
+    assert any(failure.lost.any() for failure in halves)
+    assert "half" in coverage_document(found, "nat")["classes"]["car"]["worst"]
+    assert "half" not in coverage_document(plain, "nat")["classes"]["car"]["worst"]
 
 
 def test_covered_counts_sensors_and_kinds_voxel_by_voxel() -> None:
