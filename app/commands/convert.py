@@ -36,9 +36,8 @@ def convert(
 ) -> None:
     """Convert a rig between formats, reporting everything converted, approximated or left out.
 
-    Formats: riglens, nuscenes, autoware, urdf, carla, carla-toml, driveworks both ways; pandaset, argoverse,
-    kalibr, euroc, fast-livo, apollo, opencv, kitti, kitti-360, boreas, airsim, mmdet3d, carla-agent read only;
-    osi written only.
+    Formats: riglens, nuscenes, autoware, urdf, carla, carla-toml, driveworks, osi both ways; pandaset, argoverse,
+    kalibr, euroc, fast-livo, apollo, opencv, kitti, kitti-360, boreas, airsim, mmdet3d, carla-agent read only.
 
     Parameters
     ----------

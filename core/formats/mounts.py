@@ -215,6 +215,8 @@ def sensors_to_write(rig: Rig, notes: Notes, kinds: Collection[str]) -> list[Sen
             notes.ignored("blocked sectors: the format cannot express them", sensor.name)
     if not rig.self_occlusion:
         notes.ignored("rays through the car's own body: the format cannot express it", rig.name)
+    if rig.obstacles:
+        notes.ignored("housings that stop rays: the format cannot express them", rig.name)
     if rig.keep_out:
         notes.ignored("painted keep-out zones: the format cannot express them", rig.name)
     chosen = [sensor for sensor in rig.sensors if sensor.enabled and sensor.kind in kinds]

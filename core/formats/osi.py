@@ -1,8 +1,9 @@
-"""ASAM OSI, export: SensorViewConfiguration messages with their MountingPosition, as protobuf's JSON.
+"""ASAM OSI: SensorViewConfiguration messages with their MountingPosition, as protobuf's JSON.
 
 Vehicle coordinates of ISO 8855: x forward, y left, z up; origin in the middle of the rear AXLE, so as high as its
 wheels' radius above the ground; metres; orientation roll, pitch, yaw in radians, turned yaw, then pitch, then roll.
-Field names are those of the .proto files (snake_case), which protobuf's JSON parsers accept.
+Field names are those of the .proto files (snake_case), which protobuf's JSON parsers accept, or lowerCamelCase, which
+its printers write; 64-bit integers may be texts. Fields that are left out are 0 or unknown.
 Source: osi_sensorviewconfiguration.proto, osi_common.proto (MountingPosition, Orientation3d) of OSI 3.
 """
 
@@ -10,19 +11,22 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
-from riglens.core.formats.base import Exported, Format
-from riglens.core.formats.frames import pose_from_se3
+from riglens.core.formats.base import Exported, Format, Imported
+from riglens.core.formats.frames import Matrix, pose_from_se3, se3_from_rpy_deg
 from riglens.core.formats.lens_export import SMALLEST_TOLD_DEG, extent
-from riglens.core.formats.mounts import root_SE3_body, sensors_to_write
+from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions, root_SE3_body, sensors_to_write
 from riglens.core.formats.ray_export import FULL_TURN_DEG, report_pattern, report_symmetric, turn_ends_deg
 from riglens.core.formats.report import Notes
-from riglens.core.formats.source import Source
-from riglens.core.rig.model import Camera, Lidar, Rig, Sensor
+from riglens.core.formats.source import MAX_ANGLE, Source, Value
+from riglens.core.rig.model import Camera, KannalaBrandt, Lidar, LinearAngles, Rig, Sensor, Vehicle
 from riglens.core.sensing.rays import farthest_m
+from riglens.core.sensors.radar import RADAR, Scan
 from riglens.core.sensors.sectors import Sectored
+from riglens.core.sensors.ultrasonic import ULTRASONIC
 
 TITLE = "ASAM OSI sensor view configuration (JSON)"
 WHEEL_RADIUS_M = 0.33
@@ -31,9 +35,198 @@ WHEEL_RADIUS_M = 0.33
 VERSION = {"version_major": 3, "version_minor": 7, "version_patch": 0}
 
 
-def recognises(_: Source) -> bool:
-    """Return False: this format is only written."""
-    return False
+MOST_RAYS = 100_000
+"""In a row or column, as in a rig file."""
+WIDEST_PINHOLE_DEG = 170.0
+"""Wider images are read as those of an equidistant lens (our choice): OSI names no lens."""
+
+
+def recognises(source: Source) -> bool:
+    """Return whether this is a JSON file with a message SensorViewConfiguration, or with a list of them."""
+    return not source.is_folder and source.suffix == ".json" and bool(_messages(source.json))
+
+
+def _messages(root: Value) -> list[Value]:
+    """Return the messages of a document; none where it is not one of OSI."""
+    listed = _get(root, "sensor_view_configuration") if root.is_mapping else root
+    if listed is not None and listed.is_list:
+        return [one for one in listed.elements() if one.is_mapping and _views(one)]
+    return [root] if root.is_mapping and _views(root) else []
+
+
+def _views(message: Value) -> list[tuple[str, Value]]:
+    """Return the kinds of sensor that a message configures, with the messages of each."""
+    found = [(kind, _get(message, f"{kind}_sensor_view_configuration")) for kind in (*_VIEWS, "generic")]
+    return [(kind, views) for kind, views in found if views is not None]
+
+
+def _get(message: Value, name: str) -> Value | None:
+    """Return a field by its name in the .proto file, or as protobuf's printers write it."""
+    first, *rest = name.split("_")
+    found = message.get(name)
+    return message.get(first + "".join(word.capitalize() for word in rest)) if found is None else found
+
+
+def read(source: Source, options: ReadOptions) -> Imported:
+    """Return the sensors of all messages; names come from our own index, or from kind and sensor_id."""
+    notes, root = Notes(), source.json
+    vehicle = options.vehicle_or(Vehicle())
+    axle = (vehicle.rear_axle_x, 0.0, WHEEL_RADIUS_M)
+    mounting = Mounting(source.where, notes, vehicle, options.origin_m or axle)
+    names = _get(root, "sensor_names") if root.is_mapping else None
+    messages = _messages(root)
+    if not messages:
+        root.refuse("a message SensorViewConfiguration of OSI, or a list of them")
+    for message in messages:
+        for kind, views in _views(message):
+            for number, view in enumerate(views.elements(), 1):
+                said = _id(view) or _id(message) or str(number)
+                named = names.get(said) if names is not None else None
+                name = f"{kind} {said}" if named is None else named.text()
+                if kind == "generic":
+                    notes.ignored("generic sensor: OSI does not say what it is", name)
+                else:
+                    _READERS[kind](name, _Views(view, message), mounting)
+    notes.converted("angles from radians")
+    mounting.report_assumptions(options)
+    return Imported(mounting.rig(source.name), notes.report(TITLE))
+
+
+def _id(message: Value) -> str:
+    """Return the sensor_id of a message, empty without one."""
+    found = _get(message, "sensor_id")
+    value = None if found is None else found.get("value")
+    return "" if value is None else str(value.whole(0, (1 << 53) - 1, quoted=True))
+
+
+@dataclass(frozen=True)
+class _Views:
+    """The message of one sensor, and the one that holds it: fields that the first lacks are those of the second."""
+
+    own: Value
+    outer: Value
+
+    def get(self, name: str) -> Value | None:
+        found = _get(self.own, name)
+        return _get(self.outer, name) if found is None else found
+
+    def pose(self) -> Matrix:
+        """Return the mounting position in OSI's vehicle frame; what is left out is 0."""
+        mounting = self.get("mounting_position")
+        position, turn = (
+            None if mounting is None else mounting.get(name) for name in ("position", "orientation")
+        )
+        x, y, z = _three(position, "xyz")
+        roll, pitch, yaw = _three(turn, ("roll", "pitch", "yaw"))
+        return se3_from_rpy_deg((x, y, z), (math.degrees(roll), math.degrees(pitch), math.degrees(yaw)))
+
+    def angle_deg(
+        self, name: str, most_deg: float, default_deg: float, mounting: Mounting, who: str
+    ) -> float:
+        """Return a field of view in degrees; one that is left out is assumed and reported."""
+        found = self.get(name)
+        if found is None:
+            mounting.notes.approximated(f"{name} not in the file: assumed {default_deg:g} deg", who)
+            return default_deg
+        angle_deg = round(math.degrees(found.number(0.0, 2.0 * math.pi * (1.0 + 1e-9))), 9)
+        if not 0.0 < angle_deg <= most_deg:
+            found.refuse(f"above 0 and at most {most_deg:g} deg", f"{angle_deg:g} deg")
+        return angle_deg
+
+    def count(self, name: str, most: int, default: int, mounting: Mounting, who: str) -> int:
+        """Return a number of rays or pixels; one that is left out is assumed and reported."""
+        found = self.get(name)
+        if found is None:
+            mounting.notes.approximated(f"{name} not in the file: assumed {default}", who)
+            return default
+        return found.whole(1, most, quoted=True)
+
+    def range_m(self) -> float:
+        """Return the range, endless where it is left out."""
+        found = self.get("range")
+        return math.inf if found is None else found.number(1e-3)
+
+
+def _three(value: Value | None, names: Sequence[str]) -> list[float]:
+    found = [None if value is None else value.get(name) for name in names]
+    return [0.0 if one is None else one.number(-MAX_ANGLE, MAX_ANGLE) for one in found]
+
+
+def _read_camera(name: str, view: _Views, mounting: Mounting) -> None:
+    """Add a camera: a centred pinhole, or for a wide image an equidistant lens."""
+    wide_deg = view.angle_deg("field_of_view_horizontal", 360.0, 70.0, mounting, name)
+    width = view.count("number_of_pixels_horizontal", MAX_PIXELS, 1600, mounting, name)
+    height = view.count("number_of_pixels_vertical", MAX_PIXELS, 900, mounting, name)
+    lens: dict[str, Any] = {"hfov_deg": wide_deg}
+    if wide_deg > WIDEST_PINHOLE_DEG:
+        focal_px = width / math.radians(wide_deg)
+        lens = {"fx": focal_px, "fy": focal_px, "cx": width / 2.0, "cy": height / 2.0}
+        lens["distortion"] = KannalaBrandt()
+        mounting.notes.approximated("lens not in the file: an equidistant one", name)
+    else:
+        mounting.notes.approximated("lens not in the file: a pinhole, with square pixels", name)
+    mounting.add_camera(name, view.pose(), image=(width, height), range_m=(0.0, view.range_m()), **lens)
+
+
+def _read_lidar(name: str, view: _Views, mounting: Mounting) -> None:
+    """Add a LiDAR: even beams and azimuths over its fields of view, or those of a library model by its name."""
+    if view.get("number_of_rays_vertical") is None:
+        mounting.add_lidar(name, view.pose(), range_m=(0.0, view.range_m()))
+        return
+    if view.get("directions") is not None:
+        mounting.notes.ignored("listed directions of rays: even ones over the field of view", name)
+    wide_deg = view.angle_deg("field_of_view_horizontal", 360.0, 360.0, mounting, name)
+    high_deg = view.angle_deg("field_of_view_vertical", 180.0, 30.0, mounting, name)
+    columns = view.count("number_of_rays_horizontal", MOST_RAYS, 1800, mounting, name)
+    rows = view.count("number_of_rays_vertical", MOST_RAYS, 16, mounting, name)
+    mounting.notes.read("fields of view and numbers of rays", name)
+    mounting.add_lidar(
+        name,
+        view.pose(),
+        elevations_deg=LinearAngles(from_=-high_deg / 2.0, to=high_deg / 2.0, count=rows),
+        azimuths_deg=LinearAngles(from_=-wide_deg / 2.0, to=wide_deg / 2.0, count=columns),
+        range_m=(0.0, view.range_m()),
+    )
+
+
+def _sector(name: str, view: _Views, mounting: Mounting, wide_deg: float, high_deg: float) -> dict[str, Any]:
+    wide = view.angle_deg("field_of_view_horizontal", 360.0, wide_deg, mounting, name) / 2.0
+    high = view.angle_deg("field_of_view_vertical", 180.0, high_deg, mounting, name) / 2.0
+    return {"azimuth_deg": (-wide, wide), "elevation_deg": (-high, high)}
+
+
+def _far_m(name: str, view: _Views, mounting: Mounting, default_m: float) -> float:
+    """Return the range of a radar or an ultrasonic sensor, which needs one."""
+    if view.get("range") is None:
+        mounting.notes.approximated(f"range not in the file: assumed {default_m:g} m", name)
+        return default_m
+    return min(view.range_m(), 1000.0)
+
+
+def _read_radar(name: str, view: _Views, mounting: Mounting) -> None:
+    """Add a radar with one scan; resolution and cross sections are assumed."""
+    sector = _sector(name, view, mounting, 90.0, 20.0)
+    scan = Scan(range_m=_far_m(name, view, mounting, 100.0), **sector)
+    mounting.notes.approximated("one scan; resolution and reference cross section are not in OSI", name)
+    mounting.add_other(RADAR, name, view.pose(), scans=(scan,))
+
+
+def _read_ultrasonic(name: str, view: _Views, mounting: Mounting) -> None:
+    """Add an ultrasonic sensor, whose one range is that for a pole."""
+    pole_m = _far_m(name, view, mounting, 2.5)
+    fields = _sector(name, view, mounting, 120.0, 60.0)
+    wall_m = max(5.5, pole_m)
+    mounting.notes.approximated(f"OSI has one range: that for a pole; for a wall {wall_m:g} m", name)
+    mounting.add_other(ULTRASONIC, name, view.pose(), pole_range_m=pole_m, wall_range_m=wall_m, **fields)
+
+
+_READERS: dict[str, Callable[[str, _Views, Mounting], None]] = {
+    "camera": _read_camera,
+    "lidar": _read_lidar,
+    "radar": _read_radar,
+    "ultrasonic": _read_ultrasonic,
+}
+"""Readers of a sensor, by kind."""
 
 
 def write(rig: Rig) -> Exported:
@@ -128,4 +321,4 @@ _VIEWS: dict[str, Callable[[Any, Notes], tuple[float, float, dict[str, int]]]] =
     "ultrasonic": _sectored,
 }
 """Writers of a sensor, by kind."""
-OSI = Format("osi", TITLE, recognises, write=write)
+OSI = Format("osi", TITLE, recognises, read, write)

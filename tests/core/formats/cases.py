@@ -516,6 +516,46 @@ MMDET3D: Files = {
         }
     )
 }
+OSI: Files = {
+    "osi.json": json.dumps(
+        [
+            {
+                "version": {"versionMajor": 3, "versionMinor": 5, "versionPatch": 0},
+                "sensorId": {"value": "7"},
+                "mountingPosition": {
+                    "position": {"x": 3.1, "z": 0.2},
+                    "orientation": {"yaw": 0.5, "pitch": -0.1},
+                },
+                "fieldOfViewHorizontal": 1.0,
+                "range": 150.0,
+                "radarSensorViewConfiguration": [{"fieldOfViewVertical": 0.2}],
+            },
+            {
+                "sensorId": {"value": "8"},
+                "lidarSensorViewConfiguration": [
+                    {
+                        "mountingPosition": {"position": {"x": 1.2, "y": 0.1, "z": 1.5}},
+                        **{"fieldOfViewHorizontal": 6.283185307179586, "fieldOfViewVertical": 0.5},
+                        **{"numberOfRaysHorizontal": 1800, "numberOfRaysVertical": 32},
+                    }
+                ],
+            },
+            {
+                "cameraSensorViewConfiguration": [
+                    {
+                        "sensorId": {"value": "9"},
+                        "mountingPosition": {"position": {"x": 1.8, "z": 1.1}},
+                        "fieldOfViewHorizontal": 1.2,
+                        **{"numberOfPixelsHorizontal": 1920, "numberOfPixelsVertical": 1080},
+                    },
+                    {"fieldOfViewHorizontal": 3.3},
+                ],
+                "ultrasonicSensorViewConfiguration": [{"range": 4.0}],
+                "genericSensorViewConfiguration": [{}],
+            },
+        ]
+    )
+}
 SMALL: dict[str, Files] = {
     "nuscenes": NUSCENES,
     "autoware": AUTOWARE_KIT,
@@ -537,6 +577,7 @@ SMALL: dict[str, Files] = {
     "boreas": BOREAS,
     "airsim": AIRSIM,
     "mmdet3d": MMDET3D,
+    "osi": OSI,
 }
 """A valid rig in every format that is read; the last one is another form of the one before."""
 

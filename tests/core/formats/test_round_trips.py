@@ -84,7 +84,7 @@ def test_a_lens_comes_back_from_an_autoware_kit_bit_for_bit(distortion: BrownCon
     assert isinstance(back, Camera) and back.distortion == distortion
 
 
-@pytest.mark.parametrize("name", ["carla", "carla-toml", "urdf"])
+@pytest.mark.parametrize("name", ["carla", "carla-toml", "urdf", "osi"])
 def test_a_field_of_view_comes_back(name: str) -> None:
     (back,) = again(name, rig_of(lidar("l", LEVEL), camera("a", LEVEL))).sensors[-1:]
     assert isinstance(back, Camera)
