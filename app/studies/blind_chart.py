@@ -17,7 +17,7 @@ INK = "#222222"
 
 def blind_figure(found: BlindMap, by: By, k: int) -> Figure:
     """Draw from which height on an object is seen, in the steps of HEIGHTS_M."""
-    figure = Figure(figsize=(8.6, 7.6), dpi=110)
+    figure = Figure(figsize=(8.6, 6.5), dpi=110)
     FigureCanvasAgg(figure)
     axes = figure.add_axes((0.08, 0.08, 0.62, 0.82))
     steps = found.steps(by, k).astype(np.float64)
