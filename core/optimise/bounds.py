@@ -19,7 +19,7 @@ from riglens.core.optimise.tables import CoverTable, SetFunction
 Doubles = NDArray[np.float64]
 Ids = NDArray[np.int64]
 CUTS, MOST_GAINS = 24, 100_000
-_AT_ONCE = 16
+_AT_ONCE, _STEPS = 16, 256
 _SLACK = 1e-9
 """Rounding of sums of doubles, relative; the bound is raised by it."""
 
@@ -136,24 +136,34 @@ def branch_and_bound(
     is proven.
 
     Gains never grow with the set, so gains of a smaller set bound what candidates can add: a branch whose value with
-    its largest gains does not exceed the best is cut. Yield the bound so far after each branch.
+    its largest gains does not exceed the best is cut. Where a table gives the gains of all pairs, those next to each
+    member bound them, too. Yield the bound so far every few hundred gains.
     """
     search = _Branches(f, limits, sorted(incumbent), most_gains)
     ids = np.flatnonzero(limits.open_to([]))
-    gains = search.gains([], ids)
-    yield from search.explore([], ids, gains, most_that_fit(limits))
+    yield from search.explore([], f.value([]), ids, search.gains([], ids), most_that_fit(limits))
     return search.best, search.left >= 0
 
 
 class _Branches:
     def __init__(self, f: SetFunction, limits: Limits, best: list[int], most_gains: int) -> None:
         self._f, self._limits, self.best, self._value = f, limits, best, f.value(best)
-        self.left, self.bound = most_gains, 0
+        self.left, self.bound, self._steps = most_gains, 0, 0
+        self._losses = f.losses() if isinstance(f, CoverTable) and limits.count > 1 else None
+        self._alone = np.zeros(0, np.int64) if self._losses is None else f.gains([], np.arange(f.size))
 
     def gains(self, chosen: list[int], ids: Ids) -> Ids:
-        """Return gains, and count them."""
+        """Return gains, and count them unless they are known."""
+        if self._losses is not None and len(chosen) < 2:
+            return self._next_to(chosen, ids)
         self.left -= len(ids)
+        self._steps += len(ids)
         return self._f.gains(chosen, ids)
+
+    def _next_to(self, one: list[int], ids: Ids) -> Ids:
+        """Return the gains next to one candidate, or none."""
+        assert self._losses is not None
+        return np.asarray(self._alone[ids] - self._losses[one][:, ids].sum(axis=0))
 
     def _take(self, chosen: list[int], value: int) -> None:
         if value > self._value:
@@ -172,11 +182,22 @@ class _Branches:
             found[places] -= best[most - 1] if 0 < most <= len(best) else 0
         return found
 
-    def explore(self, chosen: list[int], ids: Ids, stale: Ids, room: int) -> Generator[int, None, None]:
+    def _most_after(self, ids: Ids, gains: Ids, first: int, room: int) -> Ids:
+        """Return limits of what up to `room` candidates after each of some from `first` on add to it, by pairs."""
+        assert self._losses is not None
+        ones = ids[first : first + _AT_ONCE]
+        found = np.minimum(gains[first:], self._alone[ids[first:]] - self._losses[np.ix_(ones, ids[first:])])
+        found[self._limits.conflicts[np.ix_(ones, ids[first:])] | np.tri(*found.shape, dtype=np.bool_)] = 0
+        if room == 1:
+            return np.asarray(found.max(axis=1))
+        return np.asarray(np.sort(found, axis=1)[:, -room:].sum(axis=1))
+
+    def explore(
+        self, chosen: list[int], value: int, ids: Ids, stale: Ids, room: int
+    ) -> Generator[int, None, None]:
         """Search the sets that add up to `room` of some candidates, whose gains are at most `stale`, to a set."""
         order = np.lexsort((ids, -stale))
         ids, stale = ids[order], stale[order]
-        value = self._f.value(chosen)
         if room == 1:
             for place in range(0, len(ids), _AT_ONCE):
                 if self.left < 0 or value + int(stale[place]) <= self._value:
@@ -188,7 +209,9 @@ class _Branches:
             return
         # with the largest other gains, at most one of which is its own
         hopeful = value + self._most_with(chosen, ids, stale, room) > self._value
-        ids, gains = ids[hopeful], self.gains(chosen, ids[hopeful])
+        ids, stale = ids[hopeful], stale[hopeful]
+        gains = self.gains(chosen, ids)
+        after = gains
         order = np.lexsort((ids, -gains))
         ids, gains = ids[order], gains[order]
         if len(ids):
@@ -199,8 +222,19 @@ class _Branches:
                 self.bound = max(reach, self._value)
             if self.left < 0 or reach <= self._value:
                 return
+            self._steps += 1
+            if self._steps >= _STEPS or (not chosen and place == 0):
+                self._steps = 0
+                yield self.bound
+            if self._losses is not None:
+                if place % _AT_ONCE == 0:
+                    after = self._most_after(ids, gains, place, room - 1)
+                if value + int(gains[place] + after[place % _AT_ONCE]) <= self._value:
+                    continue
             larger = [*chosen, one]
             rest = place + 1 + np.flatnonzero(self._limits.open_to(larger)[ids[place + 1 :]])
-            yield self.bound
             if len(rest):
-                yield from self.explore(larger, ids[rest], gains[rest], room - 1)
+                left = gains[rest]
+                if self._losses is not None:
+                    left = np.minimum(left, self._next_to([one], ids[rest]))
+                yield from self.explore(larger, value + int(gains[place]), ids[rest], left, room - 1)

@@ -40,6 +40,8 @@ MOST_CELLS = 256
 """More cells of one object add less than half an integer."""
 _FEW = 32
 """Gains that one thread finds sooner than several."""
+_MOST_PAIR_WORDS = 1e10
+"""Words of cells compared for all pairs of candidates, at most: some seconds."""
 _HALF_CELLS = 1 << 20
 """Index at which `kernels.objects.unique_cells` packs cell 0."""
 
@@ -159,6 +161,26 @@ class CoverTable:
         else:
             kernel.gains(self.cover, ids, state.covered, state.known, self.workers, found)
         return found
+
+    def losses(self) -> Ids | None:
+        """Return what the gains of two candidates together lack of their sum, (n, n); None where all pairs would take
+        longer than the few that a search needs."""
+        cover, objects = self.cover, len(self.known)
+        words = -(-np.bincount(self.owner, minlength=objects) // 64)
+        hits = np.bincount(cover.of, minlength=objects)
+        if float((hits.astype(np.float64) ** 2 * (words + 1)).sum()) > _MOST_PAIR_WORDS:
+            return None
+        starts = np.concatenate([[0], np.cumsum(words[cover.of])])
+        bits, first = np.zeros(int(starts[-1]), np.uint64), np.searchsorted(self.owner, np.arange(objects))
+        kernel.mark_runs(cover, first, starts, bits)
+        begins = np.concatenate([[0], np.cumsum(hits)])
+        by_object, owner = (
+            np.argsort(cover.of, kind="stable"),
+            np.repeat(np.arange(self.size), np.diff(cover.starts)),
+        )
+        found = np.zeros((self.size, self.size), np.int64)
+        kernel.losses(cover, self.known, by_object, begins, owner, starts, bits, self.workers, found)
+        return np.asarray(found + found.T)
 
     def given(self, cells: Cells, known: Cells) -> State:
         """Return the state where sensors cover cells, by their maker's numbers (rising), and `known` of each object."""

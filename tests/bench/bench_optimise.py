@@ -1,4 +1,4 @@
-"""Proposals: the first one, all mounts of a sedan's skin, and one sweep of gains while a sensor is dragged."""
+"""Proposals: the first one, all mounts of a sedan's skin, a proof, and one sweep of gains while a sensor is dragged."""
 
 from __future__ import annotations
 
@@ -7,22 +7,29 @@ from statistics import median
 
 import numpy as np
 
-from riglens.core.optimise.mounts import Additions
+from riglens.core.optimise.bounds import branch_and_bound
+from riglens.core.optimise.mounts import Additions, candidates, conflicts, rules_for
 from riglens.core.optimise.results import Problem
 from riglens.core.optimise.run import CASTING, optimise, skin_gains
+from riglens.core.optimise.search import Limits, search
 from riglens.core.optimise.skin import SkinGains
+from riglens.core.optimise.tables import HitTableMaker, hit_shares
+from riglens.core.optimise.weights import EVEN
 from riglens.core.rig.model import Rig
 from riglens.core.rig.presets import preset
 from riglens.core.scene.readers.bundled import bundled_source
+from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import Traffic, read_traffic
+from riglens.core.vehicle.solid import solid_of
 from tests.bench.bars import Bar
 from tests.bench.scenes import moved
+from tests.core.optimise.problems import done
 
 THREADS, FRAMES = 2, 50
 SKIN = Additions(("generic-16",), 4, mirrored=False, spots_m=0.14)
 """About 700 mounts of 16 x 360 rays."""
 USUAL = Additions(("generic-16",), 4, mirrored=False)
-FIRST_S, ALL_S, SWEEP_MS = 3.0, 10.0, 40.0
+FIRST_S, ALL_S, SWEEP_MS, PROVEN_S = 3.0, 10.0, 40.0, 5.0
 
 
 def _traffic() -> Traffic:
@@ -68,6 +75,18 @@ def test_all_mounts_and_a_sweep_of_their_gains(bars: list[Bar], rounds: int) -> 
     assert np.isfinite(gains).all()
     work = f"gains of {count} mounts while a LiDAR is dragged, its casting counted"
     bars.append(_bar(work, median(times[1:]), SWEEP_MS / 1e3))
+
+
+def test_three_mounts_proven(bars: list[Bar]) -> None:
+    rig, added = Rig(), Additions(("generic-16",), 3, mirrored=False)
+    listed, settings = candidates(rig, added), TargetSettings(body="blocks")
+    maker = HitTableMaker(_traffic(), 100, settings, solid_of(rig.vehicle), THREADS, EVEN, hit_shares())
+    table = maker.table(np.zeros(0, np.int32), list(maker.each([one.sensors for one in listed])))
+    apart = conflicts(listed, rig, rules_for(rig, added.rules))
+    limits, start = Limits(3, np.ones(len(listed)), np.inf, apart), time.perf_counter()
+    best, is_proven = done(branch_and_bound(table, limits, done(search(table, limits))))
+    assert is_proven and len(best) == 3
+    bars.append(_bar(f"the best three of {len(listed)} mounts proven", time.perf_counter() - start, PROVEN_S))
 
 
 def _bar(work: str, taken_s: float, budget_s: float) -> Bar:

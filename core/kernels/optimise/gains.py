@@ -8,6 +8,7 @@ import numba
 import numpy as np
 
 from riglens.core.kernels.runtime.jit import kernel, lean, parallel_kernel
+from riglens.core.kernels.voxels.bits import popcount
 
 
 class Cover(NamedTuple):
@@ -90,6 +91,54 @@ def slopes(cover: Cover, sums: np.ndarray, slope: np.ndarray, workers: int, to: 
                     new += sums[cover.cells[place]] < 1.0
                 total += slope[cover.of[run]] * new
             to[one] = total
+
+
+@kernel
+def mark_runs(cover: Cover, first: np.ndarray, starts: np.ndarray, to: np.ndarray) -> None:
+    """Set a bit for each cell of each run r, counted from the first cell (o,) of its object, in the words from
+    starts[r] on."""
+    for run in range(cover.of.size):
+        begin = first[cover.of[run]]
+        for place in range(cover.ends[run], cover.ends[run + 1]):
+            at = cover.cells[place] - begin
+            to[starts[run] + (at >> 6)] |= np.uint64(1) << np.uint64(at & 63)
+
+
+@parallel_kernel
+def losses(
+    cover: Cover,
+    known: np.ndarray,
+    runs: np.ndarray,
+    begins: np.ndarray,
+    owner: np.ndarray,
+    starts: np.ndarray,
+    bits: np.ndarray,
+    workers: int,
+    to: np.ndarray,
+) -> None:
+    """Add up what the gains of two candidates together lack of their sum, to[a, b] for b < a, int64 (n, n).
+
+    runs: by object o those from begins[o] to begins[o + 1], of rising candidates; owner (runs,): their candidates;
+    starts and bits: see `mark_runs`.
+    """
+    most = cover.worth.shape[1] - 1
+    for worker in numba.prange(workers):
+        for thing in range(known.size):
+            worth, before = cover.worth[cover.row[thing]], known[thing]
+            for place in range(begins[thing], begins[thing + 1]):
+                run = runs[place]
+                one = owner[run]
+                if one % workers != worker:
+                    continue
+                mine, start = cover.ends[run + 1] - cover.ends[run], starts[run]
+                gain = worth[min(before + mine, most)] - worth[min(before, most)]
+                for other_place in range(begins[thing], place):
+                    other = runs[other_place]
+                    together = before + mine + cover.ends[other + 1] - cover.ends[other]
+                    theirs = worth[min(together - mine, most)]
+                    for word in range(starts[run + 1] - start):
+                        together -= int(popcount(bits[start + word] & bits[starts[other] + word]))
+                    to[one, owner[other]] += gain - (worth[min(together, most)] - theirs)
 
 
 @kernel

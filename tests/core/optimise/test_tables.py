@@ -11,7 +11,7 @@ from riglens.core.rig.model import Lidar, LinearAngles, Rig, Vehicle
 from riglens.core.targets.engine import TargetEngine, never_stale
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.vehicle.solid import solid_of
-from tests.core.optimise.problems import hit_worth
+from tests.core.optimise.problems import hit_worth, random_table
 from tests.core.targets.cases import random_rig, random_traffic
 
 SETTINGS = (
@@ -69,6 +69,17 @@ def test_sets_cast_side_by_side_cover_what_they_do_one_by_one() -> None:
     maker = HitTableMaker(random_traffic(rng, 6), 6, SETTINGS[1], solid, 2, EVEN, hit_shares())
     for some, cells in zip(sets, maker.each(sets), strict=True):
         assert (cells == maker.cells_of(some)).all()
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_losses_of_pairs_are_what_their_gains_lack_of_their_sum(seed: int) -> None:
+    table = random_table(np.random.default_rng(seed), 12, 1 + seed % 2)
+    losses, every = table.losses(), np.arange(12)
+    assert losses is not None and losses.any()
+    alone = table.gains([], every)
+    for one in range(12):
+        others = np.delete(every, one)
+        assert (alone[others] - losses[one, others] == table.gains([one], others)).all()
 
 
 def test_worth_rises_by_ever_less_and_ends_at_one() -> None:
