@@ -35,7 +35,7 @@ from riglens.core.optimise.objectives import OF_VOXELS
 from riglens.core.optimise.results import OptimiseResult, Problem, check_folder
 from riglens.core.optimise.run import finished
 from riglens.core.optimise.weights import Weights
-from riglens.core.review.mounts import Beyond, MountLimits
+from riglens.core.review.mounts import SIDES, Beyond, MountLimits
 from riglens.core.rig.yaml.problems import problems
 from riglens.core.shown_text import visible
 from riglens.core.targets.traffic import WITHIN_M, Traffic
@@ -120,8 +120,8 @@ def optimise(
     inside
         Mount sensors in the air in this box, in metres, instead of on the skin.
     requirements
-        File of requirements of `riglens check`: its mounts limit every mount, and the proposal meets the others if any
-        of the sets tried does.
+        File of requirements of `riglens check`: every mount keeps its limits of mounts and those of the options; other
+        requirements are checked for the best set and up to 12 more.
     move
         Let a sensor of the rig, with its mirror partner, go anywhere on the skin, or up to M metres; may be repeated.
     exchange
@@ -162,7 +162,7 @@ def optimise(
     (opened,) = load_rigs([rig], score, libraries, housings)
     asked = None if requirements is None else CheckInputs.of(requirements, (), [opened])
     if asked is not None:
-        rules = rules if asked.required.mounts is None else _with_limits_of(rules, asked.required.mounts)
+        rules = rules if asked.required.mounts is None else _stricter(rules, asked.required.mounts)
     additions = Additions(
         add, count, not singles, numbers_of("cost", cost), limit, rules, spots, box_m=_box(inside)
     )
@@ -198,11 +198,22 @@ def _rules(lowest_m: float, spacing_m: float, beyond_m: float | None) -> MountLi
         raise InputError(problem.complaint.strip(), OPTIONS[str(problem.path[0])]) from error
 
 
-def _with_limits_of(rules: MountLimits, asked: MountLimits) -> MountLimits:
-    """Return the limits of a file where it has any, and the others."""
-    limits = {name: getattr(asked, name) for name in MountLimits.model_fields}
-    return rules.model_copy(
-        update={name: limit for name, limit in limits.items() if limit not in (None, Beyond())}
+def _stricter(rules: MountLimits, asked: MountLimits) -> MountLimits:
+    """Return the limits that keep those of options and of a file; zones of the file replace the usual ones."""
+
+    def least(of: str, *both: MountLimits | Beyond) -> float | None:
+        return min((limit for limit in (getattr(one, of) for one in both) if limit is not None), default=None)
+
+    (low, high), (lowest, highest) = (one.height_m or (-HIGHEST_M, HIGHEST_M) for one in (rules, asked))
+    if low > highest:
+        raise InputError(f"must be at most {highest:g} m, as the requirements say (got {low:g})", "lowest")
+    sizes = ("gap_m", "length_m", "width_m", "total_height_m")
+    return MountLimits(
+        **{name: least(name, rules, asked) for name in sizes},
+        height_m=(max(low, lowest), min(high, highest)),
+        spacing_m=max(rules.spacing_m or 0.0, asked.spacing_m or 0.0),
+        beyond_m=Beyond(**{side: least(side, rules.beyond_m, asked.beyond_m) for side in SIDES}),
+        keep_out=asked.keep_out,
     )
 
 
@@ -284,7 +295,8 @@ def print_proposals(found: OptimiseResult) -> None:
         console.print(Text(f"{name}: {found.floors[name]:.3f}, {kept} the floor of {floor:g}."))
     if found.unmet is not None:
         missed = ", ".join(found.unmet)
-        console.print(Text(f"Requirements not met: {missed}." if missed else "All requirements are met."))
+        said = f"Requirements not met by any set tried: {missed}." if missed else "All requirements are met."
+        console.print(Text(f"Every mount keeps the limits of mounts. {said}"), soft_wrap=True)
     other = "" if problem.goal.is_guarded else " in hit coverage"
     console.print(Text(f"Gain over {visible(found.reference.name)}{other}:"), soft_wrap=True)
     console.print(_checks(found))

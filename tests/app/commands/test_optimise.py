@@ -91,6 +91,15 @@ def test_requirements_limit_mounts_and_are_checked(riglens, town, tmp_path):
     assert all(one["position"][2] >= 1.2 for one in document["proposals"][0]["sensors"])
 
 
+def test_of_a_file_and_an_option_the_stricter_limit_holds(riglens, town, tmp_path):
+    file = tmp_path / "requirements.yaml"
+    file.write_text("riglens_requirements: 1\nmounts: {height_m: [0.2, 1.3], spacing_m: 0.1}\n")
+    asked = ("KITTI car", *FEW, "--singles", "--boxes", town, "--requirements", file, "--json", "-")
+    (best, *_) = json.loads(riglens("optimise", *asked, "--lowest", "1.0").out)["proposals"]
+    assert 1.0 <= best["sensors"][0]["position"][2] <= 1.3
+    assert "--lowest must be at most 1.3 m" in riglens("optimise", *asked, "--lowest", "1.4").refused()
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
