@@ -37,7 +37,12 @@ class Swing(Frozen):
     """One motion of the beam: a sine adds azimuth_deg cos(p) and elevation_deg sin(p), p = 360 rate_hz t + phase_deg; a
     ramp adds both times a saw tooth that rises from -1 to 1 in each period."""
 
-    rate_hz: Annotated[float, Field(allow_inf_nan=False, ge=-1e5, le=1e5)]
+    rate_hz: Annotated[
+        float,
+        Field(
+            allow_inf_nan=False, ge=-1e5, le=1e5, title="Rate, Hz", description="negative turns the other way"
+        ),
+    ]
     azimuth_deg: Azimuth = 0.0
     elevation_deg: Elevation = 0.0
     phase_deg: Degrees = 0.0
@@ -63,7 +68,10 @@ class Scan(Frozen):
     integration_s: Annotated[
         Seconds, Field(title="Integration", description="how long a frame collects points")
     ]
-    swings: Annotated[tuple[Swing, ...], Field(min_length=1, max_length=MAX_SWINGS)]
+    swings: Annotated[
+        tuple[Swing, ...],
+        Field(min_length=1, max_length=MAX_SWINGS, description="motions of the beam, which add up"),
+    ]
     lasers_deg: Annotated[
         tuple[tuple[Azimuth, Elevation], ...], Field(min_length=1, max_length=MAX_LASERS)
     ] = ((0.0, 0.0),)

@@ -16,13 +16,15 @@ from riglens.core.sensors.scan import RayTable, Scan, Swing
 
 @dataclass(frozen=True)
 class Way:
-    """One way; `fields` of the sensor are edited, or those of the `model` that the value then is."""
+    """One way; `fields` of the sensor are edited, or those of the `model` that the value then is; `note` says what
+    cannot be edited."""
 
     title: str
     is_used: Callable[[Any], bool]
     given: Callable[[Any], Any]
     fields: tuple[str, ...] = ()
     model: type[Frozen] | None = None
+    note: Callable[[Any], str] | None = None
 
 
 @dataclass(frozen=True)
@@ -80,6 +82,13 @@ def _from_file(lidar: Lidar) -> Lidar:
     raise ValueError("write the name of the file into the rig file: rays: {file: pattern.csv}")
 
 
+def _table_text(lidar: Lidar) -> str:
+    table = lidar.rays
+    assert isinstance(table, RayTable)
+    within = "" if table.integration_s is None else f" of the first {table.integration_s:g} s"
+    return f"{table.file}: {table.ray_count:,} rays{within}, SHA-256 {table.shots().sha256}"
+
+
 LIDAR_WAYS = (
     Ways(
         "rays",
@@ -89,7 +98,7 @@ LIDAR_WAYS = (
         (
             Way("beams and azimuths", lambda lidar: lidar.rays is None, Lidar.raster),
             Way("formula", lambda lidar: isinstance(lidar.rays, Scan), _along_prisms, model=Scan),
-            Way("table", lambda lidar: isinstance(lidar.rays, RayTable), _from_file),
+            Way("table", lambda lidar: isinstance(lidar.rays, RayTable), _from_file, note=_table_text),
         ),
     ),
     _angles("elevations_deg", "Elevations", "beam angles, both ends included"),

@@ -309,11 +309,14 @@ Path = tuple[str | int, ...]
 
 
 def read(path: Path) -> Read:
-    """Return a function that reads the value at a path; None if there is no such field."""
+    """Return a function that reads the value at a path; None if there is no such field or place."""
 
     def found(subject: Any) -> Any:
         for part in path:
-            subject = subject[part] if isinstance(part, int) else getattr(subject, part, None)
+            if isinstance(part, int):
+                subject = subject[part] if subject is not None and part < len(subject) else None
+            else:
+                subject = getattr(subject, part, None)
         return subject
 
     return found
@@ -351,9 +354,9 @@ def _choose_none(combo: QComboBox) -> None:
 
 
 def _choose(combo: QComboBox, value: Any) -> None:
-    """Select the item that carries `value`; add an item for a value that has none."""
+    """Select the item that carries `value`; add an item for a value that has none, except for no value."""
     index = combo.findData(value)
-    if index < 0:
-        combo.addItem("" if value is None else str(value), value)
+    if index < 0 and value is not None:
+        combo.addItem(str(value), value)
         index = combo.count() - 1
     combo.setCurrentIndex(index)

@@ -9,9 +9,11 @@ from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_ori
 from annotated_types import MaxLen, MinLen
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QCheckBox, QLabel, QWidget
 
 from riglens.core.sensors.base import Frozen
+from riglens.widgets.panels.controls.scrolled import breakable
 from riglens.widgets.panels.fields.edits import IntegerEdit, ListEdit, NumberEdit, TextEdit, ValueEdit
 from riglens.widgets.panels.fields.form import ChoiceBox, Form, Path, read, write
 from riglens.widgets.panels.fields.quantity import DEGREES, METRES, NO_UNIT, PIXELS, Unit
@@ -91,6 +93,7 @@ class ModelRows:
     def __init__(self, form: Form, is_shared: bool = False) -> None:
         self._form, self._is_shared = form, is_shared
         self._ways: list[tuple[Way, list[QWidget]]] = []
+        self._notes: list[tuple[QLabel, Way]] = []
 
     def add(self, model: type[BaseModel], name: str, path: Path = (), way: Way | None = None) -> QWidget:
         """Add the row of one field of a model, which lies at a path in the subject of the form."""
@@ -112,7 +115,7 @@ class ModelRows:
         if get_origin(kind.plain) is tuple and Ellipsis not in get_args(kind.plain):
             return self._add_items(title, tip, whole, kind, way)
         if get_origin(kind.plain) is tuple and _is_model(get_args(kind.plain)[0]):
-            return self._add_models(title, name, info, get_args(kind.plain)[0])
+            return self._add_models(title, whole, info, get_args(kind.plain)[0])
         edit = _edit(kind.plain, kind)
         self._bind(edit, whole, f"{name}.list" if isinstance(edit, ListEdit) else name, title, way)
         return self._row(title, [edit], tip)
@@ -133,6 +136,14 @@ class ModelRows:
             rows = [self.add(model, field, way=way) for field in way.fields]
             if way.model is not None:
                 rows += self._add_parts(ways, way, way.model)
+            if way.note is not None:
+                label = QLabel()
+                label.setObjectName(f"{ways.name}.note")
+                label.setWordWrap(True)
+                label.setTextFormat(Qt.TextFormat.PlainText)
+                label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+                self._notes.append((label, way))
+                rows.append(self._row("", [label], ""))
             self._ways.append((way, rows))
 
     def show_ways(self, subject: Any) -> None:
@@ -140,6 +151,9 @@ class ModelRows:
         for way, rows in self._ways:
             for row in rows:
                 self._form.show_row(row, way.is_used(subject))
+        for label, way in self._notes:
+            if way.note is not None and way.is_used(subject):
+                label.setText(breakable(way.note(subject)))
 
     def _add_parts(self, ways: Ways, way: Way, model: type[BaseModel]) -> list[QWidget]:
         """Add the numbers of a model side by side: all of a range, or coefficients two by two."""
@@ -163,9 +177,12 @@ class ModelRows:
             rows.append(
                 self._row(titles[parts[start]] if per_row == _PER_ROW else "", line, model_tip(model))
             )
+        for part, plain in numbers.items():
+            if get_origin(plain) is tuple and _is_model(get_args(plain)[0]):
+                rows.append(self.add(model, part, (ways.name,)))
         return rows
 
-    def _add_models(self, title: str, name: str, info: FieldInfo, model: type[Frozen]) -> QWidget:
+    def _add_models(self, title: str, path: Path, info: FieldInfo, model: type[Frozen]) -> QWidget:
         """Add how many parts of a model a field holds, and the rows of each, of which those of the first are shown."""
         box = ChoiceBox()
         row = self._row(title, [box], info.description or "")
@@ -175,17 +192,16 @@ class ModelRows:
             box.addItem(str(count) if count else "none", count)
         for count in range(1, most + 1):
             rows: list[QWidget] = []
-            way = Way(f"{count}", _holds(name, count), lambda subject: subject, model=model)
+            way = Way(f"{count}", _holds(path, count), lambda subject: subject, model=model)
             for field in model.model_fields:
-                rows.append(self.add(model, field, (name, count - 1), way))
+                rows.append(self.add(model, field, (*path, count - 1), way))
             self._ways.append((way, rows))
+        found, put = read(path), write(path)
         self._form.bind_choice(
             box,
-            lambda subject: len(getattr(subject, name)),
-            lambda subject, count: subject.replace(
-                **{name: _of_length(getattr(subject, name), count, model)}
-            ),
-            f"{name}.count",
+            lambda subject: None if found(subject) is None else len(found(subject)),
+            lambda subject, count: put(subject, _of_length(found(subject), count, model)),
+            f"{path[-1]}.count",
         )
         return row
 
@@ -224,9 +240,10 @@ class ModelRows:
         return self._form.add_row(title, widgets, tip)
 
 
-def _holds(name: str, count: int) -> Callable[[Any], bool]:
+def _holds(path: Path, count: int) -> Callable[[Any], bool]:
     """Return whether a field of a subject holds that many parts."""
-    return lambda subject: len(getattr(subject, name)) >= count
+    found = read(path)
+    return lambda subject: len(found(subject) or ()) >= count
 
 
 def _of_length(parts: tuple[Any, ...], count: int, model: type[Frozen]) -> tuple[Any, ...]:
