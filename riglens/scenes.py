@@ -122,7 +122,7 @@ def load_scene(
     origin_m
         Where the origin of the data set lies in the vehicle frame, metres.
     frames
-        Number of frames, where frames without boxes have no row.
+        Number of frames, if frames without boxes leave no trace in the data.
     classes
         Names in the data set and the class as which they count: "car", "bicycle", "pedestrian" or "ignore".
     find_ground

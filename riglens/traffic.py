@@ -72,7 +72,7 @@ def load_traffic(
     Parameters
     ----------
     within_m
-        Objects count up to this distance from the car; all of them hide what is behind them.
+        Count objects within this distance of the car; farther ones still occlude.
     surroundings
         Houses, walls and poles of the bundled town hide objects too.
     occluders
@@ -157,7 +157,7 @@ def targets(
     shape
         "class": cars have glass and a gap below, cyclists and pedestrians are slim; "box": plain boxes.
     range_law
-        Whether rays of LiDARs that come from far, or meet a face at a slant, may get lost.
+        Whether LiDAR returns from far or oblique surfaces may get lost.
     phase, seed
         "random" turns each LiDAR in each frame by a part of its azimuth step, drawn by the seed; "0" does not.
     min_points
@@ -172,7 +172,7 @@ def targets(
     mesh_folder
         The folder from which a car body in a mesh file is named; that of the rig file, as a rule.
     calibration
-        Calibration of predicted detection, made by `calibrate`; the one that ships by default.
+        Calibration of predicted detection, made by `calibrate`; the bundled one by default.
 
     Raises InputError when a number is out of its range, or when the mesh of a body that blocks cannot be read.
     """
@@ -205,7 +205,7 @@ def calibrate(
     within_m, origin_m, classes
         As in `load_traffic`.
     min_score, match_m
-        Detections count from this score on, and find an object whose centre is nearer than this on the ground.
+        Lowest score of a detection that counts, and the distance on the ground within which it finds an object.
     name
         Name of the detector.
     rig

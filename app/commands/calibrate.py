@@ -49,13 +49,13 @@ def calibrate(
     out
         File for the calibration, YAML.
     within
-        Objects count up to this distance from the car, in metres.
+        Count objects within this distance of the car, in metres.
     min_score
-        Detections count from this score on.
+        Lowest score of a detection that counts.
     match
         A detection finds an object whose centre is nearer than this on the ground, in metres.
     name
-        What to call the detector (the name of the file).
+        Name of the detector (that of the file).
     rig
         Count the points that RigLens predicts for this rig, instead of the true points of the boxes.
     """

@@ -33,19 +33,20 @@ from riglens.core.targets.card_table import card_document, card_lines
 from riglens.core.targets.card_text import HEADINGS, bearing_text, reach_text, stop_text
 from riglens.core.targets.engine import warm_up
 
-LOOK = Group("Look", sort_key=20)
-STOP = Group("Stop", sort_key=21)
+DETECTION = Group("Detection", sort_key=20)
+BRAKING = Group("Braking", sort_key=21)
 
 
 def card(
     rig: RigName,
+    /,
     *,
-    min_points: Annotated[int, number(LOOK)] = 5,
-    min_height: Annotated[float, Parameter(group=LOOK, metavar="PX")] = 25.0,
-    directions: Annotated[int, number(LOOK)] = 8,
-    to: Annotated[float, Parameter(group=LOOK, metavar="M")] = 150.0,
-    reaction: Annotated[float, Parameter(group=STOP, metavar="S")] = 1.0,
-    deceleration: Annotated[float, Parameter(group=STOP, metavar="MPS2")] = 5.0,
+    min_points: Annotated[int, number(DETECTION)] = 5,
+    min_height: Annotated[float, Parameter(group=DETECTION, metavar="PX")] = 25.0,
+    directions: Annotated[int, number(DETECTION)] = 8,
+    to: Annotated[float, Parameter(group=DETECTION, metavar="M")] = 150.0,
+    reaction: Annotated[float, Parameter(group=BRAKING, metavar="S")] = 1.0,
+    deceleration: Annotated[float, Parameter(group=BRAKING, metavar="MPS2")] = 5.0,
     score: ThreadArguments = ThreadArguments(),
     body: SolidBody = None,
     libraries: Libraries = (),

@@ -99,7 +99,8 @@ def sensors(
     kind
         Only sensors of one kind.
     json
-        Also write JSON with every figure of every model listed to a file; with - to standard output, instead.
+        Also write every figure of every model listed as JSON to a file; with - to standard output, instead of the
+        table.
     """
     if name is not None and kind is not None:
         raise InputError(f"chooses what is listed; leave it out to show the model {name}", "kind")

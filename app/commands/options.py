@@ -191,21 +191,21 @@ class CountArguments:
     """Settings of counting points and pixels on objects."""
 
     within_m: Annotated[float, Parameter(name="--within", group=COUNT, metavar="M")] = 60.0
-    """Objects count up to this distance from the car, in metres."""
+    """Count objects within this distance of the car, in metres."""
     sample: Annotated[int | None, number(COUNT)] = None
-    """Number of frames to use, drawn at random; ± shows the error (all frames)."""
+    """Number of frames to use, drawn at random; ± is one standard error (all frames)."""
     shape: Annotated[Literal["class", "box"], Parameter(group=COUNT)] = "class"
     """class: cars have glass and a gap below, cyclists and pedestrians are slim; box: plain boxes."""
     range_law: Annotated[Literal["on", "off"], Parameter(group=COUNT)] = "on"
-    """on: rays of LiDARs that come from far, or meet a face at a slant, may get lost."""
+    """on: returns from far or oblique surfaces may get lost."""
     phase: Annotated[Literal["random", "0"], Parameter(group=COUNT)] = "random"
-    """random turns each LiDAR in each frame by a part of its azimuth step; 0 casts azimuths as listed."""
+    """random: each LiDAR is rotated in each frame by a fraction of its azimuth step; 0: azimuths as listed."""
     seed: Annotated[int, number(COUNT)] = 0
     """Seed of the random draws."""
     min_points: Annotated[int, number(COUNT)] = 5
-    """LiDAR points from which an object counts as detectable."""
+    """Number of LiDAR points that make an object detectable."""
     calibration: Annotated[Path | None, Parameter(group=COUNT, metavar="FILE")] = None
-    """Predict detection by a file of `riglens calibrate` (default: the calibration that ships)."""
+    """Calibration of predicted detection, from `riglens calibrate` (default: the bundled one)."""
     objects: Annotated[Path | None, Parameter(group=COUNT, metavar="FILE.csv|.parquet")] = None
     """Also write one row per object to a table; for one rig."""
 

@@ -31,7 +31,7 @@ COMMANDS = {
     ),
     "optimise": Command(
         "optimise:optimise",
-        "Propose where to add LiDARs, with a bound on any other choice and checks of the gain.",
+        "Propose where to add or move sensors, with an upper bound on every alternative and checks of the gain.",
     ),
     "sweep": Command(
         "sweep:sweep",
@@ -84,9 +84,9 @@ GROUPS = {
         "Studies of the paper, and of the metric itself.",
         {
             "table1": Command("study:table1", "The paper's Tables I and II next to ours."),
-            "accuracy": Command("study:accuracy", "Time against error of methods to score a rig."),
+            "accuracy": Command("study:accuracy", "Time and error of the methods that can score a rig."),
             "stability": Command(
-                "study:stability", "Failures of methods, and robustness of the order of rigs."
+                "study:stability", "Failures of methods, and how stable the order of rigs is."
             ),
             "targets": Command(
                 "study:targets", "Predicted against true points on the objects of a recording."
@@ -119,6 +119,12 @@ RENAMED = {"pog": ("data", "build"), "presets": ("list", "rigs"), "library": ("l
 RENAMED_OPTIONS = {"--tolerance": "--voxel-tolerance"}
 """Earlier names, which keep working."""
 
+
+def _shown_default(value: object) -> str | None:
+    """Return a default for --help; a switch that is off and an empty list need none."""
+    return None if value is None or value is False or value == () else str(value)
+
+
 app = App(
     name="riglens",
     help="Place LiDARs and cameras on a car and score how well they cover traffic (S-MS). "
@@ -126,7 +132,7 @@ app = App(
     help_format="plaintext",
     usage="Usage: riglens [RIG] [OPTIONS]\n       riglens COMMAND [OPTIONS] [ARGS]\n",
     version=installed_version,
-    default_parameter=Parameter(negative=()),
+    default_parameter=Parameter(negative=(), show_default=_shown_default),
     suppress_keyboard_interrupt=False,
 )
 

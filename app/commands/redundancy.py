@@ -82,7 +82,7 @@ def redundancy(
     road_users
         Also count objects, not only voxels; a stored POG has none.
     min_points
-        LiDAR points that detect an object; a camera detects it from 25 px of height on.
+        LiDAR points that detect an object; a camera needs 25 px of height.
     within
         Count objects within this distance of the car, in metres.
     halves

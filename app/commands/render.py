@@ -68,9 +68,9 @@ class PictureArguments:
     rays: Annotated[bool, Parameter(negative="--no-rays")] = True
     """The rays of the sensors."""
     ray_opacity: Annotated[float, Parameter(metavar="SHARE")] = DEFAULT_RAYS.opacity
-    """Opacity of the rays, 0 to 1 (0.2)."""
+    """Opacity of the rays, 0 to 1."""
     ray_density: Annotated[float, Parameter(metavar="FACTOR")] = DEFAULT_RAYS.density
-    """Factor on the number of rays, 0.125 to 8 (1)."""
+    """Factor on the number of rays, 0.125 to 8."""
     fill: Annotated[Literal["none", "ground", "frusta"], Parameter(metavar="NAME")] = "none"
     """Fill each sensor's field of view: its footprint on open ground, or the outside of the field."""
     transparent: bool = False

@@ -85,13 +85,13 @@ def report(
     verify
         Recompute an earlier page or PDF, and report differences (exit code 1).
     meshes
-        With --verify: folder of the car bodies in mesh files that it names (its own folder).
+        With --verify: folder with the mesh files that the report names (the report's folder).
     requirements
         A file of requirements, as for `riglens check`.
     draws
         Draws of the tolerance; 0 for none.
     seed
-        Of the draws.
+        Seed of the draws.
     project
         The project, for the header.
     revision

@@ -87,7 +87,7 @@ def review(
     draws
         Draws of the tolerance; they take most of the time.
     seed
-        Of the draws.
+        Seed of the draws.
     sample
         Number of frames in which objects are counted for the tolerance; 0 for none.
     damaged

@@ -86,7 +86,7 @@ def accuracy(
     out
         Folder for accuracy.png, accuracy.svg and accuracy.csv; with --sensor accuracy-sensors.*, also .json.
     quick
-        One run of each instead of five, and fewer settings: a look, not a measurement.
+        One run of each instead of five, and fewer settings: a preview, not a measurement.
     """
     use_libraries(libraries)
     if sensor:
@@ -156,7 +156,7 @@ def detection(
     rigs
         Rig files or preset names; cameras are left out without --cameras.
     quick
-        One seed, 4 epochs, half of the frames: a look, not a measurement.
+        One seed, 4 epochs, half of the frames: a preview, not a measurement.
     per_rig
         A net for each rig, as in the paper, instead of one that all rigs share.
     published
@@ -186,7 +186,7 @@ def external(
     score: ThreadArguments = ThreadArguments(),
     out: Folder = Path("out"),
 ) -> None:
-    """Published experiments with fewer beams or points against on target, seen and other figures of the same rigs.
+    """Compare published experiments with fewer beams or points with on target, seen and other figures of the same rigs.
 
     Parameters
     ----------
@@ -195,7 +195,7 @@ def external(
     kitti
         Boxes of KITTI: a folder of labels, or a table in the frame of the Velodyne (the bundled town).
     frames
-        Sampled frames of each.
+        Number of frames to sample from each.
     out
         Folder for external.csv.
     """
@@ -221,15 +221,15 @@ def stability(
     out
         Folder for stability.html, stability-methods.csv and stability-metric.csv.
     quick
-        Smaller cases and fewer settings: a look, not a measurement.
+        Smaller cases and fewer settings: a preview, not a measurement.
     """
     study_stability.study(scene, score, out, quick, edits)
 
 
 def predicted(
-    detection: Annotated[Path, Parameter(name="DETECTION.csv")], *, out: Folder = Path("out")
+    detection: Annotated[Path, Parameter(name="DETECTION.csv")], /, *, out: Folder = Path("out")
 ) -> None:
-    """The calibration of predicted detection, fitted to the average precision of the published study.
+    """Fit the calibration of predicted detection to the average precision of the published study.
 
     Parameters
     ----------

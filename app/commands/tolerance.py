@@ -94,7 +94,7 @@ def tolerance(
     draws
         Number of draws; the sequence is balanced in powers of two.
     seed
-        Of the draws; the same seed gives the same errors to rigs with the same sensors.
+        Seed of the draws; the same seed gives the same errors to rigs with the same sensors.
     sample
         Number of frames in which objects are counted; 0 for none.
     sensitivities

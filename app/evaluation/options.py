@@ -58,7 +58,7 @@ class Said(NamedTuple):
 class ScoreOptions:
     """Options of the score; checked here so that a typing error costs no evaluation."""
 
-    method: Annotated[Literal["exact", "bresenham"], Said("NAME", "Traversal method of rays.")] = "exact"
+    method: Annotated[Literal["exact", "bresenham"], Said("NAME", "How rays visit voxels.")] = "exact"
     reading: Annotated[
         Literal["covered", "residual", "hits"], Said("NAME", "Reading of S-MIG; see docs/metric.md.")
     ] = "covered"
@@ -123,7 +123,7 @@ class SceneOptions:
     ] = None
     frames: Annotated[
         int | None,
-        Said("N", "Number of frames of the data set, where frames without boxes have no row."),
+        Said("N", "Number of frames of the data set, if frames without boxes leave no trace in it."),
     ] = None
     classes: Annotated[
         tuple[str, ...],

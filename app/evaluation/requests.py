@@ -149,7 +149,7 @@ def failed_text(names: Collection[str]) -> str:
 
 
 def length_text(length_m: float) -> str:
-    """A short length in millimetres, centimetres or metres."""
+    """Format a short length in millimetres, centimetres or metres."""
     if length_m < 0.01:
         return f"{1e3 * length_m:.1f} mm"
     return f"{100 * length_m:.1f} cm" if length_m < 1.0 else f"{length_m:.2f} m"

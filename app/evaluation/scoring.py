@@ -160,7 +160,7 @@ class Scoring:
         return not self._costs.is_guess(request.rig)
 
     def approximate(self, request: EvaluationRequest, cancel: Cancel) -> Approximation | None:
-        """A coarse answer; None when there is nothing to estimate it from."""
+        """Return a coarse result; None when there is nothing to estimate it from."""
         settings = with_known_body(request.settings, request.rig)
         if self._known is None or not _same_sets(self._known[0], settings):
             return None

@@ -65,7 +65,7 @@ class ResultStore(QObject):
             self.answered.emit(result)
 
     def take_approximation(self, first: Approximation) -> None:
-        """Emit a coarse answer unless it is stale."""
+        """Emit a coarse result unless it is stale."""
         if first.request.revision >= self._shown_revision:
             self._shown_revision = first.request.revision
             self.approximated.emit(first)

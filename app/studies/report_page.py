@@ -113,7 +113,7 @@ def few_words(details: list[str]) -> str:
 
 
 def verdict_text(verdict: Figures) -> str:
-    """The verdict in words; a report has no date, so waivers never count in it."""
+    """Return the verdict in words; a report has no date, so waivers never count in it."""
     waived = verdict["waived"]
     word = "met" if verdict["status"] == "met" else verdict["status"].upper()
     if verdict["passes"] and verdict["status"] != "met":

@@ -158,7 +158,7 @@ def share_table(pairs: Pairs) -> Table:
 
 
 def table(pairs: Pairs, number: int | None) -> Table:
-    """Variants as rows, one section per class."""
+    """Tabulate the variants as rows, one section per class."""
     shown = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     shown.add_column("predicted / true points", no_wrap=True)
     shown.add_column("Spearman", justify="right")

@@ -108,7 +108,7 @@ class Dialogs:
         ShortcutSheet(title, groups, parent).show()
 
     def show_guide(self, parent: QWidget, page: Path) -> None:
-        """A page of the guide."""
+        """Show a page of the guide."""
         Guide(page, parent).show()
 
     def show_text(self, parent: QWidget, title: str, html: str, details: str = "") -> None:

@@ -102,10 +102,10 @@ class StatusBar(QStatusBar):
         self._is_coarse = True
         self.state.setText(f"coarse (δ {first.voxel_m:g} m), exact follows")
         self.state.setToolTip(COARSE_NOTE)
-        self.time.setText(f"coarse answer {first.elapsed_ms:.1f} ms")
+        self.time.setText(f"coarse result {first.elapsed_ms:.1f} ms")
 
     def show_result(self, result: Result, is_current: bool) -> None:
-        """Say how long the evaluation took."""
+        """Show how long the evaluation took."""
         self.state.setText("exact" if is_current else UPDATING)
         evaluation = result.evaluation
         self.state.setToolTip(f"method {evaluation.settings.method}, {evaluation.threads} threads")

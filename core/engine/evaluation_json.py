@@ -20,7 +20,7 @@ def evaluation_document(
 ) -> dict[str, Any]:
     """Return scores of some rigs on one scene as plain data; entropies in nats, `seen` as a fraction.
 
-    `body` is null where rigs differ, and then said of each.
+    `body` is null where rigs differ; each rig then has its own.
     """
     grid, data = field.grid, field.data
     body = common_body(evaluation.settings.body for evaluation in evaluations)

@@ -62,7 +62,7 @@ class BodyMesh:
         return BodyMesh(points.astype(np.float32), normals, self.triangles, self.colours)
 
     def coarse(self, cells: int) -> BodyMesh:
-        """About the same shape from fewer points: those within a cell of a lattice become one.
+        """Return about the same shape from fewer points: those within a cell of a lattice become one.
 
         `cells` is how many cells the longest side of the mesh has. Rossignac and Borrel, "Multi-resolution 3D
         approximations for rendering complex scenes" (1993).

@@ -41,7 +41,7 @@ def require_words_of(grid: VoxelGrid, words: Words) -> None:
 
 
 def pack(grid: VoxelGrid, mask: NDArray[np.bool_]) -> Words:
-    """Words of a dense mask (nx, ny, nz)."""
+    """Return the words of a dense mask (nx, ny, nz)."""
     words = empty_words(grid)
     bits.pack_levels(np.ascontiguousarray(mask).reshape(-1, grid.shape[2]), words)
     return words

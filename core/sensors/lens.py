@@ -128,7 +128,7 @@ def radial_of(lens: BrownConrady | KannalaBrandt) -> Radial:
 
 
 def undistorted(lens: BrownConrady | KannalaBrandt, x: Doubles, y: Doubles) -> Doubles:
-    """Unit directions (n, 3) in optical axes of points (x, y) of the image plane, ((u - cx) / fx, (v - cy) / fy)."""
+    """Return unit directions (n, 3) in optical axes of points (x, y), ((u - cx) / fx, (v - cy) / fy), of the image."""
     with np.errstate(all="ignore"):
         radial, length = radial_of(lens), np.hypot(x, y)
         t = radial.inverse(length)

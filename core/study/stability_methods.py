@@ -72,7 +72,7 @@ def engine_cover(field: EntropyField, rig: Rig, method: Method = "exact", thread
 
 
 def plain_cover(grid: VoxelGrid, sensors: tuple[Sensor, ...]) -> Mask:
-    """Voxels (nx, ny, nz) that plain DDA finds."""
+    """Return the voxels (nx, ny, nz) that plain DDA finds."""
     seen = np.zeros(grid.shape, np.uint8)
     for sensor in sensors:
         rays = grid_rays(sensor, grid)
@@ -82,7 +82,7 @@ def plain_cover(grid: VoxelGrid, sensors: tuple[Sensor, ...]) -> Mask:
 
 
 def compared(found: Mask, exact: Mask) -> Outcome:
-    """The verdict on a set of voxels."""
+    """Return the verdict on a set of voxels."""
     missed, extra = int((exact & ~found).sum()), int((found & ~exact).sum())
     parts = [f"{missed:,} missed"] * (missed > 0) + [f"{extra:,} extra"] * (extra > 0)
     verdict: Verdict = "fails" if parts else "ok"

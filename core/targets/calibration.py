@@ -182,5 +182,5 @@ def read_calibration(path: str | os.PathLike[str]) -> Calibration:
 
 @lru_cache(maxsize=1)
 def shipped() -> Calibration:
-    """Return the calibration that ships with the program, of the detector of docs/study-detection.md."""
+    """Return the bundled calibration, of the detector of docs/study-detection.md."""
     return read_calibration(asset_path("calibrations", "study.yaml"))

@@ -149,7 +149,7 @@ class JoinedCells:
         self._last: Lidars = ()
 
     def of(self, lidars: Lidars, objects: int) -> Counts:
-        """Distinct cells of all LiDARs together on each of the first objects, (objects,)."""
+        """Count the distinct cells of all LiDARs together on each of the first objects, (objects,)."""
         lidars = tuple({id(one): one for one in lidars}.values())  # twins share theirs
         if not lidars:
             return np.zeros(objects, np.int64)

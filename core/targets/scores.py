@@ -254,7 +254,7 @@ class Groups:
         return self._inside[domain]
 
     def mean(self, values: Doubles, part: slice | Counts) -> Estimate:
-        """Mean of a part of sorted values, and its standard error."""
+        """Return the mean of a part of sorted values, and its standard error."""
         mine = values[part]
         if not mine.size:
             return Estimate()

@@ -27,7 +27,7 @@ class Surface:
         return Surface(points, self.normals if normals is None else normals, self.triangles)
 
     def turned_inside_out(self) -> Surface:
-        """The same surface with the corners of its triangles the other way round."""
+        """Return the same surface with the corners of its triangles the other way round."""
         return Surface(self.points, self.normals, np.ascontiguousarray(self.triangles[:, ::-1]))
 
 

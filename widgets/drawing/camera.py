@@ -158,7 +158,7 @@ def framed(camera: OrbitCamera, places_m: Points, size: Size) -> OrbitCamera:
 def view_camera(
     name: str, grid: VoxelGrid, aspect: float, wide: bool = False, car_m: tuple[float, float] = (4.6, 1.45)
 ) -> OrbitCamera:
-    """The camera of a named view; InputError for another name. `car_m` is length and height of the car.
+    """Return the camera of a named view; InputError for another name. `car_m` is length and height of the car.
 
     The iso view shows the car and its surroundings, or the whole ROI if `wide`; the top view the whole ROI;
     the side views the car with its sensors.

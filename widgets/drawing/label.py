@@ -38,7 +38,7 @@ def unit_px(size: Size, pixel_ratio: float, crowded: bool = False) -> float:
 
 
 def text_actor(bold: bool = False, justification: int = 0) -> vtkTextActor:
-    """A line of text in a font with Greek letters, signs and exponents; 0 is left, 1 centred, 2 right."""
+    """Return a line of text in a font with Greek letters, signs and exponents; 0 is left, 1 centred, 2 right."""
     actor = vtkTextActor()
     font = actor.GetTextProperty()
     font.SetFontFamily(_VTK_FONT_FILE)

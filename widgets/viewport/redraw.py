@@ -86,7 +86,7 @@ class Redraw(QObject):
             self._rest.start()
 
     def stop(self) -> None:
-        """Ask for no more frames."""
+        """Request no more frames."""
         self._is_stopped = True
         self._give_up()
         self._soon.stop()

@@ -120,7 +120,7 @@ class View(QWidget):
 
     @abstractmethod
     def set_placing(self, upright: bool, below_rails: bool) -> None:
-        """Say how sensors are put on the car: level, and through narrow things on the roof."""
+        """Set how sensors are mounted on the car: level, and on the roof below narrow parts."""
         raise NotImplementedError
 
     @abstractmethod

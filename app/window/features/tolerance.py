@@ -199,7 +199,7 @@ def tip_of(found: ToleranceResult) -> str:
         f"5 to 95 % {100 * s.p05:.3f} to {100 * s.p95:.3f} %, worst {100 * s.worst:.3f} % (draw {s.worst_draw})"
         for name, s in found.spreads.items()
     ]
-    how = f"riglens tolerance RIG --profile {found.profile.name} --draws {found.draws}"
+    how = f"riglens tolerance RIG --errors {found.profile.name} --draws {found.draws}"
     return "\n".join(
         [*lines, f"More is better; {found.profile.name} is {found.profile.source}.", f"As {how}"]
     )

@@ -137,7 +137,7 @@ class ScenePanel(Form):
                 "Folder of nuScenes, Argoverse 2, KITTI or CARLA, or of tables",
                 self.folder_wanted.emit,
             ),
-            ("Bundled", "The simulated town that comes with the program.", lambda: self.choose_boxes(None)),
+            ("Bundled", "The bundled simulated town.", lambda: self.choose_boxes(None)),
         ):
             button = QPushButton(text)
             button.setToolTip(tip)
@@ -151,7 +151,7 @@ class ScenePanel(Form):
         frames.setPlaceholderText("as in the data")
         frames.setAccessibleName("Frames")
         self.add_row(
-            "Frames", [frames], "Number of frames, for data in which frames without boxes have no row."
+            "Frames", [frames], "Number of frames, if frames without boxes leave no trace in the data."
         )
         self.bind_edit(frames, lambda c: c.frames, _write_frames, "frames")
 
@@ -190,7 +190,7 @@ class ScenePanel(Form):
         super().show_subject(subject)
         path = subject.pog or subject.boxes
         self._name.setText(path.name if path else "Bundled town")
-        self._name.setToolTip(plain_tip(str(path or "A traffic simulation that comes with the program.")))
+        self._name.setToolTip(plain_tip(str(path or "The bundled simulated town.")))
         self._voxel.setCurrentText(AUTO if subject.voxel_m is None else full_number(subject.voxel_m))
         is_other = subject != self._loaded or subject.voxel_m is None
         self._load.setEnabled(is_other or self._is_nothing_loaded)

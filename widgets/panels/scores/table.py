@@ -43,7 +43,7 @@ ROW_PX = 26
 ESTIMATE_NOTE = "Estimated on larger voxels; the exact number follows when the mouse rests."
 LONGEST_VALUE = "100.0 ±10.0 %"
 LONGEST_CHANGES, _CELL_MARGIN_PX = ("−100.00 pp", "−10.0 ±10.0 pp", "−1000.00 ↓"), 8
-CHANGE_TIP = "Change from the baseline: the pinned rig, or else the rig last saved or opened."
+CHANGE_TIP = "Change from the baseline: the snapshot or chosen rig, or else the rig last saved or opened."
 _COUNTED, _SCORES = 0, 4
 """First columns of what is counted on objects, and of the scores."""
 
