@@ -257,6 +257,44 @@ def test_the_card_says_up_to_which_distance_it_detects() -> None:
     }
 
 
+class ImageProbe(Probe):
+    """A probe whose rays make an image: what is 3 rows tall in one of them is detected."""
+
+    kind: Literal["image"] = "image"  # type: ignore[assignment]
+
+
+IMAGE = replace(
+    PROBE, name="image", model=ImageProbe, hits=HitMeasure("pixels", threshold=3, label="px", unit="px")
+)
+
+
+def test_rows_of_pixels_of_another_kind_than_cameras_count_in_the_image_that_shows_most() -> None:
+    held = traffic([(0, 0, (6.0, 0.0, 0.8), (4.5, 1.9, 1.6), 0.3)])
+    left, right = (
+        ImageProbe(name=name, position=(0.0, 0.0, z)) for name, z in (("left", 1.5), ("right", 1.2))
+    )
+    with registered(IMAGE):
+        found = TargetEngine(held, 1).evaluate(rig_with(left, right), EXACT)
+        rows = found.objects.returns["image"]
+        both = [_rows_on_object(one) for one in (left, right)]
+        assert rows.counts.tolist() == [both] and rows.without(()).tolist() == [max(both)] and max(both) >= 3
+        assert rows.without(("left", "right")).tolist() == [0]
+        share = found.classes["car"].total
+        assert (share.by_kind["image"].value, share.neither.value) == (1.0, 0.0)
+        card = card_of(rig_with(left), CardPlan(bearings_deg=(0.0,), to_m=40.0, min_height_px=9.0), 1)
+        assert {line["kind"]: line["threshold"] for line in card_lines(card)}["image"] == 3
+        assert {row.cls: row.reaches["image"].most_m for row in card.rows}["car"] > 6.0
+
+
+def _rows_on_object(probe: ImageProbe) -> int:
+    """Rows from the first to the last ring with a ray on the object, each ray against its box."""
+    rays, around = sensor_rays(probe), probe.resolution[0]
+    origin = np.array(probe.position)
+    met = [_meets(origin, way, (6.0, 0.0, 0.8), (4.5, 1.9, 1.6), 0.3) for way in rays.directions]
+    rows = np.flatnonzero(met) // around
+    return int(rows.max() - rows.min() + 1)
+
+
 def test_blind_zones_and_profiles_ask_for_it_by_name() -> None:
     rig = rig_with(TOP, probe(rpy_deg=(0.0, 45.0, 0.0)))
     found = BlindEngine(rig.vehicle, BlindSettings(voxel_m=0.25, within_m=5.0), threads=1).evaluate(rig)

@@ -54,8 +54,9 @@ REFERENCE = Echo()
 class HitMeasure:
     """Measure of a sensor's hits on an object.
 
-    `measure`: "points" counts the rays of LiDARs, "pixels" rows of a camera's image, "returns" the rays of any other
-    kind. From `threshold` of them on, `label` in sentences and `unit` behind a number, an object is detected.
+    `measure`: "points" counts the rays of LiDARs, "pixels" the rows of the image that shows it tallest, "returns" the
+    rays of any other kind. From `threshold` of them on, `label` in sentences and `unit` behind a number, an object is
+    detected.
     """
 
     measure: Literal["points", "pixels", "returns"]

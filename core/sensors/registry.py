@@ -25,6 +25,11 @@ def kinds() -> tuple[AnyKind, ...]:
     return tuple(_KINDS.values())
 
 
+def further_kinds() -> tuple[AnyKind, ...]:
+    """Return the kinds beside LiDARs and cameras, whose hits on objects are counted kind by kind."""
+    return tuple(kind for kind in kinds() if kind not in (LIDAR, CAMERA))
+
+
 def shown_kinds(present: Iterable[str]) -> tuple[AnyKind, ...]:
     """Return the kinds that have rows in tables: those that S-MS weighs, and those of the sensors that are there."""
     there = set(present)

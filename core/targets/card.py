@@ -108,10 +108,9 @@ class CardPlan:
         return replace(self, reaction_s=other.reaction_s, deceleration_mps2=other.deceleration_mps2)
 
     def enough(self, kind: AnyKind) -> float:
-        """Return the threshold in points or pixels, or in returns of another kind."""
-        return {"points": self.min_points, "pixels": self.min_height_px}.get(
-            kind.hits.measure, kind.hits.threshold
-        )
+        """Return the threshold of LiDARs in points, of cameras in pixels, and of another kind as it says."""
+        plan = {LIDAR.name: self.min_points, CAMERA.name: self.min_height_px}
+        return plan.get(kind.name, kind.hits.threshold)
 
     def with_body(self, body: Body) -> CardPlan:
         """This plan with rays that end at the car's own body, or do not."""

@@ -16,7 +16,7 @@ from riglens.core.scene.boxes import CLASSES, DataReport, Progress, rotations_fr
 from riglens.core.sensing.body_ends import barrier_of
 from riglens.core.sensors.camera import CAMERA, project_px
 from riglens.core.sensors.lidar import LIDAR
-from riglens.core.sensors.registry import AnyKind, kind_of, kinds
+from riglens.core.sensors.registry import AnyKind, further_kinds, kind_of
 from riglens.core.targets.beams import azimuth_step_rad
 from riglens.core.targets.card import SIZES_M, USUAL_PLAN, Card, CardPlan, CardRow, Case, Doubles, Reach
 from riglens.core.targets.engine import TargetEngine
@@ -76,9 +76,9 @@ def card_of(
 def _counting_returns(rig: Rig) -> list[tuple[AnyKind, Rig]]:
     """Return the kinds besides LiDARs and cameras of which a rig has sensors, with a rig of those alone."""
     found = []
-    for kind in kinds():
+    for kind in further_kinds():
         sensors = tuple(sensor for sensor in rig.sensors if sensor.enabled and kind_of(sensor) is kind)
-        if sensors and kind.hits.measure == "returns":
+        if sensors:
             found.append((kind, rig.only(sensors)))
     return found
 

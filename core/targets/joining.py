@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from riglens.core.kernels.objects import unique_cells
 from riglens.core.kernels.objects.counts import ALONE, CELLS, FIRST_ROW, LAST_ROW, RAYS
 from riglens.core.rig.model import Camera, Rig
-from riglens.core.sensors.registry import kinds
+from riglens.core.sensors.registry import further_kinds
 from riglens.core.targets.contribution import Contribution
 from riglens.core.targets.scores import ObjectCounts, Returns
 
@@ -60,13 +60,21 @@ class Gatherer:
 
 
 def _returns(rig: Rig, by_sensor: Mapping[str, Contribution], objects: int) -> dict[str, Returns]:
-    """Return the returns of the kinds that count returns, by kind."""
+    """Return the returns, or rows of pixels, of the kinds beside LiDARs and cameras, by kind."""
     found = {}
-    for kind in (kind for kind in kinds() if kind.hits.measure == "returns"):
+    for kind in further_kinds():
         names = tuple(s.name for s in rig.sensors if s.enabled and s.kind == kind.name)
         if names:
-            found[kind.name] = Returns(names, _column(tuple(by_sensor[n] for n in names), RAYS, objects))
+            parts, is_image = tuple(by_sensor[n] for n in names), kind.hits.measure == "pixels"
+            counts = _rows(parts, objects) if is_image else _column(parts, RAYS, objects)
+            found[kind.name] = Returns(names, counts, is_image)
     return found
+
+
+def _rows(images: tuple[Contribution, ...], objects: int) -> Counts:
+    """Rows of the lattice from the first to the last that meets an object, (objects, images)."""
+    first, last = (_column(images, column, objects) for column in (FIRST_ROW, LAST_ROW))
+    return np.where(first >= 0, last - first + 1, 0)
 
 
 def _native(camera: Camera) -> tuple[float, float]:

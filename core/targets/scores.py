@@ -27,15 +27,17 @@ Counts = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Returns:
-    """Rays of the sensors of one kind, by name, that reach k objects first: counts (k, sensors)."""
+    """Rays of the sensors of one kind, by name, that reach k objects first, or rows of pixels that show them: counts
+    (k, sensors); is_image: the sensor with most counts, not the sum of all."""
 
     names: tuple[str, ...]
     counts: Counts
+    is_image: bool = False
 
     def without(self, failed: Collection[str]) -> Counts:
-        """Of all sensors together but those that failed, (k,)."""
-        left = np.array([name not in failed for name in self.names], np.bool_)
-        return np.asarray(self.counts[:, left].sum(axis=1))
+        """Of all sensors together but those that failed, or of the best of them, (k,)."""
+        left = self.counts[:, np.array([name not in failed for name in self.names], np.bool_)]
+        return np.asarray(left.max(axis=1, initial=0) if self.is_image else left.sum(axis=1))
 
 
 @dataclass(frozen=True)
