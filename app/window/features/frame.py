@@ -19,7 +19,6 @@ from riglens.app.window.features.targets import Targets
 from riglens.app.window.workbench import Workbench
 from riglens.core.kernels.runtime.codes import BODY, GROUND
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.targets.settings import HEIGHT_PX
 from riglens.widgets.panels.targets.rose import bearing_word
 from riglens.widgets.timers import Timers, single_shot
 from riglens.widgets.traffic.frame import ShownFrame
@@ -234,8 +233,8 @@ class FrameView(Feature):
 def missed_objects(answer: CountAnswer) -> list[int]:
     """Return the indices in the traffic of objects that nothing detects, the nearest first."""
     objects, traffic = answer.scores.objects, answer.traffic
-    seen = (objects.all_points >= answer.scores.settings.min_points) | (objects.height_px >= HEIGHT_PX)
-    boxes = objects.box[~seen]
+    detected = objects.detected(answer.scores.settings.min_points)
+    boxes = objects.box[~np.any(list(detected.values()), axis=0)]
     return [int(box) for box in boxes[np.argsort(traffic.distance_m[boxes], kind="stable")]]
 
 

@@ -22,6 +22,7 @@ from riglens.core.kernels.runtime.codes import BODY, GROUND
 from riglens.core.metric.scores import Body
 from riglens.core.metric.voxel import VoxelFacts
 from riglens.core.rig.model import Rig
+from riglens.core.sensors.ultrasonic import Ultrasonic
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import USUAL, TargetSettings
 from riglens.core.vehicle.solid import Solid
@@ -147,6 +148,15 @@ def test_other_traffic_ends_the_frame(stand: Stand) -> None:
     stand.settle()
     stand.desk.load()
     assert stand.shown is None and not stand.targets.panel._frame_on.isChecked()
+
+
+def test_who_another_kind_detects_is_not_missed(stand: Stand) -> None:
+    sonar = Ultrasonic(name="sonar", position=(9.0, 4.0, 0.8), wall_range_m=5.0)
+    stand.desk.document.apply(Rig(name="sonar", sensors=(sonar,)), "sonar")
+    assert (
+        sorted(TRAFFIC.distance_m[missed_objects(stand.count())].tolist())
+        == sorted(TRAFFIC.distance_m.tolist())[1:]
+    )
 
 
 def test_who_is_missed_comes_nearest_first_and_round_again(stand: Stand) -> None:
