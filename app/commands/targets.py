@@ -32,6 +32,7 @@ from riglens.core.files import atomic_write
 from riglens.core.metric.scores import common_body
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.sensors.registry import AnyKind, further_kinds
 from riglens.core.shown_text import spreadsheet_cell, visible
 from riglens.core.targets.calibration import read_calibration
 from riglens.core.targets.engine import TargetEngine, warm_up
@@ -192,6 +193,10 @@ def _explanation(every: Sequence[TargetScores]) -> Iterable[str]:
         f"both = at least {points} points, and {HEIGHT_PX} pixels tall; neither = less of each. More is better, "
         "except for neither."
     )
+    for kind in _further(every):
+        yield (
+            f"{kind.plural} = at least {kind.hits.threshold:g} {kind.hits.label}; one more kind in both and neither."
+        )
     predicted = scores.calibration
     yield (
         f"predicted {predicted.predicts} = what a detector would reach on these objects: "
@@ -209,25 +214,39 @@ def _table(scores: Sequence[TargetScores]) -> Table:
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     points = scores[0].settings.min_points
     table.add_column("in %, except\nobjects and medians", no_wrap=True, overflow="ellipsis", max_width=22)
+    further = _further(scores)
     for title in (
         "\nobjects", f"predicted\n{scores[0].calibration.predicts}", "LiDAR\non target", "LiDAR\n≥ 1 pt",
         f"LiDAR\n≥ {points} pts", "median\npts",
-        "camera\nvisible", f"camera\n≥ {HEIGHT_PX} px", "median\npx", "\nboth", "\nneither",
+        "camera\nvisible", f"camera\n≥ {HEIGHT_PX} px", "median\npx",
+        *(_stacked(kind.plural) for kind in further), "\nboth", "\nneither",
     ):  # fmt: skip
         table.add_column(title, justify="right", no_wrap=True)
     for name in CLASSES:
         table.add_row(Text(name, "bold"))
         for one in scores:
-            table.add_row(Text(f"  {visible(one.rig.name)}"), *_figures(one.classes[name].total))
+            table.add_row(Text(f"  {visible(one.rig.name)}"), *_figures(one.classes[name].total, further))
             for ring in one.classes[name].rings if len(scores) == 1 else ():
-                table.add_row(Text(f"    {ring.from_m:g} to {ring.to_m:g} m", "dim"), *_figures(ring))
+                table.add_row(
+                    Text(f"    {ring.from_m:g} to {ring.to_m:g} m", "dim"), *_figures(ring, further)
+                )
         table.add_section()
     return table
 
 
-def _figures(row: Row) -> list[str]:
+def _further(scores: Sequence[TargetScores]) -> list[AnyKind]:
+    """Return the kinds beside LiDARs and cameras of which a rig has sensors."""
+    return [kind for kind in further_kinds() if any(kind.name in one.objects.returns for one in scores)]
+
+
+def _stacked(words: str) -> str:
+    """Return one or two words as a heading of two lines."""
+    return words.replace(" ", "\n") if " " in words else f"\n{words}"
+
+
+def _figures(row: Row, further: Sequence[AnyKind]) -> list[str]:
     if not row.objects:
-        return ["0", *["–"] * 10]
+        return ["0", *["–"] * (10 + len(further))]
     return [
         f"{row.objects:,}",
         "–" if row.predicted is None else _share(row.predicted),
@@ -238,6 +257,7 @@ def _figures(row: Row) -> list[str]:
         _share(row.visible),
         _share(row.share_25px),
         f"{row.median_height_px:.0f}",
+        *(_share(row.by_kind.get(kind.name, Estimate())) for kind in further),
         _share(row.both),
         _share(row.neither),
     ]

@@ -84,6 +84,12 @@ def test_the_table_tells_rings_for_one_rig_and_rigs_beside_each_other(riglens, b
     assert "0 to 10 m" not in two and "Center" in two and "spin phase as listed" in two
 
 
+def test_the_table_has_a_column_for_each_further_kind_of_the_rigs(riglens, boxes):
+    assert "radar" not in riglens("targets", "nuScenes car", "--boxes", boxes).out
+    found = riglens("targets", "nuScenes car", "nuScenes car with radars", "--boxes", boxes).out
+    assert "radars = at least 1 returns" in found and "neither" in found and "ultrasonic" not in found
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
