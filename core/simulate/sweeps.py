@@ -18,7 +18,8 @@ from riglens.core.simulate.world import TrueBoxes, World, Worlds
 from riglens.core.targets.beams import beams_of
 from riglens.core.targets.contribution import phases_rad
 from riglens.core.targets.draws import mixed, sensor_key
-from riglens.core.targets.range_law import REFLECTIVITY, WIDTH, anchors_of, range_for
+from riglens.core.targets.range_law import anchors_of, glass_of, range_for
+from riglens.core.targets.shapes import REFLECTIVITY, WIDTH
 from riglens.core.targets.traffic import Traffic
 from riglens.core.vehicle.solid import Solid
 
@@ -162,7 +163,8 @@ def _source(lidar: Lidar, body: Solid | None, settings: SimulationSettings) -> _
     returns, noise, losses = (
         sensor_key(settings.seed, f"{name} of {lidar.name}") for name in ("returns", "noise", "losses")
     )
-    return _Source(lidar, beams_of(lidar, ends_m=ends_m), (returns, noise, losses), _law(lidar, settings))
+    beams = beams_of(lidar, glass=glass_of(lidar, settings.targets()), ends_m=ends_m)
+    return _Source(lidar, beams, (returns, noise, losses), _law(lidar, settings))
 
 
 def points_inside(truth: TrueBoxes, points_m: NDArray[np.float32]) -> NDArray[np.int64]:

@@ -30,14 +30,18 @@ _NOWHERE = {"position": (0.0, 0.0, 0.0), "rpy_deg": (0.0, 0.0, 0.0)}
 _NOTHING, _NO_BLOCKS, _NO_WORDS = np.zeros(0), np.zeros((0, 8)), np.zeros(0, np.uint64)
 _NEVER = np.array([[1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]])
 """Blocks of a sensor without any ray: a cone around none."""
+OPAQUE = np.array([0.0, 1.0])
+"""Glass that stops all rays of LiDARs, and from which none returns."""
 NOT_STOPPED = _NOTHING
 """Ends of rays that nothing of the car stops."""
 
 
-def beams_of(sensor: Sensor, law: Doubles = _NOTHING, ends_m: Doubles = _NOTHING) -> Beams:
-    """Return the rays of a sensor for the kernels; law as in `kernels.objects.box_frames.Beams`; ends_m (rays,):
-    distance at which the car's own body stops each of them, inf: never. Without them all rays return, and nothing stops
-    them.
+def beams_of(
+    sensor: Sensor, law: Doubles = _NOTHING, glass: Doubles = OPAQUE, ends_m: Doubles = _NOTHING
+) -> Beams:
+    """Return the rays of a sensor for the kernels; law and glass as in `kernels.objects.box_frames.Beams`; ends_m
+    (rays,): distance at which the car's own body stops each of them, inf: never. Without them all rays return, but for
+    those that meet glass, and the car stops none.
 
     Rays are numbered row * columns + column over the whole lattice, missing ones of a lens included.
     """
@@ -46,6 +50,7 @@ def beams_of(sensor: Sensor, law: Doubles = _NOTHING, ends_m: Doubles = _NOTHING
         origin=np.array(sensor.position, np.float64),
         rotation=sensor.pose.rotation(),
         law=law,
+        glass=glass,
         ends=ends_m,
         stops=_stop_bits(table, ends_m),
     )
@@ -182,7 +187,7 @@ def _beams(sensor: Sensor, row_at: Doubles, row_of: Ids, column_at: Doubles, col
     return Beams(
         False, column_of.size, 0, none, none, none, np.ones((0, 2)), np.zeros(3), np.eye(3),
         np.array(sensor.range_m, np.float64), row_at, row_of, column_at, column_of,
-        none, none, none, _NO_BLOCKS, np.array([-1.0, 0.0]), 0.0, _NO_WORDS, _limits_m(sensor),
+        none, none, none, OPAQUE, _NO_BLOCKS, np.array([-1.0, 0.0]), 0.0, _NO_WORDS, _limits_m(sensor),
     )  # fmt: skip
 
 

@@ -17,7 +17,7 @@ from riglens.core.sensors.registry import kind_of
 from riglens.core.targets.beams import NOT_STOPPED, azimuth_step_rad, beams_of, stops_of
 from riglens.core.targets.clearance import Clearance
 from riglens.core.targets.draws import mixed, sensor_key, units
-from riglens.core.targets.range_law import law_of
+from riglens.core.targets.range_law import glass_of, law_of
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.shapes import Shape, parts_of
 from riglens.core.targets.traffic import Traffic
@@ -115,7 +115,8 @@ class TargetCaster:
             place = np.array(sensor.position, np.float64)
             empty_box = self._clearance.empty_box(barrier.tree.bounds[0], place, frames)
             ends_m = stops_of(sensor, barrier, self._workers, empty_box)
-        beams, rays = beams_of(sensor, law_of(sensor, settings), ends_m), sensor.ray_count
+        law, glass = law_of(sensor, settings), glass_of(sensor, settings)
+        beams, rays = beams_of(sensor, law, glass, ends_m), sensor.ray_count
         keys = mixed(sensor_key(settings.seed, f"returns of {sensor.name}"), traffic.frame)
         boxes = self._boxes_of(settings.shape)
         phases = phases_rad(sensor, settings, traffic.frame)

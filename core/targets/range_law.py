@@ -16,14 +16,12 @@ from riglens.core.errors import InputError
 from riglens.core.rig.library import default_library
 from riglens.core.rig.model import Sensor
 from riglens.core.sensors.registry import kind_of
+from riglens.core.targets.beams import OPAQUE
 from riglens.core.targets.settings import TargetSettings
+from riglens.core.targets.shapes import GLASS_PASSES, GLASS_RETURNS, REFLECTIVITY, WIDTH
 
 NOMINAL_REFLECTIVITY = 0.8
 """Reflectivity to which the maximum range of a sensor refers where its maker states none: our choice."""
-WIDTH = 0.25
-"""Of the logistic, relative to R; fitted, see docs/study-targets.md."""
-REFLECTIVITY = (0.15, 0.15, 0.22)
-"""Of car, bicycle and pedestrian; fitted, see docs/study-targets.md."""
 _NONE = np.zeros(0)
 
 
@@ -36,6 +34,14 @@ def law_of(sensor: Sensor, settings: TargetSettings) -> NDArray[np.float64]:
     if not anchors:
         return _NONE
     return np.array([*(range_for(rho, anchors) for rho in REFLECTIVITY), WIDTH])
+
+
+def glass_of(sensor: Sensor, settings: TargetSettings) -> NDArray[np.float64]:
+    """Return up to which draw a ray passes through glass and from which on it returns, (2,), for the kernels; without
+    the law, and for cameras, glass stops all rays."""
+    if not settings.range_law or not kind_of(sensor).has_range_law:
+        return OPAQUE
+    return np.array([GLASS_PASSES, 1.0 - GLASS_RETURNS])
 
 
 def anchors_of(sensor: Sensor) -> tuple[tuple[float, float], ...]:

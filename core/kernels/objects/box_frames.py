@@ -9,7 +9,8 @@ import numpy as np
 
 from riglens.core.kernels.objects.shapes import turned_into
 from riglens.core.kernels.rays.lattice import Direction
-from riglens.core.kernels.runtime.jit import lean, lean_inlined
+from riglens.core.kernels.rays.phases import mixed, unit
+from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined
 
 _TINY = 1e-300
 """Stand-in for no distance at all between the sensor and the plane of a face, by which numbers are divided."""
@@ -42,22 +43,23 @@ class Beams(NamedTuple):
     """Rays of a sensor. Ray number = row * columns + column as the sensor lists them; its slot is the same with
     rows and columns in rising order: slot = place of the row * columns + place of the column.
 
-    Direction in the sensor frame of a slot: (f x, f y, g z) with f, g from `scale` (rows, 2) and x, y, z from
-    arrays, (columns,) where `stride` is 0, else (slots,) with stride = columns; zero for a ray that the lens has
-    not. Unit vectors, or for a pinhole that sees from 0 to infinity those with x = 1. turns: whether columns are
-    azimuths (LiDAR) or places on the image plane; origin (3,); rotation (3, 3) sensor to vehicle frame; reach (2,)
-    metres. row_at, column_at: where rows (slopes, or z on the image plane) and columns lie, rising, and row_of,
-    column_of: their numbers; shift (rows,) or (0,): what is added to the columns of a row, radians in [0, 2 pi).
-    ends (rays,) or (0,): where the car's own body stops a ray by its number, metres. law (0,) or (4,): range in
-    metres at which half of the rays return from a face that looks at the sensor, for the three classes, and the
-    relative width of the logistic; none: all rays return. blocks (b, 8): cones around
-    runs of slots of a lattice that has no straight rows (axis, cosine and sine of the half angle, first slot,
-    number, place of the block to go on with where the cone is missed), and before those of each tile of the lattice
-    a cone around all of them, with the number 0; none for the others. field: cosine and sine of the half angle of a
-    cone around x that holds all rays. least: what comes nearer to the plane x = 0 of a camera than this, in metres, is
-    in no image. stops (rows * words,) uint64 or (0,): for a camera with straight rows and columns a bit for each slot
-    whose ray the car's own body stops somewhere, every row in words of its own. limits (3, rays) or (0, 0): from where
-    on rays, by their numbers, get nothing back from objects of the three classes, metres.
+    Direction in the sensor frame of a slot: (f x, f y, g z) with f, g from `scale` (rows, 2) and x, y, z from arrays,
+    (columns,) where `stride` is 0, else (slots,) with stride = columns; zero for a ray that the lens has not. Unit
+    vectors, or for a pinhole that sees from 0 to infinity those with x = 1. turns: whether columns are azimuths (LiDAR)
+    or places on the image plane; origin (3,); rotation (3, 3) sensor to vehicle frame; reach (2,) metres. row_at,
+    column_at: where rows (slopes, or z on the image plane) and columns lie, rising, and row_of, column_of: their
+    numbers; shift (rows,) or (0,): what is added to the columns of a row, radians in [0, 2 pi). ends (rays,) or (0,):
+    where the car's own body stops a ray by its number, metres. law (0,) or (4,): range in metres at which half of the
+    rays return from a face that looks at the sensor, for the three classes, and the relative width of the logistic;
+    none: all rays return. glass (2,): a ray of a LiDAR passes through glass where its draw is below the first, and
+    returns from it where that is not below the second. blocks (b, 8): cones around runs of slots of a lattice that has
+    no straight rows (axis, cosine and sine of the half angle, first slot, number, place of the block to go on with
+    where the cone is missed), and before those of each tile of the lattice a cone around all of them, with the number
+    0; none for the others. field: cosine and sine of the half angle of a cone around x that holds all rays. least: what
+    comes nearer to the plane x = 0 of a camera than this, in metres, is in no image. stops (rows * words,) uint64 or
+    (0,): for a camera with straight rows and columns a bit for each slot whose ray the car's own body stops somewhere,
+    every row in words of its own. limits (3, rays) or (0, 0): from where on rays, by their numbers, get nothing back
+    from objects of the three classes, metres.
     """
 
     turns: bool
@@ -77,6 +79,7 @@ class Beams(NamedTuple):
     shift: np.ndarray
     ends: np.ndarray
     law: np.ndarray
+    glass: np.ndarray
     blocks: np.ndarray
     field: np.ndarray
     least: float
@@ -85,12 +88,14 @@ class Beams(NamedTuple):
 
 
 class Faces(NamedTuple):
-    """A box as the rays of a sensor meet it. With a = turn d, d a direction in the sensor frame: a ray enters at 1
-    / t = least of 1 / near and a[k] enter[k] + rest[k], and leaves at the greatest of 1 / far, a[k] leave[k], a[k]
-    other[k]."""
+    """A part of a box as the rays of a sensor meet it; is_clear: whether some rays pass through it, drawn by the key of
+    returns. With a = turn d, d a direction in the sensor frame: a ray enters at 1 / t = least of 1 / near and
+    a[k] enter[k] + rest[k], and leaves at the greatest of 1 / far, a[k] leave[k], a[k] other[k]."""
 
     box: int
     part: int
+    is_clear: bool
+    key: np.uint64
     turn: np.ndarray
     enter: np.ndarray
     rest: np.ndarray
@@ -110,6 +115,27 @@ class Canvas(NamedTuple):
     spans: np.ndarray
     run: np.ndarray
     touched: np.ndarray
+
+
+@kernel
+def new_faces() -> Faces:
+    """Return room for a box."""
+    return Faces(
+        0, 0, False, np.uint64(0), np.empty((3, 3)), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    )
+
+
+@lean_inlined
+def is_lost(traffic: Traffic, beams: Beams, key: np.uint64, part: int, place: int, column: int) -> bool:
+    """Return whether the ray of a LiDAR that meets a part is lost in its glass."""
+    return bool(traffic.is_glass[part] and glass_draw(beams, key, place, column) < beams.glass[1])
+
+
+@lean_inlined
+def glass_draw(beams: Beams, key: np.uint64, place: int, column: int) -> float:
+    """Return what decides, in [0, 1), whether a ray passes through glass or returns from it."""
+    ray = beams.row_of[place] * beams.columns + beams.column_of[column]
+    return unit(mixed(mixed(key, np.uint64(ray)), np.uint64(0)))
 
 
 @lean_inlined

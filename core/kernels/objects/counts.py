@@ -14,9 +14,10 @@ import numpy as np
 from riglens.core.kernels.objects.box_frames import (
     Beams,
     Canvas,
-    Faces,
     Traffic,
+    is_lost,
     local_direction,
+    new_faces,
     set_turn,
     start_of,
     turned,
@@ -122,7 +123,7 @@ def _take(
                 continue
             if desk.seen[place * words + (column >> 6)] >> np.uint64(column & 63) & np.uint64(1):
                 continue
-            if beams.turns and traffic.is_glass[part]:
+            if beams.turns and is_lost(traffic, beams, sweep.key, part, place, column):
                 continue
             if beams.ends.size > 0 and is_stopped(beams, row, slot, canvas.inverse[slot]):
                 continue
@@ -225,7 +226,8 @@ def _meet_group(
     for place in range(begin, end):
         box = depth_order.box[place]
         one, alone = sweep.ranks[box], meet_box(
-            traffic, beams, box, sweep.rotation, outline.faces, outline.corners, outline.centre, desk.canvas
+            traffic, beams, box, sweep.rotation, sweep.key, outline.faces, outline.corners, outline.centre,
+            desk.canvas,
         )  # fmt: skip
         if one >= 0:
             found[ALONE, one] = alone
@@ -259,11 +261,10 @@ def _desk_for(
     table: np.ndarray,
 ) -> Desk:  # fmt: skip
     """Return room for a lattice of rays and frames of at most `most` boxes, whose large parts are given."""
-    faces = Faces(0, 0, np.empty((3, 3)), np.empty(3), np.empty(3), np.empty(3), np.empty(3))
     spans = np.empty((rows, 2), np.int32)
     spans[:, 0], spans[:, 1] = columns, 0
     canvas = Canvas(inverse, owner, last, spans, np.empty(columns), np.array([rows, 0]))
-    outline, seen = outline_for(faces, rows, columns), np.empty(rows * words_of(columns), np.uint64)
+    outline, seen = outline_for(new_faces(), rows, columns), np.empty(rows * words_of(columns), np.uint64)
     return Desk(new_depth_order(most), outline, canvas, seen, np.empty((4, rows * columns)), table)
 
 

@@ -16,6 +16,7 @@ from riglens.core.kernels.objects.box_frames import (
     Faces,
     Traffic,
     distance_of,
+    glass_draw,
     radius_of,
     reach_of,
     set_centre,
@@ -73,6 +74,8 @@ def _meet_run(beams: Beams, faces: Faces, row: int, column: int, number: int, ca
                 before[slot + i] = box
                 entered += 1
             if run[i] > inverse[slot + i]:
+                if faces.is_clear and glass_draw(beams, faces.key, row, column + int(i)) < beams.glass[0]:
+                    continue
                 inverse[slot + i], owner[slot + i] = run[i], part
     canvas.spans[row, 0] = min(canvas.spans[row, 0], column)
     canvas.spans[row, 1] = max(canvas.spans[row, 1], column + number)
@@ -238,22 +241,29 @@ def _window_of(
     return window_of_turn(corners, is_upright)
 
 
+@lean_inlined
+def _faces_of(traffic: Traffic, beams: Beams, box: int, part: int, key: np.uint64, faces: Faces) -> Faces:
+    """Return the faces of a part of a box."""
+    is_clear = beams.glass[0] > 0.0 and traffic.is_glass[part]
+    return Faces(box, part, is_clear, key, faces.turn, faces.enter, faces.rest, faces.leave, faces.other)
+
+
 @lean
 def meet_frame(
-    traffic: Traffic, beams: Beams, frame: int, rotation: np.ndarray, faces: Faces, corners: np.ndarray,
+    traffic: Traffic, beams: Beams, frame: int, rotation: np.ndarray, key: np.uint64, faces: Faces, corners: np.ndarray,
     centre: np.ndarray, canvas: Canvas, alone: np.ndarray,
 ) -> None:  # fmt: skip
-    """Write the nearest entries of a frame's boxes on the canvas; alone (n,) of all boxes takes the rays that enter
-    each of them, without occlusion."""
+    """Write the nearest entries of a frame's boxes on the canvas; key: of the draws of returns; alone (n,) of all boxes
+    takes the rays that enter each of them, without occlusion."""
     reach = reach_of(traffic, beams, frame)
     for box in range(traffic.starts[frame], traffic.starts[frame + 1]):
         if distance_of(traffic, beams, box) - radius_of(traffic, box) <= reach:
-            alone[box] += meet_box(traffic, beams, box, rotation, faces, corners, centre, canvas)
+            alone[box] += meet_box(traffic, beams, box, rotation, key, faces, corners, centre, canvas)
 
 
 @lean_inlined
 def meet_box(
-    traffic: Traffic, beams: Beams, box: int, rotation: np.ndarray, faces: Faces, corners: np.ndarray,
+    traffic: Traffic, beams: Beams, box: int, rotation: np.ndarray, key: np.uint64, faces: Faces, corners: np.ndarray,
     centre: np.ndarray, canvas: Canvas,
 ) -> int:  # fmt: skip
     """Write the nearest entries of a box on the canvas; return the number of rays that enter it, without occlusion."""
@@ -272,7 +282,7 @@ def meet_box(
             place = (start[0] - offset[0], start[1] - offset[1], start[2] - offset[2])
             set_centre(place, faces.turn, centre)
             set_faces(place, traffic.part_halves[part], faces)
-            own = Faces(box, part, faces.turn, faces.enter, faces.rest, faces.leave, faces.other)
+            own = _faces_of(traffic, beams, box, part, key, faces)
             entered += _meet_blocks(beams, own, place, centre, traffic.part_halves[part], canvas)
         return entered
     window = _window_of(beams, start, half, faces.turn, centre, corners)
@@ -294,6 +304,6 @@ def meet_box(
         if row == beams.row_at.size or beams.row_at[row] > mine.high:
             continue
         set_faces(place, part_half, faces)
-        own = Faces(box, part, faces.turn, faces.enter, faces.rest, faces.leave, faces.other)
+        own = _faces_of(traffic, beams, box, part, key, faces)
         entered += _meet_rows(beams, own, mine, row, columns, canvas)
     return entered

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from riglens.core.kernels.objects.box_frames import Beams, Canvas, Faces, Traffic, local_direction, turned
+from riglens.core.kernels.objects.box_frames import Beams, Canvas, Traffic, local_direction, new_faces, turned
 from riglens.core.kernels.objects.counts import is_stopped, wipe
 from riglens.core.kernels.objects.nearest import meet_frame
 from riglens.core.kernels.objects.sweeps import GROUND, STATIC, Surface, ground_at, set_frames
@@ -155,8 +155,8 @@ def paint_frame(
     """Paint the only frame of `traffic` as a camera sees it; alone (boxes,) takes the pixels that each box would have
     without occlusion, and must be 0 before. The canvas is left empty."""
     boxes = traffic.centres.shape[0]
-    faces = Faces(0, 0, np.empty((3, 3)), np.empty(3), np.empty(3), np.empty(3), np.empty(3))
-    meet_frame(traffic, beams, 0, beams.rotation, faces, np.empty((8, 3)), np.empty(3), canvas, alone)
+    faces, key = new_faces(), np.uint64(0)
+    meet_frame(traffic, beams, 0, beams.rotation, key, faces, np.empty((8, 3)), np.empty(3), canvas, alone)
     turns, starts = np.empty((boxes, 3, 3)), np.empty((boxes, 3))
     set_frames(traffic, beams, beams.rotation, turns, starts)
     _paint(traffic, surface, beams, paint, canvas, turns, starts, to)

@@ -13,9 +13,10 @@ import numpy as np
 from riglens.core.kernels.objects.box_frames import (
     Beams,
     Canvas,
-    Faces,
     Traffic,
+    is_lost,
     local_direction,
+    new_faces,
     set_turn,
     start_of,
     turned,
@@ -166,9 +167,6 @@ def _note_returns(
                 inverse = _ground_seen(surface, beams, d)
             if inverse == 0.0 or (beams.ends.size > 0 and is_stopped(beams, row, slot, inverse)):
                 continue
-            if part >= 0 and traffic.is_glass[part]:
-                to.reached[traffic.box_of[part]] += traffic.box_of[part] < looks.users
-                continue
             t = 1.0 / inverse
             deep, cosine, bright, half_m, what = 0.0, -d[2], looks.road, 0.0, GROUND
             if part >= 0:
@@ -182,6 +180,8 @@ def _note_returns(
                 half_m = law[traffic.cls[box]] if law.size > 0 else 0.0
             elif law.size > 0:
                 cosine, half_m = max(cosine, ROUGH), law[4]
+            if part >= 0 and is_lost(traffic, beams, draws.returns, part, place, column):
+                continue
             ray = row * beams.columns + beams.column_of[column]
             if law.size > 0:
                 chance = unit(mixed(draws.returns, np.uint64(ray)))
@@ -203,8 +203,8 @@ def cast_sweep(
     """
     boxes = traffic.centres.shape[0]
     rotation = spun(beams.rotation, phase)
-    faces = Faces(0, 0, np.empty((3, 3)), np.empty(3), np.empty(3), np.empty(3), np.empty(3))
-    meet_frame(traffic, beams, 0, rotation, faces, np.empty((8, 3)), np.empty(3), canvas, alone)
+    faces, key = new_faces(), draws.returns
+    meet_frame(traffic, beams, 0, rotation, key, faces, np.empty((8, 3)), np.empty(3), canvas, alone)
     turns, starts = np.empty((boxes, 3, 3)), np.empty((boxes, 3))
     set_frames(traffic, beams, rotation, turns, starts)
     count = _note_returns(traffic, looks, surface, beams, rotation, draws, canvas, turns, starts, to)

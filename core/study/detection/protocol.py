@@ -33,7 +33,7 @@ TRAIN_SHARE = 0.6
 CLUTTER = 120
 """Number of things in a frame that are not objects: pedestrians are then hard to tell even for the best rigs."""
 MOST_SEEDS, MOST_EPOCHS = 100, 1000
-_VERSION = 1
+_VERSION = 2
 """Counts up when pieces of before must not be used again."""
 
 

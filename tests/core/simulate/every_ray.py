@@ -13,8 +13,10 @@ from riglens.core.simulate.sweeps import GROUND, STATIC
 from riglens.core.simulate.world import World, Worlds
 from riglens.core.targets.contribution import phases_rad
 from riglens.core.targets.draws import mixed, sensor_key, units
-from riglens.core.targets.range_law import REFLECTIVITY, WIDTH, anchors_of, range_for
+from riglens.core.targets.range_law import anchors_of, range_for
+from riglens.core.targets.shapes import GLASS_PASSES, GLASS_RETURNS, REFLECTIVITY, WIDTH
 from riglens.core.vehicle.solid import Solid
+from tests.core.targets.brute_force import return_words
 
 Doubles = NDArray[np.float64]
 
@@ -37,6 +39,10 @@ def _of(lidar: Lidar, worlds: Worlds, frame: int, solid: Solid | None) -> Expect
     settings, world = worlds.settings, worlds.world(frame)
     origin, d = np.array(lidar.position), _directions(lidar, settings, frame)
     entry, cosine = entries(world, origin, d, lidar.range_m)
+    words = return_words(lidar, settings.seed, frame)
+    draws = units(mixed(words, np.array([0])))
+    passes, returns_from = (GLASS_PASSES, 1.0 - GLASS_RETURNS) if settings.range_law else (0.0, 1.0)
+    entry[np.ix_(draws < passes, world.boxes.is_glass)] = np.inf
     part = entry.argmin(axis=1) if entry.shape[1] else np.zeros(len(d), int)
     t = entry[np.arange(len(d)), part] if entry.shape[1] else np.full(len(d), np.inf)
     met = np.isfinite(t)
@@ -46,7 +52,9 @@ def _of(lidar: Lidar, worlds: Worlds, frame: int, solid: Solid | None) -> Expect
     t = np.where(
         met, t, np.where((ground >= lidar.range_m[0]) & (ground <= lidar.range_m[1]), ground, np.inf)
     )
-    returns = np.isfinite(t) & ~(met & world.boxes.is_glass[part] if entry.shape[1] else met)
+    returns = np.isfinite(t)
+    if entry.shape[1]:
+        returns &= ~(met & world.boxes.is_glass[part] & (draws < returns_from))
     returns &= t < (np.inf if solid is None else body_ends(lidar, solid))
     if settings.range_law and anchors_of(lidar):
         cls = world.boxes.cls[box] if entry.shape[1] else box

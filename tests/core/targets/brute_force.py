@@ -9,8 +9,10 @@ from riglens.core.rig.model import Lidar, Rig, Sensor
 from riglens.core.sensing.body_ends import body_ends
 from riglens.core.sensing.rays import local_directions
 from riglens.core.targets.contribution import phases_rad
+from riglens.core.targets.draws import mixed, sensor_key, units
+from riglens.core.targets.range_law import anchors_of, range_for
 from riglens.core.targets.settings import EXACT, TargetSettings
-from riglens.core.targets.shapes import Parts, parts_of
+from riglens.core.targets.shapes import GLASS_PASSES, GLASS_RETURNS, REFLECTIVITY, WIDTH, Parts, parts_of
 from riglens.core.targets.traffic import Traffic
 from riglens.core.vehicle.solid import Solid
 
@@ -52,11 +54,24 @@ def count(
             for one, box in enumerate(parts.box.tolist()):
                 in_box[:, box] |= np.isfinite(entry[:, one])
             alone[first:end, column] = in_box.sum(axis=0)
+            words = return_words(sensor, settings.seed, int(traffic.frame[frame]))
+            draws = units(mixed(words, np.array([0])))
+            is_lossy = isinstance(sensor, Lidar) and settings.range_law
+            if is_lossy:
+                entry[np.ix_(draws < GLASS_PASSES, parts.is_glass)] = np.inf
             free = _ends(sensor, solid) > entry.min(axis=1, initial=np.inf)
-            hit = np.flatnonzero(in_box.any(axis=1) & free)
+            hit = np.flatnonzero(np.isfinite(entry).any(axis=1) & free)
             part = entry[hit].argmin(axis=1) if end > first else np.zeros(0, np.int64)
             if isinstance(sensor, Lidar):
-                hit, part = hit[~parts.is_glass[part]], part[~parts.is_glass[part]]
+                returns = ~parts.is_glass[part]
+                if is_lossy:
+                    returns |= draws[hit] >= 1.0 - GLASS_RETURNS
+                    box, t = parts.box[part], entry[hit, part]
+                    inner = start[box] - parts.offset_m[part], along[hit, box], parts.half_m[part]
+                    returns &= _lawful(
+                        sensor, traffic.cls[first + box], t, _cosines(*inner), units(words[hit])
+                    )
+                hit, part = hit[returns], part[returns]
             owner = parts.box[part]
             for ray, box, one in zip(hit, owner, part, strict=True):
                 rays[first + box, column] += 1
@@ -69,6 +84,32 @@ def count(
                 row = hit[owner == box] // columns
                 rows[first + box, column] = row.max() - row.min() + 1
     return OnBoxes(rays, alone, rows, np.array([len(found) for found in cells], np.int64))
+
+
+def return_words(sensor: Sensor, seed: int, frame: int) -> NDArray[np.uint64]:
+    """The random words of all rays in a frame that decide which of them return, (rays,)."""
+    key = mixed(sensor_key(seed, f"returns of {sensor.name}"), np.array([frame]))[0]
+    return mixed(int(key), np.arange(sensor.ray_count))
+
+
+def _cosines(start: Doubles, along: Doubles, half: Doubles) -> Doubles:
+    """Cosine (n,) at the face by which rays enter boxes, in the axes of these; 1 from inside."""
+    with np.errstate(all="ignore"):
+        at = np.where(np.abs(start) > half, (np.abs(start) - half) / np.abs(along), -np.inf)
+    cosine = np.abs(along)[np.arange(len(at)), at.argmax(axis=1)]
+    return np.where(np.isfinite(at).any(axis=1), cosine, 1.0)
+
+
+def _lawful(
+    sensor: Sensor, cls: NDArray[np.uint8], t: Doubles, cosine: Doubles, chance: Doubles
+) -> NDArray[np.bool_]:
+    """Which rays the range law lets return."""
+    anchors = anchors_of(sensor)
+    if not anchors:
+        return np.ones(len(t), np.bool_)
+    limit = np.array([range_for(rho, anchors) for rho in REFLECTIVITY])[cls] * np.sqrt(cosine)
+    with np.errstate(over="ignore"):
+        return np.asarray(chance < 1.0 / (1.0 + np.exp((t / limit - 1.0) / WIDTH)))
 
 
 def _ends(sensor: Sensor, solid: Solid | None) -> Doubles:

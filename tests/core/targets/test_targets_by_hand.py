@@ -16,10 +16,18 @@ from riglens.core.targets.beams import azimuth_step_rad
 from riglens.core.targets.contribution import Contribution, phases_rad
 from riglens.core.targets.draws import sensor_key
 from riglens.core.targets.engine import TargetEngine
-from riglens.core.targets.range_law import REFLECTIVITY, WIDTH, anchors_of, law_of, range_for
+from riglens.core.targets.range_law import anchors_of, law_of, range_for
 from riglens.core.targets.scores import TargetScores
 from riglens.core.targets.settings import EXACT, TargetSettings
-from riglens.core.targets.shapes import parts_of
+from riglens.core.targets.shapes import (
+    GLASS_PASSES,
+    GLASS_RETURNS,
+    LOW_M,
+    REFLECTIVITY,
+    TALL_M,
+    WIDTH,
+    parts_of,
+)
 from riglens.core.targets.traffic import NO_CLASS
 from tests.core.builders import camera, lidar, rig_of, spinning
 from tests.core.targets.cases import Box, traffic
@@ -66,10 +74,22 @@ def test_phases_are_drawn_within_a_step_or_none() -> None:
     assert not phases_rad(camera((0.0, 0.0, 1.0)), TargetSettings(phase="random"), frames).any()
 
 
-def test_a_car_of_two_metres_is_a_van() -> None:
-    sizes = np.array([[4.5, 1.9, 1.99], [4.5, 1.9, 2.0], [0.6, 0.6, 2.0]])
-    parts = parts_of("class", np.array([CAR, CAR, PEDESTRIAN], np.uint8), sizes)
-    assert np.diff(parts.starts).tolist() == [3, 1, 1] and parts.half_m[3, 0] == pytest.approx(0.98 * 2.25)
+def test_bounds_of_cars_change_with_their_height_without_a_step() -> None:
+    heights = np.linspace(1.2, 3.6, 2401)
+    sizes = np.column_stack([np.full_like(heights, 4.5), np.full_like(heights, 1.9), heights])
+    parts = parts_of("class", np.full(len(heights), CAR, np.uint8), sizes)
+    assert (np.diff(parts.starts) == 3).all() and parts.is_glass[:3].tolist() == [False, True, False]
+    for bounds in (parts.offset_m, parts.half_m):
+        assert np.abs(np.diff(bounds.reshape(-1, 3, 3), axis=0)).max() < 0.005
+    cabin = parts.half_m[1::3, 0]
+    assert np.ptp(cabin[heights <= LOW_M]) == 0.0 and np.ptp(cabin[heights >= TALL_M]) == 0.0
+    assert (np.diff(cabin[(heights > LOW_M) & (heights < TALL_M)]) > 0.0).all()
+
+
+def test_a_bicycle_is_lower_without_its_rider() -> None:
+    parts = parts_of("class", np.full(2, BICYCLE, np.uint8), np.array([[1.8, 0.6, 1.1], [1.8, 0.6, 1.7]]))
+    tops = ((parts.offset_m + parts.half_m)[:, 2] / [0.55, 0.55, 0.85, 0.85]).reshape(2, 2)
+    assert tops.max(axis=1) == pytest.approx([0.8, 0.9])
 
 
 def test_the_first_box_takes_the_ray_whatever_the_order_in_the_data():
@@ -230,6 +250,16 @@ def test_glass_of_a_car_returns_nothing_but_hides_and_a_ray_passes_below():
     view = camera((0.0, 0.0, GLASS_AT), cast=(1, 1), hfov_deg=1.0).replace(image=(1, 1))
     seen = count([car, behind], view, settings=replace(EXACT, shape="class")).objects
     assert seen.pixels[:, 0].tolist() == [1.0, 0.0]
+
+
+def test_some_rays_return_from_glass_and_some_pass_through_it():
+    """A bus and, behind its windows, a pedestrian, both as large as needed."""
+    bus = (0, CAR, (10.0, 0.0, 0.0), (2.0, 20.0, 100.0), 0.0)
+    behind = (0, PEDESTRIAN, (30.0, 0.0, 20.0), (0.5, 100.0, 5.0), 0.0)
+    rays = lidar((0.0, 0.0, 20.0), azimuths=np.linspace(-20.0, 20.0, 4000))
+    found = count([bus, behind], rays, settings=TargetSettings(phase="0")).objects.all_points / 4000.0
+    assert found.tolist() == pytest.approx([GLASS_RETURNS, GLASS_PASSES], abs=0.015)
+    assert not count([bus, behind], rays, settings=replace(EXACT, shape="class")).objects.all_points.any()
 
 
 def test_parts_stand_in_their_boxes_and_boxes_of_no_class_are_whole():
