@@ -133,6 +133,7 @@ def main() -> None:
     result = renew("detection", study, engine)
     (DATA / "detection-ranks.csv").write_text(csv_text(ranks(result)), encoding="utf-8")
     (DATA / "detection-orders.csv").write_text(csv_text(list(order_lines(result))), encoding="utf-8")
+    (DATA / "detection-placements.csv").write_text(csv_text(placements(engine, scene)), encoding="utf-8")
     (IMAGES / "study-detection.png").write_bytes(chart(result))
     renew(
         "detection-cameras", Study(entrants(camera_rigs(), True), CAMERA_PROTOCOL, traffic, machine), engine
