@@ -211,9 +211,9 @@ def _explanation(every: Sequence[TargetScores]) -> Iterable[str]:
 
 def _table(scores: Sequence[TargetScores]) -> Table:
     """Rigs as rows, one section per class, with the rings of distance below where there is one rig."""
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=0)
     points = scores[0].settings.min_points
-    table.add_column("in %, except\nobjects and medians", no_wrap=True, overflow="ellipsis", max_width=22)
+    table.add_column("in %, except\nobjects and medians", no_wrap=True, overflow="ellipsis", max_width=20)
     further = _further(scores)
     for title in (
         "\nobjects", f"predicted\n{scores[0].calibration.predicts}", "LiDAR\non target", "LiDAR\n≥ 1 pt",
@@ -221,7 +221,10 @@ def _table(scores: Sequence[TargetScores]) -> Table:
         "camera\nvisible", f"camera\n≥ {HEIGHT_PX} px", "median\npx",
         *(_stacked(kind.plural) for kind in further), "\nboth", "\nneither",
     ):  # fmt: skip
-        table.add_column(title, justify="right", no_wrap=True)
+        widest = max(map(len, title.split()))
+        table.add_column(
+            title, justify="right", min_width=max(5, widest)
+        )  # without room, ± goes below the value
     for name in CLASSES:
         table.add_row(Text(name, "bold"))
         for one in scores:
@@ -267,7 +270,7 @@ def _share(found: Estimate) -> str:
     """Percent, with its standard error where it comes from a sample."""
     if found.se == 0.0:
         return f"{100.0 * found.value:.1f}"
-    return f"{100.0 * found.value:.1f}±{100.0 * found.se:.1f}"
+    return f"{100.0 * found.value:.1f} ±{100.0 * found.se:.1f}"
 
 
 def _line(label: str, text: str) -> Text:

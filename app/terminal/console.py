@@ -19,7 +19,7 @@ from riglens.core.files import is_stream
 from riglens.core.formats.report import Report
 from riglens.core.shown_text import visible, visible_lines
 
-PIPE_WIDTH = 120
+PIPE_WIDTH = 140
 """Columns when standard output is a file or a pipe: wide enough that no number is cut off."""
 _listener = ContextVar[Callable[[str], object] | None]("listener", default=None)
 
