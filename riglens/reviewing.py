@@ -127,6 +127,7 @@ def redundancy(
     traffic: Traffic | None = None,
     *,
     min_points: int = 5,
+    halves: bool = False,
     method: Method = "exact",
     body: Body | None = None,
     threads: int | None = None,
@@ -135,13 +136,13 @@ def redundancy(
     """Find what one, two and three sensors cover, and what is lost when sensors, pairs or groups fail.
 
     With `traffic`, objects are counted too: LiDARs detect them by `min_points` points of all, a camera by 25 px of
-    height.
+    height. With `halves` the losses by each sensor with half of its view blocked are listed as well.
     """
     from riglens.app.commands.redundancy import redundancy_of
 
     options = ScoreOptions(method, threads=threads, body=body)
     rig = with_blocking_mesh(rig, options.body_of(rig), mesh_folder)
-    found = redundancy_of(rig, scene.field, traffic, options, TargetSettings(min_points=min_points))
+    found = redundancy_of(rig, scene.field, traffic, options, TargetSettings(min_points=min_points), halves)
     return RedundancyResult(rig, found.voxels, found.targets, found.document())
 
 
