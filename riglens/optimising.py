@@ -45,6 +45,7 @@ def optimise(
     seed: int = 0,
     against: Rig | None = None,
     blind_m: float | None = None,
+    at_least: float | None = None,
     checks: Mapping[str, Traffic] | None = None,
     threads: int | None = None,
     mesh_folder: StrPath = ".",
@@ -83,6 +84,8 @@ def optimise(
         The rig that gains are compared with; by default the best of some mounts chosen by hand.
     blind_m
         Also find the front between the objective and the area where an object of this height is in no sensor's view.
+    at_least
+        Value of the objective to reach: the cheapest set that does is proposed, the best at that cost.
     checks
         Other traffic to check the gain in, by the name of the case.
     threads
@@ -106,6 +109,6 @@ def optimise(
     problem = Problem(
         rig, traffic, additions, objective, frames, held_out, seed, against, blind_m,
         moves_of(radius_m, exchange or {}, turns), Weights(by_class, rings), floors or {},
-        None if scene is None else scene.field, checks=checks or {},
+        None if scene is None else scene.field, checks=checks or {}, at_least=at_least,
     )  # fmt: skip
     return finished(problem, threads, progress)

@@ -73,6 +73,7 @@ def optimise(
     s_ms: Annotated[bool, Parameter(group=GOAL)] = False,
     weight: Annotated[tuple[str, ...], Parameter(group=GOAL, metavar="WHAT=W", show_default=False)] = (),
     floor: Annotated[tuple[str, ...], Parameter(group=GOAL, metavar="CLASS=VALUE", show_default=False)] = (),
+    at_least: Annotated[float | None, Parameter(group=GOAL, metavar="VALUE")] = None,
     within_m: Annotated[float, Parameter(name="--within", group=GOAL, metavar="M")] = WITHIN_M,
     blind: Annotated[float | None, Parameter(group=GOAL, metavar="M")] = None,
     surroundings: Surroundings = None,
@@ -137,6 +138,8 @@ def optimise(
         Weight of a class (pedestrian=2) or of a ring in metres (0-20=3); may be repeated (1).
     floor
         Least value of the objective for a class, before anything else (pedestrian=0.5); may be repeated.
+    at_least
+        Value of the objective to reach: propose the cheapest set that does, the best at that cost.
     within_m
         Objects count up to this distance from the car.
     blind
@@ -175,7 +178,7 @@ def optimise(
     voxels = load_scene(scene)[1] if objective in OF_VOXELS else None
     problem = Problem(
         opened, load_traffic(scene, within_m), additions, objective, frames, held_out, seed, reference, blind, moves,
-        weights, floors, voxels, checks=_other_traffic(scene, check_boxes, within_m),
+        weights, floors, voxels, checks=_other_traffic(scene, check_boxes, within_m), at_least=at_least,
     )  # fmt: skip
     if asked is not None:
         subject = scene_for(scene, [opened], score, asked.required)

@@ -42,7 +42,7 @@ class Problem:
     the object whose blind area is the second goal of the front; without it there is none. floors: least values of the
     objective by class. voxels: of the objectives of them; calibration: of predicted detection, by default the one that
     ships; checks: other traffic for the guard, by the name of the case; unmet: returns the requirements that a rig does
-    not meet.
+    not meet. at_least: value that the set is to reach at the least cost, before it is the best at that cost.
     """
 
     rig: Rig
@@ -61,6 +61,7 @@ class Problem:
     calibration: Calibration | None = None
     checks: Mapping[str, Traffic] = field(default_factory=dict)
     unmet: Callable[[Rig], tuple[str, ...]] | None = None
+    at_least: float | None = None
 
     def __post_init__(self) -> None:
         if self.objective not in OBJECTIVES:
@@ -79,6 +80,8 @@ class Problem:
             raise InputError(
                 f"must be at most {most}, to leave frames for checking (got {self.frames})", "frames"
             )
+        if self.at_least is not None and not 0.0 < self.at_least <= 1.0:
+            raise InputError(f"must be above 0 and at most 1 (got {self.at_least:g})", "at_least")
         if self.blind_m is not None and not 0.05 <= self.blind_m <= 2.0:
             raise InputError(f"must be between 0.05 and 2 m (got {self.blind_m:g})", "blind_m")
 
@@ -195,6 +198,15 @@ class Stair:
 
 
 @dataclass(frozen=True)
+class Cheapest:
+    """Least cost at which a set reaches a value; whether it is proven that no cheaper one does."""
+
+    value: float
+    cost: float
+    is_proven: bool
+
+
+@dataclass(frozen=True)
 class OptimiseResult:
     """Proposals, the best first, then those of the front; no allowed set exceeds `bound` in the frames of choice.
 
@@ -215,6 +227,7 @@ class OptimiseResult:
     stairs: tuple[Stair, ...] = ()
     floors: Mapping[str, float] = field(default_factory=dict)
     unmet: tuple[str, ...] | None = None
+    cheapest: Cheapest | None = None
 
     @property
     def best(self) -> Proposal:
@@ -245,6 +258,11 @@ class OptimiseResult:
         where = f"on these {self.candidates} mounts"
         if self.floors:
             where += " that keeps the floors"
+        if self.cheapest is not None:
+            said = (
+                "none cheaper reaches" if self.cheapest.is_proven else "none cheaper was found that reaches"
+            )
+            where += f" at a cost of {self.cheapest.cost:g} ({said} {self.cheapest.value:g})"
         if self.bound.kind == "proven":
             return f"no {some} {where} is better in these {self.problem.frames} frames (proven)"
         gap = math.ceil(self.gap * 1000.0) / 10.0
@@ -272,6 +290,7 @@ class OptimiseResult:
                 for name, floor in self.problem.floors.items()
             },
             "unmet": None if self.unmet is None else list(self.unmet),
+            "cheapest": None if self.cheapest is None else vars(self.cheapest),
             "stairs": [{"count": one.count, "value": one.value} for one in self.stairs],
         }
 

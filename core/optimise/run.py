@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
@@ -9,14 +10,14 @@ from typing import TypeVar
 
 import numpy as np
 
-from riglens.core.errors import Cancelled
+from riglens.core.errors import Cancelled, InputError
 from riglens.core.kernels.runtime import jit
 from riglens.core.optimise.bounds import Bound, branch_and_bound, fractional_bound
 from riglens.core.optimise.guard import FEW, Evaluator, Kept, OtherTraffic, Sampler, guard, with_worst_failure
 from riglens.core.optimise.mounts import Move, candidates, conflicts, locked, mounted, rules_for
 from riglens.core.optimise.objectives import WORST, WorstFailure, sensors_for
-from riglens.core.optimise.results import OptimiseResult, Problem, Proposal, Stair
-from riglens.core.optimise.search import AtLeast, Limits, front, greedy, search, swap
+from riglens.core.optimise.results import Cheapest, OptimiseResult, Problem, Proposal, Stair
+from riglens.core.optimise.search import ROUNDING, AtLeast, Limits, front, greedy, search, swap
 from riglens.core.optimise.skin import SkinGains
 from riglens.core.optimise.tables import (
     UNIT,
@@ -77,6 +78,7 @@ def optimise(problem: Problem, threads: int | None = None, is_stale: IsStale = n
     """
     run = _Run(problem, jit.use_threads(threads), is_stale)
     yield from run.cast()
+    cheapest = None if problem.at_least is None else (yield from run.cheapest(problem.at_least))
     chosen, bound = yield from run.solve()
     chosen, unmet = yield from run.meeting(chosen, bound)
     if bound.kind == "proven" and run.figure.value(chosen) < bound.value:
@@ -108,6 +110,7 @@ def optimise(problem: Problem, threads: int | None = None, is_stale: IsStale = n
         stairs,
         run.floors(chosen),
         unmet,
+        cheapest,
     )
     checks = guard(
         proposals[0].rig, reference, sampler, problem.settings, problem.frames, problem.last, run.others()
@@ -275,6 +278,34 @@ class _Run:
                 return chosen, Bound(self.table.value(chosen), "proven")
         return chosen, (yield from self._bounded(chosen))
 
+    def cheapest(self, at_least: float) -> Generator[Progress, None, Cheapest]:
+        """Return the least cost at which a set is found that reaches a value, and search at no more than that from now
+        on; raise InputError where none reaches it."""
+        wanted, costs = math.ceil(at_least * UNIT - 0.5), {0.0}
+        if self.problem.goal.name == WORST:
+            self._prepare_failures()
+        for _ in range(self._all.count):
+            sums = {round(a + b, 9) for a in costs for b in np.unique(self._all.costs).tolist()}
+            costs |= {one for one in sums if one <= self._all.budget * (1.0 + ROUNDING)}
+        levels = sorted(costs)
+        low, high, most = 0, len(levels), 0
+        while low < high:
+            middle = (low + high) // 2
+            some = yield from self._steps("costs", self._searched(replace(self._all, budget=levels[middle])))
+            value = self.figure.value(some)
+            low, high, most = (low, middle, most) if value >= wanted else (middle + 1, high, max(most, value))
+        if low == len(levels):
+            raise InputError(
+                f"must be at most {math.floor(most / UNIT * 1e4) / 1e4:g}, the best found within count and "
+                f"budget (got {at_least:g})",
+                "at_least",
+            )
+        self._all, is_proven = replace(self._all, budget=levels[low]), low == 0
+        if low:
+            below = replace(self._all, budget=levels[low - 1])
+            is_proven = (yield from self._bounded([], below)).value < wanted
+        return Cheapest(at_least, levels[low], is_proven)
+
     def _keeps_floors(self, chosen: list[int]) -> bool:
         found = self.floors(chosen)
         return all(found[name] >= floor - 1e-9 for name, floor in self.problem.floors.items())
@@ -310,9 +341,9 @@ class _Run:
             worst = min(bases, key=self._maker.value)
             self._failed.append((self._maker.table(worst, self._cells), self._all))
 
-    def _bounded(self, chosen: list[int]) -> Generator[Progress, None, Bound]:
+    def _bounded(self, chosen: list[int], limits: Limits | None = None) -> Generator[Progress, None, Bound]:
         """Bound the figure by cuts, of the least functions above it that cuts hold for."""
-        tables = [(self.table.concave(), self._all)]
+        tables = [(self.table.concave(), limits or self._all)]
         if self.problem.goal.name == WORST:
             tables = self._failed
         bounds = []
@@ -384,7 +415,9 @@ class _Run:
         found = []
         for count in range(max(self.problem.count, STAIRS) + 1 if self.problem.count else 1):
             room = np.array([count, *self._all.room[1:]], np.int64)
-            limits = replace(self._all, count=int(room.sum()), room=room)
+            limits = replace(
+                self._all, count=int(room.sum()), room=room, budget=self.problem.additions.budget
+            )
             some = yield from self._steps("stairs", self._searched(limits))
             found.append(Stair(count, self.figure.value(some) / UNIT, self.rig_with(some, f"{count} added")))
         return tuple(found)

@@ -328,3 +328,21 @@ def test_the_paired_error_is_that_of_frames(traffic: Traffic) -> None:
         found.append(np.mean([more[cls == c].mean() for c in range(3)]))
     assert gain == pytest.approx(np.mean(found), abs=2.0 * se)
     assert se == pytest.approx(np.std(found), rel=0.25)
+
+
+def test_the_cheapest_set_reaches_the_value_and_no_cheaper_one_does(traffic: Traffic) -> None:
+    costs = {"generic-16": 1.0, "velodyne-vlp-16": 3.0}
+    several = replace(ADDED, models=tuple(costs), costs=costs, count=2)
+    problem = Problem(RIG, traffic, several, frames=8, held_out=10)
+    stairs = {one.count: one for one in done(optimise(problem, 1)).stairs}
+    wanted = 0.999 * stairs[2].value
+    found = done(optimise(replace(problem, at_least=wanted), 1))
+    assert found.cheapest is not None and found.best.cost <= found.cheapest.cost
+    assert found.best.value >= wanted - 1e-9 and f"{found.cheapest.cost:g}" in found.sentence()
+    less = replace(several, budget=found.cheapest.cost - 0.5)
+    if less.budget > less.cost_of("generic-16"):
+        assert done(optimise(replace(problem, additions=less), 1)).best.value < wanted
+    already = done(optimise(replace(problem, at_least=0.5 * found.before), 1))
+    assert already.cheapest is not None and already.cheapest.cost == 0.0 and already.best.added == ()
+    with pytest.raises(InputError, match="must be at most"):
+        done(optimise(replace(problem, at_least=0.999), 1))
