@@ -31,7 +31,7 @@ from riglens.core.targets.engine import never_stale
 from riglens.core.vehicle.housings import housing_corners_m
 from riglens.core.vehicle.profiles import PROFILES
 from riglens.core.vehicle.solid import solid_of
-from riglens.core.vehicle.standing import Skin, skin_of
+from riglens.core.vehicle.standing import Skin, is_inside, skin_of
 
 Doubles = NDArray[np.float64]
 LEVELS_DEG = (0.0, 8.0, 15.0)
@@ -240,7 +240,8 @@ def candidates(
     ) -> None:
         some = (wish.at(spot, number, tilt_deg) for tilt_deg in tilts_deg)
         keeps = (not rig.vehicle.has_mesh_file, rules, rest, outline, taken, own_out)
-        found.extend(one for one in some if one is not None and _keeps(one, spot, near, *keeps))
+        kept = (one for one in some if one is not None and _keeps(one, spot, near, *keeps))
+        found.extend(one for one in kept if spot.is_free or not is_inside(one.places_m[0], solid))
 
     for number, spot in enumerate(spots):
         if is_stale():

@@ -14,7 +14,7 @@ from riglens.core.errors import Cancelled, InputError
 from riglens.core.kernels.runtime import jit
 from riglens.core.optimise.bounds import Bound, branch_and_bound, fractional_bound
 from riglens.core.optimise.guard import FEW, Evaluator, Kept, OtherTraffic, Sampler, guard, with_worst_failure
-from riglens.core.optimise.mounts import Move, candidates, conflicts, locked, mounted, rules_for
+from riglens.core.optimise.mounts import Candidate, Move, candidates, conflicts, locked, mounted, rules_for
 from riglens.core.optimise.objectives import WORST, WorstFailure, sensors_for
 from riglens.core.optimise.results import Cheapest, OptimiseResult, Problem, Proposal, Stair
 from riglens.core.optimise.search import ROUNDING, AtLeast, Limits, front, greedy, search, swap
@@ -148,6 +148,16 @@ def skin_gains(
     return run.skin
 
 
+def filled(f: SetFunction, listed: Sequence[Candidate], moves: int) -> SetFunction:
+    """Return a function of sets that puts every moved sensor somewhere before anything else."""
+    if not moves:
+        return f
+    cells = [np.arange(one.slot - 1, one.slot, dtype=np.int32)[: one.slot] for one in listed]
+    worth, owner = np.arange(moves + 1, dtype=np.int64)[None], np.zeros(moves, np.int32)
+    places = CoverTable(cells, owner, np.zeros(1, np.int32), np.zeros(1, np.uint8), worth, 1)
+    return AtLeast(f, places, moves)
+
+
 class _Run:
     """Candidates of a problem and their tables."""
 
@@ -256,14 +266,7 @@ class _Run:
         return Limits(int(room.sum()), costs, problem.additions.budget, apart, slots, room)
 
     def _filled(self, f: SetFunction) -> SetFunction:
-        """Return a function that puts every moved sensor somewhere before anything else."""
-        count = len(self.problem.moves)
-        if not count:
-            return f
-        cells = [np.arange(one.slot - 1, one.slot, dtype=np.int32)[: one.slot] for one in self.candidates]
-        zero, worth = np.zeros(1, np.uint8), np.arange(count + 1, dtype=np.int64)[None]
-        owner = np.zeros(count, np.int32)
-        return AtLeast(f, CoverTable(cells, owner, np.zeros(1, np.int32), zero, worth, 1), count)
+        return filled(f, self.candidates, len(self.problem.moves))
 
     def solve(self) -> Generator[Progress, None, tuple[list[int], Bound]]:
         """Search for the best set, then try to prove it, and bound it by cuts where that takes too many steps, or where

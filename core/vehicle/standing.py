@@ -109,11 +109,12 @@ def stand(position_m: Vec3, solid: Solid) -> MountStatus:
     gap_m = float(np.linalg.norm(nearest - place))
     x_m, y_m, z_m = nearest.tolist()
     return MountStatus(
-        _is_inside(place, solid), below, gap_m, _drop_m(place, solid), position_m, (x_m, y_m, z_m)
+        is_inside(place, solid), below, gap_m, _drop_m(place, solid), position_m, (x_m, y_m, z_m)
     )
 
 
-def _is_inside(place: Points, solid: Solid) -> bool:
+def is_inside(place: Points, solid: Solid) -> bool:
+    """Return whether a place (3,) is inside the body, as `stand` says it."""
     directions = _even_directions(_DIRECTIONS)
     met = np.isfinite(_first_m(place, directions, solid))
     up, level = directions[:, 2] >= 0.0, np.abs(directions[:, 2]) <= NEAR_HORIZON

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
 from riglens.core.optimise.mounts import Additions, Move, candidates, conflicts, locked, mounted, rules_for
+from riglens.core.optimise.run import filled
 from riglens.core.optimise.search import Limits, greedy, swap
 from riglens.core.review.mounts import Beyond, MountLimits, violations
 from riglens.core.rig.edits import mirrored_pose, with_mirror_image
@@ -71,7 +72,7 @@ def keep_locks_and_rules(seed: int) -> None:
     slots = np.array([one.slot for one in listed], np.int64)
     spent = np.array([one.cost for one in listed])
     limits = Limits(int(room.sum()), spent, budget, conflicts(listed, rest, rules), slots, room)
-    table = random_table(rng, len(listed))
+    table = filled(random_table(rng, len(listed)), listed, len(moves))
     stays = [number for number, one in enumerate(listed) if one.is_as_now]
     assert limits.allow(stays)
     chosen = done(swap(table, limits, greedy(table, limits, stays if rng.random() < 0.5 else ())))
