@@ -33,8 +33,8 @@ from riglens.core.rig.model import FORMAT_VERSION, Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.pog import Pog
 from riglens.core.shown_text import visible
-from riglens.core.targets.card import Card
-from riglens.core.targets.card_table import card_document, card_lines
+from riglens.core.targets.detection_range import DetectionRange
+from riglens.core.targets.detection_range_table import range_document, range_lines
 from riglens.core.targets.object_table import object_table
 from riglens.core.targets.scores import ClassTargets, Row, TargetScores
 from riglens.core.targets.targets_json import targets_document
@@ -325,28 +325,29 @@ class BlindResult(Result):
 
 @dataclass(frozen=True, eq=False)
 class RangeResult(Result):
-    """Detection range of a rig by class, heading and direction: `card.rows`."""
+    """Detection range of a rig by class, heading and direction: `ranges.rows`."""
 
-    card: Card
+    ranges: DetectionRange
 
     def __repr__(self) -> str:
-        return f"<RangeResult of {self.card.rig.name}: {len(self.card.rows)} cases up to {self.card.plan.to_m:g} m>"
+        found = self.ranges
+        return f"<RangeResult of {found.rig.name}: {len(found.rows)} cases up to {found.plan.to_m:g} m>"
 
     def _repr_png_(self) -> bytes:
-        from riglens.app.studies.card_chart import card_figure
+        from riglens.app.studies.detection_range_chart import range_figure
         from riglens.app.studies.pictures import picture
 
-        return picture(card_figure(self.card))
+        return picture(range_figure(self.ranges))
 
     def to_dict(self) -> dict[str, Any]:
         """Return the JSON of `riglens card RIG`."""
-        return card_document(self.card)
+        return range_document(self.ranges)
 
     def rows(self) -> Rows:
         """Return a row per class, heading, direction and kind of sensor; None: detected at the farthest distance."""
         return [
             {name: None if cell == "" else cell for name, cell in line.items()}
-            for line in card_lines(self.card)
+            for line in range_lines(self.ranges)
         ]
 
 

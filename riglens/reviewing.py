@@ -19,7 +19,7 @@ from riglens.core.review.tolerance import tolerance as tolerance_of
 from riglens.core.review.tolerance_json import tolerance_document
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import Progress
-from riglens.core.targets.card import CardPlan, around
+from riglens.core.targets.detection_range import RangePlan, around
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import Traffic
 from riglens.results import (
@@ -110,7 +110,7 @@ def detection_range(
     from riglens.app.commands.detection_range import detection_range as range_of
 
     ScoreOptions(threads=threads)
-    plan = CardPlan(
+    plan = RangePlan(
         min_points,
         min_height_px,
         around(directions),

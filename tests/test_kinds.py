@@ -48,9 +48,9 @@ from riglens.core.sensors.kind import HitMeasure, Occlusion, Placement, SensorKi
 from riglens.core.sensors.lattice import Ids
 from riglens.core.sensors.mounting import outwards_rpy_deg
 from riglens.core.sensors.registry import kind_of, kinds, registered
-from riglens.core.targets.card import CardPlan
-from riglens.core.targets.card_making import card_of
-from riglens.core.targets.card_table import card_document, card_lines
+from riglens.core.targets.detection_range import RangePlan
+from riglens.core.targets.detection_range_making import detection_range_of
+from riglens.core.targets.detection_range_table import range_document, range_lines
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.object_table import object_table
 from riglens.core.targets.settings import EXACT, USUAL
@@ -244,13 +244,13 @@ def _meets(origin: NDArray[np.float64], way: NDArray[np.float64], *box: object) 
     return bool(max(enter.max(), 0.0) < leave.min())
 
 
-def test_the_card_says_up_to_which_distance_it_detects() -> None:
-    ahead = CardPlan(bearings_deg=(0.0,), to_m=40.0)
-    card = card_of(rig_with(TOP, probe(range_m=(0.0, 20.0))), ahead, 1)
-    far = {row.cls: row.reaches["probe"].most_m for row in card.rows}
+def test_the_detection_range_says_up_to_which_distance_it_detects() -> None:
+    ahead = RangePlan(bearings_deg=(0.0,), to_m=40.0)
+    ranges = detection_range_of(rig_with(TOP, probe(range_m=(0.0, 20.0))), ahead, 1)
+    far = {row.cls: row.reaches["probe"].most_m for row in ranges.rows}
     assert 0.0 < far["pedestrian"] < 22.0 and 20.0 < far["car"] < 24.0
-    assert card_document(card)["rigs"][0]["rows"][0]["probe"]["first_below_m"]
-    assert {line["kind"]: line["threshold"] for line in card_lines(card)} == {
+    assert range_document(ranges)["rigs"][0]["rows"][0]["probe"]["first_below_m"]
+    assert {line["kind"]: line["threshold"] for line in range_lines(ranges)} == {
         "lidar": 5,
         "camera": 25.0,
         "probe": 3,

@@ -1,4 +1,4 @@
-"""Questions about one rig that a background thread answers with serial kernels: card, mounts, test objects."""
+"""Requests about one rig, answered with serial kernels: detection range, mounts, test objects."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 from riglens.app.background.worker import Context
 from riglens.core.metric.scores import Body
 from riglens.core.rig.model import Rig
-from riglens.core.targets.card import Card, CardPlan
+from riglens.core.targets.detection_range import DetectionRange, RangePlan
 
 if TYPE_CHECKING:  # loads the compiler, which a window that opens does not need
     from riglens.core.review.mounts import Footings, MountLimits, Violation
@@ -25,11 +25,11 @@ class RigRequest(Generic[Options]):
     options: Options
 
 
-def detection_card(request: RigRequest[CardPlan], context: Context[Card]) -> Card:
-    """Return the card of a rig."""
-    from riglens.core.targets.card_making import card_of
+def detection_range(request: RigRequest[RangePlan], context: Context[DetectionRange]) -> DetectionRange:
+    """Return the detection range of a rig."""
+    from riglens.core.targets.detection_range_making import detection_range_of
 
-    return card_of(request.rig, request.options, is_serial=True, progress=context.report)
+    return detection_range_of(request.rig, request.options, is_serial=True, progress=context.report)
 
 
 def object_verdicts(

@@ -27,17 +27,17 @@ from riglens.app.terminal.loading import load_rigs
 from riglens.core.files import atomic_write
 from riglens.core.rig.model import Rig
 from riglens.core.shown_text import visible
-from riglens.core.targets.card import Card, CardPlan, CardRow, around
-from riglens.core.targets.card_making import card_of
-from riglens.core.targets.card_table import card_document, card_lines
-from riglens.core.targets.card_text import HEADINGS, bearing_text, reach_text, stop_text
+from riglens.core.targets.detection_range import DetectionRange, RangePlan, RangeRow, around
+from riglens.core.targets.detection_range_making import detection_range_of
+from riglens.core.targets.detection_range_table import range_document, range_lines
+from riglens.core.targets.detection_range_text import HEADINGS, bearing_text, reach_text, stop_text
 from riglens.core.targets.engine import warm_up
 
 DETECTION = Group("Detection", sort_key=20)
 BRAKING = Group("Braking", sort_key=21)
 
 
-def card(
+def command(
     rig: RigName,
     /,
     *,
@@ -81,7 +81,7 @@ def card(
         Also write them as JSON to a file; with - to standard output, instead of the table.
     """
     score = score.solid(body)
-    plan = CardPlan(
+    plan = RangePlan(
         min_points,
         min_height,
         around(directions),
@@ -94,42 +94,44 @@ def card(
     require_outputs((rig,), csv, chart, json)
     found = detection_range(opened, plan, score.threads)
     if csv is not None:
-        write_text(csv, csv_text(card_lines(found)))
+        write_text(csv, csv_text(range_lines(found)))
     if chart is not None:
         _draw(chart, found)
-    deliver(card_document(found), json, lambda: print_range(found))
+    deliver(range_document(found), json, lambda: print_range(found))
 
 
-def detection_range(rig: Rig, plan: CardPlan, threads: int | None) -> Card:
+def detection_range(rig: Rig, plan: RangePlan, threads: int | None) -> DetectionRange:
     """Find the detection ranges of a rig."""
     warm_up(threads)
-    return card_of(rig, plan, threads)
+    return detection_range_of(rig, plan, threads)
 
 
-def _draw(path: Path, found: Card) -> None:
-    from riglens.app.studies.card_chart import card_figure  # matplotlib
+def _draw(path: Path, found: DetectionRange) -> None:
+    from riglens.app.studies.detection_range_chart import range_figure  # matplotlib
     from riglens.app.studies.pictures import picture
 
     with atomic_write(path) as stream:
-        stream.write(picture(card_figure(found), "svg" if path.suffix.lower() == ".svg" else "png"))
+        stream.write(picture(range_figure(found), "svg" if path.suffix.lower() == ".svg" else "png"))
 
 
-def print_range(card: Card) -> None:
-    """Print the distances of a card, what they mean, and the stopping distances, on standard output."""
+def print_range(ranges: DetectionRange) -> None:
+    """Print the distances, what they mean, and the stopping distances, on standard output."""
     console = results()
-    console.print(Text(f"{visible(card.rig.name)}: first distance in metres with too little"), soft_wrap=True)
-    console.print(_table(card))
-    for line in _explanation(card):
+    console.print(
+        Text(f"{visible(ranges.rig.name)}: first distance in metres with too little"), soft_wrap=True
+    )
+    console.print(_table(ranges))
+    for line in _explanation(ranges):
         console.print(line, soft_wrap=True)
-    console.print(_stops(card))
+    console.print(_stops(ranges))
 
 
-def _explanation(card: Card) -> Iterator[str]:
+def _explanation(ranges: DetectionRange) -> Iterator[str]:
     """Yield the lines that explain the figures."""
-    plan = card.plan
+    plan = ranges.plan
     yield (
         f"LiDARs: fewer than {plan.min_points} points, as worst/median/best over the object's position between the "
-        f"beams (gap {card.gap_deg:.2g} deg). Cameras: less than {plan.min_height_px:g} pixels tall. More is better."
+        f"beams (gap {ranges.gap_deg:.2g} deg). Cameras: less than {plan.min_height_px:g} pixels tall. More is better."
     )
     yield (
         f"Alone on flat ground, body {plan.settings.as_dict()['body']}; distance from the middle of the car to "
@@ -141,35 +143,35 @@ def _explanation(card: Card) -> Iterator[str]:
     )
 
 
-def _table(card: Card) -> Table:
+def _table(ranges: DetectionRange) -> Table:
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     table.add_column("object")
-    for bearing in card.plan.bearings_deg:
+    for bearing in ranges.plan.bearings_deg:
         table.add_column(bearing_text(bearing), justify="right")
     table.add_column("stops from", justify="right")
-    rows = list(dict.fromkeys((row.cls, row.heading_deg) for row in card.rows))
+    rows = list(dict.fromkeys((row.cls, row.heading_deg) for row in ranges.rows))
     for cls, heading in rows:
-        mine = [row for row in card.rows if (row.cls, row.heading_deg) == (cls, heading)]
+        mine = [row for row in ranges.rows if (row.cls, row.heading_deg) == (cls, heading)]
         for kind in mine[0].reaches:
-            table.add_row(f"{cls} {HEADINGS[heading]}, {kind}", *_cells(card, mine, kind))
+            table.add_row(f"{cls} {HEADINGS[heading]}, {kind}", *_cells(ranges, mine, kind))
     return table
 
 
-def _cells(card: Card, rows: list[CardRow], kind: str) -> Iterator[str]:
+def _cells(ranges: DetectionRange, rows: list[RangeRow], kind: str) -> Iterator[str]:
     ahead = ""
     for row in rows:
         reach = row.reaches[kind]
-        yield reach_text(reach, card.plan.to_m)
-        ahead = ahead or stop_text(card.stops_from_kmh(row, reach))
+        yield reach_text(reach, ranges.plan.to_m)
+        ahead = ahead or stop_text(ranges.stops_from_kmh(row, reach))
     yield ahead
 
 
-def _stops(card: Card) -> Table:
+def _stops(ranges: DetectionRange) -> Table:
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     table.add_column("speed (km/h)")
-    for speed in card.plan.speeds_kmh:
+    for speed in ranges.plan.speeds_kmh:
         table.add_column(f"{speed:g}", justify="right")
     table.add_row(
-        "stops within (m)", *(f"{card.plan.stopping_m(speed):.0f}" for speed in card.plan.speeds_kmh)
+        "stops within (m)", *(f"{ranges.plan.stopping_m(speed):.0f}" for speed in ranges.plan.speeds_kmh)
     )
     return table

@@ -109,7 +109,7 @@ GROUPS = {
 PARTS = {
     "audit": "audit:audit",
     "blind": "blind:blind",
-    "card": "detection_range:card",
+    "card": "detection_range:command",
     "redundancy": "redundancy:redundancy",
     "targets": "targets:targets",
     "tolerance": "tolerance:tolerance",

@@ -39,8 +39,8 @@ from riglens.core.review.blind_json import blind_document
 from riglens.core.review.profiles import Profile
 from riglens.core.rig.edits import damaged as damaged_rig
 from riglens.core.rig.model import FORMAT_VERSION, Rig
-from riglens.core.targets.card import CardPlan
-from riglens.core.targets.card_table import card_document
+from riglens.core.targets.detection_range import RangePlan
+from riglens.core.targets.detection_range_table import range_document
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import WITHIN_M, Traffic
 
@@ -99,7 +99,7 @@ def review(
     """
     parts = parts_of(only)
     asked = _ReviewOptions(
-        CardPlan(min_points), profiles_of(profiles), Drawing.of(errors, draws, seed, sample)
+        RangePlan(min_points), profiles_of(profiles), Drawing.of(errors, draws, seed, sample)
     )
     (opened,) = load_rigs([rig], score.solid(), libraries, housings)
     opened = damaged_rig(opened, damaged)
@@ -120,7 +120,7 @@ def review(
 class _ReviewOptions:
     """Settings of the parts."""
 
-    plan: CardPlan
+    plan: RangePlan
     profiles: tuple[Profile, ...]
     drawing: Drawing
 
@@ -158,7 +158,7 @@ class Review:
     def range(self) -> Part:
         """Find detection ranges."""
         found = detection_range(self.rig, self.asked.plan, self.score.threads)
-        return card_document(found), lambda: print_range(found)
+        return range_document(found), lambda: print_range(found)
 
     def redundancy(self) -> Part:
         """Find what failures cost."""

@@ -37,8 +37,8 @@ from riglens.core.review.verdicts import ObjectVisibility
 from riglens.core.rig.library import sensor_from_model
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES, DataReport
-from riglens.core.targets.card import CardPlan
-from riglens.core.targets.card_making import card_of
+from riglens.core.targets.detection_range import RangePlan
+from riglens.core.targets.detection_range_making import detection_range_of
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import Traffic, traffic_of
@@ -107,8 +107,8 @@ def _audit_rays() -> None:
 
 
 def _find_ranges() -> None:
-    plan = CardPlan(to_m=10.0)
-    card_of(RIG, plan, is_serial=True)
+    plan = RangePlan(to_m=10.0)
+    detection_range_of(RIG, plan, is_serial=True)
 
 
 def _try_test_objects() -> None:

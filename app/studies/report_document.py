@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from riglens.app.studies.blind_chart import blind_figure
-from riglens.app.studies.card_chart import card_figure
+from riglens.app.studies.detection_range_chart import range_figure
 from riglens.app.studies.pictures import picture
 from riglens.app.studies.report_drawings import Plans, plans, view_data
 from riglens.app.studies.report_figures import Report, ReportPlan
@@ -18,7 +18,7 @@ from riglens.core.rig.model import Rig
 class Drawings:
     """Drawings of one rig: charts as PNG, plans, and the data of the view that turns."""
 
-    card_png: bytes
+    range_png: bytes
     blind_png: bytes
     plans: Plans
     view: dict[str, Any]
@@ -44,11 +44,11 @@ def document_of(plan: ReportPlan, report: Report) -> ReportDocument:
     """Draw what belongs to the figures of a report."""
     drawings = tuple(
         Drawings(
-            card_png=picture(card_figure(card)),
+            range_png=picture(range_figure(ranges)),
             blind_png=picture(blind_figure(found, "any", 1)),
             plans=plans(rig),
             view=view_data(rig),
         )
-        for rig, found, card in zip(plan.rigs, report.maps, report.cards, strict=True)
+        for rig, found, ranges in zip(plan.rigs, report.maps, report.ranges, strict=True)
     )
     return ReportDocument(report.figures, plan.rigs, drawings, plan.labels.words)

@@ -37,9 +37,9 @@ from riglens.core.rig.model import FORMAT_VERSION, MAX_SENSORS, Frozen, Rig
 from riglens.core.rig.yaml.file import dumps
 from riglens.core.rig.yaml.nodes import shortened
 from riglens.core.scene.boxes import Progress
-from riglens.core.targets.card import USUAL_PLAN, Card
-from riglens.core.targets.card_making import card_of
-from riglens.core.targets.card_table import card_document
+from riglens.core.targets.detection_range import USUAL_PLAN, DetectionRange
+from riglens.core.targets.detection_range_making import detection_range_of
+from riglens.core.targets.detection_range_table import range_document
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.scores import TargetScores
 from riglens.core.targets.settings import TargetSettings
@@ -169,11 +169,11 @@ class Inputs(Frozen):
 
 @dataclass(frozen=True)
 class Report:
-    """The figures, and what pictures are drawn from, rig by rig: maps of blind zones, and cards."""
+    """The figures, and what pictures are drawn from, rig by rig: maps of blind zones, and detection ranges."""
 
     figures: dict[str, Any]
     maps: tuple[BlindMap, ...]
-    cards: tuple[Card, ...]
+    ranges: tuple[DetectionRange, ...]
 
 
 def report_of(plan: ReportPlan, tell: Stage) -> Report:
@@ -183,7 +183,7 @@ def report_of(plan: ReportPlan, tell: Stage) -> Report:
     stages.begin("Reading the data")
     field = load_scenario(plan.scene.for_rigs(plan.rigs, score), lambda _: None).field
     traffic = None if plan.scene.pog is not None else load_traffic(plan.scene, WITHIN_M)
-    evaluations, counted, parts, maps, cards = [], [], [], [], []
+    evaluations, counted, parts, maps, ranges = [], [], [], [], []
     for rig in plan.rigs:
         stages.begin("Scoring", rig.name)
         engine = Engine(field, score.threads)
@@ -196,16 +196,16 @@ def report_of(plan: ReportPlan, tell: Stage) -> Report:
         stages.begin("Finding blind zones", rig.name)
         found = BlindEngine(rig.vehicle, BlindSettings(), score.threads).evaluate(rig)
         maps.append(found)
-        cards.append(
-            card_of(
+        ranges.append(
+            detection_range_of(
                 rig, USUAL_PLAN, score.threads,
                 progress=stages.begin("Finding detection ranges", rig.name),
             )
         )  # fmt: skip
         parts.append(_parts(plan, rig, found, engine, field, traffic, counts, stages))
-        parts[-1]["card"] = card_document(cards[-1])
+        parts[-1]["card"] = range_document(ranges[-1])
     figures = _figures(plan, field, traffic, evaluations, counted, parts, score)
-    return Report(figures, tuple(maps), tuple(cards))
+    return Report(figures, tuple(maps), tuple(ranges))
 
 
 def _counts(traffic: Traffic | None, rig: Rig, score: ScoreOptions) -> TargetScores | None:

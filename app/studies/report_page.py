@@ -27,7 +27,7 @@ from riglens.core.sensing.rays import farthest_m
 from riglens.core.sensors.base import Sensor
 from riglens.core.sensors.registry import kind_of, kinds
 from riglens.core.shown_text import visible
-from riglens.core.targets.card_text import HEADINGS, bearing_text
+from riglens.core.targets.detection_range_text import HEADINGS, bearing_text
 
 Figures = dict[str, Any]
 FEW_ROWS, SHORT, MOST_MISSED = 14, 40, 40
@@ -140,7 +140,7 @@ def printed_page(document: ReportDocument) -> tuple[str, dict[str, bytes]]:
     """Return the same for print, and the pictures that it names: PNG and SVG."""
     pictures = {}
     for number, drawn in enumerate(document.drawings):
-        pictures[f"card{number}"], pictures[f"blind{number}"] = drawn.card_png, drawn.blind_png
+        pictures[f"card{number}"], pictures[f"blind{number}"] = drawn.range_png, drawn.blind_png
         pictures[f"plans{number}"] = _filled("plans.svg", plans=drawn.plans, printed=True, alt="").encode(
             "utf-8"
         )
@@ -174,7 +174,7 @@ def _templates() -> Environment:
     made.globals |= {write.__name__: write for write in writers} | {
         function.__name__: function
         for function in (
-            at, body_text, card_lines, difference_text, few_words, limit_texts, missed_objects, origin, smallest_range,
+            at, body_text, range_lines, difference_text, few_words, limit_texts, missed_objects, origin, smallest_range,
             verdict_text, view_text, worst_failure, worst_profile, zone_places,
         )
     } | {
@@ -193,7 +193,7 @@ def _shown(value: Any) -> Any:
     return visible(value) if isinstance(value, str) and not hasattr(value, "__html__") else value
 
 
-def card_lines(rows: list[Figures]) -> Iterator[tuple[str, list[str]]]:
+def range_lines(rows: list[Figures]) -> Iterator[tuple[str, list[str]]]:
     """Titles of the lines of detection ranges, each with the places of its figures among the rows."""
     for cls, heading in dict.fromkeys((row["class"], row["heading_deg"]) for row in rows):
         places = [n for n, row in enumerate(rows) if (row["class"], row["heading_deg"]) == (cls, heading)]

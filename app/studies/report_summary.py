@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensors.registry import kinds
-from riglens.core.targets.card_text import HEADINGS, bearing_text
+from riglens.core.targets.detection_range_text import HEADINGS, bearing_text
 
 Figures = dict[str, Any]
 

@@ -12,8 +12,8 @@ from riglens.app.window.features.arrange import Arrange, ViewMenu
 from riglens.app.window.features.audit import Audit
 from riglens.app.window.features.autosave import Autosave
 from riglens.app.window.features.car import Car, SolidCar
-from riglens.app.window.features.card import CardShown
 from riglens.app.window.features.compare import Compare
+from riglens.app.window.features.detection_range import DetectionRangeShown
 from riglens.app.window.features.drop import Drop
 from riglens.app.window.features.edits import Clipboard, Edits, Mirror
 from riglens.app.window.features.failing import Failing
@@ -78,7 +78,7 @@ class Features(NamedTuple):
     targets: Targets
     objects: Objects
     mounts: Mounts
-    card: CardShown
+    detection_range: DetectionRangeShown
     marginals: Marginals
     tolerance: Tolerance
     sweep_field: SweepField
@@ -147,7 +147,7 @@ def build_features(bench: Workbench) -> Features:
         targets=(targets := Targets(bench)),
         objects=Objects(bench),
         mounts=(mounts := Mounts(bench)),
-        card=CardShown(bench),
+        detection_range=DetectionRangeShown(bench),
         marginals=Marginals(bench, targets),
         tolerance=Tolerance(bench, targets),
         sweep_field=SweepField(bench, targets),

@@ -16,7 +16,7 @@ from riglens.core.sensing.body_ends import NO_EMPTY_BOX, barrier_shadow
 from riglens.core.sensing.kept import kept_by_bytes
 from riglens.core.sensing.rays import is_listed, lattice, limits_m, local_directions
 from riglens.core.sensors.kind import Echo
-from riglens.core.targets.card import SIZES_M
+from riglens.core.targets.detection_range import SIZES_M
 from riglens.core.vehicle.solid import Barrier
 
 Doubles = NDArray[np.float64]

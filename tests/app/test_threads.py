@@ -22,7 +22,7 @@ from riglens.app.background.pictures import PictureRequest, SensorPicture, make_
 from riglens.app.background.tasks import Tasks
 from riglens.app.evaluation.scoring import LoadedScene, load_scene
 from riglens.core.rig.model import Vehicle
-from riglens.core.targets.card import CardPlan
+from riglens.core.targets.detection_range import RangePlan
 from riglens.core.vehicle.solid import Solid
 from tests.app.window_bench import CAMERA, open_bench, scene_options
 from tests.waiting import TIMEOUT_MS, TIMEOUT_S
@@ -76,7 +76,7 @@ def test_everything_in_the_window_calls_parallel_kernels_on_one_thread(
     qtbot: QtBot, tmp_path: Path, callers: dict[str, set[str]]
 ) -> None:
     with open_bench(qtbot, tmp_path, counter=make_counter(close_s=TIMEOUT_S)) as bench:
-        bench.features.card._choose(CardPlan(bearings_deg=(0.0,), to_m=12.0))
+        bench.features.detection_range._choose(RangePlan(bearings_deg=(0.0,), to_m=12.0))
         bench.act("detection_range")
         for dock in ("Map", "Sensor view", "Checks"):
             bench.workbench.docks[dock].setFloating(True)  # all in sight at once
@@ -94,14 +94,14 @@ def test_everything_in_the_window_calls_parallel_kernels_on_one_thread(
             bench.settle()
             qtbot.waitUntil(lambda: bench.features.sensor_view.is_current, timeout=TIMEOUT_MS)
             qtbot.waitUntil(lambda: bench.features.targets.is_current, timeout=TIMEOUT_MS)
-            qtbot.waitUntil(lambda: bench.features.card.is_current, timeout=TIMEOUT_MS)
+            qtbot.waitUntil(lambda: bench.features.detection_range.is_current, timeout=TIMEOUT_MS)
         rows = bench.features.compare
         qtbot.waitUntil(lambda: all(row.scores for row in rows.rows), timeout=TIMEOUT_MS)
         assert bench.features.map._top is not None
         assert bench.features.sensor_view.pictures._thread.is_started
     assert callers == {
         "parallel": {"recompute"},
-        "serial": {"sensor view", "counting of objects", "places of sensors", "card"},
+        "serial": {"sensor view", "counting of objects", "places of sensors", "detection range"},
     }
 
 

@@ -25,7 +25,7 @@ from riglens.core.sensing.rays import limits_m, local_directions, sensor_rays
 from riglens.core.sensors.kind import Echo
 from riglens.core.sensors.radar import RADAR, Radar, Scan, cells, range_share
 from riglens.core.sensors.ultrasonic import Ultrasonic, reach_m
-from riglens.core.targets.card import SIZES_M
+from riglens.core.targets.detection_range import SIZES_M
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import EXACT
 from riglens.core.targets.traffic import Traffic

@@ -205,5 +205,5 @@ def test_a_body_that_contradicts_the_file_is_refused(riglens, boxes, tmp_path):
 
 
 @pytest.mark.parametrize("command", ["blind", "audit", "card"])
-def test_blind_zones_audit_and_card_are_of_a_solid_car(riglens, command):
+def test_blind_zones_audit_and_detection_range_are_of_a_solid_car(riglens, command):
     assert "always solid" in riglens(command, "W+T", "--body", "ignored").refused()

@@ -35,9 +35,9 @@ def test_only_the_page_in_sight_is_kept_up_to_date(desk: FullDesk) -> None:
 
 
 def test_painting_a_keep_out_zone_asks_for_no_other_range(desk: FullDesk) -> None:
-    before = desk.features.card._wanted
+    before = desk.features.detection_range._wanted
     desk.document.apply(desk.document.rig.replace(keep_out=((1.0, 0.0, 1.0, 0.1),)))
-    assert desk.document.rig.keep_out and desk.features.card._wanted == before
+    assert desk.document.rig.keep_out and desk.features.detection_range._wanted == before
 
 
 def test_redundancy_lists_what_the_rig_loses_without_each_sensor(desk: FullDesk) -> None:

@@ -1,4 +1,4 @@
-"""The card of the rig being edited: made when the mouse rests and somebody looks, greyed until it is of this rig."""
+"""Detection range of the rig being edited: computed when the mouse rests and the page is visible, else grey."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 from PySide6.QtCore import Qt
 
-from riglens.app.background.rig_questions import RigRequest, detection_card
+from riglens.app.background.rig_questions import RigRequest, detection_range
 from riglens.app.background.worker import BackgroundWorker
 from riglens.app.studies.files import csv_text, write_text
 from riglens.app.window.feature import Feature
@@ -17,9 +17,9 @@ from riglens.app.window.features.files import beside_rig
 from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
 from riglens.core.errors import InputError
-from riglens.core.targets.card import USUAL_PLAN, Card, CardPlan
-from riglens.core.targets.card_table import card_lines
-from riglens.widgets.panels.card.panel import CardPanel
+from riglens.core.targets.detection_range import USUAL_PLAN, DetectionRange, RangePlan
+from riglens.core.targets.detection_range_table import range_lines
+from riglens.widgets.panels.detection_range.panel import RangePanel
 
 KEPT = {
     "min_points": int,
@@ -38,10 +38,10 @@ WAITS, MOVES, MAKING = "after the first scores", "while a sensor moves", "comput
 STOPPED = "stopped"
 
 
-CardRequest = RigRequest[CardPlan]
+RangeRequest = RigRequest[RangePlan]
 
 
-class CardShown(Feature):
+class DetectionRangeShown(Feature):
     """A page that costs nothing while it is out of sight."""
 
     specs = (
@@ -52,15 +52,17 @@ class CardShown(Feature):
         ),
     )
 
-    def __init__(self, bench: Workbench, maker: BackgroundWorker[CardRequest, Card] | None = None) -> None:
+    def __init__(
+        self, bench: Workbench, maker: BackgroundWorker[RangeRequest, DetectionRange] | None = None
+    ) -> None:
         super().__init__(bench)
-        self.maker = maker or BackgroundWorker("card", detection_card, self)
-        self.panel, self._plan = CardPanel(USUAL_PLAN), USUAL_PLAN
-        self._asked: CardRequest | None = None
-        self._answer: tuple[CardRequest, Card] | None = None
-        self._ended: tuple[CardRequest, str] | None = None
+        self.maker = maker or BackgroundWorker("detection range", detection_range, self)
+        self.panel, self._plan = RangePanel(USUAL_PLAN), USUAL_PLAN
+        self._asked: RangeRequest | None = None
+        self._answer: tuple[RangeRequest, DetectionRange] | None = None
+        self._ended: tuple[RangeRequest, str] | None = None
         """The request that was stopped or failed, and why it has no answer."""
-        self._shown: tuple[Card, bool] | None = None
+        self._shown: tuple[DetectionRange, bool] | None = None
         self.in_sight = add_check(bench, "detection_range", self.panel)
         self.in_sight.follow(
             self._follow, self.session.asked_changed, self.document.rig_settled, bench.answers.answered
@@ -78,7 +80,7 @@ class CardShown(Feature):
 
     # ------------------------------------------------------------------ asking
     @property
-    def _wanted(self) -> CardRequest:
+    def _wanted(self) -> RangeRequest:
         """Return the request for the current rig; the braking model does not affect the counts."""
         session = self.session
         plan = self._plan.braking_as(USUAL_PLAN).with_body(session.solid_body)
@@ -105,7 +107,7 @@ class CardShown(Feature):
         self._show()
 
     def _make(self) -> None:
-        """Ask once more for a card that was stopped or failed."""
+        """Request ranges again that were stopped or failed."""
         self._ended = None
         self._follow()
 
@@ -117,7 +119,7 @@ class CardShown(Feature):
             self._asked = None
             self._show()
 
-    def _choose(self, plan: CardPlan) -> None:
+    def _choose(self, plan: RangePlan) -> None:
         self._plan = plan
         self.panel.show_plan(plan)
         self._show_anew()
@@ -125,13 +127,13 @@ class CardShown(Feature):
             self._follow()
 
     # ------------------------------------------------------------------ what comes back
-    def _take(self, request: CardRequest, card: Card) -> None:
-        self._answer = request, card
+    def _take(self, request: RangeRequest, ranges: DetectionRange) -> None:
+        self._answer = request, ranges
         if request is self._asked:
             self._asked = None
         self._show()
 
-    def _on_progress(self, request: CardRequest, share: float) -> None:
+    def _on_progress(self, request: RangeRequest, share: float) -> None:
         if request is self._asked:
             self.panel.show_progress(share)
 
@@ -144,13 +146,13 @@ class CardShown(Feature):
         self._show()
 
     def _show(self) -> None:
-        """Show the card, of which rig it is, and whether another one is on its way."""
+        """Show the ranges, their rig, and whether newer ones are being computed."""
         if self._answer is not None:
-            card, is_current = self._answer[1], self.is_current
-            card = replace(card, plan=card.plan.braking_as(self._plan))
-            if self._shown != (card, is_current):
-                self._shown = card, is_current
-                self.panel.show_card(card)
+            ranges, is_current = self._answer[1], self.is_current
+            ranges = replace(ranges, plan=ranges.plan.braking_as(self._plan))
+            if self._shown != (ranges, is_current):
+                self._shown = ranges, is_current
+                self.panel.show_range(ranges)
                 self.panel.show_current(is_current)
         if self._asked is None:
             self.panel.show_progress(None, can_make=self._ended is not None and not self.is_current)
@@ -177,7 +179,7 @@ class CardShown(Feature):
             name: kept[name] for name, kind in KEPT.items() if type(kept.get(name)) is kind
         }
         with suppress(InputError):
-            self._choose(CardPlan(**numbers))
+            self._choose(RangePlan(**numbers))
 
     def keep(self, settings: Settings) -> None:
         """Write the thresholds and the braking model."""
@@ -186,7 +188,7 @@ class CardShown(Feature):
     def _export(self) -> None:
         if self._shown is None or not self.is_current:
             return
-        card = self._shown[0]
+        ranges = self._shown[0]
         path = self.bench.dialogs.save_table(self.bench.window, beside_rig(self.document, "card", ".csv"))
         if path is not None:
-            write_text(path, csv_text(card_lines(card)))
+            write_text(path, csv_text(range_lines(ranges)))

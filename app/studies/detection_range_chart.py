@@ -1,4 +1,4 @@
-"""The chart of a card: distance by direction, one panel per class; lines are medians, bands worst to best."""
+"""Chart of a detection range: distance by direction, one panel per class; lines are medians, bands worst to best."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from riglens.app.studies.kind_colours import kind_colour
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensors.registry import kinds
 from riglens.core.shown_text import visible
-from riglens.core.targets.card import Card
-from riglens.core.targets.card_text import HEADINGS
+from riglens.core.targets.detection_range import DetectionRange
+from riglens.core.targets.detection_range_text import HEADINGS
 
 INK = "#222222"
 BAND = "worst to best place between the beams"
 LINES = {0.0: "-", 90.0: "--"}
 
 
-def card_figure(card: Card) -> Figure:
-    """Draw the card; ahead is up, left is left."""
+def range_figure(ranges: DetectionRange) -> Figure:
+    """Draw the detection range; ahead is up, left is left."""
     figure = Figure(figsize=(12.0, 5.4), dpi=110)
     FigureCanvasAgg(figure)
-    plan = card.plan
+    plan = ranges.plan
     figure.suptitle(
-        f"{visible(card.rig.name)}: first distance (m) with fewer than {plan.min_points} points, or less than "
+        f"{visible(ranges.rig.name)}: first distance (m) with fewer than {plan.min_points} points, or less than "
         f"{plan.min_height_px:g} pixels tall",
         color=INK,
         y=0.97,
@@ -36,7 +36,7 @@ def card_figure(card: Card) -> Figure:
     for place, cls in enumerate(CLASSES, 1):
         axes = figure.add_subplot(1, len(CLASSES), place, projection="polar")
         assert isinstance(axes, PolarAxes)
-        _draw_class(axes, card, cls)
+        _draw_class(axes, ranges, cls)
     named = {
         label: line
         for axes in figure.axes
@@ -49,11 +49,11 @@ def card_figure(card: Card) -> Figure:
     return figure
 
 
-def _draw_class(axes: PolarAxes, card: Card, cls: str) -> None:
+def _draw_class(axes: PolarAxes, ranges: DetectionRange, cls: str) -> None:
     axes.set_theta_zero_location("N")
     axes.set_title(cls, color=INK, pad=14)
-    for heading in dict.fromkeys(row.heading_deg for row in card.rows if row.cls == cls):
-        rows = [row for row in card.rows if (row.cls, row.heading_deg) == (cls, heading)]
+    for heading in dict.fromkeys(row.heading_deg for row in ranges.rows if row.cls == cls):
+        rows = [row for row in ranges.rows if (row.cls, row.heading_deg) == (cls, heading)]
         rows.sort(key=lambda row: row.bearing_deg % 360.0)
         rows.append(rows[0])
         angles = [math.radians(row.bearing_deg % 360.0) for row in rows]
@@ -62,7 +62,7 @@ def _draw_class(axes: PolarAxes, card: Card, cls: str) -> None:
             reaches = [row.reaches[kind.name] for row in rows if kind.name in row.reaches]
             if any(reach.most_m > 0.0 for reach in reaches):
                 colour = kind_colour(kind.name)
-                shown = np.minimum([reach[:3] for reach in reaches], card.plan.to_m)
+                shown = np.minimum([reach[:3] for reach in reaches], ranges.plan.to_m)
                 least, median, most = shown.T
                 if not np.array_equal(least, most):
                     axes.fill_between(angles, least, most, color=colour, alpha=0.14, linewidth=0, label=BAND)

@@ -9,9 +9,9 @@ from PySide6.QtGui import QColor, QFont, QPainter, QPainterPath, QPaintEvent, QP
 from PySide6.QtWidgets import QWidget
 
 from riglens.core.sensors.registry import AnyKind, kinds
-from riglens.core.targets.card import Card, CardRow
-from riglens.widgets.panels.card.table import Line, rows_of
+from riglens.core.targets.detection_range import DetectionRange, RangeRow
 from riglens.widgets.panels.controls.style import tones
+from riglens.widgets.panels.detection_range.table import Line, rows_of
 from riglens.widgets.sensors.appearance import colour_of
 
 WIDTH_PX, LEAST_PX, MARGIN_PX = 214, 96, 6
@@ -28,29 +28,29 @@ def ring_step_m(edge_m: float) -> float:
     return next((step for step in RINGS_M if edge_m / step <= 5.0), RINGS_M[-1])
 
 
-def edge_m(card: Card) -> float:
+def edge_m(ranges: DetectionRange) -> float:
     """Return the edge of the charts, the same for all classes."""
-    reaches = [reach.most_m for row in card.rows for reach in row.reaches.values()]
-    return min(_BEYOND * max(reaches, default=0.0), card.plan.to_m) or card.plan.to_m
+    reaches = [reach.most_m for row in ranges.rows for reach in row.reaches.values()]
+    return min(_BEYOND * max(reaches, default=0.0), ranges.plan.to_m) or ranges.plan.to_m
 
 
-class CardChart(QWidget):
+class RangeChart(QWidget):
     """Draws one class turned one way: for each kind of sensor a line, and a band where luck decides; ahead is up."""
 
     def __init__(self) -> None:
         super().__init__()
-        self._card: Card | None = None
+        self._ranges: DetectionRange | None = None
         self._edge_m = 1.0
-        self._rows: list[CardRow] = []
+        self._rows: list[RangeRow] = []
         self._is_stale = False
         self.setMinimumHeight(LEAST_PX)
         self.setFixedWidth(WIDTH_PX)
         self.setAccessibleName("Detection range by direction")
 
-    def show_line(self, card: Card, line: Line) -> None:
+    def show_line(self, ranges: DetectionRange, line: Line) -> None:
         """Show the class and heading of a line, all kinds of sensors."""
-        self._card, self._rows, self._is_stale = card, rows_of(card, line), False
-        self._edge_m = edge_m(card)
+        self._ranges, self._rows, self._is_stale = ranges, rows_of(ranges, line), False
+        self._edge_m = edge_m(ranges)
         self.update()
 
     def grey(self) -> None:
@@ -60,7 +60,7 @@ class CardChart(QWidget):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw rings, each kind of sensor, and the ways to stop in."""
-        if self._card is None:
+        if self._ranges is None:
             return
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -90,7 +90,7 @@ class CardChart(QWidget):
 
     @property
     def _kinds(self) -> list[AnyKind]:
-        """The kinds of sensors that the card has figures of."""
+        """The kinds of sensors that have ranges."""
         return [kind for kind in kinds() if all(kind.name in row.reaches for row in self._rows)]
 
     def _colour(self, kind: AnyKind) -> QColor:
@@ -128,8 +128,8 @@ class CardChart(QWidget):
 
     def _draw_stops(self, painter: QPainter) -> None:
         """Draw arcs ahead at the distances at which the car can just stop for an object, by speed."""
-        assert self._card is not None
-        plan, gap_m, room_px = self._card.plan, self._rows[0].gap_m, math.inf
+        assert self._ranges is not None
+        plan, gap_m, room_px = self._ranges.plan, self._rows[0].gap_m, math.inf
         painter.setFont(self._small_font())
         painter.setPen(QPen(QColor(tones().text), 1.3))
         for speed in sorted(plan.speeds_kmh, reverse=True):

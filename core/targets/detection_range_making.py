@@ -1,4 +1,4 @@
-"""Makes cards: LiDAR points by the engine of the targets, heights in pixels by the lens of each camera."""
+"""Computes detection ranges: LiDAR points by the target engine, heights in pixels by the lens of each camera."""
 
 from __future__ import annotations
 
@@ -18,7 +18,16 @@ from riglens.core.sensors.camera import CAMERA, project_px
 from riglens.core.sensors.lidar import LIDAR
 from riglens.core.sensors.registry import AnyKind, further_kinds, kind_of
 from riglens.core.targets.beams import azimuth_step_rad
-from riglens.core.targets.card import SIZES_M, USUAL_PLAN, Card, CardPlan, CardRow, Case, Doubles, Reach
+from riglens.core.targets.detection_range import (
+    SIZES_M,
+    USUAL_PLAN,
+    Case,
+    DetectionRange,
+    Doubles,
+    RangePlan,
+    RangeRow,
+    Reach,
+)
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.traffic import Traffic, traffic_of
 from riglens.core.vehicle.housings import car_of
@@ -36,13 +45,13 @@ def _unheard(_: float) -> None:
     """Ignore the progress."""
 
 
-def card_of(
+def detection_range_of(
     rig: Rig,
-    plan: CardPlan = USUAL_PLAN,
+    plan: RangePlan = USUAL_PLAN,
     threads: int | None = None,
     is_serial: bool = False,
     progress: Progress = _unheard,
-) -> Card:
+) -> DetectionRange:
     """Return the detection ranges of a rig's enabled sensors.
 
     `is_serial`: for a thread that must not call parallel kernels.
@@ -68,9 +77,9 @@ def card_of(
             for kind, count in found.items()
         }
         half_m = SIZES_M[case.cls][0 if case.heading_deg == 0.0 else 1] / 2
-        rows.append(CardRow(*case, reaches, -rig.vehicle.length / 2 - half_m))
+        rows.append(RangeRow(*case, reaches, -rig.vehicle.length / 2 - half_m))
     progress(1.0)
-    return Card(rig, plan, tuple(rows), steps_deg[0])
+    return DetectionRange(rig, plan, tuple(rows), steps_deg[0])
 
 
 def _counting_returns(rig: Rig) -> list[tuple[AnyKind, Rig]]:
@@ -117,7 +126,7 @@ class _Poses(NamedTuple):
     yaw_rad: Doubles
 
 
-def _poses(plan: CardPlan, case: Case, turn_deg: float = 0.0, rise_deg: float = 0.0) -> _Poses:
+def _poses(plan: RangePlan, case: Case, turn_deg: float = 0.0, rise_deg: float = 0.0) -> _Poses:
     """Return an object at every distance; turned about the car by a part of a step and lifted by a part of a gap."""
     distance_m, bearing = plan.distances_m(), math.radians(case.bearing_deg + turn_deg)
     up_m = SIZES_M[case.cls][2] / 2 + distance_m * math.tan(math.radians(rise_deg))
@@ -129,7 +138,7 @@ class _Counting(NamedTuple):
     """Settings for counting points of LiDARs, or returns of another kind: sensors, plan, lattice, threads."""
 
     sensors: Rig
-    plan: CardPlan
+    plan: RangePlan
     steps_deg: tuple[float, float]
     threads: int | None
     is_serial: bool

@@ -17,10 +17,10 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from riglens.core.targets.card import FARTHEST_M, Card, CardPlan
-from riglens.widgets.panels.card.chart import CardChart
-from riglens.widgets.panels.card.table import CardTable
+from riglens.core.targets.detection_range import FARTHEST_M, DetectionRange, RangePlan
 from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel, plain_tip
+from riglens.widgets.panels.detection_range.chart import RangeChart
+from riglens.widgets.panels.detection_range.table import RangeTable
 
 MOST_POINTS, MOST_PX, LEAST_TO_M = 1000, 2000, 10
 _BUTTON_PX, _BOX_PX = 72, 116
@@ -38,22 +38,22 @@ ENOUGH_TIP = (
 STOP_TIP = "Braking model (our choice): enter your own. Stopping distance: v t + v² / 2a."
 
 
-class CardPanel(QWidget):
+class RangePanel(QWidget):
     """Shows detection ranges and the rig they belong to, and edits the thresholds and the braking model."""
 
     plan_wanted = Signal(object)
-    """Request for another CardPlan."""
+    """Request for another RangePlan."""
     stop_wanted = Signal()
     make_wanted = Signal()
     export_wanted = Signal()
 
-    def __init__(self, plan: CardPlan, parent: QWidget | None = None) -> None:
+    def __init__(self, plan: RangePlan, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         as_panel(self)
         self._plan = plan
-        self._card: Card | None = None
-        self.table, self.chart = CardTable(), CardChart()
-        _keep_room(self.table)  # nothing is shown in it before there is a card
+        self._ranges: DetectionRange | None = None
+        self.table, self.chart = RangeTable(), RangeChart()
+        _keep_room(self.table)  # nothing is shown in it before there are ranges
         self.table.hide()
         self._note, self._ways = _hint(), _hint()
         self._note.setToolTip(plain_tip(HELP))
@@ -113,7 +113,7 @@ class CardPanel(QWidget):
         return _row(enough, self._points, self._px, self._to, self._reaction, self._brake, self._ways)
 
     # ------------------------------------------------------------------ what is shown
-    def show_plan(self, plan: CardPlan) -> None:
+    def show_plan(self, plan: RangePlan) -> None:
         """Show the thresholds and the braking model."""
         self._plan = plan
         boxes = (self._points, self._px, self._to, self._reaction, self._brake)
@@ -127,17 +127,17 @@ class CardPanel(QWidget):
         ways = ", ".join(f"{plan.stopping_m(speed):.0f}" for speed in plan.speeds_kmh)
         self._ways.setText(f"stops in {ways} m from {', '.join(f'{v:g}' for v in plan.speeds_kmh)} km/h")
 
-    def show_card(self, card: Card) -> None:
-        """Show a card."""
-        self._card = card
+    def show_range(self, ranges: DetectionRange) -> None:
+        """Show the ranges of a rig."""
+        self._ranges = ranges
         self.table.show()
-        self.table.show_card(card)
+        self.table.show_range(ranges)
         self._show_chart()
 
     def _show_chart(self) -> None:
         line = self.table.line
-        if self._card is not None and line is not None:
-            self.chart.show_line(self._card, line)
+        if self._ranges is not None and line is not None:
+            self.chart.show_line(self._ranges, line)
 
     def show_current(self, is_current: bool) -> None:
         """Show whether the results belong to the current rig: otherwise they are greyed and not exported."""
@@ -147,7 +147,7 @@ class CardPanel(QWidget):
             self.chart.grey()
 
     def say(self, text: str) -> None:
-        """Say which rig the card is of."""
+        """Show which rig the ranges are of."""
         self._note.setText(text)
 
     @property

@@ -57,7 +57,7 @@ class Case(NamedTuple):
 
 
 @dataclass(frozen=True)
-class CardPlan:
+class RangePlan:
     """Detection thresholds, places to evaluate, and braking model; every number is an assumption that may be changed.
 
     min_points: LiDAR points (nuScenes scores objects with 1 or more; in the Waymo Open Dataset those with fewer than 5
@@ -103,7 +103,7 @@ class CardPlan:
         fine = np.arange(NEAREST_M, min(self.to_m, FINE_TO_M) + 1e-9, STEP_M)
         return np.concatenate([fine, np.arange(FINE_TO_M + COARSE_STEP_M, self.to_m + 1e-9, COARSE_STEP_M)])
 
-    def braking_as(self, other: CardPlan) -> CardPlan:
+    def braking_as(self, other: RangePlan) -> RangePlan:
         """Return this plan with the braking model of another one: no counts change."""
         return replace(self, reaction_s=other.reaction_s, deceleration_mps2=other.deceleration_mps2)
 
@@ -112,7 +112,7 @@ class CardPlan:
         plan = {LIDAR.name: self.min_points, CAMERA.name: self.min_height_px}
         return plan.get(kind.name, kind.hits.threshold)
 
-    def with_body(self, body: Body) -> CardPlan:
+    def with_body(self, body: Body) -> RangePlan:
         """This plan with rays that end at the car's own body, or do not."""
         return replace(self, settings=replace(self.settings, body=body))
 
@@ -127,7 +127,7 @@ class CardPlan:
         return 3.6 * (math.sqrt(at * at + 2.0 * self.deceleration_mps2 * max(way_m, 0.0)) - at)
 
 
-USUAL_PLAN = CardPlan()
+USUAL_PLAN = RangePlan()
 
 
 class Reach(NamedTuple):
@@ -142,7 +142,7 @@ class Reach(NamedTuple):
 
 
 @dataclass(frozen=True)
-class CardRow:
+class RangeRow:
     """One class, turned one way, in one direction from the car: reach by kind of sensor, for LiDARs by points, for
     cameras by pixels.
 
@@ -167,15 +167,15 @@ class CardRow:
 
 
 @dataclass(frozen=True)
-class Card:
-    """The card of a rig; gap_deg: between the beams of its coarsest LiDAR near the horizon, 0 without LiDARs."""
+class DetectionRange:
+    """Detection range of a rig; gap_deg: between the beams of its coarsest LiDAR near the horizon, 0 without LiDARs."""
 
     rig: Rig
-    plan: CardPlan
-    rows: tuple[CardRow, ...]
+    plan: RangePlan
+    rows: tuple[RangeRow, ...]
     gap_deg: float
 
-    def stops_from_kmh(self, row: CardRow, by: Reach) -> float | None:
+    def stops_from_kmh(self, row: RangeRow, by: Reach) -> float | None:
         """Return the speed from which the car stops before an object straight ahead, detected at the worst distance of
         `by`; None in another direction, inf where it is detected at all distances tried."""
         if math.cos(math.radians(row.bearing_deg)) < 1.0 - 1e-9:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from riglens.core.targets.card import Reach
+from riglens.core.targets.detection_range import Reach
 
 HEADINGS = {0.0: "end on", 90.0: "side on"}
 _NAMES = {0: "ahead", 90: "left", 180: "behind", -90: "right"}

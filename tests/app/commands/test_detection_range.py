@@ -8,7 +8,7 @@ import pytest
 FEW = ("--directions", "2", "--to", "12")
 
 
-def test_a_card_as_json_csv_and_chart(riglens, tmp_path):
+def test_a_detection_range_as_json_csv_and_chart(riglens, tmp_path):
     files = [tmp_path / name for name in ("card.csv", "card.png", "card.svg", "card.json")]
     table, png, svg, text = files
     result = riglens("card", "Center", *FEW, "--csv", table, "--chart", png, "--json", text)

@@ -1,4 +1,4 @@
-"""The card of a rig as plain data: JSON, and lines of a table; distances in metres, speeds in km/h."""
+"""Detection range of a rig as plain data: JSON, and lines of a table; distances in metres, speeds in km/h."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import Any
 from riglens.core.rig.model import FORMAT_VERSION
 from riglens.core.rig.yaml.file import identity_of
 from riglens.core.sensors.registry import kinds
-from riglens.core.targets.card import SIZES_M, Card, CardRow, Reach
+from riglens.core.targets.detection_range import SIZES_M, DetectionRange, RangeRow, Reach
 
 
-def card_document(card: Card) -> dict[str, Any]:
-    """The card as plain data; null: still enough at the farthest distance, 0: never enough."""
-    plan = card.plan
+def range_document(ranges: DetectionRange) -> dict[str, Any]:
+    """Return the detection range as plain data; null: still enough at the farthest distance, 0: never enough."""
+    plan = ranges.plan
     return {
         "riglens": FORMAT_VERSION,
         **plan.settings.as_dict(),
@@ -21,7 +21,7 @@ def card_document(card: Card) -> dict[str, Any]:
         "min_height_px": plan.min_height_px,
         "to_m": plan.to_m,
         "sizes_m": {name: list(size) for name, size in SIZES_M.items()},
-        "beam_gap_deg": card.gap_deg,
+        "beam_gap_deg": ranges.gap_deg,
         "stopping": {
             "reaction_s": plan.reaction_s,
             "deceleration_mps2": plan.deceleration_mps2,
@@ -29,18 +29,18 @@ def card_document(card: Card) -> dict[str, Any]:
         },
         "rigs": [
             {
-                **identity_of(card.rig),
-                "rows": [_row(card, row) for row in card.rows],
+                **identity_of(ranges.rig),
+                "rows": [_row(ranges, row) for row in ranges.rows],
             }
         ],
     }
 
 
-def _row(card: Card, row: CardRow) -> dict[str, Any]:
+def _row(ranges: DetectionRange, row: RangeRow) -> dict[str, Any]:
     found: dict[str, Any] = {"class": row.cls, "heading_deg": row.heading_deg, "bearing_deg": row.bearing_deg}
     for name, reach in row.reaches.items():
         found[name] = _reach(reach)
-        speed = card.stops_from_kmh(row, reach)
+        speed = ranges.stops_from_kmh(row, reach)
         if speed is not None:
             found[name]["stops_from_kmh"] = _finite(speed)
     return found
@@ -58,21 +58,21 @@ def _finite(value: float) -> float | None:
     return None if math.isinf(value) else value
 
 
-def card_lines(card: Card) -> list[dict[str, object]]:
+def range_lines(ranges: DetectionRange) -> list[dict[str, object]]:
     """One line per class, heading, bearing and kind of sensor; empty: still enough at the farthest distance."""
     lines: list[dict[str, object]] = []
-    for row in card.rows:
+    for row in ranges.rows:
         for kind in (kind for kind in kinds() if kind.name in row.reaches):
             reach = row.reaches[kind.name]
-            speed = card.stops_from_kmh(row, reach)
+            speed = ranges.stops_from_kmh(row, reach)
             lines.append(
                 {
-                    "rig": card.rig.name,
+                    "rig": ranges.rig.name,
                     "class": row.cls,
                     "heading_deg": row.heading_deg,
                     "bearing_deg": row.bearing_deg,
                     "kind": kind.name,
-                    "threshold": card.plan.enough(kind),
+                    "threshold": ranges.plan.enough(kind),
                     "enough_from_m": reach.from_m if reach.most_m > 0.0 else "",
                     "first_below_min_m": _cell(reach.least_m),
                     "first_below_median_m": _cell(reach.median_m),

@@ -1,4 +1,4 @@
-"""The card follows the rig while somebody looks: greyed until it is of this rig, stopped and made anew on demand."""
+"""The detection range follows the rig while its page is visible: grey until current, stopped and computed on demand."""
 
 from __future__ import annotations
 
@@ -12,37 +12,44 @@ from PySide6.QtCore import QPointF
 from PySide6.QtWidgets import QApplication, QDoubleSpinBox, QPushButton, QSpinBox
 from pytestqt.qtbot import QtBot
 
-from riglens.app.background.rig_questions import RigRequest, detection_card
+from riglens.app.background.rig_questions import RigRequest, detection_range
 from riglens.app.background.worker import BackgroundWorker
-from riglens.app.window.features.card import CardRequest, CardShown
+from riglens.app.window.features.detection_range import DetectionRangeShown, RangeRequest
 from riglens.app.window.features.follow import Follow
 from riglens.app.window.settings import Settings
 from riglens.core.geometry import Pose
 from riglens.core.sensors.camera import CAMERA
 from riglens.core.sensors.lidar import LIDAR
-from riglens.core.targets.card import USUAL_PLAN, Card, CardPlan, CardRow, Reach, around
-from riglens.core.targets.card_making import card_of
-from riglens.widgets.panels.card.chart import CardChart, edge_m, ring_step_m
-from riglens.widgets.panels.card.table import STOPS, CardTable, Line
+from riglens.core.targets.detection_range import (
+    USUAL_PLAN,
+    DetectionRange,
+    RangePlan,
+    RangeRow,
+    Reach,
+    around,
+)
+from riglens.core.targets.detection_range_making import detection_range_of
+from riglens.widgets.panels.detection_range.chart import RangeChart, edge_m, ring_step_m
+from riglens.widgets.panels.detection_range.table import STOPS, Line, RangeTable
 from tests.app.window.desk import Desk, open_desk
 from tests.app.window_bench import RIG
 from tests.waiting import TIMEOUT_MS
 
-NEAR = CardPlan(bearings_deg=around(4), to_m=12.0)
-CARD = card_of(RIG, NEAR, is_serial=True)
+NEAR = RangePlan(bearings_deg=around(4), to_m=12.0)
+RANGES = detection_range_of(RIG, NEAR, is_serial=True)
 BLOCKS = USUAL_PLAN.with_body("blocks")
 """What the window asks for unless told otherwise: the car is solid."""
 
 
-class FakeMaker(BackgroundWorker[CardRequest, Card]):
+class FakeMaker(BackgroundWorker[RangeRequest, DetectionRange]):
     """Takes note of what it is asked, and answers nothing: a test sends its signals."""
 
     def __init__(self) -> None:
-        super().__init__("card", detection_card)
-        self.requests: list[CardRequest] = []
-        self.dropped: list[CardRequest] = []
+        super().__init__("detection range", detection_range)
+        self.requests: list[RangeRequest] = []
+        self.dropped: list[RangeRequest] = []
 
-    def ask(self, request: CardRequest) -> None:
+    def ask(self, request: RangeRequest) -> None:
         self.requests.append(request)
 
     def drop(self) -> None:
@@ -65,33 +72,33 @@ def desk(qtbot: QtBot) -> Iterator[Desk]:
 
 
 @pytest.fixture
-def shown(desk: Desk, maker: FakeMaker, qtbot: QtBot) -> CardShown:
+def shown(desk: Desk, maker: FakeMaker, qtbot: QtBot) -> DetectionRangeShown:
     """The feature with its dock in sight, before the first scores."""
-    feature = CardShown(desk.workbench, maker)
+    feature = DetectionRangeShown(desk.workbench, maker)
     desk.workbench.window.show()
     desk.act("detection_range")
     qtbot.waitUntil(lambda: bool(feature.in_sight), timeout=TIMEOUT_MS)
     return feature
 
 
-def answer(request: CardRequest, feature: CardShown) -> None:
-    feature._take(request, replace(CARD, rig=request.rig))
+def answer(request: RangeRequest, feature: DetectionRangeShown) -> None:
+    feature._take(request, replace(RANGES, rig=request.rig))
 
 
-def button(feature: CardShown) -> QPushButton:
+def button(feature: DetectionRangeShown) -> QPushButton:
     found = feature.panel.findChild(QPushButton, "card_button")
     assert found is not None
     return found
 
 
-def is_grey(feature: CardShown) -> bool:
+def is_grey(feature: DetectionRangeShown) -> bool:
     return feature.panel.table.figures.is_grey(0)
 
 
-def test_a_card_is_made_after_the_first_scores_and_only_while_somebody_looks(
+def test_a_detection_range_is_made_after_the_first_scores_and_only_while_somebody_looks(
     desk: Desk, maker: FakeMaker, qtbot: QtBot
 ) -> None:
-    feature = CardShown(desk.workbench, maker)
+    feature = DetectionRangeShown(desk.workbench, maker)
     desk.answer()
     assert maker.requests == []
     desk.workbench.window.show()
@@ -100,7 +107,7 @@ def test_a_card_is_made_after_the_first_scores_and_only_while_somebody_looks(
     assert maker.requests[0] == RigRequest(desk.document.rig, BLOCKS) and not feature.is_current
 
 
-def test_scores_come_first(desk: Desk, maker: FakeMaker, shown: CardShown) -> None:
+def test_scores_come_first(desk: Desk, maker: FakeMaker, shown: DetectionRangeShown) -> None:
     assert maker.requests == [] and "after the first scores" in shown.panel.note
     desk.answer()
     assert len(maker.requests) == 1
@@ -108,7 +115,9 @@ def test_scores_come_first(desk: Desk, maker: FakeMaker, shown: CardShown) -> No
     assert len(maker.requests) == 1
 
 
-def test_the_card_says_of_which_rig_it_is(desk: Desk, maker: FakeMaker, shown: CardShown) -> None:
+def test_the_detection_range_says_of_which_rig_it_is(
+    desk: Desk, maker: FakeMaker, shown: DetectionRangeShown
+) -> None:
     desk.answer()
     assert "computing" in shown.panel.note and not shown.panel.export.isEnabled()
     assert shown.panel.table.isHidden()  # an empty one would look like a hole
@@ -127,7 +136,9 @@ def test_the_card_says_of_which_rig_it_is(desk: Desk, maker: FakeMaker, shown: C
     assert shown.is_current and not is_grey(shown)
 
 
-def test_undo_brings_the_card_back_without_making_it(desk: Desk, maker: FakeMaker, shown: CardShown) -> None:
+def test_undo_brings_the_detection_range_back_without_making_it(
+    desk: Desk, maker: FakeMaker, shown: DetectionRangeShown
+) -> None:
     desk.answer()
     answer(maker.requests[-1], shown)
     desk.drag("roof", (0.3, 0.0, 2.0))
@@ -137,7 +148,7 @@ def test_undo_brings_the_card_back_without_making_it(desk: Desk, maker: FakeMake
 
 
 def test_an_answer_to_an_earlier_rig_is_shown_as_out_of_date(
-    desk: Desk, maker: FakeMaker, shown: CardShown
+    desk: Desk, maker: FakeMaker, shown: DetectionRangeShown
 ) -> None:
     desk.answer()
     first = maker.requests[-1]
@@ -147,7 +158,9 @@ def test_an_answer_to_an_earlier_rig_is_shown_as_out_of_date(
     assert button(shown).text() == "Stop"  # the one of the rig as it is now is still on its way
 
 
-def test_the_card_is_of_what_works(desk: Desk, maker: FakeMaker, shown: CardShown) -> None:
+def test_the_detection_range_is_of_what_works(
+    desk: Desk, maker: FakeMaker, shown: DetectionRangeShown
+) -> None:
     desk.answer()
     answer(maker.requests[-1], shown)
     desk.document.set_failed(("roof",), True)
@@ -156,8 +169,8 @@ def test_the_card_is_of_what_works(desk: Desk, maker: FakeMaker, shown: CardShow
     assert shown.panel.note.startswith("small, current, without failed sensors")
 
 
-def test_the_card_is_of_a_solid_car_whatever_the_scores_are_of(
-    desk: Desk, maker: FakeMaker, shown: CardShown
+def test_the_detection_range_is_of_a_solid_car_whatever_the_scores_are_of(
+    desk: Desk, maker: FakeMaker, shown: DetectionRangeShown
 ) -> None:
     desk.answer()
     desk.session.set_body("ignored")
@@ -167,7 +180,7 @@ def test_the_card_is_of_a_solid_car_whatever_the_scores_are_of(
 
 
 def test_progress_is_shown_and_work_can_be_stopped_and_asked_for_again(
-    desk: Desk, maker: FakeMaker, shown: CardShown
+    desk: Desk, maker: FakeMaker, shown: DetectionRangeShown
 ) -> None:
     desk.answer()
     maker.progressed.emit(maker.requests[-1], 0.4)
@@ -183,18 +196,20 @@ def test_progress_is_shown_and_work_can_be_stopped_and_asked_for_again(
     assert len(maker.requests) == 2 and button(shown).text() == "Stop"
     button(shown).click()
     desk.drag("roof", (0.3, 0.0, 2.0))
-    assert len(maker.requests) == 3  # another rig is another card
+    assert len(maker.requests) == 3  # another rig has other ranges
 
 
-def test_a_card_that_cannot_be_made_says_why(desk: Desk, maker: FakeMaker, shown: CardShown) -> None:
+def test_a_detection_range_that_cannot_be_made_says_why(
+    desk: Desk, maker: FakeMaker, shown: DetectionRangeShown
+) -> None:
     desk.answer()
     maker.failed.emit("no room")
     QApplication.processEvents()
     assert shown.panel.note == "No results yet (no room)" and button(shown).text() == "Update"
 
 
-def test_what_is_enough_makes_another_card_and_braking_does_not(
-    desk: Desk, maker: FakeMaker, shown: CardShown
+def test_what_is_enough_makes_another_detection_range_and_braking_does_not(
+    desk: Desk, maker: FakeMaker, shown: DetectionRangeShown
 ) -> None:
     desk.answer()
     answer(maker.requests[-1], shown)
@@ -206,20 +221,20 @@ def test_what_is_enough_makes_another_card_and_braking_does_not(
     assert len(maker.requests) == 1 and shown.is_current and not is_grey(shown)
     after = shown.panel.table.text_of("Car end on, LiDARs", STOPS)
     assert int(after.split()[0]) > int(before.split()[0])
-    assert f"stops in {CardPlan(deceleration_mps2=9.0).stopping_m(30.0):.0f}, " in shown.panel._ways.text()
+    assert f"stops in {RangePlan(deceleration_mps2=9.0).stopping_m(30.0):.0f}, " in shown.panel._ways.text()
     points.setValue(9)
     assert maker.requests[-1].options == replace(BLOCKS, min_points=9) and is_grey(shown)
 
 
 def test_the_plan_is_kept_and_nonsense_is_not_taken_up(
-    desk: Desk, maker: FakeMaker, shown: CardShown
+    desk: Desk, maker: FakeMaker, shown: DetectionRangeShown
 ) -> None:
     kept = Settings()
-    shown._choose(CardPlan(min_points=7, deceleration_mps2=6.5))
+    shown._choose(RangePlan(min_points=7, deceleration_mps2=6.5))
     shown.keep(kept)
     shown._choose(USUAL_PLAN)
     shown.restore(kept)
-    assert shown._plan == CardPlan(min_points=7, deceleration_mps2=6.5)
+    assert shown._plan == RangePlan(min_points=7, deceleration_mps2=6.5)
     for nonsense in (
         {"min_points": -3},
         {"to_m": "far"},
@@ -229,18 +244,22 @@ def test_the_plan_is_kept_and_nonsense_is_not_taken_up(
     ):
         kept.write("card/plan", nonsense)
         shown.restore(kept)
-        assert shown._plan in (CardPlan(min_points=7, deceleration_mps2=6.5), USUAL_PLAN)
+        assert shown._plan in (RangePlan(min_points=7, deceleration_mps2=6.5), USUAL_PLAN)
 
 
-def test_what_is_shown_is_exported(desk: Desk, maker: FakeMaker, shown: CardShown, tmp_path: Path) -> None:
+def test_what_is_shown_is_exported(
+    desk: Desk, maker: FakeMaker, shown: DetectionRangeShown, tmp_path: Path
+) -> None:
     desk.answer()
     answer(maker.requests[-1], shown)
     desk.dialogs.path = tmp_path / "card.csv"
     shown.panel.export.click()
     with open(desk.dialogs.path, encoding="utf-8", newline="") as stream:
         lines = list(csv.DictReader(stream))
-    assert desk.dialogs.suggested == Path("card.csv") and len(lines) == 2 * len(CARD.rows)
-    row = next(row for row in CARD.rows if (row.cls, row.heading_deg, row.bearing_deg) == ("car", 90.0, 0.0))
+    assert desk.dialogs.suggested == Path("card.csv") and len(lines) == 2 * len(RANGES.rows)
+    row = next(
+        row for row in RANGES.rows if (row.cls, row.heading_deg, row.bearing_deg) == ("car", 90.0, 0.0)
+    )
     found = next(
         line
         for line in lines
@@ -251,11 +270,11 @@ def test_what_is_shown_is_exported(desk: Desk, maker: FakeMaker, shown: CardShow
 
 # ---------------------------------------------------------------------- panel
 def test_the_table_says_what_the_terminal_does(qtbot: QtBot) -> None:
-    table = CardTable()
+    table = RangeTable()
     qtbot.addWidget(table)
-    table.show_card(CARD)
+    table.show_range(RANGES)
     row = next(
-        row for row in CARD.rows if (row.cls, row.heading_deg, row.bearing_deg) == ("pedestrian", 0.0, 90.0)
+        row for row in RANGES.rows if (row.cls, row.heading_deg, row.bearing_deg) == ("pedestrian", 0.0, 90.0)
     )
     text = table.text_of("Pedestrian, LiDARs", "left")
     assert text.split("/")[0] == f"{row.lidar.least_m:.0f}"
@@ -268,12 +287,12 @@ def test_the_table_says_what_the_terminal_does(qtbot: QtBot) -> None:
 
 def test_no_distance_is_cut_off_however_narrow_the_table(qtbot: QtBot) -> None:
     """Out of sight behind a scroll bar, yes; 70/102/1…, never."""
-    table = CardTable()
+    table = RangeTable()
     qtbot.addWidget(table)
     table.resize(500, 200)
     far = Reach(102.0, 104.0, 106.0, 5.0)
-    rows = tuple(replace(row, reaches={**row.reaches, "lidar": far}) for row in CARD.rows)
-    table.show_card(replace(CARD, rows=rows, plan=replace(NEAR, to_m=150.0)))
+    rows = tuple(replace(row, reaches={**row.reaches, "lidar": far}) for row in RANGES.rows)
+    table.show_range(replace(RANGES, rows=rows, plan=replace(NEAR, to_m=150.0)))
     table.show()
     assert table.text_of("Car end on, LiDARs", "left") == "102/104/106"
     for column in range(table.figures.columnCount()):
@@ -282,10 +301,10 @@ def test_no_distance_is_cut_off_however_narrow_the_table(qtbot: QtBot) -> None:
 
 
 def test_the_chart_has_the_distances_where_they_are(qtbot: QtBot) -> None:
-    chart = CardChart()
+    chart = RangeChart()
     qtbot.addWidget(chart)
     chart.resize(250, 250)
-    chart.show_line(CARD, Line("car", 0.0, LIDAR))
+    chart.show_line(RANGES, Line("car", 0.0, LIDAR))
     ahead, left = chart._at(0.0, 12.0) - chart._centre(), chart._at(90.0, 6.0) - chart._centre()
     assert ahead.x() == 0.0 and ahead.y() < 0.0 and left.x() == pytest.approx(ahead.y() / 2.0)
     assert chart._at(180.0, float("inf")) == chart._centre() + QPointF(
@@ -299,18 +318,20 @@ def test_the_chart_has_the_distances_where_they_are(qtbot: QtBot) -> None:
         200.0,
     ]
     reaches = {"lidar": Reach(10.0, 20.0, 50.0, 5.0), "camera": Reach(0.0, 0.0, 0.0, 0.0)}
-    row = CardRow("car", 0.0, 0.0, reaches, -4.6)
-    assert edge_m(CARD) == 12.0 and edge_m(Card(RIG, USUAL_PLAN, (row,), 1.0)) == pytest.approx(54.0)
+    row = RangeRow("car", 0.0, 0.0, reaches, -4.6)
+    assert edge_m(RANGES) == 12.0 and edge_m(DetectionRange(RIG, USUAL_PLAN, (row,), 1.0)) == pytest.approx(
+        54.0
+    )
     assert not chart.grab().isNull()
 
 
 # ---------------------------------------------------------------------- the thread
-def test_the_thread_makes_the_card_of_the_command(qtbot: QtBot) -> None:
-    maker = BackgroundWorker("card", detection_card)
+def test_the_thread_makes_the_detection_range_of_the_command(qtbot: QtBot) -> None:
+    maker = BackgroundWorker("detection range", detection_range)
     told: list[float] = []
     maker.progressed.connect(lambda _, share: told.append(share))
     with qtbot.waitSignal(maker.answered, timeout=TIMEOUT_MS) as caught:
         maker.ask(RigRequest(RIG, NEAR))
-    assert caught.args[1].rows == CARD.rows
+    assert caught.args[1].rows == RANGES.rows
     qtbot.waitUntil(lambda: bool(told) and told[-1] == 1.0, timeout=TIMEOUT_MS)
     maker.close()
