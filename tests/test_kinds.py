@@ -138,7 +138,7 @@ EYE, TOP = camera((0.0, 0.0, 1.6)).replace(name="eye"), spinning((0.0, 0.0, 1.6)
 def test_a_kind_is_known_while_it_is_registered() -> None:
     assert [kind.name for kind in kinds()] == ["lidar", "camera", "radar", "ultrasonic", "probe"]
     assert kind_of(probe()) is PROBE
-    with pytest.raises(ValueError, match="there is a kind 'probe' already"), registered(PROBE):
+    with pytest.raises(ValueError, match="kind 'probe' already exists"), registered(PROBE):
         pass
 
 

@@ -110,7 +110,9 @@ def report(
         raise InputError("report: name rigs and --out FILE.html, or --verify FILE.html|.pdf")
     if meshes is not None:
         raise InputError(
-            "is for an earlier page, as rigs name their meshes themselves: use it with", "meshes", "verify"
+            "applies to an earlier page only, as rigs name their meshes; specify it with",
+            "meshes",
+            "verify",
         )
     if not rigs:
         raise InputError("report: no rig named; name one or more")

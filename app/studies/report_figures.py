@@ -128,7 +128,7 @@ def labels_of(project: str | None, revision: str | None, author: str | None) -> 
     given = {"project": project, "revision": revision, "author": author}
     for name, text in given.items():
         if text is not None and len(text) > MOST_LETTERS:
-            raise InputError(f"{name} must have at most {MOST_LETTERS} letters (got {len(text)})")
+            raise InputError(f"{name} must have at most {MOST_LETTERS} characters (got {len(text)})")
     return Labels(**given)
 
 

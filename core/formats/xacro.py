@@ -247,14 +247,14 @@ class _Expander:
         self._texts += 1
         if len(said) > MAX_LETTERS or depth > MAX_DEPTH or self._texts > MAX_TEXTS:
             raise element.error(
-                f"text of more than {MAX_LETTERS} letters, or properties that need one another"
+                f"text of more than {MAX_LETTERS} characters, or properties that need one another"
             )
         whole = _PIECES.fullmatch(said)
         if whole is not None and whole[0] != "$$":
             return self._piece(whole, element, scope, depth)
         made = _PIECES.sub(lambda piece: _text_of(self._piece(piece, element, scope, depth), element), said)
         if len(made) > MAX_LETTERS:
-            raise element.error(f"text of more than {MAX_LETTERS} letters")
+            raise element.error(f"text of more than {MAX_LETTERS} characters")
         return made
 
     def _piece(self, piece: re.Match[str], element: Element, scope: _Scope, depth: int) -> Worked:
@@ -335,4 +335,4 @@ def _text_of(value: Worked, element: Element) -> str:
     try:
         return as_text(value)
     except ValueError as error:
-        raise element.error(f"found a list or a dictionary of more than {MAX_LETTERS} letters") from error
+        raise element.error(f"list or dictionary of more than {MAX_LETTERS} characters") from error

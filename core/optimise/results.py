@@ -98,7 +98,7 @@ class Problem:
             if not 0.0 <= floor <= 1.0:
                 raise InputError(f"{name} must be between 0 and 1 (got {floor:g})", "floor")
         if self.floors and (not self.goal.is_guarded or self.objective == WORST):
-            raise InputError(f"must be left out: {self.objective} is no figure by class", "floor")
+            raise InputError(f"must be left out: {self.objective} is not a figure by class", "floor")
         if self.objective in OF_VOXELS and self.voxels is None:
             raise InputError(f"needs a scene of voxels for {self.objective}", "objective")
 

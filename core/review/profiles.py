@@ -149,7 +149,7 @@ class Profiles(Frozen):
         names = [profile.name for profile in self.profiles]
         for name in names:
             if names.count(name) > 1:
-                raise ValueError(f"the profile '{name}' is there twice")
+                raise ValueError(f"profile '{name}' is given twice")
         return self
 
 

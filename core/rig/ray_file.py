@@ -80,7 +80,7 @@ def _columns(content: bytes, where: str) -> Mapping[str, pa.ChunkedArray]:
         if isinstance(error, InputError):
             raise
         reason = " ".join(str(error).split())
-        raise InputError(f"{where} is no table ({reason:.100})") from error
+        raise InputError(f"{where} is not a table ({reason:.100})") from error
     _require_rows(table.num_rows, where)
     return dict(zip(table.column_names, table.columns, strict=True))
 

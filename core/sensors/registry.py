@@ -55,7 +55,7 @@ def kind_of(sensor: Sensor) -> AnyKind:
 def registered(kind: AnyKind) -> Iterator[None]:
     """Know one more kind for a while: for tests, and for trying one out."""
     if kind.name in _KINDS:
-        raise ValueError(f"there is a kind '{kind.name}' already")
+        raise ValueError(f"kind '{kind.name}' already exists")
     _KINDS[kind.name] = kind
     try:
         yield

@@ -66,7 +66,7 @@ def read_mesh(path: Path, still_wanted: Callable[[], object] = lambda: None) -> 
     except (OSError, ValueError) as error:
         raise InputError(f"{where}: no such file") from error
     if not stat.S_ISREG(status.st_mode):
-        raise InputError(f"{where}: this is no file that could be read to its end")
+        raise InputError(f"{where}: cannot be read to its end")
     if status.st_size > MAX_BYTES:
         raise InputError(f"{where}: larger than {MAX_BYTES / 1e6:g} MB")
     return _unpacked(_parsed_elsewhere(path, where, still_wanted), where)
@@ -108,9 +108,7 @@ def _unpacked(packed: bytes, where: str) -> BodyMesh:
                 arrays.get("colours"),
             )  # fmt: skip
     except Exception as error:  # the other process ended in the middle of its answer
-        raise InputError(
-            f"{where}: cannot be read: half an answer came from the process that read it"
-        ) from error
+        raise InputError(f"{where}: cannot be read: the process that read it was cut off") from error
 
 
 def with_mesh_read(rig: Rig, folder: Path, tell: Callable[[str], object]) -> Rig:

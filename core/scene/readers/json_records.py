@@ -99,6 +99,6 @@ class _Text:
         try:
             more = self._decode(piece or b"", piece is None)
         except UnicodeDecodeError as error:
-            raise InputError(f"{self._path}: found bytes that are not UTF-8 text") from error
+            raise InputError(f"{self._path}: must be UTF-8 text") from error
         self._text, self._place = self._text[self._place :] + more, 0
         return piece is not None

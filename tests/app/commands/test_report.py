@@ -422,7 +422,7 @@ def test_labels_stand_in_the_header_of_every_page_and_are_verified(
     found = riglens("report", "--verify", path, "--boxes", made_again)
     assert found.code == 1 and "inputs.labels.project: attached 'Van'" in found.out
     said = riglens("report", "Center", "--out", tmp_path / "b.html", "--author", "a" * 201).refused()
-    assert "author must have at most 200 letters (got 201)" in said
+    assert "author must have at most 200 characters (got 201)" in said
 
 
 def test_why_sensors_are_where_they_are_is_said_as_the_search_found_it(document):
@@ -514,7 +514,7 @@ def test_origins_of_models_are_told_in_one_line():
         (("Center", "--out", "a.docx"), "--out must end in .html or .pdf"),
         (("Center", "--out", "a.html", "--draws", "-1"), "--draws must be an integer from 0 to"),
         (("--verify", "missing.html"), "cannot be read"),
-        (("Center", "--out", "a.html", "--meshes", "there"), "--meshes is for an earlier page"),
+        (("Center", "--out", "a.html", "--meshes", "there"), "--meshes applies to an earlier page only"),
         (("Center", "--verify", "a.html"), "--verify brings its own"),
     ],
 )

@@ -218,7 +218,7 @@ def test_every_profile_names_its_source_and_judges_by_its_own_numbers() -> None:
             "riglens_profiles: 1\nprofiles:\n"
             + 2
             * "  - {name: a, title: b, source: c, object: {height: 1, diameter: 1}, at: [{x: 1, y: 0}]}\n",
-            "the profile 'a' is there twice",
+            "profile 'a' is given twice",
         ),
         ("- 1", "a mapping"),
     ],
