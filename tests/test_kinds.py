@@ -281,9 +281,11 @@ def test_rows_of_pixels_of_another_kind_than_cameras_count_in_the_image_that_sho
         assert rows.without(("left", "right")).tolist() == [0]
         share = found.classes["car"].total
         assert (share.by_kind["image"].value, share.neither.value) == (1.0, 0.0)
-        ranges = detection_range_of(rig_with(left), RangePlan(bearings_deg=(0.0,), to_m=40.0, min_height_px=9.0), 1)
-        assert {line["kind"]: line["threshold"] for line in card_lines(card)}["image"] == 3
-        assert {row.cls: row.reaches["image"].most_m for row in card.rows}["car"] > 6.0
+        ranges = detection_range_of(
+            rig_with(left), RangePlan(bearings_deg=(0.0,), to_m=40.0, min_height_px=9.0), 1
+        )
+        assert {line["kind"]: line["threshold"] for line in range_lines(ranges)}["image"] == 3
+        assert {row.cls: row.reaches["image"].most_m for row in ranges.rows}["car"] > 6.0
 
 
 def _rows_on_object(probe: ImageProbe) -> int:
