@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from contextlib import suppress
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -24,8 +25,10 @@ from riglens.app.window.docks import InSight
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.compare import Compare
 from riglens.app.window.features.sensors import follow_marks
+from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
 from riglens.core.errors import InputError
+from riglens.core.rig.library import default_library
 from riglens.core.rig.model import Rig, Sensor
 from riglens.core.sensors.lidar import LIDAR
 from riglens.widgets.panels.controls.scrolled import scrolled
@@ -145,6 +148,19 @@ class Propose(Feature):
             self.bench.window.resizeDocks([dock], [LEAST_PX], Qt.Orientation.Vertical)
         self._was_seen |= is_seen
         self._show_ghosts("")
+
+    def restore(self, settings: Settings) -> None:
+        """Restore the options of an earlier session; what no longer exists is left out."""
+        found = settings.read("propose/options", {})
+        known = {entry.name for some in default_library().by_maker(LIDAR.name).values() for entry in some}
+        with suppress(TypeError):  # options of another version, or edited by hand
+            options = ProposalOptions(**found)
+            models = tuple(name for name in options.models if name in known)
+            self.panel.show_options(**asdict(replace(options, models=models)))
+
+    def keep(self, settings: Settings) -> None:
+        """Write them for the next."""
+        settings.write("propose/options", asdict(self._options()))
 
     # ------------------------------------------------------------------ the search
     def start(self) -> None:

@@ -7,7 +7,7 @@ import io
 import pickle
 import queue
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +34,7 @@ from riglens.app.background.proposing import (
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.studies.report_figures import WhyHere
 from riglens.app.window.features.propose import DOCK, merged
+from riglens.app.window.settings import Settings
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
 from riglens.core.optimise.objectives import OBJECTIVES as KNOWN
@@ -81,9 +82,7 @@ def desk(qtbot: QtBot, town: Path) -> Iterator[FullDesk]:
         made.workbench.window.show()
         made.workbench.docks.bring_up(DOCK)
         made.qtbot.waitUntil(lambda: bool(made.features.propose.in_sight), timeout=TIMEOUT_MS)
-        panel = made.features.propose.panel
-        panel.show_models(OPTIONS.models)
-        panel.show_frames(OPTIONS.frames)
+        made.features.propose.panel.show_options(**asdict(OPTIONS))
         yield made
 
 
@@ -99,6 +98,26 @@ def searched(desk: FullDesk, result: rl.OptimiseResult) -> list[Any]:
 
 def test_the_objectives_of_the_panel_are_those_of_lidars() -> None:
     assert all(KNOWN[name].kind == "lidar" for name in OBJECTIVES)
+
+
+def test_options_are_kept_from_one_session_to_the_next(desk: FullDesk) -> None:
+    propose, settings = desk.features.propose, Settings()
+    options = ProposalOptions(("velodyne-vlp-16", "generic-16"), 3, False, "predicted", 70, 0.5)
+    propose.panel.show_options(**asdict(options))
+    propose.keep(settings)
+    propose.panel.show_options(**asdict(ProposalOptions()))
+    propose.restore(settings)
+    panel = propose.panel
+    assert set(panel.models) == set(options.models)
+    assert (panel.count, panel.is_mirrored, panel.objective) == (3, False, "predicted")
+    assert (panel.frames, panel.blind_m) == (70, 0.5)
+    settings.write("propose/options", {"models": ["generic-16", "gone"], "frames": 9})
+    propose.restore(settings)
+    assert panel.models == ("generic-16",) and panel.frames == 9
+    for broken in ({"models": 3}, {"colour": "red"}, {"count": "many"}):
+        settings.write("propose/options", broken)
+        propose.restore(settings)
+    assert panel.models
 
 
 def test_the_process_finds_what_the_python_interface_finds(desk: FullDesk, result: rl.OptimiseResult) -> None:

@@ -245,15 +245,24 @@ class ProposePanel(QWidget):
         """Return the height of the object of the second goal, None without one."""
         return self._blind_m.value() if self._blind.isChecked() else None
 
-    def show_frames(self, count: int) -> None:
-        """Show the number of frames to choose by."""
-        self._frames.setValue(count)
-
-    def show_blind(self, height_m: float | None) -> None:
-        """Show the height of the object of the second goal, None for no second goal."""
-        self._blind.setChecked(height_m is not None)
-        if height_m is not None:
-            self._blind_m.setValue(height_m)
+    def show_options(
+        self,
+        models: Sequence[str],
+        count: int,
+        mirrored: bool,
+        objective: str,
+        frames: int,
+        blind_m: float | None,
+    ) -> None:
+        """Show what may be added, the objective, and the height of the object of the second goal, None without one."""
+        self.show_models(models)
+        self._count.setValue(count)
+        self._mirrored.setCurrentIndex(0 if mirrored else 1)
+        self._objective.setCurrentIndex(max(0, self._objective.findData(objective)))
+        self._frames.setValue(frames)
+        self._blind.setChecked(blind_m is not None)
+        if blind_m is not None:
+            self._blind_m.setValue(blind_m)
 
     # ------------------------------------------------------------------ showing
     def show_state(self, state: State) -> None:
