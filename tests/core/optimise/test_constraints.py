@@ -9,7 +9,7 @@ from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
 from riglens.core.optimise.mounts import Additions, Move, candidates, conflicts, locked, mounted, rules_for
 from riglens.core.optimise.run import filled
-from riglens.core.optimise.search import Limits, greedy, swap
+from riglens.core.optimise.search import Limits, search
 from riglens.core.review.mounts import Beyond, MountLimits, violations
 from riglens.core.rig.edits import mirrored_pose, with_mirror_image
 from riglens.core.rig.library import default_library
@@ -75,7 +75,7 @@ def keep_locks_and_rules(seed: int) -> None:
     table = filled(random_table(rng, len(listed)), listed, len(moves))
     stays = [number for number, one in enumerate(listed) if one.is_as_now]
     assert limits.allow(stays)
-    chosen = done(swap(table, limits, greedy(table, limits, stays if rng.random() < 0.5 else ())))
+    chosen = done(search(table, limits, stays))
     found = mounted(rig, [listed[one] for one in chosen])
     assert {sensor.name for sensor in rig.sensors} <= {sensor.name for sensor in found.sensors}
     for sensor in rest.sensors:
