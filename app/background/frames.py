@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
+from weakref import ref
 
 import numpy as np
 
@@ -79,7 +80,7 @@ class FrameCasting:
     """Casts single frames; the counts of the last one are kept for the next edit. Called by one thread."""
 
     def __init__(self) -> None:
-        self._counted: tuple[Traffic, int, TargetEngine] | None = None
+        self._counted: tuple[ref[Traffic], int, TargetEngine] | None = None
 
     def __call__(self, request: FrameRequest, context: Context[FrameAnswer]) -> FrameAnswer:
         """Return the frame, and why the box of `explain` is missed."""
@@ -105,7 +106,7 @@ class FrameCasting:
         from riglens.core.targets.engine import TargetEngine
 
         traffic, place = request.traffic, request.place
-        if self._counted is None or self._counted[0] is not traffic or self._counted[1] != place:
-            self._counted = traffic, place, TargetEngine(traffic.frame_alone(place), is_serial=True)
+        if self._counted is None or self._counted[0]() is not traffic or self._counted[1] != place:
+            self._counted = ref(traffic), place, TargetEngine(traffic.frame_alone(place), is_serial=True)
         lidars = request.rig.with_lidars_alone()
         return self._counted[2].evaluate(lidars, request.settings).objects

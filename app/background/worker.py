@@ -59,13 +59,24 @@ class WorkerThread(Generic[Request]):
         return self._thread.is_alive()
 
     def _run(self) -> None:
-        while (job := self._queue.next_job()) is not None:
-            try:
-                self._work(job)
-            except Cancelled:
-                if job.priority is Priority.BACKGROUND:
-                    self._queue.put_back(job)
+        while self._work_once():
+            pass
         self._at_end()
+
+    def _work_once(self) -> bool:
+        """Do the next job; return False at the end.
+
+        A function of its own, so that a thread that waits holds no request, which may hold a scene of 100 MB.
+        """
+        job = self._queue.next_job()
+        if job is None:
+            return False
+        try:
+            self._work(job)
+        except Cancelled:
+            if job.priority is Priority.BACKGROUND:
+                self._queue.put_back(job)
+        return True
 
 
 @dataclass(frozen=True)

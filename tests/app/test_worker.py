@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import weakref
 from collections.abc import Iterator
 
 import pytest
@@ -128,3 +129,17 @@ def test_closing_ends_the_thread_and_nothing_is_answered_any_more(bench: Bench) 
     bench.script.go_on.set()
     bench.worker.close()
     assert not bench.worker._thread.is_alive and bench.heard == []
+
+
+class Word(str):
+    """A request of which the end can be watched."""
+
+
+def test_a_thread_that_waits_holds_no_request(bench: Bench) -> None:
+    word = Word("gone")
+    held = weakref.ref(word)
+    bench.worker.ask(word)
+    assert bench.finish() == [("gone", "GONE")]
+    bench.heard.clear()
+    del word
+    assert held() is None
