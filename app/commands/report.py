@@ -44,6 +44,7 @@ from riglens.core.plain import to_text
 from riglens.core.review.requirements import Requirements, requirements_in
 from riglens.core.rig.library import use_libraries
 from riglens.core.rig.model import Rig
+from riglens.core.rig.ray_file import read_shots
 from riglens.core.rig.yaml.file import loads
 from riglens.core.rig.yaml.nodes import read_text
 from riglens.core.shown_text import visible
@@ -85,7 +86,7 @@ def report(
     verify
         Recompute an earlier page or PDF, and report differences (exit code 1).
     meshes
-        With --verify: folder with the mesh files that the report names (the report's folder).
+        With --verify: folder with the mesh files and ray tables that the report names (the report's folder).
     requirements
         A file of requirements, as for `riglens check`.
     draws
@@ -238,7 +239,10 @@ def _plan_of(
     attached: dict[str, Any], path: Path, scene: SceneOptions, score: ScoreOptions, folder: Path
 ) -> ReportPlan:
     inputs = inputs_of(attached, str(path))
-    rigs = tuple(loads(text, f"{path}: rig {n}").rig for n, text in enumerate(inputs.rigs, 1))
+    rigs = tuple(
+        loads(text, f"{path}: rig {n}", lambda file: read_shots(folder / _named_below(file), file)).rig
+        for n, text in enumerate(inputs.rigs, 1)
+    )
     if not rigs:
         raise InputError(f"{path}: inputs.rigs: must name at least one rig")
     if inputs.boxes is not None and scene.boxes is None and scene.pog is None:
@@ -258,12 +262,16 @@ def _plan_of(
     )
 
 
+def _named_below(file: str) -> str:
+    """Return a name that leads to no other folder: a report may name any file of this machine."""
+    named = PurePath(file)
+    is_elsewhere = named.is_absolute() or ".." in named.parts or file.startswith("~")
+    return named.name if is_elsewhere else file
+
+
 def _with_mesh(rig: Rig, folder: Path) -> Rig:
-    """A report's rig with its mesh, from below a folder alone: a report may name any file of this machine."""
-    body = rig.vehicle.body
-    named = PurePath(body)
-    if named.is_absolute() or ".." in named.parts or body.startswith("~"):
-        body = named.name
+    """A report's rig with its mesh, from below a folder alone."""
+    body = _named_below(rig.vehicle.body)
     if rig.vehicle.has_mesh_file and not (folder / body).is_file():
         raise InputError(
             f"{folder / body}: no such file; name the folder of the report's car bodies", other="meshes"

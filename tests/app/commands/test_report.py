@@ -263,6 +263,26 @@ def test_odd_figures_beside_the_inputs_are_differences(made_again, document, rig
         assert found.code == 1 and f"{part}" in found.out and "differs" in found.out
 
 
+def test_verify_reads_the_tables_of_rays_beside_a_page(made, riglens, tmp_path):
+    there, here = tmp_path / "there", tmp_path / "here"
+    (there / "rays").mkdir(parents=True), here.mkdir()
+    rows = "".join(f"{azimuth},{elevation}\n" for azimuth in range(-40, 41, 8) for elevation in (-12, -4))
+    (there / "rays" / "a.csv").write_text("azimuth_deg,elevation_deg\n" + rows)
+    (there / "rig.yaml").write_text(
+        "riglens: 1\nname: table\nsensors:\n"
+        "  - {name: front, kind: lidar, position: [1.5, 0, 1.6], rays: {file: rays/a.csv}}\n"
+    )
+    arguments, page = ("--boxes", made[2], *SMALL_GRID, "--draws", "2"), there / "a.html"
+    found = riglens("report", there / "rig.yaml", *arguments, "--out", page)
+    assert found.code == 0, found.err
+    same = riglens("report", "--verify", page, "--boxes", made[2])
+    assert same.code == 0 and "byte for byte" in same.out, same.err
+    moved = here / "a.html"
+    moved.write_bytes(page.read_bytes().replace(b"rays/a.csv", str(there / "rays" / "a.csv").encode()))
+    said = riglens("report", "--verify", moved, "--boxes", made[2]).refused()
+    assert "cannot be read (No such file" in said
+
+
 @pytest.mark.parametrize("named", ["{there}/car.stl", "../there/car.stl", "~/car.stl"])
 def test_verify_reads_no_mesh_outside_the_folder_of_a_page(
     made, document, riglens, tmp_path, named, monkeypatch
