@@ -12,8 +12,10 @@ from typing import Literal
 from numpy.typing import ArrayLike
 
 from riglens.app.evaluation.options import SceneOptions
+from riglens.core.errors import InputError
 from riglens.core.geometry import triple
 from riglens.core.scene.boxes import DataReport
+from riglens.core.sensors.registry import kind_named, kind_names
 
 StrPath = str | os.PathLike[str]
 ClassName = Literal["car", "bicycle", "pedestrian"]
@@ -38,6 +40,12 @@ def warn_of_data(data: DataReport) -> None:
 
     for line in remarks_on(data):
         warn(line)
+
+
+def require_kind(kind: str | None) -> None:
+    """Raise InputError for a kind of sensor that there is not: it would choose none, in silence."""
+    if kind is not None and kind_named(kind) is None:
+        raise InputError(f"must be {' or '.join(kind_names())} (got {kind})", "kind")
 
 
 def scene_options(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
-from riglens.arguments import StrPath, warn
+from riglens.arguments import StrPath, require_kind, warn
 from riglens.core.errors import InputError
 from riglens.core.files import require_apart
 from riglens.core.formats.opening import open_rig as open_any_rig
@@ -99,6 +99,7 @@ def _warn_of_losses(report: Report | None) -> None:
 
 def sensors(kind: str | None = None) -> Listing:
     """List the sensor models of the library, all or those of a kind, with every figure and its source."""
+    require_kind(kind)
     library = default_library()
     entries = library.entries(kind)
     rows = [{"model": one.name, "kind": one.kind, "maker": one.maker, "title": one.title} for one in entries]

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from riglens.app.evaluation.options import ScoreOptions
 from riglens.app.evaluation.scenario import load_scenario, settings_of
-from riglens.arguments import ClassName, StrPath, scene_options, warn, warn_of_data
+from riglens.arguments import ClassName, StrPath, require_kind, scene_options, warn, warn_of_data
 from riglens.core.engine.audit import audit as audit_rig
 from riglens.core.engine.engine import Engine, evaluate_from_scratch
 from riglens.core.metric.entropy import EntropyField
@@ -84,6 +84,7 @@ class Scene:
         mesh_folder: StrPath = ".",
     ) -> NDArray[np.bool_]:
         """Return the informative voxels that a rig sees, all of it or one kind or one sensor, (nx, ny, nz)."""
+        require_kind(kind)
         sensors = [one for one in rig.sensors if sensor in (None, one.name) and kind in (None, one.kind)]
         options = ScoreOptions(method, threads=threads, body=body)
         part = with_blocking_mesh(rig, options.body_of(rig), mesh_folder).model_copy(

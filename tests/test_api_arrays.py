@@ -71,6 +71,9 @@ def test_what_is_seen_adds_up_to_the_score(scene: rl.Scene) -> None:
     by_sensor = [scene.seen(rig, sensor=sensor.name) for sensor in rig.sensors]
     assert np.array_equal(np.logical_or.reduce(by_sensor), seen)
     assert not scene.seen(rig, sensor="nobody").any()
+    for ask in (lambda: scene.seen(rig, kind="lidars"), lambda: rl.sensors("lidars")):
+        with pytest.raises(rl.InputError, match=r"kind must be lidar or .* \(got lidars\)"):
+            ask()
 
 
 def test_rays_start_at_the_sensor_and_triangles_make_the_car() -> None:
