@@ -139,7 +139,7 @@ def _table(library: Library, kind: AnyKind) -> Table:
         table.add_row(Text(maker, "bold"))
         for entry in entries:
             what = entry.title.removeprefix(f"{maker} ")
-            marked = f"{what} [italic]({entry.caveat()})[/italic]" if entry.caveat() else what
+            marked = Text.assemble(what, (f" ({entry.caveat()})" if entry.caveat() else "", "italic"))
             table.add_row(entry.name, marked, *_figures(entry))
     return table
 

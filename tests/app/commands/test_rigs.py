@@ -189,6 +189,11 @@ def test_the_list_fits_100_columns_and_groups_by_maker(riglens):
     assert row.split() == ["hesai-pandar64", "Pandar64", "64", "360°", "×", "39.8°", "0.3–200", "m"]
 
 
+def test_what_is_unverified_is_marked_without_brackets_of_markup(riglens):
+    out = riglens("library", "--kind", "radar").out
+    assert "(unverified: " in out and "[" not in out
+
+
 def test_a_kind_lists_that_kind_alone(riglens):
     lidars, cameras = (riglens("library", "--kind", kind).out for kind in ("lidar", "camera"))
     assert "generic-16" in lidars and "paper-camera-70" not in lidars
