@@ -419,8 +419,18 @@ def test_a_picture_has_its_scores_and_counts_it() -> None:
 
 # ---------------------------------------------------------------- nothing else compares kinds
 
-ROOMS = ("core", "widgets", "app/window", "app/rendering", "app/background", "app/session", "app/evaluation")
+ROOMS = (
+    "core",
+    "widgets",
+    "app/commands",
+    "app/window",
+    "app/rendering",
+    "app/background",
+    "app/session",
+    "app/evaluation",
+)
 MAY_NAME_KINDS = {
+    "app/commands/simulate.py": "data sets have the LiDAR and camera channels of nuScenes",
     "core/sensors": "declares them",
     "core/formats": "each format has its own words for each kind",
     "core/simulate": "data sets have the LiDAR and camera channels of nuScenes",

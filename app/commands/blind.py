@@ -18,6 +18,7 @@ from riglens.app.commands.options import (
     Libraries,
     Profiles,
     RigName,
+    SeenByChoice,
     SolidBody,
     ThreadArguments,
 )
@@ -46,9 +47,7 @@ def blind(
     width: Annotated[float, Parameter(group=ZONES, metavar="M")] = 0.3,
     within: Annotated[float, Parameter(group=ZONES, metavar="M")] = 20.0,
     voxel: Annotated[float, Parameter(group=ZONES, metavar="M")] = 0.1,
-    by: Annotated[
-        Literal["any", "lidar", "camera", "radar", "ultrasonic"], Parameter(group=ZONES, metavar="NAME")
-    ] = "any",
+    by: Annotated[SeenByChoice, Parameter(group=ZONES, metavar="NAME")] = "any",
     sensors: Annotated[Literal[1, 2], Parameter(group=ZONES, metavar="1|2")] = 1,
     profiles: Profiles = (),
     body: SolidBody = None,

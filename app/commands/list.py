@@ -7,7 +7,7 @@ import sys
 from collections.abc import Iterable, Iterator, Sequence
 from functools import singledispatch
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 from cyclopts import Parameter
 from rich import box
@@ -15,7 +15,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from riglens.app.commands.options import Json, Libraries
+from riglens.app.commands.options import Json, KindChoice, Libraries
 from riglens.app.commands.output import deliver
 from riglens.app.terminal.console import results
 from riglens.core.errors import InputError
@@ -84,9 +84,7 @@ def sensors(
     name: Name = None,
     /,
     *,
-    kind: Annotated[
-        Literal["lidar", "camera", "radar", "ultrasonic"] | None, Parameter(metavar="KIND")
-    ] = None,
+    kind: Annotated[KindChoice | None, Parameter(metavar="KIND")] = None,
     libraries: Libraries = (),
     json: Json = None,
 ) -> None:
