@@ -122,6 +122,9 @@ class Recompute(QObject):
     def drop_group(self, group: str) -> None:
         """Cancel a group's background requests; an answer may still arrive."""
         self._queue.drop(Priority.BACKGROUND, lambda request: group_of(request) == group)
+        held = self._tolerating
+        if held is not None and held.is_of(group):
+            self._tolerating = None  # with its engines
 
     def load(self, request: SceneOptions) -> None:
         """Ask for other box data; a load under way is given up. The old scene stays until then."""

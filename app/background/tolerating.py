@@ -33,6 +33,11 @@ class Tolerating:
             self.forget()
         return progress
 
+    def is_of(self, group: str) -> bool:
+        """Return whether the request under way belongs to a group."""
+        request = self._request
+        return request is not None and request.group == group
+
     def _begin(self, request: ToleranceRequest) -> None:
         self._request = request
         self._run = ToleranceRun(request.rig, request.profile, request.draws)

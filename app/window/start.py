@@ -20,12 +20,16 @@ from riglens.app.window.settings import Settings
 from riglens.app.window.unexpected import failures_told
 from riglens.core.formats.opening import open_rig
 from riglens.core.metric.scores import MetricSettings
+from riglens.core.sensing.kept import keep_at_most
 from riglens.widgets.panels.controls.style import apply_style, is_dark
 from riglens.widgets.theme import palette
 
 LONGEST_WAIT_MS = 3000
 """Loading boxes and compiled code waits for the first picture, which it would slow down, but not for ever: a window
 that opens minimised draws none."""
+
+KEPT_RAYS_BYTES = 256 << 20
+"""Room for rays: enough to drag one camera of 2.5 megapixels, not for all five of the Waymo car at once."""
 
 
 def open_window(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
@@ -35,6 +39,7 @@ def open_window(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
     and says what is wrong with them.
     """
     opened = open_rig(rig)
+    keep_at_most(KEPT_RAYS_BYTES)
     app = QApplication.instance() or QApplication(["riglens"])
     assert isinstance(app, QApplication)
     apply_style(app)

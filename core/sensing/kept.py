@@ -48,6 +48,12 @@ def kept_bytes() -> int:
     return sum(each.values())
 
 
+def keep_at_most(size_bytes: int) -> None:
+    """Keep less or more than LIMIT_BYTES in this process."""
+    global LIMIT_BYTES
+    LIMIT_BYTES = size_bytes
+
+
 def forget_kept() -> None:
     """Let go of everything: what is needed again is made again."""
     with _lock:

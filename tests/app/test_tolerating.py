@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -112,3 +113,13 @@ def test_engines_are_given_back_at_the_end(worker: Worker) -> None:
     assert answers[-1].result is not None and set(answers[-1].result.spreads) == {
         "seen car", "seen bicycle", "seen pedestrian",
     }  # fmt: skip
+
+
+def test_engines_of_a_tolerance_that_is_dropped_half_way_are_released(worker: Worker) -> None:
+    worker.recompute.ask_in_background([worker.request(draws=4096)])
+    worker.qtbot.waitUntil(lambda: bool(worker.answers), timeout=TIMEOUT_MS)
+    held = weakref.ref(worker.recompute._tolerating)
+    worker.recompute.drop_group("another")
+    assert held() is not None
+    worker.recompute.drop_group("test")
+    worker.qtbot.waitUntil(lambda: held() is None, timeout=TIMEOUT_MS)
