@@ -37,7 +37,7 @@ from riglens.core.targets.traffic import Traffic
 
 NO_EVIDENCE = "a count of views, no evidence of a safety integrity level (ASIL)"
 What = Literal["sensor", "pair", "group", "half"]
-"""What fails; "half" is a sensor with half of its view blocked, which only some requests try."""
+"""A failure to try; "half" is a sensor with half of its view blocked, which only some requests try."""
 Sums = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 COVERED = ("1", "2", "3", "two kinds")

@@ -52,7 +52,7 @@ def _known_radius_m(model: str) -> float | None:
 
 @dataclass(frozen=True)
 class Obstacle:
-    """What of a car stops the rays of a sensor; equal ones stop the same rays of it at the same places.
+    """The part of a car that stops the rays of a sensor; equal ones stop the same rays of it at the same places.
 
     fingerprint: of the body, with the housings that its rays may meet; start_m: the distance from the sensor at which
     all this begins to count.

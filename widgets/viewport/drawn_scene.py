@@ -57,7 +57,7 @@ _CENTRE_PX = 8.0
 
 
 _BEHIND_M = 0.01
-"""What is so far behind the car's surface is hidden by it."""
+"""Distance in metres: what is farther behind the car's surface is hidden by it."""
 _FAR_M = 300.0
 """Beyond this the ground is not measured: near the horizon a pixel is many metres."""
 

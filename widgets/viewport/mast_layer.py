@@ -29,7 +29,7 @@ _ALONG = (0.5, 0.2, 0.8)
 Points = NDArray[np.float64]
 Rectangle = tuple[float, float, float, float]
 IsHidden = Callable[[Points], bool]
-"""Whether the car hides a place (3,) in metres from the viewer."""
+"""Returns whether the car hides a place (3,) in metres from the viewer."""
 
 
 STUB_COLOUR = "#f43f5e"
