@@ -12,13 +12,13 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
+from riglens.app.commands.kind_choices import SeenByChoice
 from riglens.app.commands.options import (
     Housings,
     Json,
     Libraries,
     Profiles,
     RigName,
-    SeenByChoice,
     SolidBody,
     ThreadArguments,
 )

@@ -15,7 +15,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from riglens.app.commands.options import Json, KindChoice, Libraries
+from riglens.app.commands.kind_choices import KindChoice
+from riglens.app.commands.options import Json, Libraries
 from riglens.app.commands.output import deliver
 from riglens.app.terminal.console import results
 from riglens.core.errors import InputError

@@ -13,7 +13,6 @@ from riglens.app.evaluation.names import option_of
 from riglens.app.evaluation.options import Said, SceneOptions, ScoreOptions
 from riglens.app.terminal.console import is_standard_output
 from riglens.core.errors import InputError
-from riglens.core.sensors.registry import kind_names
 
 SCENE = Group("Scene: boxes and grid", sort_key=10)
 SCORE = Group("Score", sort_key=20)
@@ -155,13 +154,6 @@ def _annotated(kind: Any, said: Said, name: str, group: Group, default: object) 
         ),
     ]
 
-
-if TYPE_CHECKING:
-    KindChoice = str
-    SeenByChoice = str
-else:
-    KindChoice = Literal[kind_names()]
-    SeenByChoice = Literal[("any", *kind_names())]
 
 if TYPE_CHECKING:
     ReadingArguments = SceneOptions

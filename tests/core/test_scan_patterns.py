@@ -212,7 +212,7 @@ def test_the_hash_of_a_rig_holds_the_content_of_its_table(tmp_path: Path) -> Non
     ("content", "said"),
     [
         (None, "cannot be read"),
-        (b"", "no table"),
+        (b"", "not a table"),
         (b"azimuth_deg,elevation_deg\n", "1 to"),
         (b"azimuth_deg\n1\n", "column elevation_deg is missing"),
         (b"azimuth_deg,elevation_deg\n1,2\n3,up\n", "must hold numbers"),
@@ -221,8 +221,8 @@ def test_the_hash_of_a_rig_holds_the_content_of_its_table(tmp_path: Path) -> Non
         (b"azimuth_deg,elevation_deg\n1,2\nnan,0\n", "row 2: azimuth must be"),
         (b"azimuth_deg,elevation_deg,time_s\n1,2,-1\n", "row 1: time must be"),
         (b"azimuth_deg,elevation_deg,time_s\n1,2,5\n", "within the integration time"),
-        (b"PAR1 and no more", "no table"),
-        (b"\xff\xfe\x00\x01" * 100, "is missing|no table"),
+        (b"PAR1 and no more", "not a table"),
+        (b"\xff\xfe\x00\x01" * 100, "is missing|not a table"),
     ],
 )
 def test_wrong_tables_end_with_one_line(tmp_path: Path, content: bytes | None, said: str) -> None:

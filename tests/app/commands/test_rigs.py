@@ -121,7 +121,7 @@ def test_every_command_that_takes_a_rig_takes_a_foreign_one(riglens: Run, tmp_pa
             "--to must name the format, which the ending of out.json does not: riglens,",
         ),
         (("rig.json", "out.yaml", "--to", "nuscene"), "unknown format 'nuscene' (did you mean nuscenes?"),
-        (("rig.json", "out.yaml", "--from", "osi"), "unknown format 'osi' (known: riglens, nuscenes"),
+        (("rig.json", "out.yaml", "--from", "xyz"), "unknown format 'xyz' (known: riglens, nuscenes"),
         (("no.json", "out.yaml"), "no.json: no such file or folder"),
         (("rig.json", "no/out.yaml"), "out.yaml: cannot be written: no such folder"),
         (("rig.json", "out.yaml", "--from", "kalibr"), "rig.json"),

@@ -8,6 +8,7 @@ import pytest
 
 from riglens.app.commands import main
 from riglens.app.studies.table1 import table1_csv
+from riglens.app.terminal.console import PIPE_WIDTH
 from riglens.core.metric.scores import ClassScores, KindScore, MetricSettings, Scores
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.study.table1 import compare
@@ -218,11 +219,11 @@ def test_it_prints_cases_orders_and_findings(studied):
     assert "fast engine: right in all" in out
 
 
-def test_it_fits_a_pipe_of_120_columns_and_cuts_nothing(studied):
+def test_it_fits_a_pipe_and_cuts_nothing(studied):
     _, out, _ = studied
     tables = out.split("τ (Kendall)")[0]
     assert "…" not in tables
-    assert max(len(line.rstrip()) for line in tables.splitlines()) <= 120
+    assert max(len(line.rstrip()) for line in tables.splitlines()) <= PIPE_WIDTH
 
 
 def test_bad_input_is_refused_before_anything_is_tried(riglens, boxes, tmp_path):
