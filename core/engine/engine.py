@@ -261,8 +261,9 @@ class Engine:
         if arrived is None:
             return False
         self._state.held = [h for h in self._state.held if h not in leaving] + arrived
-        for kind in range(len(self._state.union)):
-            self._settle(kind, arrived, leaving)
+        there = {held.kind for held in (*self._state.held, *leaving)}
+        for kind in sorted(there):
+            self._settle(kind, there, arrived, leaving)
         return True
 
     def _forget(self) -> None:
@@ -293,8 +294,9 @@ class Engine:
                 stack[[held.slot for held in arrived]] = 0
         return arrived
 
-    def _settle(self, kind: int, arrived: list[_Held], leaving: list[_Held]) -> None:
-        """Bring the union and the sums of a kind up to date; the slots of those who leave fall free."""
+    def _settle(self, kind: int, there: set[int], arrived: list[_Held], leaving: list[_Held]) -> None:
+        """Bring the union and the sums of a kind up to date, where other kinds may see something; the slots of those
+        who leave fall free."""
         changed = [held for held in (*arrived, *leaving) if held.kind == kind]
         if not changed:
             return
@@ -314,7 +316,7 @@ class Engine:
             state.union,
             free,
             update_coverage.Slots(np.array(arrived_slots, np.int64), np.array(leaving_slots, np.int64)),
-            kind,
+            np.array([kind, *sorted(there - {kind})], np.int64),
             self._region(window),
             self._field.entropies,
             workers,

@@ -137,7 +137,8 @@ def compile_sums(field: EntropyField) -> None:
     stack, union = np.zeros((1, words), np.uint64), np.zeros((len(kind_names()), words), np.uint64)
     slots = update_coverage.Slots(np.zeros(1, np.int64), np.zeros(0, np.int64))
     region = update_coverage.Region(0, rows, 0, words // rows, words // rows)
-    update_coverage.settle(stack, union, field.index.words, slots, 0, region, field.entropies, 1)
+    kinds = np.zeros(1, np.int64)
+    update_coverage.settle(stack, union, field.index.words, slots, kinds, region, field.entropies, 1)
 
 
 def _least_fan(field: EntropyField) -> tuple[Fan, Cast]:

@@ -178,7 +178,14 @@ class WalkCase:
         kind, rows = kind_names().index(self._sensor.kind), len(kind_names()) + 1
         sums_q = np.zeros((rows, update_coverage.COLUMNS), np.int64)
         change = update_coverage.settle(
-            self._stack, self._union, keep, slots, kind, region, self._field.entropies, self._caster.workers
+            self._stack,
+            self._union,
+            keep,
+            slots,
+            np.array([kind]),
+            region,
+            self._field.entropies,
+            self._caster.workers,
         )
         sums_q[kind], sums_q[-1] = change
         return sums_q

@@ -44,17 +44,16 @@ def _seen(stack: np.ndarray, slots: np.ndarray, start: int, room: np.ndarray) ->
 
 
 @inlined
-def _others(union: np.ndarray, kind: int, start: int, room: np.ndarray) -> np.ndarray:
-    """The voxels that any other kind sees, for as many words as there is room: its own words, where it is one."""
+def _others(union: np.ndarray, kinds: np.ndarray, start: int, room: np.ndarray) -> np.ndarray:
+    """The voxels that kinds[1:] see, for as many words as there is room: their own words, where it is one kind."""
     words = room.size
-    if union.shape[0] == 2:
-        return union[1 - kind, start : start + words]
+    if kinds.size == 2:
+        return union[kinds[1], start : start + words]
     room[:] = 0
-    for other in range(union.shape[0]):
-        if other != kind:
-            part = union[other, start : start + words]
-            for i in range(words):
-                room[i] |= part[i]
+    for other in range(1, kinds.size):
+        part = union[kinds[other], start : start + words]
+        for i in range(words):
+            room[i] |= part[i]
     return room
 
 
@@ -221,17 +220,18 @@ def settle(
     union: np.ndarray,
     free: np.ndarray,
     slots: Slots,
-    kind: int,
+    kinds: np.ndarray,
     region: Region,
     entropies: Entropies,
     workers: int,
 ) -> np.ndarray:
-    """Remove the sets of leaving slots from union[kind], and add those of arriving ones; leaving slots are cleared.
+    """Remove the sets of leaving slots from union[kinds[0]], and add those of arriving ones; leaving slots are cleared.
     Return the change of the sums.
 
     stack uint64 (slots, words): what the sensor of each slot traverses, of which only informative voxels count; union
     uint64 (kinds, words): informative voxels covered by all sensors of each kind; free uint64 (words,): see
-    `count_others`, of the other slots of this kind; kind: a row of the union.
+    `count_others`, of the other slots of this kind; kinds int64 (k,): rows of the union, first the one that changes,
+    then the others that are not empty.
     Result int64 (2, 4): change of the sums of this kind, and of any sensor; columns as in COLUMNS. Integers, so neither
     the order of the edits nor the number of threads can matter.
     """
@@ -246,8 +246,8 @@ def settle(
                 b = a + words
                 row = _Row(
                     free[a:b],
-                    union[kind, a:b],
-                    _others(union, kind, a, rooms[2]),
+                    union[kinds[0], a:b],
+                    _others(union, kinds, a, rooms[2]),
                     entropies.starts[a:b],
                     entropies.first[a:b],
                 )

@@ -51,7 +51,8 @@ def settle(
     others = kernel.Slots(slots.staying, np.zeros(0, np.int64))
     kernel.count_others(cover.stack, others, region, entropies.keep, workers, counts, free)
     some = kernel.Slots(slots.arrived, slots.leaving)
-    return kernel.settle(cover.stack, cover.union, free, some, kind, region, entropies, workers)
+    kinds = np.array([kind, *(other for other in range(len(cover.union)) if other != kind)])
+    return kernel.settle(cover.stack, cover.union, free, some, kinds, region, entropies, workers)
 
 
 def one_word(keep: int = 0b1111_1111) -> Entropies:
