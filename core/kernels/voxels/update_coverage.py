@@ -31,27 +31,14 @@ def _gain(new: np.uint64, old: np.uint64) -> np.int64:
 
 @inlined
 def _seen(stack: np.ndarray, slots: np.ndarray, start: int, room: np.ndarray) -> np.ndarray:
-    """The voxels that any of the slots holds, for as many words as there is room: its own words, where it is one."""
+    """The voxels that any of some rows of a stack holds, for as many words as there is room: its own words, where it
+    is one."""
     words = room.size
     if slots.size == 1:
         return stack[slots[0], start : start + words]
     room[:] = 0
     for slot in slots:
         part = stack[slot, start : start + words]
-        for i in range(words):
-            room[i] |= part[i]
-    return room
-
-
-@inlined
-def _others(union: np.ndarray, kinds: np.ndarray, start: int, room: np.ndarray) -> np.ndarray:
-    """The voxels that kinds[1:] see, for as many words as there is room: their own words, where it is one kind."""
-    words = room.size
-    if kinds.size == 2:
-        return union[kinds[1], start : start + words]
-    room[:] = 0
-    for other in range(1, kinds.size):
-        part = union[kinds[other], start : start + words]
         for i in range(words):
             room[i] |= part[i]
     return room
@@ -235,7 +222,7 @@ def settle(
     Result int64 (2, 4): change of the sums of this kind, and of any sensor; columns as in COLUMNS. Integers, so neither
     the order of the edits nor the number of threads can matter.
     """
-    words, partial, counter = region.words, _room(workers), new_counter()
+    words, partial, counter, others = region.words, _room(workers), new_counter(), kinds[1:]
     for worker in numba.prange(workers):
         rooms, where = np.empty((3, words), np.uint64), np.empty(words + 1, np.int32)
         tallies = np.zeros(entropies.entropies_q.shape[0], np.int64)
@@ -247,7 +234,7 @@ def settle(
                 row = _Row(
                     free[a:b],
                     union[kinds[0], a:b],
-                    _others(union, kinds, a, rooms[2]),
+                    _seen(union, others, a, rooms[2]),
                     entropies.starts[a:b],
                     entropies.first[a:b],
                 )
