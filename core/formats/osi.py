@@ -47,7 +47,7 @@ def recognises(source: Source) -> bool:
 
 
 def _messages(root: Value) -> list[Value]:
-    """Return the messages of a document; none where it is not one of OSI."""
+    """Return the messages of a document, empty unless it is an OSI document."""
     listed = _get(root, "sensor_view_configuration") if root.is_mapping else root
     if listed is not None and listed.is_list:
         return [one for one in listed.elements() if one.is_mapping and _views(one)]

@@ -163,8 +163,8 @@ class CoverTable:
         return found
 
     def losses(self) -> Ids | None:
-        """Return what the gains of two candidates together lack of their sum, (n, n); None where all pairs would take
-        longer than the few that a search needs."""
+        """Return the overlap of each pair, (n, n): both gains added minus their joint gain; None if all pairs would
+        take longer than the few that a search needs."""
         cover, objects = self.cover, len(self.known)
         words = -(-np.bincount(self.owner, minlength=objects) // 64)
         hits = np.bincount(cover.of, minlength=objects)

@@ -345,7 +345,7 @@ def default_library() -> Library:
 
 
 def body_of(model: str | None) -> Cylinder | Cuboid | None:
-    """Return the size of a model's housing, None where it is not known."""
+    """Return the size of a model's housing, None if unknown."""
     try:
         return None if model is None else default_library().entry(model).body_m
     except InputError:

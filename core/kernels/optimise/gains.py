@@ -116,7 +116,7 @@ def losses(
     workers: int,
     to: np.ndarray,
 ) -> None:
-    """Add up what the gains of two candidates together lack of their sum, to[a, b] for b < a, int64 (n, n).
+    """Add up the overlap of each pair, both gains minus their joint gain, to[a, b] for b < a, int64 (n, n).
 
     runs: by object o those from begins[o] to begins[o + 1], of rising candidates; owner (runs,): their candidates;
     starts and bits: see `mark_runs`.

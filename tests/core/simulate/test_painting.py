@@ -19,7 +19,7 @@ FRAME = 3
 
 
 def camera(name: str = "CAM", yaw_deg: float = 0.0) -> Camera:
-    """Where the LiDAR of the same rig stands: what one sees, the other does; without the range law glass stops both."""
+    """A camera at the LiDAR's position: both see the same objects; without the range law glass stops both."""
     return Camera(
         name=name, position=(0.0, 0.3, 1.9), rpy_deg=(0.0, 0.0, yaw_deg), hfov_deg=110.0, image=(1600, 900)
     )

@@ -103,7 +103,7 @@ def _cosines(start: Doubles, along: Doubles, half: Doubles) -> Doubles:
 def _lawful(
     sensor: Sensor, cls: NDArray[np.uint8], t: Doubles, cosine: Doubles, chance: Doubles
 ) -> NDArray[np.bool_]:
-    """Which rays the range law lets return."""
+    """Return a mask of the rays that return under the range law."""
     anchors = anchors_of(sensor)
     if not anchors:
         return np.ones(len(t), np.bool_)

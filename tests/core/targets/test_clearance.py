@@ -1,4 +1,4 @@
-"""Where the car stops rays between it and the nearest object changes no count."""
+"""Counts do not depend on where a ray ends between the car and the nearest object."""
 
 import math
 
