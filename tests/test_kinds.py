@@ -227,7 +227,8 @@ def test_what_it_gets_from_objects_counts_towards_what_is_detected() -> None:
     assert (total.by_kind["probe"].value, total.neither.value, total.both.value) == (1.0, 0.0, 0.0)
     assert object_table(held, found)["echoes_probe"].to_pylist() == [hit]
     written = targets_document(held, [found])["rigs"][0]["classes"]["car"]
-    assert written["probe"] == {"share": 1.0, "share_se": 0.0}
+    share = {"share": 1.0, "share_se": 0.0}
+    assert written["probe"] == share and written["rings"][0]["probe"] == share
     dense = spinning((0.0, 0.0, 1.6), beams=32, count=720).replace(name="dense")
     both = engine.evaluate(rig_with(dense, probe()), EXACT)
     covered = target_coverage(held, both.rig, both.objects, USUAL.min_points)

@@ -237,9 +237,8 @@ def _table(scores: Sequence[TargetScores]) -> Table:
     return table
 
 
-def _further(scores: Sequence[TargetScores]) -> list[AnyKind]:
-    """Return the kinds beside LiDARs and cameras of which a rig has sensors."""
-    return [kind for kind in further_kinds() if any(kind.name in one.objects.returns for one in scores)]
+def _further(scores: Sequence[TargetScores]) -> tuple[AnyKind, ...]:
+    return further_kinds(kind for one in scores for kind in one.objects.returns)
 
 
 def _stacked(words: str) -> str:

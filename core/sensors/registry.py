@@ -25,9 +25,10 @@ def kinds() -> tuple[AnyKind, ...]:
     return tuple(_KINDS.values())
 
 
-def further_kinds() -> tuple[AnyKind, ...]:
-    """Return the kinds beside LiDARs and cameras, whose hits on objects are counted kind by kind."""
-    return tuple(kind for kind in kinds() if kind not in (LIDAR, CAMERA))
+def further_kinds(present: Iterable[str]) -> tuple[AnyKind, ...]:
+    """Return the kinds among those present that are neither LiDARs nor cameras: their hits are counted kind by kind."""
+    there = set(present)
+    return tuple(kind for kind in kinds() if kind.name in there and kind not in (LIDAR, CAMERA))
 
 
 def shown_kinds(present: Iterable[str]) -> tuple[AnyKind, ...]:

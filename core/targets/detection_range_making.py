@@ -16,7 +16,7 @@ from riglens.core.scene.boxes import CLASSES, DataReport, Progress, rotations_fr
 from riglens.core.sensing.body_ends import barrier_of
 from riglens.core.sensors.camera import CAMERA, project_px
 from riglens.core.sensors.lidar import LIDAR
-from riglens.core.sensors.registry import AnyKind, further_kinds, kind_of
+from riglens.core.sensors.registry import AnyKind, further_kinds
 from riglens.core.targets.beams import azimuth_step_rad
 from riglens.core.targets.detection_range import (
     SIZES_M,
@@ -60,8 +60,12 @@ def detection_range_of(
     steps_deg, lidars = lattice_steps_deg(rig.enabled_lidars()), rig.with_lidars_alone()
     solid = car_of(rig) if plan.settings.body == "blocks" else None
     counting = _Counting(lidars, plan, steps_deg, threads, is_serial)
+    enabled = [sensor for sensor in rig.sensors if sensor.enabled]
     others = {
-        kind: counting._replace(sensors=only, steps_deg=(0.0, 0.0)) for kind, only in _counting_returns(rig)
+        kind: counting._replace(
+            sensors=rig.only(tuple(one for one in enabled if one.kind == kind.name)), steps_deg=(0.0, 0.0)
+        )
+        for kind in further_kinds(one.kind for one in enabled)
     }
     rows, cases = [], plan.cases()
     for number, case in enumerate(cases):
@@ -80,16 +84,6 @@ def detection_range_of(
         rows.append(RangeRow(*case, reaches, -rig.vehicle.length / 2 - half_m))
     progress(1.0)
     return DetectionRange(rig, plan, tuple(rows), steps_deg[0])
-
-
-def _counting_returns(rig: Rig) -> list[tuple[AnyKind, Rig]]:
-    """Return the kinds besides LiDARs and cameras of which a rig has sensors, with a rig of those alone."""
-    found = []
-    for kind in further_kinds():
-        sensors = tuple(sensor for sensor in rig.sensors if sensor.enabled and kind_of(sensor) is kind)
-        if sensors:
-            found.append((kind, rig.only(sensors)))
-    return found
 
 
 def reach_of(distances_m: Doubles, enough: NDArray[np.bool_]) -> Reach:

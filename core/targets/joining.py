@@ -61,13 +61,12 @@ class Gatherer:
 
 def _returns(rig: Rig, by_sensor: Mapping[str, Contribution], objects: int) -> dict[str, Returns]:
     """Return the returns, or rows of pixels, of the kinds beside LiDARs and cameras, by kind."""
-    found = {}
-    for kind in further_kinds():
-        names = tuple(s.name for s in rig.sensors if s.enabled and s.kind == kind.name)
-        if names:
-            parts, is_image = tuple(by_sensor[n] for n in names), kind.hits.measure == "pixels"
-            counts = _rows(parts, objects) if is_image else _column(parts, RAYS, objects)
-            found[kind.name] = Returns(names, counts, is_image)
+    found, enabled = {}, [sensor for sensor in rig.sensors if sensor.enabled]
+    for kind in further_kinds(sensor.kind for sensor in enabled):
+        names = tuple(sensor.name for sensor in enabled if sensor.kind == kind.name)
+        parts, is_image = tuple(by_sensor[name] for name in names), kind.hits.measure == "pixels"
+        counts = _rows(parts, objects) if is_image else _column(parts, RAYS, objects)
+        found[kind.name] = Returns(names, counts, is_image)
     return found
 
 

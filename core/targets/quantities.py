@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensors.camera import CAMERA
 from riglens.core.sensors.lidar import LIDAR
+from riglens.core.sensors.registry import further_kinds
 from riglens.core.targets.settings import HEIGHT_PX, TargetSettings
 
 if TYPE_CHECKING:  # loads the compiler, which a window that opens does not need
@@ -49,7 +50,12 @@ class Quantity:
 
 def _by(kind: str) -> Callable[[ObjectCounts, TargetSettings], Doubles]:
     """Return a function that is 1 where sensors of a kind detect an object."""
-    return lambda objects, settings: objects.detected(settings.min_points)[kind].astype(np.float64)
+
+    def detected(objects: ObjectCounts, settings: TargetSettings) -> Doubles:
+        found = objects.detected(settings.min_points).get(kind)
+        return np.zeros(len(objects.box)) if found is None else found.astype(np.float64)
+
+    return detected
 
 
 def _kinds(objects: ObjectCounts, settings: TargetSettings) -> Counts:
@@ -96,17 +102,32 @@ QUANTITIES = (
         "px", lambda objects, _: objects.height_px, is_median=True,
     ),
     Quantity(
-        "both", "By both", "Share of objects that LiDARs and cameras detect. More is better.",
+        "both", "By two kinds", "Share of objects that sensors of two kinds detect. More is better.",
         "share",
         lambda objects, settings: (_kinds(objects, settings) >= 2).astype(np.float64),
     ),
     Quantity(
-        "neither", "Missed", "Share of objects that neither LiDARs nor cameras detect. Less is better.",
+        "neither", "Missed", "Share of objects that no sensor detects. Less is better.",
         "share",
         lambda objects, settings: (_kinds(objects, settings) == 0).astype(np.float64),
         sign=-1,
     ),
 )  # fmt: skip
+"""Of every rig; `quantities_of` adds those of the kinds that a rig holds besides LiDARs and cameras."""
+
+
+def quantities_of(present: Iterable[str]) -> tuple[Quantity, ...]:
+    """Return the quantities of rigs with sensors of some kinds, by name."""
+    further = (
+        Quantity(
+            kind.name, f"By {kind.plural}",
+            f"Share of objects with at least {kind.hits.threshold:g} {kind.hits.label} of {kind.plural}. "
+            "More is better.",
+            "share", _by(kind.name),
+        )
+        for kind in further_kinds(present)
+    )  # fmt: skip
+    return (*QUANTITIES, *further)
 
 
 @dataclass(frozen=True)

@@ -85,13 +85,17 @@ def _class(found: ClassTargets) -> dict[str, Any]:
             "share_25px_se": total.share_25px.se,
             "median_height_px": total.median_height_px,
         },
-        **{kind: {"share": share.value, "share_se": share.se} for kind, share in total.by_kind.items()},
+        **_by_kind(total),
         "both": total.both.value,
         "both_se": total.both.se,
         "neither": total.neither.value,
         "neither_se": total.neither.se,
         "rings": [_ring(ring) for ring in found.rings],
     }
+
+
+def _by_kind(row: Row) -> dict[str, Any]:
+    return {kind: {"share": share.value, "share_se": share.se} for kind, share in row.by_kind.items()}
 
 
 def _predicted(found: Predicted | None) -> dict[str, Any] | None:
@@ -111,6 +115,7 @@ def _ring(ring: Row) -> dict[str, Any]:
         "median_points": ring.median_points,
         "visible": ring.visible.value,
         "share_25px": ring.share_25px.value,
+        **_by_kind(ring),
         "both": ring.both.value,
         "neither": ring.neither.value,
     }

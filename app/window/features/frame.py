@@ -48,7 +48,7 @@ class FrameView(Feature):
             "Shift+T", menu="scene/frames", is_checkable=True,
         ),
         Spec(
-            "next_missed", "Next missed object", "Fly to the next object that neither LiDARs nor cameras detect.",
+            "next_missed", "Next missed object", "Fly to the next object that no sensor detects.",
             "Ctrl+J", menu="scene/frames",
         ),
         Spec(

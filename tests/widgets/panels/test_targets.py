@@ -10,7 +10,9 @@ import pytest
 from PySide6.QtCore import QPointF, Qt
 from pytestqt.qtbot import QtBot
 
+from riglens.core.geometry import Pose
 from riglens.core.metric.scores import MetricSettings
+from riglens.core.rig.library import sensor_from_model
 from riglens.core.rig.model import Rig
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.quantities import ON_TARGET, PREDICTED, QUANTITIES, RESOLVED, WHO
@@ -79,6 +81,22 @@ def test_all_frames_have_no_error(panel: TargetsPanel) -> None:
 def test_a_sample_says_so(panel: TargetsPanel) -> None:
     show(panel, 12)
     assert "sample of 12 of 30 frames" in panel._note.text()
+
+
+def test_kinds_that_a_rig_holds_have_a_figure(panel: TargetsPanel) -> None:
+    def keys() -> list[object]:
+        return [panel._quantity.itemData(place) for place in range(panel._quantity.count())]
+
+    show(panel)
+    assert keys() == [one.key for one in QUANTITIES]
+    radar = rig_of(sensor_from_model("continental-ars408-21", "front", Pose((2.0, 0.0, 0.5))))
+    panel.show_counts(TRAFFIC, counts(radar), counts(NOW), "low")
+    assert keys() == [*(one.key for one in QUANTITIES), "radar"]
+    panel.choose("radar")
+    share = counts(radar).classes["car"].total.by_kind["radar"].value
+    assert item(panel, "car", 0).text == f"{100.0 * share:.1f} %" != "0.0 %"
+    show(panel)
+    assert panel.quantity.key == "radar" and item(panel, "car", 0).text == "0.0 %"
 
 
 def test_fewer_missed_is_better(panel: TargetsPanel) -> None:

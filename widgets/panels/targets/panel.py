@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -9,7 +10,7 @@ from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QSpinBox, QToolButton, QVBoxLayout, QWidget
 
-from riglens.core.targets.quantities import QUANTITIES, Quantity
+from riglens.core.targets.quantities import Quantity, quantities_of
 from riglens.core.targets.settings import TargetSettings
 from riglens.widgets.panels.controls.icons import icon
 from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel, plain_tip
@@ -55,6 +56,7 @@ class TargetsPanel(QWidget):
         self._is_stale = self._is_behind = False
         self.table, self.rose = TargetTable(), RoseView()
         self._quantity, self._points, self._note = ChoiceBox(), QSpinBox(), QLabel(WAITING)
+        self._quantities: tuple[Quantity, ...] = ()
         self._said = ""
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
@@ -69,9 +71,7 @@ class TargetsPanel(QWidget):
 
     def _controls(self) -> QHBoxLayout:
         self._quantity.setObjectName("target_quantity")
-        for number, quantity in enumerate(QUANTITIES):
-            self._quantity.addItem(quantity.title, quantity.key)
-            self._quantity.setItemData(number, quantity.tip, Qt.ItemDataRole.ToolTipRole)
+        self._offer(())
         self._quantity.currentIndexChanged.connect(lambda _: self._show())
         self._points.setObjectName("min_points")
         self._points.setRange(1, MOST_POINTS)
@@ -114,9 +114,7 @@ class TargetsPanel(QWidget):
         self._frame.setToolTip("Number of the frame in the data, from 0.")
         self._next.setObjectName("next_missed")
         self._next.setText("Next missed")
-        self._next.setToolTip(
-            "Show the next object that neither LiDARs nor cameras detect, the nearest first."
-        )
+        self._next.setToolTip("Show the next object that no sensor detects, the nearest first.")
         self._frame_on.toggled.connect(lambda _: self._tell_frame())
         self._frame.valueChanged.connect(lambda _: self._tell_frame())
         self._next.clicked.connect(lambda _: self.next_missed_wanted.emit())
@@ -161,11 +159,26 @@ class TargetsPanel(QWidget):
     @property
     def quantity(self) -> Quantity:
         """Return the quantity shown."""
-        return QUANTITIES[self._quantity.currentIndex()]
+        return self._quantities[self._quantity.currentIndex()]
 
     def choose(self, key: str) -> None:
         """Show another quantity by its key; ignore unknown keys."""
+        self._offer((key,))
         self._quantity.setCurrentIndex(max(self._quantity.findData(key), 0))
+
+    def _offer(self, kinds: Iterable[str]) -> None:
+        """List the quantities of rigs with sensors of some kinds; the one shown stays."""
+        chosen = self._quantity.currentData()
+        quantities = quantities_of({*kinds, chosen})
+        if [one.key for one in quantities] == [one.key for one in self._quantities]:
+            return
+        self._quantities = quantities
+        with QSignalBlocker(self._quantity):
+            self._quantity.clear()
+            for number, quantity in enumerate(quantities):
+                self._quantity.addItem(quantity.title, quantity.key)
+                self._quantity.setItemData(number, quantity.tip, Qt.ItemDataRole.ToolTipRole)
+            self._quantity.setCurrentIndex(max(self._quantity.findData(chosen), 0))
 
     def show_settings(self, settings: TargetSettings) -> None:
         """Show settings that were chosen elsewhere."""
@@ -177,6 +190,7 @@ class TargetsPanel(QWidget):
     def show_counts(self, traffic: Traffic, now: TargetScores, before: TargetScores, baseline: str) -> None:
         """Show counts next to those of the baseline, which is called `baseline`; both from the same frames."""
         self._shown, self._is_stale = (traffic, now, before, baseline), False
+        self._offer((*now.objects.returns, *before.objects.returns))
         self._show()
 
     def showEvent(self, event: QShowEvent) -> None:
