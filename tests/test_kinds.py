@@ -25,6 +25,7 @@ from riglens.app.rendering.picture import Findings, score_rows, subtitle
 from riglens.app.studies.report_document import document_of
 from riglens.app.studies.report_figures import ReportPlan, report_of
 from riglens.app.studies.report_page import printed_page, report_page
+from riglens.app.terminal.scores import score_table
 from riglens.core.engine.audit import audit
 from riglens.core.engine.engine import Engine
 from riglens.core.engine.evaluation_json import evaluation_document
@@ -183,6 +184,8 @@ def test_it_is_cast_exactly_and_scored_beside_the_others() -> None:
     written = evaluation_document(field, PAPER_SETTINGS, [found])["rigs"][0]
     assert list(written["classes"]["car"]) == ["h_total", "camera", "lidar", "probe", "any", "s_ms"]
     assert written["covered_voxels"]["probe"] == mine.sum()
+    headings = [str(column.header) for column in score_table([found]).columns]
+    assert headings[-4:] == ["seen\ncamera", "seen\nLiDAR", "seen\nprobe", "seen\nany"]
 
 
 def test_edits_among_three_kinds_give_the_scores_of_evaluations_from_scratch() -> None:

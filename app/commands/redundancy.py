@@ -166,8 +166,8 @@ def _print(rig: Rig, body: str, voxels: Coverage, targets: Coverage | None) -> N
             console.print(_covered_table(found, title))
             console.print(_failures_table(found, title))
     console.print(
-        "Covered: more is better; two kinds: by cameras and LiDARs. Lost when it fails: less is better; worst sector: "
-        "the 45° in which the largest share is lost.",
+        "Covered: more is better; two kinds: by sensors of two kinds. Lost when it fails: less is better; worst "
+        "sector: the 45° in which the largest share is lost.",
         soft_wrap=True,
     )
     if targets is not None:

@@ -19,6 +19,7 @@ from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Body, Reading, common_body
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES, DataReport
+from riglens.core.sensors.registry import shown_kinds
 from riglens.core.shown_text import visible
 
 EXPLANATION: dict[Reading, str] = {
@@ -112,23 +113,26 @@ def _line(label: str, text: str) -> Text:
 
 
 def score_table(evaluations: Sequence[Evaluation]) -> Table:
-    """Tabulate rigs as rows, one section per class: S-MIG of cameras and LiDARs, S-MS, and coverage."""
+    """Tabulate rigs as rows, one section per class: S-MIG of the kinds in S-MS, S-MS, and coverage by kind."""
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     table.add_column("10³ nat", no_wrap=True, overflow="ellipsis", max_width=28)
-    for title in ("S-MIG\ncamera", "S-MIG\nLiDAR", "\nS-MS", "seen\ncamera", "seen\nLiDAR", "seen\nany"):
+    held = [sensor.kind for evaluation in evaluations for sensor in evaluation.rig.sensors]
+    weighed, shown = (sorted(shown_kinds(names), key=lambda kind: kind.name) for names in ((), held))
+    seen = [f"seen\n{title}" for title in (*(kind.title for kind in shown), "any")]
+    for title in (*(f"S-MIG\n{kind.title}" for kind in weighed), "\nS-MS", *seen):
         table.add_column(title, justify="right", no_wrap=True)
     for name in CLASSES:
         h_total = evaluations[0].scores.classes[name].h_total
         digits = decimals(h_total)
         table.add_row(Text(f"{name}, H(Ω) {thousands(h_total, digits)}", "bold"))
         for evaluation in evaluations:
-            table.add_row(Text(f"  {visible(evaluation.rig.name)}"), *_figures(evaluation, name, digits))
+            scores = evaluation.scores.classes[name]
+            table.add_row(
+                Text(f"  {visible(evaluation.rig.name)}"),
+                *(thousands(scores.kinds[kind.name].s_mig, digits) for kind in weighed),
+                thousands(scores.s_ms, digits),
+                *(percent(scores.kinds[kind.name].seen) for kind in shown),
+                percent(scores.any_seen),
+            )
         table.add_section()
     return table
-
-
-def _figures(evaluation: Evaluation, name: str, digits: int) -> list[str]:
-    scores = evaluation.scores.classes[name]
-    entropies = (scores.camera.s_mig, scores.lidar.s_mig, scores.s_ms)
-    shares = (scores.camera.seen, scores.lidar.seen, scores.any_seen)
-    return [*(thousands(value, digits) for value in entropies), *(percent(share) for share in shares)]
