@@ -20,7 +20,7 @@ from riglens.app.window.settings import Settings
 from riglens.app.window.unexpected import failures_told
 from riglens.core.formats.opening import open_rig
 from riglens.core.metric.scores import MetricSettings
-from riglens.core.sensing.kept import keep_at_most
+from riglens.core.sensing.kept import RAYS
 from riglens.widgets.panels.controls.style import apply_style, is_dark
 from riglens.widgets.theme import palette
 
@@ -39,7 +39,7 @@ def open_window(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
     and says what is wrong with them.
     """
     opened = open_rig(rig)
-    keep_at_most(KEPT_RAYS_BYTES)
+    RAYS.limit_bytes = KEPT_RAYS_BYTES
     app = QApplication.instance() or QApplication(["riglens"])
     assert isinstance(app, QApplication)
     apply_style(app)

@@ -18,7 +18,7 @@ from riglens.core.kernels.rays.cast import Cast
 from riglens.core.kernels.runtime.codes import LISTED
 from riglens.core.rig.model import Camera, rays_of
 from riglens.core.sensing.image_bins import bins_of
-from riglens.core.sensing.kept import kept_by_bytes
+from riglens.core.sensing.kept import RAYS
 from riglens.core.sensing.rays import lattice, rotate
 from riglens.core.sensors.base import NOWHERE
 
@@ -101,7 +101,7 @@ def outermost_directions(camera: Camera) -> Doubles:
     return rotate(camera.pose.rotation(), local)
 
 
-@kept_by_bytes
+@RAYS.of
 def ray_mesh(camera: Camera) -> RayMesh | None:
     """The mesh of a camera without its place: the same one through a whole drag; None if rays drift apart, are too
     far to the side, or do not form a surface."""

@@ -18,7 +18,7 @@ from riglens.core.kernels.runtime import codes
 from riglens.core.rig.library import Cylinder, body_of
 from riglens.core.rig.model import Sensor, rays_of
 from riglens.core.sensing.image_bins import bins_of
-from riglens.core.sensing.kept import kept_by_bytes
+from riglens.core.sensing.kept import RAYS
 from riglens.core.sensing.rays import lattice, rotate
 from riglens.core.sensing.screens import screen_of
 from riglens.core.sensors.base import NOWHERE
@@ -98,7 +98,7 @@ def _may_meet(sensor: Sensor, housing: Housing, start_m: float) -> bool:
     return aside - half <= widest and lowest <= up + half and up - half <= highest
 
 
-@kept_by_bytes
+@RAYS.of
 def _view_rad(sensor: Sensor) -> tuple[float, float, float]:
     """Return the angle from its axis, the lowest and the highest elevation within which a sensor's rays lie."""
     table = lattice(sensor)

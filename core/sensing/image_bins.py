@@ -8,7 +8,7 @@ import numpy as np
 
 from riglens.core.kernels.rays.bins import Bins
 from riglens.core.rig.model import Camera, Sensor, rays_of
-from riglens.core.sensing.kept import kept_by_bytes
+from riglens.core.sensing.kept import RAYS
 from riglens.core.sensing.rays import lattice
 from riglens.core.sensors.base import NOWHERE
 
@@ -29,7 +29,7 @@ def _bins_of(camera: Camera) -> Bins | None:
     return _bins(rays_of(camera).model_copy(update=NOWHERE))
 
 
-@kept_by_bytes
+@RAYS.of
 def _bins(camera: Camera) -> Bins | None:
     """The bins of a camera without its place: the same ones through a whole drag."""
     rows = lattice(camera).rows

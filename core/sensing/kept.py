@@ -12,52 +12,53 @@ import numpy as np
 
 _Asked = TypeVar("_Asked", bound=Hashable)
 _Found = TypeVar("_Found")
-LIMIT_BYTES = 576 << 20
-"""Of all functions together: the directions of the five cameras of 2.5 megapixels of the Waymo car, and their bins."""
-_kept: OrderedDict[tuple[Callable[..., Any], Hashable], tuple[Any, dict[int, int]]] = OrderedDict()
-"""Answers by function and argument, the last used last, with the bytes of their arrays by identity."""
-_lock = threading.Lock()
 
 
-def kept_by_bytes(find: Callable[[_Asked], _Found]) -> Callable[[_Asked], _Found]:
-    """Keep what a function of one argument found last, in a room shared with all such functions, but always the very
-    last answer; for all threads."""
+class KeptAnswers:
+    """Room of `limit_bytes` that functions share for the answers that they found last; for all threads."""
 
-    @wraps(find)
-    def found(asked: _Asked) -> _Found:
-        key = find, asked
-        with _lock:
-            if key in _kept:
-                _kept.move_to_end(key)
-                answer: _Found = _kept[key][0]
-                return answer
-        new = find(asked)
-        with _lock:
-            _kept[key] = new, _arrays_of(new)
-            _kept.move_to_end(key)
-            while len(_kept) > 1 and kept_bytes() > LIMIT_BYTES:
-                _kept.popitem(last=False)
-        return new
+    def __init__(self, limit_bytes: int) -> None:
+        self.limit_bytes = limit_bytes
+        self._answers = OrderedDict[tuple[Callable[..., Any], Hashable], tuple[Any, dict[int, int]]]()
+        """By function and argument, the last used last, with the bytes of their arrays by identity."""
+        self._lock = threading.Lock()
 
-    return found
+    def of(self, find: Callable[[_Asked], _Found]) -> Callable[[_Asked], _Found]:
+        """Keep what a function of one argument found last, always the very last answer of all functions."""
+
+        @wraps(find)
+        def found(asked: _Asked) -> _Found:
+            key = find, asked
+            with self._lock:
+                if key in self._answers:
+                    self._answers.move_to_end(key)
+                    answer: _Found = self._answers[key][0]
+                    return answer
+            new = find(asked)
+            with self._lock:
+                self._answers[key] = new, _arrays_of(new)
+                self._answers.move_to_end(key)
+                while len(self._answers) > 1 and self.size_bytes > self.limit_bytes:
+                    self._answers.popitem(last=False)
+            return new
+
+        return found
+
+    @property
+    def size_bytes(self) -> int:
+        """The bytes of all that is kept; arrays that several answers share count once."""
+        each = {name: size for _, arrays in self._answers.values() for name, size in arrays.items()}
+        return sum(each.values())
+
+    def forget(self) -> None:
+        """Release everything: what is needed again is made again."""
+        with self._lock:
+            self._answers.clear()
 
 
-def kept_bytes() -> int:
-    """Return the bytes of all that is kept; arrays that several answers share count once."""
-    each = {name: size for _, arrays in _kept.values() for name, size in arrays.items()}
-    return sum(each.values())
-
-
-def keep_at_most(size_bytes: int) -> None:
-    """Keep less or more than LIMIT_BYTES in this process."""
-    global LIMIT_BYTES
-    LIMIT_BYTES = size_bytes
-
-
-def forget_kept() -> None:
-    """Let go of everything: what is needed again is made again."""
-    with _lock:
-        _kept.clear()
+RAYS = KeptAnswers(576 << 20)
+"""Tables of rays of this process: the directions of the five cameras of 2.5 megapixels of the Waymo car, and their
+bins."""
 
 
 def _arrays_of(found: object) -> dict[int, int]:

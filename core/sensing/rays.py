@@ -12,7 +12,7 @@ from riglens.core.geometry import Vec3
 from riglens.core.kernels.runtime import codes
 from riglens.core.rig.model import Lidar, Sensor, rays_of
 from riglens.core.scene.grid import VoxelGrid
-from riglens.core.sensing.kept import kept_by_bytes
+from riglens.core.sensing.kept import RAYS
 from riglens.core.sensors.base import NOWHERE
 from riglens.core.sensors.kind import REFERENCE, Echo
 from riglens.core.sensors.lattice import Ids, Lattice
@@ -58,7 +58,7 @@ def lattices_by_offset(lidar: Lidar) -> tuple[tuple[Ids, Lattice], ...]:
     return _by_offset(rays_of(lidar).model_copy(update=NOWHERE))
 
 
-@kept_by_bytes
+@RAYS.of
 def _by_offset(lidar: Lidar) -> tuple[tuple[Ids, Lattice], ...]:
     """As `lattices_by_offset`, of a LiDAR without its place."""
     listed = _listed(lidar).rows.reshape(lidar.beam_count, -1, 3)
@@ -75,7 +75,7 @@ def _by_offset(lidar: Lidar) -> tuple[tuple[Ids, Lattice], ...]:
     return tuple(parts)
 
 
-@kept_by_bytes
+@RAYS.of
 def _listed(sensor: Sensor) -> Lattice:
     """The lattice of a listed sensor without its place: the same one through a whole drag."""
     parts = []

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from riglens.core.kernels.beams.cones import A_TURN
 from riglens.core.kernels.body.screen import Screen
 from riglens.core.rig.model import Camera, Lidar, Sensor, rays_of
-from riglens.core.sensing.kept import kept_by_bytes
+from riglens.core.sensing.kept import RAYS
 from riglens.core.sensors.base import NOWHERE
 from riglens.core.sensors.camera import image_lattice
 
@@ -24,7 +24,7 @@ def screen_of(sensor: Sensor) -> Screen | None:
     return None if sensor.blocked else _screen(rays_of(sensor).model_copy(update=NOWHERE))
 
 
-@kept_by_bytes
+@RAYS.of
 def _screen(sensor: Sensor) -> Screen | None:
     """The screen of a sensor without its place: the same one through a whole drag."""
     return _made(sensor)

@@ -13,7 +13,7 @@ from riglens.core.kernels.objects.windows import TURN
 from riglens.core.rig.model import Camera, Lidar, LinearAngles, Sensor, rays_of
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensing.body_ends import NO_EMPTY_BOX, barrier_shadow
-from riglens.core.sensing.kept import kept_by_bytes
+from riglens.core.sensing.kept import RAYS
 from riglens.core.sensing.rays import is_listed, lattice, limits_m, local_directions
 from riglens.core.sensors.kind import Echo
 from riglens.core.targets.detection_range import SIZES_M
@@ -107,7 +107,7 @@ def _azimuth_step_rad(lidar: Lidar) -> float:
     return math.radians(float(np.median(steps))) if steps.size else 0.0
 
 
-@kept_by_bytes
+@RAYS.of
 def _tables(sensor: Sensor) -> Beams:
     """Return the beams of a sensor without a place: the same throughout a drag."""
     return _made(sensor)

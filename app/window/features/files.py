@@ -19,7 +19,7 @@ from riglens.core.formats.opening import OpenedRig, open_rig_file
 from riglens.core.formats.report import KINDS, Kind, Report
 from riglens.core.rig.model import Rig
 from riglens.core.rig.presets import PRESETS, preset
-from riglens.core.sensing.kept import forget_kept
+from riglens.core.sensing.kept import RAYS
 from riglens.core.vehicle.mesh_file import mesh_name, mesh_path
 from riglens.widgets.panels.controls.menus import add_entry
 from riglens.widgets.panels.controls.style import plain_tip
@@ -50,7 +50,7 @@ class Files(Feature):
             self.document.rig_settled, self.document.modified_changed, self.document.file_changed,
         ):  # fmt: skip
             changed.connect(self._update_title)
-        self.document.opened.connect(forget_kept)  # rays of a rig that is no longer open
+        self.document.opened.connect(RAYS.forget)  # rays of a rig that is no longer open
         self._update_title()
 
     def _preset_menu(self) -> QMenu:
