@@ -9,9 +9,9 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import combinations
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 from riglens.core.engine.engine import Engine
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import DEFAULT_LAMBDA, MetricSettings, Reading, s_ms
-from riglens.core.rig.model import Camera, LinearAngles, Rig, Sensor
+from riglens.core.rig.model import Camera, LinearAngles, Rig
 from riglens.core.rig.presets import CAMERA_GROUPS, LIDAR_GROUPS, PAPER_RIGS, preset
 from riglens.core.scene.boxes import CLASSES, BoxBatch, BoxSource, DataReport, Progress
-from riglens.core.scene.grid import DEFAULT_VOXEL_M, VoxelGrid
+from riglens.core.scene.grid import DEFAULT_VOXEL_M
 from riglens.core.scene.pog import build_pog
 
 LIDARS = {group.letters: group.name for group in LIDAR_GROUPS if group.origin == "paper"}
@@ -39,13 +39,13 @@ class RayLattice:
 
     def applied(self, rig: Rig) -> Rig:
         """The rig with these rays."""
-        changed: Rig = rig.replace(sensors=tuple(self._with_rays(sensor) for sensor in rig.sensors))
-        return changed
-
-    def _with_rays(self, sensor: Sensor) -> Sensor:
         turn = LinearAngles(from_=-180.0, to=180.0, count=self.azimuths)
-        changes = {"cast": self.cast} if isinstance(sensor, Camera) else {"azimuths_deg": turn}
-        changed: Sensor = sensor.replace(**changes)
+        changed: Rig = rig.replace(
+            sensors=tuple(
+                one.replace(cast=self.cast) if isinstance(one, Camera) else one.replace(azimuths_deg=turn)
+                for one in rig.sensors
+            )
+        )
         return changed
 
 
@@ -59,17 +59,14 @@ class Ranking:
     @cached_property
     def s_ms(self) -> dict[str, dict[str, float]]:
         """S-MS by rig and class."""
-        return {name: self._rig(name) for name in PAPER_RIGS}
-
-    def _rig(self, name: str) -> dict[str, float]:
-        cameras, lidars = (self.s_mig[letter] for letter in name.split("+"))
-        return {
-            cls: s_ms({"camera": cameras[cls], "lidar": lidars[cls]}, self.camera_weight) for cls in CLASSES
-        }
-
-    def with_weight(self, camera_weight: float) -> Ranking:
-        """The same groups with another lambda."""
-        return Ranking(self.s_mig, camera_weight)
+        found: dict[str, dict[str, float]] = {}
+        for name in PAPER_RIGS:
+            cameras, lidars = (self.s_mig[letter] for letter in name.split("+"))
+            found[name] = {
+                cls: s_ms({"camera": cameras[cls], "lidar": lidars[cls]}, self.camera_weight)
+                for cls in CLASSES
+            }
+        return found
 
     def figures(self, of: str, cls: str) -> dict[str, float]:
         """S-MIG of the groups "lidars" or "cameras", or S-MS of the "rigs", of one class."""
@@ -100,8 +97,7 @@ def rank(
     return Ranking(s_mig, camera_weight)
 
 
-@dataclass(frozen=True)
-class Agreement:
+class Agreement(NamedTuple):
     """Rank correlations of the eight rigs' S-MS with those of a reference; None if one has no order."""
 
     tau: float | None
@@ -196,7 +192,7 @@ class ResampledFrames:
 
 # ---------------------------------------------------------------- the study
 
-Axis = Literal["δ", "rays", "reading", "λ"]
+Axis = Literal["default", "rays", "reading", "λ", "δ", "frames"]
 DEFAULT_LATTICE = RayLattice()
 NATIVE = RayLattice((1600, 900))
 LATTICES = (
@@ -226,9 +222,8 @@ class StabilityPlan:
     threads: int | None = None
 
 
-@dataclass(frozen=True)
-class Variation:
-    """One setting other than the reference's, and the order that it gives."""
+class Setting(NamedTuple):
+    """A setting and the order that it gives; of "frames" the number of the resample, from 1."""
 
     axis: Axis
     value: float | RayLattice | Reading
@@ -236,46 +231,21 @@ class Variation:
 
 
 @dataclass(frozen=True)
-class Probe:
-    """S-MS in nat by class of one rig, for a question about the metric."""
-
-    rig: str
-    s_ms: dict[str, float]
-
-
-@dataclass(frozen=True)
 class MetricStudy:
-    """The reference order and all others; entropy of the scene by voxel edge and class; probes by name."""
+    """The reference order and all others; entropy of the scene by voxel edge and class; S-MS in nat by class of rigs
+    that ask the metric a question, by the name of the question."""
 
     plan: StabilityPlan
     source: str
     frames: int
     reference: Ranking
-    variations: tuple[Variation, ...]
-    resamples: tuple[Ranking, ...]
+    others: tuple[Setting, ...]
     h_total: dict[float, dict[str, float]]
-    probes: dict[str, Probe] = field(default_factory=dict)
+    probes: dict[str, dict[str, float]] = field(default_factory=dict)
 
-    def along(self, axis: Axis) -> list[Variation]:
-        """The variations of one axis."""
-        return [variation for variation in self.variations if variation.axis == axis]
-
-
-class _Steps:
-    """Progress over steps of equal size."""
-
-    def __init__(self, total: int, progress: Progress | None) -> None:
-        self._total, self._done, self._progress = total, 0, progress
-
-    def part(self, fraction: float) -> None:
-        """A fraction of the present step is done."""
-        if self._progress is not None:
-            self._progress(min(1.0, (self._done + fraction) / self._total))
-
-    def next(self) -> None:
-        """The present step is done."""
-        self._done += 1
-        self.part(0.0)
+    def along(self, axis: Axis) -> list[Setting]:
+        """The settings of one axis."""
+        return [other for other in self.others if other.axis == axis]
 
 
 def study_metric(
@@ -286,49 +256,57 @@ def study_metric(
     progress: Progress | None = None,
 ) -> MetricStudy:
     """Rank the paper's rigs under every setting of the plan; without a `source` no frame is resampled."""
+    ranked = partial(rank, camera_weight=plan.camera_weight, threads=plan.threads)
+    weights = [weight for weight in WEIGHTS if weight != plan.camera_weight]
     resamples = plan.resamples if source is not None else 0
-    steps = _Steps(1 + len(plan.edge_factors) + len(plan.lattices) + len(READINGS) + resamples, progress)
-    base = rank(reference, camera_weight=plan.camera_weight, threads=plan.threads)
-    probes = _probes(reference, plan)
-    steps.next()
+    steps = 1 + sum(map(len, (plan.lattices, READINGS, weights, plan.edge_factors))) + resamples
+    done, others = 0, list[Setting]()
+
+    def part(fraction: float) -> None:
+        if progress is not None:
+            progress((done + fraction) / steps)
+
+    def add(axis: Axis, value: float | RayLattice | Reading, ranking: Ranking) -> None:
+        others.append(Setting(axis, value, ranking))
+        end()
+
+    def end() -> None:
+        nonlocal done
+        done += 1
+        part(0.0)
+
+    base = ranked(reference)
+    end()
+    for lattice in plan.lattices:
+        add("rays", lattice, ranked(reference, lattice))
+    for reading in READINGS:
+        add("reading", reading, ranked(reference, reading=reading))
+    for weight in weights:
+        add("λ", weight, Ranking(base.s_mig, weight))
     h_total = {plan.voxel_m: _entropies(reference)}
-    variations = [*_on_one_grid(reference, base, plan, steps)]
-    for factor in plan.edge_factors:
-        other = field_at(factor * plan.voxel_m, steps.part)
-        if other is not None:
-            h_total[factor * plan.voxel_m] = _entropies(other)
-            ranking = rank(other, camera_weight=plan.camera_weight, threads=plan.threads)
-            variations.append(Variation("δ", factor * plan.voxel_m, ranking))
+    for edge_m in (factor * plan.voxel_m for factor in plan.edge_factors):
+        other = field_at(edge_m, part)
+        if other is None:
+            end()
+        else:
+            h_total[edge_m] = _entropies(other)
+            add("δ", edge_m, ranked(other))
         del other
-        steps.next()
-    drawn = tuple(_bootstrap(source, reference.grid, plan, steps)) if source is not None and resamples else ()
+    if source is not None and resamples:
+        stored = StoredBoxes.read(source)
+        for seed in range(resamples):
+            drawn = build_pog(ResampledFrames(stored, seed), reference.grid, part)
+            add("frames", seed + 1, ranked(EntropyField.from_pog(drawn)))
     data = reference.data
-    return MetricStudy(plan, data.source, data.frames, base, tuple(variations), drawn, h_total, probes)
+    return MetricStudy(plan, data.source, data.frames, base, tuple(others), h_total, _probes(reference, plan))
 
 
 def _entropies(scene: EntropyField) -> dict[str, float]:
     return {cls: scene.h_total_nat(number) for number, cls in enumerate(CLASSES)}
 
 
-def _on_one_grid(
-    scene: EntropyField, base: Ranking, plan: StabilityPlan, steps: _Steps
-) -> Iterator[Variation]:
-    """Other lattices, readings and weights on the reference grid."""
-    for lattice in plan.lattices:
-        ranking = rank(scene, lattice, camera_weight=plan.camera_weight, threads=plan.threads)
-        yield Variation("rays", lattice, ranking)
-        steps.next()
-    for reading in READINGS:
-        ranking = rank(scene, DEFAULT_LATTICE, reading, plan.camera_weight, plan.threads)
-        yield Variation("reading", reading, ranking)
-        steps.next()
-    for weight in WEIGHTS:
-        if weight != plan.camera_weight:
-            yield Variation("λ", weight, base.with_weight(weight))
-
-
-def _probes(scene: EntropyField, plan: StabilityPlan) -> dict[str, Probe]:
-    """Rigs that ask the metric a question: nothing, LiDARs alone, a rig, the same with every LiDAR twice."""
+def _probes(scene: EntropyField, plan: StabilityPlan) -> dict[str, dict[str, float]]:
+    """Score rigs that ask the metric a question: nothing, LiDARs alone, a rig, the same with every LiDAR twice."""
     rig = preset("W+T")
     twins = [lidar.replace(name=f"{lidar.name} again") for lidar in rig.enabled_lidars()]
     rigs = {
@@ -338,24 +316,11 @@ def _probes(scene: EntropyField, plan: StabilityPlan) -> dict[str, Probe]:
         "twins": rig.replace(sensors=(*rig.sensors, *twins)),
     }
     engine = Engine(scene, plan.threads)
-    found: dict[str, Probe] = {}
+    readings: dict[str, Reading] = {"": "covered", ", hits": "hits"}
+    found: dict[str, dict[str, float]] = {}
     for name, asked in rigs.items():
-        found[name] = _probe(engine, asked, MetricSettings(camera_weight=plan.camera_weight))
-        hits = MetricSettings(reading="hits", camera_weight=plan.camera_weight)
-        found[f"{name}, hits"] = _probe(engine, asked, hits)
+        for suffix, reading in readings.items():
+            settings = MetricSettings(reading=reading, camera_weight=plan.camera_weight)
+            classes = engine.evaluate(asked, settings).scores.classes
+            found[name + suffix] = {cls: scores.s_ms for cls, scores in classes.items()}
     return found
-
-
-def _probe(engine: Engine, rig: Rig, settings: MetricSettings) -> Probe:
-    answer = engine.evaluate(rig, settings)
-    return Probe(rig.name, {cls: scores.s_ms for cls, scores in answer.scores.classes.items()})
-
-
-def _bootstrap(source: BoxSource, grid: VoxelGrid, plan: StabilityPlan, steps: _Steps) -> Iterator[Ranking]:
-    """Orders on resampled frames, on the reference grid."""
-    stored = StoredBoxes.read(source)
-    for seed in range(plan.resamples):
-        drawn = build_pog(ResampledFrames(stored, seed), grid, steps.part)
-        scene = EntropyField.from_pog(drawn)
-        yield rank(scene, camera_weight=plan.camera_weight, threads=plan.threads)
-        steps.next()

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from riglens.app.studies.stability_files import methods_csv, metric_csv, page
-from riglens.app.studies.stability_text import conclusion, findings, lines, methods_verdict
+from riglens.app.studies.stability import caption, methods_csv, metric_csv, order_lines, page_of
+from riglens.app.studies.stability_findings import conclusion, findings, methods_verdict
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.study.stability_metric import MetricStudy, Ranking, study_metric
+from riglens.core.study.stability_metric import MetricStudy, Ranking, Setting, study_metric
 from tests.core.builders import field_of, grid_of
 from tests.core.study.small_studies import HAND, PLAN, judged_cases, ranking, small_metric_study
 
@@ -40,16 +40,13 @@ def test_findings_say_that_no_sensors_score_best(metric):
 
 
 def test_a_finding_about_orders_fails_exactly_when_a_pair_of_rigs_changes_places(metric):
-    same = replace(
-        metric,
-        variations=tuple(replace(v, ranking=metric.reference) for v in metric.variations),
-        resamples=(metric.reference,),
-    )
+    same = replace(metric, others=tuple(v._replace(ranking=metric.reference) for v in metric.others))
     verdicts = {finding.claim: finding.verdict for finding in findings(same)}
     assert {verdicts[claim] for claim in verdicts if claim.startswith("the order does not depend")} == {"ok"}
     moved = dict(metric.reference.s_mig)
     moved["C"], moved["T"] = moved["T"], moved["C"]
-    other = replace(same, resamples=(Ranking(moved, PLAN.camera_weight),))
+    drawn = Setting("frames", 1, Ranking(moved, PLAN.camera_weight))
+    other = replace(same, others=(*same.others, drawn))
     verdicts = {finding.claim: finding.verdict for finding in findings(other)}
     assert verdicts["the order does not depend on which frames were sampled"] == "fails"
     assert verdicts["the order does not depend on δ"] == "ok"
@@ -58,7 +55,9 @@ def test_a_finding_about_orders_fails_exactly_when_a_pair_of_rigs_changes_places
 def test_the_conclusion_names_pairs_that_never_change_places():
     reference_ = ranking(**HAND)
     other = ranking(**{**HAND, "P": -45.0})
-    study = MetricStudy(PLAN, "made up", 5, reference_, (), (other,), {0.5: dict.fromkeys(CLASSES, 1.0)})
+    study = MetricStudy(
+        PLAN, "made up", 5, reference_, (Setting("frames", 1, other),), {0.5: dict.fromkeys(CLASSES, 1.0)}
+    )
     lidars, cameras = conclusion(study)
     assert "Center before Line" in lidars and "Center before Pyramid" not in lidars
     assert "25.0% apart" in lidars
@@ -70,8 +69,8 @@ def test_a_scene_without_entropy_has_no_orders_and_makes_no_trouble(rows):
     empty = study_metric(field, lambda *_: None, None, replace(PLAN, voxel_m=1.0, threads=1))
     assert [finding.verdict for finding in findings(empty)] == ["n.a."]
     assert list(conclusion(empty)) == []
-    assert all(cell.tau is None for line in lines(empty) for cell in line.cells)
-    assert "–" in page(tuple(rows.values()), empty, "nothing")
+    assert all(cell.tau is None for _, cells in order_lines(empty) for cell in cells)
+    assert "nothing" in page_of(tuple(rows.values()), empty, "nothing")
 
 
 def test_the_csv_files_have_a_line_per_case_and_per_setting_and_class(rows, metric):
@@ -79,16 +78,16 @@ def test_the_csv_files_have_a_line_per_case_and_per_setting_and_class(rows, metr
     assert [line["case"] for line in methods] == list(rows)
     assert int(methods[2]["plain_extra"]) == rows["rays through corners"].outcomes["plain"].extra
     orders = list(csv.DictReader(io.StringIO(metric_csv(metric))))
-    assert len(orders) == 3 * (1 + len(metric.variations) + len(metric.resamples))
+    assert len(orders) == 3 * (1 + len(metric.others))
     assert float(orders[0]["s_ms_W+T"]) == metric.reference.s_ms["W+T"]["car"]
     assert orders[0]["kendall_tau"] == "1.0"
 
 
 def test_the_page_shows_every_case_and_setting_and_escapes_names(rows, metric):
-    html = page(tuple(rows.values()), metric, "<boxes> & more")
+    html = page_of(tuple(rows.values()), metric, caption(metric, "<boxes> & more"))
     assert "&lt;boxes&gt; &amp; more" in html and "<boxes>" not in html
     for name in rows:
         assert name.replace("'", "&#x27;") in html
-    for line in lines(metric):
-        assert line.setting in html
+    for setting, _ in order_lines(metric):
+        assert setting in html
     assert "<script" not in html and "http" not in html.replace("http-equiv", "")

@@ -13,18 +13,19 @@ from riglens.core.scene.pog import build_pog
 from riglens.core.study import reference, stability_edits
 from riglens.core.study.reference import exact_cover
 from riglens.core.study.stability_cases import RayCase, lidar, whole_slopes
-from riglens.core.study.stability_checks import (
+from riglens.core.study.stability_edits import random_edits
+from riglens.core.study.stability_methods import (
+    compared,
     entropy_nat,
     extreme_probabilities,
     identical_sensors,
+    judged,
     mirrored,
     mirrored_twin,
     no_sensors,
     one_frame,
     refused_grid,
 )
-from riglens.core.study.stability_edits import random_edits
-from riglens.core.study.stability_methods import compared, judged
 from riglens.core.study.stability_metric import (
     MetricStudy,
     RayLattice,
@@ -262,8 +263,8 @@ def test_every_setting_is_ranked_and_a_grid_that_cannot_be_had_is_left_out(metri
     assert [variation.value for variation in metric.along("δ")] == [1.0]
     assert set(metric.h_total) == {0.5, 1.0}
     assert len(metric.along("rays")) == 2 and len(metric.along("reading")) == 2
-    assert len(metric.resamples) == 3
-    assert len({repr(drawn.s_mig) for drawn in metric.resamples}) > 1
+    assert [drawn.value for drawn in metric.along("frames")] == [1, 2, 3]
+    assert len({repr(drawn.ranking.s_mig) for drawn in metric.along("frames")}) > 1
 
 
 def test_the_reading_residual_turns_the_order_round(metric):
