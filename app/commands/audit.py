@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from rich import box
 from rich.table import Table
 from rich.text import Text
 
@@ -19,6 +18,7 @@ from riglens.app.commands.output import deliver, require_outputs
 from riglens.app.terminal.console import progress_bar, results
 from riglens.app.terminal.figures import percent
 from riglens.app.terminal.loading import load_rigs, load_scene
+from riglens.app.terminal.tables import table
 from riglens.core.engine.audit import RAY_OUTCOMES, RigAudit, audit_document
 from riglens.core.engine.audit import audit as audit_rig
 from riglens.core.scene.boxes import CLASSES
@@ -76,21 +76,15 @@ def print_audit(found: RigAudit) -> None:
 
 
 def _shares_table(found: RigAudit) -> Table:
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    table.add_column(visible(found.rig.name), no_wrap=True, overflow="ellipsis", max_width=28)
-    for title in ("rays", *TITLES):
-        table.add_column(title, justify="right", no_wrap=True)
+    made = table(visible(found.rig.name), "rays", *TITLES, widest=28)
     for sensor in found.sensors:
         shares = (percent(sensor.shares[fate]) for fate in RAY_OUTCOMES)
-        table.add_row(Text(visible(sensor.name)), f"{sensor.rays:,}", *shares)
-    return table
+        made.add_row(Text(visible(sensor.name)), f"{sensor.rays:,}", *shares)
+    return made
 
 
 def _lost_table(found: RigAudit) -> Table:
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    table.add_column("lost to the body", no_wrap=True, overflow="ellipsis", max_width=28)
-    for name in CLASSES:
-        table.add_column(name, justify="right", no_wrap=True)
+    made = table("lost to the body", *CLASSES, widest=28)
     for sensor in found.sensors:
-        table.add_row(Text(visible(sensor.name)), *(percent(sensor.lost_share[name]) for name in CLASSES))
-    return table
+        made.add_row(Text(visible(sensor.name)), *(percent(sensor.lost_share[name]) for name in CLASSES))
+    return made

@@ -8,7 +8,6 @@ from typing import Annotated, Literal
 
 import numpy as np
 from cyclopts import Group, Parameter
-from rich import box
 from rich.table import Table
 from rich.text import Text
 
@@ -27,6 +26,7 @@ from riglens.app.evaluation.blind_text import hole_text
 from riglens.app.studies.files import csv_text, write_text
 from riglens.app.terminal.console import progress_bar, results
 from riglens.app.terminal.loading import load_rigs
+from riglens.app.terminal.tables import table
 from riglens.core.files import atomic_write
 from riglens.core.kernels.runtime import jit
 from riglens.core.review.blind import HEIGHTS_M, BlindEngine, BlindMap, BlindSettings, By, unseen_by
@@ -154,37 +154,30 @@ def print_blind(found: BlindMap, profiles: Sequence[ProfileVerdict], by: By, k: 
 
 def _areas_table(found: BlindMap, by: By, k: int) -> Table:
     """Heights as rows: area by sector, in all, and the largest connected patch."""
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
-    table.add_column("height")
-    for sector in SECTORS:
-        table.add_column(sector.replace("-", "\n"), justify="right")
-    for title in ("all", "largest\npatch"):
-        table.add_column(title, justify="right")
+    sectors = (sector.replace("-", "\n") for sector in SECTORS)
+    made = table("height", *sectors, "all", "largest\npatch", dense=True)
     for height in HEIGHTS_M:
         areas = found.area_m2(height, by, k)
         cells = (f"{area:.1f}" for area in areas.sum(axis=1).tolist())
-        table.add_row(
+        made.add_row(
             f"{height:.2f} m", *cells, f"{areas.sum():.1f}", hole_text(found.largest_hole(height, by, k))
         )
     ground = found.ground_m2()
-    table.add_section()
-    table.add_row(
+    made.add_section()
+    made.add_row(
         "ground", *(f"{area:.0f}" for area in ground.sum(axis=1).tolist()), f"{ground.sum():.0f}", ""
     )
-    return table
+    return made
 
 
 def _profiles_table(profiles: Sequence[ProfileVerdict]) -> Table:
     """Return profiles as rows: the number of objects seen, and the unseen ones."""
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
-    table.add_column("profile")
-    table.add_column("seen", justify="right", no_wrap=True)
-    table.add_column("not seen")
+    made = table("profile", "seen", "not seen", words={0, 2}, wraps={0, 2}, dense=True)
     for verdict in profiles:
         count = len(verdict.objects)
         seen = f"{count - len(verdict.failed)} of {count}"
-        table.add_row(Text(visible(verdict.profile.title)), seen, Text(_failed_text(verdict)))
-    return table
+        made.add_row(Text(visible(verdict.profile.title)), seen, Text(_failed_text(verdict)))
+    return made
 
 
 def _failed_text(verdict: ProfileVerdict) -> str:

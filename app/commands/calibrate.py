@@ -7,7 +7,6 @@ from typing import Annotated
 
 import numpy as np
 from cyclopts import Parameter
-from rich import box
 from rich.table import Table
 
 from riglens.app.commands.options import BoxArguments, Libraries, Out
@@ -15,6 +14,7 @@ from riglens.app.commands.output import require_outputs
 from riglens.app.evaluation.calibrating import calibrated
 from riglens.app.terminal.console import progress_bar, results
 from riglens.app.terminal.loading import load_rig
+from riglens.app.terminal.tables import table
 from riglens.core.files import atomic_write
 from riglens.core.rig.library import use_libraries
 from riglens.core.scene.boxes import CLASSES
@@ -74,10 +74,7 @@ def calibrate(
 
 def _table(found: Calibration) -> Table:
     """Recall by points, in percent, and its error on sequences left out."""
-    shown = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    shown.add_column("recall, %")
-    for title in ("objects", *(f"{n} pts" for n in SHOWN_AT), "±"):
-        shown.add_column(title, justify="right", no_wrap=True)
+    shown = table("recall, %", "objects", *(f"{n} pts" for n in SHOWN_AT), "±")
     for class_name in CLASSES:
         curve = found.classes.of(class_name)
         if curve is None:

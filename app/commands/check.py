@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Annotated, Any, NamedTuple, Self
 
 from cyclopts import Parameter
-from rich import box
 from rich.table import Table
 from rich.text import Text
 
@@ -21,6 +20,7 @@ from riglens.app.commands.output import deliver, require_outputs
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.terminal.console import progress_bar, results
 from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic
+from riglens.app.terminal.tables import table
 from riglens.assets import asset_path
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
@@ -231,14 +231,10 @@ def _print(checks: Sequence[RigCheck], required: Requirements, day: date) -> Non
 
 def _table(verdicts: Sequence[Verdict], day: date | None) -> Table:
     """Requirements as rows: the figure and the limit, and whether it holds; below them what explains it."""
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
-    for title in ("", "requirement"):
-        table.add_column(title)
-    for title in ("found", "accepted"):
-        table.add_column(title, justify="right", no_wrap=True)
+    made = table("", "requirement", "found", "accepted", words={0, 1}, wraps={0, 1}, dense=True)
     for verdict in verdicts:
-        table.add_row(_mark(verdict, day), _words(verdict, day), verdict.found_text, verdict.accepted_text)
-    return table
+        made.add_row(_mark(verdict, day), _words(verdict, day), verdict.found_text, verdict.accepted_text)
+    return made
 
 
 def _mark(verdict: Verdict, day: date | None) -> Text:

@@ -13,7 +13,6 @@ from typing import Annotated
 
 import psutil
 from cyclopts import Parameter
-from rich import box
 from rich.table import Table
 from rich.text import Text
 
@@ -25,6 +24,7 @@ from riglens.app.evaluation.scenario import boxes_of, grid_of, remarks_on
 from riglens.app.terminal.console import note, progress_bar, results
 from riglens.app.terminal.resumable import parts_folder, resumable
 from riglens.app.terminal.scores import data_line
+from riglens.app.terminal.tables import table
 from riglens.core.files import require_writable
 from riglens.core.pieces.where import Where
 from riglens.core.pieces.work import Workers as Workforce
@@ -164,24 +164,16 @@ def _print_survey(shown: Described) -> None:
         note(line)
 
 
-def _table(first: str, *titles: str) -> Table:
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    table.add_column(first, no_wrap=True)
-    for title in titles:
-        table.add_column(title, justify="right", no_wrap=True)
-    return table
-
-
 def _direction_table(found: Survey) -> Table:
     """Boxes by class and quarter, with the usual size of one."""
-    table = _table("boxes", "all", *SECTORS, "median size, m")
+    made = table("boxes", "all", *SECTORS, "median size, m")
     for cls, name in enumerate(CLASSES):
         counts = found.counts[cls].sum(axis=1).tolist()
         size = " × ".join(f"{edge:.2f}" for edge in found.sizes_m[cls].tolist())
-        table.add_row(name, *(f"{n:,}" for n in (sum(counts), *counts)), size if sum(counts) else "-")
+        made.add_row(name, *(f"{n:,}" for n in (sum(counts), *counts)), size if sum(counts) else "-")
     counts = found.counts.sum(axis=(0, 2))
-    table.add_row("share", "", *(f"{n / max(1, counts.sum()):.1%}" for n in counts), "", style="dim")
-    return table
+    made.add_row("share", "", *(f"{n / max(1, counts.sum()):.1%}" for n in counts), "", style="dim")
+    return made
 
 
 def _distance_table(found: Survey) -> Table:
@@ -189,18 +181,18 @@ def _distance_table(found: Survey) -> Table:
     rings = [
         f"{low:g}-{high:g} m" if math.isfinite(high) else f"from {low:g} m" for low, high in pairwise(RINGS_M)
     ]
-    table = _table("distance", *rings)
+    made = table("distance", *rings)
     for cls, name in enumerate(CLASSES):
-        table.add_row(name, *(f"{n:,}" for n in found.counts[cls].sum(axis=0).tolist()))
-    return table
+        made.add_row(name, *(f"{n:,}" for n in found.counts[cls].sum(axis=0).tolist()))
+    return made
 
 
 def _unmapped_table(found: Survey) -> Table:
-    table = _table("not mapped", "boxes")
+    made = table("not mapped", "boxes")
     most = found.data.unmapped.most_common(SHOWN_UNMAPPED)
     for name, count in most:
-        table.add_row(Text(visible(name) if len(name) <= 60 else visible(name[:60]) + "…"), f"{count:,}")
+        made.add_row(Text(visible(name) if len(name) <= 60 else visible(name[:60]) + "…"), f"{count:,}")
     rest = sum(found.data.unmapped.values()) - sum(count for _, count in most)
     if rest:
-        table.add_row(f"{len(found.data.unmapped) - len(most)} more names", f"{rest:,}", style="dim")
-    return table
+        made.add_row(f"{len(found.data.unmapped) - len(most)} more names", f"{rest:,}", style="dim")
+    return made

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Group, Parameter
-from rich import box
 from rich.table import Table
 from rich.text import Text
 
@@ -24,6 +23,7 @@ from riglens.app.commands.output import deliver, require_ending, require_outputs
 from riglens.app.studies.files import csv_text, write_text
 from riglens.app.terminal.console import results
 from riglens.app.terminal.loading import load_rigs
+from riglens.app.terminal.tables import table
 from riglens.core.files import atomic_write
 from riglens.core.rig.model import Rig
 from riglens.core.shown_text import visible
@@ -144,17 +144,14 @@ def _explanation(ranges: DetectionRange) -> Iterator[str]:
 
 
 def _table(ranges: DetectionRange) -> Table:
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
-    table.add_column("object")
-    for bearing in ranges.plan.bearings_deg:
-        table.add_column(bearing_text(bearing), justify="right")
-    table.add_column("stops from", justify="right")
+    titles = ("object", *map(bearing_text, ranges.plan.bearings_deg), "stops from")
+    made = table(*titles, dense=True, wraps=range(len(titles)))
     rows = list(dict.fromkeys((row.cls, row.heading_deg) for row in ranges.rows))
     for cls, heading in rows:
         mine = [row for row in ranges.rows if (row.cls, row.heading_deg) == (cls, heading)]
         for kind in mine[0].reaches:
-            table.add_row(f"{cls} {HEADINGS[heading]}, {kind}", *_cells(ranges, mine, kind))
-    return table
+            made.add_row(f"{cls} {HEADINGS[heading]}, {kind}", *_cells(ranges, mine, kind))
+    return made
 
 
 def _cells(ranges: DetectionRange, rows: list[RangeRow], kind: str) -> Iterator[str]:
@@ -167,11 +164,8 @@ def _cells(ranges: DetectionRange, rows: list[RangeRow], kind: str) -> Iterator[
 
 
 def _stops(ranges: DetectionRange) -> Table:
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
-    table.add_column("speed (km/h)")
-    for speed in ranges.plan.speeds_kmh:
-        table.add_column(f"{speed:g}", justify="right")
-    table.add_row(
+    made = table("speed (km/h)", *(f"{speed:g}" for speed in ranges.plan.speeds_kmh), dense=True)
+    made.add_row(
         "stops within (m)", *(f"{ranges.plan.stopping_m(speed):.0f}" for speed in ranges.plan.speeds_kmh)
     )
-    return table
+    return made

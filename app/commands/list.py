@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from functools import singledispatch
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
-from rich import box
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
@@ -19,10 +18,11 @@ from riglens.app.commands.kind_choices import KindChoice
 from riglens.app.commands.options import Json, Libraries
 from riglens.app.commands.output import deliver
 from riglens.app.terminal.console import results
+from riglens.app.terminal.tables import table
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
 from riglens.core.rig.library import Cuboid, Entry, Library, default_library, use_libraries
-from riglens.core.rig.model import Camera, Lidar, Rig, Sensor
+from riglens.core.rig.model import Camera, Lidar, Sensor
 from riglens.core.rig.presets import PRESETS, preset
 from riglens.core.rig.yaml.file import dumps
 from riglens.core.sensing.rays import farthest_m
@@ -50,8 +50,12 @@ def rigs(name: Name = None, /, *, out: Annotated[Path | None, Parameter(metavar=
     if name is None:
         if out is not None:
             raise InputError(f"must come with the preset to write: riglens list rigs NAME --out {out}", "out")
-        rows = ((p.name, p.description, *_counts(p.rig())) for p in PRESETS.values())
-        results().print(preset_table(rows))
+        made = table("preset", "cameras", "LiDARs", "description", words={0, 3}, wraps={1, 2, 3})
+        for one in PRESETS.values():
+            rig = one.rig()
+            counts = (str(len(sensors)) for sensors in (rig.enabled_cameras(), rig.enabled_lidars()))
+            made.add_row(Text(one.name, "bold"), *counts, Text(one.description))
+        results().print(made)
         return
     text = dumps(preset(name))
     if out is None:
@@ -60,22 +64,6 @@ def rigs(name: Name = None, /, *, out: Annotated[Path | None, Parameter(metavar=
     with atomic_write(out, "w") as stream:
         stream.write(text)
     results(out).print(f"{out}: preset {name}", soft_wrap=True, markup=False)
-
-
-def _counts(rig: Rig) -> tuple[int, int]:
-    return len(rig.enabled_cameras()), len(rig.enabled_lidars())
-
-
-def preset_table(presets: Iterable[tuple[str, str, int, int]]) -> Table:
-    """Built-in rigs: name, description, cameras, LiDARs."""
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    table.add_column("preset", no_wrap=True)
-    table.add_column("cameras", justify="right")
-    table.add_column("LiDARs", justify="right")
-    table.add_column("description")
-    for name, description, cameras, lidars in presets:
-        table.add_row(Text(name, "bold"), str(cameras), str(lidars), Text(description))
-    return table
 
 
 # ---------------------------------------------------------------- riglens list sensors
@@ -127,20 +115,20 @@ def _list(library: Library, kind: str | None) -> None:
 
 def _table(library: Library, kind: AnyKind) -> Table:
     """The models of a kind, maker by maker."""
-    table = Table(
+    made = Table(
         title=_title(kind.plural), title_justify="left", title_style="bold", box=None, pad_edge=False
     )
-    table.add_column("model", no_wrap=True)
-    table.add_column("description")
+    made.add_column("model", no_wrap=True)
+    made.add_column("description")
     for heading in (kind.size[0], "field of view", "range"):
-        table.add_column(heading, justify="right", no_wrap=True)
+        made.add_column(heading, justify="right", no_wrap=True)
     for maker, entries in library.by_maker(kind.name).items():
-        table.add_row(Text(maker, "bold"))
+        made.add_row(Text(maker, "bold"))
         for entry in entries:
             what = entry.title.removeprefix(f"{maker} ")
             marked = Text.assemble(what, (f" ({entry.caveat()})" if entry.caveat() else "", "italic"))
-            table.add_row(entry.name, marked, *_figures(entry))
-    return table
+            made.add_row(entry.name, marked, *_figures(entry))
+    return made
 
 
 def _figures(entry: Entry) -> tuple[str, str, str]:
@@ -238,12 +226,12 @@ def _camera_lines(camera: Camera, entry: Entry) -> Iterator[tuple[str, str]]:
 
 
 def _print(lines: Iterator[tuple[str, str]]) -> None:
-    table = Table(show_header=False, box=None, pad_edge=False)
-    table.add_column(style="bold", no_wrap=True)
-    table.add_column()
+    made = Table(show_header=False, box=None, pad_edge=False)
+    made.add_column(style="bold", no_wrap=True)
+    made.add_column()
     for caption, value in lines:
-        table.add_row(caption, value)
-    _console().print(table)
+        made.add_row(caption, value)
+    _console().print(made)
 
 
 def _console() -> Console:

@@ -5,11 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from rich import box
-from rich.table import Table
 from rich.text import Text
 
 from riglens.app.terminal.console import results
+from riglens.app.terminal.tables import table
 from riglens.core.review.mounts import USUAL_LIMITS, Mount, Violation, mounts_of, violations
 from riglens.core.rig.model import FORMAT_VERSION, Rig
 from riglens.core.rig.yaml.file import identity_of
@@ -50,17 +49,14 @@ def _finite(value: float) -> float | None:
 def print_mounts(rig: Rig) -> None:
     """Print height, gap, neighbour and violations of each mount on standard output."""
     console = results()
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
-    table.add_column("mount", no_wrap=True, overflow="ellipsis", max_width=28)
-    for title in ("height (m)", "off the skin (m)", "to the nearest (m)"):
-        table.add_column(title, justify="right")
-    table.add_column("problems")
+    titles = ("mount", "height (m)", "off the skin (m)", "to the nearest (m)", "problems")
+    made = table(*titles, words={0, 4}, wraps={1, 2, 3, 4}, dense=True, widest=28)
     wrong = violations(rig, USUAL_LIMITS)
     for mount in mounts_of(rig):
         figures = (mount.height_m, mount.stand.gap_m, mount.neighbour_m)
         cells = (f"{value:.3f}" if np.isfinite(value) else "–" for value in figures)
-        table.add_row(Text(visible(mount.name)), *cells, Text(_of(mount.name, wrong)))
-    console.print(table)
+        made.add_row(Text(visible(mount.name)), *cells, Text(_of(mount.name, wrong)))
+    console.print(made)
     if others := _of("car", wrong):
         console.print(Text(f"car: {others}"), soft_wrap=True)
     console.print(

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Any
 
 from cyclopts import Group, Parameter
-from rich import box
 from rich.table import Table
 from rich.text import Text
 
@@ -26,6 +25,7 @@ from riglens.app.evaluation.scenario import settings_of
 from riglens.app.terminal.console import note, progress_bar, results
 from riglens.app.terminal.figures import percent
 from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic
+from riglens.app.terminal.tables import table
 from riglens.core.engine.engine import Engine
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.review.outline import SECTORS
@@ -178,32 +178,26 @@ def _print(rig: Rig, body: str, voxels: Coverage, targets: Coverage | None) -> N
     console.print(f"This is {NO_EVIDENCE}.", soft_wrap=True)
 
 
-def _table(first: str, *columns: str) -> Table:
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
-    table.add_column(first, no_wrap=True, overflow="ellipsis", max_width=36)
-    for title in columns:
-        table.add_column(title, justify="right", no_wrap=True)
-    return table
-
-
 def _covered_table(found: Coverage, title: str) -> Table:
-    table = _table(f"covered: {title}", *(name if name == "two kinds" else f"by {name}" for name in COVERED))
+    titles = (name if name == "two kinds" else f"by {name}" for name in COVERED)
+    made = table(f"covered: {title}", *titles, dense=True, widest=36)
     for cls, name in enumerate(CLASSES):
         total = int(found.total[:, cls].sum())
         cells = (percent(share(int(found.covered[:, k, cls].sum()), total)) for k in range(len(COVERED)))
-        table.add_row(name, *cells)
-    return table
+        made.add_row(name, *cells)
+    return made
 
 
 def _failures_table(found: Coverage, title: str) -> Table:
-    table = _table(f"lost: {title}", *(cell for name in CLASSES for cell in (name, "worst\nsector")))
+    titles = (cell for name in CLASSES for cell in (name, "worst\nsector"))
+    made = table(f"lost: {title}", *titles, dense=True, widest=36)
     for what, heading in HEADINGS.items():
         mine = [failure for failure in found.failures if failure.what == what]
         if what in ("pair", "half"):
             mine = sorted(mine, key=lambda failure: -int(failure.lost.sum()))[:SHOWN]
         if not mine:
             continue
-        table.add_row(Text(heading, "bold"))
+        made.add_row(Text(heading, "bold"))
         for failure in mine:
             cells = []
             for cls in range(len(CLASSES)):
@@ -211,6 +205,6 @@ def _failures_table(found: Coverage, title: str) -> Table:
                 worst = max(range(len(SECTORS)), key=lambda s: by_sector[s])
                 where = f"{SECTORS[worst]} {100.0 * by_sector[worst]:.0f} %" if by_sector[worst] else "-"
                 cells += [percent(lost_share(found, failure, cls)), where]
-            table.add_row(Text(f"  {visible(failure.name)}"), *cells)
-        table.add_section()
-    return table
+            made.add_row(Text(f"  {visible(failure.name)}"), *cells)
+        made.add_section()
+    return made

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
 from cyclopts import Group, Parameter
-from rich import box
 from rich.table import Table
 from rich.text import Text
 
@@ -26,6 +25,7 @@ from riglens.app.evaluation.scenario import settings_of
 from riglens.app.studies.files import write_text
 from riglens.app.terminal.console import progress_bar, results
 from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic
+from riglens.app.terminal.tables import table
 from riglens.core.errors import InputError
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.review.measures import ON_TARGET, SEEN, Measures
@@ -188,13 +188,11 @@ def _profile_text(profile: ToleranceProfile) -> str:
 
 
 def _spread_table(found: ToleranceResult) -> Table:
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
-    table.add_column("figure")
-    for title in ("as designed", "median", "5 to 95 %", "worst", "draw", "noise floor"):
-        table.add_column(title, justify="right", no_wrap=True)
+    titles = ("as designed", "median", "5 to 95 %", "worst", "draw", "noise floor")
+    made = table("figure", *titles, dense=True)
     for name, spread in found.spreads.items():
         floor = found.floor[name]
-        table.add_row(
+        made.add_row(
             name,
             f"{100 * spread.nominal:.2f}",
             f"{100 * spread.median:.2f}",
@@ -203,20 +201,17 @@ def _spread_table(found: ToleranceResult) -> Table:
             f"{spread.worst_draw}",
             f"{100 * floor.p05:.2f} to {100 * floor.p95:.2f}",
         )
-    return table
+    return made
 
 
 def _sensitivity_table(found: ToleranceResult) -> Table:
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
-    table.add_column("error")
-    for name in found.spreads:
-        table.add_column(name.replace(" ", "\n"), justify="right")
-    for one in sorted(found.sensitivities, key=_largest, reverse=True)[:SHOWN]:
+    made = table("error", *(name.replace(" ", "\n") for name in found.spreads), dense=True)
+
+    def largest(one: Sensitivity) -> float:
+        return max(abs(effect) for effect in one.effect.values())
+
+    for one in sorted(found.sensitivities, key=largest, reverse=True)[:SHOWN]:
         unit = "°" if one.axis in ("roll", "pitch", "yaw") else " mm"
         title = Text(f"{visible(one.sensor)} {one.axis} {one.limit:g}{unit}")
-        table.add_row(title, *(f"{100 * one.effect[name]:+.2f}" for name in found.spreads))
-    return table
-
-
-def _largest(one: Sensitivity) -> float:
-    return max(abs(effect) for effect in one.effect.values())
+        made.add_row(title, *(f"{100 * one.effect[name]:+.2f}" for name in found.spreads))
+    return made

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from rich import box
 from rich.table import Table
 from rich.text import Text
 
@@ -24,6 +23,7 @@ from riglens.app.studies.files import require_folder, write_text
 from riglens.app.studies.pictures import PICTURES, write_pictures
 from riglens.app.terminal.console import note, progress_bar, results
 from riglens.app.terminal.loading import load_rig, load_scene
+from riglens.app.terminal.tables import table
 from riglens.core.errors import InputError
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.scene.boxes import CLASSES
@@ -96,25 +96,14 @@ def _print(found: AccuracyStudy, source: str, folder: Path) -> None:
 
 def accuracy_table(found: AccuracyStudy) -> Table:
     """All points, the fastest last per kind; ● marks the Pareto fronts."""
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    table.add_column("method and setting", no_wrap=True)
-    for title in (
-        "rays",
-        "median\nms",
-        "missed\nvoxels",
-        "extra\nvoxels",
-        "",
-        "S-MS error\ngrid",
-        "S-MS error\nshortcut",
-        "",
-    ):
-        table.add_column(title, justify="right", no_wrap=True)
+    voxels, errors = ("missed\nvoxels", "extra\nvoxels", ""), ("S-MS error\ngrid", "S-MS error\nshortcut", "")
+    made = table("method and setting", "rays", "median\nms", *voxels, *errors)
     for point in found.points:
         name = Text(point_text(point, found), "bold" if point is found.own else "")
-        table.add_row(
+        made.add_row(
             name, f"{point.rays:,}", f"{point.median_ms:.3g}", *_voxel_cells(point), *_score_cells(point)
         )
-    return table
+    return made
 
 
 def _voxel_cells(point: Point) -> tuple[str, str, str]:

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
-from rich import box
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
@@ -29,6 +28,7 @@ from riglens.app.studies.files import csv_text, require_folder, write_text
 from riglens.app.terminal.console import note, progress_bar, results
 from riglens.app.terminal.loading import with_meshes
 from riglens.app.terminal.resumable import resumable
+from riglens.app.terminal.tables import table
 from riglens.core.detect.net import Device, machine
 from riglens.core.engine.engine import Engine
 from riglens.core.errors import InputError
@@ -205,10 +205,7 @@ def _say(result: Result, console: Console) -> None:
 
 def _precision_table(result: Result) -> Table:
     every, scores = result.every, result.surrogates
-    shown = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    shown.add_column("AP in percent", no_wrap=True)
-    for title in ("rays", *CLASSES, MAP, "on hit", "S-MS", "seen", "on target"):
-        shown.add_column(title, justify="right", no_wrap=True)
+    shown = table("AP in percent", "rays", *CLASSES, MAP, "on hit", "S-MS", "seen", "on target")
     for place in np.argsort(-every.value[:, -1], kind="stable").tolist():
         by_class = [_value(every.value[place, number]) for number in range(len(CLASSES))]
         shown.add_row(
@@ -247,10 +244,7 @@ def _pairs_text(result: Result) -> str:
 
 
 def _rank_table(result: Result) -> Table:
-    shown = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    shown.add_column("Spearman with AP")
-    for column in COLUMNS:
-        shown.add_column(MAP if column == MEAN else column, justify="right", no_wrap=True)
+    shown = table("Spearman with AP", *CLASSES, MAP)
     for among, places in result.groups().items():
         shown.add_row(Text(f"{among}, {len(places)}", "bold"))
         mine = [one for one in result.ranks if one.among == among and one.kind == "spearman"]
@@ -263,12 +257,10 @@ def _rank_table(result: Result) -> Table:
 
 def _order_table(result: Result) -> Table:
     """Share of the resolved pairs that each figure orders as mAP does, by how far apart they are."""
-    shown = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    shown.add_column("Resolved pairs in the order of mAP")
     mine = [one for one in result.orders if one.column == MEAN]
-    for apart in dict.fromkeys(one.apart for one in mine):
-        pairs = next(one.pairs for one in mine if one.apart == apart)
-        shown.add_column(f"{apart}, {pairs}", justify="right", no_wrap=True)
+    pairs = {one.apart: one.pairs for one in reversed(mine)}
+    apart = dict.fromkeys(one.apart for one in mine)
+    shown = table("Resolved pairs in the order of mAP", *(f"{name}, {pairs[name]}" for name in apart))
     for name in dict.fromkeys(one.surrogate for one in mine):
         found = [one for one in mine if one.surrogate == name]
         shown.add_row(name, *(f"{100 * one.right / one.pairs:.0f} %" if one.pairs else "–" for one in found))

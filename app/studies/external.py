@@ -6,9 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from rich import box
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
 from riglens.app.evaluation.options import SceneOptions, Triple
@@ -16,6 +14,7 @@ from riglens.app.evaluation.scenario import load_scenario
 from riglens.app.evaluation.traffic import load_traffic
 from riglens.app.studies.files import csv_text, require_folder, write_text
 from riglens.app.terminal.console import progress_bar, results
+from riglens.app.terminal.tables import table
 from riglens.core.engine.engine import Engine
 from riglens.core.study.external import (
     FIGURES,
@@ -58,10 +57,8 @@ def say(found: Sequence[Outcome], console: Console) -> None:
     """Print ratios to the whole LiDAR, group by group of experiments."""
     for group in GROUPS:
         mine = [one for one in found if one.experiment.group == group]
-        shown = Table(box=box.SIMPLE_HEAD, pad_edge=False, title=group.capitalize(), title_justify="left")
-        shown.add_column("ratio to the whole LiDAR")
-        for heading in ("published", *FIGURES.values()):
-            shown.add_column(heading, justify="right", no_wrap=True)
+        titles = ("ratio to the whole LiDAR", "published", *FIGURES.values())
+        shown = table(*titles, title=group.capitalize(), wraps={0})
         for one in mine:
             ratios = (f"{one.ratios[name]:.2f}{' ' if one.passes(name) else '*'}" for name in FIGURES)
             shown.add_row(one.experiment.name, f"{one.experiment.published:.2f}", *ratios)

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from rich import box
 from rich.table import Table
 from rich.text import Text
 
@@ -15,6 +14,7 @@ from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.traffic import load_traffic
 from riglens.app.studies.files import csv_text, require_folder, write_text
 from riglens.app.terminal.console import progress_bar, results
+from riglens.app.terminal.tables import table
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.shown_text import visible
 from riglens.core.study.detection.published import PROTOCOL, published_rigs
@@ -73,10 +73,7 @@ def count_lines(rigs: Sequence[str], objects: NDArray[np.int64]) -> Iterator[dic
 
 
 def _rig_table(found: Prediction) -> Table:
-    shown = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    shown.add_column("AP, predicted by other rigs")
-    for name in (*CLASSES, "mAP"):
-        shown.add_column(name, justify="right", no_wrap=True)
+    shown = table("AP, predicted by other rigs", *CLASSES, "mAP", wraps={0})
     observed, predicted = (
         100.0 * np.column_stack([one, one.mean(axis=1)]) for one in (found.observed, found.left_out)
     )
@@ -87,10 +84,7 @@ def _rig_table(found: Prediction) -> Table:
 
 
 def _error_table(found: Sequence[Prediction]) -> Table:
-    shown = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    shown.add_column("rigs left out, by")
-    for name in (*CLASSES, "mAP", "rank", "rank, equal rays"):
-        shown.add_column(name, justify="right", no_wrap=True)
+    shown = table("rigs left out, by", *CLASSES, "mAP", "rank", "rank, equal rays")
     for one in found:
         errors = [f"{100.0 * error:.2f}" for error in one.errors()]
         shown.add_row(

@@ -8,7 +8,6 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from rich import box
 from rich.table import Table
 from rich.text import Text
 
@@ -19,6 +18,7 @@ from riglens.app.studies.pictures import PICTURES, write_pictures
 from riglens.app.studies.sensor_methods_chart import chart
 from riglens.app.terminal.console import progress_bar, results
 from riglens.app.terminal.loading import load_rig, load_scene
+from riglens.app.terminal.tables import table
 from riglens.core.shown_text import visible
 from riglens.core.study.sensor_methods import (
     QUICK_REPETITIONS,
@@ -84,20 +84,18 @@ def point_text(point: SensorPoint) -> str:
 
 def sensor_table(found: SensorStudy) -> Table:
     """A block per sensor and pose, a line per way."""
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    table.add_column("sensor, pose, way", no_wrap=True)
-    for title in ("rays", "median\nms", "times\nRigLens", "missed\nvoxels", "extra\nvoxels"):
-        table.add_column(title, justify="right", no_wrap=True)
+    titles = ("rays", "median\nms", "times\nRigLens", "missed\nvoxels", "extra\nvoxels")
+    made = table("sensor, pose, way", *titles)
     for result in found.results:
-        table.add_row(Text(f"{visible(result.model)}, {result.pose}, sees {result.voxels:,} voxels", "bold"))
+        made.add_row(Text(f"{visible(result.model)}, {result.pose}, sees {result.voxels:,} voxels", "bold"))
         fast_ms = result.point("fast").median_ms
         for point in result.points:
-            table.add_row(
+            made.add_row(
                 Text(f"  {point_text(point)}"), f"{point.rays:,}", f"{point.median_ms:.3g}",
                 f"{point.median_ms / fast_ms:.3g}", percent(point.missed), percent(point.extra),
             )  # fmt: skip
-        table.add_section()
-    return table
+        made.add_section()
+    return made
 
 
 def verdicts(found: SensorStudy) -> Iterator[str]:

@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from rich import box
 from rich.table import Table
 from rich.text import Text
 
@@ -20,6 +19,7 @@ from riglens.app.terminal.console import progress_bar, results
 from riglens.app.terminal.figures import thousands
 from riglens.app.terminal.loading import load_scene
 from riglens.app.terminal.scores import print_scene
+from riglens.app.terminal.tables import table
 from riglens.core.engine.engine import Engine
 from riglens.core.files import require_writable
 from riglens.core.rig.presets import PAPER_RIGS, preset
@@ -45,24 +45,24 @@ def study(
     _, field = load_scene(scene, rigs, score)
     engine = Engine(field, score.threads)
     with progress_bar("Casting rays") as progress:
-        table = table1(engine, settings_of(score), progress)
+        found = table1(engine, settings_of(score), progress)
     papers = compare_papers(engine, scene)
     if detection_csv is not None:
         write_papers(papers, detection_csv)
     if csv_target is not None:
-        write_text(csv_target, table1_csv(table))
+        write_text(csv_target, table1_csv(found))
     console = results(csv_target)
     print_scene(field, rigs, score, console)
-    console.print(figures_table(table))
-    console.print(orders_table(table))
-    for line in verdict(table):
+    console.print(figures_table(found))
+    console.print(orders_table(found))
+    for line in verdict(found):
         console.print(line, soft_wrap=True)
     print_papers(papers, console)
 
 
-def table1_csv(table: Table1) -> str:
+def table1_csv(found: Table1) -> str:
     """The table as CSV, one line per rig and class, full precision, in nats."""
-    return csv_text([_csv_line(row, cls) for row in table.rows for cls in CLASSES])
+    return csv_text([_csv_line(row, cls) for row in found.rows for cls in CLASSES])
 
 
 def _csv_line(row: Table1Row, cls: str) -> dict[str, object]:
@@ -72,17 +72,15 @@ def _csv_line(row: Table1Row, cls: str) -> dict[str, object]:
     return line
 
 
-def figures_table(table: Table1) -> Table:
+def figures_table(found: Table1) -> Table:
     """Tabulate the paper's Table I with its three blocks one below the other: our figures next to the published, 10³
     nat."""
-    shown = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    shown.add_column("10³ nat", no_wrap=True)
-    for name in CLASSES:
-        shown.add_column(f"{name}\nours", justify="right", no_wrap=True)
-        shown.add_column("\npaper", justify="right", no_wrap=True, style="dim")
+    shown = table("10³ nat", *(title for name in CLASSES for title in (f"{name}\nours", "\npaper")))
+    for column in shown.columns[2::2]:
+        column.style = "dim"
     for measure in MEASURES:
         shown.add_row(Text(MEASURE_TITLES[measure], "bold"))
-        for row in table.rows:
+        for row in found.rows:
             shown.add_row(f"  {row.rig}", *_beside(row, measure))
         shown.add_section()
     return shown
@@ -94,12 +92,10 @@ def _beside(row: Table1Row, measure: Measure) -> Iterable[str]:
         yield thousands(row.published[name].of(measure), 2)
 
 
-def orders_table(table: Table1) -> Table:
+def orders_table(found: Table1) -> Table:
     """For each class the order of groups and rigs, lowest first; the paper's as well where it is another."""
-    shown = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    for title in ("class", "order of", "lowest first", "agrees", "τ"):
-        shown.add_column(title, no_wrap=True)
-    for order in table.orders:
+    shown = table("class", "order of", "lowest first", "agrees", "τ", words=range(5))
+    for order in found.orders:
         ours = " < ".join(order.ours)
         lines = ours if order.agrees else f"{ours}\npaper: {' < '.join(order.published)}"
         verdict = Text("yes", "green") if order.agrees else Text("no", "bold red")
@@ -111,8 +107,8 @@ def orders_table(table: Table1) -> Table:
     return shown
 
 
-def verdict(table: Table1) -> Iterable[str]:
+def verdict(found: Table1) -> Iterable[str]:
     """Yield how many orders agree, and the conclusion."""
-    same = sum(order.agrees for order in table.orders)
-    yield f"{same} of {len(table.orders)} orders are the paper's; τ is Kendall's rank correlation with it."
+    same = sum(order.agrees for order in found.orders)
+    yield f"{same} of {len(found.orders)} orders are the paper's; τ is Kendall's rank correlation with it."
     yield "Compare orders, not figures: those depend on the traffic, the voxel edge and the number of rays."

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from rich import box
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
@@ -17,6 +16,7 @@ from riglens.app.evaluation.traffic import load_traffic
 from riglens.app.studies.files import csv_text, write_text
 from riglens.app.terminal.console import note, progress_bar
 from riglens.app.terminal.figures import thousands
+from riglens.app.terminal.tables import table
 from riglens.core.engine.engine import Engine
 from riglens.core.scene.boxes import CLASSES, DataReport
 from riglens.core.study.detection.statistics import COLUMNS, MEAN
@@ -103,23 +103,20 @@ def print_papers(found: Sequence[Compared], console: Console) -> None:
 
 def figures_table(one: Compared) -> Table:
     """Rigs as rows: published percent by class, and our figures, mean over the classes."""
-    shown = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
-    shown.title, shown.title_justify = Text(f"{one.paper.name}: published AP, our figures", "bold"), "left"
-    shown.add_column("AP in %", no_wrap=True)
-    for column in COLUMNS:
-        shown.add_column(
-            f"paper\n{column.replace('pedestrian', 'pedestr.')}", justify="right", no_wrap=True, style="dim"
-        )
-    for name in _SHOWN:
-        head, title = (
-            ("10³ nat", TITLES[name].removeprefix("S-MS "))
-            if name in _IN_NATS
-            else ("%", "\n".join(TITLES[name].rsplit(" ", 1)))
-        )
-        shown.add_column(f"{head}\n{title}", justify="right", no_wrap=True)
+    published = (f"paper\n{column.replace('pedestrian', 'pedestr.')}" for column in COLUMNS)
+    ours = (
+        f"10³ nat\n{TITLES[name].removeprefix('S-MS ')}"
+        if name in _IN_NATS
+        else "\n".join(("%", *TITLES[name].rsplit(" ", 1)))
+        for name in _SHOWN
+    )
+    shown = table("AP in %", *published, *ours, dense=True)
+    shown.title = Text(f"{one.paper.name}: published AP, our figures", "bold")
+    for column in shown.columns[1 : 1 + len(COLUMNS)]:
+        column.style = "dim"
     for place, rig in enumerate(one.paper.rigs):
-        published = [f"{one.paper.of(column).mean(axis=0)[place]:.1f}" for column in COLUMNS]
-        shown.add_row(rig.name, *published, *(_figure(one.ours, name, place) for name in _SHOWN))
+        percent = [f"{one.paper.of(name).mean(axis=0)[place]:.1f}" for name in COLUMNS]
+        shown.add_row(rig.name, *percent, *(_figure(one.ours, name, place) for name in _SHOWN))
     return shown
 
 
@@ -130,10 +127,8 @@ def _figure(ours: Surrogates, name: str, place: int) -> str:
 
 def ranks_table(one: Compared) -> Table:
     """Our figures as rows: Spearman's correlation with the published order by class, and its 95 % interval."""
-    shown = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
-    shown.add_column(f"{one.paper.name}\nρ (95 %)", no_wrap=True)
-    for column in COLUMNS:
-        shown.add_column(f"\n{column}", no_wrap=True)
+    titles = (f"\n{column}" for column in COLUMNS)
+    shown = table(f"{one.paper.name}\nρ (95 %)", *titles, words=range(1 + len(COLUMNS)), dense=True)
     by_key = {(it.surrogate, it.column): it.found for it in one.agreements}
     for name in _SHOWN:
         shown.add_row(Text(TITLES[name]), *(_rank(by_key[name, column]) for column in COLUMNS))

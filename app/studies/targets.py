@@ -10,7 +10,6 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from rich import box
 from rich.table import Table
 from rich.text import Text
 
@@ -20,6 +19,7 @@ from riglens.app.evaluation.traffic import load_traffic
 from riglens.app.studies.files import csv_text, require_folder, write_text
 from riglens.app.studies.pictures import picture
 from riglens.app.terminal.console import note, progress_bar, results
+from riglens.app.terminal.tables import table
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
 from riglens.core.formats.opening import open_rig
@@ -82,7 +82,7 @@ def study(
     for number in (*range(len(pairs.sequences)), None) if len(pairs.sequences) > 1 else (None,):
         name = "all together" if number is None else visible(pairs.sequences[number])
         console.print(Text(name, "bold"), soft_wrap=True)
-        console.print(table(pairs, number))
+        console.print(ratio_table(pairs, number))
     for variant in list(VARIANTS)[-2:]:
         console.print(verdict(pairs, variant), soft_wrap=True)
     console.print(f"{out}: {', '.join(NAMES)}", soft_wrap=True)
@@ -141,11 +141,8 @@ def objects(pairs: Pairs) -> Iterator[dict[str, object]]:
 
 def share_table(pairs: Pairs) -> Table:
     """Shares of objects with enough points, predicted and true: sequences and classes as rows."""
-    shown = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    shown.add_column(f"Share of objects, {ONE_DRAW}", no_wrap=True)
-    for least in SHARES:
-        shown.add_column(f"≥ {least}, predicted", justify="right")
-        shown.add_column("true", justify="right")
+    titles = (title for least in SHARES for title in (f"≥ {least}, predicted", "true"))
+    shown = table(f"Share of objects, {ONE_DRAW}", *titles)
     for number in (*range(len(pairs.sequences)), None) if len(pairs.sequences) > 1 else (None,):
         sequence = "all together" if number is None else visible(pairs.sequences[number])
         for name, mask in class_masks(pairs).items():
@@ -157,13 +154,10 @@ def share_table(pairs: Pairs) -> Table:
     return shown
 
 
-def table(pairs: Pairs, number: int | None) -> Table:
+def ratio_table(pairs: Pairs, number: int | None) -> Table:
     """Tabulate the variants as rows, one section per class."""
-    shown = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    shown.add_column("predicted / true points", no_wrap=True)
-    shown.add_column("Spearman", justify="right")
-    for low, high in RINGS_M:
-        shown.add_column(f"{low:g}-{high:g} m", justify="right", no_wrap=True)
+    rings = (f"{low:g}-{high:g} m" for low, high in RINGS_M)
+    shown = table("predicted / true points", "Spearman", *rings)
     for name, mask in class_masks(pairs).items():
         chosen = mask & pairs.of_sequence(number)
         shown.add_row(Text(f"{name}, {int(chosen.sum()):,}", "bold"))

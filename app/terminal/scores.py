@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from rich import box
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
@@ -13,6 +12,7 @@ from riglens.app.evaluation.options import ScoreOptions
 from riglens.app.evaluation.scenario import settings_of
 from riglens.app.terminal.console import progress_bar, results
 from riglens.app.terminal.figures import decimals, percent, thousands
+from riglens.app.terminal.tables import table
 from riglens.core.engine.engine import Evaluation, evaluate_from_scratch
 from riglens.core.engine.warm_up import WARM_UP
 from riglens.core.metric.entropy import EntropyField
@@ -114,25 +114,22 @@ def _line(label: str, text: str) -> Text:
 
 def score_table(evaluations: Sequence[Evaluation]) -> Table:
     """Tabulate rigs as rows, one section per class: S-MIG of the kinds in S-MS, S-MS, and coverage by kind."""
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    table.add_column("10³ nat", no_wrap=True, overflow="ellipsis", max_width=28)
     held = [sensor.kind for evaluation in evaluations for sensor in evaluation.rig.sensors]
     weighed, shown = (sorted(shown_kinds(names), key=lambda kind: kind.name) for names in ((), held))
     seen = [f"seen\n{title}" for title in (*(kind.title for kind in shown), "any")]
-    for title in (*(f"S-MIG\n{kind.title}" for kind in weighed), "\nS-MS", *seen):
-        table.add_column(title, justify="right", no_wrap=True)
+    made = table("10³ nat", *(f"S-MIG\n{kind.title}" for kind in weighed), "\nS-MS", *seen, widest=28)
     for name in CLASSES:
         h_total = evaluations[0].scores.classes[name].h_total
         digits = decimals(h_total)
-        table.add_row(Text(f"{name}, H(Ω) {thousands(h_total, digits)}", "bold"))
+        made.add_row(Text(f"{name}, H(Ω) {thousands(h_total, digits)}", "bold"))
         for evaluation in evaluations:
             scores = evaluation.scores.classes[name]
-            table.add_row(
+            made.add_row(
                 Text(f"  {visible(evaluation.rig.name)}"),
                 *(thousands(scores.kinds[kind.name].s_mig, digits) for kind in weighed),
                 thousands(scores.s_ms, digits),
                 *(percent(scores.kinds[kind.name].seen) for kind in shown),
                 percent(scores.any_seen),
             )
-        table.add_section()
-    return table
+        made.add_section()
+    return made
