@@ -332,8 +332,8 @@ def test_the_paired_error_is_that_of_frames(traffic: Traffic) -> None:
 
 def test_the_cheapest_set_reaches_the_value_and_no_cheaper_one_does(traffic: Traffic) -> None:
     costs = {"generic-16": 1.0, "velodyne-vlp-16": 3.0}
-    several = replace(ADDED, models=tuple(costs), costs=costs, count=2)
-    problem = Problem(RIG, traffic, several, frames=8, held_out=10)
+    several = replace(ADDED, models=tuple(costs), costs=costs, count=2, spots_m=1.0, tilts_deg=(0.0,))
+    problem = Problem(RIG, traffic, several, frames=6, held_out=6)
     stairs = {one.count: one for one in done(optimise(problem, 1)).stairs}
     wanted = 0.999 * stairs[2].value
     found = done(optimise(replace(problem, at_least=wanted), 1))

@@ -221,7 +221,7 @@ def test_more_draws_begin_with_those_of_fewer_and_are_those_of_the_tolerance() -
 
 
 def test_blind_zones_and_objects_with_a_failure_are_those_of_the_worst_rig_without_it() -> None:
-    rig = grouped(some_rig(5))
+    rig = grouped(some_rig(4))
     text = (
         "blind_areas: [{height_m: 0.8, failing: WHAT, at_most_m2: 1},"
         " {height_m: 0.3, failing: WHAT, by: lidar, sector: rear, within_m: 5, at_most_m2: 1}]\n"
