@@ -3,9 +3,8 @@
 What the program does not know of probes it reports; nothing takes one for a camera or a LiDAR.
 """
 
-import io
+import ast
 import re
-import tokenize
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -423,48 +422,103 @@ def test_a_picture_has_its_scores_and_counts_it() -> None:
 
 # ---------------------------------------------------------------- nothing else compares kinds
 
-ROOMS = (
-    "core",
-    "widgets",
-    "app/commands",
-    "app/window",
-    "app/rendering",
-    "app/background",
-    "app/session",
-    "app/evaluation",
-)
 MAY_NAME_KINDS = {
     "app/commands/simulate.py": "data sets have the LiDAR and camera channels of nuScenes",
-    "core/sensors": "declares them",
+    "app/studies/accuracy_text.py": "studies of the paper's methods, on its LiDARs and cameras",
+    "app/studies/kind_colours.py": "appearance",
+    "app/window/features/propose.py": "proposals are LiDARs",
+    "app/window/features/sweep_field.py": "hit coverage is of LiDARs, 25 px of cameras",
     "core/formats": "each format has its own words for each kind",
+    "core/metric/scores.py": "the two kinds of the paper have accessors of their own",
+    "core/optimise": "proposals are of LiDARs, or of cameras",
+    "core/review/sections.py": "hit coverage is of LiDARs, 25 px of cameras",
+    "core/sensors": "declares them",
     "core/simulate": "data sets have the LiDAR and camera channels of nuScenes",
     "core/study": "studies of the paper's methods, on its LiDARs and cameras",
-    "core/metric/scores.py": "the two kinds of the paper have accessors of their own",
-    "core/targets/targets_json.py": "the keys of its JSON",
+    "core/sweep/curve.py": "hit coverage is of LiDARs, 25 px of cameras",
+    "core/targets": "has figures of their own for LiDARs and cameras",
+    "widgets/panels/propose": "proposals are LiDARs",
+    "widgets/sensors/appearance.py": "appearance",
     "widgets/viewport/drawn_scene.py": "the camera of the view",
 }
-"""Files and folders that may name a kind of sensor, and why."""
-_ASKS = re.compile(r"isinstance\([^)]*\b(Lidar|Camera|Radar|Ultrasonic)\b")
-_NAMES = ('"lidar"', '"camera"', '"radar"', '"ultrasonic"')
+"""Files and folders that may compare kinds of sensor, and why."""
+BUILT_IN = {kind.name: kind.model.__name__ for kind in kinds()}
 
 
-def names_a_kind(path: Path) -> bool:
-    source = path.read_text(encoding="utf-8")
-    if _ASKS.search(source):
-        return True
-    if not any(name in source for name in _NAMES):
-        return False
-    tokens = list(tokenize.generate_tokens(io.StringIO(source).readline))
-    for before, token in zip([None, None, *tokens], tokens, strict=False):
-        is_name = before is not None and before.string == "name"  # a sensor called so
-        if token.string in _NAMES and not is_name:
+def compares_kinds(source: str) -> bool:
+    """Return whether a file names a kind, uses its descriptor, or asks whether something is one of its sensors.
+
+    A sensor may be called so (`name="camera"`), and functions for one kind may be registered by its class, since those
+    have no branch for all others.
+    """
+    tree = ast.parse(source)
+    every = list(ast.walk(tree))
+    descriptors, models, names_of_sensors = set(), set(BUILT_IN.values()), set()
+    for node in every:
+        if isinstance(node, ast.ImportFrom):
+            kind = (node.module or "").removeprefix("riglens.core.sensors.")
+            if kind in BUILT_IN:
+                descriptors |= {one.asname or one.name for one in node.names if one.name == kind.upper()}
+            models |= {one.asname or one.name for one in node.names if one.name in models}
+        if isinstance(node, ast.Call):
+            names_of_sensors |= {id(word.value) for word in node.keywords if word.arg == "name"}
+    for node in every:
+        if isinstance(node, ast.Constant) and node.value in BUILT_IN and id(node) not in names_of_sensors:
+            return True
+        if isinstance(node, ast.Name) and node.id in descriptors:
+            return True
+        asked = list[ast.expr | None]()
+        if isinstance(node, ast.Call) and _called(node.func) in ("isinstance", "issubclass"):
+            asked = list(node.args[1:])
+        elif isinstance(node, ast.Compare):
+            asked = [node.left, *node.comparators]
+        elif isinstance(node, ast.Dict):
+            asked = list(node.keys)
+        elif isinstance(node, ast.MatchClass):
+            asked = [node.cls]
+        if any(_called(part) in models for one in asked if one is not None for part in ast.walk(one)):
             return True
     return False
 
 
+def _called(node: ast.AST) -> str:
+    return node.id if isinstance(node, ast.Name) else node.attr if isinstance(node, ast.Attribute) else ""
+
+
+_IMPORTED = (
+    "from riglens.core.rig.model import Camera as Eye, Lidar\nfrom riglens.core.sensors.radar import RADAR\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("source", "expected"),
+    [
+        ("sensor.kind == RADAR.name", True),
+        ("kind is RADAR", True),
+        ("sensor.kind in ('radar', 'ultrasonic')", True),
+        ("isinstance(sensor, (int, Eye))", True),
+        ("isinstance(sensor, model.Ultrasonic)", True),
+        ("isinstance(sensor, Lidar | None)", True),
+        ("type(sensor) is Lidar", True),
+        ("{Lidar: 1}[type(sensor)]", True),
+        ("match sensor:\n    case Lidar():\n        pass", True),
+        ("match sensor.kind:\n    case 'lidar':\n        pass", True),
+        ("RADAR = 3\nSensor(name='lidar', kind=kind.name)", False),
+        ("kind_of(sensor) is kind and sensor.kind == kind.name", False),
+        ("def _of(lidar: Lidar) -> Eye:\n    'A camera.'", False),
+    ],
+)
+def test_a_comparison_of_kinds_is_found_however_it_is_written(source: str, expected: bool) -> None:
+    imported = _IMPORTED.splitlines()[0] + "\n" if source.startswith("RADAR =") else _IMPORTED
+    assert compares_kinds(imported + source) is expected
+
+
 def test_no_other_file_compares_kinds_of_sensors() -> None:
-    files = [path for room in ROOMS for path in sorted((REPOSITORY / room).rglob("*.py"))]
-    found = [str(path.relative_to(REPOSITORY)) for path in files if names_a_kind(path)]
+    files = [
+        path for room in ("core", "widgets", "app") for path in sorted((REPOSITORY / room).rglob("*.py"))
+    ]
+    files += sorted((REPOSITORY / "riglens").glob("*.py"))
+    found = [str(one.relative_to(REPOSITORY)) for one in files if compares_kinds(one.read_text("utf-8"))]
     assert [name for name in found if not name.startswith(tuple(MAY_NAME_KINDS))] == []
     assert [place for place in MAY_NAME_KINDS if not any(name.startswith(place) for name in found)] == []
 

@@ -48,12 +48,12 @@ from riglens.core.review.sections import (
     Seen,
     Tolerated,
     WorstCase,
+    kinds_of,
 )
 from riglens.core.review.tolerance import Figures, standing
 from riglens.core.review.verdicts import ObjectVisibility, ProfileVerdict
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES, Progress
-from riglens.core.sensors.lidar import LIDAR
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.scores import Row, TargetScores
 from riglens.core.targets.settings import TargetSettings
@@ -362,7 +362,7 @@ class Check:
         if one.figure == "seen" and not self._scores.classes[one.cls].h_total:
             return missing(f"the scene has no entropy of {one.cls}")
         if one.figure == "on_target":
-            lack = self._lacking((LIDAR.name,)) or self._no_road_users(one)
+            lack = self._lacking(kinds_of(one.figure)) or self._no_road_users(one)
             if lack is not None:
                 return missing(lack)
         last = max(one.draws, one.max_draws)

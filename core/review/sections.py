@@ -108,6 +108,11 @@ class Seen(Requirement):
         return f"seen of {self.cls} by {self.by}"
 
 
+def kinds_of(figure: str) -> tuple[str, ...]:
+    """Return the kinds of sensors that make a figure of objects."""
+    return {"visible": (CAMERA.name,), "both": (LIDAR.name, CAMERA.name)}.get(figure, (LIDAR.name,))
+
+
 class OnTarget(Requirement):
     """Least share of objects of a class within distances, or of all: on target, or with 5 points."""
 
@@ -136,7 +141,7 @@ class OnTarget(Requirement):
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        return {"visible": (CAMERA.name,), "both": (LIDAR.name, CAMERA.name)}.get(self.figure, (LIDAR.name,))
+        return kinds_of(self.figure)
 
 
 class PredictedDetection(OnTarget):

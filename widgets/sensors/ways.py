@@ -10,7 +10,8 @@ from typing import Any
 from riglens.core.sensors.base import Frozen
 from riglens.core.sensors.camera import Camera
 from riglens.core.sensors.lens import BrownConrady, KannalaBrandt
-from riglens.core.sensors.lidar import LIDAR, TURN, Lidar, LinearAngles
+from riglens.core.sensors.lidar import TURN, Lidar, LinearAngles
+from riglens.core.sensors.registry import kind_of
 from riglens.core.sensors.scan import RayTable, Scan, Swing
 
 
@@ -40,7 +41,7 @@ class Ways:
 
 def _angles(field: str, title: str, tip: str) -> Ways:
     def doubles(lidar: Lidar) -> tuple[float, ...]:
-        return tuple(float(angle) for angle in LIDAR.spelled_out[field](lidar))
+        return tuple(float(angle) for angle in kind_of(lidar).spelled_out[field](lidar))
 
     def evenly(lidar: Lidar) -> Lidar:
         angles = doubles(lidar)
