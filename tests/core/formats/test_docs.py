@@ -18,4 +18,4 @@ def test_every_format_has_its_row_in_both_tables() -> None:
     for name in FORMATS:
         first, second = (row for row in formats if row[0] == f"`{name}`")
         assert (bool(first[2]), bool(first[3])) == (name in READABLE, name in WRITABLE)
-        assert all(second[:5])
+        assert all(second[:4])
