@@ -7,7 +7,7 @@ from rich.text import Text
 
 from riglens.app.commands.options import (
     Housings,
-    Json,
+    JsonFigures,
     Libraries,
     RigName,
     SceneArguments,
@@ -43,17 +43,9 @@ def audit(
     score: ThreadArguments = ThreadArguments(),
     libraries: Libraries = (),
     housings: Housings = None,
-    json: Json = None,
+    json: JsonFigures = None,
 ) -> None:
-    """Trace every ray of each sensor: to the solid car, past the region, to the ground, or into uncertain space.
-
-    Parameters
-    ----------
-    rig
-        Rig file or preset name.
-    json
-        Also write the figures as JSON to a file; with - to standard output, instead of the table.
-    """
+    """Trace every ray of each sensor: to the solid car, past the region, to the ground, or into uncertain space."""
     score = score.solid(body)
     (opened,) = load_rigs([rig], score, libraries, housings)
     require_outputs((rig, *scene.files), json)

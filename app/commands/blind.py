@@ -14,7 +14,7 @@ from rich.text import Text
 from riglens.app.commands.kind_choices import SeenByChoice
 from riglens.app.commands.options import (
     Housings,
-    Json,
+    JsonFigures,
     Libraries,
     Profiles,
     RigName,
@@ -55,14 +55,12 @@ def blind(
     libraries: Libraries = (),
     housings: Housings = None,
     out: Annotated[Path | None, Parameter(metavar="FILE.csv|.png")] = None,
-    json: Json = None,
+    json: JsonFigures = None,
 ) -> None:
     """Report near-field blind zones and the test objects that a rig sees. The car is solid.
 
     Parameters
     ----------
-    rig
-        Rig file or preset name.
     width
         Width of the object in metres; 0 for single columns of voxels.
     within
@@ -77,8 +75,6 @@ def blind(
         File of your own profiles, instead of the bundled ones; may be repeated.
     out
         Also write the lowest visible height around the car, as a table or as a picture.
-    json
-        Also write the figures as JSON to a file; with - to standard output, instead of the table.
     """
     score = score.solid(body)
     settings = BlindSettings(voxel, width, within_m=within)

@@ -16,7 +16,7 @@ from cyclopts import Parameter
 from rich.table import Table
 from rich.text import Text
 
-from riglens.app.commands.options import Dask, GridArguments, Json, Out, ReadingArguments, Workers
+from riglens.app.commands.options import Dask, GridArguments, JsonFigures, Out, ReadingArguments, Workers
 from riglens.app.commands.output import deliver, require_outputs
 from riglens.app.evaluation.described import Described, described
 from riglens.app.evaluation.names import option_of
@@ -121,15 +121,13 @@ def _print_pog(pog: Pog, out: Path) -> None:
 # ---------------------------------------------------------------- riglens data show
 
 
-def show(*boxes: BoxPaths, scene: ReadingArguments = ReadingArguments(), json: Json = None) -> None:
+def show(*boxes: BoxPaths, scene: ReadingArguments = ReadingArguments(), json: JsonFigures = None) -> None:
     """Show the contents of box data: classes, directions, distances, sizes, the ground, and unmapped names.
 
     Parameters
     ----------
     boxes
         Box data sets: tables, nuScenes, Argoverse 2, KITTI or CARLA folders.
-    json
-        Also write the figures as JSON to a file; with - to standard output, instead of the tables.
     """
     require_outputs(boxes, json)
     with progress_bar("Reading boxes") as progress:

@@ -59,8 +59,6 @@ def command(
 
     Parameters
     ----------
-    rig
-        Rig file or preset name.
     min_points
         LiDAR points that detect an object.
     min_height

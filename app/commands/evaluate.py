@@ -12,7 +12,7 @@ from riglens.app.commands.options import (
     CountArguments,
     EverythingArguments,
     Housings,
-    Json,
+    JsonFigures,
     Libraries,
     RigNames,
     ScoreArguments,
@@ -32,7 +32,7 @@ def evaluate(
     libraries: Libraries = (),
     housings: Housings = None,
     score: ScoreArguments = ScoreArguments(),
-    json: Json = None,
+    json: JsonFigures = None,
 ) -> None:
     """Score one or more rigs, with --targets also their points and pixels on objects.
 
@@ -44,8 +44,6 @@ def evaluate(
         Also count points and pixels on the objects of the traffic, including occlusion: takes seconds more.
     surroundings
         block: houses, walls and poles of the bundled scenario hide objects too (ignored).
-    json
-        Also write the figures as JSON to a file; with - to standard output, instead of the tables.
     """
     # --help needs nothing of this
     from riglens.app.commands.output import deliver

@@ -71,11 +71,17 @@ def number(group: Group | None = None, metavar: str = "N") -> Parameter:
     return Parameter(converter=whole_number, group=group, metavar=metavar)
 
 
-RigName = Annotated[str, Parameter(name="RIG")]
+RigName = Annotated[str, Parameter(name="RIG", help="Rig file or preset name.")]
 RigNames = Annotated[str, Parameter(name="RIG", required=True)]
 Out = Annotated[Path, Parameter(metavar="FILE")]
 Whole = Annotated[int | None, number()]
 Json = Annotated[str | None, Parameter(allow_leading_hyphen=True, metavar="FILE|-", converter=_json_target)]
+JsonFigures = Annotated[
+    Json,
+    Parameter(
+        help="Also write the figures as JSON to a file; with - to standard output, instead of the tables."
+    ),
+]
 Profiles = Annotated[tuple[Path, ...], Parameter(name="--profile", metavar="FILE", show_default=False)]
 Surroundings = Annotated[Literal["ignored", "block"] | None, Parameter(name="--surroundings", group=SCENE)]
 SolidBody = Annotated[Literal["ignored", "blocks"] | None, Parameter(name="--body", show=False)]

@@ -12,7 +12,7 @@ from rich.text import Text
 
 from riglens.app.commands.options import (
     Housings,
-    Json,
+    JsonFigures,
     Libraries,
     RigName,
     SceneArguments,
@@ -71,14 +71,12 @@ def redundancy(
     halves: Annotated[bool, Parameter(group=FAILING, negative="")] = False,
     libraries: Libraries = (),
     housings: Housings = None,
-    json: Json = None,
+    json: JsonFigures = None,
 ) -> None:
     """Report the coverage by one, two and three sensors, and the losses when sensors, pairs or groups fail.
 
     Parameters
     ----------
-    rig
-        Rig file or preset name.
     road_users
         Also count objects, not only voxels; a stored POG has none.
     min_points
@@ -87,8 +85,6 @@ def redundancy(
         Count objects within this distance of the car, in metres.
     halves
         Also list the losses by each sensor with half of its view blocked: left, right, upper, lower.
-    json
-        Also write the figures as JSON to a file; with - to standard output, instead of the table.
     """
     counting = TargetSettings(min_points=min_points)
     (opened,) = load_rigs([rig], score, libraries, housings)

@@ -112,8 +112,6 @@ def render(
 
     Parameters
     ----------
-    rig
-        Rig file or preset name.
     out
         The picture (.png).
     """

@@ -74,8 +74,6 @@ def review(
 
     Parameters
     ----------
-    rig
-        Rig file or preset name.
     only
         Parts to run: blind, range, redundancy, tolerance, audit, mounts (all).
     min_points

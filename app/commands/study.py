@@ -78,8 +78,6 @@ def accuracy(
 
     Parameters
     ----------
-    rig
-        Rig file or preset name.
     sensor
         Instead of the rig, a model of the library, upright and tilted, where the rig has its first sensor of this
         kind; may be repeated.

@@ -15,7 +15,7 @@ from rich.text import Text
 from riglens.app.commands.options import (
     CountArguments,
     Housings,
-    Json,
+    JsonFigures,
     Libraries,
     RigNames,
     RunArguments,
@@ -75,7 +75,7 @@ def targets(
     score: RunArguments = RunArguments(),
     libraries: Libraries = (),
     housings: Housings = None,
-    json: Json = None,
+    json: JsonFigures = None,
 ) -> None:
     """Count the points and pixels of rigs on objects, including occlusion by traffic.
 
@@ -85,8 +85,6 @@ def targets(
         Rig files or preset names.
     surroundings
         block: houses, walls and poles of the bundled scenario hide objects too (ignored).
-    json
-        Also write the figures as JSON to a file; with - to standard output, instead of the table.
     """
     loaded = load_rigs(rigs, score, libraries, housings)
     require_count_outputs(count, loaded, (*rigs, *scene.files), json)

@@ -11,7 +11,7 @@ from rich.text import Text
 
 from riglens.app.commands.options import (
     Housings,
-    Json,
+    JsonFigures,
     Libraries,
     RigName,
     SceneArguments,
@@ -81,14 +81,12 @@ def tolerance(
     score: ScoreArguments = ScoreArguments(),
     libraries: Libraries = (),
     housings: Housings = None,
-    json: Json = None,
+    json: JsonFigures = None,
 ) -> None:
     """Report the spread of a rig's figures under small errors of its mounts and of the car's pose.
 
     Parameters
     ----------
-    rig
-        Rig file or preset name.
     errors
         Which errors: assembly, service, brackets, ride or load.
     draws
@@ -103,8 +101,6 @@ def tolerance(
         Also write the rig of the worst draw, to compare it with the rig as designed.
     figure
         Figure by which the worst draw is chosen, such as "seen car" or "on_target pedestrian".
-    json
-        Also write the figures as JSON to a file; with - to standard output, instead of the table.
     """
     asked = Drawing.of(errors, draws, seed, sample)
     (opened,) = load_rigs([rig], score, libraries, housings)
