@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -79,17 +79,7 @@ def _traffic(scene: SceneOptions) -> Traffic:
         report = DataReport("a POG", 1, dict.fromkeys(CLASSES, 0))
         return traffic_of(report, np.zeros(0, np.int64), np.zeros(0, np.uint8), *nothing)
     traffic = load_traffic(scene, WITHIN_M)
-    end = int(traffic.starts[min(SAMPLE_FRAMES, traffic.frames)])
-    return replace(
-        traffic,
-        frame=traffic.frame[:SAMPLE_FRAMES],
-        starts=traffic.starts[: SAMPLE_FRAMES + 1],
-        row=traffic.row[:end],
-        cls=traffic.cls[:end],
-        centre_m=traffic.centre_m[:end],
-        size_m=traffic.size_m[:end],
-        rotation=traffic.rotation[:end],
-    )
+    return traffic.frames_alone(np.arange(min(SAMPLE_FRAMES, traffic.frames)))
 
 
 def print_papers(found: Sequence[Compared], console: Console) -> None:
@@ -165,11 +155,8 @@ def csv_lines(found: Sequence[Compared]) -> Iterator[dict[str, object]]:
             for column in COLUMNS:
                 of = one.paper.of(column)[:, place]
                 line: dict[str, object] = {"paper": one.paper.name, "rig": rig.name, "class": column}
-                line |= {
-                    "ap_percent": f"{of.mean():.4f}",
-                    "ap_least": f"{of.min():.2f}",
-                    "ap_most": f"{of.max():.2f}",
-                }
+                line |= {"ap_percent": f"{of.mean():.4f}"}
+                line |= {"ap_least": f"{of.min():.2f}", "ap_most": f"{of.max():.2f}"}
                 yield line | {name: repr(float(one.ours.of(name, column)[place])) for name in SURROGATES}
 
 

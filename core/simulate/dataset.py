@@ -92,7 +92,7 @@ class Dataset:
 
     def unit(self, span: Span) -> Unit:
         """Return a span with all that is needed to simulate it."""
-        traffic = part_of(self.traffic, span.frames, self._place_of[list(span.frames)])
+        traffic = part_of(self.traffic, self._place_of[list(span.frames)])
         return Unit(self.rig, self.settings, self.extras, traffic, *span)
 
     def file_names(self, span: Span) -> set[str]:

@@ -133,34 +133,25 @@ _CORRUPTED = (
     "arXiv 2402.11677, table of github.com/ika-rwth-aachen/MultiCorrupt: mean over three severities",
 )
 _KITTI_FULL = 77.28
+_BEAMS: tuple[tuple[str, int, int, float, bool], ...] = (
+    ("64 to 32 beams", 2, 1, 70.15, True),
+    ("64 to 32, half the azimuths", 2, 2, 66.96, True),
+    ("64 to 16 beams", 4, 1, 59.87, True),
+    ("64 to 16, half the azimuths", 4, 2, 55.24, True),
+    ("64 to 32 beams, not retrained", 2, 1, 65.91, False),
+    ("64 to 32, half the azimuths, not retrained", 2, 2, 57.77, False),
+    ("64 to 16 beams, not retrained", 4, 1, 47.48, False),
+    ("64 to 16, half the azimuths, not retrained", 4, 2, 38.75, False),
+)
+"""On KITTI: name, steps of beams and azimuths, average precision, and whether the detector was trained on it."""
 _SINGLE = (
     Experiment("32 to 4 beams", "nuscenes", (7, 9, 11, 13), 63.3, 44.3, *_FUTR3D),
     Experiment("32 to 1 beam", "nuscenes", (9,), 63.3, 16.9, *_FUTR3D),
-    Experiment("64 to 32 beams", "kitti", tuple(range(0, 64, 2)), _KITTI_FULL, 70.15, *_DISTILLED),
-    Experiment(
-        "64 to 32, half the azimuths", "kitti", tuple(range(0, 64, 2)), _KITTI_FULL, 66.96, *_DISTILLED, 2
-    ),
-    Experiment("64 to 16 beams", "kitti", tuple(range(0, 64, 4)), _KITTI_FULL, 59.87, *_DISTILLED),
-    Experiment(
-        "64 to 16, half the azimuths", "kitti", tuple(range(0, 64, 4)), _KITTI_FULL, 55.24, *_DISTILLED, 2
-    ),
     *(
         Experiment(
-            f"{name}, not retrained",
-            "kitti",
-            tuple(range(0, 64, step)),
-            _KITTI_FULL,
-            reduced,
-            *_DISTILLED,
-            azimuths,
-            is_retrained=False,
+            name, "kitti", tuple(range(0, 64, step)), _KITTI_FULL, ap, *_DISTILLED, turn, 1.0, is_retrained
         )
-        for name, step, azimuths, reduced in (
-            ("64 to 32 beams", 2, 1, 65.91),
-            ("64 to 32, half the azimuths", 2, 2, 57.77),
-            ("64 to 16 beams", 4, 1, 47.48),
-            ("64 to 16, half the azimuths", 4, 2, 38.75),
-        )
+        for name, step, turn, ap, is_retrained in _BEAMS
     ),
     Experiment(
         "a fifth of the points at random",

@@ -24,6 +24,7 @@ from riglens.core.rig.presets import CAMERA_GROUPS, LIDAR_GROUPS, PAPER_RIGS, pr
 from riglens.core.scene.boxes import CLASSES, BoxBatch, BoxSource, DataReport, Progress
 from riglens.core.scene.grid import DEFAULT_VOXEL_M
 from riglens.core.scene.pog import build_pog
+from riglens.core.study.table1 import tau_and_rho
 
 LIDARS = {group.letters: group.name for group in LIDAR_GROUPS if group.origin == "paper"}
 CAMERAS = {group.letters: group.name for group in CAMERA_GROUPS}
@@ -107,12 +108,7 @@ class Agreement(NamedTuple):
 def agreement(one: Ranking, other: Ranking, cls: str) -> Agreement:
     """Kendall's tau-b and Spearman's rho over the eight rigs."""
     mine, theirs = (list(ranking.figures("rigs", cls).values()) for ranking in (one, other))
-    if len(set(mine)) == 1 or len(set(theirs)) == 1:
-        return Agreement(None, None)
-    from scipy import stats  # here, and not above: slow to load, and few commands need it
-
-    tau, rho = stats.kendalltau(mine, theirs).statistic, stats.spearmanr(mine, theirs).statistic
-    return Agreement(float(tau), float(rho))
+    return Agreement(*tau_and_rho(mine, theirs))
 
 
 def swapped(one: Ranking, other: Ranking, of: str, cls: str) -> list[tuple[str, str]]:

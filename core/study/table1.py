@@ -10,11 +10,11 @@ import csv
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Literal, Protocol
+from typing import Literal, NamedTuple
 
 from riglens.assets import asset_path
+from riglens.core.engine.engine import Engine
 from riglens.core.metric.scores import MetricSettings, Scores
-from riglens.core.rig.model import Rig
 from riglens.core.rig.presets import PAPER_CAMERA_GROUPS, PAPER_LIDAR_GROUPS, PAPER_RIGS, preset
 from riglens.core.scene.boxes import CLASSES, Progress
 
@@ -23,23 +23,7 @@ MEASURES: tuple[Measure, ...] = ("camera_s_mig", "lidar_s_mig", "s_ms")
 _NAT_PER_PUBLISHED = 1000.0
 
 
-class Scored(Protocol):
-    """Parts of an evaluation that the table needs."""
-
-    @property
-    def scores(self) -> Scores:
-        """Scores per class."""
-
-
-class Evaluator(Protocol):
-    """Anything that scores a rig; the engine does."""
-
-    def evaluate(self, rig: Rig, settings: MetricSettings) -> Scored:
-        """Scores of a rig."""
-
-
-@dataclass(frozen=True)
-class Figures:
+class Figures(NamedTuple):
     """One rig and one class of the table, in nats."""
 
     camera_s_mig: float
@@ -48,9 +32,7 @@ class Figures:
 
     def of(self, measure: Measure) -> float:
         """The figure of that name."""
-        return {"camera_s_mig": self.camera_s_mig, "lidar_s_mig": self.lidar_s_mig, "s_ms": self.s_ms}[
-            measure
-        ]
+        return self[MEASURES.index(measure)]
 
 
 @dataclass(frozen=True)
@@ -94,7 +76,7 @@ class Table1:
         return all(order.agrees for order in self.orders)
 
 
-def table1(engine: Evaluator, settings: MetricSettings, progress: Progress | None = None) -> Table1:
+def table1(engine: Engine, settings: MetricSettings, progress: Progress | None = None) -> Table1:
     """Score the paper's eight rigs and compare them with the published figures.
 
     What `progress` raises passes through.
@@ -111,7 +93,14 @@ def table1(engine: Evaluator, settings: MetricSettings, progress: Progress | Non
 def compare(scores: Mapping[str, Scores], settings: MetricSettings) -> Table1:
     """The table from scores of the eight rigs by name (W+C to N+T)."""
     published = published_table1()
-    rows = tuple(Table1Row(name, _figures(scores[name]), published[name]) for name in PAPER_RIGS)
+    ours = {
+        name: {
+            cls: Figures(of.classes[cls].camera.s_mig, of.classes[cls].lidar.s_mig, of.classes[cls].s_ms)
+            for cls in CLASSES
+        }
+        for name, of in scores.items()
+    }
+    rows = tuple(Table1Row(name, ours[name], published[name]) for name in PAPER_RIGS)
     orders = tuple(order for cls in CLASSES for order in _orders(rows, cls))
     return Table1(settings, rows, orders)
 
@@ -124,15 +113,6 @@ def published_table1() -> dict[str, dict[str, Figures]]:
             figures = [float(line[f"{measure}_1e3"]) * _NAT_PER_PUBLISHED for measure in MEASURES]
             table[line["rig"]][line["class"]] = Figures(*figures)
     return table
-
-
-def _figures(scores: Scores) -> dict[str, Figures]:
-    return {
-        cls: Figures(
-            scores.classes[cls].camera.s_mig, scores.classes[cls].lidar.s_mig, scores.classes[cls].s_ms
-        )
-        for cls in CLASSES
-    }
 
 
 def _orders(rows: Sequence[Table1Row], cls: str) -> tuple[Order, ...]:
@@ -157,7 +137,7 @@ def _order(
     published = {name: row.published[cls].of(measure) for name, row in rows.items()}
     paper_order = tuple(sorted(rows, key=published.__getitem__))
     in_paper_order = [ours[name] for name in paper_order]
-    tau, rho = _rank_correlations(list(ours.values()), list(published.values()))
+    tau, rho = tau_and_rho(list(ours.values()), list(published.values()))
     return Order(
         cls,
         what,
@@ -170,12 +150,12 @@ def _order(
     )
 
 
-def _rank_correlations(ours: list[float], published: list[float]) -> tuple[float | None, float | None]:
-    """Kendall's tau-b and Spearman's rho, None if all of ours are equal and no rank exists."""
-    if len(set(ours)) == 1:
+def tau_and_rho(some: list[float], others: list[float]) -> tuple[float | None, float | None]:
+    """Kendall's tau-b and Spearman's rho, None where all figures of one are equal, so that there is no order."""
+    if len(set(some)) == 1 or len(set(others)) == 1:
         return None, None
     from scipy import stats  # here, and not above: it takes longer to load than all the rest of the window
 
-    tau = stats.kendalltau(ours, published).statistic
-    rho = stats.spearmanr(ours, published).statistic
+    tau = stats.kendalltau(some, others).statistic
+    rho = stats.spearmanr(some, others).statistic
     return float(tau), float(rho)
