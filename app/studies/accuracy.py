@@ -26,7 +26,6 @@ from riglens.app.terminal.loading import load_rig, load_scene
 from riglens.app.terminal.tables import table
 from riglens.core.errors import InputError
 from riglens.core.metric.entropy import EntropyField
-from riglens.core.scene.boxes import CLASSES
 from riglens.core.shown_text import visible
 from riglens.core.study.accuracy import (
     AccuracyPlan,
@@ -114,9 +113,9 @@ def _voxel_cells(point: Point) -> tuple[str, str, str]:
 
 def _score_cells(point: Point) -> tuple[str, str, str]:
     """Return the two parts of the error for the class with the largest sum."""
-    parts = [(point.grid_error[cls], point.shortcut_error[cls]) for cls in CLASSES]
-    known = [(grid, cut) for grid, cut in parts if grid is not None and cut is not None]
+    known = [error for error in point.errors.values() if error.both is not None]
     if not known:
         return "n/a", "n/a", ""
-    grid, cut = max(known, key=sum)
-    return percent(grid), percent(cut), "●" if point.on_score_front else ""
+    worst = max(known, key=lambda error: error.both or 0.0)
+    mark = "●" if point.on_score_front else ""
+    return percent(worst.grid_error or 0.0), percent(worst.shortcut_error or 0.0), mark

@@ -135,11 +135,13 @@ def _better(study: AccuracyStudy, own: Point, errors: list[float | None], mine: 
 
 def _grid_verdict(study: AccuracyStudy) -> str:
     """Describe how S-MS depends on the voxel edge, for the class with the largest effect."""
-    errors = {cls: error for cls, error in study.own.grid_error.items() if error is not None}
+    errors = {
+        cls: error.grid_error for cls, error in study.own.errors.items() if error.grid_error is not None
+    }
     if not errors:
         return "The rig sees no entropy, so S-MS does not depend on the voxel edge."
     worst = max(errors, key=lambda cls: errors[cls])
-    mine, finest = (point.share[worst] or 0.0 for point in (study.own, study.finest))
+    mine, finest = (point.errors[worst].share or 0.0 for point in (study.own, study.finest))
     return (
         f"S-MS depends on δ: as a share of H(Ω) it is {percent(mine)} at {edge_text(study.voxel_m)} and "
         f"{percent(finest)} at {edge_text(study.finest_m)} ({worst}). Compare scores on one grid only."
@@ -178,13 +180,7 @@ def _csv_row(point: Point) -> dict[str, object]:
         **dict(zip(Wrong._fields, wrong, strict=True)),
     }
     for cls in CLASSES:
-        row |= {
-            f"s_ms_{cls}": point.s_ms[cls],
-            f"share_{cls}": point.share[cls],
-            f"grid_error_{cls}": point.grid_error[cls],
-            f"shortcut_error_{cls}": point.shortcut_error[cls],
-            f"raw_error_{cls}": point.raw_error[cls],
-        }
+        errors = point.errors[cls]._asdict()
+        row |= {f"s_ms_{cls}": point.s_ms[cls]} | {f"{name}_{cls}": value for name, value in errors.items()}
     row |= {"score_error": point.score_error, "from_scratch": point.from_scratch}
-    row |= {"on_voxel_front": point.on_voxel_front, "on_score_front": point.on_score_front}
-    return {name: "" if value is None else value for name, value in row.items()}
+    return row | {"on_voxel_front": point.on_voxel_front, "on_score_front": point.on_score_front}

@@ -19,19 +19,19 @@ from riglens.core.errors import InputError
 from riglens.core.kernels.runtime import jit
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import DEFAULT_LAMBDA, MetricSettings
-from riglens.core.rig.model import Rig
+from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.boxes import CLASSES, Progress
 from riglens.core.study.accuracy_cases import (
     Answer,
     Case,
-    EngineCase,
     LatticeName,
-    PlainCase,
-    VoxelCase,
+    engine_case,
     has_all_pixels,
     moved,
+    plain_case,
     ray_count,
     timed,
+    voxel_case,
     with_lattice,
 )
 from riglens.core.study.simple_methods import FLAGS, KINDS, PlainDda, VoxelTests, unknown_to_rough
@@ -66,13 +66,27 @@ class Wrong(NamedTuple):
     extra: float
 
 
+class ScoreError(NamedTuple):
+    """Of a class, None if H(Omega) or the reference is 0: -S-MS / H(Omega), the errors of grid and shortcut as parts of
+    the reference's share, and |S-MS - reference| / |reference| in nats, as it stands."""
+
+    share: float | None
+    grid_error: float | None
+    shortcut_error: float | None
+    raw_error: float | None
+
+    @property
+    def both(self) -> float | None:
+        """Errors of grid and shortcut together."""
+        known = self.grid_error is not None and self.shortcut_error is not None
+        return (self.grid_error or 0.0) + (self.shortcut_error or 0.0) if known else None
+
+
 @dataclass(frozen=True)
 class Point:
     """Point of a (method, voxel edge, ray lattice): its times and its errors.
 
-    wrong: None on other grids than the study's own, where it is 0 by definition. Per class, None if
-    H(Omega) or the reference is 0: `share` = -S-MS / H(Omega), `grid_error` and `shortcut_error` as parts of
-    the reference's share, `raw_error` = |S-MS - reference| / |reference| in nats, as it stands.
+    wrong: None on other grids than the study's own, where it is 0 by definition; errors: of S-MS per class.
     """
 
     method: MethodName
@@ -83,10 +97,7 @@ class Point:
     times_ms: tuple[float, ...]
     s_ms: dict[str, float]
     wrong: Wrong | None
-    share: dict[str, float | None]
-    grid_error: dict[str, float | None]
-    shortcut_error: dict[str, float | None]
-    raw_error: dict[str, float | None]
+    errors: dict[str, ScoreError]
     on_voxel_front: bool = False
     on_score_front: bool = False
 
@@ -108,8 +119,8 @@ class Point:
     @property
     def score_error(self) -> float:
         """Error of S-MS / H(Omega) of the worst class, grid and shortcut added."""
-        pairs = zip(self.grid_error.values(), self.shortcut_error.values(), strict=True)
-        return max((grid + cut for grid, cut in pairs if grid is not None and cut is not None), default=0.0)
+        sums = (error.both for error in self.errors.values())
+        return max((both for both in sums if both is not None), default=0.0)
 
     @property
     def is_own(self) -> bool:
@@ -194,25 +205,25 @@ def _contestants(
 
     dda = PlainDda(field)
     found = [
-        entrant("exact", EngineCase(field, rig, settings, plan.threads)),
+        entrant("exact", engine_case(field, rig, settings, plan.threads)),
         *(entrant(method, case) for method, case in _edits(field, rig, settings, plan)),
-        entrant("plain", PlainCase(field, rig, plan.camera_weight, np.float64, dda), 1),
-        entrant("plain-single", PlainCase(field, rig, plan.camera_weight, np.float32, dda), 1),
-        entrant("bresenham", EngineCase(field, rig, replace(settings, method="bresenham"), plan.threads)),
+        entrant("plain", plain_case(field, rig, plan.camera_weight, np.float64, dda), 1),
+        entrant("plain-single", plain_case(field, rig, plan.camera_weight, np.float32, dda), 1),
+        entrant("bresenham", engine_case(field, rig, replace(settings, method="bresenham"), plan.threads)),
     ]
     if not unknown_to_rough(rig):
         tests = VoxelTests(field, plan.threads)
         found += [
-            entrant("rectangles", VoxelCase(tests, rig, plan.camera_weight, "rectangles")),
-            entrant("centres", VoxelCase(tests, rig, plan.camera_weight, "centres")),
+            entrant("rectangles", voxel_case(tests, rig, plan.camera_weight, "rectangles")),
+            entrant("centres", voxel_case(tests, rig, plan.camera_weight, "centres")),
         ]
     for lattice in plan.lattices:
         if lattice != "all pixels" or not has_all_pixels(rig):
             other = with_lattice(rig, lattice)
-            case = EngineCase(field, other, settings, plan.threads)
+            case = engine_case(field, other, settings, plan.threads)
             found.append(Contestant("exact", lattice, ray_count(other), workers, field, case))
     for edge_m in sorted(set(fields) - {voxel_m}):
-        case = EngineCase(fields[edge_m], rig, settings, plan.threads)
+        case = engine_case(fields[edge_m], rig, settings, plan.threads)
         found.append(Contestant("exact", "own", ray_count(rig), workers, fields[edge_m], case))
     return found
 
@@ -221,16 +232,15 @@ def _edits(
     field: EntropyField, rig: Rig, settings: MetricSettings, plan: AccuracyPlan
 ) -> list[tuple[MethodName, Case]]:
     """The exact engine after a move of the first camera, and of the first LiDAR."""
-    edits: list[tuple[MethodName, Case]] = []
-    names: tuple[tuple[MethodName, Sequence[object]], ...] = (
-        ("edit-camera", rig.enabled_cameras()),
-        ("edit-lidar", rig.enabled_lidars()),
+    firsts: tuple[tuple[MethodName, Sequence[Sensor]], ...] = (
+        ("edit-camera", rig.enabled_cameras()[:1]),
+        ("edit-lidar", rig.enabled_lidars()[:1]),
     )
-    for method, sensors in names:
-        for sensor in rig.sensors:
-            if sensor in sensors[:1]:
-                edits.append((method, EngineCase(field, rig, settings, plan.threads, moved(rig, sensor))))
-    return edits
+    return [
+        (method, engine_case(field, rig, settings, plan.threads, moved(rig, sensor)))
+        for method, sensors in firsts
+        for sensor in sensors
+    ]
 
 
 # ---------------------------------------------------------------- errors and Pareto fronts
@@ -253,9 +263,8 @@ def points_of(
     points = []
     for entrant, answer, ms in zip(entrants, answers, times, strict=True):
         edge_m = entrant.field.grid.voxel_m
-        errors = [
-            _score_errors((entrant.field, answer), exact[edge_m], reference, c) for c in range(len(CLASSES))
-        ]
+        scored = (entrant.field, answer)
+        errors = (_score_error(scored, exact[edge_m], reference, c) for c in range(len(CLASSES)))
         points.append(
             Point(
                 method=entrant.method,
@@ -266,32 +275,24 @@ def points_of(
                 times_ms=tuple(ms),
                 s_ms=dict(zip(CLASSES, answer.s_ms, strict=True)),
                 wrong=wrong_voxels(own.seen, answer.seen) if edge_m == voxel_m else None,
-                share=dict(zip(CLASSES, (error[0] for error in errors), strict=True)),
-                grid_error=dict(zip(CLASSES, (error[1] for error in errors), strict=True)),
-                shortcut_error=dict(zip(CLASSES, (error[2] for error in errors), strict=True)),
-                raw_error=dict(zip(CLASSES, (error[3] for error in errors), strict=True)),
+                errors=dict(zip(CLASSES, errors, strict=True)),
             )
         )
     return points
 
 
 _Scored = tuple[EntropyField, Answer]
-_Errors = tuple[float | None, float | None, float | None, float | None]
 
 
-def _score_errors(mine: _Scored, exact: _Scored, reference: _Scored, cls: int) -> _Errors:
-    """Share, grid error, shortcut error and raw error of one class."""
+def _score_error(mine: _Scored, exact: _Scored, reference: _Scored, cls: int) -> ScoreError:
     share, exact_share, finest_share = (_share(scored, cls) for scored in (mine, exact, reference))
     if share is None or exact_share is None or not finest_share:
-        return share, None, None, None
+        return ScoreError(share, None, None, None)
     in_nats = reference[1].s_ms[cls]
     raw = abs(mine[1].s_ms[cls] - in_nats) / abs(in_nats)
-    grid, shortcut = abs(exact_share - finest_share), abs(share - exact_share)
-    return share, _beyond_rounding(grid / finest_share), _beyond_rounding(shortcut / finest_share), raw
-
-
-def _beyond_rounding(error: float) -> float:
-    return error if error > ROUNDING else 0.0
+    parts = (abs(exact_share - finest_share) / finest_share, abs(share - exact_share) / finest_share)
+    grid, shortcut = (error if error > ROUNDING else 0.0 for error in parts)
+    return ScoreError(share, grid, shortcut, raw)
 
 
 def _share(scored: _Scored, cls: int) -> float | None:
@@ -315,11 +316,10 @@ def wrong_voxels(exact: np.ndarray, found: np.ndarray) -> Wrong:
 
 def pareto_front(costs: Sequence[tuple[float, float]]) -> list[bool]:
     """Return for each pair whether no other is at most as large in both and smaller in one."""
-    return [not any(_dominates(other, mine) for other in costs) for mine in costs]
-
-
-def _dominates(other: tuple[float, float], mine: tuple[float, float]) -> bool:
-    return other[0] <= mine[0] and other[1] <= mine[1] and other != mine
+    return [
+        not any(other[0] <= mine[0] and other[1] <= mine[1] and other != mine for other in costs)
+        for mine in costs
+    ]
 
 
 def with_fronts(points: Sequence[Point]) -> tuple[Point, ...]:

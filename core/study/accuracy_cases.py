@@ -1,6 +1,6 @@
 """Methods compared in the accuracy study: each scores one rig on one grid, and is ready to be timed.
 
-A case prepares (not timed), runs (timed: from the rig to S-MS of all classes) and reports its coverage.
+A case is prepared (not timed), run (timed: from the rig to S-MS of all classes) and says what it covered.
 Everything that belongs to the scene alone - POG, entropies, dense grids, lists of voxels - is ready before,
 and so are the rays of plain DDA; the engine makes its rays within its time.
 """
@@ -10,7 +10,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, Protocol
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,176 +49,123 @@ class Answer:
     seen: Seen
 
 
-class Case(Protocol):
-    """One way of scoring the rig."""
+@dataclass(frozen=True)
+class Case:
+    """One way of scoring the rig: `prepare` does what must not count towards the time, `run` scores with what it made,
+    and `answer` says what a run found."""
 
-    def prepare(self) -> None:
-        """Do what must not count towards the time; called before every run."""
+    prepare: Callable[[], Any]
+    run: Callable[[Any], Any]
+    answer: Callable[[Any], Answer]
 
-    def run(self) -> None:
-        """Score the rig."""
-
-    def answer(self) -> Answer:
-        """Return what the last run found."""
+    def answered(self) -> Answer:
+        """Return what a run finds."""
+        return self.answer(self.run(self.prepare()))
 
 
-class EngineCase:
+def engine_case(
+    field: EntropyField, rig: Rig, settings: MetricSettings, threads: int | None, before: Rig | None = None
+) -> Case:
     """The engine, fresh, or holding the rig as it was before an edit."""
 
-    def __init__(
-        self,
-        field: EntropyField,
-        rig: Rig,
-        settings: MetricSettings,
-        threads: int | None,
-        before: Rig | None = None,
-    ) -> None:
-        self._field, self._rig, self._settings, self._threads = field, rig, settings, threads
-        self._before = before
-        self._evaluation: Evaluation | None = None
+    def prepare() -> Engine:
+        engine = Engine(field, threads)
+        if before is not None:
+            engine.evaluate(before, settings)
+        return engine
 
-    def prepare(self) -> None:
-        """A fresh engine, which knows the rig before the edit if there is one."""
-        self._engine = Engine(self._field, self._threads)
-        if self._before is not None:
-            self._engine.evaluate(self._before, self._settings)
-
-    def run(self) -> None:
-        """Score the rig."""
-        self._evaluation = self._engine.evaluate(self._rig, self._settings)
-
-    def answer(self) -> Answer:
-        """Return what the last run found."""
-        assert self._evaluation is not None
-        found = self._evaluation
-        seen = np.zeros(self._field.index.count, np.uint8)
+    def answer(found: Evaluation) -> Answer:
+        seen = np.zeros(field.index.count, np.uint8)
         for kind, flag in FLAGS.items():
-            seen[_ids(self._field, found.seen[kind])] |= np.uint8(flag)
+            seen[_ids(field, found.seen[kind])] |= np.uint8(flag)
         return Answer(tuple(found.scores.classes[cls].s_ms for cls in CLASSES), seen)
 
+    return Case(prepare, lambda engine: engine.evaluate(rig, settings), answer)
 
-class PlainCase:
+
+def plain_case(
+    field: EntropyField,
+    rig: Rig,
+    camera_weight: float,
+    real: type[np.floating[Any]],
+    dda: PlainDda | None = None,
+    step_voxels: float | None = None,
+) -> Case:
     """Plain DDA on one thread, in double or in single precision; with a step, points on the rays instead.
 
-    Cases that are never run at once may share the dense grids of one `dda`.
+    Clearing the dense grid counts towards the time. Cases may share the dense grids of one `dda`.
     """
+    grids = dda or PlainDda(field)
+    every = [grid_rays(sensor, field.grid, real) for sensor in rig.sensors if sensor.enabled]
 
-    def __init__(
-        self,
-        field: EntropyField,
-        rig: Rig,
-        camera_weight: float,
-        real: type[np.floating[Any]],
-        dda: PlainDda | None = None,
-        step_voxels: float | None = None,
-    ) -> None:
-        self._dda = dda or PlainDda(field)
-        self._field, self._camera_weight, self._step_voxels = field, camera_weight, step_voxels
-        self._rays = [grid_rays(sensor, field.grid, real) for sensor in rig.sensors if sensor.enabled]
-
-    def prepare(self) -> None:
-        """Do nothing: clearing the dense grid counts towards the time."""
-
-    def run(self) -> None:
-        """Clear, cast all rays, sum."""
-        self._dda.clear()
-        for rays in self._rays:
-            if self._step_voxels is None:
-                self._dda.cast(rays)
+    def run(_: None) -> NDArray[np.float64]:
+        grids.clear()
+        for rays in every:
+            if step_voxels is None:
+                grids.cast(rays)
             else:
-                self._dda.sample(rays, self._step_voxels)
-        self._sums = self._dda.sums()
+                grids.sample(rays, step_voxels)
+        return grids.sums()
 
-    def answer(self) -> Answer:
-        """Return what the last run found."""
-        ix, iy, iz = self._field.index.ijk().T
-        by_camera, by_lidar = (seen[ix, iy, iz] for seen in self._dda.seen)
+    def answer(sums: NDArray[np.float64]) -> Answer:
+        ix, iy, iz = field.index.ijk().T
+        by_camera, by_lidar = (seen[ix, iy, iz] for seen in grids.seen)
         flags = by_camera * np.uint8(FLAGS["camera"]) | by_lidar * np.uint8(FLAGS["lidar"])
-        return Answer(_s_ms(self._sums, self._camera_weight), flags)
+        return Answer(_s_ms(sums, camera_weight), flags)
+
+    return Case(lambda: None, run, answer)
 
 
-class WalkCase:
+def walk_case(field: EntropyField, sensor: Sensor, settings: MetricSettings, threads: int) -> Case:
     """Every ray of one sensor by the exact walk, ray by ray, and the engine's own sum: the slow way to its answer."""
+    caster, kinds = Caster(field, threads), kind_names()
+    kind, keep = kinds.index(sensor.kind), field.index.words
 
-    def __init__(self, field: EntropyField, sensor: Sensor, settings: MetricSettings, threads: int) -> None:
-        self._field, self._sensor, self._settings = field, sensor, settings
-        self._caster = Caster(field, threads)
+    def prepare() -> list[Words]:
+        return [np.zeros((count, keep.size), np.uint64) for count in (1, len(kinds), caster.workers - 1)]
 
-    def prepare(self) -> None:
-        """Memory for the sets of voxels."""
-        words = self._field.index.words.size
-        self._stack, self._union = (
-            np.zeros((1, words), np.uint64),
-            np.zeros((len(kind_names()), words), np.uint64),
-        )
-        self._spare = np.zeros((self._caster.workers - 1, words), np.uint64)
-
-    def run(self) -> None:
-        """Walk all rays, then settle one set against nothing."""
-        jit.use_threads(self._caster.workers)
-        rays, marks = self._caster.rays(self._sensor, "exact"), self._stack[0]
+    def run(sets: list[Words]) -> tuple[NDArray[np.int64], Words]:
+        """Walk all rays, then settle one set against nothing; return sums (kinds + 1, 4), and the voxels."""
+        stack, union, spare = sets
+        jit.use_threads(caster.workers)
+        rays, marks = caster.rays(sensor, "exact"), stack[0]
         count = len(rays.rows) * len(rays.planes)
         for start in range(0, count, RAYS_PER_CHUNK):
             end = min(start + RAYS_PER_CHUNK, count)
             left = np.ones(end - start, np.bool_)
-            mark_rays(rays, start, end, marks, self._spare, left)
-            for word, bit in self._caster.walk_irregular(rays, start + np.flatnonzero(left)):
+            mark_rays(rays, start, end, marks, spare, left)
+            for word, bit in caster.walk_irregular(rays, start + np.flatnonzero(left)):
                 marks[word] |= bit
-        add_marks(self._spare, marks, self._caster.workers)
-        self._sums_q = self._settled()
-
-    def _settled(self) -> NDArray[np.int64]:
-        """Return sums int64 (kinds + 1, 4) over the marked voxels."""
-        nx, words = self._field.grid.shape[0], self._field.index.words.size
-        region = update_coverage.Region(0, nx, 0, words // nx, words // nx)
-        slots, keep = (
-            update_coverage.Slots(np.zeros(1, np.int64), np.zeros(0, np.int64)),
-            self._field.index.words,
+        add_marks(spare, marks, caster.workers)
+        nx = field.grid.shape[0]
+        region = update_coverage.Region(0, nx, 0, keep.size // nx, keep.size // nx)
+        slots = update_coverage.Slots(np.zeros(1, np.int64), np.zeros(0, np.int64))
+        sums_q = np.zeros((len(kinds) + 1, update_coverage.COLUMNS), np.int64)
+        sums_q[kind], sums_q[-1] = update_coverage.settle(
+            stack, union, keep, slots, np.array([kind]), region, field.entropies, caster.workers
         )
-        kind, rows = kind_names().index(self._sensor.kind), len(kind_names()) + 1
-        sums_q = np.zeros((rows, update_coverage.COLUMNS), np.int64)
-        change = update_coverage.settle(
-            self._stack,
-            self._union,
-            keep,
-            slots,
-            np.array([kind]),
-            region,
-            self._field.entropies,
-            self._caster.workers,
-        )
-        sums_q[kind], sums_q[-1] = change
-        return sums_q
+        return sums_q, union[kind]
 
-    def answer(self) -> Answer:
-        """Return what the last run found."""
-        scores = score(self._field, self._sums_q, self._settings)
-        seen = np.zeros(self._field.index.count, np.uint8)
-        kind = self._sensor.kind
-        seen[_ids(self._field, self._union[kind_names().index(kind)])] = FLAGS[kind]
-        return Answer(tuple(scores.classes[cls].s_ms for cls in CLASSES), seen)
+    def answer(found: tuple[NDArray[np.int64], Words]) -> Answer:
+        sums_q, words = found
+        classes, seen = score(field, sums_q, settings).classes, np.zeros(field.index.count, np.uint8)
+        seen[_ids(field, words)] = FLAGS[sensor.kind]
+        return Answer(tuple(classes[cls].s_ms for cls in CLASSES), seen)
+
+    return Case(prepare, run, answer)
 
 
-class VoxelCase:
+def voxel_case(
+    tests: VoxelTests, rig: Rig, camera_weight: float, test: Literal["rectangles", "centres"]
+) -> Case:
     """One of the two tests voxel by voxel."""
+    cover = tests.bounding_rectangles if test == "rectangles" else tests.centres_in_view
 
-    def __init__(
-        self, tests: VoxelTests, rig: Rig, camera_weight: float, test: Literal["rectangles", "centres"]
-    ) -> None:
-        self._tests, self._rig, self._camera_weight = tests, rig, camera_weight
-        self._cover = tests.bounding_rectangles if test == "rectangles" else tests.centres_in_view
+    def run(_: None) -> tuple[Seen, NDArray[np.float64]]:
+        seen = cover(rig)
+        return seen, tests.sums(seen)
 
-    def prepare(self) -> None:
-        """Nothing to do."""
-
-    def run(self) -> None:
-        """Test all voxels, sum."""
-        self._seen = self._cover(self._rig)
-        self._sums = self._tests.sums(self._seen)
-
-    def answer(self) -> Answer:
-        """Return what the last run found."""
-        return Answer(_s_ms(self._sums, self._camera_weight), self._seen)
+    return Case(lambda: None, run, lambda found: Answer(_s_ms(found[1], camera_weight), found[0]))
 
 
 def timed(
@@ -232,12 +179,12 @@ def timed(
         for number, case in enumerate(cases):
             if repetition > 1 and times[number][0] > SLOW_MS:
                 continue
-            case.prepare()
+            ready = case.prepare()
             started = time.perf_counter()
-            case.run()
+            found = case.run(ready)
             elapsed_ms = (time.perf_counter() - started) * 1e3
             if repetition == 0:
-                answers.append(case.answer())
+                answers.append(case.answer(found))
             else:
                 times[number].append(elapsed_ms)
             if progress is not None:
@@ -273,22 +220,17 @@ def with_lattice(rig: Rig, name: LatticeName) -> Rig:
     if name == "own":
         return rig
     if name == "all pixels":
-        return _changed(rig, lambda lidar: lidar, lambda camera: camera.model_copy(update={"cast": None}))
+        native = (s.model_copy(update={"cast": None}) if isinstance(s, Camera) else s for s in rig.sensors)
+        return rig.model_copy(update={"sensors": tuple(native)})
     turn, (columns, rows) = _STEPS[name]
-    return _changed(
-        rig, lambda lidar: _fewer_azimuths(lidar, turn), lambda camera: _thinned(camera, columns, rows)
-    )
-
-
-def _changed(rig: Rig, lidar: Callable[[Lidar], Lidar], camera: Callable[[Camera], Camera]) -> Rig:
-    changes: dict[type[Sensor], Callable[[Any], Sensor]] = {Lidar: lidar, Camera: camera}
-    sensors = tuple(changes[type(s)](s) if type(s) in changes else s for s in rig.sensors)
-    return rig.model_copy(update={"sensors": sensors})
-
-
-def _fewer_azimuths(lidar: Lidar, step: int) -> Lidar:
-    azimuths_deg = tuple(float(azimuth) for azimuth in lidar.azimuths()[::step])
-    return lidar.model_copy(update={"azimuths_deg": azimuths_deg})
+    sensors: list[Sensor] = []
+    for sensor in rig.sensors:
+        if isinstance(sensor, Lidar):
+            azimuths_deg = tuple(float(azimuth) for azimuth in sensor.azimuths()[::turn])
+            sensors.append(sensor.model_copy(update={"azimuths_deg": azimuths_deg}))
+        else:
+            sensors.append(_thinned(sensor, columns, rows) if isinstance(sensor, Camera) else sensor)
+    return rig.model_copy(update={"sensors": tuple(sensors)})
 
 
 def _thinned(camera: Camera, columns: int, rows: int) -> Camera:

@@ -25,13 +25,13 @@ from riglens.core.scene.boxes import Progress
 from riglens.core.study.accuracy_cases import (
     Answer,
     Case,
-    EngineCase,
     LatticeName,
-    PlainCase,
-    VoxelCase,
-    WalkCase,
+    engine_case,
     moved,
+    plain_case,
     timed,
+    voxel_case,
+    walk_case,
     with_lattice,
 )
 from riglens.core.study.simple_methods import PlainDda, VoxelTests, unknown_to_rough
@@ -204,13 +204,13 @@ def _entrants(shared: Shared, sensor: Sensor) -> list[_Entrant]:
     rig, rays = Rig(name="alone", sensors=(sensor,)), sensor.ray_count
 
     def edit(rig: Rig, settings: MetricSettings = PAPER_SETTINGS) -> Case:
-        return EngineCase(field, rig, settings, threads, moved(rig, rig.sensors[0]))
+        return engine_case(field, rig, settings, threads, moved(rig, rig.sensors[0]))
 
     def dense(real: type[np.float32] | type[np.float64], step_voxels: float | None = None) -> Case:
-        return PlainCase(field, rig, weight, real, shared.dda, step_voxels)
+        return plain_case(field, rig, weight, real, shared.dda, step_voxels)
 
     found = [
-        _Entrant("walk", "", rays, WalkCase(field, sensor, PAPER_SETTINGS, threads)),
+        _Entrant("walk", "", rays, walk_case(field, sensor, PAPER_SETTINGS, threads)),
         _Entrant("fast", "", rays, edit(rig)),
         _Entrant("plain", "", rays, dense(np.float64)),
         _Entrant("plain-single", "", rays, dense(np.float32)),
@@ -221,6 +221,6 @@ def _entrants(shared: Shared, sensor: Sensor) -> list[_Entrant]:
         thinner = with_lattice(rig, share)
         found.append(_Entrant("thinned", share, thinner.sensors[0].ray_count, edit(thinner)))
     if not unknown_to_rough(rig):
-        found.append(_Entrant("rectangles", "", rays, VoxelCase(shared.tests, rig, weight, "rectangles")))
-        found.append(_Entrant("centres", "", rays, VoxelCase(shared.tests, rig, weight, "centres")))
+        found.append(_Entrant("rectangles", "", rays, voxel_case(shared.tests, rig, weight, "rectangles")))
+        found.append(_Entrant("centres", "", rays, voxel_case(shared.tests, rig, weight, "centres")))
     return found

@@ -19,7 +19,7 @@ from riglens.core.study.accuracy import (
     study_accuracy,
     wrong_voxels,
 )
-from riglens.core.study.accuracy_cases import PlainCase, VoxelCase, with_lattice
+from riglens.core.study.accuracy_cases import plain_case, voxel_case, with_lattice
 from riglens.core.study.simple_methods import VoxelTests
 from tests.core.builders import camera, evaluate, field_of, grid_of, random_field, rig_of, spinning
 from tests.core.study.small_studies import QUICK, small_accuracy_study
@@ -146,9 +146,8 @@ def test_the_range_of_a_sensor_holds_for_the_approximations():
 @given(cameras | lidars)
 def test_plain_dda_in_doubles_finds_nearly_the_exact_set(sensor):
     rig = rig_of(sensor)
-    case = PlainCase(FIELD, rig, 0.1, np.float64)
-    case.run()
-    found, exact = case.answer().seen, exact_flags(FIELD, rig)
+    found = plain_case(FIELD, rig, 0.1, np.float64).answered().seen
+    exact = exact_flags(FIELD, rig)
     on_faces = set(map(float, sensor.position)) <= set(map(float, range(-12, 13)))
     assert on_faces or (found != exact).sum() <= 3 * sensor.ray_count
 
@@ -157,10 +156,9 @@ def test_all_ways_agree_on_the_score_of_a_voxel_set():
     field = random_field(GRID, np.random.default_rng(5))
     rig = rig_of(camera((0.31, 0.17, 5.23), (0.0, 3.0, 30.0)), spinning((-0.27, 0.41, 4.63)))
     scores = evaluate(field, rig, MetricSettings(camera_weight=0.3)).scores
-    case = PlainCase(field, rig, 0.3, np.float64)
-    case.run()
-    assert np.array_equal(case.answer().seen, exact_flags(field, rig))
-    assert case.answer().s_ms == pytest.approx([scores.classes[cls].s_ms for cls in CLASSES], rel=1e-6)
+    answer = plain_case(field, rig, 0.3, np.float64).answered()
+    assert np.array_equal(answer.seen, exact_flags(field, rig))
+    assert answer.s_ms == pytest.approx([scores.classes[cls].s_ms for cls in CLASSES], rel=1e-6)
     tests = VoxelTests(field, 1)
     sums = tests.sums(exact_flags(field, rig))
     assert sums[0].tolist() == [-scores.classes[cls].camera.s_mig for cls in CLASSES]
@@ -229,7 +227,7 @@ def test_the_study_has_every_method_and_exact_ones_err_nowhere(study):
     for method in ("exact", "edit-camera", "edit-lidar"):
         assert by_method[method].voxel_error == 0.0
         assert by_method[method].s_ms == by_method["exact"].s_ms
-        assert set(by_method[method].shortcut_error.values()) == {0.0}
+        assert {error.shortcut_error for error in by_method[method].errors.values()} == {0.0}
     assert by_method["bresenham"].wrong.missed > 0.0
     assert by_method["centres"].wrong.extra > 0.0
     assert by_method["rectangles"].wrong.missed == 0.0
@@ -239,9 +237,9 @@ def test_scores_are_held_to_the_exact_ones_on_the_finest_grid(study):
     assert study.finest_m == 0.5
     assert study.finest.score_error == 0.0
     assert study.finest.wrong is None
-    own, finest = study.own.share["car"], study.finest.share["car"]
-    assert study.own.grid_error["car"] == pytest.approx(abs(own / finest - 1.0))
-    assert study.own.raw_error["car"] == pytest.approx(
+    own, finest = (point.errors["car"].share for point in (study.own, study.finest))
+    assert study.own.errors["car"].grid_error == pytest.approx(abs(own / finest - 1.0))
+    assert study.own.errors["car"].raw_error == pytest.approx(
         abs(study.own.s_ms["car"] / study.finest.s_ms["car"] - 1.0)
     )
 
@@ -268,6 +266,5 @@ def test_a_rig_without_sensors_is_refused():
 def test_voxel_cases_time_and_answer_the_same_cover():
     rig = rig_of(spinning((0.3, 0.2, 5.1)))
     tests = VoxelTests(FIELD, 1)
-    case = VoxelCase(tests, rig, 0.1, "rectangles")
-    case.run()
-    assert np.array_equal(case.answer().seen, tests.bounding_rectangles(rig))
+    answer = voxel_case(tests, rig, 0.1, "rectangles").answered()
+    assert np.array_equal(answer.seen, tests.bounding_rectangles(rig))

@@ -10,7 +10,7 @@ from riglens.core.kernels.rays import plain
 from riglens.core.metric.scores import PAPER_SETTINGS
 from riglens.core.rig.library import default_library
 from riglens.core.rig.model import Rig
-from riglens.core.study.accuracy_cases import EngineCase, PlainCase, WalkCase
+from riglens.core.study.accuracy_cases import engine_case, plain_case, walk_case
 from riglens.core.study.sensor_methods import POSES_DEG, sensors_at
 from tests.core.builders import camera, field_of, grid_of, random_field, rig_of, spinning
 from tests.core.study.small_studies import small_sensor_study
@@ -46,9 +46,8 @@ def test_points_are_taken_within_the_range_and_in_the_grid_only():
 def test_points_are_in_voxels_that_the_rays_traverse_and_finer_steps_find_more(sensor):
     found = []
     for step in (1.0, 0.25, None):
-        case = PlainCase(FIELD, rig_of(sensor), 0.1, np.float64, step_voxels=step)
-        case.run()
-        found.append(case.answer().seen != 0)
+        case = plain_case(FIELD, rig_of(sensor), 0.1, np.float64, step_voxels=step)
+        found.append(case.answered().seen != 0)
     coarse, fine, walked = found
     assert not (coarse & ~walked).any() and not (fine & ~walked).any()
     assert coarse.sum() < fine.sum() < walked.sum()
@@ -58,13 +57,10 @@ def test_points_are_in_voxels_that_the_rays_traverse_and_finer_steps_find_more(s
 @pytest.mark.parametrize("sensor", [spinning((0.3, 0.2, 4.6), (2.0, -3.0, 8.0)), camera((0.3, 0.2, 4.6))])
 def test_the_exact_walk_gives_the_bits_of_the_engine(sensor, threads):
     rig = rig_of(sensor)
-    walk = WalkCase(FIELD, rig.sensors[0], PAPER_SETTINGS, threads)
-    engine = EngineCase(FIELD, rig, PAPER_SETTINGS, 1)
-    for case in (walk, engine):
-        case.prepare()
-        case.run()
-    assert walk.answer().s_ms == engine.answer().s_ms
-    assert np.array_equal(walk.answer().seen, engine.answer().seen)
+    walked = walk_case(FIELD, rig.sensors[0], PAPER_SETTINGS, threads).answered()
+    found = engine_case(FIELD, rig, PAPER_SETTINGS, 1).answered()
+    assert walked.s_ms == found.s_ms
+    assert np.array_equal(walked.seen, found.seen)
 
 
 @pytest.mark.parametrize("voxels", [5, 8, 27])
