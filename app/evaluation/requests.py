@@ -10,6 +10,7 @@ from riglens.app.evaluation.options import HeatMode, SceneOptions, ScoreOptions
 from riglens.core.metric.scores import MetricSettings, Scores
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.shown_text import visible
 
 if TYPE_CHECKING:  # made by the background thread, which loads what computes them
     from riglens.app.evaluation.heatmap import Heatmaps, VoxelMarks
@@ -145,7 +146,7 @@ def failed_text(names: Collection[str]) -> str:
     """Name the sensors that are taken as failed, empty for none."""
     if not names:
         return ""
-    return f"{len(names)} sensor{'s' * (len(names) > 1)} failed: {', '.join(sorted(names))}"
+    return f"{len(names)} sensor{'s' * (len(names) > 1)} failed: {visible(', '.join(sorted(names)))}"
 
 
 def length_text(length_m: float) -> str:

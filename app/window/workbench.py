@@ -112,7 +112,7 @@ class Workbench(QObject):
     def report_while(self, message: str, is_true: Callable[[], bool]) -> None:
         """Show a message about the rig until it is no longer true."""
         self.report_error(message)
-        self._still_true = message, is_true
+        self._still_true = self.errors.message, is_true
 
     def _forget_untrue(self) -> None:
         if self._still_true is not None:

@@ -9,6 +9,7 @@ from PySide6.QtCore import QEvent, QObject, QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QHelpEvent, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QWheelEvent
 from PySide6.QtWidgets import QToolTip, QWidget
 
+from riglens.core.shown_text import visible_lines
 from riglens.widgets.drawing.camera import Pixel
 from riglens.widgets.gizmo.nudge import NudgeKey
 from riglens.widgets.theme import SELECTED_COLOUR
@@ -93,7 +94,7 @@ class CanvasInput(QObject):
 
 def _plain(words: str) -> str:
     """Return a tooltip that shows a text literally: names may look like HTML."""
-    return f"<p style='white-space: pre-wrap'>{escape(words, quote=False)}</p>" if words else ""
+    return f"<p style='white-space: pre-wrap'>{escape(visible_lines(words), quote=False)}</p>" if words else ""
 
 
 _NUDGES: dict[int, NudgeKey] = {

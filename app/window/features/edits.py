@@ -25,6 +25,7 @@ from riglens.core.rig.edits import (
 from riglens.core.rig.model import Sensor
 from riglens.core.rig.yaml.file import dumps, loads
 from riglens.core.rig.yaml.nodes import MAX_BYTES
+from riglens.core.shown_text import visible
 
 
 class Edits(Feature):
@@ -61,7 +62,7 @@ class Edits(Feature):
         for key, label in (("undo", self.document.undo_label), ("redo", self.document.redo_label)):
             action = self.actions[key]
             action.setEnabled(label is not None)
-            action.setText(f"{key.capitalize()} {label}" if label else key.capitalize())
+            action.setText(visible(f"{key.capitalize()} {label}") if label else key.capitalize())
 
 
 REMEDY = "copy sensors first, or paste sensors as rig YAML"
@@ -232,4 +233,6 @@ class Mirror(Feature):
         actions["mirror"].setEnabled(bool(self._alone()))
         actions["link"].setEnabled(self._pair() is not None)
         actions["unlink"].setEnabled(len(self._alone()) < len(self.document.selection))
-        actions["unlink"].setText(f"Unlink from {partner}" if partner else "Unlink from mirror image")
+        actions["unlink"].setText(
+            visible(f"Unlink from {partner}") if partner else "Unlink from mirror image"
+        )

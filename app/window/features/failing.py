@@ -11,6 +11,7 @@ from riglens.app.window.feature import Feature
 from riglens.app.window.features.sensors import follow_marks
 from riglens.app.window.workbench import Workbench
 from riglens.core.rig.groups import groups_of
+from riglens.core.shown_text import visible
 from riglens.widgets.panels.controls.menus import add_entry
 
 
@@ -60,8 +61,8 @@ class Failing(Feature):
             count = f"{len(members)} sensor{'s' * (len(members) > 1)}"
             failed = self.document.failed.issuperset(members)
             fail = partial(self.document.set_failed, members, not failed)
-            action = add_entry(menu, f"{name}  ({count})".replace("&", "&&"), fail)
-            action.setToolTip(", ".join(members))
+            action = add_entry(menu, visible(f"{name}  ({count})").replace("&", "&&"), fail)
+            action.setToolTip(visible(", ".join(members)))
             action.setCheckable(True)
             action.setChecked(failed)
 

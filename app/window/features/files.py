@@ -20,6 +20,7 @@ from riglens.core.formats.report import KINDS, Kind, Report
 from riglens.core.rig.model import Rig
 from riglens.core.rig.presets import PRESETS, preset
 from riglens.core.sensing.kept import RAYS
+from riglens.core.shown_text import visible
 from riglens.core.vehicle.mesh_file import mesh_name, mesh_path
 from riglens.widgets.panels.controls.menus import add_entry
 from riglens.widgets.panels.controls.style import plain_tip
@@ -133,7 +134,7 @@ class Files(Feature):
 
     def _update_title(self) -> None:
         file = self.document.path.name if self.document.path is not None else "not saved yet"
-        self.bench.window.setWindowTitle(f"{self.document.rig.name}[*] ({file}) – RigLens")
+        self.bench.window.setWindowTitle(visible(f"{self.document.rig.name}[*] ({file}) – RigLens"))
         self.bench.window.setWindowModified(self.document.is_modified)
 
 

@@ -17,6 +17,7 @@ from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
 from riglens.core.rig.model import Rig, Sensor
 from riglens.core.sensors.registry import kind_named, kind_of
+from riglens.core.shown_text import visible
 from riglens.core.view.camera_picture import CameraPicture
 from riglens.core.view.top_view import TopView
 from riglens.widgets.maps.lowest_items import Lowest
@@ -229,7 +230,7 @@ class SensorView(Feature):
             self._is_answered = True
         if sensor is None or sensor.name != request.sensor.name or request.scene is not self.session.scene:
             return
-        self.panel.set_title(sensor.name)
+        self.panel.set_title(visible(sensor.name))
         self._shown = request.sensor, picture.note
         self._show_notes()
         if picture.image is None:

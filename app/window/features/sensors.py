@@ -21,6 +21,7 @@ from riglens.core.rig.edits import partner_of
 from riglens.core.rig.library import Entry, default_library, sensor_from_model
 from riglens.core.rig.model import Rig
 from riglens.core.sensors.registry import AnyKind, kind_of, kinds, shown_kinds
+from riglens.core.shown_text import visible
 from riglens.widgets.panels.controls.icons import icon
 from riglens.widgets.panels.controls.menus import add_entry
 from riglens.widgets.panels.sensors.library import LibraryList
@@ -266,7 +267,7 @@ class Placing(Feature):
     def _show(self, active: bool) -> None:
         self.actions["place"].setChecked(active)
         if active:
-            self.bench.status.showMessage(HINT.format(name=self.document.selected))
+            self.bench.status.showMessage(HINT.format(name=visible(self.document.selected or "")))
         else:
             self.bench.status.clearMessage()
 

@@ -13,6 +13,7 @@ from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
+from riglens.core.shown_text import visible
 from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.gizmo.drag import GizmoMode, Space
 from riglens.widgets.panels.controls.menus import add_entry
@@ -131,7 +132,9 @@ class Views(Feature):
         if far:
             away_m = math.hypot(*self.document.rig.sensor(far[0]).position)
             others = f" and {len(far) - 1} more" if len(far) > 1 else ""
-            self.bench.status.showMessage(FAR_AWAY.format(names=far[0] + others, away_m=away_m), TOLD_MS)
+            self.bench.status.showMessage(
+                FAR_AWAY.format(names=visible(far[0]) + others, away_m=away_m), TOLD_MS
+            )
 
     def set_ortho(self) -> None:
         """Draw with parallel rays, or with perspective."""

@@ -5,8 +5,9 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QAction
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QPushButton
+from PySide6.QtWidgets import QApplication, QLabel, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
 import riglens.app.evaluation.scoring
@@ -15,6 +16,7 @@ from riglens.app.evaluation.scenario import Scenario
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import Progress
 from riglens.core.view.top_view import BLIND
+from tests.app.window.desk import FullDesk
 from tests.app.window_bench import CAMERA, LIDAR, RIG, Bench, open_bench, scene_options
 from tests.waiting import TIMEOUT_MS
 from tests.widgets.mouse import hover
@@ -179,3 +181,21 @@ def test_the_same_data_can_be_loaded_again_with_rigs_in_comparison(qtbot: QtBot,
         bench.settle()
         rows = bench.features.compare
         qtbot.waitUntil(lambda: all(row.scores is not None for row in rows.rows), timeout=TIMEOUT_MS)
+
+
+def test_no_text_of_the_window_holds_a_control_character_of_a_name(bench: FullDesk) -> None:
+    bench.load()
+    bench.answer()
+    name = "\fa\x1b[31m\u202e"
+    bench.document.apply(RIG.replace(name="\x07rig").with_sensor(LIDAR.name, LIDAR.replace(name=name)))
+    bench.document.select(name)
+    bench.document.set_failed((name,), True)
+    bench.document.delete(name)
+    bench.document.undo()
+    window = bench.workbench.window
+    actions = window.findChildren(QAction)
+    shown = [found.text() for found in (*window.findChildren(QLabel), *actions)]
+    shown += [found.toolTip() for found in (*window.findChildren(QWidget), *actions)]
+    shown.append(window.windowTitle())
+    assert any("\\x0c" in text for text in shown)
+    assert not [text for text in shown if any(sign in text for sign in "\f\x07\x1b\u202e")]

@@ -76,3 +76,28 @@ def test_a_narrow_list_gives_up_types_locks_and_bars_before_it_cuts_names(qtbot:
     assert hidden == [[False] * 3, [True, False, False], [True, True, False]]
     tree.set_rig(rig, NOTHING, (), frozenset({rig.sensors[0].name}))
     assert not tree.isColumnHidden(LOCK)  # one is locked, which must be seen
+
+
+def test_control_characters_of_a_name_are_written_out(
+    shown: tuple[SensorTree, list[str]], qtbot: QtBot
+) -> None:
+    tree, rig = shown[0], preset("W+T")
+    name = "\f\x1b[31m\u202e"
+    tree.set_rig(rig.with_sensor("LIDAR_1", rig.sensor("LIDAR_1").replace(name=name)), NOTHING, ())
+    item, asked = tree.item_of(name), list[tuple[str, str]]()
+    tree.renamed.connect(lambda *names: asked.append(names))
+    assert item.text(NAME) == "\\x0c\\x1b[31m\\u202e"
+    item.setText(NAME, f"{item.text(NAME)} ")  # as an editor that changed nothing but a blank
+    assert item.text(NAME) == "\\x0c\\x1b[31m\\u202e" and not asked
+    item.setText(NAME, "roof")
+    assert asked == [(name, "roof")]
+
+
+def test_the_heading_of_the_losses_is_whole_in_a_narrow_list(qtbot: QtBot) -> None:
+    tree, rig = SensorTree(), preset("nuScenes car")
+    qtbot.addWidget(tree)
+    tree.show()
+    tree.resize(150, 300)
+    tree.set_rig(rig, NOTHING, ())
+    heading = tree.headerItem().text(LOSS)
+    assert tree.columnWidth(LOSS) > tree.header().fontMetrics().horizontalAdvance(heading)

@@ -13,7 +13,7 @@ from riglens.core.metric.scores import ClassScores, Reading, Scores
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensors.registry import AnyKind, shown_kinds
-from riglens.core.shown_text import spreadsheet_cell
+from riglens.core.shown_text import spreadsheet_cell, visible
 from riglens.core.targets.quantities import RESOLVED, Figures
 from riglens.widgets.panels.figures.table import SORT, Figure, FigureModel, Heading, Index, delimited
 from riglens.widgets.panels.scores.text import (
@@ -61,7 +61,7 @@ class CompareRow:
     @property
     def title(self) -> str:
         """The name as shown; the rig being edited may have the name of the preset that it began as."""
-        return f"{self.name} (open)" if self.origin == "current" else self.name
+        return visible(f"{self.name} (open)" if self.origin == "current" else self.name)
 
     @property
     def sensors(self) -> str:

@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from riglens.core.shown_text import visible_lines
 from riglens.widgets.panels.controls.icons import icon
 from riglens.widgets.panels.controls.style import SPACING, numbers_font
 
@@ -81,7 +82,7 @@ class MessageBar(QFrame):
     def show_message(self, text: str, details: str = "", choices: Choices | None = None) -> None:
         """Show a message in place of the last one; `choices` are buttons, each closes the bar."""
         self.clear()
-        self._label.setText(text)
+        self._label.setText(visible_lines(text))
         self._details.setPlainText(details)
         for widget in (self._toggle, self._copy):
             widget.setVisible(bool(details))

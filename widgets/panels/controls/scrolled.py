@@ -8,13 +8,15 @@ from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QPainter, QPaintEvent
 from PySide6.QtWidgets import QFrame, QLabel, QScrollArea, QWidget
 
+from riglens.core.shown_text import visible_lines
+
 _LONG_WORD = re.compile(r"\S{20,}")
 _BREAK = "\u200b"  # zero width space
 
 
 def breakable(text: str) -> str:
-    """Return a text for a label whose long words, such as paths and names, may wrap."""
-    return _LONG_WORD.sub(lambda word: _BREAK.join(word[0]), text)
+    """Return a text for a label: long words, such as paths and names, may wrap, and control characters are legible."""
+    return _LONG_WORD.sub(lambda word: _BREAK.join(word[0]), visible_lines(text))
 
 
 class ElidedLabel(QLabel):

@@ -9,6 +9,7 @@ from PySide6.QtGui import QColor, QFont, QFontDatabase, QGuiApplication, QPalett
 from PySide6.QtWidgets import QApplication, QWidget
 
 from riglens.assets import asset_path
+from riglens.core.shown_text import visible_lines
 from riglens.widgets.theme import DARK_TONES, LIGHT_TONES, Tones
 
 _ICONS = ("chevron", "chevron-up", "more", "close", "float")
@@ -80,9 +81,10 @@ QTreeView, QTableView, QListView {{ background: {t.field}; border: 0; alternate-
 QTreeView::item {{ padding: 3px 0; }}
 QListView::item {{ padding: 3px 6px; }}
 QTableView::item {{ padding: 0 8px; }}
-QHeaderView {{ background: {t.panel}; }}
+QHeaderView, QTableCornerButton::section {{ background: {t.panel}; border: 0; }}
 QHeaderView::section {{ background: {t.panel}; color: {t.muted}; border: 0;
     border-bottom: 1px solid {t.border}; padding: 3px 10px; font-weight: 500; }}
+QTreeView QHeaderView::section {{ padding: 3px 4px; }}
 QLineEdit, QComboBox, QAbstractSpinBox {{ background: {t.field}; border: 1px solid {t.border};
     border-radius: 4px; padding: 1px 5px; min-height: 18px;
     selection-background-color: {t.selection}; selection-color: white; }}
@@ -219,4 +221,4 @@ def _qt_palette(tones: Tones) -> QPalette:
 
 def plain_tip(text: str) -> str:
     """Return a tooltip that shows this text with its line ends."""
-    return f"<p style='white-space: pre-wrap'>{escape(text, quote=False)}</p>" if text else ""
+    return f"<p style='white-space: pre-wrap'>{escape(visible_lines(text), quote=False)}</p>" if text else ""

@@ -20,6 +20,7 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QLineEdit, QStyle, QStyleOptionFrame, QWidget
 
+from riglens.core.shown_text import visible
 from riglens.widgets.panels.controls.style import numbers_font, plain_tip, tones
 from riglens.widgets.panels.fields.quantity import (
     NO_UNIT,
@@ -400,7 +401,7 @@ class TextEdit(ValueEdit[str]):
     """A name: any text that is not empty."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(_parse_name, str, str, parent=parent)
+        super().__init__(_parse_name, visible, str, parent=parent)
 
 
 def _parse_integer(text: str) -> int:

@@ -9,6 +9,7 @@ from html import escape
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QScrollArea, QToolButton, QVBoxLayout, QWidget
 
+from riglens.core.shown_text import visible
 from riglens.widgets.panels.controls.icons import icon
 from riglens.widgets.panels.controls.style import MARGIN, SPACING, tones
 from riglens.widgets.theme import Tones
@@ -148,4 +149,5 @@ def _sensors_html(lines: Sequence[SensorLine], colours: Tones, ink: str, is_stal
 
 
 def _short(name: str, most: int = 18) -> str:
+    name = visible(name)
     return name if len(name) <= most else name[: most - 1] + "…"

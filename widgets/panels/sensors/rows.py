@@ -18,6 +18,7 @@ from PySide6.QtWidgets import (
 from riglens.core.rig.library import changed_fields, default_library
 from riglens.core.rig.model import Sensor
 from riglens.core.sensors.registry import kind_of
+from riglens.core.shown_text import visible
 from riglens.widgets.panels.controls.icons import icon
 from riglens.widgets.panels.controls.item_views import BAR_COLOUR, BAR_SHARE, BarDelegate
 from riglens.widgets.panels.controls.style import numbers_font, plain_tip, tones
@@ -154,7 +155,7 @@ def pair_note(partner: str) -> str:
 def show_sensor(row: QTreeWidgetItem, sensor: Sensor, state: RowState) -> None:
     """Make a row show a sensor."""
     row.setFlags(_FIXED_FLAGS if state.is_locked else _EDIT_FLAGS)
-    row.setText(NAME, sensor.name)
+    row.setText(NAME, visible(sensor.name))
     row.setData(NAME, SENSOR_NAME, sensor.name)
     row.setCheckState(NAME, Qt.CheckState.Checked if sensor.enabled else Qt.CheckState.Unchecked)
     row.setText(TYPE, short_type(sensor) + (MODIFIED if modified_note(sensor) else ""))

@@ -22,6 +22,7 @@ from PySide6.QtWidgets import QAbstractItemView, QMenu, QTreeWidget, QTreeWidget
 from riglens.core.rig.edits import partner_of
 from riglens.core.rig.model import Rig, Sensor
 from riglens.core.sensors.registry import kinds, shown_kinds
+from riglens.core.shown_text import visible
 from riglens.widgets.panels.controls.icons import icon
 from riglens.widgets.panels.controls.item_views import BAR_SHARE, give_context_menu
 from riglens.widgets.panels.controls.menus import add_entry
@@ -49,7 +50,6 @@ from riglens.widgets.sensors.appearance import colour_of
 Names = tuple[str, ...]
 TICK_PX = 20
 _NAME_MARGIN_PX = 8
-LEAST_LOSS_PX = 56
 LINK_GAP_PX = 4
 NO_SENSORS = "No sensors yet.\nAdd one in the toolbar, or drag a model\nfrom the library onto the car."
 NO_BOXES_TIP = "The data have almost no boxes in this direction: they cannot show what this sensor adds."
@@ -243,7 +243,9 @@ class SensorList(QTreeWidget):
         """Give up the types, then the locks while none is locked, then a part of the losses where names would be cut
         off."""
         wide = self.fontMetrics().horizontalAdvance
-        longest = max((wide(name) + SIGN_PX * (name in self._problems) for name in self._items), default=0)
+        longest = max(
+            (wide(visible(name)) + SIGN_PX * (name in self._problems) for name in self._items), default=0
+        )
         if self._has_links:
             longest += self.iconSize().width() + LINK_GAP_PX
         needed = longest + TICK_PX + 2 * self.indentation() + _NAME_MARGIN_PX + sum(WIDTHS_PX.values())
@@ -252,7 +254,8 @@ class SensorList(QTreeWidget):
             is_hidden = may_go and needed > room
             self.setColumnHidden(column, is_hidden)
             needed -= WIDTHS_PX[column] * is_hidden
-        self.header().resizeSection(LOSS, max(LEAST_LOSS_PX, WIDTHS_PX[LOSS] - max(0, needed - room)))
+        least = self.header().sectionSizeHint(LOSS)  # its heading in full
+        self.header().resizeSection(LOSS, max(least, WIDTHS_PX[LOSS] - max(0, needed - room)))
 
 
 class SensorTree(SensorList):
@@ -327,25 +330,25 @@ class SensorTree(SensorList):
         name = self.name_of(item)
         if name is None or column != NAME:
             return
-        if item.text(NAME) != name:
+        if item.text(NAME) != visible(name):
             self._rename(item, name)
             return
         self.enabled_toggled.emit(self._meant(name), item.checkState(NAME) == Qt.CheckState.Checked)
 
     def _rename(self, item: QTreeWidgetItem, name: str) -> None:
-        wanted = item.text(NAME).strip()
+        wanted, shown = item.text(NAME).strip(), visible(name)
         reason = ""
         if not wanted:
             reason = "The name must not be empty."
-        elif wanted != name and wanted in self._items:
+        elif wanted not in (name, shown) and wanted in self._items:
             reason = f"Name: '{wanted}' is used by another sensor; names must be unique."
-        if reason or wanted == name:
+        if reason or wanted in (name, shown):
             self.blockSignals(True)
-            item.setText(NAME, name)
+            item.setText(NAME, shown)
             self.blockSignals(False)
         if reason:
             self.refused.emit(reason)
-        elif wanted != name:
+        elif wanted not in (name, shown):
             self.renamed.emit(name, wanted)
 
     def _on_clicked(self, item: QTreeWidgetItem, column: int) -> None:
