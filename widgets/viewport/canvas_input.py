@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from html import escape
 
 from PySide6.QtCore import QEvent, QObject, QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QHelpEvent, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QWheelEvent
 from PySide6.QtWidgets import QToolTip, QWidget
 
-from riglens.core.shown_text import visible_lines
 from riglens.widgets.drawing.camera import Pixel
 from riglens.widgets.gizmo.nudge import NudgeKey
+from riglens.widgets.panels.controls.style import plain_tip
 from riglens.widgets.theme import SELECTED_COLOUR
 from riglens.widgets.viewport.controller import Button, ViewController
 from riglens.widgets.viewport.drawn_scene import DrawnScene
@@ -49,7 +48,7 @@ class CanvasInput(QObject):
         if isinstance(event, QMouseEvent):
             return self._on_mouse(event)
         if isinstance(event, QWheelEvent):
-            self._controller.wheel(self._pixel(event.position()), event.angleDelta().y() / 120.0)
+            self._controller.wheel(self.pixel(event.position()), event.angleDelta().y() / 120.0)
             return True
         if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.ShortcutOverride:
             event.setAccepted(is_own_key(event, self._controller))
@@ -58,8 +57,8 @@ class CanvasInput(QObject):
             event.setAccepted(handle_key(self._controller, event))
             return True
         if isinstance(event, QHelpEvent) and event.type() == QEvent.Type.ToolTip:
-            words = self._controller.words(self._pixel(QPointF(event.pos())))
-            QToolTip.showText(event.globalPos(), _plain(words), self._canvas)
+            words = self._controller.words(self.pixel(QPointF(event.pos())))
+            QToolTip.showText(event.globalPos(), plain_tip(words), self._canvas)
             return True
         if event.type() == QEvent.Type.Leave:
             self._controller.leave()
@@ -68,7 +67,7 @@ class CanvasInput(QObject):
         return super().eventFilter(watched, event)
 
     def _on_mouse(self, event: QMouseEvent) -> bool:
-        pixel = self._pixel(event.position())
+        pixel = self.pixel(event.position())
         button = _BUTTONS.get(event.button(), "none")
         if event.type() == QEvent.Type.MouseMove:
             self._controller.move(pixel, bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier))
@@ -87,14 +86,10 @@ class CanvasInput(QObject):
         event.accept()
         return True
 
-    def _pixel(self, position: QPointF) -> Pixel:
+    def pixel(self, position: QPointF) -> Pixel:
+        """Return the pixel of the screen at a place of the canvas."""
         ratio = self._canvas.devicePixelRatioF()
         return position.x() * ratio, position.y() * ratio
-
-
-def _plain(words: str) -> str:
-    """Return a tooltip that shows a text literally: names may look like HTML."""
-    return f"<p style='white-space: pre-wrap'>{escape(visible_lines(words), quote=False)}</p>" if words else ""
 
 
 _NUDGES: dict[int, NudgeKey] = {
@@ -217,7 +212,6 @@ class CellPicker(QObject):
         if event.type() == QEvent.Type.MouseButtonRelease and is_left:
             moved, self._pressed = event.position() - self._pressed, None
             if max(abs(moved.x()), abs(moved.y())) <= _CLICK_PX:
-                ratio = self._canvas.devicePixelRatioF()
-                place = event.position()
-                self.picked.emit(self._scene.under_mouse.cell((place.x() * ratio, place.y() * ratio)))
+                place = event.position() * self._canvas.devicePixelRatioF()
+                self.picked.emit(self._scene.under_mouse.cell((place.x(), place.y())))
         return True

@@ -1,4 +1,4 @@
-"""Handle mouse and keys in the 3D view, without Qt: pixels in, camera moves, picks, drags and poses out.
+"""Handle mouse and keys in the 3D view: pixels in, camera moves, picks, drags and poses out.
 
 Left on a handle drags all that is selected, left elsewhere orbits, a left click selects, one sensor more with Ctrl or
 Shift. Shift+left draws a box around sensors to select. Middle pans, right zooms, a right click asks for a menu. The
@@ -9,70 +9,22 @@ the car, and a click leaves it there.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Literal, Protocol
+from typing import Literal
 
-from riglens.core.geometry import Pose, Vec3
+from riglens.core.geometry import Pose
 from riglens.core.rig.groups import Poses, carried
 from riglens.widgets.drawing.camera import Pixel
 from riglens.widgets.gizmo.drag import Drag, begin_drag
 from riglens.widgets.gizmo.echo import amount_of, drag_echo, typed_echo
 from riglens.widgets.gizmo.nudge import NudgeKey, nudge_turned, nudged
 from riglens.widgets.viewport.drawn_scene import DrawnScene
-from riglens.widgets.viewport.measured import Place
+from riglens.widgets.viewport.view import View
 
 Button = Literal["left", "middle", "right", "none"]
 Gesture = Literal["orbit", "pan", "zoom", "box", "brush", "none"]
 """Action of a drag that grasped no handle."""
-
-
-class Listener(Protocol):
-    """Listener for the controller's events."""
-
-    def on_picked(self, name: str | None) -> None:
-        """A click chose a sensor, or nothing."""
-
-    def on_place(self, place: Place | None) -> None:
-        """A click chose a place to measure from or to, or nothing that can be measured."""
-
-    def on_brushed(self, point_m: Vec3, begins: bool) -> None:
-        """The brush touches the car's skin here; a stroke begins, or continues."""
-
-    def on_brush_ended(self, kept: bool) -> None:
-        """The brush was lifted, or the stroke was given up."""
-
-    def on_toggled(self, name: str) -> None:
-        """A click with Ctrl or Shift chose one sensor more, or one less."""
-
-    def on_boxing(self, corners: tuple[Pixel, Pixel] | None) -> None:
-        """A box is being drawn between two pixels, or no longer."""
-
-    def on_boxed(self, names: tuple[str, ...], removing: bool) -> None:
-        """A box was drawn around these sensors; with `removing` they are to be left out of the selection."""
-
-    def on_menu_wanted(self, name: str | None, pixel: Pixel) -> None:
-        """A click requests a menu: for a sensor, or off all sensors."""
-
-    def on_drag_started(self, names: tuple[str, ...]) -> None:
-        """A handle of these sensors was grasped, or one sensor is being placed."""
-
-    def on_drag_moved(self, poses: Poses) -> None:
-        """Sensors were dragged here; the scene shows it already."""
-
-    def on_drag_finished(self) -> None:
-        """The handle was let go."""
-
-    def on_drag_cancelled(self) -> None:
-        """The drag was given up; the scene shows the start poses again."""
-
-    def on_nudged(self, poses: Poses) -> None:
-        """A key moved sensors here."""
-
-    def on_placing(self, active: bool) -> None:
-        """A sensor follows the mouse over the car, or no longer."""
-
-    def on_changed(self) -> None:
-        """The scene needs to be drawn again."""
 
 
 _CLICK_PX = 4.0
@@ -104,11 +56,22 @@ class _Held:
 
 
 class ViewController:
-    """Turns mouse and keys into changes of a scene and notifies the listener; pixels count from the upper left."""
+    """Turns mouse and keys into changes of a scene and signals of the view; pixels count from the upper left.
 
-    def __init__(self, scene: DrawnScene, listener: Listener) -> None:
-        self._scene = scene
-        self._listener = listener
+    `changed` draws the scene again, `boxing` shows the box drawn between two pixels, or none, `ask_menu` opens a menu
+    for the sensor at a pixel.
+    """
+
+    def __init__(
+        self,
+        scene: DrawnScene,
+        view: View,
+        changed: Callable[[], None],
+        boxing: Callable[[tuple[Pixel, Pixel] | None], None],
+        ask_menu: Callable[[str | None, Pixel], None],
+    ) -> None:
+        self._scene, self._view = scene, view
+        self._changed, self._boxing, self._ask_menu = changed, boxing, ask_menu
         self._held: _Held | None = None
         self._snap = False
         self._inverted = False
@@ -183,7 +146,7 @@ class ViewController:
         elif self._gesture == "brush":
             self._brush(pixel)
         elif self._is_drag(pixel) and self._gesture == "box":
-            self._listener.on_boxing((self._pressed, pixel))
+            self._boxing((self._pressed, pixel))
         elif self._moved:
             self._move_camera(dx, dy)
 
@@ -205,42 +168,42 @@ class ViewController:
         if self._held is not None and (self._held.drag is not None or (is_click and button == "left")):
             self._let_go(pixel)
         elif gesture == "brush":
-            self._listener.on_brush_ended(True)
+            self._view.brush_ended.emit(True)
         elif is_click and button == "left":
             self._click(pixel, adding)
         elif is_click and gesture == "zoom" and self._held is None:
-            self._listener.on_menu_wanted(self._scene.under_mouse.sensor(pixel), pixel)
+            self._ask_menu(self._scene.under_mouse.sensor(pixel), pixel)
         elif gesture == "box":
-            self._listener.on_boxing(None)
-            self._listener.on_boxed(self._scene.under_mouse.inside(self._pressed, pixel), removing)
-        self._listener.on_changed()
+            self._boxing(None)
+            self._view.sensors_boxed.emit(self._scene.under_mouse.inside(self._pressed, pixel), removing)
+        self._changed()
 
     def _click(self, pixel: Pixel, adding: bool) -> None:
         """Select the sensor under the mouse; a click on nothing while `adding` is ignored."""
         if self._is_measuring:
-            self._listener.on_place(self._scene.place_at(pixel))
+            self._view.place_picked.emit(self._scene.place_at(pixel))
             return
         if self._is_painting:
             return
         name = self._scene.under_mouse.sensor(pixel)
         if not adding:
-            self._listener.on_picked(name)
+            self._view.sensor_picked.emit(name)
         elif name is not None:
-            self._listener.on_toggled(name)
+            self._view.sensor_toggled.emit(name)
 
     def double_click(self, pixel: Pixel) -> None:
         """Look at the sensor under the mouse from close by."""
         name = self._scene.under_mouse.sensor(pixel)
         if name is not None and self._held is None and not (self._is_measuring or self._is_painting):
             self._scene.frame((name,))
-            self._listener.on_changed()
+            self._changed()
 
     def wheel(self, pixel: Pixel, steps: float) -> None:
         """Zoom towards the cursor; one step is one notch, positive is closer."""
         camera = self._scene.state.camera
         self._scene.set_camera(camera.zoomed(_ZOOM_PER_STEP**steps, pixel, self._scene.size))
         self._scene.set_quick(True)
-        self._listener.on_changed()
+        self._changed()
 
     def words(self, pixel: Pixel) -> str:
         """Return the tooltip at a pixel, nothing during a drag."""
@@ -249,17 +212,17 @@ class ViewController:
     def leave(self) -> None:
         """The mouse left the view."""
         if not self.busy and (self._scene.set_hovered(None) | self._scene.aim_at(None)):
-            self._listener.on_changed()
+            self._changed()
 
     def cancel(self) -> bool:
         """Give up a drag, a placing, a stroke or a box and restore what was before it. False when there was none."""
         if self._gesture == "box":
             self._button = self._gesture = "none"
-            self._listener.on_boxing(None)
+            self._boxing(None)
             return True
         if self._gesture == "brush":
             self._button = self._gesture = "none"
-            self._listener.on_brush_ended(False)
+            self._view.brush_ended.emit(False)
             return True
         held = self._held
         if held is None:
@@ -267,8 +230,8 @@ class ViewController:
         self._button = self._gesture = "none"
         self._release_held()
         self._scene.preview({name: pose for name, pose in held.poses.items() if self._has(name)})
-        self._listener.on_drag_cancelled()
-        self._listener.on_changed()
+        self._view.drag_cancelled.emit()
+        self._changed()
         return True
 
     def type_key(self, key: str) -> bool:
@@ -282,7 +245,7 @@ class ViewController:
         if key == _DONE:
             self._button = self._gesture = "none"
             self._let_go(self._last)
-            self._listener.on_changed()
+            self._changed()
             return True
         typed = held.typed[:-1] if key == _BACK else (held.typed + key)[:_LONGEST_TYPED]
         self._held = replace(held, typed=typed)
@@ -297,8 +260,8 @@ class ViewController:
             return False
         self._held = _Held({sensor.name: sensor.pose}, sensor.pose)
         self._scene.set_hovered(None)
-        self._listener.on_drag_started((sensor.name,))
-        self._listener.on_placing(True)
+        self._view.drag_started.emit((sensor.name,))
+        self._view.placing_changed.emit(True)
         self._drag_to(self._last)
         return True
 
@@ -313,7 +276,7 @@ class ViewController:
             if turn
             else nudged(frame, key, state.gizmo_space, state.camera, coarse)
         )
-        self._listener.on_nudged(carried(poses, frame, pose))
+        self._view.nudged.emit(carried(poses, frame, pose))
         return True
 
     def _grasp(self, pixel: Pixel) -> None:
@@ -330,8 +293,8 @@ class ViewController:
         scene.set_hovered(handle)
         scene.set_quick(True)
         scene.set_echo(drag_echo(place.pose, place.pose, len(poses)), pixel)
-        self._listener.on_drag_started(tuple(poses))
-        self._listener.on_changed()
+        self._view.drag_started.emit(tuple(poses))
+        self._changed()
 
     def _drag_to(self, pixel: Pixel) -> None:
         held, scene = self._held, self._scene
@@ -352,8 +315,8 @@ class ViewController:
         scene.set_echo(echo, pixel)
         scene.preview(poses)
         scene.set_quick(True)
-        self._listener.on_drag_moved(poses)
-        self._listener.on_changed()
+        self._view.drag_moved.emit(poses)
+        self._changed()
 
     def _let_go(self, pixel: Pixel) -> None:
         """Drop the held sensor where it is; a click off the car places nothing."""
@@ -364,13 +327,13 @@ class ViewController:
                 return
             self._drag_to(pixel)
         self._release_held()
-        self._listener.on_drag_finished()
+        self._view.drag_finished.emit()
 
     def _release_held(self) -> None:
         was_placing, self._held = self.is_placing, None
         self._scene.set_echo("")
         if was_placing:
-            self._listener.on_placing(False)
+            self._view.placing_changed.emit(False)
 
     def _has(self, name: str) -> bool:
         return any(sensor.name == name for sensor in self._scene.state.rig.sensors)
@@ -383,19 +346,19 @@ class ViewController:
             self._scene.set_quick(True)
             is_changed = True
         if is_changed:
-            self._listener.on_changed()
+            self._changed()
 
     def _begin_stroke(self, pixel: Pixel) -> None:
         """Put the brush on the car; off the car the drag orbits the view."""
         point_m = self._scene.skin_at(pixel)
         if point_m is not None:
             self._gesture = "brush"
-            self._listener.on_brushed(point_m, True)
+            self._view.brushed.emit(point_m, True)
 
     def _brush(self, pixel: Pixel) -> None:
         point_m = self._scene.skin_at(pixel)
         if point_m is not None:
-            self._listener.on_brushed(point_m, False)
+            self._view.brushed.emit(point_m, False)
 
     def _is_drag(self, pixel: Pixel) -> bool:
         """Return whether the mouse has left the place of a click."""
@@ -415,4 +378,4 @@ class ViewController:
             return
         self._scene.set_camera(camera)
         self._scene.set_quick(True)
-        self._listener.on_changed()
+        self._changed()

@@ -203,11 +203,6 @@ class DrawnScene:
         return self._words.legend_texts
 
     @property
-    def mast_texts(self) -> list[str]:
-        """Return the labels of sensors without support."""
-        return self._masts.label_texts
-
-    @property
     def key_texts(self) -> tuple[str, ...]:
         """Return the texts of the key of the rays."""
         return self._words.key_texts
@@ -271,11 +266,6 @@ class DrawnScene:
         """Smooth the edges of later frames, with a filter that costs a third of a frame at rest."""
         self._smooth = smooth
 
-    @property
-    def is_smooth(self) -> bool:
-        """Return whether edges are smoothed."""
-        return self._smooth
-
     def set_echo(self, text: str, pixel: Pixel = (0.0, 0.0)) -> None:
         """Show a few numbers next to a pixel, or hide them."""
         self._words.set_echo(text, pixel)
@@ -324,11 +314,6 @@ class DrawnScene:
         """Stretch the measuring line to the place under a pixel, or release it; return whether that changed
         anything."""
         return self._measure.aim(None if pixel is None else self.place_at(pixel))
-
-    @property
-    def measured_texts(self) -> list[str]:
-        """Return the labels of the measuring line."""
-        return self._measure.texts
 
     def pose_on_body(self, pixel: Pixel, sensor: Sensor, snap: bool = False) -> Pose | None:
         """Return the pose of a sensor on the car under a pixel, on round places with `snap`; None off the car."""

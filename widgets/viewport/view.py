@@ -62,23 +62,19 @@ class View(QWidget):
     @abstractmethod
     def state(self) -> SceneState:
         """Return the state that is shown."""
-        raise NotImplementedError
 
     @abstractmethod
     def show_state(self, state: SceneState) -> None:
         """Show a state; only differences from the current one are updated, and drawn soon."""
-        raise NotImplementedError
 
     @property
     @abstractmethod
     def picture_size(self) -> tuple[int, int]:
         """Width and height of the view in logical pixels."""
-        raise NotImplementedError
 
     @abstractmethod
     def chosen_camera(self) -> OrbitCamera | None:
         """The camera that somebody chose; None while the first view is fitted to the size of the widget."""
-        raise NotImplementedError
 
     @abstractmethod
     def set_view(self, name: str, wide: bool = False) -> None:
@@ -86,54 +82,43 @@ class View(QWidget):
 
         Raises InputError for another name.
         """
-        raise NotImplementedError
 
     @abstractmethod
     def frame_sensors(self, names: tuple[str, ...]) -> None:
         """Look at these sensors from close by; without names, at the car with all the sensors shown."""
-        raise NotImplementedError
 
     @abstractmethod
     def look_at(self, x_m: float, y_m: float) -> None:
         """Look over the car at a point of the ground plan; the distance stays."""
-        raise NotImplementedError
 
     @abstractmethod
     def set_picking(self, is_on: bool) -> None:
         """Make every left click pick a cell of the heatmap; otherwise only clicks with Alt do."""
-        raise NotImplementedError
 
     @abstractmethod
     def set_measuring(self, is_on: bool) -> None:
         """Make clicks choose places to measure between; drags still turn the view."""
-        raise NotImplementedError
 
     @abstractmethod
     def set_painting(self, is_on: bool) -> None:
         """Set whether the left button paints on the car; off the car drags still orbit the view."""
-        raise NotImplementedError
 
     @abstractmethod
     def set_snap(self, snap: bool) -> None:
         """Make drags end on round numbers: 0.05 m and 5 degrees."""
-        raise NotImplementedError
 
     @abstractmethod
     def set_placing(self, upright: bool, below_rails: bool) -> None:
         """Set how sensors are mounted on the car: level, and on the roof below narrow parts."""
-        raise NotImplementedError
 
     @abstractmethod
     def begin_placing(self) -> bool:
         """Make the selected sensor follow the mouse over the car until a click; False when none is selected."""
-        raise NotImplementedError
 
     @abstractmethod
     def cancel_drag(self) -> bool:
         """Give up the drag or the placing in progress; False when there is none."""
-        raise NotImplementedError
 
     @abstractmethod
     def close_viewport(self) -> None:
         """Stop all timers and release the graphics; the view draws no more."""
-        raise NotImplementedError

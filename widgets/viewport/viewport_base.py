@@ -5,26 +5,30 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from PySide6.QtCore import QEvent, QPointF, Qt
+from PySide6.QtCore import QEvent, QMimeData, QPointF, Qt
+from PySide6.QtGui import QDragEnterEvent, QDragLeaveEvent, QDragMoveEvent, QDropEvent
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
-from riglens.core.geometry import Vec3
-from riglens.core.rig.groups import Poses
+from riglens.core.errors import InputError
+from riglens.core.geometry import Pose
+from riglens.core.rig.library import sensor_from_model
+from riglens.core.rig.model import Sensor
 from riglens.widgets.drawing.camera import OrbitCamera, Pixel
+from riglens.widgets.panels.sensors.library import MODEL_MIME
 from riglens.widgets.timers import Timers, single_shot
 from riglens.widgets.viewport.canvas_input import BoxFrame, CanvasInput, CellPicker
 from riglens.widgets.viewport.controller import ViewController
 from riglens.widgets.viewport.drawn_scene import DrawnScene
-from riglens.widgets.viewport.drop_target import DropTarget
-from riglens.widgets.viewport.measured import Place
 from riglens.widgets.viewport.redraw import Parts, Redraw
 from riglens.widgets.viewport.scene_state import SceneState
+from riglens.widgets.viewport.view import View
 
+_MAX_NAME_BYTES = 200
 OVER_TRAFFIC_DEG = 35.0
 """Over a car 1.5 m high, the ground is seen from 2.1 m behind it on."""
 
 
-class ViewportBase(DropTarget):
+class ViewportBase(View):
     """3D view as the window sees it; a subclass supplies the canvas and draws on it.
 
     A drag moves sensor, fan and gizmo at once and emits `drag_moved`; the document answers with a state that says
@@ -34,6 +38,8 @@ class ViewportBase(DropTarget):
     def __init__(self, parent: QWidget | None = None, timers: Timers = single_shot) -> None:
         super().__init__(parent)
         self._closed = False
+        self._dropped: Sensor | None = None
+        self.setAcceptDrops(True)
         self._redraw = Redraw(self, self._draw_now, self._draw_rested, self._in_parts, timers)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
@@ -41,12 +47,15 @@ class ViewportBase(DropTarget):
     def _start(self, canvas: QWidget, scene: DrawnScene) -> None:
         """Put the canvas into the widget and listen to its mouse."""
         self._canvas, self._scene = canvas, scene
-        self._controller = ViewController(scene, self)
+        self._box = BoxFrame(canvas)
+        self._controller = ViewController(
+            scene, self, self.request_render, self._box.show_between, self._ask_menu
+        )
         self._home = scene.state.camera
         self._input = CanvasInput(canvas, self._controller)
         self._input.used.connect(self._redraw.postpone_rest)
         self._input.resized.connect(self._on_resized)
-        self._box = BoxFrame(canvas)
+        self.placing_changed.connect(self._show_cross)
         self._picker = CellPicker(canvas, scene, lambda: self._controller.dragging is not None)
         self._picker.picked.connect(self.cell_picked)
         self._picker.escaped.connect(self.escaped)
@@ -83,14 +92,14 @@ class ViewportBase(DropTarget):
 
     def set_measuring(self, is_on: bool) -> None:
         """Make clicks choose places to measure between; drags still turn the view."""
-        self._canvas.setCursor(Qt.CursorShape.CrossCursor if is_on else Qt.CursorShape.ArrowCursor)
+        self._show_cross(is_on)
         self._controller.set_measuring(is_on)
         if is_on:
             self._canvas.setFocus(Qt.FocusReason.OtherFocusReason)  # Escape ends it
 
     def set_painting(self, is_on: bool) -> None:
         """Set whether the left button paints on the car; off the car drags still orbit the view."""
-        self._canvas.setCursor(Qt.CursorShape.CrossCursor if is_on else Qt.CursorShape.ArrowCursor)
+        self._show_cross(is_on)
         self._controller.set_painting(is_on)
         if is_on:
             self._canvas.setFocus(Qt.FocusReason.OtherFocusReason)  # Escape ends it
@@ -164,69 +173,48 @@ class ViewportBase(DropTarget):
         self._picker.stop()
         self._release()
 
-    # ---- what the controller reports (`controller.Listener`)
-
-    def on_picked(self, name: str | None) -> None:
-        """A click chose a sensor, or nothing."""
-        self.sensor_picked.emit(name)
-
-    def on_place(self, place: Place | None) -> None:
-        """A click chose a place to measure from or to."""
-        self.place_picked.emit(place)
-
-    def on_brushed(self, point_m: Vec3, begins: bool) -> None:
-        """The brush touches the car."""
-        self.brushed.emit(point_m, begins)
-
-    def on_brush_ended(self, kept: bool) -> None:
-        """The brush was lifted, or the stroke given up."""
-        self.brush_ended.emit(kept)
-
-    def on_toggled(self, name: str) -> None:
-        """A click with Ctrl or Shift chose one more sensor."""
-        self.sensor_toggled.emit(name)
-
-    def on_boxing(self, corners: tuple[Pixel, Pixel] | None) -> None:
-        """A box is being drawn between two pixels, or no longer."""
-        self._box.show_between(corners)
-
-    def on_boxed(self, names: tuple[str, ...], removing: bool) -> None:
-        """A box was drawn around sensors."""
-        self.sensors_boxed.emit(names, removing)
-
-    def on_menu_wanted(self, name: str | None, pixel: Pixel) -> None:
-        """Emit a request for a menu."""
+    def _ask_menu(self, name: str | None, pixel: Pixel) -> None:
         ratio = self._canvas.devicePixelRatioF()
         place = QPointF(pixel[0] / ratio, pixel[1] / ratio).toPoint()
         self.menu_wanted.emit(name, self._canvas.mapToGlobal(place))
 
-    def on_drag_started(self, names: tuple[str, ...]) -> None:
-        """A handle was grasped."""
-        self.drag_started.emit(names)
+    def _show_cross(self, is_on: bool) -> None:
+        """Show a cross for what the next click chooses."""
+        self._canvas.setCursor(Qt.CursorShape.CrossCursor if is_on else Qt.CursorShape.ArrowCursor)
 
-    def on_drag_moved(self, poses: Poses) -> None:
-        """Sensors were dragged."""
-        self.drag_moved.emit(poses)
+    # ---- models of the library dragged onto the car; everything else is left to the window
 
-    def on_drag_finished(self) -> None:
-        """The handle was let go."""
-        self.drag_finished.emit()
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
+        """A model of the library may be dropped here; files are left to the window."""
+        self._dropped = dragged_sensor(event.mimeData())
+        event.setAccepted(self._dropped is not None)
 
-    def on_drag_cancelled(self) -> None:
-        """The drag was given up."""
-        self.drag_cancelled.emit()
+    def dragMoveEvent(self, event: QDragMoveEvent) -> None:
+        """Show where the sensor would be placed."""
+        pose = self._pose_of_drop(event.position())
+        self._show_drop(pose)
+        event.setAccepted(pose is not None)
 
-    def on_nudged(self, poses: Poses) -> None:
-        """A key moved sensors."""
-        self.nudged.emit(poses)
+    def dragLeaveEvent(self, event: QDragLeaveEvent) -> None:
+        """The drag went elsewhere."""
+        self._show_drop(None)
 
-    def on_placing(self, active: bool) -> None:
-        """A sensor follows the mouse, or no longer does."""
-        self._canvas.setCursor(Qt.CursorShape.CrossCursor if active else Qt.CursorShape.ArrowCursor)
-        self.placing_changed.emit(active)
+    def dropEvent(self, event: QDropEvent) -> None:
+        """Emit the dropped model and its place."""
+        pose, sensor = self._pose_of_drop(event.position()), self._dropped
+        self._show_drop(None)
+        if pose is not None and sensor is not None:
+            event.acceptProposedAction()
+            self.model_dropped.emit(sensor.name, pose)
 
-    def on_changed(self) -> None:
-        """The mouse changed the scene."""
+    def _pose_of_drop(self, position: QPointF) -> Pose | None:
+        if self._dropped is None:
+            return None
+        return self._scene.pose_on_body(self._input.pixel(position), self._dropped, self.snaps)
+
+    def _show_drop(self, pose: Pose | None) -> None:
+        sensor = self._dropped
+        self._scene.set_ghost(None if pose is None or sensor is None else sensor.with_pose(pose))
         self.request_render()
 
     # ---- what a subclass supplies
@@ -294,3 +282,14 @@ class ViewportBase(DropTarget):
         if self._scene.state.camera is self._home:
             self._scene.set_view("iso")
             self._home = self._scene.state.camera
+
+
+def dragged_sensor(data: QMimeData) -> Sensor | None:
+    """The sensor of the library that is being dragged, at the origin; None for anything else."""
+    if not data.hasFormat(MODEL_MIME):
+        return None
+    name = bytes(data.data(MODEL_MIME).data())[:_MAX_NAME_BYTES].decode("utf-8", "replace")
+    try:
+        return sensor_from_model(name, name, Pose())
+    except InputError:
+        return None

@@ -45,7 +45,7 @@ def test_every_lidar_of_the_papers_rig_has_a_mast_down_to_the_roof() -> None:
 def test_labels_say_heights_and_none_is_over_another() -> None:
     state = floating()
     scene = drawn(state)
-    assert "0.86 m" in scene.mast_texts
+    assert "0.86 m" in scene._masts.label_texts
     places = {sensor.name: sensor.position for sensor in state.rig.sensors}
     shown = [(mast, np.array([places[mast.name], mast.foot_m]), False) for mast in state.masts]
     rooms = [room for _, room in _placed(shown, SIDE, (640, 400), 12.0, lambda _: False)]
@@ -54,7 +54,8 @@ def test_labels_say_heights_and_none_is_over_another() -> None:
 
 def test_the_selected_sensor_says_it_in_full() -> None:
     assert (
-        "0.75 m above the body: needs a bracket" in drawn(replace(floating(), selected="LIDAR_2")).mast_texts
+        "0.75 m above the body: needs a bracket"
+        in drawn(replace(floating(), selected="LIDAR_2"))._masts.label_texts
     )
 
 
@@ -62,19 +63,19 @@ def test_the_car_hides_the_label_of_a_sensor_behind_it_unless_it_is_selected() -
     beyond = Lidar(name="a", position=(0.0, -1.3, 0.8), elevations_deg=(0.0,))
     mast = Mast("a", (0.0, -1.0, 0.8), "0.30 m", "in full")
     state = SceneState(rig=Rig(sensors=(beyond,)), masts=(mast,), camera=SIDE)
-    assert drawn(state).mast_texts == []
-    assert drawn(replace(state, selected="a")).mast_texts != []
-    assert drawn(replace(state, camera=replace(SIDE, azimuth_deg=-90.0))).mast_texts == ["0.30 m"]
+    assert drawn(state)._masts.label_texts == []
+    assert drawn(replace(state, selected="a"))._masts.label_texts != []
+    assert drawn(replace(state, camera=replace(SIDE, azimuth_deg=-90.0)))._masts.label_texts == ["0.30 m"]
     over = beyond.replace(position=(0.0, 0.0, 2.2))
     above = replace(state, rig=Rig(sensors=(over,)), masts=(replace(mast, foot_m=(0.0, 0.0, 1.45)),))
-    assert drawn(above).mast_texts == ["0.30 m"]
+    assert drawn(above)._masts.label_texts == ["0.30 m"]
 
 
 def test_hidden_sensors_and_names_that_are_gone_have_no_mast() -> None:
     state = floating()
     everybody = frozenset(sensor.name for sensor in state.rig.sensors)
-    assert drawn(replace(state, hidden=everybody)).mast_texts == []
-    assert drawn(replace(state, rig=Rig())).mast_texts == []
+    assert drawn(replace(state, hidden=everybody))._masts.label_texts == []
+    assert drawn(replace(state, rig=Rig()))._masts.label_texts == []
 
 
 @pytest.mark.parametrize("is_buried", [False, True])

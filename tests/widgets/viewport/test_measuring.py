@@ -57,27 +57,27 @@ def test_the_line_is_drawn_over_everything_with_its_numbers_inside_the_view(view
     change(view, measured=Measured(Place((0.0, 0.0, 0.3), BODY), Place((2.0, 1.0, 0.0), GROUND)))
     settle(view)
     assert np.abs(picture(view).astype(int) - before).max() > 40
-    assert view._scene.measured_texts[0] == "2.256 m"
+    assert view._scene._measure.texts[0] == "2.256 m"
     change(view, measured=None)
     settle(view)
-    assert view._scene.measured_texts == [] and np.array_equal(picture(view), before)
+    assert view._scene._measure.texts == [] and np.array_equal(picture(view), before)
 
 
 def test_a_rubber_band_follows_the_mouse_until_the_second_click(view) -> None:
     view.set_measuring(True)
     change(view, measured=Measured(Place(LIDAR.position, "roof", "roof")))
-    texts = view._scene.measured_texts
+    texts = view._scene._measure.texts
     assert texts[1] == "click the second point"
     ground_m = np.array([4.0, -3.0, 0.0])
     hover(view._canvas, to_point(view, pixel_at(view, ground_m)))
     length_m = float(np.linalg.norm(ground_m - LIDAR.position))
-    found = view._scene.measured_texts
+    found = view._scene._measure.texts
     assert float(found[0].removesuffix(" m")) == pytest.approx(length_m, abs=0.03) and "to ground" in found[2]
     assert view.state.measured == Measured(Place(LIDAR.position, "roof", "roof"))  # nothing was clicked
     view._controller.leave()
-    assert view._scene.measured_texts == texts
+    assert view._scene._measure.texts == texts
     second = Place((1.0, 0.0, 0.0), GROUND)
     change(view, measured=Measured(Place(LIDAR.position, "roof", "roof"), second))
-    texts = view._scene.measured_texts
+    texts = view._scene._measure.texts
     hover(view._canvas, to_point(view, pixel_at(view, ground_m)))
-    assert view._scene.measured_texts == texts
+    assert view._scene._measure.texts == texts

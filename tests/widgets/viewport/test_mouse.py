@@ -10,11 +10,13 @@ from PySide6.QtGui import QDragEnterEvent, QDragMoveEvent, QDropEvent, QHelpEven
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QToolTip
 
+from riglens.core.geometry import Pose
 from riglens.core.rig.edits import linked
+from riglens.core.rig.library import sensor_from_model
 from riglens.core.rig.model import Rig
 from riglens.core.vehicle.profiles import reference_vehicle
 from riglens.widgets.gizmo.drag import Handle, along_axis_m, gizmo_axes
-from riglens.widgets.viewport.drop_target import MODEL_MIME
+from riglens.widgets.panels.sensors.library import MODEL_MIME
 from tests.widgets.mouse import hover
 from tests.widgets.viewport.views import (
     CAMERA,
@@ -30,6 +32,11 @@ from tests.widgets.viewport.views import (
     settle,
     to_point,
 )
+
+
+def place_at(view: AnyView, pixel, model: str) -> Pose | None:
+    """Where a sensor of a library model is put by a drop on a pixel; None off the car."""
+    return view._scene.pose_on_body(pixel, sensor_from_model(model, model, Pose()), view.snaps)
 
 
 @pytest.mark.parametrize("space", ["world", "local"])
@@ -506,9 +513,9 @@ def test_placing_can_ignore_the_rails_on_the_roof_and_so_does_a_drop(view):
     view.set_view("top")
     settle(view)
     rail = tuple(pixel_at(view, (-1.0, 0.5875, 1.78)))
-    on_rail = view.place_at(rail, "generic-16")
+    on_rail = place_at(view, rail, "generic-16")
     view.set_placing(upright=False, below_rails=True)
-    on_roof = view.place_at(rail, "generic-16")
+    on_roof = place_at(view, rail, "generic-16")
     assert abs(on_rail.rpy_deg[0]) > 30.0  # the rail is round
     assert abs(on_roof.rpy_deg[0]) < 20.0 and abs(on_roof.position_m[1] - 0.5875) < 0.06
     assert on_roof.position_m[2] < 1.80
@@ -551,7 +558,7 @@ def drop(view: AnyView, data: QMimeData, point: QPoint) -> list[bool]:
 def test_a_model_dropped_on_the_car_is_reported_with_the_pose_that_place_at_gives(view):
     heard = listen(view)
     point = to_point(view, pixel_at(view, ROOF))
-    expected = view.place_at((float(point.x()), float(point.y())), "generic-16")
+    expected = place_at(view, (float(point.x()), float(point.y())), "generic-16")
     assert drop(view, model_drag("generic-16"), point) == [True, True, True]
     assert heard.signals == [("model_dropped", "generic-16", expected)]
     assert expected.position_m[2] > 1.45
@@ -566,7 +573,7 @@ def test_a_model_dropped_beside_the_car_a_file_and_an_unknown_model_are_left_alo
     urls.setText("file:///tmp/rig.yaml")
     assert not any(drop(view, urls, roof))
     assert heard.signals == []
-    assert view.place_at((float(beside.x()), float(beside.y())), "generic-16") is None
+    assert place_at(view, (float(beside.x()), float(beside.y())), "generic-16") is None
 
 
 def turn_wheel(view: AnyView, pixel: np.ndarray, notches: int) -> None:

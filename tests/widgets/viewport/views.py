@@ -171,7 +171,7 @@ class Frames:
     def note(self) -> None:
         scene = self.view._scene
         coarse = "coarse" if scene._stage.haze_size != scene.size else "full"
-        self.looks.append(coarse + (" smooth" if scene.is_smooth else ""))
+        self.looks.append(coarse + (" smooth" if scene._smooth else ""))
 
 
 def frames_of(view: AnyView) -> Frames:
