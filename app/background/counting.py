@@ -117,13 +117,12 @@ def make_counter(
 
 @dataclass
 class _Data:
-    """Objects of one data set, with an engine for the rig, one for the baseline and one for other rigs."""
+    """Objects of one data set, with an engine for the rig and one for the baseline."""
 
     options: SceneOptions
     traffic: Traffic
     engine: TargetEngine
     baseline: TargetEngine
-    others: TargetEngine
 
 
 class Counting:
@@ -140,7 +139,7 @@ class Counting:
             raise InputError(NO_BOXES)
         data = self._data_of(request.scene.options, context)
         if isinstance(request, OtherCount):
-            engine = data.engine if request.is_variant else data.others
+            engine = data.engine if request.is_variant else data.engine.beside()
             settings = with_known_body(request.settings, request.rig)
             scores = engine.evaluate(request.rig, settings, cancel=context.is_stale)
             return figures_of(scores)
@@ -173,8 +172,8 @@ class Counting:
 
             self._data = None
             traffic = load_traffic(options, WITHIN_M, context.stop_if_closing)
-            engine, baseline, others = (TargetEngine(traffic, is_serial=True) for _ in range(3))
-            self._data = _Data(options, traffic, engine, baseline, others)
+            engine = TargetEngine(traffic, is_serial=True)
+            self._data = _Data(options, traffic, engine, engine.beside())
         return self._data
 
 

@@ -65,11 +65,6 @@ class Contribution:
         )
 
 
-NOTHING = Contribution(
-    0, np.zeros((kernel.COLUMNS, 0), np.int32), np.zeros(0, np.int64), np.zeros(0, np.int64)
-)
-
-
 def phases_rad(sensor: Sensor, settings: TargetSettings, frame: Ids) -> NDArray[np.float64]:
     """Return the shift of a sensor's azimuths in frames (n,) of the data, radians; 0 for cameras."""
     if settings.phase == "0" or not kind_of(sensor).spins:

@@ -7,8 +7,10 @@ bits of an evaluation from scratch. Call it from one thread only.
 
 from __future__ import annotations
 
+import copy
 import time
 from dataclasses import replace
+from weakref import WeakValueDictionary
 
 import numpy as np
 
@@ -19,7 +21,7 @@ from riglens.core.rig.model import Camera, Lidar, Rig, Sensor, rays_of
 from riglens.core.scene.boxes import CLASSES, DataReport
 from riglens.core.sensing.body_ends import Obstacle, obstacle_of
 from riglens.core.sensors.registry import kind_of
-from riglens.core.targets.contribution import NOTHING, Contribution, IsStale, TargetCaster
+from riglens.core.targets.contribution import Contribution, IsStale, TargetCaster
 from riglens.core.targets.joining import Gatherer
 from riglens.core.targets.scores import Groups, TargetScores, scores_of
 from riglens.core.targets.settings import USUAL, TargetSettings
@@ -47,10 +49,18 @@ class TargetEngine:
         self._workers = 1 if is_serial else jit.use_threads(threads)
         self._is_serial = is_serial
         self._caster = TargetCaster(traffic, self._workers, is_serial)
+        self._found = WeakValueDictionary[_Shape, Contribution]()
         self._held: dict[_Shape, Contribution] = {}
         self._shown: set[_Shape] = set()
         self._groups: Groups | None = None
         self._gatherer = Gatherer(self._workers)
+
+    def beside(self) -> TargetEngine:
+        """Return an engine for other rigs, called from the same thread; each uses what the other holds of a sensor."""
+        other = copy.copy(self)
+        other._held, other._shown, other._groups = {}, set(), None
+        other._gatherer = Gatherer(self._workers)
+        return other
 
     @property
     def traffic(self) -> Traffic:
@@ -108,14 +118,17 @@ class TargetEngine:
 
     def _extend(self, shape: _Shape, frames: int, is_stale: IsStale) -> bool:
         """Cast a sensor in the frames that it lacks of the first `frames`; False when abandoned."""
-        held = self._held.get(shape, NOTHING)
-        if held.frames < frames or shape not in self._held:
+        held = self._found.get(shape)
+        if held is None or held.frames < frames:
             sensor, settings, stop = shape
             barrier = None if stop is None else stop.barrier
-            more = self._caster.cast(sensor, settings, barrier, (held.frames, frames), is_stale)
+            first = 0 if held is None else held.frames
+            more = self._caster.cast(sensor, settings, barrier, (first, frames), is_stale)
             if more is None:
                 return False
-            self._held[shape] = held.joined(more) if held.frames else more
+            held = held.joined(more) if held is not None and first else more
+            self._found[shape] = held
+        self._held[shape] = held
         return True
 
 

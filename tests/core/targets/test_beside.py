@@ -1,0 +1,45 @@
+"""Engines beside each other share what they have counted of a sensor, and nothing else."""
+
+import numpy as np
+import pytest
+
+from riglens.core.targets.contribution import TargetCaster
+from riglens.core.targets.engine import TargetEngine
+from tests.core.targets.cases import random_rig, random_traffic
+from tests.core.targets.test_target_engine import same
+
+
+@pytest.fixture
+def casts(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Frames that sensors were cast into, a number for each time."""
+    made, cast = list[int](), TargetCaster.cast
+
+    def noted(self, sensor, settings, barrier, frames, is_stale):
+        made.append(frames[1] - frames[0])
+        return cast(self, sensor, settings, barrier, frames, is_stale)
+
+    monkeypatch.setattr(TargetCaster, "cast", noted)
+    return made
+
+
+def test_a_sensor_of_both_rigs_is_cast_once_into_each_frame(casts):
+    rng = np.random.default_rng(3)
+    world, rig = random_traffic(rng, 20), random_rig(rng, 4)
+    moved = rig.sensors[0].replace(position=(1.5, 0.5, 1.8), enabled=True)
+    other, sensors = rig.with_sensor(moved.name, moved), sum(sensor.enabled for sensor in rig.sensors)
+    engine = TargetEngine(world, threads=1)
+    beside = engine.beside()
+    few, of_other, whole = engine.evaluate(rig, frames=5), beside.evaluate(other), engine.evaluate(rig)
+    assert sorted(casts) == sorted([5] * sensors + [20] + [15] * sensors)
+    for found, one, frames in ((few, rig, 5), (of_other, other, None), (whole, rig, None)):
+        assert same(found, TargetEngine(world, threads=1).evaluate(one, frames=frames))
+
+
+def test_what_no_engine_holds_is_forgotten(casts):
+    rng = np.random.default_rng(4)
+    world, rig = random_traffic(rng, 5), random_rig(rng, 2)
+    engine = TargetEngine(world, threads=1)
+    engine.beside().evaluate(rig)
+    casts.clear()
+    engine.evaluate(rig)
+    assert casts
