@@ -10,6 +10,8 @@ from collections.abc import Callable
 
 from PySide6.QtCore import QObject, QTimer
 
+ARENAS, M_ARENA_MAX = 2, -8
+"""Pools of memory for all threads, else eight for each processor that fill one after another; `mallopt` of glibc."""
 WAIT_MS = 5000
 """From the first answer after the last time; during a drag once more."""
 
@@ -33,6 +35,12 @@ class FreedMemory(QObject):
             self._timer.start()
         else:
             threading.Thread(target=trim, name="memory", daemon=True).start()
+
+
+def share_memory() -> None:
+    """Have threads share few pools of memory, where the C library makes many; for those that are yet to start."""
+    if sys.platform == "linux" and hasattr(library := ctypes.CDLL(None), "mallopt"):
+        library.mallopt(M_ARENA_MAX, ARENAS)
 
 
 def trim() -> None:

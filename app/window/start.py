@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QApplication
 
 from riglens.app.background.compiling import OtherKernels
 from riglens.app.background.counting import make_counter
-from riglens.app.background.memory import FreedMemory
+from riglens.app.background.memory import FreedMemory, share_memory
 from riglens.app.background.recompute import Recompute
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.launch.interrupt import Grace, quit_on_interrupt
@@ -38,6 +38,7 @@ def open_window(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
     InputError when the rig cannot be read. Boxes are loaded in the background: the window is there at once,
     and says what is wrong with them.
     """
+    share_memory()
     opened = open_rig(rig)
     RAYS.limit_bytes = KEPT_RAYS_BYTES
     app = QApplication.instance() or QApplication(["riglens"])
