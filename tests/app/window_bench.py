@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import Qt, QTimer
+from PySide6.QtCore import QByteArray, QSize, Qt, QTimer
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QComboBox, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
@@ -18,7 +18,7 @@ from riglens.app.background.recompute import Recompute
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.requests import FRAME_MS, LoadedScene
 from riglens.app.session.document import Document
-from riglens.app.session.session import Session
+from riglens.app.session.session import HeatChoice, Session
 from riglens.app.window.build import Features
 from riglens.app.window.dialogs import Dialogs, Unsaved
 from riglens.app.window.main_window import MainWindow
@@ -28,6 +28,7 @@ from riglens.core.engine.engine import Engine
 from riglens.core.geometry import Pose
 from riglens.core.metric.scores import MetricSettings, Scores
 from riglens.core.rig.model import Camera, Lidar, LinearAngles, Rig
+from riglens.core.targets.settings import TargetSettings
 from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.panels.help.shortcut_sheet import Group
 from riglens.widgets.viewport.scene_state import SceneState
@@ -146,6 +147,12 @@ class FakeViewport(View):
     def close_viewport(self) -> None:
         self.told.append(("closed",))
 
+    def forget(self) -> None:
+        """Keep the last state alone, and nothing of what it was told."""
+        self.dragged = None
+        del self.states[:-1]
+        self.told.clear()
+
     # what a person does
     def press(self, name: str) -> None:
         self.dragged = name
@@ -232,6 +239,37 @@ class Hands:
     viewport: Any
     dialogs: FakeDialogs
     qtbot: QtBot
+    layout: tuple[QSize, QByteArray] | None = field(default=None, init=False)
+    """The size of the window and where its docks are at first."""
+
+    def start_over(self, features: Features, rig: Rig = RIG) -> None:
+        """Open a rig and put back what a test may have chosen, so that the next one can go on in the same window."""
+        window, session = self.workbench.window, self.session
+        if (popup := QApplication.activePopupWidget()) is not None:
+            popup.close()
+        self.viewport.cancel_drag()
+        session.pin(None)
+        session.pick(None)
+        session.set_body(None)
+        session.set_settings(MetricSettings())
+        session.set_targets(TargetSettings())
+        session.set_heat(HeatChoice())
+        self.document.show(rig)
+        vars(self.dialogs).update(vars(FakeDialogs()))
+        self.workbench.kept._memory.clear()
+        for feature in features:
+            feature.restore(self.workbench.kept)
+        features.views.look(SceneState().camera)
+        features.help.card.hide()
+        self.workbench.errors.clear()
+        self.workbench.notes.clear()
+        self.workbench.status.clearMessage()
+        size, state = self.layout = self.layout or (window.size(), window.saveState())
+        window.resize(size)
+        if window.saveState() != state:
+            window.restoreState(state)
+        QApplication.processEvents()
+        self.viewport.forget()
 
     @property
     def session(self) -> Session:
@@ -285,6 +323,8 @@ class Bench(Hands):
 
     window: MainWindow
     scenes: list[LoadedScene]
+    options: SceneOptions
+    """What is loaded at first."""
     clock: HandClock
     """What the background thread's rests are measured by: they take no time unless a test says so."""
 
@@ -362,7 +402,7 @@ def open_bench(
     window.show()
     window.activateWindow()  # shortcuts belong to the active window
     qtbot.waitUntil(window.isActiveWindow, timeout=TIMEOUT_MS)
-    bench = Bench(window.bench, view, dialogs, qtbot, window, scenes, clock)
+    bench = Bench(window.bench, view, dialogs, qtbot, window, scenes, options, clock)
     try:
         if wait and data:
             bench.settle()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -17,6 +18,13 @@ from tests.app.window_bench import RIG, Bench, open_bench
 
 def modify(bench: FullDesk) -> None:
     bench.drag("roof", (1 / 3, 0.1 + 0.2, 2.0))
+
+
+@pytest.fixture
+def whole(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
+    """A window that may be closed."""
+    with open_bench(qtbot, tmp_path) as opened:
+        yield opened
 
 
 def test_a_dragged_rig_is_saved_and_opened_again_bit_for_bit(bench: FullDesk, tmp_path: Path) -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import pytest
 from PySide6.QtCore import QPoint
 from PySide6.QtWidgets import QApplication, QMenu
@@ -20,10 +18,10 @@ THREE = RIG.replace(sensors=(LIDAR, CAMERA, BACK))
 
 
 @pytest.fixture
-def bench(qtbot: QtBot) -> Iterator[FullDesk]:
-    with full_desk(qtbot, THREE) as opened:
-        opened.document.choose_all()
-        yield opened
+def bench(file_desk: FullDesk) -> FullDesk:
+    file_desk.start_over(file_desk.features, THREE)
+    file_desk.document.choose_all()
+    return file_desk
 
 
 def heights(bench: FullDesk) -> list[float]:

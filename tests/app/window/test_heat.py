@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -28,9 +27,8 @@ from tests.waiting import TIMEOUT_MS, wait_for
 
 
 @pytest.fixture
-def bench(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
-    with open_bench(qtbot, tmp_path) as opened:
-        yield opened
+def bench(whole: Bench) -> Bench:
+    return whole
 
 
 def pick(bench: Bench, row: int = 0) -> Pick:

@@ -170,6 +170,7 @@ def test_a_message_and_the_state_never_stand_on_each_other(unscored: Bench) -> N
     wait_for(lambda: not status.state.isVisible() and not status.time.isVisible())
     status.clearMessage()
     assert status.state.isVisible() and status.time.isVisible()
+    task.hide()
 
 
 def test_the_pick_tool_is_in_the_toolbar_at_every_width(unscored: Bench) -> None:

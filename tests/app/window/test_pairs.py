@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QPushButton
-from pytestqt.qtbot import QtBot
 
 from riglens.core.rig.edits import mirrored_pose, partner_of
 from riglens.widgets.panels.sensors.rows import NAME
-from tests.app.window.desk import FullDesk, full_desk
+from tests.app.window.desk import FullDesk
 from tests.app.window_bench import CAMERA, LIDAR, RIG
 
 LEFT = CAMERA.replace(name="CAM_FL", position=(1.0, 0.6, 1.4), rpy_deg=(0.0, 0.0, 40.0))
@@ -21,9 +18,9 @@ START = RIG.replace(sensors=(LIDAR, CAMERA, LEFT, SIDE))
 
 
 @pytest.fixture
-def bench(qtbot: QtBot) -> Iterator[FullDesk]:
-    with full_desk(qtbot, START) as opened:
-        yield opened
+def bench(file_desk: FullDesk) -> FullDesk:
+    file_desk.start_over(file_desk.features, START)
+    return file_desk
 
 
 def has_mark(bench: FullDesk, name: str) -> bool:

@@ -1,6 +1,5 @@
 """Several sensors at once, locks, the library, the baseline and what each sensor is worth, as a person uses them."""
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -28,9 +27,8 @@ CTRL = Qt.KeyboardModifier.ControlModifier
 
 
 @pytest.fixture
-def bench(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
-    with open_bench(qtbot, tmp_path, data=False) as opened:
-        yield opened
+def bench(unscored: Bench) -> Bench:
+    return unscored
 
 
 def click(bench: Bench, name: str, column: int = NAME, modifiers: Qt.KeyboardModifier | None = None) -> None:

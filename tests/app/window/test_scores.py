@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import NoReturn
 
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QComboBox, QLineEdit, QPushButton
-from pytestqt.qtbot import QtBot
 
 from riglens.app.background.recompute import CANCELLED
 from riglens.app.evaluation.options import SceneOptions
@@ -19,14 +18,13 @@ from riglens.core.geometry import Pose
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.scene.boxes import CLASSES
 from riglens.widgets.panels.scores.text import columns
-from tests.app.window_bench import RIG, Bench, choose_item, open_bench, scene_options, type_into
+from tests.app.window_bench import RIG, Bench, choose_item, scene_options, type_into
 from tests.waiting import TIMEOUT_MS
 
 
 @pytest.fixture
-def bench(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
-    with open_bench(qtbot, tmp_path) as opened:
-        yield opened
+def bench(whole: Bench) -> Bench:
+    return whole
 
 
 def exact_numbers(bench: Bench) -> list[list[float]]:

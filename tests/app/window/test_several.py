@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QCheckBox, QComboBox, QLabel, QLineEdit, QToolButton
-from pytestqt.qtbot import QtBot
 
 from riglens.core.rig.edits import linked
 from riglens.widgets.panels.fields.quantity import METRES, MILLIMETRES, Change, parse_change
-from tests.app.window.desk import FullDesk, full_desk
+from tests.app.window.desk import FullDesk
 from tests.app.window_bench import CAMERA, LIDAR, RIG, type_into
 
 OTHER = LIDAR.replace(name="low", position=(0.5, -0.2, 1.0), elevations_deg=(-10.0, 0.0), range_m=(0.5, 80.0))
@@ -21,10 +18,10 @@ FOUR = RIG.replace(sensors=(LIDAR, OTHER, CAMERA, BACK))
 
 
 @pytest.fixture
-def bench(qtbot: QtBot) -> Iterator[FullDesk]:
-    with full_desk(qtbot, FOUR) as opened:
-        opened.document.choose(("front", "back", "low", "roof"))
-        yield opened
+def bench(file_desk: FullDesk) -> FullDesk:
+    file_desk.start_over(file_desk.features, FOUR)
+    file_desk.document.choose(("front", "back", "low", "roof"))
+    return file_desk
 
 
 def field(bench: FullDesk, name: str) -> QLineEdit:

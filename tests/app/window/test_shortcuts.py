@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
 from html import escape
 from pathlib import Path
 
@@ -22,9 +21,8 @@ from tests.waiting import wait_for
 
 
 @pytest.fixture
-def bench(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
-    with open_bench(qtbot, tmp_path, data=False) as opened:
-        yield opened
+def bench(unscored: Bench) -> Bench:
+    return unscored
 
 
 def test_no_two_actions_answer_to_the_same_key(bench: Bench) -> None:
@@ -118,26 +116,27 @@ OWN_KEYS: set[tuple[str, str]] = {("scores", "copy")}
 """What a panel does itself while it has the focus."""
 
 
-@pytest.mark.parametrize("place", ["viewport", "tree", "scores"])
-def test_every_key_reaches_its_action_and_no_other(bench: Bench, place: str) -> None:
+def test_every_key_reaches_its_action_and_no_other(qtbot: QtBot, tmp_path: Path) -> None:
     """Whatever has the focus: no list takes a letter for a search, no table takes a chord for itself."""
-    actions, reached = bench.workbench.actions, []
-    keys = [(spec.key, keys) for spec in actions.specs for keys in actions[spec.key].shortcuts()]
-    for key, _ in keys:
-        actions[key].triggered.disconnect()
-        actions[key].setEnabled(True)
-        actions[key].triggered.connect(lambda _, key=key: reached.append(key))
-    target = {
-        "viewport": bench.viewport,
-        "tree": bench.panels.tree,
-        "scores": bench.panels.scores.findChild(QTableView),
-    }[place]
-    target.setFocus()
-    for key, chord in keys:
-        QTest.keySequence(QApplication.focusWidget() or bench.window, chord)
-        if (place, key) in OWN_KEYS:
-            assert reached == [], key
-        else:
-            assert reached == [key], chord.toString()
-        reached.clear()
-    assert len(keys) > 50
+    with open_bench(qtbot, tmp_path, data=False) as bench:
+        actions, reached = bench.workbench.actions, []
+        keys = [(spec.key, keys) for spec in actions.specs for keys in actions[spec.key].shortcuts()]
+        for key, _ in keys:
+            actions[key].triggered.disconnect()
+            actions[key].setEnabled(True)
+            actions[key].triggered.connect(lambda _, key=key: reached.append(key))
+        targets = {
+            "viewport": bench.viewport,
+            "tree": bench.panels.tree,
+            "scores": bench.panels.scores.findChild(QTableView),
+        }
+        for place, target in targets.items():
+            target.setFocus()
+            for key, chord in keys:
+                QTest.keySequence(QApplication.focusWidget() or bench.window, chord)
+                if (place, key) in OWN_KEYS:
+                    assert reached == [], (place, key)
+                else:
+                    assert reached == [key], (place, chord.toString())
+                reached.clear()
+        assert len(keys) > 50

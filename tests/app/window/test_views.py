@@ -123,41 +123,41 @@ def test_frame_all_has_nothing_to_say_when_all_are_near(bench: FullDesk) -> None
 
 
 def click_means(
-    bench: FullDesk, monkeypatch: pytest.MonkeyPatch, mode: str, **fields: Any
+    desk: FullDesk, monkeypatch: pytest.MonkeyPatch, mode: str, **fields: Any
 ) -> list[int] | None:
     """Words of the voxels that a click on the first cell may mean, None for any; `fields` are those of the answer."""
     asked: list[Any] = []
     monkeypatch.setattr("riglens.core.metric.voxel.voxel_in_cell", lambda *given: asked.append(given[-1]))
-    bench.load()
-    bench.features.heat.set_mode(mode)
-    result = bench.result()
-    bench.workbench.answers.take(replace(result, **fields))
+    desk.load()
+    desk.features.heat.set_mode(mode)
+    result = desk.result()
+    desk.workbench.answers.take(replace(result, **fields))
     centre = np.array([0.25, 0.25, 0.75])
     down = ViewRay(centre + np.array([0.0, 0.0, 9.0]), np.array([0.0, 0.0, -1.0]))
-    bench.viewport.cell_picked.emit(PickedCell(0, centre, 0.5, down))
+    desk.viewport.cell_picked.emit(PickedCell(0, centre, 0.5, down))
     (words,) = asked
     return None if words is None else [int(word) for word in words]
 
 
 @pytest.mark.parametrize(("mode", "meant"), [("unseen", [~1, ~2]), ("seen", [1, 2]), ("entropy", None)])
 def test_a_click_means_a_voxel_of_the_kind_that_is_drawn(
-    bench: FullDesk, monkeypatch: pytest.MonkeyPatch, mode: str, meant: list[int] | None
+    desk: FullDesk, monkeypatch: pytest.MonkeyPatch, mode: str, meant: list[int] | None
 ) -> None:
     wanted = meant if meant is None else [word % 2**64 for word in meant]
     marks = VoxelMarks(NO_WORDS if meant is None else np.array([1, 2], np.uint64), NO_WORDS, NO_WORDS)
-    assert click_means(bench, monkeypatch, mode, marks=marks) == wanted
+    assert click_means(desk, monkeypatch, mode, marks=marks) == wanted
 
 
 def test_a_click_on_redundancy_means_a_voxel_that_so_many_sensors_see(
-    bench: FullDesk, monkeypatch: pytest.MonkeyPatch
+    desk: FullDesk, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     marks = VoxelMarks(np.array([2, 0], np.uint64), NO_WORDS, NO_WORDS)
-    assert click_means(bench, monkeypatch, "twice", marks=marks) == [2, 0]
+    assert click_means(desk, monkeypatch, "twice", marks=marks) == [2, 0]
 
 
 @pytest.mark.parametrize(("net", "meant"), [(3.0, [1, 0]), (-3.0, [0, 4])])
 def test_a_click_on_a_change_means_a_voxel_that_is_gained_or_lost_as_its_cell_is(
-    bench: FullDesk, monkeypatch: pytest.MonkeyPatch, net: float, meant: list[int]
+    desk: FullDesk, monkeypatch: pytest.MonkeyPatch, net: float, meant: list[int]
 ) -> None:
     cells = HeatmapData(
         np.array([[0.25, 0.25, 0.75]], np.float32), 0.5, np.array([net], np.float32), "Gained and lost", "nat",
@@ -165,7 +165,7 @@ def test_a_click_on_a_change_means_a_voxel_that_is_gained_or_lost_as_its_cell_is
     )  # fmt: skip
     before = np.array([0, 6], np.uint64)  # voxel 65 was seen before, too, and 66 no longer is
     marks = VoxelMarks(np.array([1, 2], np.uint64), NO_WORDS, before)
-    found = click_means(bench, monkeypatch, "change", heatmap=cells, marks=marks)
+    found = click_means(desk, monkeypatch, "change", heatmap=cells, marks=marks)
     assert found == meant
 
 
