@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Group, Parameter
-from pydantic import ValidationError
 from rich import box
 from rich.table import Table
 from rich.text import Text
@@ -22,21 +21,21 @@ from riglens.app.commands.options import (
     SourceArguments,
     Surroundings,
     ThreadArguments,
+    arguments,
     number,
 )
 from riglens.app.commands.output import deliver, require_outputs
 from riglens.app.commands.targets import with_surroundings
 from riglens.app.evaluation.options import SceneOptions
+from riglens.app.evaluation.search_options import HIGHEST_M, SearchOptions, numbers_of
 from riglens.app.terminal.console import progress_bar, results
 from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic
 from riglens.core.errors import InputError
-from riglens.core.optimise.mounts import Additions, Move, moves_of
+from riglens.core.optimise.mounts import Move, moves_of
 from riglens.core.optimise.objectives import OF_VOXELS
-from riglens.core.optimise.results import OptimiseResult, Problem, check_folder
+from riglens.core.optimise.results import OptimiseResult, check_folder
 from riglens.core.optimise.run import finished
-from riglens.core.optimise.weights import Weights
 from riglens.core.review.mounts import SIDES, Beyond, MountLimits
-from riglens.core.rig.yaml.problems import problems
 from riglens.core.shown_text import visible
 from riglens.core.targets.traffic import WITHIN_M, Traffic
 
@@ -44,41 +43,35 @@ ADDED = Group("Added sensors", sort_key=14)
 MOVED = Group("Moved sensors", sort_key=15)
 GOAL = Group("Objective", sort_key=16)
 FRAMES = Group("Frames and checks", sort_key=17)
-METAVARS = {"cost": "MODEL=COST", "weight": "WHAT=W", "floor": "CLASS=VALUE", "move": "NAME or NAME=M"}
-HIGHEST_M = 100.0
-OPTIONS = {"height_m": "lowest", "spacing_m": "spacing", "beyond_m": "beyond"}
-"""Options of the rules of mounts."""
+if TYPE_CHECKING:
+    SearchArguments = SearchOptions
+else:
+    SearchArguments = arguments(
+        SearchOptions,
+        {
+            **dict.fromkeys(("add", "count", "singles", "cost", "budget"), ADDED),
+            **dict.fromkeys(("spots_m", "lowest_m", "spacing_m", "beyond_m"), ADDED),
+            **dict.fromkeys(("objective", "weight", "floor", "at_least", "blind_m"), GOAL),
+            "frames": FRAMES,
+        },
+    )
 
 
 def optimise(
     rig: RigName,
     /,
     *,
-    add: Annotated[tuple[str, ...], Parameter(group=ADDED, metavar="MODEL", show_default=False)] = (),
-    count: Annotated[int, number(ADDED, "K")] = 1,
-    singles: Annotated[bool, Parameter(group=ADDED)] = False,
-    cost: Annotated[tuple[str, ...], Parameter(group=ADDED, metavar="MODEL=COST", show_default=False)] = (),
-    budget: Annotated[float | None, Parameter(group=ADDED, metavar="COST")] = None,
-    spots: Annotated[float, Parameter(group=ADDED, metavar="M")] = 0.2,
-    lowest: Annotated[float, Parameter(group=ADDED, metavar="M")] = 0.4,
-    spacing: Annotated[float, Parameter(group=ADDED, metavar="M")] = 0.25,
-    beyond: Annotated[float | None, Parameter(group=ADDED, metavar="M")] = None,
+    search: SearchArguments = SearchOptions(),
     inside: Annotated[str | None, Parameter(name="--box", group=ADDED, metavar="X0,X1,Y0,Y1,Z0,Z1")] = None,
     requirements: Annotated[Path | None, Parameter(metavar="FILE")] = None,
     move: Annotated[tuple[str, ...], Parameter(group=MOVED, metavar="NAME[=M]", show_default=False)] = (),
     exchange: Annotated[
         tuple[str, ...], Parameter(group=MOVED, metavar="NAME=MODEL", show_default=False)
     ] = (),
-    objective: Annotated[str, Parameter(group=GOAL, metavar="NAME")] = "on_target",
     s_ms: Annotated[bool, Parameter(group=GOAL)] = False,
-    weight: Annotated[tuple[str, ...], Parameter(group=GOAL, metavar="WHAT=W", show_default=False)] = (),
-    floor: Annotated[tuple[str, ...], Parameter(group=GOAL, metavar="CLASS=VALUE", show_default=False)] = (),
-    at_least: Annotated[float | None, Parameter(group=GOAL, metavar="VALUE")] = None,
     within_m: Annotated[float, Parameter(name="--within", group=GOAL, metavar="M")] = WITHIN_M,
-    blind: Annotated[float | None, Parameter(group=GOAL, metavar="M")] = None,
     surroundings: Surroundings = None,
     against: Annotated[str | None, Parameter(group=FRAMES, metavar="RIG")] = None,
-    frames: Annotated[int, number(FRAMES)] = 100,
     held_out: Annotated[int, number(FRAMES)] = 1000,
     check_boxes: Annotated[
         tuple[Path, ...], Parameter(group=FRAMES, metavar="FILE", show_default=False)
@@ -100,24 +93,6 @@ def optimise(
     ----------
     rig
         Rig file or preset name.
-    add
-        Library model to add; may be repeated to choose among models.
-    count
-        Number of mirror pairs to add, at most.
-    singles
-        Add single sensors instead of mirror pairs.
-    cost
-        Cost of one sensor of a model (1).
-    budget
-        Limit of the cost of all added sensors.
-    spots
-        Distance between neighbouring mounts on the skin.
-    lowest
-        Least height of a sensor over the ground.
-    spacing
-        Least distance between two sensors.
-    beyond
-        Largest overhang of housings over the car's outline at front, rear and sides.
     inside
         Mount sensors in the air in this box, in metres, instead of on the skin.
     requirements
@@ -127,27 +102,13 @@ def optimise(
         Let a sensor of the rig, with its mirror partner, go anywhere on the skin, or up to M metres; may be repeated.
     exchange
         Let a sensor of the rig be exchanged for a model, in its place unless it may move; may be repeated.
-    objective
-        Figure to maximise: on_target (hit coverage), predicted (detection by the calibration that ships), worst_failure
-        (hit coverage with any one LiDAR failed), seen (entropy of voxels seen by LiDARs), blind (ground where a low
-        object is seen), cameras (objects of 25 px or more).
     s_ms
         Maximise S-MS instead: the entropy of voxels that rays pass, not of objects that they hit. Rigs that are best by
         it gain much there and little on objects.
-    weight
-        Weight of a class (pedestrian=2) or of a ring in metres (0-20=3); may be repeated (1).
-    floor
-        Least value of the objective for a class, before anything else (pedestrian=0.5); may be repeated.
-    at_least
-        Value of the objective to reach: propose the cheapest set that does, the best at that cost.
     within_m
         Objects count up to this distance from the car.
-    blind
-        Also trade it against the area where an object of this height is in no sensor's view.
     against
         Rig that gains are compared with, instead of mounts chosen by hand.
-    frames
-        Number of frames to choose by.
     held_out
         Number of other frames to check the gain in.
     check_boxes
@@ -159,27 +120,30 @@ def optimise(
     json
         Also write the result as JSON to a file; with - to standard output, instead of the table.
     """
-    limit, rules = float("inf") if budget is None else budget, _rules(lowest, spacing, beyond)
-    moves, weights, floors = _moves(move, exchange), _weights(weight), numbers_of("floor", floor)
+    rules, moves = search.rules(), _moves(move, exchange)
     score = score.solid()
     (opened,) = load_rigs([rig], score, libraries, housings)
     asked = None if requirements is None else CheckInputs.of(requirements, (), [opened])
     if asked is not None:
         rules = rules if asked.required.mounts is None else _stricter(rules, asked.required.mounts)
-    additions = Additions(
-        add, count, not singles, numbers_of("cost", cost), limit, rules, spots, box_m=_box(inside)
-    )
+    additions = search.additions(rules, _box(inside))
     reference = None if against is None else load_rigs([against], score, libraries, housings)[0]
     require_outputs((rig, *scene.files, *check_boxes), json)
     if out is not None:
         check_folder(out)
     scene = with_surroundings(scene, surroundings)
-    objective = "s_ms" if s_ms else objective
-    voxels = load_scene(scene)[1] if objective in OF_VOXELS else None
-    problem = Problem(
-        opened, load_traffic(scene, within_m), additions, objective, frames, held_out, seed, reference, blind, moves,
-        weights, floors, voxels, checks=_other_traffic(scene, check_boxes, within_m), at_least=at_least,
-    )  # fmt: skip
+    search = search.replace(objective="s_ms") if s_ms else search
+    problem = search.problem(
+        opened,
+        load_traffic(scene, within_m),
+        additions,
+        held_out=held_out,
+        seed=seed,
+        reference=reference,
+        moves=moves,
+        voxels=load_scene(scene)[1] if search.objective in OF_VOXELS else None,
+        checks=_other_traffic(scene, check_boxes, within_m),
+    )
     if asked is not None:
         subject = scene_for(scene, [opened], score, asked.required)
         problem = replace(problem, unmet=lambda one: unmet_by(one, score, subject, asked))
@@ -188,17 +152,6 @@ def optimise(
     if out is not None:
         found.save(out)
     deliver(found.to_dict(), json, lambda: print_proposals(found))
-
-
-def _rules(lowest_m: float, spacing_m: float, beyond_m: float | None) -> MountLimits:
-    """Return the rules of mounts in metres; raise InputError for a number outside its limits."""
-    out = dict.fromkeys(("front", "rear", "left", "right"), beyond_m)
-    rules = {"height_m": (lowest_m, HIGHEST_M), "spacing_m": spacing_m, "beyond_m": out}
-    try:
-        return MountLimits.model_validate(rules)
-    except ValidationError as error:
-        problem = problems(error, rules)[0]
-        raise InputError(problem.complaint.strip(), OPTIONS[str(problem.path[0])]) from error
 
 
 def _stricter(rules: MountLimits, asked: MountLimits) -> MountLimits:
@@ -245,18 +198,6 @@ def _moves(move: tuple[str, ...], exchange: tuple[str, ...]) -> tuple[Move, ...]
     return moves_of(radius_m, models)
 
 
-def _weights(words: tuple[str, ...]) -> Weights:
-    """Return weights by class and by ring."""
-    classes, rings = dict[str, float](), dict[tuple[float, float], float]()
-    for name, weight in numbers_of("weight", words).items():
-        low, _, high = name.partition("-")
-        try:
-            rings[float(low), float(high)] = weight
-        except ValueError:
-            classes[name] = weight
-    return Weights(classes, rings)
-
-
 def _other_traffic(scene: SceneOptions, more: tuple[Path, ...], within_m: float) -> dict[str, Traffic]:
     """Return other traffic by the name of its case: that of the bundled town with its surroundings, or without."""
     found = {}
@@ -267,20 +208,6 @@ def _other_traffic(scene: SceneOptions, more: tuple[Path, ...], within_m: float)
         found[path.stem] = load_traffic(
             replace(scene, boxes=path, surroundings=False, occluders=None), within_m
         )
-    return found
-
-
-def numbers_of(option: str, words: tuple[str, ...]) -> dict[str, float]:
-    """Return numbers by name, from words such as pedestrian=2."""
-    found = {}
-    for word in words:
-        name, _, number_said = word.rpartition("=")
-        try:
-            found[name] = float(number_said)
-        except ValueError:
-            name = ""
-        if not name:
-            raise InputError(f"must be {METAVARS[option]} (got '{word}')", option)
     return found
 
 

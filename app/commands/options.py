@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, make_dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args, get_type_hints
@@ -121,15 +121,17 @@ Dask = Annotated[
 # ---------------------------------------------------------------- options that travel together
 
 
-def _arguments(options: type, group: Group, *names: str) -> Any:
-    """Return a class with some fields of a class of options; its instances are the options themselves."""
+def arguments(options: type, group: Group | Mapping[str, Group], *names: str) -> Any:
+    """Return a class with some fields of a class of options, in one group or in several by their names; its instances
+    are the options themselves."""
+    groups = dict.fromkeys(names, group) if isinstance(group, Group) else group
     hints = get_type_hints(options, localns={"Rig": object}, include_extras=True)
     defaults = {one.name: one.default for one in fields(options)}
     rows = []
-    for name in names:
+    for name, under in groups.items():
         kind, said = get_args(hints[name])
         rows.append(
-            (name, _annotated(kind, said, name, group, defaults[name]), field(default=defaults[name]))
+            (name, _annotated(kind, said, name, under, defaults[name]), field(default=defaults[name]))
         )
     namespace = {
         "__module__": __name__,
@@ -145,14 +147,14 @@ def _annotated(kind: Any, said: Said, name: str, group: Group, default: object) 
     converter: Callable[..., Any] | None = whole_number if int in (kind, *get_args(kind)) else None
     if name == "voxel_m":
         converter = _edge_or_auto
-    elif kind is bool:  # said by a word
+    elif kind is bool and said.metavar:  # said by a word
         kind, converter = Literal[said.metavar, True, False], _is_word(said.metavar)
     return Annotated[
         kind,
         Parameter(
             name=option_of(name),
             group=group,
-            metavar=said.metavar,
+            metavar=said.metavar or None,
             help=said.help,
             converter=converter,
             show_default=default not in (None, (), False),
@@ -177,18 +179,18 @@ if TYPE_CHECKING:
 else:
     _READING = ("origin_m", "frames", "classes", "find_ground")
     _GRID = (*_READING, "voxel_m", "roi_m")
-    ReadingArguments = _arguments(SceneOptions, SCENE, *_READING)
-    GridArguments = _arguments(SceneOptions, SCENE, *_GRID)
-    BoxArguments = _arguments(SceneOptions, SCENE, "boxes", *_READING)
-    SourceArguments = _arguments(SceneOptions, SCENE, "boxes", "origin_m", "classes", "find_ground")
-    TrafficArguments = _arguments(SceneOptions, SCENE, "boxes", *_READING, "occluders")
-    SceneArguments = _arguments(SceneOptions, SCENE, "boxes", *_GRID, "pog", "tolerance_pp")
-    EverythingArguments = _arguments(SceneOptions, SCENE, "boxes", *_GRID, "pog", "tolerance_pp", "occluders")
-    ScoreArguments = _arguments(ScoreOptions, SCORE, "method", "reading", "camera_weight", "threads", "body")
-    WeightArguments = _arguments(ScoreOptions, SCORE, "camera_weight", "threads")
-    RunArguments = _arguments(ScoreOptions, SCORE, "threads", "body")
-    BodyArguments = _arguments(ScoreOptions, SCORE, "body")
-    ThreadArguments = _arguments(ScoreOptions, SCORE, "threads")
+    ReadingArguments = arguments(SceneOptions, SCENE, *_READING)
+    GridArguments = arguments(SceneOptions, SCENE, *_GRID)
+    BoxArguments = arguments(SceneOptions, SCENE, "boxes", *_READING)
+    SourceArguments = arguments(SceneOptions, SCENE, "boxes", "origin_m", "classes", "find_ground")
+    TrafficArguments = arguments(SceneOptions, SCENE, "boxes", *_READING, "occluders")
+    SceneArguments = arguments(SceneOptions, SCENE, "boxes", *_GRID, "pog", "tolerance_pp")
+    EverythingArguments = arguments(SceneOptions, SCENE, "boxes", *_GRID, "pog", "tolerance_pp", "occluders")
+    ScoreArguments = arguments(ScoreOptions, SCORE, "method", "reading", "camera_weight", "threads", "body")
+    WeightArguments = arguments(ScoreOptions, SCORE, "camera_weight", "threads")
+    RunArguments = arguments(ScoreOptions, SCORE, "threads", "body")
+    BodyArguments = arguments(ScoreOptions, SCORE, "body")
+    ThreadArguments = arguments(ScoreOptions, SCORE, "threads")
 
 
 @Parameter(name="*")
