@@ -24,6 +24,7 @@ from PySide6.QtCore import QObject, Signal
 
 from riglens.app.evaluation.names import label_of
 from riglens.app.evaluation.options import SceneOptions
+from riglens.app.evaluation.search_options import SearchOptions
 from riglens.core.errors import Cancelled, InputError
 from riglens.core.rig.model import Rig
 
@@ -42,18 +43,6 @@ NICE = 10
 
 
 @dataclass(frozen=True)
-class ProposalOptions:
-    """Sensors that may be added, and the frames to choose by: the options of `riglens optimise`."""
-
-    models: tuple[str, ...] = ("velodyne-vlp-16",)
-    count: int = 1
-    mirrored: bool = True
-    objective: str = "on_target"
-    frames: int = 100
-    blind_m: float | None = None
-
-
-@dataclass(frozen=True)
 class ProposalRequest:
     """A search: "add" sensors, "improve" the sensor called `sensor`, or only find the gains of the "skin"."""
 
@@ -61,7 +50,7 @@ class ProposalRequest:
     work: Literal["add", "improve", "skin"]
     rig: Rig
     scene: SceneOptions
-    options: ProposalOptions = ProposalOptions()
+    options: SearchOptions = SearchOptions()
     sensor: str = ""
 
 
@@ -273,17 +262,15 @@ class Server:
         return _finished(optimise(problem, None, self._is_stale), tell)
 
     def _problem(self, request: ProposalRequest) -> Problem:
-        from riglens.core.optimise.mounts import Additions
-        from riglens.core.optimise.results import Problem
+        from riglens.app.evaluation.scenario import load_scenario
+        from riglens.core.optimise.objectives import OF_VOXELS
         from riglens.core.optimise.run import improvement
 
         traffic, options = self._traffic_of(request.scene), request.options
         if request.work == "improve":
             return improvement(request.rig, traffic, request.sensor)
-        additions = Additions(options.models, options.count, options.mirrored)
-        return Problem(
-            request.rig, traffic, additions, options.objective, options.frames, blind_m=options.blind_m
-        )
+        voxels = load_scenario(request.scene).field if options.objective in OF_VOXELS else None
+        return options.problem(request.rig, traffic, voxels=voxels)
 
     def _traffic_of(self, scene: SceneOptions) -> Traffic:
         from riglens.app.evaluation.traffic import load_traffic

@@ -6,20 +6,23 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, get_args, get_type_hints
 
+from pydantic import TypeAdapter, ValidationError
+from pydantic.fields import FieldInfo
 from PySide6.QtCore import Qt, Signal
 
 from riglens.app.background.proposing import (
     Answer,
-    ProposalOptions,
     ProposalRequest,
     Proposer,
     SearchEnd,
     SearchProgress,
 )
+from riglens.app.evaluation.names import label_of
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.requests import fixed_options
+from riglens.app.evaluation.search_options import SearchOptions
 from riglens.app.window.actions import Spec
 from riglens.app.window.docks import InSight
 from riglens.app.window.feature import Feature
@@ -55,11 +58,29 @@ if TYPE_CHECKING:  # loads the compiler
 DOCK = "Propose"
 STOP_MS = 400
 """A search that has not ended by then after Stop is ended with its process."""
-LEAST_PX = 230
+LEAST_PX = 245
 """Height of the dock in which the panel need not scroll."""
 NO_DATA = "no box data are loaded: choose some in the Scene panel"
 NO_BOXES = "a stored POG holds no objects: load the box data set to search"
 CHANGED = "The rig has been edited since."
+USUAL = SearchOptions(("velodyne-vlp-16",))
+COLUMNS = (
+    ("count", "singles", "budget", "at_least", "blind_m"),
+    ("objective", "cost", "floor", "weight"),
+    ("frames", "spots_m", "lowest_m", "spacing_m", "beyond_m"),
+)
+"""Options of the panel, side by side."""
+
+
+def fields_of(names: Sequence[str]) -> dict[str, FieldInfo]:
+    """Return fields of the options with the words of the window."""
+    hints, found = get_type_hints(SearchOptions, include_extras=True), dict[str, FieldInfo]()
+    for name in names:
+        kind, said = get_args(hints[name])
+        found[name] = FieldInfo(annotation=kind, title=label_of(name), description=said.help)
+    if "objective" in found:
+        found["objective"].json_schema_extra = {"titles": dict(OBJECTIVES)}
+    return found
 
 
 class KeptSearch(NamedTuple):
@@ -75,9 +96,9 @@ class KeptSearch(NamedTuple):
         options = self.asked.options
         if self.asked.work == "improve":
             return f"{self.asked.number}: better mount of {self.asked.sensor}"
-        what = "pair" if options.mirrored else "sensor"
+        what = "sensor" if options.singles else "pair"
         some = f"{options.count} {what}{'s' * (options.count > 1)}"
-        return f"{self.asked.number}: {some} of {', '.join(options.models)}"
+        return f"{self.asked.number}: {some} of {', '.join(options.add)}"
 
 
 class Propose(Feature):
@@ -102,7 +123,7 @@ class Propose(Feature):
     ) -> None:
         super().__init__(bench)
         self._compare = compare
-        self.panel = ProposePanel(ProposalOptions().models)
+        self.panel = ProposePanel(USUAL, [fields_of(names) for names in COLUMNS])
         self.proposer = proposer or Proposer(self)
         self.result: OptimiseResult | None = None
         """The result that is shown; its traffic stays in the process."""
@@ -151,23 +172,25 @@ class Propose(Feature):
 
     def restore(self, settings: Settings) -> None:
         """Restore the options of an earlier session; what no longer exists is left out."""
-        found = settings.read("propose/options", {})
-        known = {entry.name for some in default_library().by_maker(LIDAR.name).values() for entry in some}
-        with suppress(TypeError):  # options of another version, or edited by hand
-            options = ProposalOptions(**found)
-            models = tuple(name for name in options.models if name in known)
-            self.panel.show_options(**asdict(replace(options, models=models)))
+        known = {entry.name for entry in default_library().entries()}
+        with suppress(ValidationError, InputError):  # options of another version, or edited by hand
+            options = TypeAdapter(SearchOptions).validate_python(
+                settings.read("propose/options", asdict(USUAL))
+            )
+            self.panel.show_options(options.replace(add=tuple(one for one in options.add if one in known)))
 
     def keep(self, settings: Settings) -> None:
         """Write them for the next."""
-        settings.write("propose/options", asdict(self._options()))
+        settings.write("propose/options", asdict(self.panel.options))
 
     # ------------------------------------------------------------------ the search
     def start(self) -> None:
         """Begin a search for the current rig; raise InputError without objects or models."""
         if not self.panel.models:
             raise InputError("choose at least one sensor model to add")
-        self._send(ProposalRequest(self._number + 1, "add", self.session.rig, self._scene(), self._options()))
+        self._send(
+            ProposalRequest(self._number + 1, "add", self.session.rig, self._scene(), self.panel.options)
+        )
 
     def improve(self) -> None:
         """Begin a search for a better mount of the selected sensor."""
@@ -180,14 +203,10 @@ class Propose(Feature):
     def find_gains(self) -> None:
         """Begin to cast what `start` would, for the gains alone; a search under way brings them anyway."""
         if not self._is_running:
-            work = ProposalRequest(self._number + 1, "skin", self.session.rig, self._scene(), self._options())
+            work = ProposalRequest(
+                self._number + 1, "skin", self.session.rig, self._scene(), self.panel.options
+            )
             self._send(work)
-
-    def _options(self) -> ProposalOptions:
-        panel = self.panel
-        return ProposalOptions(
-            panel.models, panel.count, panel.is_mirrored, panel.objective, panel.frames, panel.blind_m
-        )
 
     def _scene(self) -> SceneOptions:
         scene = self.session.scene

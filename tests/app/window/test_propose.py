@@ -7,9 +7,9 @@ import io
 import pickle
 import queue
 from collections.abc import Iterator
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args, get_type_hints
 
 import numpy as np
 import pytest
@@ -21,7 +21,6 @@ import riglens as rl
 from riglens.app.background.proposing import (
     Gains,
     GainsRequest,
-    ProposalOptions,
     ProposalRequest,
     Proposer,
     SearchEnd,
@@ -32,6 +31,7 @@ from riglens.app.background.proposing import (
     serve,
 )
 from riglens.app.evaluation.options import SceneOptions
+from riglens.app.evaluation.search_options import SearchOptions
 from riglens.app.studies.report_figures import WhyHere
 from riglens.app.window.features.propose import DOCK, merged
 from riglens.app.window.settings import Settings
@@ -40,12 +40,19 @@ from riglens.core.geometry import Pose
 from riglens.core.optimise.objectives import OBJECTIVES as KNOWN
 from riglens.core.optimise.run import finished, improvement
 from riglens.core.rig.yaml.file import load_rig
-from riglens.widgets.panels.propose.shown import OBJECTIVES, front_plot
+from riglens.widgets.panels.fields.edits import ValueEdit
+from riglens.widgets.panels.propose.shown import (
+    OBJECTIVES,
+    check_cells,
+    front_plot,
+    sentence_of,
+    verdict_of,
+)
 from tests.app.window.desk import FullDesk, full_desk
 from tests.app.window_bench import RIG, choose_item
 from tests.waiting import TIMEOUT_MS
 
-OPTIONS = ProposalOptions(("generic-16",), frames=4)
+OPTIONS = SearchOptions(("generic-16",), frames=4)
 
 
 @pytest.fixture(scope="module")
@@ -82,7 +89,7 @@ def desk(qtbot: QtBot, town: Path) -> Iterator[FullDesk]:
         made.workbench.window.show()
         made.workbench.docks.bring_up(DOCK)
         made.qtbot.waitUntil(lambda: bool(made.features.propose.in_sight), timeout=TIMEOUT_MS)
-        made.features.propose.panel.show_options(**asdict(OPTIONS))
+        made.features.propose.panel.show_options(OPTIONS)
         yield made
 
 
@@ -96,28 +103,72 @@ def searched(desk: FullDesk, result: rl.OptimiseResult) -> list[Any]:
     return sent
 
 
-def test_the_objectives_of_the_panel_are_those_of_lidars() -> None:
-    assert all(KNOWN[name].kind == "lidar" for name in OBJECTIVES)
+def test_the_panel_offers_every_objective() -> None:
+    assert set(OBJECTIVES) == set(KNOWN) == set(get_args(get_type_hints(SearchOptions)["objective"]))
 
 
 def test_options_are_kept_from_one_session_to_the_next(desk: FullDesk) -> None:
     propose, settings = desk.features.propose, Settings()
-    options = ProposalOptions(("velodyne-vlp-16", "generic-16"), 3, False, "predicted", 70, 0.5)
-    propose.panel.show_options(**asdict(options))
+    options = SearchOptions(
+        ("generic-16", "velodyne-vlp-16"), 3, True, ("generic-16=2",), 7.0, objective="predicted", frames=70,
+        floor=("pedestrian=0.5",), blind_m=0.5,
+    )  # fmt: skip
+    propose.panel.show_options(options)
     propose.keep(settings)
-    propose.panel.show_options(**asdict(ProposalOptions()))
+    propose.panel.show_options(SearchOptions())
     propose.restore(settings)
     panel = propose.panel
-    assert set(panel.models) == set(options.models)
-    assert (panel.count, panel.is_mirrored, panel.objective) == (3, False, "predicted")
-    assert (panel.frames, panel.blind_m) == (70, 0.5)
-    settings.write("propose/options", {"models": ["generic-16", "gone"], "frames": 9})
+    assert panel.options.replace(add=()) == options.replace(add=())
+    assert set(panel.models) == set(options.add)
+    settings.write("propose/options", {"add": ["generic-16", "gone"], "frames": 9})
     propose.restore(settings)
-    assert panel.models == ("generic-16",) and panel.frames == 9
-    for broken in ({"models": 3}, {"colour": "red"}, {"count": "many"}):
+    assert panel.options == SearchOptions(("generic-16",), frames=9)
+    for broken in ({"add": 3}, {"count": "many"}, {"floor": ["car"]}):
         settings.write("propose/options", broken)
         propose.restore(settings)
-    assert panel.models
+    assert panel.options == SearchOptions(("generic-16",), frames=9)
+
+
+def test_what_is_typed_is_searched_for(desk: FullDesk) -> None:
+    propose, sent = desk.features.propose, list[Any]()
+    propose.proposer.send = sent.append  # type: ignore[method-assign]
+    fields = {"floor": "pedestrian=0.5 car=0.2", "cost": "generic-16=2", "budget": "8", "at_least": ""}
+    for name, text in fields.items():
+        edit = propose.panel.findChild(ValueEdit, name)
+        assert edit is not None
+        edit.selectAll()
+        QTest.keyClicks(edit, text)
+        QTest.keyClick(edit, Qt.Key.Key_Return)
+    desk.qtbot.mouseClick(propose.panel.start, Qt.MouseButton.LeftButton)
+    wanted = OPTIONS.replace(floor=("pedestrian=0.5", "car=0.2"), cost=("generic-16=2",), budget=8.0)
+    assert sent[0].options == wanted
+    assert dict(wanted.problem(RIG, rl.load_traffic()).floors) == {"pedestrian": 0.5, "car": 0.2}
+    budget = propose.panel.findChild(ValueEdit, "budget")
+    assert budget is not None
+    budget.clear()
+    QTest.keyClicks(budget, " ")
+    QTest.keyClick(budget, Qt.Key.Key_Return)
+    assert propose.panel.options.budget is None
+    cost = propose.panel.findChild(ValueEdit, "cost")
+    assert cost is not None
+    cost.selectAll()
+    QTest.keyClicks(cost, "generic-16")
+    QTest.keyClick(cost, Qt.Key.Key_Return)
+    assert "must be MODEL=COST" in propose.panel.forms[1].problem
+
+
+@pytest.mark.parametrize("objective", ["cameras", "blind", "seen"])
+def test_the_process_searches_for_figures_of_other_sensors_and_voxels(town: Path, objective: str) -> None:
+    model = "nuscenes-front" if objective == "cameras" else "generic-16"
+    options = OPTIONS.replace(add=(model,), objective=objective, spots_m=1.0)
+    inbox, sink = queue.SimpleQueue[Any](), io.BytesIO()
+    inbox.put(request(1, town, options=options))
+    Server(inbox, sink).serve_one()
+    *_, end = read(sink)
+    assert end.problem == "" and end.result.best.value > end.result.before
+    assert end.result.sentence() in sentence_of(end.result)
+    assert ("in hit coverage" in verdict_of(end.result)) == (objective != "cameras")
+    assert len(check_cells(end.result)[0]) == len(end.result.best.guard) + (objective == "cameras")
 
 
 def test_the_process_finds_what_the_python_interface_finds(desk: FullDesk, result: rl.OptimiseResult) -> None:
@@ -239,7 +290,7 @@ def test_a_search_needs_objects_and_a_model(desk: FullDesk) -> None:
     propose.panel.show_models(())
     desk.qtbot.mouseClick(propose.panel.start, Qt.MouseButton.LeftButton)
     assert "choose at least one sensor model" in errors.message
-    propose.panel.show_models(OPTIONS.models)
+    propose.panel.show_models(OPTIONS.add)
     desk.session.scene.options = SceneOptions(pog=Path("a.pog"))  # type: ignore[union-attr,misc]
     desk.qtbot.mouseClick(propose.panel.start, Qt.MouseButton.LeftButton)
     assert "a stored POG holds no objects" in errors.message
@@ -282,7 +333,7 @@ def test_stop_ends_a_search_and_a_newer_one_replaces_it(town: Path) -> None:
 
 
 def test_a_problem_is_one_line(town: Path) -> None:
-    (end,) = answers(request(1, town, options=ProposalOptions(("no-such",), frames=4)))
+    (end,) = answers(request(1, town, options=SearchOptions(("no-such",), frames=4)))
     assert "no-such" in end.problem and "\n" not in end.problem
 
 

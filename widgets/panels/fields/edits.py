@@ -283,20 +283,24 @@ def _is_redo(event: QKeyEvent) -> bool:
 WHEEL_NOTCH = 120
 
 
-class NumberEdit(ValueEdit[float]):
+class NumberEdit(ValueEdit[float | None]):
     """One double, right aligned, with its unit; arrow keys and, while focused, the wheel change it by `step`.
 
-    Shift makes steps ten times as large, Ctrl ten times as small. `step` is in the stored unit. A text such as
-    "+=0.1" changes the number; of several that differ it changes each, and so do steps.
+    An optional one may be left empty. Shift makes steps ten times as large, Ctrl ten times as small. `step` is in the
+    stored unit. A text such as "+=0.1" changes the number; of several that differ it changes each, and so do steps.
     """
 
-    def __init__(self, step: float, unit: Unit = NO_UNIT, parent: QWidget | None = None) -> None:
+    def __init__(
+        self, step: float, unit: Unit = NO_UNIT, parent: QWidget | None = None, is_optional: bool = False
+    ) -> None:
         super().__init__(self._parsed, self._short_text, self._full_text, unit, parent)
-        self._step = step
+        self._step, self._is_optional = step, is_optional
         self._turned = 0
         self.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
 
-    def _parsed(self, text: str) -> float | Change:
+    def _parsed(self, text: str) -> float | Change | None:
+        if self._is_optional and not text.strip():
+            return None
         change = parse_change(text, self._unit)
         if change is None and self._mixed and text.lstrip().startswith("+"):
             plain = text.strip()[:40]
@@ -315,14 +319,18 @@ class NumberEdit(ValueEdit[float]):
         span = f"{low} to {high} {self._unit.name}".rstrip()
         return f"{span}\nA number sets all; += or -= with a number changes each."
 
-    def _short_text(self, value: float) -> str:
-        return short_text(value, self._unit)
+    def _short_text(self, value: float | None) -> str:
+        return "" if value is None else short_text(value, self._unit)
 
-    def _full_text(self, value: float) -> str:
-        return full_text(value, self._unit)
+    def _full_text(self, value: float | None) -> str:
+        return "" if value is None else full_text(value, self._unit)
 
-    def _fitted(self, value: float) -> str:
-        return fitted_number(value * self._unit.per_base, self._short(value), self._fits)
+    def _fitted(self, value: float | None) -> str:
+        return (
+            ""
+            if value is None
+            else fitted_number(value * self._unit.per_base, self._short(value), self._fits)
+        )
 
     def step_by(self, steps: float) -> None:
         """Request the value that many steps further, rounded so that tenths stay tenths."""
@@ -402,6 +410,15 @@ class TextEdit(ValueEdit[str]):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(_parse_name, visible, str, parent=parent)
+
+
+class WordsEdit(ValueEdit[tuple[str, ...]]):
+    """Words, separated by commas or spaces; may be left empty."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(
+            lambda text: tuple(text.replace(",", " ").split()), ", ".join, ", ".join, parent=parent
+        )
 
 
 def _parse_integer(text: str) -> int:

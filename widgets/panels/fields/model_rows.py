@@ -14,7 +14,14 @@ from PySide6.QtWidgets import QCheckBox, QLabel, QWidget
 
 from riglens.core.sensors.base import Frozen
 from riglens.widgets.panels.controls.scrolled import breakable
-from riglens.widgets.panels.fields.edits import IntegerEdit, ListEdit, NumberEdit, TextEdit, ValueEdit
+from riglens.widgets.panels.fields.edits import (
+    IntegerEdit,
+    ListEdit,
+    NumberEdit,
+    TextEdit,
+    ValueEdit,
+    WordsEdit,
+)
 from riglens.widgets.panels.fields.form import ChoiceBox, Form, Path, read, write
 from riglens.widgets.panels.fields.quantity import DEGREES, METRES, NO_UNIT, PIXELS, Unit
 from riglens.widgets.sensors.ways import Way, Ways
@@ -81,9 +88,11 @@ def _edit(plain: Any, kind: _Kind) -> ValueEdit[Any]:
     if plain is int:
         return IntegerEdit(kind.is_optional, kind.unit)
     if plain is float:
-        return NumberEdit(kind.step, kind.unit)
+        return NumberEdit(kind.step, kind.unit, is_optional=kind.is_optional)
     if plain is str:
         return TextEdit()
+    if get_args(plain)[:1] == (str,):
+        return WordsEdit()
     return ListEdit(kind.unit, kind.is_optional)
 
 
@@ -97,7 +106,10 @@ class ModelRows:
 
     def add(self, model: type[BaseModel], name: str, path: Path = (), way: Way | None = None) -> QWidget:
         """Add the row of one field of a model, which lies at a path in the subject of the form."""
-        info = model.model_fields[name]
+        return self.add_field(name, model.model_fields[name], path, way)
+
+    def add_field(self, name: str, info: FieldInfo, path: Path = (), way: Way | None = None) -> QWidget:
+        """Add the row of a field; its `titles` name the values to choose among."""
         title, tip, whole = title_of(name, info), info.description or "", (*path, name)
         if path and isinstance(path[-1], int):
             title = f"{path[-1] + 1}  {title}"
@@ -108,8 +120,10 @@ class ModelRows:
             return self._row(title, [check], tip)
         if get_origin(kind.plain) is Literal:
             box = ChoiceBox()
+            extra = info.json_schema_extra if isinstance(info.json_schema_extra, dict) else {}
+            titles = extra.get("titles")
             for value in get_args(kind.plain):
-                box.addItem(str(value), value)
+                box.addItem(str(titles[value] if isinstance(titles, dict) else value), value)
             self._form.bind_choice(box, read(whole), write(whole), name)
             return self._row(title, [box], tip)
         if get_origin(kind.plain) is tuple and Ellipsis not in get_args(kind.plain):

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Literal
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal, get_origin
 
+from pydantic.fields import FieldInfo
 from PySide6.QtCore import QEvent, QObject, Qt, Signal
 from PySide6.QtWidgets import (
     QCheckBox,
-    QDoubleSpinBox,
-    QGridLayout,
     QHBoxLayout,
     QMenu,
     QProgressBar,
     QPushButton,
-    QSpinBox,
     QTabWidget,
     QToolButton,
     QVBoxLayout,
@@ -22,22 +20,23 @@ from PySide6.QtWidgets import (
 )
 
 from riglens.core.rig.library import default_library
-from riglens.core.sensors.lidar import LIDAR
+from riglens.core.sensors.registry import kinds
 from riglens.widgets.panels.controls.scrolled import ElidedLabel
 from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel, plain_tip
-from riglens.widgets.panels.fields.form import ChoiceBox
+from riglens.widgets.panels.fields.form import ChoiceBox, Form
+from riglens.widgets.panels.fields.model_rows import ModelRows
 from riglens.widgets.panels.figures.table import Figure, FigureTable, Heading
 from riglens.widgets.panels.propose.chart import Plot, Plots
-from riglens.widgets.panels.propose.shown import CHECKS, COLUMNS, NO_SEARCH, OBJECTIVES, Offer, offer_cells
+from riglens.widgets.panels.propose.shown import CHECKS, COLUMNS, NO_SEARCH, Offer, offer_cells
 
 State = Literal["idle", "running", "paused"]
-_COLUMNS, _COLUMN_PX, _TABLES_PX, _BAR_PX = 6, 52, 430, 220
+_LABEL_PX, _FORM_PX, _TABLES_PX, _BAR_PX = 70, 156, 430, 220
 _ROW_PX, _NAME_PX, _CELL_PX = 22, 150, 56
 SKIN_TIP = "Colour the car by the gain of one more sensor at each place; follows the rig while it is edited."
 
 
 class ProposePanel(QWidget):
-    """Emits requests, and shows what it is given."""
+    """Emits requests, and shows what it is given. `columns`: the fields of the options that are shown side by side."""
 
     start_wanted = Signal()
     pause_wanted = Signal(bool)
@@ -57,15 +56,16 @@ class ProposePanel(QWidget):
     compare_wanted = Signal(str)
     export_wanted = Signal()
 
-    def __init__(self, models: Sequence[str], parent: QWidget | None = None) -> None:
+    def __init__(
+        self, options: Any, columns: Sequence[Mapping[str, FieldInfo]], parent: QWidget | None = None
+    ) -> None:
         super().__init__(parent)
         as_panel(self)
         self._offers: tuple[Offer, ...] = ()
         self._key = ""
         self._models, self._model_menu = QToolButton(), QMenu(self)
-        self._count, self._mirrored = QSpinBox(), ChoiceBox()
-        self._objective, self._frames = ChoiceBox(), QSpinBox()
-        self._blind, self._blind_m = QCheckBox("Unseen ground"), QDoubleSpinBox()
+        self.forms = tuple(Form() for _ in columns)
+        """Forms of the options, one for each column."""
         self.start, self.pause, self.stop = QPushButton("Start"), QPushButton("Pause"), QPushButton("Stop")
         self.searches = ChoiceBox()
         self.searches.setToolTip("Searches of this session.")
@@ -86,46 +86,29 @@ class ProposePanel(QWidget):
         layout.addLayout(head)
         row = QHBoxLayout()
         row.setSpacing(2 * SPACING)
-        row.addLayout(self._options())
+        row.addLayout(self._options(columns))
         row.addWidget(self.plots, 1)
         row.addWidget(self._tables())
         layout.addLayout(row, 1)
-        self.show_models(models)
+        self.show_options(options)
         self.show_state("idle")
         self.show_offers(())
         self.show_checks([], [], "")
         self.select("")
 
     # ------------------------------------------------------------------ building
-    def _options(self) -> QGridLayout:
+    def _options(self, columns: Sequence[Mapping[str, FieldInfo]]) -> QVBoxLayout:
         self._models.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self._models.setMenu(self._model_menu)
         self._models.setToolTip("Library models to choose among.")
-        for maker, entries in default_library().by_maker(LIDAR.name).items():
-            menu = self._model_menu.addMenu(maker)
-            for entry in entries:
-                action = menu.addAction(entry.title)
-                action.setCheckable(True)
-                action.setData(entry.name)
-                action.toggled.connect(lambda _: self._name_models())
-        self._count.setRange(1, 8)
-        self._count.setToolTip("Number of mirror pairs or sensors to add, at most.")
-        for title, value in (("mirror pairs", True), ("sensors", False)):
-            self._mirrored.addItem(title, value)
-        for name, title in OBJECTIVES.items():
-            self._objective.addItem(title, name)
-        self._objective.setToolTip("Figure to maximise.")
-        self._frames.setRange(2, 1000)
-        self._frames.setValue(100)
-        self._frames.setSuffix(" frames")
-        self._frames.setToolTip("Number of frames to choose by; the gain is checked in others.")
-        self._blind_m.setRange(0.05, 2.0)
-        self._blind_m.setSingleStep(0.1)
-        self._blind_m.setValue(0.3)
-        self._blind_m.setSuffix(" m")
-        tip = "Also find the rigs that see an object of this height nearer around the car."
-        for widget in (self._blind, self._blind_m):
-            widget.setToolTip(tip)
+        for kind in kinds():
+            for maker, entries in default_library().by_maker(kind.name).items():
+                menu = self._model_menu.addMenu(f"{kind.title}: {maker}")
+                for entry in entries:
+                    action = menu.addAction(entry.title)
+                    action.setCheckable(True)
+                    action.setData(entry.name)
+                    action.toggled.connect(lambda _: self._name_models())
         self.skin.setToolTip(SKIN_TIP)
         self.skin.toggled.connect(self.skin_wanted)
         self.start.clicked.connect(lambda: self.start_wanted.emit())
@@ -135,24 +118,24 @@ class ProposePanel(QWidget):
         self.stop.clicked.connect(lambda: self.stop_wanted.emit())
         self.bar.setRange(0, 1000)
         self.bar.setFixedWidth(_BAR_PX)
-        grid = QGridLayout()
-        grid.setHorizontalSpacing(SPACING)
-        grid.setVerticalSpacing(SPACING - 2)
-        rows: tuple[tuple[QWidget, ...], ...] = (
-            (self._count, self._mirrored),
-            (self._models,),
-            (self._objective, self._frames),
-            (self._blind, self._blind_m, self.skin),
-            (self.start, self.pause, self.stop),
-        )
-        for row, parts in enumerate(rows):
-            span = _COLUMNS // len(parts)
-            for place, part in enumerate(parts):
-                grid.addWidget(part, row, place * span, 1, span)
-                part.setMinimumWidth(span * _COLUMN_PX)
-                part.setMaximumWidth(span * _COLUMN_PX + (span - 1) * SPACING)
-        grid.setRowStretch(len(rows), 1)
-        return grid
+        fields = QHBoxLayout()
+        for form, infos in zip(self.forms, columns, strict=True):
+            rows = ModelRows(form)
+            for name, info in infos.items():
+                rows.add_field(name, info)
+            form.close_form()
+            has_choice = any(get_origin(info.annotation) is Literal for info in infos.values())
+            form.setFixedWidth(_FORM_PX + _LABEL_PX * has_choice)
+            form.changed.connect(self._show_fields)
+            fields.addWidget(form)
+        line = QHBoxLayout()
+        for widget in (self._models, self.skin, self.start, self.pause, self.stop):
+            line.addWidget(widget, int(widget is self._models))
+        column = QVBoxLayout()
+        column.addLayout(line)
+        column.addLayout(fields)
+        column.addStretch(1)
+        return column
 
     def _tables(self) -> QTabWidget:
         for label in (self.sentence, self.verdict):
@@ -221,48 +204,18 @@ class ProposePanel(QWidget):
         self._models.setText(words)
 
     @property
-    def count(self) -> int:
-        """Return how many pairs or sensors may be added."""
-        return self._count.value()
+    def options(self) -> Any:
+        """Return the options that are shown."""
+        return self.forms[0].subject.replace(add=self.models)
 
-    @property
-    def is_mirrored(self) -> bool:
-        """Return whether sensors come in mirror pairs."""
-        return bool(self._mirrored.currentData())
+    def show_options(self, options: Any) -> None:
+        """Show what may be added, where, and for which figure."""
+        self.show_models(options.add)
+        self._show_fields(options)
 
-    @property
-    def objective(self) -> str:
-        """Return the name of the figure to maximise."""
-        return str(self._objective.currentData())
-
-    @property
-    def frames(self) -> int:
-        """Return the number of frames to choose by."""
-        return self._frames.value()
-
-    @property
-    def blind_m(self) -> float | None:
-        """Return the height of the object of the second goal, None without one."""
-        return self._blind_m.value() if self._blind.isChecked() else None
-
-    def show_options(
-        self,
-        models: Sequence[str],
-        count: int,
-        mirrored: bool,
-        objective: str,
-        frames: int,
-        blind_m: float | None,
-    ) -> None:
-        """Show what may be added, the objective, and the height of the object of the second goal, None without one."""
-        self.show_models(models)
-        self._count.setValue(count)
-        self._mirrored.setCurrentIndex(0 if mirrored else 1)
-        self._objective.setCurrentIndex(max(0, self._objective.findData(objective)))
-        self._frames.setValue(frames)
-        self._blind.setChecked(blind_m is not None)
-        if blind_m is not None:
-            self._blind_m.setValue(blind_m)
+    def _show_fields(self, options: Any) -> None:
+        for form in self.forms:
+            form.show_subject(options)
 
     # ------------------------------------------------------------------ showing
     def show_state(self, state: State) -> None:

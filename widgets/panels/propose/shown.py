@@ -20,8 +20,12 @@ OBJECTIVES = {
     "on_target": "Hit coverage",
     "predicted": "Predicted AP",
     "worst_failure": "Worst single failure",
+    "seen": "Entropy seen",
+    "blind": "Near ground seen",
+    "cameras": "Objects ≥ 25 px",
+    "s_ms": "S-MS",
 }
-"""Titles of the objectives of `riglens optimise --objective` that LiDARs alone decide."""
+"""Titles of the objectives of `riglens optimise --objective`."""
 SEARCHING, NO_SEARCH = "Follows with the search.", "Choose what to add and press Start."
 _BEST: Tone = "accent"
 _BOUND: Tone = "less"
@@ -59,11 +63,7 @@ def reference_title(found: OptimiseResult) -> str:
 
 def stairs_of(found: OptimiseResult) -> list[Offer]:
     """Return the best rig of each number of additions."""
-    what = (
-        "mirror pairs"
-        if found.problem.additions is not None and found.problem.additions.mirrored
-        else "sensors"
-    )
+    what = "mirror pairs" if found.problem.additions.mirrored else "sensors"
     return [
         Offer(f"stair {one.count}", f"Best with {one.count} {what}", one.rig, one.value)
         for one in found.stairs
@@ -148,10 +148,10 @@ def check_cells(found: OptimiseResult | None) -> tuple[list[Heading], list[tuple
     """Return titles and cells of the checks, the frames of choice first; none without a result."""
     if found is None:
         return [], []
-    titles = [Heading("Frames of choice")]
-    cells: list[tuple[Figure, ...]] = [
-        (Figure(signed(found.best.value - found.reference_value)), NOTHING, NOTHING)
-    ]
+    titles, cells = list[Heading](), list[tuple[Figure, ...]]()
+    if found.problem.goal.is_guarded:
+        titles.append(Heading("Frames of choice"))
+        cells.append((Figure(signed(found.best.value - found.reference_value)), NOTHING, NOTHING))
     for one in found.best.guard:
         titles.append(Heading(one.case[0].upper() + one.case[1:]))
         tone: FigureTone = "less" if one in found.best.weak else "text"
@@ -165,12 +165,14 @@ def sentence_of(found: OptimiseResult) -> str:
     """Return the values and the bound as a sentence."""
     title = found.problem.goal.title
     values = f"{title[0].upper()}{title[1:]} {found.before:.3f} now, {found.best.value:.3f} proposed"
-    return f"{values} (in the {found.problem.frames} frames of choice): {found.sentence()}."
+    where = f" (in the {found.problem.frames} frames of choice)" if found.problem.goal.is_guarded else ""
+    return f"{values}{where}: {found.sentence()}."
 
 
 def verdict_of(found: OptimiseResult) -> str:
     """Return what the checks say about the gain over the reference."""
     weak = ", ".join(f"{one.case} ({one.share:.0%})" for one in found.best.weak)
     word = found.best.verdict
-    against = f"{word[0].upper()}{word[1:]}: gain over {visible(found.reference.name)}."
+    what = "gain" if found.problem.goal.is_guarded else "gain in hit coverage"
+    against = f"{word[0].upper()}{word[1:]}: {what} over {visible(found.reference.name)}."
     return f"{against} Less than half is left with: {weak}." if weak else against
