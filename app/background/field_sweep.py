@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from riglens.app.background.worker import Context
 from riglens.core.rig.model import Rig
@@ -25,21 +25,25 @@ class FieldRequest:
     traffic: Traffic
 
 
-Curve = tuple["CurvePoint", ...]
-"""The points that are known so far, and the number of all."""
+class Curve(NamedTuple):
+    """The points that are known so far, and whether their noise holds the noise floor."""
+
+    points: tuple[CurvePoint, ...] = ()
+    has_floor: bool = False
 
 
 def field_curve(request: FieldRequest, context: Context[Curve]) -> Curve:
-    """Return the curve of a field; publishes it point by point."""
-    from riglens.core.sweep.curve import FRAMES, curve, nearby_values
+    """Return the curve of a field; publishes it point by point, first without the noise floor."""
+    from riglens.core.sweep.curve import FRAMES, curve, figure_of, nearby_values, with_floor
     from riglens.core.sweep.rows import Figures, Sweeper
 
     rig, values = request.rig, nearby_values(request.rig, request.field)
     figures = Figures(None, request.settings, FRAMES)
     sweeper = Sweeper(figures, rig, None, request.traffic, is_serial=True)
-    found: Curve = ()
+    found: tuple[CurvePoint, ...] = ()
     for point in curve(rig, request.field, values, sweeper):
         found = (*found, point)
-        context.report(len(found) / len(values))
-        context.publish(found)
-    return found
+        context.report(0.5 * len(found) / len(values))
+        context.publish(Curve(found))
+    floor = sweeper.noise_floor(lambda share: context.report(0.5 + 0.5 * share))
+    return Curve(with_floor(found, figure_of(rig, request.field), floor), True)

@@ -22,7 +22,8 @@ _DIGITS = 9
 
 
 class CurvePoint(NamedTuple):
-    """A value of the field, and by class the change of the figure from the rig as it is and its standard error."""
+    """A value of the field, and by class the change of the figure from the rig as it is and its noise: its standard
+    error, and the noise floor once it is known."""
 
     value: float
     changes: Mapping[str, tuple[float, float]]
@@ -64,3 +65,17 @@ def curve(rig: Rig, field: RigField, values: Sequence[float], sweeper: Sweeper) 
                 for name, one in columns.items()
             },
         )
+
+
+def with_floor(
+    points: Sequence[CurvePoint], figure: str, floor: Mapping[str, float]
+) -> tuple[CurvePoint, ...]:
+    """Return the points with the noise floor of a figure added to their noise, as in the chart of a sweep."""
+
+    def noisy(point: CurvePoint) -> CurvePoint:
+        changes = point.changes.items()
+        return CurvePoint(
+            point.value, {name: (change, se + floor[f"{name}.{figure}"]) for name, (change, se) in changes}
+        )
+
+    return tuple(map(noisy, points))

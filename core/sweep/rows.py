@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -95,11 +95,13 @@ class Sweeper:
             del found["targets"]["rigs"], found["targets"]["riglens"]
         return {name: value for name, value in found.items() if name not in ("rigs", "riglens")}
 
-    def noise_floor(self) -> Row:
+    def noise_floor(self, progress: Callable[[float], None] = lambda _: None) -> Row:
         """Return how far each figure moves by unavoidable errors of mounts, up and down: half of its range from 5 % to
         95 % of some draws for the reference."""
-        units = unit_draws(FLOOR_DRAWS, errors_count(self._reference), 0)
-        drawn = [self.row(disturbed(self._reference, NOISE_FLOOR, errors)[0]) for errors in units]
+        units, drawn = unit_draws(FLOOR_DRAWS, errors_count(self._reference), 0), list[Row]()
+        for errors in units:
+            drawn.append(self.row(disturbed(self._reference, NOISE_FLOOR, errors)[0]))
+            progress(len(drawn) / FLOOR_DRAWS)
         found = {}
         for name in (name for name, value in drawn[0].items() if not isinstance(value, str)):
             spread = Spread.of(0.0, [one.get(name, 0.0) for one in drawn])

@@ -21,7 +21,9 @@ from riglens.widgets.panels.fields.edits import NumberEdit
 from riglens.widgets.panels.inspector.field_curve import FieldCurve
 
 ENTRY = "Sweep this field"
-CHANGE = "change of {what} in pp ± 1 SE, {frames} frames"
+CHANGE = "change of {what} in pp ± {noise}, {frames} frames"
+NOISE = ("1 SE", "noise floor + 1 SE")
+"""Of the band before mounts off by 1 mm and 0.01° are known, and with them."""
 FIGURES = {CAMERA.name: "objects at least 25 px tall", LIDAR.name: "hit coverage"}
 OTHER = "detected objects"
 
@@ -87,12 +89,13 @@ class SweepField(Feature):
         field = RigField(f"{owner or VEHICLE}: {edit.accessibleName()}", owner, path)
         return FieldRequest(rig, field, with_known_body(self.session.targets, rig), answer.traffic)
 
-    def _take(self, request: FieldRequest, points: Curve) -> None:
+    def _take(self, request: FieldRequest, found: Curve) -> None:
         if self._asked is not None and request is self._asked[0]:
             sensor = request.field.sensor
             kind = LIDAR.name if sensor is None else request.rig.sensor(sensor).kind
             frames = min(100, request.traffic.frames)
-            self.curve.show_points(points, CHANGE.format(what=FIGURES.get(kind, OTHER), frames=frames))
+            what, noise = FIGURES.get(kind, OTHER), NOISE[found.has_floor]
+            self.curve.show_points(found.points, CHANGE.format(what=what, noise=noise, frames=frames))
 
     def _refuse(self, reason: str) -> None:
         self.curve.show_points((), reason)

@@ -9,7 +9,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QWidget
 
-from riglens.app.background.field_sweep import field_curve
+from riglens.app.background.field_sweep import Curve, field_curve
 from riglens.app.background.worker import BackgroundWorker
 from riglens.app.window.features.follow import Follow
 from riglens.app.window.features.sweep_field import ENTRY, SweepField
@@ -93,8 +93,8 @@ def test_a_click_on_a_point_sets_the_value_in_one_step(desk, feature):
     assert request.field.sensor == name and request.field.path == ("position", 2)
     assert feature.curve.isVisible()
     known = points(1.0, 1.5, 2.0)
-    feature._take(request, known[:2])
-    feature._take(request, known)
+    feature._take(request, Curve(known[:2]))
+    feature._take(request, Curve(known, True))
     before = document.rig
     QTest.mouseClick(feature.curve, Qt.MouseButton.LeftButton, pos=feature.curve.place_of(1).toPoint())
     assert document.rig.sensor(name).position[2] == 1.5 and not feature.curve.isVisible()
@@ -109,9 +109,9 @@ def test_only_the_latest_field_is_shown(desk, feature):
     feature.sweep(field(desk, "z"))
     feature.sweep(field(desk, "yaw"))
     first, second = feature.maker.requests
-    feature._take(first, points(1.0, 2.0))
+    feature._take(first, Curve(points(1.0, 2.0)))
     assert feature.curve.note == "computing"
-    feature._take(second, points(1.0, 2.0))
+    feature._take(second, Curve(points(1.0, 2.0)))
     assert "hit coverage" in feature.curve.note and second.field.path == ("rpy_deg", 2)
 
 

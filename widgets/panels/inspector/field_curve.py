@@ -24,7 +24,7 @@ _LEAST = 1e-4
 
 
 class FieldCurve(QWidget):
-    """A popup: change of a figure by class over the values of a field, with a band of one standard error."""
+    """A popup: change of a figure by class over the values of a field, with a band of its noise."""
 
     chosen = Signal(float)
     """The value of the point that was clicked."""
@@ -130,7 +130,10 @@ class FieldCurve(QWidget):
 
     def _bounds(self) -> tuple[float, float]:
         edges = [
-            c + sign * se for point in self._points for c, se in point.changes.values() for sign in (-1, 1)
+            c + sign * noise
+            for point in self._points
+            for c, noise in point.changes.values()
+            for sign in (-1, 1)
         ]
         return min(edges, default=-_LEAST), max(edges, default=_LEAST)
 
@@ -168,9 +171,9 @@ class FieldCurve(QWidget):
         band.setAlphaF(0.18)
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(band)
-        upper = [QPointF(x, self._y(change + se)) for x, change, se in known]
+        upper = [QPointF(x, self._y(change + noise)) for x, change, noise in known]
         painter.drawPolygon(
-            QPolygonF([*upper, *(QPointF(x, self._y(c - se)) for x, c, se in reversed(known))])
+            QPolygonF([*upper, *(QPointF(x, self._y(c - noise)) for x, c, noise in reversed(known))])
         )
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.setPen(QPen(colour, 1.6))
