@@ -46,7 +46,7 @@ from riglens.core.metric.scores import Method
 from riglens.core.rig.model import Camera, Lidar, Sensor
 from riglens.core.scene.columns import Words, words_per_column
 from riglens.core.sensing.rational_walk import walk_rational
-from riglens.core.sensing.rays import cast_limits_m, farthest_m, lattice, limits_m, sensor_rays
+from riglens.core.sensing.rays import farthest_m, lattice, rotate, sensor_rays
 from riglens.core.sensors.lattice import Lattice
 from riglens.core.vehicle.solid import Barrier
 
@@ -84,7 +84,8 @@ def _outermost(sensor: Sensor) -> NDArray[np.float64] | None:
 
     All rays of a sensor that looks into sectors, which has few.
     """
-    return sensor_rays(sensor).directions if limits_m(sensor).size else None
+    table = lattice(sensor)
+    return rotate(sensor.pose.rotation(), table.directions()) if table.limits_m.size else None
 
 
 @_outermost.register
@@ -354,7 +355,7 @@ class Caster:
             box,
             self._shape,
             method == "bresenham",
-            cast_limits_m(sensor) / grid.voxel_m,
+            table.limits_m / grid.voxel_m,
             in_row=sensor.resolution[0],
         )
 

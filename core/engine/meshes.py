@@ -16,11 +16,11 @@ from riglens.core.kernels.cameras.triangles import SIZES, measure_triangles
 from riglens.core.kernels.rays.bins import Bins
 from riglens.core.kernels.rays.cast import Cast
 from riglens.core.kernels.runtime.codes import LISTED
-from riglens.core.rig.model import Camera, rays_of
+from riglens.core.rig.model import Camera
 from riglens.core.sensing.image_bins import bins_of
 from riglens.core.sensing.kept import RAYS
 from riglens.core.sensing.rays import lattice, rotate
-from riglens.core.sensors.base import NOWHERE
+from riglens.core.sensors.base import unplaced
 
 OVERHEAD = 1e-6
 """Directions of the border closer to the vertical have no bearing."""
@@ -60,7 +60,7 @@ def make_mesh(camera: Camera, rays: Cast) -> CameraMesh | None:
     endless = rays.reach[0] == 0.0 and rays.reach[1] > farthest(rays) + 1.0
     if rays.kind != LISTED or not (endless and is_near(rays) and is_well_scaled(rays.rotation, rays.origin)):
         return None
-    joined = ray_mesh(rays_of(camera).model_copy(update=NOWHERE))
+    joined = ray_mesh(unplaced(camera))
     if joined is None:
         return None
     border = rotate(rays.rotation, rays.rows[joined.border.ravel()])
@@ -95,7 +95,7 @@ def _before(bins: Bins, is_stopped: NDArray[np.bool_]) -> Ids:
 
 def outermost_directions(camera: Camera) -> Doubles:
     """Directions (n, 3) in the vehicle frame between which all rays of a distorted camera lie."""
-    joined, local = ray_mesh(rays_of(camera).model_copy(update=NOWHERE)), lattice(camera).rows
+    joined, local = ray_mesh(unplaced(camera)), lattice(camera).rows
     if joined is not None:
         local = local[np.concatenate([joined.border[:, 0], joined.loose])]
     return rotate(camera.pose.rotation(), local)

@@ -16,12 +16,12 @@ from riglens.core.kernels.rays.bins import Bins
 from riglens.core.kernels.rays.cast import Cast
 from riglens.core.kernels.runtime import codes
 from riglens.core.rig.library import Cylinder, body_of
-from riglens.core.rig.model import Sensor, rays_of
+from riglens.core.rig.model import Sensor
 from riglens.core.sensing.image_bins import bins_of
 from riglens.core.sensing.kept import RAYS
 from riglens.core.sensing.rays import lattice, rotate
 from riglens.core.sensing.screens import screen_of
-from riglens.core.sensors.base import NOWHERE
+from riglens.core.sensors.base import unplaced
 from riglens.core.sensors.lattice import Lattice
 from riglens.core.sensors.registry import kind_of
 from riglens.core.vehicle.solid import Barrier, Housing, Solid
@@ -91,7 +91,7 @@ def _may_meet(sensor: Sensor, housing: Housing, start_m: float) -> bool:
         return False
     if distance <= radius:
         return True
-    widest, lowest, highest = _view_rad(rays_of(sensor).model_copy(update=NOWHERE))
+    widest, lowest, highest = _view_rad(unplaced(sensor))
     half = math.asin(radius / distance) + ROOM_RAD
     aside = math.acos(min(max(float(away[0]) / distance, -1.0), 1.0))
     up = math.asin(min(max(float(away[2]) / distance, -1.0), 1.0))

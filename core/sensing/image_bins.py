@@ -7,10 +7,10 @@ from functools import singledispatch
 import numpy as np
 
 from riglens.core.kernels.rays.bins import Bins
-from riglens.core.rig.model import Camera, Sensor, rays_of
+from riglens.core.rig.model import Camera, Sensor
 from riglens.core.sensing.kept import RAYS
 from riglens.core.sensing.rays import lattice
-from riglens.core.sensors.base import NOWHERE
+from riglens.core.sensors.base import unplaced
 
 RAYS_PER_BIN = 4
 """Along each axis of the image, in the mean."""
@@ -26,7 +26,7 @@ def bins_of(_: Sensor) -> Bins | None:
 
 @bins_of.register
 def _bins_of(camera: Camera) -> Bins | None:
-    return _bins(rays_of(camera).model_copy(update=NOWHERE))
+    return _bins(unplaced(camera))
 
 
 @RAYS.of

@@ -30,14 +30,14 @@ class KeptAnswers:
         def found(asked: _Asked) -> _Found:
             key = find, asked
             with self._lock:
-                if key in self._answers:
-                    self._answers.move_to_end(key)
-                    answer: _Found = self._answers[key][0]
+                if (held := self._answers.pop(key, None)) is not None:
+                    self._answers[key] = held  # the last one now
+                    answer: _Found = held[0]
                     return answer
             new = find(asked)
             with self._lock:
+                self._answers.pop(key, None)  # another thread's
                 self._answers[key] = new, _arrays_of(new)
-                self._answers.move_to_end(key)
                 while len(self._answers) > 1 and self.size_bytes > self.limit_bytes:
                     self._answers.popitem(last=False)
             return new

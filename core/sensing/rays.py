@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.geometry import Vec3
 from riglens.core.kernels.runtime import codes
-from riglens.core.rig.model import Lidar, Sensor, rays_of
+from riglens.core.rig.model import Lidar, Sensor
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.sensing.kept import RAYS
-from riglens.core.sensors.base import NOWHERE
+from riglens.core.sensors.base import unplaced
 from riglens.core.sensors.kind import REFERENCE, Echo
 from riglens.core.sensors.lattice import Ids, Lattice
 from riglens.core.sensors.lidar import beam_lattice
@@ -41,7 +41,10 @@ class Rays:
 def lattice(sensor: Sensor) -> Lattice:
     """The ray lattice of a sensor in its own frame."""
     tables = None if sensor.blocked else kind_of(sensor).lattice(sensor)
-    return _listed(rays_of(sensor).model_copy(update=NOWHERE)) if tables is None else tables
+    if tables is None:
+        return _listed(unplaced(sensor))
+    limits = limits_m(sensor)
+    return replace(tables, limits_m=limits) if limits.size else tables
 
 
 def is_listed(sensor: Sensor) -> bool:
@@ -55,7 +58,7 @@ def lattices_by_offset(lidar: Lidar) -> tuple[tuple[Ids, Lattice], ...]:
     where the LiDAR has none, or the doubles were not those of its listed rays to the last bit."""
     if lidar.azimuth_offsets_deg is None or lidar.blocked:
         return ()
-    return _by_offset(rays_of(lidar).model_copy(update=NOWHERE))
+    return _by_offset(unplaced(lidar))
 
 
 @RAYS.of
@@ -83,7 +86,10 @@ def _listed(sensor: Sensor) -> Lattice:
         parts.append(local_directions(sensor, np.arange(start, min(start + _AT_ONCE, sensor.ray_count))))
     every = np.concatenate(parts)
     exists = ~np.isnan(every[:, 0])
-    return Lattice(codes.LISTED, every[exists], np.zeros((1, 2)), exists)
+    limits = limits_m(sensor)
+    return Lattice(
+        codes.LISTED, every[exists], np.zeros((1, 2)), exists, limits[exists] if limits.size else limits
+    )
 
 
 def local_directions(sensor: Sensor, rays: Ids) -> NDArray[np.float64]:
@@ -107,13 +113,6 @@ def limits_m(sensor: Sensor, echo: Echo = REFERENCE) -> NDArray[np.float64]:
     return np.zeros(0) if rows is None else np.repeat(rows, sensor.resolution[0])
 
 
-def cast_limits_m(sensor: Sensor) -> NDArray[np.float64]:
-    """As `limits_m` for the reference, of the rays that are cast."""
-    limits = limits_m(sensor)
-    exists = lattice(sensor).exists
-    return limits if exists is None or not limits.size else limits[exists]
-
-
 def farthest_m(sensor: Sensor) -> float:
     """Return the range of the longest ray of a sensor, metres."""
     rows = kind_of(sensor).limits_m(sensor, REFERENCE)
@@ -133,7 +132,8 @@ def sensor_rays(sensor: Sensor, rows: Ids | None = None) -> Rays:
     direction is then NaN.
     """
     if rows is None:
-        local, limits = lattice(sensor).directions(), cast_limits_m(sensor)
+        table = lattice(sensor)
+        local, limits = table.directions(), table.limits_m
     else:
         local, limits = local_directions(sensor, rows), limits_m(sensor)
         limits = limits[rows] if limits.size else limits

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from riglens.core.kernels.beams.cones import A_TURN
 from riglens.core.kernels.body.screen import Screen
-from riglens.core.rig.model import Camera, Lidar, Sensor, rays_of
+from riglens.core.rig.model import Camera, Lidar, Sensor
 from riglens.core.sensing.kept import RAYS
-from riglens.core.sensors.base import NOWHERE
+from riglens.core.sensors.base import unplaced
 from riglens.core.sensors.camera import image_lattice
 
 Doubles = NDArray[np.float64]
@@ -21,7 +21,7 @@ _PLACES = 8192
 
 def screen_of(sensor: Sensor) -> Screen | None:
     """The rows and columns of a sensor's lattice; None for one that has none, as a lens with distortion."""
-    return None if sensor.blocked else _screen(rays_of(sensor).model_copy(update=NOWHERE))
+    return None if sensor.blocked else _screen(unplaced(sensor))
 
 
 @RAYS.of

@@ -212,11 +212,15 @@ class Sensor(Frozen):
 _S = TypeVar("_S", bound=Sensor)
 
 
+_IDENTITY = {"name": "", "model": None, "enabled": True, "mirror_of": None, "fails_with": None}
+_PLACE = {"position": (0.0, 0.0, 0.0), "rpy_deg": (0.0, 0.0, 0.0), "range_m": (0.0, math.inf)}
+
+
 def rays_of(sensor: _S) -> _S:
     """Return the sensor without what decides none of its rays: name, model, pair, groups, and whether it is on."""
-    none = {"name": "", "model": None, "enabled": True, "mirror_of": None, "fails_with": None}
-    return sensor.model_copy(update=none)
+    return sensor.model_copy(update=_IDENTITY)
 
 
-NOWHERE = {"position": (0.0, 0.0, 0.0), "rpy_deg": (0.0, 0.0, 0.0), "range_m": (0.0, math.inf)}
-"""Fields that move or cut rays, but leave their directions in the sensor frame unchanged."""
+def unplaced(sensor: _S) -> _S:
+    """Return what decides the directions of a sensor's rays in its own frame: `rays_of` it without place and range."""
+    return sensor.model_copy(update=_IDENTITY | _PLACE)

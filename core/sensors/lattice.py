@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,16 +18,20 @@ class Lattice:
 
     rows (r, 2): a LiDAR's beams, a camera's image rows; planes (p, 2): azimuths or image columns. Lens distortion
     and azimuth offsets do not fit such tables: rows (n, 3) are then the directions themselves, of the rays that
-    exist (see `kernels.rays.lattice`): those at which `exists` (rays of the whole lattice,) is set.
+    exist (see `kernels.rays.lattice`): those at which `exists` (rays of the whole lattice,) is set. limits_m: where
+    each ray ends sooner than the sensor's range, metres; (0,) where none does.
     """
 
     kind: int
     rows: NDArray[np.float64]
     planes: NDArray[np.float64]
     exists: NDArray[np.bool_] | None = None
+    limits_m: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
 
     def directions(self, rays: Ids | None = None) -> NDArray[np.float64]:
         """Directions in the sensor frame of all rays, or of some by number, (n, 3)."""
+        if rays is None and self.kind == codes.LISTED:
+            return self.rows
         every = np.arange(len(self.rows) * len(self.planes)) if rays is None else rays
         return lattice_directions(self.kind, self.rows, self.planes, every)
 

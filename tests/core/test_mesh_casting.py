@@ -14,11 +14,11 @@ from riglens.core.engine.meshes import make_mesh, outermost_directions, ray_mesh
 from riglens.core.geometry import Pose
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.rig.library import load_library
-from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt, rays_of
+from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt
 from riglens.core.scene.columns import unpack
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.sensing.rays import lattice, missing_ray_count, sensor_rays
-from riglens.core.sensors.base import NOWHERE
+from riglens.core.sensors.base import unplaced
 from riglens.core.sensors.camera import field_of_view_deg
 from riglens.core.study.reference import exact_cover
 from tests.core.builders import field_of, grid_of, seen_by, seen_ray_by_ray
@@ -147,7 +147,7 @@ def test_a_camera_at_corners_and_faces_of_voxels() -> None:
 
 def test_rays_that_a_lens_leaves_out_leave_holes_in_the_mesh() -> None:
     front = next(camera for camera in models() if missing_ray_count(camera) > 0)
-    mesh = ray_mesh(rays_of(front).model_copy(update=NOWHERE))
+    mesh = ray_mesh(unplaced(front))
     assert mesh is not None
     columns, rows = front.resolution
     assert len(mesh.border) != 2 * (rows + columns) - 4
@@ -157,7 +157,7 @@ def test_rays_that_a_lens_leaves_out_leave_holes_in_the_mesh() -> None:
 
 def test_a_whole_mesh_has_the_outermost_rays_as_its_border() -> None:
     camera = bent(np.random.default_rng(1), LENSES[0], (40, 30)).replace(fx=1500.0, fy=1500.0)
-    mesh = ray_mesh(rays_of(camera).model_copy(update=NOWHERE))
+    mesh = ray_mesh(unplaced(camera))
     assert mesh is not None and mesh.loose.size == 0
     outer = {v * 40 + u for v in range(30) for u in range(40) if v in (0, 29) or u in (0, 39)}
     assert set(mesh.border.ravel().tolist()) == outer and len(mesh.border) == len(outer)
@@ -166,7 +166,7 @@ def test_a_whole_mesh_has_the_outermost_rays_as_its_border() -> None:
 def test_no_place_in_a_mesh_is_farther_from_a_ray_than_it_says() -> None:
     rng = np.random.default_rng(2)
     for camera in models():
-        mesh, rows = ray_mesh(rays_of(camera).model_copy(update=NOWHERE)), lattice(camera).rows
+        mesh, rows = ray_mesh(unplaced(camera)), lattice(camera).rows
         assert mesh is not None
         for _ in range(50):
             middle = rows[rng.integers(len(rows))]
