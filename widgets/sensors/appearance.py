@@ -75,7 +75,7 @@ PLAIN = Appearance()
 APPEARANCES = {
     LIDAR.name: Appearance(
         colour="#14b8a6",
-        ray_colours=("#3fe0cb", "#0c7f74"),
+        ray_colours=("#3fe0cb", "#0e7490"),
         icon='<ellipse cx="12" cy="7" rx="6" ry="2.5"/><path d="M6 7v8c0 1.4 2.7 2.5 6 2.5s6-1.1 6-2.5V7"/>'
         '<path d="M2 11h2M20 11h2M12 21h0"/>',
         shape=_lidar_shape,
@@ -96,7 +96,7 @@ APPEARANCES = {
     ),
     RADAR.name: Appearance(
         colour="#84cc16",
-        ray_colours=("#b6e24a", "#4d7c0f"),
+        ray_colours=("#b6e24a", "#4f9300"),
         icon='<path d="M12 20L4.5 9.5a9.5 9.5 0 0 1 15 0z"/><path d="M8.3 14.8a5 5 0 0 1 7.4 0"/>',
         is_fan=True,
         scale=0.6,
