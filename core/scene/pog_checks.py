@@ -12,17 +12,17 @@ import reprlib
 import zipfile
 from collections import Counter
 from collections.abc import Collection
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import psutil
 from numpy.typing import NDArray
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
-from riglens.core.geometry import Vec3
 from riglens.core.scene.boxes import CLASSES, DataReport
 from riglens.core.scene.columns import VoxelIndex, words_in
 from riglens.core.scene.grid import VoxelGrid
-from riglens.core.scene.limits import MAX_FRAMES, require_few_names
+from riglens.core.scene.limits import MAX_FRAMES, one_line, require_few_names
 from riglens.core.scene.pog import Counts, Pog
 
 MAX_HEADER_CHARS = 1 << 25
@@ -70,28 +70,59 @@ def read_content(archive: zipfile.ZipFile, version: int, is_part: bool) -> Conte
     return Content(text, header, voxels, counts, _read_text(archive, "digest", 64))
 
 
+def _encodable(text: str) -> str:
+    """Return a text that can be written: JSON can express halves of characters, which no file can hold."""
+    text.encode()
+    return text
+
+
+_Text = Annotated[str, AfterValidator(_encodable)]
+_Count = Annotated[int, Field(ge=0, le=MAX_FRAMES)]
+_Tally = dict[_Text, Annotated[int, Field(ge=0, le=MAX_BOXES)]]
+_Length = Annotated[float, Field(gt=0.0, le=1e9)]
+
+
+class _Fields(BaseModel):
+    """Fields of a header; files of before have neither notes nor sequences."""
+
+    model_config = ConfigDict(strict=True)
+
+    voxel_m: _Length
+    roi_m: list[_Length] = Field(min_length=3, max_length=3)
+    source: _Text
+    frames: _Count
+    boxes: _Tally
+    unmapped: _Tally
+    sha256: _Text
+    notes: list[_Text] = []
+    sequences: _Count = 1
+
+
 def checked_header(fields: Any, version: int, is_part: bool = False) -> Header:
     """Return the header of a POG; raise ValueError that names the field."""
-    _require(isinstance(fields, dict), "header", fields, "a JSON object")
-    found = fields.get("riglens_pog")
+    found = fields.get("riglens_pog") if isinstance(fields, dict) else None
     if found != version:
-        raise ValueError(f"format {_shown(found)} is not supported")
-    grid = VoxelGrid(_length("voxel_m", fields.get("voxel_m")), _roi(fields.get("roi_m")))
-    boxes = _tallies(fields, "boxes")
-    unmapped = Counter(_tallies(fields, "unmapped"))
-    require_few_names(unmapped, "unmapped")
-    notes = fields.get("notes", [])
-    _require(isinstance(notes, list), "notes", notes, "a list of texts")
+        raise ValueError(f"header: format {one_line(reprlib.repr(found), _SHOWN)} is not supported")
+    try:
+        read = _Fields.model_validate(fields)
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_context=False, include_input=False)[0]
+        place = ascii(".".join(map(str, first["loc"])))[1:-1]
+        raise ValueError(f"{place[:_SHOWN]} {first['msg'].replace('Input should', 'must')}") from error
+    if read.frames < 1 and not is_part:
+        raise ValueError("frames must be at least 1 (got 0)")
+    require_few_names(read.unmapped, "unmapped")
+    length, width, height = read.roi_m
     data = DataReport(
-        _text("source", fields.get("source")),
-        _whole("frames", fields.get("frames"), 0 if is_part else 1, MAX_FRAMES),
-        {name: boxes.get(name, 0) for name in CLASSES},
-        unmapped,
-        _text("sha256", fields.get("sha256")),
-        tuple(_text("notes", note) for note in notes),
-        _whole("sequences", fields.get("sequences", 1), 0, MAX_FRAMES),
+        read.source,
+        read.frames,
+        {name: read.boxes.get(name, 0) for name in CLASSES},
+        Counter(read.unmapped),
+        read.sha256,
+        tuple(read.notes),
+        read.sequences,
     )
-    return Header(grid, data)
+    return Header(VoxelGrid(read.voxel_m, (length, width, height)), data)
 
 
 def _read_text(archive: zipfile.ZipFile, name: str, most_chars: int) -> str:
@@ -146,51 +177,3 @@ def _filled(stream: Any, name: str, array: NDArray[Any]) -> NDArray[Any]:
     if stream.read(1):  # at its end the stream compares its checksum, too
         raise ValueError(f"{name}: longer than its shape")
     return array
-
-
-def _tallies(fields: dict[str, Any], name: str) -> dict[str, int]:
-    """Return a field that maps names to how often they were found."""
-    value: Any = fields.get(name)
-    _require(isinstance(value, dict), name, value, "a JSON object of names and numbers")
-    return {_text(name, key): _whole(f"{name}.{key}", number, 0, MAX_BOXES) for key, number in value.items()}
-
-
-def _roi(value: Any) -> Vec3:
-    _require(isinstance(value, list) and len(value) == 3, "roi_m", value, "a list of three lengths in metres")
-    length, width, height = (_length("roi_m", side) for side in value)
-    return length, width, height
-
-
-def _length(name: str, value: Any) -> float:
-    fits = isinstance(value, int | float) and not isinstance(value, bool) and 0 < value <= 1e9
-    _require(fits, name, value, "a positive length in metres")
-    return float(value)
-
-
-def _whole(name: str, value: Any, low: int, high: int) -> int:
-    fits = isinstance(value, int) and not isinstance(value, bool) and low <= value <= high
-    _require(fits, name, value, f"an integer from {low} to {high}")
-    return int(value)
-
-
-def _text(name: str, value: Any) -> str:
-    """Return a text that can be written: JSON can express halves of characters, which no file can hold."""
-    fits = isinstance(value, str) and not any("\ud800" <= letter <= "\udfff" for letter in value)
-    _require(fits, name, value, "a text")
-    return str(value)
-
-
-def _require(fits: bool, name: str, found: Any, accepted: str) -> None:
-    if not fits:
-        raise ValueError(f"{_clean(name)} must be {accepted} (got {_shown(found)})")
-
-
-def _shown(value: Any) -> str:
-    if isinstance(value, int) and abs(value) > MAX_BOXES:
-        return "a very large number" if value > 0 else "a very large negative number"
-    return _clean("nothing" if value is None else reprlib.repr(value))
-
-
-def _clean(text: str) -> str:
-    short = text if len(text) <= _SHOWN else text[:_SHOWN] + "…"
-    return short if short.isprintable() else ascii(short)
