@@ -6,9 +6,9 @@ The names of points are placed near them, clear of marks, fronts and other names
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from itertools import pairwise
+from typing import Any
 
 import matplotlib
 from matplotlib.axes import Axes
@@ -40,65 +40,45 @@ STYLES: dict[MethodName, tuple[str, str]] = {
     "centres": ("h", "#b0306a"),
 }
 PIXELS_PER_POINT = DPI / 72
-
-
-@dataclass(frozen=True)
-class _Panel:
-    """One error: title, axis, what 0 is called, error of a point (None: not shown), who is on the front."""
-
-    title: str
-    axis: str
-    zero: str
-    error: Callable[[Point], float | None]
-    on_front: Callable[[Point], bool]
+_TITLE: dict[str, Any] = {"loc": "left", "fontsize": 11, "fontweight": "bold", "color": INK, "pad": 8}
+_UNDER: dict[str, Any] = {"color": INK, "labelpad": 0}
 
 
 def chart(study: AccuracyStudy, source: str) -> Figure:
     """The chart; `source` names the data set."""
+    grid, finest = edge_text(study.voxel_m), edge_text(study.finest_m)
     # rigs may be called $x$
     with matplotlib.rc_context({"font.family": "DejaVu Sans", "font.size": 9.5, "text.parse_math": False}):
         figure = Figure(figsize=SIZE_IN, dpi=DPI, facecolor="white")
         FigureCanvasAgg(figure)
-        axes = figure.subplots(1, 2, sharey=True)
+        voxels, scores = figure.subplots(1, 2, sharey=True)
         figure.subplots_adjust(left=0.07, right=0.985, top=0.80, bottom=0.19, wspace=0.05)
-        set_time_axis(axes[0], [point.median_ms for point in study.points])
-        for one, panel in zip(axes, _panels(study), strict=True):
-            _draw_panel(one, panel, study)
+        set_time_axis(voxels, [point.median_ms for point in study.points])
+        shown = [(p, p.voxel_error, p.on_voxel_front) for p in study.points if p.voxel_error is not None]
+        _draw_panel(voxels, shown, "exact", study)
+        voxels.set_title(f"Wrong voxels, on the grid of {grid}", **_TITLE)
+        voxels.set_xlabel("missed + extra voxels, % of the exact set of the rig's own rays", **_UNDER)
+        _draw_panel(scores, [(p, p.score_error, p.on_score_front) for p in study.points], "reference", study)
+        scores.set_title(f"S-MS, against exact on the grid of {finest}", **_TITLE)
+        scores.set_xlabel(
+            "error of S-MS / H(Ω), %: part of the grid + part of the shortcut, worst class", **_UNDER
+        )
         _words(figure, study, source)
     return figure
 
 
-def _panels(study: AccuracyStudy) -> tuple[_Panel, _Panel]:
-    grid, finest = edge_text(study.voxel_m), edge_text(study.finest_m)
-    return (
-        _Panel(
-            f"Wrong voxels, on the grid of {grid}",
-            "missed + extra voxels, % of the exact set of the rig's own rays",
-            "exact",
-            lambda p: p.voxel_error,
-            lambda p: p.on_voxel_front,
-        ),
-        _Panel(
-            f"S-MS, against exact on the grid of {finest}",
-            "error of S-MS / H(Ω), %: part of the grid + part of the shortcut, worst class",
-            "reference",
-            lambda p: p.score_error,
-            lambda p: p.on_score_front,
-        ),
-    )
-
-
-def _draw_panel(axes: Axes, panel: _Panel, study: AccuracyStudy) -> None:
-    shown = [(p, e) for p in study.points if (e := panel.error(p)) is not None]
-    zero = set_error_axis(axes, [error for _, error in shown], panel.zero)
-    places = [(p, error if error > 0.0 else zero) for p, error in shown]
-    front = sorted((x, p.median_ms) for p, x in places if panel.on_front(p))
-    _draw_front(axes, front)
-    for point, x in places:
+def _draw_panel(
+    axes: Axes, shown: Sequence[tuple[Point, float, bool]], zero_name: str, study: AccuracyStudy
+) -> None:
+    """Draw points with one of their errors and whether they are on its front."""
+    zero = set_error_axis(axes, [error for _, error, _ in shown], zero_name)
+    places = [(p, error if error > 0.0 else zero, is_on) for p, error, is_on in shown]
+    front = sorted((x, p.median_ms) for p, x, is_on in places if is_on)
+    axes.step([x for x, _ in front], [y for _, y in front], where="post", color=FRONT, lw=1.6, zorder=2)
+    axes.plot(*zip(*front, strict=True), "o", mfc="none", mec=FRONT, markersize=12, mew=1.3, zorder=3)
+    for point, x, _ in places:
         _draw_point(axes, point, x, study)
-    axes.set_title(panel.title, loc="left", fontsize=11, fontweight="bold", color=INK, pad=8)
-    axes.set_xlabel(panel.axis, color=INK, labelpad=0)
-    place_labels(axes, places, front, study)
+    place_labels(axes, [(point, x) for point, x, _ in places], front, study)
 
 
 def _draw_point(axes: Axes, point: Point, x: float, study: AccuracyStudy) -> None:
@@ -107,12 +87,6 @@ def _draw_point(axes: Axes, point: Point, x: float, study: AccuracyStudy) -> Non
     axes.plot(x, point.median_ms, marker, color=colour, markerfacecolor=face, markersize=8, mew=1.5, zorder=4)
     if point is study.own:
         axes.plot(x, point.median_ms, "o", mfc="none", mec=INK, markersize=16, mew=1.6, zorder=5)
-
-
-def _draw_front(axes: Axes, places: Sequence[tuple[float, float]]) -> None:
-    """The staircase of what can be had: nothing measured lies below and left of it."""
-    axes.step([x for x, _ in places], [y for _, y in places], where="post", color=FRONT, lw=1.6, zorder=2)
-    axes.plot(*zip(*places, strict=True), "o", mfc="none", mec=FRONT, markersize=12, mew=1.3, zorder=3)
 
 
 def set_error_axis(axes: Axes, errors: Sequence[float], zero_name: str) -> float:
@@ -163,58 +137,26 @@ def set_time_axis(axes: Axes, times_ms: Sequence[float]) -> None:
 
 def _words(figure: Figure, study: AccuracyStudy, source: str) -> None:
     """Title and finding above, legend and source below."""
-    figure.text(
-        0.012,
-        0.965,
-        f"Time against error: ways to score rig {visible(study.rig.name)}",
-        fontsize=15,
-        weight="bold",
-        color=INK,
-        va="top",
-    )
+    head = f"Time against error: ways to score rig {visible(study.rig.name)}"
+    figure.text(0.012, 0.965, head, fontsize=15, weight="bold", color=INK, va="top")
     figure.text(0.012, 0.918, "\n".join(verdicts(study)), fontsize=9, color=INK, va="top", linespacing=1.35)
     figure.text(0.012, 0.018, caption(study, source), fontsize=8, color=GREY, va="bottom")
-    blue = STYLES["exact"][1]
-    handles = [
-        Line2D(
-            [],
-            [],
-            color=FRONT,
-            lw=1.6,
-            marker="o",
-            mfc="none",
-            mec=FRONT,
-            ms=10,
-            label="Pareto front (whole rig)",
-        ),
-        Line2D(
-            [],
-            [],
-            ls="",
-            marker="o",
-            mfc="none",
-            mec=INK,
-            ms=12,
-            mew=1.6,
-            label="default setting" if study.voxel_m == DEFAULT_VOXEL_M else "requested setting",
-        ),
-        Line2D([], [], ls="", marker="o", color=blue, ms=8, label="exact, whole rig from scratch"),
-        Line2D(
-            [], [], ls="", marker="s", mfc="white", mec=blue, mew=1.5, ms=8, label="exact, one sensor moved"
-        ),
-        Line2D([], [], ls="", marker="^", color=STYLES["plain"][1], ms=8, label="plain ray walking"),
-        Line2D([], [], ls="", marker="X", color=STYLES["bresenham"][1], ms=8, label="approximate methods"),
-    ]
+    blue, green, violet = (STYLES[method][1] for method in ("exact", "plain", "bresenham"))
+    own = "default setting" if study.voxel_m == DEFAULT_VOXEL_M else "requested setting"
+    looks: dict[str, dict[str, Any]] = {
+        "Pareto front (whole rig)": {"ls": "-", "lw": 1.6, "color": FRONT, "mfc": "none", "ms": 10},
+        own: {"color": INK, "mfc": "none", "ms": 12, "mew": 1.6},
+        "exact, whole rig from scratch": {"color": blue},
+        "exact, one sensor moved": {"marker": "s", "color": blue, "mfc": "white", "mew": 1.5},
+        "plain ray walking": {"marker": "^", "color": green},
+        "approximate methods": {"marker": "X", "color": violet},
+    }
+    usual: dict[str, Any] = {"ls": "", "marker": "o", "ms": 8}
     figure.legend(
-        handles=handles,
-        loc="lower left",
-        bbox_to_anchor=(0.005, 0.045),
-        ncol=6,
-        frameon=False,
-        fontsize=8.5,
-        handletextpad=0.4,
+        handles=[Line2D([], [], label=name, **(usual | look)) for name, look in looks.items()],
+        loc="lower left", bbox_to_anchor=(0.005, 0.045), ncol=6, frameon=False, fontsize=8.5, handletextpad=0.4,
         columnspacing=1.6,
-    )
+    )  # fmt: skip
 
 
 # ---------------------------------------------------------------- names of points
@@ -227,21 +169,17 @@ def place_labels(
     study: AccuracyStudy,
 ) -> None:
     """Write each point's name next to it where it covers neither a mark, nor the front, nor another name."""
-    marks = [_mark_box(axes, point, x, study) for point, x in places]
-    taken = boxes_of([*marks, *_front_boxes(axes, front)])
-    frame = axes.get_window_extent()
+    boxes = [_mark_box(axes, point, x, study) for point, x in places]
+    for (x0, y0), (x1, y1) in pairwise(_pixels(axes, x, y) for x, y in front):
+        boxes.append(Bbox.from_extents(x0, y0 - 2, x1, y0 + 2))
+        boxes.append(Bbox.from_extents(x1 - 2, y1, x1 + 2, y0))
+    taken, frame = boxes_of(boxes), axes.get_window_extent()
     for point, x in sorted(places, key=lambda place: (place[0] is not study.own, place[0].median_ms)):
         text = axes.annotate(
-            point_text(point, study),
-            (x, point.median_ms),
-            xytext=(0, 0),
-            textcoords="offset points",
-            fontsize=9,
-            fontweight="bold" if point is study.own else "normal",
-            color=INK,
-            zorder=6,
+            point_text(point, study), (x, point.median_ms), xytext=(0, 0), textcoords="offset points", fontsize=9,
+            fontweight="bold" if point is study.own else "normal", color=INK, zorder=6,
             path_effects=[withStroke(linewidth=2.5, foreground="white")],
-        )
+        )  # fmt: skip
         taken = set_beside(axes, text, _pixels(axes, x, point.median_ms), taken, frame)
 
 
@@ -255,13 +193,3 @@ def _mark_box(axes: Axes, point: Point, x: float, study: AccuracyStudy) -> Bbox:
     cx, cy = _pixels(axes, x, point.median_ms)
     half = (9.0 if point is study.own else 6.5) * PIXELS_PER_POINT
     return Bbox.from_extents(cx - half, cy - half, cx + half, cy + half)
-
-
-def _front_boxes(axes: Axes, front: Sequence[tuple[float, float]]) -> list[Bbox]:
-    """The steps of the front as thin boxes, in pixels."""
-    corners = [_pixels(axes, x, y) for x, y in front]
-    boxes = []
-    for (x0, y0), (x1, y1) in pairwise(corners):
-        boxes.append(Bbox.from_extents(x0, y0 - 2, x1, y0 + 2))
-        boxes.append(Bbox.from_extents(x1 - 2, y1, x1 + 2, y0))
-    return boxes
