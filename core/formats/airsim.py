@@ -11,16 +11,15 @@ from __future__ import annotations
 from typing import Any
 
 from riglens.core.errors import InputError
-from riglens.core.formats.base import Format, Imported
+from riglens.core.formats.base import Format
 from riglens.core.formats.carla_lidar import azimuth_count
 from riglens.core.formats.frames import Matrix, se3_from_rpy_deg
 from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import MAX_ANGLE, Source, Value
-from riglens.core.rig.model import LinearAngles, Vehicle
+from riglens.core.rig.model import LinearAngles, Rig, Vehicle
 from riglens.core.rig.yaml.nodes import shortened
 
-TITLE = "AirSim settings"
 _LIDAR_TYPE = 6
 _IMAGE = {"Width": 256.0, "Height": 144.0, "FOV_Degrees": 90.0}
 _RAYS = {
@@ -51,9 +50,8 @@ def _is_settings(source: Source) -> bool:
     return "SettingsVersion" in source.json or "SimMode" in source.json
 
 
-def read(source: Source, options: ReadOptions) -> Imported:
+def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
     """Return the sensors of one vehicle: `options.token`, or the first that has some."""
-    notes = Notes()
     mounting = Mounting(
         source.where, notes, options.vehicle_or(Vehicle()), options.origin_m or (0.0, 0.0, 0.0)
     )
@@ -67,7 +65,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
         _add_sensor(sensor, value, mounting)
     notes.converted("from y right, z down to y left, z up: y, z, pitch and yaw change sign")
     mounting.report_assumptions(options)
-    return Imported(mounting.rig(f"AirSim {shortened(name, 80)}"), notes.report(TITLE))
+    return mounting.rig(f"AirSim {shortened(name, 80)}")
 
 
 def _vehicle(source: Source, token: str | None, notes: Notes) -> tuple[str, Value]:
@@ -143,4 +141,4 @@ def _rays(value: Value, name: str, notes: Notes) -> dict[str, Any]:
     }
 
 
-AIRSIM = Format("airsim", TITLE, recognises, read)
+AIRSIM = Format("airsim", "AirSim settings", recognises, read)

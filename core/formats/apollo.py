@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from riglens.core.errors import InputError
-from riglens.core.formats.base import Format, Imported
+from riglens.core.formats.base import Format
 from riglens.core.formats.frames import (
     FrameTree,
     Matrix,
@@ -28,10 +28,9 @@ from riglens.core.formats.mounts import Mounting, ReadOptions, rear_axle_on_grou
 from riglens.core.formats.opencv_yaml import read_lens
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source, Value
-from riglens.core.rig.model import Vehicle
+from riglens.core.rig.model import Rig, Vehicle
 from riglens.core.rig.yaml.nodes import shortened
 
-TITLE = "Apollo calibration"
 VEHICLE_R_ROOT: Matrix = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 """From x right, y forward, z up to x forward, y left, z up."""
 _KINDS = {"camera": "camera", "velodyne": "lidar", "lidar": "lidar", "radar": "radar"}
@@ -63,9 +62,8 @@ def _files(source: Source, what: str) -> list[Source]:
     return [*top.siblings(f"*_{what}*.yaml"), *top.siblings(f"*_params/*_{what}*.yaml")]
 
 
-def read(source: Source, options: ReadOptions) -> Imported:
+def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
     """Return the cameras and LiDARs of all files, chained to their root."""
-    notes = Notes()
     tree = FrameTree(source.where)
     kinds: dict[str, str | None] = {}
     for file in _files(source, "extrinsics") or [source]:
@@ -85,7 +83,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
         _add(frame, turn @ tree.root_SE3(frame), kinds[frame], lenses, tree, mounting)
     notes.converted("cameras from optical axes; quaternions to roll, pitch, yaw")
     mounting.report_assumptions(options)
-    return Imported(mounting.rig(f"Apollo {source.name}"), notes.report(TITLE))
+    return mounting.rig(f"Apollo {source.name}")
 
 
 def _transform(value: Value) -> Matrix:
@@ -142,4 +140,4 @@ def _add(
         mounting.notes.ignored("neither camera nor LiDAR, judging by its folder or name", frame)
 
 
-APOLLO = Format("apollo", TITLE, recognises, read)
+APOLLO = Format("apollo", "Apollo calibration", recognises, read)

@@ -14,16 +14,15 @@ from typing import Any
 import numpy as np
 
 from riglens.core.errors import InputError
-from riglens.core.formats.base import Format, Imported
+from riglens.core.formats.base import Format
 from riglens.core.formats.frames import from_optical, kind_of, rotation_from_wxyz, se3
 from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source, Value
-from riglens.core.rig.model import Vehicle
+from riglens.core.rig.model import Rig, Vehicle
 from riglens.core.rig.yaml.nodes import shortened
 from riglens.core.scene.readers.argoverse_files import REAR_AXLE_M
 
-TITLE = "Argoverse 2 calibration"
 FUSION = Vehicle(body="sedan", length=4.87, width=1.85, height=1.48, rear_axle_x=REAR_AXLE_M[0])
 POSES, LENSES = "egovehicle_SE3_sensor.feather", "intrinsics.feather"
 _QUATERNION = ("qw", "qx", "qy", "qz")
@@ -45,12 +44,11 @@ def _folder(source: Source) -> Path | None:
     return next((place for place in places if (place / POSES).is_file()), None)
 
 
-def read(source: Source, options: ReadOptions) -> Imported:
+def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
     """Return cameras and LiDARs."""
     folder = _folder(source)
     if folder is None:
         raise InputError(f"{source.where}: a calibration needs {POSES} in the same folder")
-    notes = Notes()
     vehicle = options.vehicle_or(FUSION)
     origin_m = options.origin_m or (vehicle.rear_axle_x, 0.0, REAR_AXLE_M[2])
     mounting = Mounting(source.where, notes, vehicle, origin_m)
@@ -62,7 +60,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
     for name in lenses.keys() - poses.keys():
         notes.ignored(f"not in {POSES}: its pose is unknown", name)
     _remark_on_frames(notes, origin_m, options)
-    return Imported(mounting.rig(f"Argoverse 2 {_log(folder)}"), notes.report(TITLE))
+    return mounting.rig(f"Argoverse 2 {_log(folder)}")
 
 
 def _log(folder: Path) -> str:
@@ -123,4 +121,4 @@ def _rows(path: Path, numbers: tuple[str, ...]) -> _Rows:
     return rows
 
 
-ARGOVERSE = Format("argoverse", TITLE, recognises, read)
+ARGOVERSE = Format("argoverse", "Argoverse 2 calibration", recognises, read)

@@ -22,7 +22,7 @@ from riglens.core.formats.autoware_kit import (
     kind_of_macro,
     kit_name,
 )
-from riglens.core.formats.base import Exported, Format, Imported
+from riglens.core.formats.base import Format
 from riglens.core.formats.frames import (
     FrameTree,
     Matrix,
@@ -48,7 +48,6 @@ from riglens.core.rig.model import Camera, Rig, Sensor, Vehicle
 from riglens.core.rig.yaml.nodes import shortened, value_text
 from riglens.core.sensors.registry import kind_named
 
-TITLE = "Autoware sensor kit calibration"
 BASE, KIT = "base_link", "sensor_kit_base_link"
 POSITION, ANGLES = ("x", "y", "z"), ("roll", "pitch", "yaw")
 FOOT = "_base_link"
@@ -78,9 +77,8 @@ def _is_parent(parent: object) -> bool:
     )
 
 
-def read(source: Source, options: ReadOptions) -> Imported:
+def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
     """Return the sensors of all calibration files of the folder, chained to base_link."""
-    notes = Notes()
     files = _files(source)
     tree = FrameTree(source.where)
     for file in files:
@@ -103,7 +101,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
             f"vehicle not in the files: rear axle at x = {vehicle.rear_axle_x:g} m", field="rear_axle_x"
         )
     is_empty = all(_MOUNT.search(frame) for frame in leaves)
-    return Imported(mounting.rig(kit_name(source), may_be_empty=is_empty), notes.report(TITLE))
+    return mounting.rig(kit_name(source), may_be_empty=is_empty)
 
 
 def _files(source: Source) -> list[Source]:
@@ -184,9 +182,8 @@ def _lens(name: str, source: Source, notes: Notes) -> dict[str, Any]:
     return read_lens(found.yaml, name, notes)
 
 
-def write(rig: Rig) -> Exported:
+def write(rig: Rig, notes: Notes) -> dict[str, str]:
     """Return a folder: the kit on the middle of the roof, every sensor on the kit, a camera_info file per camera."""
-    notes = Notes()
     sensors = sensors_to_write(rig, notes, _FRAMES)
     rear_m, roof_m = rear_axle_on_ground(rig.vehicle), (0.0, 0.0, rig.vehicle.height)
     kit = {KIT: _pose_text(roof_m[0] - rear_m[0], roof_m[1], roof_m[2], (0.0, 0.0, 0.0))}
@@ -205,7 +202,7 @@ def write(rig: Rig) -> Exported:
     notes.converted(f"origin to the rear axle on the ground, {KIT} on the roof; angles to radians")
     notes.ignored("vehicle: the format cannot express it")
     texts = {_PLACES[0]: _file_text(BASE, kit), _PLACES[1]: _file_text(KIT, children)}
-    return Exported(texts | infos, notes.report(TITLE))
+    return texts | infos
 
 
 def _frame(sensor: Sensor) -> str:
@@ -242,4 +239,4 @@ def _file_text(parent: str, children: dict[str, str]) -> str:
     return "\n".join([*lines, ""])
 
 
-AUTOWARE = Format("autoware", TITLE, recognises, read, write, is_folder=True)
+AUTOWARE = Format("autoware", "Autoware sensor kit calibration", recognises, read, write, is_folder=True)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from riglens.core.formats.mounts import ReadOptions
-from riglens.core.formats.report import Report
+from riglens.core.formats.report import Notes, Report
 from riglens.core.formats.source import Source
 from riglens.core.rig.model import Rig
 
@@ -29,7 +29,7 @@ class Exported:
 
 @dataclass(frozen=True)
 class Format:
-    """A format by its name on the command line; `read` or `write` is None if it is not supported.
+    """A format by its name on the command line; `reads` or `writes` is None if it is not supported.
 
     endings: file name endings that belong to this format only; is_folder: whether it is written as a folder.
     """
@@ -37,7 +37,19 @@ class Format:
     name: str
     title: str
     recognises: Callable[[Source], bool]
-    read: Callable[[Source, ReadOptions], Imported] | None = None
-    write: Callable[[Rig], Exported] | None = None
+    reads: Callable[[Source, ReadOptions, Notes], Rig] | None = None
+    writes: Callable[[Rig, Notes], Mapping[str, str]] | None = None
     endings: tuple[str, ...] = ()
     is_folder: bool = False
+
+    def read(self, source: Source, options: ReadOptions) -> Imported:
+        """Read a rig; raise InputError with file, field, what was found and what is accepted."""
+        assert self.reads is not None
+        notes = Notes()
+        return Imported(self.reads(source, options, notes), notes.report(self.title))
+
+    def write(self, rig: Rig) -> Exported:
+        """Return the files of a rig; raise InputError when it cannot be written."""
+        assert self.writes is not None
+        notes = Notes()
+        return Exported(self.writes(rig, notes), notes.report(self.title))

@@ -11,15 +11,15 @@ import numpy as np
 
 from riglens.core.errors import InputError
 from riglens.core.formats.apollo import VEHICLE_R_ROOT
-from riglens.core.formats.base import Format, Imported
+from riglens.core.formats.base import Format
 from riglens.core.formats.frames import Matrix, from_optical, inverse, se3
 from riglens.core.formats.lenses import pinhole
 from riglens.core.formats.matrices import quoted_matrix, rotation_of
 from riglens.core.formats.mounts import Mounting, ReadOptions
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source
+from riglens.core.rig.model import Rig
 
-TITLE = "Boreas calibration"
 IMAGE = (2448, 2048)
 _LIDAR, _CAMERA, _RADAR, _LENS = (
     "T_applanix_lidar.txt",
@@ -42,9 +42,8 @@ def _beside(source: Source, name: str) -> Source | None:
     return source.sibling(name, f"calib/{name}") if source.is_folder else source.sibling(name)
 
 
-def read(source: Source, options: ReadOptions) -> Imported:
+def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
     """Return the LiDAR and the camera around the Applanix frame."""
-    notes = Notes()
     mounting = Mounting.on_roof(source.where, notes, options)
     lidar = _beside(source, _LIDAR)
     if lidar is None:
@@ -65,7 +64,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
         notes.ignored("neither camera nor LiDAR", "radar")
     notes.converted("from x right, y forward, and optical axes, through the LiDAR")
     mounting.report_assumptions(options)
-    return Imported(mounting.rig(f"Boreas {source.name}"), notes.report(TITLE))
+    return mounting.rig(f"Boreas {source.name}")
 
 
 def _transform(file: Source, notes: Notes) -> Matrix:
@@ -73,4 +72,4 @@ def _transform(file: Source, notes: Notes) -> Matrix:
     return se3(rotation_of(value, matrix[:3, :3], notes, file.path.name), matrix[:3, 3])
 
 
-BOREAS = Format("boreas", TITLE, recognises, read)
+BOREAS = Format("boreas", "Boreas calibration", recognises, read)

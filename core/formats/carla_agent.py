@@ -15,17 +15,16 @@ import warnings
 from typing import Any
 
 from riglens.core.errors import InputError
-from riglens.core.formats.base import Format, Imported
+from riglens.core.formats.base import Format
 from riglens.core.formats.carla_objects import KNOWN, RADAR_TYPE, lidar_fields
 from riglens.core.formats.carla_toml import right_handed
 from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source, Value
-from riglens.core.rig.model import Vehicle
+from riglens.core.rig.model import Rig, Vehicle
 from riglens.core.rig.yaml.nodes import shortened
 from riglens.core.sensors.radar import RADAR
 
-TITLE = "CARLA leaderboard agent"
 LIDAR_RAYS = {
     "range": 85.0,
     "rotation_frequency": 10.0,
@@ -48,9 +47,8 @@ def recognises(source: Source) -> bool:
     return not source.is_folder and source.suffix == ".py" and "sensor." in source.text
 
 
-def read(source: Source, options: ReadOptions) -> Imported:
+def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
     """Return the sensors of one agent: that of the class `options.token`, or the first that has some."""
-    notes = Notes()
     mounting = Mounting(
         source.where, notes, options.vehicle_or(Vehicle()), options.origin_m or (0.0, 0.0, 0.0)
     )
@@ -62,7 +60,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
     notes.converted("left-handed axes to right-handed: y, pitch and yaw change sign")
     if options.vehicle is None:
         notes.approximated("vehicle not in the file: a sedan", field="vehicle")
-    return Imported(mounting.rig(source.name), notes.report(TITLE))
+    return mounting.rig(source.name)
 
 
 def _entries(source: Source, token: str | None, notes: Notes) -> tuple[list[ast.Dict], str]:
@@ -223,4 +221,4 @@ def _radar_fields(value: Value) -> dict[str, Any]:
     return {"scans": ({"azimuth_deg": ends, "elevation_deg": ends, "range_m": 100.0},)}
 
 
-CARLA_AGENT = Format("carla-agent", TITLE, recognises, read)
+CARLA_AGENT = Format("carla-agent", "CARLA leaderboard agent", recognises, read)

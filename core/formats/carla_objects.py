@@ -13,7 +13,7 @@ from collections.abc import Callable
 from typing import Any
 
 from riglens.core.errors import InputError
-from riglens.core.formats.base import Exported, Format, Imported
+from riglens.core.formats.base import Format
 from riglens.core.formats.carla_lidar import azimuth_count, rays_to_write
 from riglens.core.formats.frames import pose_from_se3, se3_from_rpy_deg
 from riglens.core.formats.lens_export import centred_pinhole, report_lens
@@ -25,7 +25,6 @@ from riglens.core.rig.model import Camera, LinearAngles, Rig, Sensor, Vehicle
 from riglens.core.rig.yaml.nodes import shortened
 from riglens.core.sensors.radar import RADAR, Radar
 
-TITLE = "CARLA ROS bridge objects.json"
 ORIGIN: Vec3 = (0.0, 0.0, 0.0)
 PINHOLE = "a pinhole of one focal length in the middle of its image"
 CAMERAS = ("rgb", "depth", "semantic_segmentation", "instance_segmentation", "optical_flow", "dvs")
@@ -50,9 +49,8 @@ def recognises(source: Source) -> bool:
     return objects is not None and objects.is_list
 
 
-def read(source: Source, options: ReadOptions) -> Imported:
+def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
     """Return the cameras and LiDARs of the first vehicle that has any sensor; token: the id of another vehicle."""
-    notes = Notes()
     vehicle = _vehicle(source, options.token, notes)
     mounting = Mounting(source.where, notes, options.vehicle_or(Vehicle()), options.origin_m or ORIGIN)
     for sensor in vehicle.item("sensors").elements():
@@ -62,7 +60,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
     )
     if options.vehicle is None:
         notes.approximated("size of the vehicle not in the file: a sedan", field="vehicle")
-    return Imported(mounting.rig(_text(vehicle, "id", source.name)), notes.report(TITLE))
+    return mounting.rig(_text(vehicle, "id", source.name))
 
 
 def _vehicle(source: Source, token: str | None, notes: Notes) -> Value:
@@ -160,15 +158,14 @@ def _whole(value: Value, key: str, default: int) -> int:
     return default if found is None else found.whole(1, MAX_PIXELS, quoted=True)
 
 
-def write(rig: Rig) -> Exported:
+def write(rig: Rig, notes: Notes) -> dict[str, str]:
     """Return one vehicle with all sensors."""
-    notes = Notes()
     sensors = [_sensor(sensor, notes) for sensor in sensors_to_write(rig, notes, _WRITERS)]
     ego = {"type": "vehicle.tesla.model3", "id": "ego_vehicle", "sensors": sensors}
     notes.approximated("the vehicle is written as CARLA's vehicle.tesla.model3")
     notes.converted("poses stay in ROS axes and degrees, relative to the actor")
     text = json.dumps({"objects": [ego]}, indent=4) + "\n"
-    return Exported({"objects.json": text}, notes.report(TITLE))
+    return {"objects.json": text}
 
 
 def _sensor(sensor: Sensor, notes: Notes) -> dict[str, object]:
@@ -216,4 +213,4 @@ _WRITERS: dict[str, tuple[str, Callable[[Any, Notes], dict[str, Any]]]] = {
     "radar": (RADAR_TYPE, _fields_of_radar),
 }
 """CARLA's type of each kind, and how its fields are written."""
-CARLA = Format("carla", TITLE, recognises, read, write)
+CARLA = Format("carla", "CARLA ROS bridge objects.json", recognises, read, write)

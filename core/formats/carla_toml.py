@@ -15,7 +15,7 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from riglens.core.formats.base import Exported, Format, Imported
+from riglens.core.formats.base import Format
 from riglens.core.formats.carla_lidar import TURNS_PER_SECOND, azimuth_count, rays_to_write
 from riglens.core.formats.carla_objects import PINHOLE
 from riglens.core.formats.frames import Matrix, pose_from_se3, se3_from_rpy_deg
@@ -28,7 +28,6 @@ from riglens.core.geometry import Vec3
 from riglens.core.rig.model import Camera, Lidar, LinearAngles, Rig, Sensor, Vehicle
 from riglens.core.rig.yaml.nodes import shortened, value_text
 
-TITLE = "CARLA TOML of the published placement code"
 ORIGIN: Vec3 = (0.0, 0.0, 0.0)
 IMAGE = (1600, 900)
 RANGE_M = 100.0
@@ -45,9 +44,8 @@ def recognises(source: Source) -> bool:
     return not source.is_folder and source.suffix == ".toml" and "lidar" in source.toml
 
 
-def read(source: Source, options: ReadOptions) -> Imported:
+def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
     """Return the LiDARs, and the cameras where the file has any."""
-    notes = Notes()
     mounting = Mounting(source.where, notes, options.vehicle_or(Vehicle()), options.origin_m or ORIGIN)
     lidars, chosen = _lidars(source.toml.item("lidar"), options.token, notes)
     for index, fields in enumerate(lidars):
@@ -61,7 +59,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
     notes.converted("left-handed axes to right-handed: y, pitch and yaw change sign")
     if options.vehicle is None:
         notes.approximated("vehicle not in the file: a sedan whose body centre is the actor", field="vehicle")
-    return Imported(mounting.rig(f"{source.name}{chosen}"), notes.report(TITLE))
+    return mounting.rig(f"{source.name}{chosen}")
 
 
 def _lidars(table: Value, token: str | None, notes: Notes) -> tuple[list[dict[str, Value]], str]:
@@ -168,9 +166,8 @@ def _add_cameras(table: Value, mounting: Mounting) -> None:
         mounting.add_camera(name, pose, image=IMAGE, hfov_deg=fov)
 
 
-def write(rig: Rig) -> Exported:
+def write(rig: Rig, notes: Notes) -> dict[str, str]:
     """Return [lidar] as one set with an entry per LiDAR, and [camera] with lines for poses and fields of view."""
-    notes = Notes()
     sensors = sensors_to_write(rig, notes, ("lidar", "camera"))
     lidars = [_lidar_fields(sensor, notes) for sensor in sensors if isinstance(sensor, Lidar)]
     height_m = lidars[0]["z"] if lidars else rig.vehicle.height
@@ -184,7 +181,7 @@ def write(rig: Rig) -> Exported:
     notes.converted("right-handed axes to CARLA's left-handed: y, pitch and yaw change sign")
     notes.ignored("vehicle: the format cannot express it")
     text = "\n".join([*lines, *(["", "[camera]", *cameras] if cameras else []), ""])
-    return Exported({"rig.toml": text}, notes.report(TITLE))
+    return {"rig.toml": text}
 
 
 def _left_handed(sensor: Sensor) -> tuple[Vec3, Vec3]:
@@ -239,4 +236,6 @@ def _text(number: float) -> str:
     return value_text(float(number)) if isinstance(number, float) else str(number)
 
 
-CARLA_TOML = Format("carla-toml", TITLE, recognises, read, write, endings=(".toml",))
+CARLA_TOML = Format(
+    "carla-toml", "CARLA TOML of the published placement code", recognises, read, write, endings=(".toml",)
+)

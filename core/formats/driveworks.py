@@ -14,7 +14,7 @@ import json
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from riglens.core.formats.base import Exported, Format, Imported
+from riglens.core.formats.base import Format
 from riglens.core.formats.frames import Matrix, pose_from_se3, se3
 from riglens.core.formats.lens_export import ftheta_polynomial, most_off_deg, radial_only
 from riglens.core.formats.lenses import FTheta, brown_conrady, ftheta_fields
@@ -33,7 +33,6 @@ from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt, Rig, Sen
 from riglens.core.rig.yaml.nodes import shortened
 from riglens.core.sensors.registry import kind_named
 
-TITLE = "NVIDIA DriveWorks rig JSON"
 VERSION = 2
 NOMINAL, CORRECTION_R, CORRECTION_T = "nominalSensor2Rig_FLU", "correction_sensor_R_FLU", "correction_rig_T"
 RPY = "roll-pitch-yaw"
@@ -52,9 +51,8 @@ def recognises(source: Source) -> bool:
     return rig is not None and rig.is_mapping and "sensors" in rig
 
 
-def read(source: Source, options: ReadOptions) -> Imported:
+def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
     """Return cameras and LiDARs with their corrections applied, and the vehicle's size where it is given."""
-    notes = Notes()
     rig = source.json.item("rig")
     vehicle = options.vehicle_or(_vehicle(rig, options, notes))
     mounting = Mounting(source.where, notes, vehicle, options.origin_m or rear_axle_on_ground(vehicle))
@@ -62,7 +60,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
         _add(sensor, f"sensor {index}", mounting)
     x, y, z = mounting.origin_m
     notes.converted(f"origin from the rear axle on the ground to the body centre: added {x:g} {y:g} {z:g} m")
-    return Imported(mounting.rig(_name(source)), notes.report(TITLE))
+    return mounting.rig(_name(source))
 
 
 def _name(source: Source) -> str:
@@ -244,14 +242,13 @@ def _coefficients(properties: Value, key: str) -> list[float]:
     return [Value(word, *found.place).number(-1e12, 1e12, quoted=True) for word in words]
 
 
-def write(rig: Rig) -> Exported:
+def write(rig: Rig, notes: Notes) -> dict[str, str]:
     """Return the rig with nominal poses and no corrections; cameras as pinholes or f-theta lenses."""
-    notes = Notes()
     sensors = [_sensor(sensor, rig, notes) for sensor in sensors_to_write(rig, notes, _PROPERTIES)]
     notes.converted("origin from the body centre to the rear axle on the ground")
     notes.approximated("only the size of the vehicle is known: it is written, marked as not valid")
     document = {"rig": {"sensors": sensors, "vehicle": _vehicle_block(rig.vehicle)}, "version": VERSION}
-    return Exported({"rig.json": json.dumps(document, indent=4) + "\n"}, notes.report(TITLE))
+    return {"rig.json": json.dumps(document, indent=4) + "\n"}
 
 
 def _vehicle_block(vehicle: Vehicle) -> dict[str, object]:
@@ -335,4 +332,4 @@ def _radial(camera: Camera, notes: Notes) -> str:
     return _words(getattr(written.distortion, key) for key in _RADIAL)
 
 
-DRIVEWORKS = Format("driveworks", TITLE, recognises, read, write)
+DRIVEWORKS = Format("driveworks", "NVIDIA DriveWorks rig JSON", recognises, read, write)

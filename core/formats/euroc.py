@@ -12,16 +12,16 @@ from typing import Any
 
 import numpy as np
 
-from riglens.core.formats.base import Format, Imported
+from riglens.core.formats.base import Format
 from riglens.core.formats.frames import FrameTree, Matrix
 from riglens.core.formats.lenses import named_lens
 from riglens.core.formats.matrices import add_by_imu, rigid
 from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source, Value
+from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.nodes import shortened
 
-TITLE = "EuRoC, Kimera-VIO or maplab calibration"
 _PLACES = ("cam[0-9]*/sensor.yaml", "mav0/cam[0-9]*/sensor.yaml", "*CameraParams.yaml")
 _MODELS = {"unified-projection": "omni"}
 """Names of Kalibr's models in maplab, where they differ."""
@@ -53,9 +53,8 @@ def _files(source: Source) -> list[Source]:
     )
 
 
-def read(source: Source, options: ReadOptions) -> Imported:
+def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
     """Return the cameras, and maplab's LiDARs."""
-    notes = Notes()
     mounting = Mounting.on_roof(source.where, notes, options)
     cameras: _Cameras = {}
     lidars: dict[str, Matrix] = {}
@@ -72,7 +71,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
         mounting.add_lidar(name, turn @ pose)
     notes.converted("cameras from optical axes")
     mounting.report_assumptions(options)
-    return Imported(mounting.rig(source.name), notes.report(TITLE))
+    return mounting.rig(source.name)
 
 
 def _add_plain(root: Value, file: Source, cameras: _Cameras, notes: Notes) -> None:
@@ -148,4 +147,4 @@ def _free(name: str, taken: dict[str, Any]) -> str:
     return next(new for number in range(len(taken) + 1) if (new := name + "_" * number) not in taken)
 
 
-EUROC = Format("euroc", TITLE, recognises, read)
+EUROC = Format("euroc", "EuRoC, Kimera-VIO or maplab calibration", recognises, read)

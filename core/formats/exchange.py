@@ -61,8 +61,8 @@ FORMATS = {
 }
 """Every format by its name on the command line; RigLens' own comes first."""
 
-READABLE = tuple(name for name, format_ in FORMATS.items() if format_.read)
-WRITABLE = tuple(name for name, format_ in FORMATS.items() if format_.write)
+READABLE = tuple(name for name, format_ in FORMATS.items() if format_.reads)
+WRITABLE = tuple(name for name, format_ in FORMATS.items() if format_.writes)
 
 
 def detect(source: Source) -> Format:
@@ -118,7 +118,6 @@ def read_rig(
         raise InputError(f"{source.where}: no such file or folder")
     if options is not None and options.kit is not None and format_ is not AUTOWARE:
         raise InputError(f"applies to an Autoware kit only (got {format_.title})", "kit")
-    assert format_.read is not None
     return format_.read(source, options or ReadOptions())
 
 
@@ -128,7 +127,6 @@ def write_rig(rig: Rig, path: str | os.PathLike[str], name: str | None = None) -
     One file, or a folder written whole or not at all. Raise InputError when it cannot be written.
     """
     format_ = format_for(Path(path)) if name is None else format_called(name, WRITABLE)
-    assert format_.write is not None
     exported = format_.write(rig)
     if format_.is_folder:
         atomic_folder(path, {file: text.encode("utf-8") for file, text in exported.files.items()})
@@ -151,7 +149,7 @@ def format_called(name: str, accepted: tuple[str, ...]) -> Format:
 def format_for(path: Path) -> Format:
     """Return the format of a file's ending; raise InputError when several write files of that ending, or none."""
     for format_ in FORMATS.values():
-        if format_.write and path.name.lower().endswith(format_.endings or ("\n",)):
+        if format_.writes and path.name.lower().endswith(format_.endings or ("\n",)):
             return format_
     raise InputError(
         f"must name the format, which the ending of {shown_path(path)} does not: {', '.join(WRITABLE)}",

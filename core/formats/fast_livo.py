@@ -12,16 +12,16 @@ from typing import Any
 
 import numpy as np
 
-from riglens.core.formats.base import Format, Imported
+from riglens.core.formats.base import Format
 from riglens.core.formats.frames import Matrix, inverse, se3
 from riglens.core.formats.lenses import brown_conrady, kannala_brandt
 from riglens.core.formats.matrices import add_by_imu, rotation_of
 from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source, Value
+from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.nodes import shortened
 
-TITLE = "FAST-LIVO2 configuration"
 _CALIBRATION, _RADIAL, _FISHEYE = (
     "extrin_calib",
     ("cam_d0", "cam_d1", "cam_d2", "cam_d3"),
@@ -36,9 +36,8 @@ def recognises(source: Source) -> bool:
     return source.suffix in (".yaml", ".yml") and not source.is_folder and _CALIBRATION in source.yaml
 
 
-def read(source: Source, options: ReadOptions) -> Imported:
+def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
     """Return the LiDAR and the camera around the IMU."""
-    notes = Notes()
     mounting = Mounting.on_roof(source.where, notes, options)
     found = source.yaml.item(_CALIBRATION)
     imu_SE3_lidar = _transform(found, "extrinsic_R", "extrinsic_T", notes)
@@ -48,7 +47,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
     mounting.add_lidar("lidar", turn @ imu_SE3_lidar, said=_model(source.yaml))
     notes.converted("camera from optical axes, through the LiDAR")
     mounting.report_assumptions(options)
-    return Imported(mounting.rig(source.name), notes.report(TITLE))
+    return mounting.rig(source.name)
 
 
 def _transform(found: Value, rotation: str, position: str, notes: Notes) -> Matrix:
@@ -84,4 +83,4 @@ def _lens(source: Source, notes: Notes) -> dict[str, Any]:
     return lens | brown_conrady(root, numbers, "camera", notes)
 
 
-FAST_LIVO = Format("fast-livo", TITLE, recognises, read)
+FAST_LIVO = Format("fast-livo", "FAST-LIVO2 configuration", recognises, read)

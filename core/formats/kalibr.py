@@ -17,16 +17,16 @@ from typing import Any
 
 import numpy as np
 
-from riglens.core.formats.base import Format, Imported
+from riglens.core.formats.base import Format
 from riglens.core.formats.frames import Matrix, from_optical, inverse, to_optical
 from riglens.core.formats.lenses import named_lens
 from riglens.core.formats.matrices import level_axes, rigid
 from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source, Value
+from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.nodes import shortened
 
-TITLE = "Kalibr camchain"
 _CAMERA = re.compile(r"cam[0-9]{1,3}")
 _FROM_IMU, _TO_IMU, _STEP = "T_cam_imu", "T_imu_cam", "T_cn_cnm1"
 _KNOWN = frozenset(
@@ -54,9 +54,8 @@ def recognises(source: Source) -> bool:
     return first is not None and first.is_mapping and "intrinsics" in first
 
 
-def read(source: Source, options: ReadOptions) -> Imported:
+def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
     """Return the cameras of the chain."""
-    notes = Notes()
     mounting = Mounting.on_roof(source.where, notes, options)
     cameras = {name: value for name, value in source.yaml.items() if _CAMERA.fullmatch(name)}
     for name, _ in source.yaml.items():
@@ -67,7 +66,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
         mounting.add_camera(name, from_optical(pose), **_lens(chain[name], name, notes))
     notes.converted("cameras from optical axes and inverse transforms")
     mounting.report_assumptions(options)
-    return Imported(mounting.rig(source.name), notes.report(TITLE))
+    return mounting.rig(source.name)
 
 
 def _poses(chain: Mapping[str, Value], notes: Notes) -> dict[str, Matrix]:
@@ -137,4 +136,4 @@ def _lens(value: Value, name: str, notes: Notes) -> dict[str, Any]:
     return named_lens(model, value.item("intrinsics"), kind, coefficients, (width, height), name, notes)
 
 
-KALIBR = Format("kalibr", TITLE, recognises, read)
+KALIBR = Format("kalibr", "Kalibr camchain", recognises, read)

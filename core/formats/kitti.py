@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from riglens.core.errors import InputError
-from riglens.core.formats.base import Format, Imported
+from riglens.core.formats.base import Format
 from riglens.core.formats.frames import Matrix, from_optical, inverse, se3
 from riglens.core.formats.lenses import brown_conrady, pinhole
 from riglens.core.formats.matrices import quoted_numbers, rotation_of
@@ -21,10 +21,9 @@ from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source, Value
 from riglens.core.geometry import Vec3
-from riglens.core.rig.model import Vehicle
+from riglens.core.rig.model import Rig, Vehicle
 from riglens.core.rig.yaml.nodes import shortened
 
-TITLE = "KITTI calibration"
 VELODYNE_M: Vec3 = (0.4, 0.0, 1.73)
 PASSAT = Vehicle(body="sedan", length=4.77, width=1.82, height=1.52, rear_axle_x=-1.35)
 RECTIFIED_IMAGE = (1242, 375)
@@ -45,9 +44,8 @@ def recognises(source: Source) -> bool:
     return any(line.startswith(("P2:", "P_rect_02:")) for line in source.text[:100_000].splitlines())
 
 
-def read(source: Source, options: ReadOptions) -> Imported:
+def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
     """Return the four cameras and the Velodyne."""
-    notes = Notes()
     vehicle = options.vehicle_or(PASSAT)
     mounting = Mounting(source.where, notes, vehicle, options.origin_m or VELODYNE_M)
     is_raw = source.is_folder or source.path.name in (CAM_TO_CAM, VELO_TO_CAM)
@@ -64,7 +62,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
         )
     if options.vehicle is None:
         notes.approximated("vehicle not in the file: size of a VW Passat, the car of KITTI", field="vehicle")
-    return Imported(mounting.rig(f"KITTI {source.name}"), notes.report(TITLE))
+    return mounting.rig(f"KITTI {source.name}")
 
 
 def table_of(source: Source) -> Table:
@@ -185,4 +183,4 @@ def image_size(table: Table, name: str) -> tuple[int, int]:
     return width, height
 
 
-KITTI = Format("kitti", TITLE, recognises, read)
+KITTI = Format("kitti", "KITTI calibration", recognises, read)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from riglens.core.errors import InputError
-from riglens.core.formats.base import Format, Imported
+from riglens.core.formats.base import Format
 from riglens.core.formats.frames import Matrix, from_optical, inverse, se3
 from riglens.core.formats.kitti import PASSAT, Table, image_size, raw_lens, table_matrix, table_of
 from riglens.core.formats.lenses import pinhole
@@ -23,8 +23,8 @@ from riglens.core.formats.mounts import Mounting, ReadOptions
 from riglens.core.formats.opencv_yaml import read_lens
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source
+from riglens.core.rig.model import Rig
 
-TITLE = "KITTI-360 calibration"
 IMU_HEIGHT_M = 0.48
 VEHICLE_SE3_IMU: Matrix = np.diag([1.0, -1.0, -1.0, 1.0])
 _POSES, _VELO, _SICK, _PINHOLES = (
@@ -45,9 +45,8 @@ def _beside(source: Source, name: str) -> Source | None:
     return source.sibling(name, f"calibration/{name}") if source.is_folder else source.sibling(name)
 
 
-def read(source: Source, options: ReadOptions) -> Imported:
+def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
     """Return the four cameras and the Velodyne."""
-    notes = Notes()
     vehicle = options.vehicle_or(PASSAT)
     origin_m = options.origin_m or (vehicle.rear_axle_x, 0.0, IMU_HEIGHT_M)
     mounting = Mounting(source.where, notes, vehicle, origin_m)
@@ -74,7 +73,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
         )
     notes.converted("from the axes of the IMU, y right, z down, and optical axes")
     mounting.report_assumptions(options)
-    return Imported(mounting.rig(f"KITTI-360 {source.name}"), notes.report(TITLE))
+    return mounting.rig(f"KITTI-360 {source.name}")
 
 
 def _pose(poses: Table, name: str, notes: Notes) -> Matrix:
@@ -102,4 +101,4 @@ def _add(name: str, pose: Matrix, table: Table, lens: Source | None, mounting: M
     mounting.add_camera(name, from_optical(pose), **fields)
 
 
-KITTI_360 = Format("kitti-360", TITLE, recognises, read)
+KITTI_360 = Format("kitti-360", "KITTI-360 calibration", recognises, read)

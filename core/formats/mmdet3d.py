@@ -14,17 +14,15 @@ from typing import Any
 import numpy as np
 
 from riglens.core.errors import InputError
-from riglens.core.formats.base import Format, Imported
+from riglens.core.formats.base import Format
 from riglens.core.formats.frames import Matrix, from_optical, inverse, se3
 from riglens.core.formats.lenses import pinhole
 from riglens.core.formats.matrices import rigid
 from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions, rear_axle_on_ground
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source, Value
-from riglens.core.rig.model import Vehicle
+from riglens.core.rig.model import Rig, Vehicle
 from riglens.core.rig.yaml.nodes import shortened
-
-TITLE = "MMDetection3D infos"
 
 
 def recognises(source: Source) -> bool:
@@ -36,9 +34,8 @@ def recognises(source: Source) -> bool:
     return isinstance(first, dict) and bool({"images", "lidar_points"} & first.keys())
 
 
-def read(source: Source, options: ReadOptions) -> Imported:
+def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
     """Return the cameras and the LiDAR of one entry: that of the index `options.token`, or the first."""
-    notes = Notes()
     info = _entry(source, options.token, notes)
     points = info.get("lidar_points")
     has_ego = points is not None and "lidar2ego" in points
@@ -54,7 +51,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
         mounting.add_lidar("lidar", root_SE3_lidar)
     notes.converted("cameras from optical axes")
     mounting.report_assumptions(options)
-    return Imported(mounting.rig(source.name), notes.report(TITLE))
+    return mounting.rig(source.name)
 
 
 def _entry(source: Source, token: str | None, notes: Notes) -> Value:
@@ -96,4 +93,4 @@ def _image(name: str, value: Value, notes: Notes) -> dict[str, Any]:
     return {"image": (1600, 900)}
 
 
-MMDET3D = Format("mmdet3d", TITLE, recognises, read)
+MMDET3D = Format("mmdet3d", "MMDetection3D infos", recognises, read)

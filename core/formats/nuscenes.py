@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from riglens.core.errors import InputError
-from riglens.core.formats.base import Exported, Format, Imported
+from riglens.core.formats.base import Format
 from riglens.core.formats.frames import (
     Matrix,
     from_optical,
@@ -43,7 +43,6 @@ from riglens.core.scene.readers.json_records import json_records
 from riglens.core.scene.readers.nuscenes_tables import table_file, version_folder
 from riglens.core.sensors.radar import RADAR
 
-TITLE = "nuScenes tables"
 ZOE = Vehicle(body="sedan", length=4.084, width=1.73, height=1.562, rear_axle_x=-1.35)
 IMAGE = (1600, 900)
 MAX_ROWS = 200_000
@@ -67,9 +66,8 @@ def recognises(source: Source) -> bool:
     return isinstance(first, dict) and ("sensor_token" in first or "modality" in first)
 
 
-def read(source: Source, options: ReadOptions) -> Imported:
+def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
     """Return one rig of the tables: that of `options.token` (any row of the rig), or the first."""
-    notes = Notes()
     source = (_home(source) or source) if source.is_folder else source
     channels = _channels(_table(source, "sensor").json)
     rigs = _rigs(_table(source, "calibrated_sensor").json, channels)
@@ -90,7 +88,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
         sweep = None if is_own else sweep_file(roots, fields.get("filename"))
         _add(row, *_named(row, channels), _Recorded(_size(fields), is_own, sweep), mounting)
     _remark_on_frames(notes, origin_m, options)
-    return Imported(mounting.rig(f"nuScenes {rows[0].item('token').text()[:8]}"), notes.report(TITLE))
+    return mounting.rig(f"nuScenes {rows[0].item('token').text()[:8]}")
 
 
 def _home(source: Source) -> Source | None:
@@ -241,9 +239,8 @@ def _remark_on_frames(notes: Notes, origin_m: Vec3, options: ReadOptions) -> Non
         notes.approximated("vehicle not in the file: a Renault Zoe, the car of nuScenes", field="vehicle")
 
 
-def write(rig: Rig) -> Exported:
+def write(rig: Rig, notes: Notes) -> dict[str, str]:
     """Return the tables, in a folder; tokens follow from the rig's name and the sensors' names."""
-    notes = Notes()
     origin_m = rear_axle_on_ground(rig.vehicle)
     sensors = sensors_to_write(rig, notes, _LEFT_OUT)
     tables = {
@@ -259,9 +256,7 @@ def write(rig: Rig) -> Exported:
         notes.ignored(f"{left_out} and range: the format cannot express them", sensor.name)
     notes.converted("origin from the body centre to the rear axle on the ground; cameras to optical axes")
     notes.ignored("vehicle: the format cannot express it")
-    return Exported(
-        {name: json.dumps(rows, indent=1) + "\n" for name, rows in tables.items()}, notes.report(TITLE)
-    )
+    return {name: json.dumps(rows, indent=1) + "\n" for name, rows in tables.items()}
 
 
 _LEFT_OUT = {
@@ -320,4 +315,4 @@ def _token(rig: Rig, table: str, sensor: str) -> str:
     return hashlib.sha256("\0".join((rig.name, table, sensor)).encode()).hexdigest()[:32]
 
 
-NUSCENES = Format("nuscenes", TITLE, recognises, read, write, is_folder=True)
+NUSCENES = Format("nuscenes", "nuScenes tables", recognises, read, write, is_folder=True)

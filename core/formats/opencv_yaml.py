@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from riglens.core.errors import InputError
-from riglens.core.formats.base import Format, Imported
+from riglens.core.formats.base import Format
 from riglens.core.formats.frames import Matrix
 from riglens.core.formats.lenses import (
     BROWN_CONRADY,
@@ -28,10 +28,9 @@ from riglens.core.formats.matrices import add_by_imu, rigid
 from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source, Value
-from riglens.core.rig.model import Camera, KannalaBrandt
+from riglens.core.rig.model import Camera, KannalaBrandt, Rig
 from riglens.core.rig.yaml.nodes import shortened, value_text
 
-TITLE = "OpenCV, ROS or VINS camera"
 _MATRIX, _PROJECTION = "camera_matrix", "projection_parameters"
 _EXTRINSIC = re.compile(r"body_T_cam([0-9]{1,2})")
 _FISHEYES = ("equidistant", "fisheye", "kannala_brandt")
@@ -57,9 +56,8 @@ def _is_camera(root: Value) -> bool:
     return _MATRIX in root or _PROJECTION in root or is_message
 
 
-def read(source: Source, options: ReadOptions) -> Imported:
+def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
     """Return the one camera, or those of a configuration."""
-    notes = Notes()
     mounting = Mounting.on_roof(source.where, notes, options)
     root = source.yaml
     if _is_camera(root):
@@ -68,7 +66,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
         _add_chain(source, mounting)
     notes.converted("cameras from optical axes")
     mounting.report_assumptions(options)
-    return Imported(mounting.rig(source.name), notes.report(TITLE))
+    return mounting.rig(source.name)
 
 
 def _add_one(root: Value, source: Source, mounting: Mounting) -> None:
@@ -215,4 +213,4 @@ def camera_info_text(camera: Camera) -> str:
     return "\n".join([*lines, ""])
 
 
-OPENCV = Format("opencv", TITLE, recognises, read)
+OPENCV = Format("opencv", "OpenCV, ROS or VINS camera", recognises, read)

@@ -62,6 +62,5 @@ def open_rig_file(path: Path) -> OpenedRig:
     if format_ is RIGLENS:
         file = load_rig(path)
         return OpenedRig(file.rig, file)
-    assert format_.read is not None
     imported = format_.read(source, ReadOptions())
     return OpenedRig(imported.rig, report=imported.report)

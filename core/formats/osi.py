@@ -15,7 +15,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from riglens.core.formats.base import Exported, Format, Imported
+from riglens.core.formats.base import Format
 from riglens.core.formats.frames import Matrix, pose_from_se3, se3_from_rpy_deg
 from riglens.core.formats.lens_export import SMALLEST_TOLD_DEG, extent
 from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions, root_SE3_body, sensors_to_write
@@ -28,7 +28,6 @@ from riglens.core.sensors.radar import RADAR, Scan
 from riglens.core.sensors.sectors import Sectored
 from riglens.core.sensors.ultrasonic import ULTRASONIC
 
-TITLE = "ASAM OSI sensor view configuration (JSON)"
 WHEEL_RADIUS_M = 0.33
 """Assumed height of the rear axle, which a rig does not contain; 0.33 m is a 215/55 R17 tyre."""
 
@@ -67,9 +66,9 @@ def _get(message: Value, name: str) -> Value | None:
     return message.get(first + "".join(word.capitalize() for word in rest)) if found is None else found
 
 
-def read(source: Source, options: ReadOptions) -> Imported:
+def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
     """Return the sensors of all messages; names come from our own index, or from kind and sensor_id."""
-    notes, root = Notes(), source.json
+    root = source.json
     vehicle = options.vehicle_or(Vehicle())
     axle = (vehicle.rear_axle_x, 0.0, WHEEL_RADIUS_M)
     mounting = Mounting(source.where, notes, vehicle, options.origin_m or axle)
@@ -89,7 +88,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
                     _READERS[kind](name, _Views(view, message), mounting)
     notes.converted("angles from radians")
     mounting.report_assumptions(options)
-    return Imported(mounting.rig(source.name), notes.report(TITLE))
+    return mounting.rig(source.name)
 
 
 def _id(message: Value) -> str:
@@ -229,9 +228,8 @@ _READERS: dict[str, Callable[[str, _Views, Mounting], None]] = {
 """Readers of a sensor, by kind."""
 
 
-def write(rig: Rig) -> Exported:
+def write(rig: Rig, notes: Notes) -> dict[str, str]:
     """Return a list of SensorViewConfiguration messages, one for each sensor, and an index of their names."""
-    notes = Notes()
     sensors = sensors_to_write(rig, notes, _VIEWS)
     messages = [_message(sensor, number, rig, notes) for number, sensor in enumerate(sensors, 1)]
     notes.converted("origin from the body centre to the rear axle; angles to radians")
@@ -239,7 +237,7 @@ def write(rig: Rig) -> Exported:
     notes.converted("names, for which OSI has no field, are kept next to the messages, by sensor_id")
     names = {str(number): sensor.name for number, sensor in enumerate(sensors, 1)}
     document = {"sensor_view_configuration": messages, "sensor_names": names}
-    return Exported({"osi.json": json.dumps(document, indent=2) + "\n"}, notes.report(TITLE))
+    return {"osi.json": json.dumps(document, indent=2) + "\n"}
 
 
 def _message(sensor: Sensor, number: int, rig: Rig, notes: Notes) -> dict[str, Any]:
@@ -321,4 +319,4 @@ _VIEWS: dict[str, Callable[[Any, Notes], tuple[float, float, dict[str, int]]]] =
     "ultrasonic": _sectored,
 }
 """Writers of a sensor, by kind."""
-OSI = Format("osi", TITLE, recognises, read, write)
+OSI = Format("osi", "ASAM OSI sensor view configuration (JSON)", recognises, read, write)

@@ -12,16 +12,15 @@ from typing import Any
 
 import numpy as np
 
-from riglens.core.formats.base import Format, Imported
+from riglens.core.formats.base import Format
 from riglens.core.formats.frames import Matrix, from_optical, inverse, rotation_from_wxyz, se3
 from riglens.core.formats.lenses import brown_conrady
 from riglens.core.formats.mounts import Mounting, ReadOptions
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source, Value
 from riglens.core.geometry import Vec3
-from riglens.core.rig.model import Vehicle
+from riglens.core.rig.model import Rig, Vehicle
 
-TITLE = "PandaSet calibration"
 PACIFICA = Vehicle(body="van", length=5.17, width=2.02, height=1.78, rear_axle_x=-1.5)
 MAIN_LIDAR_M: Vec3 = (0.0, 0.0, 2.0)
 """Assumed position of the Pandar64: over the body centre, on a rack over the roof of a 1.78 m high car."""
@@ -50,9 +49,8 @@ def _has_transform(entry: object) -> bool:
     return isinstance(extrinsic, dict) and "transform" in extrinsic
 
 
-def read(source: Source, options: ReadOptions) -> Imported:
+def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
     """Return cameras and LiDARs around the Pandar64."""
-    notes = Notes()
     vehicle = options.vehicle_or(PACIFICA)
     mounting = Mounting(source.where, notes, vehicle, options.origin_m or MAIN_LIDAR_M)
     root = source.json if source.suffix == ".json" else source.yaml
@@ -66,7 +64,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
         )
     if options.vehicle is None:
         notes.approximated("vehicle not in the file: size of a Chrysler Pacifica, the car of PandaSet")
-    return Imported(mounting.rig("PandaSet"), notes.report(TITLE))
+    return mounting.rig("PandaSet")
 
 
 def _add(name: str, value: Value, mounting: Mounting) -> None:
@@ -99,4 +97,4 @@ def _lens(intrinsic: Value, name: str, notes: Notes) -> dict[str, Any]:
     return lens | brown_conrady(distortion, distortion.numbers(), name, notes)
 
 
-PANDASET = Format("pandaset", TITLE, recognises, read)
+PANDASET = Format("pandaset", "PandaSet calibration", recognises, read)

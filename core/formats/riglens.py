@@ -6,7 +6,7 @@ import re
 
 from riglens.core.errors import InputError
 from riglens.core.files import open_regular
-from riglens.core.formats.base import Exported, Format, Imported
+from riglens.core.formats.base import Format
 from riglens.core.formats.mounts import ReadOptions
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source
@@ -14,7 +14,6 @@ from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.file import dumps, load_rig
 from riglens.core.rig.yaml.nodes import MAX_BYTES
 
-TITLE = "RigLens rig YAML"
 _HEAD = re.compile(r"^['\"]?riglens['\"]?\s*:", re.MULTILINE)
 
 
@@ -29,9 +28,8 @@ def recognises(source: Source) -> bool:
         return True
 
 
-def read(source: Source, options: ReadOptions) -> Imported:
+def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
     """Return the rig unchanged, except for a vehicle or rear axle that the user names."""
-    notes = Notes()
     rig = load_rig(source.path).rig
     vehicle = options.vehicle_or(rig.vehicle)
     if vehicle != rig.vehicle:
@@ -39,17 +37,16 @@ def read(source: Source, options: ReadOptions) -> Imported:
     if options.origin_m is not None or options.token is not None:
         notes.ignored("origin and token: this format does not use them")
     notes.read("everything")
-    return Imported(rig.replace(vehicle=vehicle), notes.report(TITLE))
+    return rig.replace(vehicle=vehicle)
 
 
-def write(rig: Rig) -> Exported:
+def write(rig: Rig, notes: Notes) -> dict[str, str]:
     """Return the whole rig."""
-    notes = Notes()
     notes.written("everything")
     for sensor in rig.sensors:
         if sensor.table is not None:
             notes.ignored(f"rays of {sensor.table.file}: copy the file beside the new one", sensor.name)
-    return Exported({"rig.yaml": dumps(rig)}, notes.report(TITLE))
+    return {"rig.yaml": dumps(rig)}
 
 
-RIGLENS = Format("riglens", TITLE, recognises, read, write, endings=(".yaml", ".yml"))
+RIGLENS = Format("riglens", "RigLens rig YAML", recognises, read, write, endings=(".yaml", ".yml"))

@@ -19,7 +19,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from riglens.core.formats.base import Exported, Format, Imported
+from riglens.core.formats.base import Format
 from riglens.core.formats.frames import (
     FrameTree,
     Matrix,
@@ -60,13 +60,11 @@ from riglens.core.rig.model import Camera, KannalaBrandt, Lidar, Rig, Sensor, Ve
 from riglens.core.rig.yaml.nodes import shortened
 from riglens.core.sensors.registry import kind_named
 
-TITLE = "ROS URDF"
 _OPTICAL_RPY = (-90.0, 0.0, -90.0)
 
 
-def write(rig: Rig) -> Exported:
+def write(rig: Rig, notes: Notes) -> dict[str, str]:
     """Return the URDF; base_link is the point on the ground under the rear axle."""
-    notes = Notes()
     lines = ['<?xml version="1.0"?>', f"<robot name={_quoted(rig.name)}>", '  <link name="base_link"/>']
     for sensor in sensors_to_write(rig, notes, _GAZEBO):
         pose = pose_from_se3(root_SE3_body(sensor, rear_axle_on_ground(rig.vehicle)))
@@ -78,7 +76,7 @@ def write(rig: Rig) -> Exported:
     notes.converted("origin to the ground under the rear axle (base_link); angles to radians")
     notes.ignored("vehicle: the format cannot express it")
     text = "\n".join([*lines, "</robot>", ""])
-    return Exported({"rig.urdf": text}, notes.report(TITLE))
+    return {"rig.urdf": text}
 
 
 def _quoted(text: str) -> str:
@@ -207,9 +205,9 @@ def recognises(source: Source) -> bool:
     return source.suffix != ".xml" or source.xml.tag == "robot"
 
 
-def read(source: Source, options: ReadOptions) -> Imported:
+def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
     """Return the sensors of a robot, chained to base_link."""
-    root, notes = source.xml, Notes()
+    root = source.xml
     if root.tag != "robot":
         raise root.error("the root must be <robot>")
     if is_xacro(root):
@@ -224,7 +222,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
             continue
         _add(found, inverse(tree.root_SE3(base)) @ tree.root_SE3(found.link), mounting)
     _remark(root, base, mounting, options)
-    return Imported(mounting.rig(root.attributes.get("name", source.name)), notes.report(TITLE))
+    return mounting.rig(root.attributes.get("name", source.name))
 
 
 def _walk(root: Element) -> Iterator[Element]:
@@ -376,4 +374,4 @@ def _remark(root: Element, base: str, mounting: Mounting, options: ReadOptions) 
         notes.ignored(f"{meshes} meshes: they are not opened")
 
 
-URDF = Format("urdf", TITLE, recognises, read, write, endings=(".urdf",))
+URDF = Format("urdf", "ROS URDF", recognises, read, write, endings=(".urdf",))

@@ -49,7 +49,7 @@ def assert_looks_there(camera: Sensor, bearing_deg: float, within_deg: float = 1
 def everything_comes_back(rig: Rig) -> None:
     """The rig goes through every format that is read and written, and its poses come back."""
     for name, format_ in FORMATS.items():
-        if format_.read is None or format_.write is None or name == "carla-toml":
+        if format_.reads is None or format_.writes is None or name == "carla-toml":
             continue
         back = read_files(format_.write(rig).files, name, ReadOptions(vehicle=rig.vehicle)).rig
         known = {"camera", "lidar"} | {sensor.kind for sensor in back.sensors}  # URDF has no radars

@@ -22,7 +22,7 @@ from tests.core.formats.cases import (
 )
 from tests.core.formats.test_poses_written import written
 
-BOTH_WAYS = [name for name, format_ in FORMATS.items() if format_.read and format_.write]
+BOTH_WAYS = [name for name, format_ in FORMATS.items() if format_.reads and format_.writes]
 NAMES = st.sampled_from(
     ["front", "rear left", "a/b", "ö", 'x"<&>y', "no", "1.5", "it's", "base", "# c", "a: b"]
 )
