@@ -89,6 +89,10 @@ class RayCase:
     sensors: tuple[Sensor, ...]
 
 
+def _case(name: str, why: str, *sensors: Sensor, grid: VoxelGrid = UNIT) -> RayCase:
+    return RayCase(name, why, grid, sensors)
+
+
 def ray_cases(quick: bool = False) -> Iterator[RayCase]:
     """All cases, in the order of the table; `quick` thins the largest sensors."""
     yield from _planes()
@@ -99,45 +103,41 @@ def ray_cases(quick: bool = False) -> Iterator[RayCase]:
 
 
 def _planes() -> Iterator[RayCase]:
-    yield RayCase(
+    yield _case(
         "rays in grid faces",
         "the ray never enters the voxels on either side; the rule gives it to the positive side",
-        UNIT,
-        (lidar((0.5, 1.0, 2.5), (0.0,), RIGHT_ANGLES), lidar((2.0, 0.5, 0.0), (0.0, 90.0), (0.0, 180.0))),
+        lidar((0.5, 1.0, 2.5), (0.0,), RIGHT_ANGLES),
+        lidar((2.0, 0.5, 0.0), (0.0, 90.0), (0.0, 180.0)),
     )
-    yield RayCase(
+    yield _case(
         "rays along edges",
         "four voxels share the ray",
-        UNIT,
-        (lidar((-3.5, 1.0, 2.0), (0.0,), (0.0, 180.0)), lidar((2.0, -3.0, 0.5), (90.0, -90.0))),
+        lidar((-3.5, 1.0, 2.0), (0.0,), (0.0, 180.0)),
+        lidar((2.0, -3.0, 0.5), (90.0, -90.0)),
     )
-    yield RayCase(
+    yield _case(
         "rays through corners",
         "three planes at one moment; voxels that are only touched do not count",
-        UNIT,
-        (
-            whole_slopes((-5.0, -1.0, 3.0)),
-            whole_slopes((0.0, 0.0, 4.0)),
-            whole_slopes((2.0, 1.0, 4.0), side=4),
-        ),
+        whole_slopes((-5.0, -1.0, 3.0)),
+        whole_slopes((0.0, 0.0, 4.0)),
+        whole_slopes((2.0, 1.0, 4.0), side=4),
     )
-    yield RayCase(
+    yield _case(
         "rays just off corners",
         "diagonals by angles: planes are met within 10⁻¹⁶ of each other, in an order that doubles lose",
-        UNIT,
-        (lidar((0.0, 0.0, 4.0), (0.0, 45.0, -45.0, _SPACE_DIAGONAL_DEG, -_SPACE_DIAGONAL_DEG), EIGHT_WAYS),),
+        lidar((0.0, 0.0, 4.0), (0.0, 45.0, -45.0, _SPACE_DIAGONAL_DEG, -_SPACE_DIAGONAL_DEG), EIGHT_WAYS),
     )
-    yield RayCase(
+    yield _case(
         "rays aimed at edges",
         "generic origins, every ray as near to an edge as doubles can aim it",
-        UNIT,
-        tuple(_aimed(UNIT, number) for number in range(4)),
+        *(_aimed(UNIT, number) for number in range(4)),
     )
-    yield RayCase(
+    yield _case(
         "faces at multiples of 0.1 m",
         "0.1 has no double: a face is where the rounded quotient is whole",
-        TENTHS,
-        (lidar((0.0, 0.3, 0.3), (0.0, 45.0, 90.0), EIGHT_WAYS), whole_slopes((-0.3, 0.1, 0.4), side=4)),
+        lidar((0.0, 0.3, 0.3), (0.0, 45.0, 90.0), EIGHT_WAYS),
+        whole_slopes((-0.3, 0.1, 0.4), side=4),
+        grid=TENTHS,
     )
 
 
@@ -159,76 +159,66 @@ def _aimed(grid: VoxelGrid, seed: int) -> Lidar:
 
 
 def _numbers() -> Iterator[RayCase]:
-    yield RayCase(
+    yield _case(
         "axis-parallel rays",
         "a component of zero: division by it, 0 · ∞",
-        UNIT,
-        (lidar((0.5, 0.25, 3.5), (0.0, 90.0, -90.0), (0.0,)), lidar((0.5, 0.25, 3.5), (0.0,), RIGHT_ANGLES)),
+        lidar((0.5, 0.25, 3.5), (0.0, 90.0, -90.0), (0.0,)),
+        lidar((0.5, 0.25, 3.5), (0.0,), RIGHT_ANGLES),
     )
-    yield RayCase(
+    yield _case(
         "components +0 and −0",
         "1 / −0 is −∞; the sign of a zero must not choose a side",
-        UNIT,
-        (
-            lidar((-0.0, 0.0, 4.0), (0.0, -0.0), (0.0, -0.0), (0.0, -0.0, -0.0)),
-            lidar((2.0, -0.0, -0.0), (-0.0,), (0.0,), (-0.0, 0.0, 0.0)),
-        ),
+        lidar((-0.0, 0.0, 4.0), (0.0, -0.0), (0.0, -0.0), (0.0, -0.0, -0.0)),
+        lidar((2.0, -0.0, -0.0), (-0.0,), (0.0,), (-0.0, 0.0, 0.0)),
     )
-    yield RayCase(
+    yield _case(
         "denormal components",
         "the reciprocal overflows; products underflow to zero",
-        UNIT,
-        (
-            lidar((0.0, 0.5, 3.5), (0.0, DENORMAL), (0.0, DENORMAL, -5e-324)),
-            lidar((DENORMAL, -DENORMAL, 5e-324), (0.0,), (0.0, 180.0), (0.0, -DENORMAL, DENORMAL)),
-        ),
+        lidar((0.0, 0.5, 3.5), (0.0, DENORMAL), (0.0, DENORMAL, -5e-324)),
+        lidar((DENORMAL, -DENORMAL, 5e-324), (0.0,), (0.0, 180.0), (0.0, -DENORMAL, DENORMAL)),
     )
 
 
 def _places() -> Iterator[RayCase]:
     turn, tilt = tuple(range(-180, 180, 15)), (-40.0, -10.0, 0.0, 25.0, 60.0)
-    yield RayCase(
+    yield _case(
         "origin on a face",
         "the first voxel depends on the way the ray goes",
-        UNIT,
-        (lidar((2.0, 0.3, 3.6), tilt, turn),),
+        lidar((2.0, 0.3, 3.6), tilt, turn),
     )
-    yield RayCase(
-        "origin on a corner", "the first voxel is one of eight", UNIT, (lidar((2.0, -1.0, 4.0), tilt, turn),)
-    )
-    yield RayCase(
+    yield _case("origin on a corner", "the first voxel is one of eight", lidar((2.0, -1.0, 4.0), tilt, turn))
+    yield _case(
         "origin on the ROI's corner",
         "half of the rays leave at once",
-        UNIT,
-        (lidar((-6.0, -5.0, 0.0), tilt, turn), lidar((6.0, 5.0, 8.0), tilt, turn)),
+        lidar((-6.0, -5.0, 0.0), tilt, turn),
+        lidar((6.0, 5.0, 8.0), tilt, turn),
     )
-    yield RayCase(
+    yield _case(
         "origin outside the ROI",
         "the ray has to be clipped first; rounding there starts in the wrong voxel",
-        UNIT,
-        (lidar((-17.3, 3.7, 9.9), tilt, turn), camera((-9.0, -8.0, 4.0), (0.0, 0.0, 40.0))),
+        lidar((-17.3, 3.7, 9.9), tilt, turn),
+        camera((-9.0, -8.0, 4.0), (0.0, 0.0, 40.0)),
     )
     far = (-FAR_M, -FAR_M, -FAR_M)
-    yield RayCase(
+    yield _case(
         "origin 1,000,000 m away",
         "moments along the ray keep 9 digits fewer; corners are met all the same",
-        UNIT,
-        (
-            *(whole_slopes((far[0] + dx, far[1] + dy, far[2] + dz)) for dx, dy, dz in _OFFSETS),
-            *(whole_slopes((far[0] + dx, 3.0 * far[1] + dy, far[2] + dz), side=4) for dx, dy, dz in _OFFSETS),
-        ),
+        *(whole_slopes((far[0] + dx, far[1] + dy, far[2] + dz)) for dx, dy, dz in _OFFSETS),
+        *(whole_slopes((far[0] + dx, 3.0 * far[1] + dy, far[2] + dz), side=4) for dx, dy, dz in _OFFSETS),
     )
-    yield RayCase(
+    yield _case(
         "ROI one voxel high",
         "the first face is also the last",
-        VoxelGrid(0.5, (12.0, 9.0, 0.5)),
-        (spinning((0.3, 0.2, 0.25)), camera((-4.0, 0.5, 0.4), (0.0, 5.0, 10.0))),
+        spinning((0.3, 0.2, 0.25)),
+        camera((-4.0, 0.5, 0.4), (0.0, 5.0, 10.0)),
+        grid=VoxelGrid(0.5, (12.0, 9.0, 0.5)),
     )
-    yield RayCase(
+    yield _case(
         "ROI one voxel wide",
         "the first face is also the last",
-        VoxelGrid(0.5, (12.0, 0.5, 4.0)),
-        (spinning((0.3, 0.1, 1.9)), camera((-4.0, 0.5, 1.4), (0.0, 5.0, -10.0))),
+        spinning((0.3, 0.1, 1.9)),
+        camera((-4.0, 0.5, 1.4), (0.0, 5.0, -10.0)),
+        grid=VoxelGrid(0.5, (12.0, 0.5, 4.0)),
     )
 
 
@@ -236,31 +226,25 @@ _OFFSETS = ((0.0, 0.0, 4.0), (0.0, 2.0, 3.0), (1.0, 0.0, 5.5), (0.5, 0.5, 4.5), 
 
 
 def _poses() -> Iterator[RayCase]:
-    yield RayCase(
+    yield _case(
         "pitch +90° and −90°",
         "yaw and roll become one; cos 90° is 6 · 10⁻¹⁷, not 0",
-        UNIT,
-        (
-            camera((0.0, 0.0, 4.0), (0.0, 90.0, 0.0)),
-            camera((1.3, 0.0, 4.0), (0.0, -90.0, 30.0)),
-            lidar((0.5, 0.5, 4.5), (-5.0, 0.0, 5.0), tuple(range(-180, 180, 10)), (0.0, 90.0, 45.0)),
-        ),
+        camera((0.0, 0.0, 4.0), (0.0, 90.0, 0.0)),
+        camera((1.3, 0.0, 4.0), (0.0, -90.0, 30.0)),
+        lidar((0.5, 0.5, 4.5), (-5.0, 0.0, 5.0), tuple(range(-180, 180, 10)), (0.0, 90.0, 45.0)),
     )
-    yield RayCase(
+    yield _case(
         "tilted sensors",
         "no plane of rays is vertical: short cuts for upright sensors do not hold",
-        UNIT,
-        (
-            spinning((0.31, 0.17, 4.23), (16.0, 0.0, 0.0)),
-            spinning((-1.3, 0.4, 4.4), (-16.0, -5.2, 77.0)),
-            camera((1.1, -0.6, 3.8), (12.0, 20.0, -130.0)),
-        ),
+        spinning((0.31, 0.17, 4.23), (16.0, 0.0, 0.0)),
+        spinning((-1.3, 0.4, 4.4), (-16.0, -5.2, 77.0)),
+        camera((1.1, -0.6, 3.8), (12.0, 20.0, -130.0)),
     )
-    yield RayCase(
+    yield _case(
         "all sensors of W+T",
         "sensors at multiples of 0.1 m, straight ahead and sideways: many rays lie in faces",
-        OPEN_ROAD,
-        tuple(_thinned(sensor) for sensor in preset("W+T").sensors),
+        *(_thinned(sensor) for sensor in preset("W+T").sensors),
+        grid=OPEN_ROAD,
     )
 
 
@@ -276,15 +260,15 @@ _EVERY_FOUR_DEGREES = LinearAngles(from_=-180.0, to=180.0, count=90)
 
 def _sizes(quick: bool) -> Iterator[RayCase]:
     pixels, turn = ((200, 112), (16, 360)) if quick else ((1600, 900), (128, 3600))
-    yield RayCase(
+    yield _case(
         f"native camera, {pixels[0]} × {pixels[1]}",
         "a thousand rays to a voxel: every one has to be there",
-        ROAD,
-        (camera((0.51, 0.03, 1.83), (0.0, 3.0, 30.0), pixels),),
+        camera((0.51, 0.03, 1.83), (0.0, 3.0, 30.0), pixels),
+        grid=ROAD,
     )
-    yield RayCase(
+    yield _case(
         f"LiDAR of {turn[0]} × {turn[1]} rays",
         "beams closer than voxels",
-        ROAD,
-        (spinning((0.21, 0.53, 2.17), (0.0, 0.0, 7.0), *turn),),
+        spinning((0.21, 0.53, 2.17), (0.0, 0.0, 7.0), *turn),
+        grid=ROAD,
     )
