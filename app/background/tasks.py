@@ -103,11 +103,6 @@ class Tasks(QObject):
         self._close_s = close_s
         self._running: list[Task] = []
 
-    @property
-    def running(self) -> tuple[Task, ...]:
-        """Tasks that have not ended."""
-        return tuple(self._running)
-
     def run(
         self,
         title: str,

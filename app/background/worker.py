@@ -53,11 +53,6 @@ class WorkerThread(Generic[Request]):
         """Return whether the thread was ever started."""
         return self._thread.ident is not None
 
-    @property
-    def is_alive(self) -> bool:
-        """Return whether the thread runs."""
-        return self._thread.is_alive()
-
     def _run(self) -> None:
         while self._work_once():
             pass

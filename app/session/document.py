@@ -6,8 +6,7 @@ Gizmo, tree and inspector only follow this document; they never talk to each oth
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
 from riglens.app.session.open_rig import Names, OpenRig
@@ -48,7 +47,6 @@ class Document(OpenRig):
         super().__init__(rig, rig_file, path)
         self._clock = clock
         self._last_edit_s = -MERGE_S
-        self._is_grouping = False
 
     # ------------------------------------------------------------------ edits, one undo step each
     def apply(self, rig: Rig, label: str = "", marks: Marks | None = None) -> None:
@@ -59,9 +57,6 @@ class Document(OpenRig):
         """
         self.cancel_drag()
         rig = in_step(self.rig, rig)
-        if self._is_grouping:
-            self._history.preview(rig)
-            return
         edit = describe(self.rig, rig)
         now_s = self._clock()
         continues = edit.continues(self._last_edit) and now_s - self._last_edit_s <= MERGE_S
@@ -72,29 +67,6 @@ class Document(OpenRig):
             self._rig_moved_on()
             if self._selection != before:
                 self.selection_changed.emit()
-
-    @contextmanager
-    def group(self, label: str) -> Iterator[None]:
-        """Make all edits inside one undo step, such as "align 3 sensors"; signals are emitted at the end.
-
-        An exception reverts all of them and propagates. A group inside a group is part of the outer one.
-        """
-        if self._is_grouping:
-            yield
-            return
-        self.cancel_drag()
-        self._history.begin(label)
-        self._is_grouping = True
-        end = self._history.cancel
-        try:
-            yield
-            end = self._history.commit
-        finally:
-            self._is_grouping = False
-            self._last_edit = Edit("")
-            end()
-            self.choose(self._selection)
-            self._rig_moved_on()
 
     def replace_sensor(self, name: str, sensor: Sensor) -> None:
         """Replace one sensor; selection and visibility follow a new name, InputError when it is taken."""

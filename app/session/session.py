@@ -138,11 +138,6 @@ class Session(QObject):
         return self._voxel
 
     @property
-    def map_source(self) -> SeenBy | None:
-        """Return the coverage that the map from above adds up, None while no view shows it."""
-        return self._map_source
-
-    @property
     def scene(self) -> LoadedScene | None:
         """The traffic that was loaded last, None before the first."""
         return self._scene

@@ -325,37 +325,6 @@ def test_a_pause_another_field_or_an_undo_ends_the_step(qtbot: QtBot) -> None:
     assert document.rig == places[0]
 
 
-def test_a_group_of_edits_is_one_step_and_one_change(document: Document) -> None:
-    seen = []
-    document.rig_changed.connect(lambda: seen.append(document.rig))
-    with document.group("align 2 sensors"):
-        document.replace_sensor("roof", LIDAR.replace(position=(0.0, 0.0, 2.0)))
-        document.replace_sensor("front", CAMERA.replace(position=(0.0, 0.0, 1.5)))
-    assert [sensor.position[0] for sensor in document.rig.sensors] == [0.0, 0.0]
-    assert seen == [document.rig]
-    assert document.undo_label == "align 2 sensors"
-    document.undo()
-    assert document.rig == RIG and document.undo_label is None
-
-
-def test_a_group_that_fails_takes_everything_back(document: Document) -> None:
-    with pytest.raises(InputError), document.group("rename both"):
-        document.add(LIDAR)
-        document.rename("front", "roof")
-    assert document.rig == RIG
-    assert (document.selected, document.undo_label, document.is_modified) == (None, None, False)
-
-
-def test_a_group_inside_a_group_belongs_to_the_outer_one(document: Document) -> None:
-    with document.group("outer"):
-        document.delete(("front",))
-        with document.group("inner"):
-            document.rename("roof", "top")
-    assert document.undo_label == "outer"
-    document.undo()
-    assert document.rig == RIG
-
-
 def test_a_mirror_pair_moves_as_one_in_a_drag_and_stays_one_step(qtbot: QtBot) -> None:
     document = Document(linked(RIG.replace(sensors=(LIDAR, LIDAR.replace(name="other"))), "roof", "other"))
     start = document.rig

@@ -39,7 +39,7 @@ def test_the_answer_arrives_on_the_interface_thread(qtbot: QtBot, tasks: Tasks) 
     tasks.run(
         "Adding", lambda progress: 1 + 1, lambda found: seen.extend((found, threading.current_thread()))
     )
-    qtbot.waitUntil(lambda: not tasks.running, timeout=TIMEOUT_MS)
+    qtbot.waitUntil(lambda: not tasks._running, timeout=TIMEOUT_MS)
     assert seen == [2, threading.main_thread()]
 
 
@@ -48,7 +48,7 @@ def test_nothing_of_a_task_stays_when_it_has_ended(qtbot: QtBot, tasks: Tasks) -
     gone = weakref.ref(worked_on)
     tasks.run("Adding", lambda progress, what=worked_on: None, lambda found: None)  # type: ignore[misc]
     del worked_on
-    qtbot.waitUntil(lambda: not tasks.running, timeout=TIMEOUT_MS)
+    qtbot.waitUntil(lambda: not tasks._running, timeout=TIMEOUT_MS)
     gc.collect()
     assert gone() is None
 
@@ -60,7 +60,7 @@ def test_bad_input_is_one_line_without_details(qtbot: QtBot, tasks: Tasks) -> No
     said: list[tuple[str, str]] = []
     tasks.failed.connect(lambda message, details: said.append((message, details)))
     tasks.run("Reading", refuse, lambda _: said.append(("done", "")))
-    qtbot.waitUntil(lambda: not tasks.running, timeout=TIMEOUT_MS)
+    qtbot.waitUntil(lambda: not tasks._running, timeout=TIMEOUT_MS)
     assert said == [("boxes.csv: line 3: x must be a number (got 'a')", "")]
 
 
@@ -68,7 +68,7 @@ def test_a_mistake_of_ours_names_the_task_and_has_a_traceback(qtbot: QtBot, task
     said: list[tuple[str, str]] = []
     tasks.failed.connect(lambda message, details: said.append((message, details)))
     tasks.run("Dividing", lambda progress: 1 // 0, print)
-    qtbot.waitUntil(lambda: not tasks.running, timeout=TIMEOUT_MS)
+    qtbot.waitUntil(lambda: not tasks._running, timeout=TIMEOUT_MS)
     [(message, details)] = said
     assert message.startswith("Dividing: unexpected failure: ZeroDivisionError")
     assert "Traceback" in details
@@ -79,7 +79,7 @@ def test_a_cancelled_task_ends_without_an_answer_or_an_error(qtbot: QtBot, tasks
     tasks.failed.connect(lambda message, _: said.append(message))
     task = tasks.run("Waiting", forever, lambda _: said.append("done"), lambda: said.append("ended"))
     task.cancel()
-    qtbot.waitUntil(lambda: not tasks.running, timeout=TIMEOUT_MS)
+    qtbot.waitUntil(lambda: not tasks._running, timeout=TIMEOUT_MS)
     assert said == ["ended"]
 
 
@@ -92,14 +92,14 @@ def test_the_status_bar_shows_long_work_and_its_cancel_ends_it(qtbot: QtBot, tmp
         qtbot.waitUntil(lambda: strip.bar.value() == 250, timeout=TIMEOUT_MS)
         assert "Counting sheep" in strip.bar.format()
         strip.findChild(QPushButton).click()
-        qtbot.waitUntil(lambda: task not in bench.workbench.tasks.running, timeout=TIMEOUT_MS)
+        qtbot.waitUntil(lambda: task not in bench.workbench.tasks._running, timeout=TIMEOUT_MS)
 
 
 def test_closing_the_window_gives_up_what_runs(qtbot: QtBot, tmp_path: Path) -> None:
     with open_bench(qtbot, tmp_path) as bench:
         bench.workbench.tasks.run("Counting sheep", forever, print)
         bench.window.close()
-        assert bench.workbench.tasks.running == ()
+        assert not bench.workbench.tasks._running
 
 
 def test_a_failed_task_is_told_in_the_message_bar_with_details(qtbot: QtBot, tmp_path: Path) -> None:

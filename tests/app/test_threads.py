@@ -129,7 +129,7 @@ def test_closing_ends_a_picture_of_a_very_fine_car_early(
     pictures.ask(request_for(tmp_path))
     assert begun.wait(TIMEOUT_S)
     pictures.close()
-    assert pictures._thread.is_started and not pictures._thread.is_alive
+    assert pictures._thread.is_started and not pictures._thread._thread.is_alive()
     assert not drawn  # given up before the picture itself was begun
 
 
@@ -148,10 +148,10 @@ def test_closing_does_not_wait_for_a_picture_that_cannot_be_given_up(
     pictures.ask(request_for(tmp_path))
     assert begun.wait(TIMEOUT_S)
     pictures.close()
-    assert pictures._thread.is_alive
+    assert pictures._thread._thread.is_alive()
     may_end.set()
     pictures._thread.close(TIMEOUT_S)
-    assert not pictures._thread.is_alive
+    assert not pictures._thread._thread.is_alive()
     assert not made
 
 
@@ -166,7 +166,7 @@ def test_closing_does_not_wait_for_work_without_progress(qtbot: QtBot) -> None:
     task = tasks.run("Reading", endless, done.append)
     assert begun.wait(TIMEOUT_S)
     tasks.close()
-    assert task._thread.is_alive() and not tasks.running
+    assert task._thread.is_alive() and not tasks._running
     may_end.set()
     task.join()
     assert not done

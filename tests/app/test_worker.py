@@ -128,7 +128,7 @@ def test_closing_ends_the_thread_and_nothing_is_answered_any_more(bench: Bench) 
     bench.worker._queue.close()
     bench.script.go_on.set()
     bench.worker.close()
-    assert not bench.worker._thread.is_alive and bench.heard == []
+    assert not bench.worker._thread._thread.is_alive() and bench.heard == []
 
 
 class Word(str):

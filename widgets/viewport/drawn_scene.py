@@ -197,21 +197,6 @@ class DrawnScene:
             self._state, self._quick, others=any(name != self._state.selected for name in poses)
         )
 
-    @property
-    def legend_texts(self) -> tuple[str, ...]:
-        """Return the texts of the heatmap's legend."""
-        return self._words.legend_texts
-
-    @property
-    def key_texts(self) -> tuple[str, ...]:
-        """Return the texts of the key of the rays."""
-        return self._words.key_texts
-
-    @property
-    def ground_texts(self) -> tuple[str, ...]:
-        """Return the texts of the key of the map on the ground."""
-        return self._words.ground_texts
-
     def set_view(self, name: str, wide: bool = False) -> None:
         """Look from "iso", "top", "front", "left", "rear", "right" (else InputError); `wide`: iso over all the ROI."""
         width, height = self.size

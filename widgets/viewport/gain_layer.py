@@ -31,11 +31,6 @@ class GainLayer:
         self.mesh = pv.PolyData()
         self._nearest: NDArray[np.int64] = np.zeros(0, np.int64)
 
-    @property
-    def is_shown(self) -> bool:
-        """Return whether the car is coloured."""
-        return bool(self._actor.visibility)
-
     def show(self, vehicle: Vehicle, data: HeatmapData | None) -> None:
         """Show the values of spots, NaN for none; nothing without data, or on a car whose mesh is missing."""
         self._actor.visibility = data is not None and not vehicle.lacks_mesh

@@ -184,21 +184,6 @@ class WordsLayer:
         self._echo_at: tuple[str, Pixel] = ("", (0.0, 0.0))
         self._spot, self._entries = SPOTS[0], list[KeyEntry]()
 
-    @property
-    def legend_texts(self) -> tuple[str, ...]:
-        """Return the texts of the heatmap's legend."""
-        return self._legend.texts
-
-    @property
-    def key_texts(self) -> tuple[str, ...]:
-        """Return the texts of the key of the rays."""
-        return self._key.texts
-
-    @property
-    def ground_texts(self) -> tuple[str, ...]:
-        """Return the texts of the key of the map on the ground."""
-        return self._ground_key.texts
-
     def show_ground_key(self, state: SceneState) -> None:
         """Show the key of the colours on the ground, or nothing where there are none."""
         shown, found = state.ground_map if state.show_legend else None, []

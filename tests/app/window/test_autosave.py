@@ -143,7 +143,7 @@ def test_changes_are_written_and_the_file_goes_when_they_are_saved(qtbot: QtBot,
         bench.document.apply(MOVED)
         qtbot.waitUntil(lambda: len(files(tmp_path / "unsaved")) == 1, timeout=TIMEOUT_MS)
         bench.dialogs.path = tmp_path / "saved.yaml"
-        qtbot.waitUntil(lambda: not bench.workbench.tasks.running, timeout=TIMEOUT_MS)
+        qtbot.waitUntil(lambda: not bench.workbench.tasks._running, timeout=TIMEOUT_MS)
         bench.act("save")
         assert files(tmp_path / "unsaved") == []
 

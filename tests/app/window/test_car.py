@@ -165,7 +165,7 @@ def test_a_rig_saved_elsewhere_goes_on_finding_its_mesh(bench, tmp_path):
     bench.dialogs.path = tmp_path / "there" / "rig.yaml"
     bench.act("save_as")
     assert load_rig(bench.dialogs.path).rig.vehicle.body == (tmp_path / "here" / "car.obj").as_posix()
-    bench.qtbot.waitUntil(lambda: bench.workbench.tasks.running == (), timeout=TIMEOUT_MS)
+    bench.qtbot.waitUntil(lambda: not bench.workbench.tasks._running, timeout=TIMEOUT_MS)
     QApplication.processEvents()
     assert bench.workbench.errors.isHidden()
 

@@ -92,7 +92,7 @@ def button(feature: DetectionRangeShown) -> QPushButton:
 
 
 def is_grey(feature: DetectionRangeShown) -> bool:
-    return feature.panel.table.figures.is_grey(0)
+    return 0 in feature.panel.table.figures._grey
 
 
 def test_a_detection_range_is_made_after_the_first_scores_and_only_while_somebody_looks(
@@ -281,7 +281,7 @@ def test_the_table_says_what_the_terminal_does(qtbot: QtBot) -> None:
     assert table.text_of("Pedestrian, cameras", "behind") == "never"
     assert (table.figures.rowCount(), table.figures.columnCount()) == (10, len(NEAR.bearings_deg) + 1)
     assert table.line == Line("car", 0.0, LIDAR)
-    table.choose_row(9)
+    table.selectRow(9)
     assert table.line == Line("pedestrian", 0.0, CAMERA)
 
 

@@ -17,7 +17,7 @@ from tests.waiting import TIMEOUT_MS
 
 def click_row(bench: FullDesk, name: str, column: int = NAME, dx: int = 0) -> None:
     tree = bench.panels.tree
-    item = tree.item_of(name)
+    item = tree._items[name]
     rect = tree.visualItemRect(item)
     x = tree.columnViewportPosition(column) + (rect.left() + 60 if column == NAME else 12) + dx
     bench.qtbot.mouseClick(tree.viewport(), Qt.MouseButton.LeftButton, pos=QPoint(x, rect.center().y()))
@@ -110,7 +110,7 @@ def test_a_hidden_sensor_comes_back_by_its_key(unscored: Bench) -> None:
 
 
 def test_a_sensor_without_its_tick_does_not_count(whole: Bench) -> None:
-    whole.panels.tree.item_of("roof").setCheckState(NAME, Qt.CheckState.Unchecked)
+    whole.panels.tree._items["roof"].setCheckState(NAME, Qt.CheckState.Unchecked)
     assert not whole.document.rig.sensor("roof").enabled
     whole.settle()
     assert whole.shown("car", "lidar") == "0.00"
@@ -118,7 +118,7 @@ def test_a_sensor_without_its_tick_does_not_count(whole: Bench) -> None:
 
 def rename_in_list(bench: FullDesk, name: str, text: str) -> None:
     tree = bench.panels.tree
-    tree.editItem(tree.item_of(name), NAME)
+    tree.editItem(tree._items[name], NAME)
     editor = tree.viewport().findChild(QLineEdit)
     assert editor is not None
     editor.setText(text)
@@ -137,7 +137,7 @@ def test_a_sensor_is_renamed_in_the_list(bench: FullDesk) -> None:
 def test_a_name_that_is_taken_or_empty_is_refused_in_the_list(bench: FullDesk, text: str) -> None:
     rename_in_list(bench, "roof", text)
     assert bench.document.rig == RIG
-    assert bench.panels.tree.item_of("roof").text(NAME) == "roof"
+    assert bench.panels.tree._items["roof"].text(NAME) == "roof"
     assert "name" in bench.workbench.errors.message
 
 

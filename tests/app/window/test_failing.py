@@ -88,7 +88,7 @@ def test_the_rig_its_file_and_its_history_stay_as_they_are(desk: Desk, failing: 
 
 
 def test_it_is_marked_in_the_list_and_a_ghost_without_rays_in_the_view(desk: Desk, failing: Failing) -> None:
-    row = desk.panels.tree.item_of("roof")
+    row = desk.panels.tree._items["roof"]
     desk.document.set_failed(("roof",), True)
     assert row.text(LOSS) == FAILED and row.font(NAME).strikeOut()
     state = desk.viewport.state

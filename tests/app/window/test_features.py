@@ -231,7 +231,7 @@ def test_the_first_escape_forgets_the_voxel_the_second_puts_the_tool_away(desk: 
 def test_the_map_asks_only_while_somebody_looks(desk: Desk) -> None:
     map_ = Map(desk.workbench)
     told: list[Any] = []
-    desk.session.map_source_changed.connect(lambda: told.append(desk.session.map_source))
+    desk.session.map_source_changed.connect(lambda: told.append(desk.session._map_source))
     map_.panel.shown_chosen.emit()
     assert told == []
     _set_in_sight(map_, True)

@@ -325,7 +325,7 @@ def test_a_model_whose_beams_differ_from_the_library_is_marked_as_modified(bench
     bench.choose("model", "Velodyne VLP-16 (Puck)")
     model = bench.find("model")
     assert isinstance(model, QComboBox)
-    row = bench.panels.tree.item_of("roof")
+    row = bench.panels.tree._items["roof"]
     assert (model.currentText(), row.text(TYPE)) == ("Velodyne VLP-16 (Puck)", "16 ch")
     bench.type("elevations_deg.list", "-1, 0, 1")
     assert model.currentText() == "Velodyne VLP-16 (Puck), modified"

@@ -45,7 +45,7 @@ def test_the_list_shows_the_loss_in_the_measure_that_is_chosen(desk: FullDesk) -
     count(desk)
     roof = asked(desk)[0]
     marginals(desk)._take_count(roof, counted(roof))
-    row = desk.panels.tree.item_of("roof")
+    row = desk.panels.tree._items["roof"]
     assert row.text(LOSS) == ""  # seen is not known yet
     marginals(desk).choose("on_target")
     now = Known(None, figures_of(desk.features.targets.answer.scores))

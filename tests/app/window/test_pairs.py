@@ -24,7 +24,7 @@ def bench(file_desk: FullDesk) -> FullDesk:
 
 
 def has_mark(bench: FullDesk, name: str) -> bool:
-    return not bench.panels.tree.item_of(name).icon(NAME).isNull()
+    return not bench.panels.tree._items[name].icon(NAME).isNull()
 
 
 def unlink_button(bench: FullDesk) -> QPushButton:
@@ -40,9 +40,9 @@ def test_a_pair_is_marked_in_the_list_and_its_tooltip_names_the_other(bench: Ful
     assert bench.document.selected == "CAM_FR"
     assert [s.name for s in bench.document.rig.sensors if has_mark(bench, s.name)] == ["CAM_FL", "CAM_FR"]
     for name, other in (("CAM_FL", "CAM_FR"), ("CAM_FR", "CAM_FL")):
-        assert f"Mirror pair with {other}" in bench.panels.tree.item_of(name).toolTip(NAME)
+        assert f"Mirror pair with {other}" in bench.panels.tree._items[name].toolTip(NAME)
     bench.act("unlink")
-    assert not has_mark(bench, "CAM_FL") and "Mirror pair" not in bench.panels.tree.item_of("CAM_FL").toolTip(
+    assert not has_mark(bench, "CAM_FL") and "Mirror pair" not in bench.panels.tree._items["CAM_FL"].toolTip(
         NAME
     )
 

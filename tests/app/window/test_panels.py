@@ -33,7 +33,7 @@ def bench(unscored: Bench) -> Bench:
 
 def click(bench: Bench, name: str, column: int = NAME, modifiers: Qt.KeyboardModifier | None = None) -> None:
     tree = bench.panels.tree
-    rect = tree.visualItemRect(tree.item_of(name))
+    rect = tree.visualItemRect(tree._items[name])
     x = tree.columnViewportPosition(column) + (rect.left() + 50 if column == NAME else 12)
     bench.qtbot.mouseClick(
         tree.viewport(), Qt.MouseButton.LeftButton, modifiers or Qt.KeyboardModifier.NoModifier,
@@ -69,7 +69,7 @@ def test_several_sensors_are_copied_as_one_step_and_the_copies_are_selected(benc
 def test_a_tick_on_one_of_several_switches_all_of_them_as_one_step(bench: Bench) -> None:
     choose_both(bench)
     tree = bench.panels.tree
-    rect = tree.visualItemRect(tree.item_of("roof"))
+    rect = tree.visualItemRect(tree._items["roof"])
     tick = QPoint(rect.left() + 10, rect.center().y())
     bench.qtbot.mouseClick(tree.viewport(), Qt.MouseButton.LeftButton, pos=tick)
     assert not any(sensor.enabled for sensor in bench.document.rig.sensors)
@@ -232,7 +232,7 @@ def test_what_files_say_is_never_read_as_html(whole: Bench) -> None:
     whole.document.rename("roof", "<h1>roof</h1>")
     whole.session.pin(RIG.replace(name="<img src='x'>"))
     whole.settle()
-    assert "&lt;h1&gt;roof" in whole.panels.tree.item_of("<h1>roof</h1>").toolTip(NAME)
+    assert "&lt;h1&gt;roof" in whole.panels.tree._items["<h1>roof</h1>"].toolTip(NAME)
     table = whole.panels.scores._table
     place = table.figures.index(CLASSES.index("car"), table.place_of("seen change"))
     assert "&lt;img" in place.data(Qt.ItemDataRole.ToolTipRole)
@@ -324,11 +324,11 @@ def test_units_that_make_no_sense_in_the_settings_do_no_harm(qtbot: QtBot, tmp_p
 def test_panels_take_the_colours_of_another_theme(whole: Bench) -> None:
     whole.document.select("roof")
     wait_for_losses(whole, 2)
-    before = whole.panels.tree.item_of("front").foreground(NAME).color()
+    before = whole.panels.tree._items["front"].foreground(NAME).color()
     try:
         whole.act("theme_dark")
-        assert whole.panels.tree.item_of("front").foreground(NAME).color() != before
-        assert whole.panels.tree.item_of("front").text(LOSS) != ""
+        assert whole.panels.tree._items["front"].foreground(NAME).color() != before
+        assert whole.panels.tree._items["front"].text(LOSS) != ""
         assert whole.panels.tree.chosen == ("roof",)
     finally:
         whole.act("theme_light")
@@ -385,7 +385,7 @@ def test_the_loss_without_a_sensor_is_exact(whole: Bench) -> None:
     lost = found["roof"].classes["car"].any_seen - now.classes["car"].any_seen
     assert lost < 0
     assert view.text_of("car", "seen") + " pp" == change_text(lost, seen)
-    assert whole.panels.tree.item_of("front").text(LOSS) != ""
+    assert whole.panels.tree._items["front"].text(LOSS) != ""
 
 
 def test_losses_follow_edits_and_a_sensor_that_does_not_count_has_none(whole: Bench) -> None:
@@ -399,7 +399,7 @@ def test_losses_follow_edits_and_a_sensor_that_does_not_count_has_none(whole: Be
     whole.document.select("roof")
     view = whole.panels.inspector.form.marginal  # type: ignore[attr-defined]
     assert view.note == NOT_COUNTED
-    assert whole.panels.tree.item_of("roof").text(LOSS) == ""
+    assert whole.panels.tree._items["roof"].text(LOSS) == ""
 
 
 def test_nothing_is_computed_aside_while_the_mouse_is_down(
@@ -448,9 +448,9 @@ def test_a_sensor_that_looks_where_the_data_hold_no_boxes_is_told_not_scored_as_
     with open_bench(qtbot, tmp_path, rig=rig, boxes=one_way_boxes(tmp_path)) as bench:
         wait_for_losses(bench, 3)
         assert "boxes only ahead" in bench.workbench.status.scene.text()
-        row = bench.panels.tree.item_of("rear")
+        row = bench.panels.tree._items["rear"]
         assert row.text(LOSS) == NONE and "almost no boxes in this direction" in row.toolTip(LOSS)
-        assert bench.panels.tree.item_of("front").text(LOSS) != NONE
+        assert bench.panels.tree._items["front"].text(LOSS) != NONE
         bench.document.select("rear")
         assert bench.panels.inspector.form.marginal.note == NO_BOXES  # type: ignore[attr-defined]
         bench.document.select("front")

@@ -38,14 +38,14 @@ def load(bench: Bench) -> None:
 def test_auto_scores_on_the_edge_it_picked_and_says_why(qtbot: QtBot, tmp_path: Path) -> None:
     with open_bench(qtbot, tmp_path, roi_m=SMALL_ROI_M) as bench:
         panel = bench.panels.scene
-        assert panel.picked == ("", "")
+        assert (panel._picked.text(), panel._picked.toolTip()) == ("", "")
         choose_item(voxel_box(bench), "Auto")
         load(bench)
         choice = bench.scenes[-1].choice
         assert choice is not None
         assert bench.scenes[-1].field.grid.voxel_m == choice.voxel_m
         assert f"δ {choice.voxel_m:g} m" in bench.workbench.status.scene.text()
-        sentence, table = panel.picked
+        sentence, table = (panel._picked.text(), panel._picked.toolTip())
         assert sentence.startswith(f"Auto picked {reason(choice)}")
         assert table == plain_tip("\n".join(tried_lines(choice)))
         assert voxel_box(bench).currentText() == "Auto"
@@ -67,7 +67,7 @@ def test_a_typed_edge_ends_auto(qtbot: QtBot, tmp_path: Path) -> None:
         type_into(qtbot, line, "0.5")
         load(bench)
         assert bench.scenes[-1].field.grid.voxel_m == 0.5
-        assert bench.panels.scene.picked == ("", "")
+        assert (bench.panels.scene._picked.text(), bench.panels.scene._picked.toolTip()) == ("", "")
 
 
 def test_auto_needs_a_region_that_some_edge_divides(qtbot: QtBot, tmp_path: Path) -> None:

@@ -39,6 +39,6 @@ def test_the_car_and_the_selected_sensor_are_in_sight_in_a_small_window(low: Ben
     low.document.select("front")
     tree, view = low.panels.tree, low.viewport
     low.qtbot.waitUntil(lambda: low.window.height() <= 560, timeout=TIMEOUT_MS)
-    place = tree.visualItemRect(tree.item_of("front"))
+    place = tree.visualItemRect(tree._items["front"])
     assert tree.viewport().rect().intersects(place) and not place.isEmpty()
     assert view.height() >= 180 and view.width() >= 300

@@ -59,7 +59,7 @@ def start(desk: Desk, standing: Standing) -> None:
 
 def marked(desk: Desk) -> dict[str, str]:
     tree, rig = desk.panels.tree, desk.document.rig
-    found = {sensor.name: tree.item_of(sensor.name).data(NAME, PROBLEM) for sensor in rig.sensors}
+    found = {sensor.name: tree._items[sensor.name].data(NAME, PROBLEM) for sensor in rig.sensors}
     return {name: problem for name, problem in found.items() if problem}
 
 
@@ -74,10 +74,10 @@ def test_a_sensor_in_the_air_is_marked_in_list_view_and_inspector(desk: Desk, st
     rig = desk.document.rig
     problem = stand(rig.sensor("roof").position, solid_of(rig.vehicle)).problem
     assert "above the body: needs a bracket" in problem and marked(desk)["roof"] == problem
-    assert problem.capitalize() in desk.panels.tree.item_of("roof").toolTip(NAME)
+    assert problem.capitalize() in desk.panels.tree._items["roof"].toolTip(NAME)
     mast = next(mast for mast in desk.viewport.state.masts if mast.name == "roof")
     assert mast.full == problem and mast.foot_m[2] == pytest.approx(1.41, abs=0.02)
-    assert "bracket needed" in desk.panels.inspector._rig_form.places
+    assert "bracket needed" in desk.panels.inspector._rig_form._places.text()
     desk.document.select("roof")
     assert desk.panels.inspector.form.place == problem
 
@@ -110,7 +110,7 @@ def test_a_sensor_inside_or_in_the_ground_is_seen_through_both(
     settle(standing)
     mast = next(mast for mast in desk.viewport.state.masts if mast.name == "roof")
     assert marked(desk)["roof"].endswith(said) and mast.is_buried and mast.short == short
-    assert said in desk.panels.inspector._rig_form.places
+    assert said in desk.panels.inspector._rig_form._places.text()
 
 
 def test_the_mark_follows_the_drag_and_goes_on_the_roof(desk: Desk, standing: Standing) -> None:

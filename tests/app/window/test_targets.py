@@ -179,10 +179,10 @@ def test_the_score_table_shows_what_is_on_target_and_greys_it_with_the_next_move
     shown = scores.text_of("car", "on_target")
     assert shown == sampled_text(float(targets.answer.on_target.value[1]), 0.0)  # type: ignore[union-attr]
     table = scores._table
-    assert table.cell("car", "on_target").tone == "text" and not table.figures.is_grey(0)
+    assert table.cell("car", "on_target").tone == "text" and 0 not in table.figures._grey
     desk.drag("roof", (0.3, 0.0, 2.0))
     assert scores.text_of("car", "on_target") == shown
-    assert table.figures.is_grey(table.place_of("on_target"))
+    assert table.place_of("on_target") in table.figures._grey
     targets._on_problem("no boxes")
     assert scores.text_of("car", "on_target") == "–" and "no boxes" in table.cell("car", "on_target").tip
 

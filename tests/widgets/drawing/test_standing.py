@@ -287,8 +287,8 @@ def test_the_legend_keeps_its_words_while_a_heatmap_waits(plotter, scene, kept, 
     for step in range(3):
         scene.show(moved(STATE, LIDAR.name, 0.1 * step))
         frame(plotter, scene)
-    words = scene.legend_texts
+    words = scene._words._legend.texts
     scene.show(replace(scene.state, heatmap=wall(3.0)))
     scene.prepare()
     scene.draw_moving()
-    assert scene.legend_texts == words
+    assert scene._words._legend.texts == words

@@ -114,22 +114,22 @@ def test_an_empty_heatmap_draws_nothing(scene):
 def test_the_legend_says_which_cells_are_shown_at_rest_and_while_it_moves(scene):
     scene.show(replace(scene.state, heatmap=heat(np.ones(len(CENTRES)))))
     scene.prepare()
-    assert "cells of 0.4 m" in scene.legend_texts
+    assert "cells of 0.4 m" in scene._words._legend.texts
     assert len(CENTRES) > DRAG_CELLS
     scene.set_quick(True)
     scene.prepare()
-    assert "cells of 0.8 m while dragging" in scene.legend_texts
+    assert "cells of 0.8 m while dragging" in scene._words._legend.texts
     scene.set_quick(False)
     scene.prepare()
-    assert "cells of 0.4 m" in scene.legend_texts
+    assert "cells of 0.4 m" in scene._words._legend.texts
 
 
 def test_the_legend_names_unit_numbers_and_slice_and_goes_with_the_heatmap(scene):
     scene.show(replace(scene.state, heatmap=heat(np.ones(len(CENTRES)))))
     scene.show(replace(scene.state, heat_look=HeatLook(slice_m=(0.4, 0.8))))
     scene.prepare()
-    assert {"Entropy, car [nat]", "slice: z from 0.4 to 0.8 m", "0", "1"} <= set(scene.legend_texts)
+    assert {"Entropy, car [nat]", "slice: z from 0.4 to 0.8 m", "0", "1"} <= set(scene._words._legend.texts)
     scene.show(replace(scene.state, show_legend=False))
-    assert scene.legend_texts == ()
+    assert scene._words._legend.texts == ()
     scene.show(SceneState())
-    assert scene.legend_texts == ()
+    assert scene._words._legend.texts == ()

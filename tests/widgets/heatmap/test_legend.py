@@ -74,7 +74,7 @@ def test_the_colour_bar_is_whole_after_every_switch_of_theme(scene: DrawnScene, 
 def test_the_colour_bar_is_whole_when_another_heatmap_comes(scene: DrawnScene) -> None:
     for scale in (*SCALES, *SCALES):
         scene.show(replace(scene.state, heatmap=heat(scale)))
-        if scene.legend_texts and scale != SCALES[0]:
+        if scene._words._legend.texts and scale != SCALES[0]:
             assert is_whole(bar(scene), DARK), "before the next frame is prepared"
         scene.prepare()
         assert is_whole(bar(scene), DARK)
@@ -91,7 +91,7 @@ def test_the_legend_folds_or_moves_rather_than_cover_the_car(
     words = scene._words
     box = words._legend.box(scene.size, scene.pixel_ratio, False, words._spot)
     assert not box.meets(car_box(scene.state, scene.size))
-    assert len(scene.legend_texts) >= (3 if words._spot.is_folded else 4)
+    assert len(scene._words._legend.texts) >= (3 if words._spot.is_folded else 4)
 
 
 def test_the_legend_unfolds_once_there_is_room(scene: DrawnScene) -> None:

@@ -59,7 +59,7 @@ def test_sensors_that_change_places_are_all_repainted(shown: tuple[SensorTree, l
     assert painted == names[1:]
     tree.set_rig(rig, NOTHING, ())
     assert painted == names[1:] + names
-    assert [tree.item_of(name).text(0) for name in names] == names
+    assert [tree._items[name].text(0) for name in names] == names
 
 
 def test_a_narrow_list_gives_up_types_locks_and_bars_before_it_cuts_names(qtbot: QtBot) -> None:
@@ -84,7 +84,7 @@ def test_control_characters_of_a_name_are_written_out(
     tree, rig = shown[0], preset("W+T")
     name = "\f\x1b[31m\u202e"
     tree.set_rig(rig.with_sensor("LIDAR_1", rig.sensor("LIDAR_1").replace(name=name)), NOTHING, ())
-    item, asked = tree.item_of(name), list[tuple[str, str]]()
+    item, asked = tree._items[name], list[tuple[str, str]]()
     tree.renamed.connect(lambda *names: asked.append(names))
     assert item.text(NAME) == "\\x0c\\x1b[31m\\u202e"
     item.setText(NAME, f"{item.text(NAME)} ")  # as an editor that changed nothing but a blank

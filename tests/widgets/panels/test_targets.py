@@ -123,7 +123,7 @@ def test_a_change_too_small_to_tell_rigs_apart_is_neither_better_nor_worse(panel
 def test_numbers_out_of_date_are_grey(panel: TargetsPanel) -> None:
     show(panel)
     panel.set_stale()
-    assert panel.table.figures.is_grey(0)
+    assert 0 in panel.table.figures._grey
 
 
 def test_another_number_of_points_is_wanted_once(panel: TargetsPanel, qtbot: QtBot) -> None:
@@ -139,7 +139,7 @@ def test_a_problem_stands_in_the_place_of_the_note(panel: TargetsPanel) -> None:
 
 def test_the_rose_follows_the_row_and_tells_where_a_wedge_is(panel: TargetsPanel) -> None:
     show(panel)
-    panel.table.choose_row(WHO.index("pedestrian"))
+    panel.table.selectRow(WHO.index("pedestrian"))
     rose = panel.rose
     ahead = rose._centre() - QPointF(0.0, rose._radius(3) - 1.0)
     left = rose._centre() - QPointF(rose._radius(3) - 1.0, 0.0)
@@ -296,9 +296,9 @@ def test_scores_and_road_users_are_greyed_apart(scores: ScoresPanel) -> None:
     assert table is not None
     place = table.place_of("on_target")
     table.grey()
-    assert not table.figures.is_grey(place)
+    assert place not in table.figures._grey
     scores.grey_counted()
-    assert table.figures.is_grey(place)
+    assert place in table.figures._grey
 
 
 def test_without_road_users_there_is_no_number_and_nothing_to_copy(scores: ScoresPanel) -> None:

@@ -35,11 +35,11 @@ def test_the_skin_near_a_spot_has_its_colour_and_other_values_change_colours_alo
     layer.show(CAR, replace(DATA, values=VALUES[::-1].copy()))
     assert layer.mesh is mesh and (np.asarray(mesh["gain"])[nearest == 0, 3] == 0).all()
     layer.show(CAR, replace(DATA, centres_m=SPOTS + np.float32(50.0)))
-    assert not layer.is_shown, "no spot is on the car"
+    assert not layer._actor.visibility, "no spot is on the car"
     layer.show(CAR, None)
-    assert not layer.is_shown
+    assert not layer._actor.visibility
     layer.show(Vehicle(body="missing.glb"), DATA)
-    assert not layer.is_shown
+    assert not layer._actor.visibility
 
 
 def test_the_legend_is_about_the_skin_while_it_is_coloured() -> None:

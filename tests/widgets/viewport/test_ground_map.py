@@ -47,11 +47,11 @@ def test_a_key_says_what_the_colours_mean_while_there_is_a_legend() -> None:
     scene = DrawnScene(plotter)
     state = SceneState(ground_map=corners())
     scene.show(state)
-    assert scene.ground_texts == ("how high (less is better)", "low", "high")
+    assert scene._words._ground_key.texts == ("how high (less is better)", "low", "high")
     scene.show(replace(state, show_legend=False))
-    assert scene.ground_texts == ()
+    assert scene._words._ground_key.texts == ()
     scene.show(replace(state, ground_map=None))
-    assert scene.ground_texts == ()
+    assert scene._words._ground_key.texts == ()
     plotter.close()
 
 

@@ -128,9 +128,9 @@ def test_the_rays_of_kinds_and_of_the_selected_sensor_have_their_own_colours_and
     scene = DrawnScene(plotter)
     for words, state in cases.items():
         scene.show(state)
-        assert scene.key_texts == words
+        assert scene._words._key.texts == words
     scene.show(replace(SceneState(rig=both), show_legend=False))
-    assert scene.key_texts == ()
+    assert scene._words._key.texts == ()
     plotter.close()
 
 

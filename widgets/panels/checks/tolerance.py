@@ -210,24 +210,11 @@ class TolerancePanel(QWidget):
         """Return the one of FIGURES that is shown."""
         return str(self._figure.currentData())
 
-    @property
-    def head(self) -> str:
-        """Return the heading over the rows."""
-        return self._head.text()
-
     def choose(self, figure: str) -> None:
         """Show another figure; ignore unknown ones."""
         place = self._figure.findData(figure)
         if place >= 0:
             self._figure.setCurrentIndex(place)
-
-    def text_of(self, class_name: str) -> str:
-        """Return the text of a class."""
-        return self._rows[class_name][1].text()
-
-    def below_of(self, class_name: str) -> str:
-        """Return the text on a class and its requirement."""
-        return self._below[class_name].text()
 
     def show_required(self, name: str) -> None:
         """Show the source of the requirements; empty: none."""

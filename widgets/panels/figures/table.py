@@ -10,7 +10,6 @@ from typing import Any, Literal
 
 from PySide6.QtCore import (
     QAbstractTableModel,
-    QItemSelectionModel,
     QModelIndex,
     QPersistentModelIndex,
     QRectF,
@@ -165,10 +164,6 @@ class FigureModel(QAbstractTableModel):
         """Return a cell."""
         return self._figures[row][column]
 
-    def is_grey(self, column: int) -> bool:
-        """Return whether a column is shown as out of date."""
-        return column in self._grey
-
     def rowCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008 Qt's signature
         return 0 if parent.isValid() else len(self._figures)
 
@@ -281,11 +276,6 @@ class FigureTable(QTableView):
     def current_row(self) -> int:
         """The row that is chosen, or else the first."""
         return max(self.currentIndex().row(), 0)
-
-    def choose_row(self, row: int) -> None:
-        """Choose a row."""
-        flags = QItemSelectionModel.SelectionFlag
-        self.selectionModel().setCurrentIndex(self.model().index(row, 0), flags.ClearAndSelect | flags.Rows)
 
     def text_of(self, name: str, title: str) -> str:
         """Return the text of a cell: of the row of that name, in the column of that title."""

@@ -236,11 +236,6 @@ class RigForm(Form):
         self._places.setText(breakable(text))
         self._places.setVisible(bool(text))
 
-    @property
-    def places(self) -> str:
-        """Return the remarks on mounts, empty when there are none."""
-        return "" if self._places.isHidden() else self._places.text()
-
     def _add_body(self) -> None:
         body = self._body = ChoiceBox()
         for known in PROFILES:

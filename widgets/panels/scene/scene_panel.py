@@ -116,12 +116,6 @@ class ScenePanel(Form):
         self._hint.setText("No box data in use.")
         self.show_subject(self.choice)
 
-    @property
-    def picked(self) -> tuple[str, str]:
-        """Return why the current voxel edge was chosen, and the tooltip with the edges tried; empty when it was
-        given."""
-        return self._picked.text(), self._picked.toolTip()
-
     # ------------------------------------------------------------------ fields
     def _add_data(self) -> None:
         self.add_heading("Box data set")

@@ -143,10 +143,6 @@ class SensorList(QTreeWidget):
         """Names of all selected sensors, in the order of the list."""
         return tuple(name for name, item in self._items.items() if item.isSelected())
 
-    def item_of(self, name: str) -> QTreeWidgetItem:
-        """Return the row of a sensor; raise KeyError when there is none."""
-        return self._items[name]
-
     def name_of(self, item: QTreeWidgetItem) -> str | None:
         """Return the sensor of a row, None for the row of a kind."""
         name = item.data(NAME, SENSOR_NAME)
