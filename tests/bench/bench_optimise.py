@@ -1,8 +1,12 @@
-"""Proposals: the first one, all mounts of a sedan's skin, a proof, and one sweep of gains while a sensor is dragged."""
+"""Proposals: the first one, all mounts of a sedan's skin, a proof, gains of all mounts while a sensor is dragged, and
+drags at the real window during a search.
+"""
 
 from __future__ import annotations
 
+import json
 import time
+from pathlib import Path
 from statistics import median
 
 import numpy as np
@@ -24,12 +28,13 @@ from riglens.core.vehicle.solid import solid_of
 from tests.bench.bars import Bar
 from tests.bench.scenes import moved
 from tests.core.optimise.problems import done
+from tests.session.test_session import run
 
 THREADS, FRAMES = 2, 50
 SKIN = Additions(("generic-16",), 4, mirrored=False, spots_m=0.14)
 """About 700 mounts of 16 x 360 rays."""
 USUAL = Additions(("generic-16",), 4, mirrored=False)
-FIRST_S, ALL_S, SWEEP_MS, PROVEN_S = 3.0, 10.0, 40.0, 5.0
+FIRST_S, ALL_S, SWEEP_MS, PROVEN_S, DRAG = 3.0, 10.0, 40.0, 5.0, 1.25
 
 
 def _traffic() -> Traffic:
@@ -87,6 +92,17 @@ def test_three_mounts_proven(bars: list[Bar]) -> None:
     best, is_proven = done(branch_and_bound(table, limits, done(search(table, limits))))
     assert is_proven and len(best) == 3
     bars.append(_bar(f"the best three of {len(listed)} mounts proven", time.perf_counter() - start, PROVEN_S))
+
+
+def test_a_drag_during_a_search(bars: list[Bar], xvfb: str, tmp_path: Path) -> None:
+    ended = run("search", tmp_path)
+    assert ended.returncode == 0, ended.stderr
+    frames_ms = json.loads((tmp_path / "search.json").read_text())["frames_ms"]
+    running, paused = (np.array(frames_ms[state]) for state in ("running", "paused"))
+    for name, share in (("median", 0.5), ("95 %", 0.95)):
+        ours, alone = float(np.quantile(running, share)), float(np.quantile(paused, share))
+        work = f"{name} of {len(running)} frames of a drag during a search, against the same with it paused"
+        bars.append(Bar("optimise", work, ours, alone, ours / alone, DRAG, "lower"))
 
 
 def _bar(work: str, taken_s: float, budget_s: float) -> Bar:

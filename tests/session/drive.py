@@ -1,6 +1,7 @@
-"""A session in a process of its own: `python -m tests.session.drive work|recover FOLDER`.
+"""A session in a process of its own: `python -m tests.session.drive work|recover|search FOLDER`.
 
 `work` edits a rig, saves it, edits on, and is killed without warning; `recover` starts again and gets the edits back.
+`search` drags a sensor while a search for rigs runs and while it rests, in turn.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from PySide6.QtCore import QPoint, QTimer
+from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QComboBox, QPushButton
 
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
@@ -25,6 +27,8 @@ from riglens.widgets.gizmo.drag import Handle
 from tests.session.person import Answers, Person
 
 MODEL = "VLP-16"
+ROUNDS = 4
+"""Drags in each state of a search, after one that warms up."""
 
 
 def work(person: Person) -> None:
@@ -191,10 +195,33 @@ def export(person: Person) -> None:
     assert answers.path.read_text().count("<joint") >= len(person.window.session.document.rig.sensors)
 
 
+def search(person: Person) -> None:
+    """How long the frames of a drag take while a search casts, and while it is paused."""
+    document, panel = person.window.session.document, person.window.features.propose.panel
+    person.settle()
+    document.select(document.rig.enabled_lidars()[0].name)
+    person.key("W")
+    person.raise_dock("Propose")
+    panel.show_options(panel.options.replace(count=8, singles=True, frames=1000))
+    person.press(panel.start)
+    person.wait(lambda: panel.bar.value() > 0, "the first mounts")
+    took_ms: dict[str, list[float]] = {"paused": [], "running": []}
+    for turn in range(ROUNDS + 1):
+        for state, times in took_ms.items():
+            person.press(panel.pause)
+            QTest.qWait(500)  # casts under way end
+            assert not panel.start.isEnabled(), "the search ended too early"
+            by = QPoint(0, 60 if turn % 2 else -60)
+            times += person.drag(f"{turn} {state}", person.handle(Handle("move", 2)), by)[: 100 * turn]
+            person.settle()
+    person.notes["frames_ms"] = took_ms
+    person.press(panel.stop)
+
+
 def main(part: str, folder: Path) -> int:
     """Open the window as the command line does and have a person use it; the process ends by its own hand."""
     app = QApplication(["riglens"])
-    parts: dict[str, Callable[[Person], None]] = {"work": work, "recover": recover}
+    parts: dict[str, Callable[[Person], None]] = {"work": work, "recover": recover, "search": search}
 
     def use() -> None:
         window = next(widget for widget in app.topLevelWidgets() if isinstance(widget, MainWindow))

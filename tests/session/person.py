@@ -143,8 +143,8 @@ class Person:
         x, y = next(pixel for pixel in pixels if scene.under_mouse.handle(tuple(pixel)) == handle)
         return QPoint(int(x), int(y))
 
-    def drag(self, name: str, start: QPoint, by: QPoint, steps: int = 40) -> None:
-        """Drag from a pixel, noting under `name` how long each step takes until it is drawn."""
+    def drag(self, name: str, start: QPoint, by: QPoint, steps: int = 40) -> list[float]:
+        """Drag from a pixel, noting under `name` how long each step takes until it is drawn; the times, ms."""
         drawn: list[float] = []
         connection = self._view.drawn.connect(lambda: drawn.append(time.perf_counter()))
         QTest.mouseMove(self.canvas, start)
@@ -162,6 +162,7 @@ class Person:
             "median_ms": round(statistics.median(took_ms), 1),
             "slowest_ms": round(max(took_ms), 1),
         }
+        return took_ms
 
     def type_into(self, edit: QWidget, text: str) -> None:
         """Replace what stands in a field and press Return."""
