@@ -22,6 +22,7 @@ from typing import Any, NamedTuple, TypeVar
 from urllib.parse import urlsplit
 
 from riglens.core.errors import InputError
+from riglens.version import installed_version
 
 Result = TypeVar("Result")
 
@@ -59,7 +60,9 @@ class ClusterWorkers:
         """Start a call on some worker; `wait` returns when the result is there."""
         future = Future[bytes]()
         try:
-            self._tasks[future] = self._client.submit(_called, work, *arguments, pure=False)
+            self._tasks[future] = self._client.submit(
+                _called, installed_version(), work, *arguments, pure=False
+            )
         except Exception as error:  # the client has closed itself, which is told in a dozen ways
             raise self._lost(f"takes no more work ({type(error).__name__})") from error
         return future
@@ -220,9 +223,14 @@ def _count_workers(client: Any, address: str, limits: Limits) -> int:
         time.sleep(_POLL_S)
 
 
-def _called(work: Callable[..., bytes], *arguments: object) -> bytes:
-    """Call a function on a worker; errors that the user can mend say on which machine they happened."""
+def _called(version: str, work: Callable[..., bytes], *arguments: object) -> bytes:
+    """Call a function on a worker; errors that the user can mend say on which machine they happened.
+
+    Raise InputError where RigLens is of another version: its pieces may differ without a trace.
+    """
     try:
+        if (own := installed_version()) != version:
+            raise InputError(f"RigLens must be the version of this command, {version} (got {own})")
         return work(*arguments)
     except (InputError, OSError) as error:
         raise InputError(f"{socket.gethostname()}: {error}") from error

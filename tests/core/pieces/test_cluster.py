@@ -284,6 +284,18 @@ def test_what_a_worker_cannot_do_names_the_worker_in_one_line(cluster: Cluster) 
         done.result()
 
 
+def test_a_worker_of_another_version_is_one_line(
+    cluster: Cluster, build: Build, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("riglens.core.pieces.cluster.installed_version", lambda: "0.0.other")
+    with (
+        pytest.raises(InputError, match=r"^dask on worker \S+: RigLens must be .* 0\.0\.other \(got \S+\)$"),
+        cluster_workers(cluster.address) as workers,
+    ):
+        build.on(workers)
+    assert build.kept == 0
+
+
 # Which of them a client notices first depends on the machine: a closed connection or a silence.
 GONE = (
     r"went away|takes no more work|has not answered for 2 s|sent no result within 2 s"
