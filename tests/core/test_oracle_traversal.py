@@ -95,13 +95,13 @@ def test_oracle_gives_a_ray_in_a_face_to_the_positive_side_and_a_diagonal_no_tou
 # ---------------------------------------------------------------- random sensors
 
 
-@settings(max_examples=100)
+@settings(max_examples=50)
 @given(name=st.sampled_from(sorted(GRIDS)), seed=seeds)
 def test_random_sensor_covers_what_the_oracle_says(name: str, seed: int) -> None:
     assert_agrees(name, random_sensor(GRIDS[name], np.random.default_rng(seed), rays=20))
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(
     name=st.sampled_from(["unit", "tenths", "tall", "very tall"]),
     seed=seeds,
@@ -196,13 +196,13 @@ def test_upright_sensors_on_grid_faces_whose_rays_change_level_right_at_faces(
     assert_agrees(name, sensor)
 
 
-@settings(max_examples=120)
+@settings(max_examples=60)
 @given(data=st.data(), name=st.sampled_from(sorted(GRIDS)))
 def test_awkward_sensor_covers_what_the_oracle_says(data: st.DataObject, name: str) -> None:
     assert_agrees(name, data.draw(_awkward_sensors(GRIDS[name])))
 
 
-@settings(max_examples=100)
+@settings(max_examples=50)
 @given(name=st.sampled_from(sorted(GRIDS)), seed=seeds, share=st.sampled_from([0.05, 1.0]))
 def test_upright_sensors_with_close_rays(name: str, seed: int, share: float) -> None:
     """Sensors that only yaw may be cast plane by plane; their heights and places like faces."""
@@ -472,7 +472,7 @@ _PLACES = st.one_of(
 _LIMITS = st.one_of(st.sampled_from([0.0, 1.0, 2.0, 1e-310, 5e-324, 1e-30, 0.5]), st.floats(0.0, 10.0))
 
 
-@settings(max_examples=300)
+@settings(max_examples=150)
 @given(
     g=st.tuples(_PLACES, _PLACES, _PLACES),
     d=st.tuples(_COMPONENTS, _COMPONENTS, _COMPONENTS),

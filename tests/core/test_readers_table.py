@@ -202,7 +202,7 @@ BAD_FIELDS = [
 def test_a_broken_number_is_named_with_its_line(
     tmp_path: Path, write: Writer, column: str, value: str, got: str
 ) -> None:
-    rows = [ROW.format(frame=frame, cls="car") for frame in range(30_000)]
+    rows = [ROW.format(frame=frame, cls="car") for frame in range(5_000)]
     fields = rows[4709].split(",")
     fields[HEADER.split(",").index(column)] = value
     rows[4709] = ",".join(fields)

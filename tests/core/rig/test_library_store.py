@@ -49,19 +49,21 @@ def test_the_second_start_reads_no_yaml_and_finds_the_same_models(kept: Path, re
 
 
 @pytest.mark.parametrize("damage", ["one figure", "cut short", "empty", "text"])
-def test_a_damaged_file_is_replaced(kept: Path, reads: list[Path], damage: str) -> None:
-    entries = stored_entries(BUNDLED)
+def test_a_damaged_file_is_replaced(kept: Path, reads: list[Path], tmp_path: Path, damage: str) -> None:
+    text = tmp_path / "other.yaml"
+    text.write_text(OTHER)
+    entries = stored_entries(text)
     whole = kept.read_bytes()
     kept.write_bytes(
         {
-            "one figure": whole.replace(b"0.2", b"0.3", 1),
+            "one figure": whole.replace(b"640", b"641", 1),
             "cut short": whole[: len(whole) // 2],
             "empty": b"",
             "text": b"\xff not JSON",
         }[damage]
     )
     assert kept.read_bytes() != whole
-    assert stored_entries(BUNDLED) == entries
+    assert stored_entries(text) == entries
     assert len(reads) == 2
     assert kept.read_bytes() == whole
 

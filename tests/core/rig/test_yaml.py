@@ -273,3 +273,12 @@ def test_the_rig_says_whether_its_body_stops_rays_and_keeps_it_when_edited_and_s
 def test_a_wrong_body_is_refused(lines: str, where: str) -> None:
     with pytest.raises(InputError, match=where):
         loads(CONTRACT.replace("vehicle:", f"{lines}\nvehicle:", 1))
+
+
+@pytest.mark.parametrize("name", ["\f", "a\x1cb", "\x85", "\u2028"])
+def test_a_name_that_would_end_a_line_of_text_stays_whole(name: str, tmp_path: Path) -> None:
+    rig = Rig(sensors=(Lidar(name=name, position=(0.0, 0.0, 2.0), elevations_deg=(0.0,)),))
+    new_rig_file(rig).save(tmp_path / "rig.yaml")
+    edited = rig.with_sensor(name, rig.sensors[0].replace(position=(0.0, 0.0, 2.5)))
+    load_rig(tmp_path / "rig.yaml").save(tmp_path / "rig.yaml", edited)
+    assert load_rig(tmp_path / "rig.yaml").rig == edited

@@ -238,7 +238,7 @@ LAYOUTS: list[Callable[[Rig], str]] = [
 FEW_NAMES = st.sampled_from(["a", "b", "c", "d", "e"])
 
 
-@settings(max_examples=40)
+@settings(max_examples=15)
 @given(rigs(FEW_NAMES), rigs(FEW_NAMES), st.sampled_from(LAYOUTS), st.data())
 def test_any_file_can_be_edited_into_any_rig(
     old: Rig, new: Rig, layout: Callable[[Rig], str], data: st.DataObject
@@ -251,7 +251,7 @@ def test_any_file_can_be_edited_into_any_rig(
     saved(new.replace(sensors=kept), layout(old))
 
 
-@settings(max_examples=30)
+@settings(max_examples=15)
 @given(rigs(FEW_NAMES), st.sampled_from(LAYOUTS), st.data())
 def test_reordering_and_moving_back_restores_the_text(
     rig: Rig, layout: Callable[[Rig], str], data: st.DataObject

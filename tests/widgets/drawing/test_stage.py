@@ -30,6 +30,10 @@ def plotter(request):
     plotter.close()
 
 
+ODD = pytest.mark.parametrize("plotter", [(323, 199)], indirect=True)
+"""For what has nothing to do with stretching: one size is enough."""
+
+
 def picture(plotter, scene, quick):
     scene.set_quick(quick)
     scene.prepare()
@@ -67,6 +71,7 @@ def test_only_the_haze_is_coarse_and_only_while_something_moves(plotter):
     assert scene._stage.haze_size == (width, height)
 
 
+@ODD
 @pytest.mark.parametrize("selected", [None, "roof"])
 def test_edges_are_smooth_with_and_without_anything_in_front(plotter, selected):
     scene = DrawnScene(plotter)
@@ -106,6 +111,7 @@ def test_every_frame_of_a_drag_shows_the_backdrop_and_only_the_first_draws_it(pl
     assert not scene._stage.backdrop.GetDraw()
 
 
+@ODD
 @pytest.mark.parametrize(
     "change",
     [

@@ -18,7 +18,7 @@ from riglens.widgets.viewport.scene_state import SceneState
 from riglens.widgets.viewport.words_layer import car_box
 from tests.widgets.viewport.test_still import wall
 
-SIZES: dict[Scale, tuple[int, int]] = {"ramp": (900, 600), "steps": (1280, 720), "change": (600, 400)}
+SIZES: dict[Scale, tuple[int, int]] = {"ramp": (600, 400), "steps": (720, 450), "change": (560, 380)}
 SCALES = tuple(SIZES)
 
 
@@ -33,7 +33,7 @@ def heat(scale: Scale) -> HeatmapData:
 @pytest.fixture(params=[1.0, 2.0], ids=["normal", "dense"])
 def scene(request: pytest.FixtureRequest) -> Iterator[DrawnScene]:
     plotter = pv.Plotter(
-        off_screen=True, window_size=[round(side * request.param) for side in (900, 600)], lighting="none"
+        off_screen=True, window_size=[round(side * request.param) for side in (600, 400)], lighting="none"
     )
     render_window(plotter).SetMultiSamples(0)
     made = DrawnScene(plotter, DARK, request.param)

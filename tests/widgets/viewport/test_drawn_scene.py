@@ -55,14 +55,18 @@ LAYERS = {
 }
 
 
-@pytest.fixture
-def scene(xvfb: str) -> Iterator[DrawnScene]:
+@pytest.fixture(scope="module")
+def drawn(xvfb: str) -> Iterator[DrawnScene]:
     plotter = pv.Plotter(off_screen=True, window_size=[64, 48], lighting="none")
-    scene = DrawnScene(plotter)
-    scene.show(STATE)
-    scene.prepare()  # brings the car
-    yield scene
+    yield DrawnScene(plotter)
     plotter.close()
+
+
+@pytest.fixture
+def scene(drawn: DrawnScene) -> DrawnScene:
+    drawn.show(STATE)
+    drawn.prepare()  # brings the car
+    return drawn
 
 
 @pytest.fixture
