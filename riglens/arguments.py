@@ -19,7 +19,6 @@ from riglens.core.sensors.registry import kind_named, kind_names
 
 StrPath = str | os.PathLike[str]
 ClassName = Literal["car", "bicycle", "pedestrian"]
-_OURS = ("riglens", "cyclopts")  # studies are called through the parser of the command line
 
 
 class RigLensWarning(UserWarning):
@@ -29,7 +28,7 @@ class RigLensWarning(UserWarning):
 def warn(line: str) -> None:
     """Warn at the line of the caller's own code."""
     frame, level = sys._getframe(1), 2
-    while frame.f_back is not None and frame.f_globals.get("__name__", "").split(".")[0] in _OURS:
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").split(".")[0] == "riglens":
         frame, level = frame.f_back, level + 1
     warnings.warn(line, RigLensWarning, stacklevel=level)
 

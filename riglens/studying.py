@@ -5,13 +5,16 @@ from __future__ import annotations
 import json
 import os
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import fields
+from inspect import Parameter, signature
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
 import numpy as np
+from pydantic import TypeAdapter, ValidationError
 
-from riglens.app.evaluation.names import option_of
+from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.arguments import StrPath, warn
 from riglens.core.errors import InputError
 from riglens.core.rig.model import FORMAT_VERSION, Rig
@@ -19,8 +22,8 @@ from riglens.results import Listing
 from riglens.rigs import save_rig
 
 Study = Literal["table1", "accuracy", "stability", "targets", "external", "detection", "predicted"]
-_SWITCHES = {"find_ground": "auto", "surroundings": "block"}
-"""Options that are true or false here, and a word on the command line."""
+_RENAMED = {"libraries": "library"}
+"""Arguments of the commands that are called otherwise here."""
 _TABLE1 = ("table1.csv", "table1-detection.csv")
 
 
@@ -43,7 +46,7 @@ def study(name: Study, *inputs: StrPath | Rig, out: StrPath = "out", **options: 
     Listing
         `rows()` of the first table; `to_dict()` is the JSON that the study writes, or else every table by its file.
     """
-    from riglens.app.commands.parsing import run
+    from riglens.app.commands import study as commands
     from riglens.app.studies import (
         accuracy,
         detection,
@@ -69,15 +72,14 @@ def study(name: Study, *inputs: StrPath | Rig, out: StrPath = "out", **options: 
         "predicted": predicted.NAMES,
     }
     with called_from_python(warn), tempfile.TemporaryDirectory(prefix="riglens-") as rigs:
-        words = [_word(one, Path(rigs, f"{number}.yaml")) for number, one in enumerate(inputs)]
-        for option, value in options.items():
-            words += _words(option, value, Path(rigs, f"{option}.yaml"))
+        words = [_plain(one, Path(rigs, f"{number}.yaml")) for number, one in enumerate(inputs)]
+        given = {key: _plain(value, Path(rigs, f"{key}.yaml")) for key, value in options.items()}
         if name == "table1":
             require_folder(folder, _TABLE1)
-            places = ["--csv", str(folder / _TABLE1[0]), "--detection-csv", str(folder / _TABLE1[1])]
+            places = {"csv": folder / _TABLE1[0], "detection_csv": folder / _TABLE1[1]}
         else:
-            places = ["--out", str(folder)]
-        run(["study", name, *words, *places])
+            places = {"out": folder}
+        _call(name, getattr(commands, name), words, {**given, **places})
     paths = [path for file in files[name] if (path := folder / file).exists()]
     tables = {path.name: _table(path) for path in paths if path.suffix == ".csv"}
     document = next(
@@ -91,31 +93,52 @@ def study(name: Study, *inputs: StrPath | Rig, out: StrPath = "out", **options: 
     )
 
 
-def _word(value: object, file: Path) -> str:
-    """Return the word for a value; a rig is written into a file."""
+def _plain(value: object, file: Path) -> object:
+    """Return a value as the options have it: a rig as the path of a file, arrays and mappings as lists."""
     if isinstance(value, Rig):
         save_rig(value, file)
         return str(file)
-    return os.fspath(value) if isinstance(value, os.PathLike) else str(value)
-
-
-def _words(option: str, value: object, file: Path) -> Iterator[str]:
-    """Yield an option and its values; names are repeated with the option, numbers and pairs follow it."""
-    if value is None or value is False:
-        return
-    if value is True:
-        yield from (option_of(option), *filter(None, [_SWITCHES.get(option)]))
-        return
     if isinstance(value, Mapping):
-        value = [f"{name}={cls}" for name, cls in value.items()]
-    several = (
-        np.asarray(value, object).ravel().tolist()
-        if isinstance(value, (list, tuple, np.ndarray))
-        else [value]
-    )
-    is_repeated = isinstance(several[0], (str, os.PathLike)) and option != "occluders"
-    for number, one in enumerate(several):
-        yield from (*([option_of(option)] if is_repeated or number == 0 else ()), _word(one, file))
+        return [f"{name}={cls}" for name, cls in value.items()]
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    return os.fspath(value) if isinstance(value, os.PathLike) else value
+
+
+def _call(name: str, command: Callable[..., None], words: list[object], given: dict[str, object]) -> None:
+    """Call the function of a study's command with its inputs, and its options as the objects that it has them in."""
+    hints, keywords = get_type_hints(command, include_extras=True), {}
+    inputs: list[object] = []
+    for key, parameter in signature(command).parameters.items():
+        known = _RENAMED.get(key, key)
+        if isinstance(parameter.default, SceneOptions | ScoreOptions):
+            of = {one.name: one.type for one in fields(hints[key]) if given.get(one.name) is not None}
+            keywords[key] = hints[key](**{one: _checked(one, given[one], kind) for one, kind in of.items()})
+            given = {one: value for one, value in given.items() if one not in of}
+        elif parameter.kind is not Parameter.KEYWORD_ONLY:
+            inputs += [_checked(key, word, hints[key]) for word in words[len(inputs) :]]
+        elif given.get(known) is not None:
+            keywords[key] = _checked(known, given.pop(known), hints[key])
+    for key, value in given.items():
+        if value is not None:
+            raise InputError(f"is not an option of the study {name}", key)
+    try:
+        signature(command).bind(*(inputs or words), **keywords)
+    except TypeError as error:
+        raise InputError(f"study {name}: {error}") from error
+    command(*inputs, **keywords)
+
+
+def _checked(name: str, value: object, kind: Any) -> Any:
+    """Return a value of the type of an option; raise InputError for another one."""
+    kind = get_args(kind)[0] if get_origin(kind) is Annotated else kind
+    if get_origin(kind) is tuple and isinstance(value, str):
+        value = [value]
+    try:
+        return TypeAdapter(kind).validate_python(value)
+    except ValidationError as error:
+        wanted = error.errors()[0]["msg"].replace("Input should be", "must be")
+        raise InputError(f"{wanted} (got {value!r})", name) from error
 
 
 def _table(path: Path) -> list[dict[str, Any]]:

@@ -231,5 +231,9 @@ def test_a_study_gives_the_json_that_it_writes(place: Place, one: Path) -> None:
 def test_an_unknown_study_or_option_is_refused(place: Place) -> None:
     with pytest.raises(rl.InputError, match="must be one of table1, accuracy"):
         rl.study("nonsense", out=place.folder)  # type: ignore[arg-type]
-    with pytest.raises(rl.InputError, match="--fast"):
+    with pytest.raises(rl.InputError, match="fast is not an option of the study table1"):
         rl.study("table1", out=place.folder, fast=True)
+    with pytest.raises(rl.InputError, match="device must be 'cpu' or 'cuda'"):
+        rl.study("detection", "W+T", out=place.folder, device="gpu")
+    with pytest.raises(rl.InputError, match="study external: too many positional arguments"):
+        rl.study("external", "W+T", out=place.folder)
