@@ -25,6 +25,7 @@ from riglens.app.window.status import StatusBar
 from riglens.app.window.workbench import Bars, Panels, Workbench
 from riglens.core.metric.scores import MetricSettings
 from riglens.widgets.panels.checks.panel import ChecksPanel
+from riglens.widgets.panels.controls.building import filled
 from riglens.widgets.panels.controls.messages import MessageBar
 from riglens.widgets.panels.inspector.panel import Inspector
 from riglens.widgets.panels.scene.scene_panel import ScenePanel
@@ -84,12 +85,7 @@ class MainWindow(QMainWindow):
     # ------------------------------------------------------------------ building
     def _put_in_middle(self, bars: Bars, viewport: View) -> None:
         centre = QWidget()
-        column = QVBoxLayout(centre)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addWidget(bars.notes)
-        column.addWidget(bars.errors)
-        column.addWidget(viewport, 1)
+        filled(QVBoxLayout(centre), bars.notes, bars.errors, viewport, 1, spacing=0)
         self.setCentralWidget(centre)
         self.setStatusBar(bars.status)
         self.setDockOptions(self.dockOptions() | QMainWindow.DockOption.GroupedDragging)  # tabs drag out

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QCheckBox, QComboBox, QHBoxLayout, QLabel, QToolBu
 from riglens.core.sensors.registry import kinds
 from riglens.core.view.top_view import SeenBy
 from riglens.widgets.maps.map_view import MapView
+from riglens.widgets.panels.controls.building import button, filled
 from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel
 
 if TYPE_CHECKING:  # loads the compiler
@@ -74,22 +75,10 @@ class MapPanel(QWidget):
         self.on_ground = QCheckBox("On the ground")
         self.on_ground.setToolTip("Also show lowest heights or overlap on the ground of the 3D view.")
         self.on_ground.toggled.connect(lambda _: self.shown_chosen.emit())
-        fit = QToolButton()
-        fit.setText("Fit")
-        fit.setToolTip("Show the whole region of interest.")
-        fit.clicked.connect(self.map.fit)
-        row = QHBoxLayout()
-        row.setContentsMargins(MARGIN, 4, MARGIN, 4)
-        row.setSpacing(SPACING)
-        row.addWidget(self.title)
-        row.addWidget(self.choice, 1)
-        row.addWidget(self.on_ground)
-        row.addWidget(fit)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addLayout(row)
-        column.addWidget(self.map, 1)
+        fit = button(QToolButton(), self.map.fit, "Show the whole region of interest.", text="Fit")
+        parts = (self.title, self.choice, 1, self.on_ground, fit)
+        row = filled(QHBoxLayout(), *parts, margins=(MARGIN, 4, MARGIN, 4), spacing=SPACING)
+        filled(QVBoxLayout(self), row, self.map, 1, spacing=0)
         self.set_class("")
         self._offer_ground()
 

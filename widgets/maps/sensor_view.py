@@ -24,6 +24,7 @@ from riglens.core.view.camera_picture import CameraPicture
 from riglens.core.view.range_image import RangeImage
 from riglens.widgets.maps.camera_view import CameraView
 from riglens.widgets.maps.range_view import RangeView
+from riglens.widgets.panels.controls.building import filled, plain_label
 from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel
 
 COLOURINGS = {"range": "Colour: range", "hit": "Colour: surface"}
@@ -37,41 +38,23 @@ class SensorViewPanel(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         as_panel(self)
-        self.camera, self.ranges, self.text = CameraView(), RangeView(), QLabel()
-        self.text.setObjectName("hint")
-        self.text.setWordWrap(True)
+        self.camera, self.ranges, self.text = CameraView(), RangeView(), plain_label(style="hint", wraps=True)
         self.text.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self.text.setMargin(MARGIN)
-        self.text.setTextFormat(Qt.TextFormat.PlainText)
         self._build_header()
         self._stack = QStackedWidget()
         self._pages: tuple[QWidget, ...] = (self.text, self.camera, self.ranges)
         for page in self._pages:
             self._stack.addWidget(page)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addWidget(self._header)
-        column.addWidget(self._stack, 1)
-        self.note = QLabel()
-        self.note.setObjectName("hint")
-        self.note.setTextFormat(Qt.TextFormat.PlainText)
+        self.note = plain_label(style="hint", wraps=True)
         self.note.setContentsMargins(MARGIN, 0, MARGIN, 2)
-        self.note.setWordWrap(True)
-        column.addWidget(self.note)
+        filled(QVBoxLayout(self), self._header, self._stack, 1, self.note, spacing=0)
         self.set_note("")
         self.set_frames(0)
         self.show_text("")
 
     def _build_header(self) -> None:
         self._header = QWidget()
-        rows = QVBoxLayout(self._header)
-        rows.setContentsMargins(MARGIN, 4, MARGIN, 4)
-        rows.setSpacing(2)
-        first, second = QHBoxLayout(), QHBoxLayout()
-        for row in (first, second):
-            row.setSpacing(SPACING)
-            rows.addLayout(row)
         self.title = QLabel()
         self.title.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.frame, self.slider = QSpinBox(), QSlider(Qt.Orientation.Horizontal)
@@ -90,12 +73,9 @@ class SensorViewPanel(QWidget):
             lambda _: self.ranges.set_colouring(self.colouring.currentData())
         )
         self.title.setMinimumHeight(self.colouring.sizeHint().height())  # keeps the header from moving
-        first.addWidget(self.title, 1)
-        first.addWidget(self.rays)
-        first.addWidget(self.colouring)
-        for widget in (QLabel("Frame"), self.frame, self._of):
-            second.addWidget(widget)
-        second.addWidget(self.slider, 1)
+        first = filled(QHBoxLayout(), self.title, 1, self.rays, self.colouring, spacing=SPACING)
+        second = filled(QHBoxLayout(), QLabel("Frame"), self.frame, self._of, self.slider, 1, spacing=SPACING)
+        filled(QVBoxLayout(self._header), first, second, margins=(MARGIN, 4, MARGIN, 4), spacing=2)
         self.frame.valueChanged.connect(self._choose)
         self.slider.valueChanged.connect(self._choose)
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QHBoxLayout, QPushButton, QVBoxLayout, QWidget
 
 from riglens.core.scene.boxes import CLASSES
 from riglens.widgets.panels.checks.sensor_table import SensorTable
+from riglens.widgets.panels.controls.building import button, filled, plain_label
 from riglens.widgets.panels.controls.style import MARGIN, as_panel
 from riglens.widgets.panels.figures.table import Figure
 
@@ -55,19 +56,10 @@ class AuditPanel(QWidget):
         as_panel(self)
         titles = dict(OUTCOMES.values())
         self.table = SensorTable("Rays of each sensor", {"Rays": "Rays of the sensor"} | titles)
-        self._note, follow = QLabel(), QPushButton(FOLLOW)
-        self._note.setObjectName("hint")
-        self._note.setTextFormat(Qt.TextFormat.PlainText)
-        follow.setObjectName("follow_rays")
-        follow.setToolTip(FOLLOW_TIP)
-        follow.clicked.connect(lambda _: self.wanted.emit())
-        line, column = QHBoxLayout(), QVBoxLayout(self)
-        line.setContentsMargins(MARGIN, 4, MARGIN, 4)
-        line.addWidget(follow)
-        line.addWidget(self._note, 1)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.addLayout(line)
-        column.addWidget(self.table)
+        self._note = plain_label(style="hint")
+        follow = button(QPushButton(FOLLOW), self.wanted, FOLLOW_TIP, "follow_rays")
+        line = filled(QHBoxLayout(), follow, self._note, 1, margins=(MARGIN, 4, MARGIN, 4))
+        filled(QVBoxLayout(self), line, self.table)
 
     def show_audits(self, found: Mapping[str, SensorAudit], note: str, is_current: bool) -> None:
         """Show where the rays of each sensor go, with a remark."""

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import (
     QHBoxLayout,
-    QLabel,
     QListWidget,
     QListWidgetItem,
     QPushButton,
@@ -16,6 +15,7 @@ from PySide6.QtWidgets import (
 )
 
 from riglens.core.shown_text import visible
+from riglens.widgets.panels.controls.building import button, filled, plain_label
 from riglens.widgets.panels.controls.style import MARGIN, as_panel
 
 USUAL = "usual limits"
@@ -37,27 +37,15 @@ class MountsPanel(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         as_panel(self)
-        self.head, self.source, self.lines = QLabel(), QLabel(), QListWidget()
-        self.head.setTextFormat(Qt.TextFormat.PlainText)
-        self.source.setTextFormat(Qt.TextFormat.PlainText)
-        self.source.setObjectName("hint")
+        self.head, self.source, self.lines = plain_label(), plain_label(style="hint"), QListWidget()
         self.lines.setWordWrap(True)
         self.lines.itemClicked.connect(self._choose)
         self.lines.itemActivated.connect(self._choose)
-        self.file, self.usual = QPushButton("Limits of a file…"), QPushButton("Usual limits")
-        self.file.setToolTip("Requirements file with a section 'mounts', as for riglens check.")
-        self.usual.setToolTip(f"<p>{USUAL_TIP}</p>")
-        self.file.clicked.connect(lambda: self.file_wanted.emit())
-        self.usual.clicked.connect(lambda: self.usual_wanted.emit())
-        row = QHBoxLayout()
-        row.addWidget(self.head)
-        row.addWidget(self.source, 1)
-        for button in (self.usual, self.file):
-            row.addWidget(button)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(MARGIN, 4, MARGIN, 4)
-        layout.addLayout(row)
-        layout.addWidget(self.lines)
+        tip = "Requirements file with a section 'mounts', as for riglens check."
+        self.file = button(QPushButton("Limits of a file…"), self.file_wanted, tip)
+        self.usual = button(QPushButton("Usual limits"), self.usual_wanted, f"<p>{USUAL_TIP}</p>")
+        row = filled(QHBoxLayout(), self.head, self.source, 1, self.usual, self.file)
+        filled(QVBoxLayout(self), row, self.lines, margins=(MARGIN, 4, MARGIN, 4))
         self.show_source(USUAL)
 
     def show_source(self, name: str) -> None:

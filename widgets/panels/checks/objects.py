@@ -10,6 +10,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHeaderView, QLabel, QTreeWidget, QTreeWidgetItem, QVBoxLayout, QWidget
 
 from riglens.core.shown_text import visible
+from riglens.widgets.panels.controls.building import filled
 from riglens.widgets.panels.controls.style import MARGIN, as_panel
 
 if TYPE_CHECKING:  # loads the compiler, which a window that opens does not need
@@ -44,10 +45,7 @@ class ObjectsPanel(QWidget):
         self.tree.itemActivated.connect(self._choose)
         self.note = QLabel(NOTE)
         self.note.setWordWrap(True)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(MARGIN, 4, MARGIN, 4)
-        layout.addWidget(self.note)
-        layout.addWidget(self.tree)
+        filled(QVBoxLayout(self), self.note, self.tree, margins=(MARGIN, 4, MARGIN, 4))
 
     def show_verdicts(self, profiles: Sequence[ProfileVerdict]) -> None:
         """Show the verdict on every object; the expanded and chosen items stay."""

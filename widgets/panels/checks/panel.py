@@ -5,6 +5,7 @@ from __future__ import annotations
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QHBoxLayout, QListWidget, QStackedWidget, QWidget
 
+from riglens.widgets.panels.controls.building import filled
 from riglens.widgets.panels.controls.scrolled import scrolled
 from riglens.widgets.panels.controls.style import as_panel
 
@@ -24,11 +25,7 @@ class ChecksPanel(QWidget):
         self.names.setObjectName("checks")
         self.names.currentRowChanged.connect(self._pages.setCurrentIndex)
         self._pages.currentChanged.connect(lambda _: self.page_changed.emit())
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(0)
-        row.addWidget(self.names)
-        row.addWidget(self._pages, 1)
+        filled(QHBoxLayout(self), self.names, self._pages, 1, spacing=0)
 
     def add(self, title: str, page: QWidget) -> None:
         """Add the page of a check at the end."""

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from riglens.widgets.panels.checks.sensor_table import SensorTable
+from riglens.widgets.panels.controls.building import filled, plain_label
 from riglens.widgets.panels.controls.style import MARGIN, as_panel
 from riglens.widgets.panels.figures.table import Figure
 from riglens.widgets.panels.scores.text import NONE
@@ -25,15 +25,9 @@ class RedundancyPanel(QWidget):
         unit = {measure: HEADINGS[measure].removesuffix(" ▾").removeprefix("Loss, ") for measure in MEASURES}
         columns = {f"{title}, {unit[key]}": tip for key, (title, tip) in MEASURES.items()}
         self.table = SensorTable("Loss by sensor", columns)
-        note = QLabel(NOTE)
-        note.setObjectName("hint")
-        note.setTextFormat(Qt.TextFormat.PlainText)
+        note = plain_label(NOTE, "hint")
         note.setContentsMargins(MARGIN, 4, MARGIN, 4)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addWidget(note)
-        column.addWidget(self.table)
+        filled(QVBoxLayout(self), note, self.table, spacing=0)
 
     def show_losses(self, losses: Mapping[str, Mapping[Measure, Loss]]) -> None:
         """Show losses by sensor and measure; a measure that is not known yet has none."""

@@ -18,6 +18,7 @@ from PySide6.QtWidgets import (
 )
 
 from riglens.core.shown_text import visible
+from riglens.widgets.panels.controls.building import button, filled, plain_label
 from riglens.widgets.panels.controls.style import MARGIN, as_panel, numbers_font, plain_tip, tones
 from riglens.widgets.panels.fields.form import ChoiceBox
 from riglens.widgets.panels.scores.text import MINUS
@@ -160,16 +161,14 @@ class TolerancePanel(QWidget):
         for title, name in ((NO_PROFILE, ""), *((name, name) for name in profiles)):
             self._profile.addItem(title, name)
         self._profile.activated.connect(lambda _: self.profile_chosen.emit(self._profile.currentData()))
-        self._head, self.ghost_note = QLabel(), QLabel()
+        self._head, self.ghost_note = plain_label(style="hint"), plain_label(style="hint")
         self._figure = ChoiceBox()
         for key, title in FIGURES.items():
             self._figure.addItem(title, key)
         self._figure.activated.connect(lambda _: self.figure_chosen.emit(self.figure))
         self.worst = QCheckBox("Show worst draw")
         self.worst.toggled.connect(self.ghost_wanted)
-        self.required = QPushButton(REQUIRE)
-        self.required.setToolTip(f"<p>{REQUIRE_TIP}</p>")
-        self.required.clicked.connect(lambda: self.requirements_wanted.emit())
+        self.required = button(QPushButton(REQUIRE), self.requirements_wanted, f"<p>{REQUIRE_TIP}</p>")
         self._rows = {name: (RangeBar(), QLabel("–")) for name in classes}
         self._below = {name: QLabel() for name in classes}
         rows = QGridLayout()
@@ -183,20 +182,10 @@ class TolerancePanel(QWidget):
             self._below[name].setFont(numbers_font(text.font()))
             rows.addWidget(self._below[name], place, 3)
         rows.setColumnStretch(3, 1)
-        choices = QHBoxLayout()
-        for widget in (self._profile, self._figure, self.worst, self.required):
-            choices.addWidget(widget)
-        choices.addWidget(self.ghost_note, 1)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(MARGIN, 4, MARGIN, 2)
-        layout.setSpacing(3)
-        layout.addLayout(choices)
-        layout.addWidget(self._head)
-        layout.addLayout(rows)
-        layout.addStretch(1)
-        for label in (self._head, self.ghost_note):
-            label.setObjectName("hint")
-            label.setTextFormat(Qt.TextFormat.PlainText)
+        choices = filled(
+            QHBoxLayout(), self._profile, self._figure, self.worst, self.required, self.ghost_note, 1
+        )
+        filled(QVBoxLayout(self), choices, self._head, rows, None, margins=(MARGIN, 4, MARGIN, 2), spacing=3)
         self.setToolTip(LEGEND)
 
     def show_profile(self, name: str) -> None:

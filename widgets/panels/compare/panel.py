@@ -10,7 +10,6 @@ from PySide6.QtWidgets import (
     QAbstractItemView,
     QHBoxLayout,
     QHeaderView,
-    QLabel,
     QMenu,
     QProgressBar,
     QPushButton,
@@ -34,6 +33,7 @@ from riglens.widgets.panels.compare.model import (
     Shown,
     table_text,
 )
+from riglens.widgets.panels.controls.building import button, filled, plain_label, tool
 from riglens.widgets.panels.controls.icons import icon
 from riglens.widgets.panels.controls.item_views import OwnKeys, StandardKey, give_context_menu
 from riglens.widgets.panels.controls.menus import add_entry
@@ -203,11 +203,7 @@ class ComparePanel(QWidget):
         self._halves.setChildrenCollapsible(False)
         for half in (self.table, self.chart):
             self._halves.addWidget(half)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addLayout(self._controls())
-        column.addWidget(self._halves, 1)
+        filled(QVBoxLayout(self), self._controls(), self._halves, 1, spacing=0)
         self._connect()
         self._arrange()
 
@@ -284,15 +280,13 @@ class ComparePanel(QWidget):
 
     # ------------------------------------------------------------------ building
     def _controls(self) -> QHBoxLayout:
-        self._add = QToolButton()
-        self._add.setObjectName("compare_add")
-        self._add.setText("Add")
+        tip = "Add rigs to compare with the one being edited."
+        self._add = button(QToolButton(), tip=tip, name="compare_add", text="Add")
         self._add.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-        self._add.setToolTip("Add rigs to compare with the one being edited.")
-        snapshot = QPushButton(icon("snapshot"), "Snapshot")
-        snapshot.setObjectName("snapshot")
-        snapshot.setToolTip("Add the current rig to this list (Ctrl+T).")
-        snapshot.clicked.connect(self.snapshot_wanted)
+        snapshot = button(
+            QPushButton(icon("snapshot"), "Snapshot"), self.snapshot_wanted,
+            "Add the current rig to this list (Ctrl+T).", "snapshot",
+        )  # fmt: skip
         self._class, self._shown = ChoiceBox(), ChoiceBox()
         self._class.setObjectName("compare_class")
         self._class.addItems([ALL_CLASSES, *CLASSES])
@@ -304,39 +298,24 @@ class ComparePanel(QWidget):
         self._bar = QProgressBar()
         self._bar.setFormat("%v of %m scored")
         self._bar.setFixedWidth(120)
-        self._cancel = QPushButton("Cancel")
-        self._cancel.setObjectName("compare_cancel")
-        self._cancel.clicked.connect(lambda: self.score_wanted.emit(self._cancel.text() == "Score"))
-        unit = QLabel("10³ nat")
-        unit.setObjectName("hint")
+        self._cancel = button(
+            QPushButton("Cancel"), lambda: self.score_wanted.emit(self._cancel.text() == "Score"), "", "compare_cancel"
+        )  # fmt: skip
+        unit = plain_label("10³ nat", "hint")
         unit.setToolTip(SIGN_NOTE)
-        self.bars = self._tool("bars", "Show the figures as bars.")
+        self.bars = tool(icon("bars"), None, "Show the figures as bars.", "compare_bars")
         self.bars.setCheckable(True)
         self.bars.toggled.connect(lambda _: self._arrange())
-        copy, export = self._tool("copy", "Copy the table."), QPushButton("CSV…")
-        copy.clicked.connect(self.copy)
-        export.setObjectName("compare_export")
-        export.setToolTip("Save all numbers in full precision.")
-        export.clicked.connect(self.export_wanted)
-        line = QHBoxLayout()
-        line.setContentsMargins(MARGIN, 5, MARGIN, 5)
-        line.setSpacing(SPACING)
-        first: tuple[QWidget, ...] = (self._add, snapshot, self._class, self._shown, unit)
-        last: tuple[QWidget, ...] = (self._bar, self._cancel, self.bars, copy, export)
-        for widget in first:
-            line.addWidget(widget)
-        line.addStretch(1)
-        for widget in last:
-            line.addWidget(widget)
+        copy = tool(icon("copy"), self.copy, "Copy the table.", "compare_copy")
+        tip = "Save all numbers in full precision."
+        export = button(QPushButton("CSV…"), self.export_wanted, tip, "compare_export")
+        line = filled(
+            QHBoxLayout(), self._add, snapshot, self._class, self._shown, unit, None,
+            self._bar, self._cancel, self.bars, copy, export,
+            margins=(MARGIN, 5, MARGIN, 5), spacing=SPACING,
+        )  # fmt: skip
         self.show_progress(0, 0)
         return line
-
-    def _tool(self, picture: str, tip: str) -> QToolButton:
-        button = QToolButton()
-        button.setObjectName(f"compare_{picture}")
-        button.setIcon(icon(picture))
-        button.setToolTip(tip)
-        return button
 
     def set_add_menu(self, menu: QMenu) -> None:
         """Build the menu of what can be added."""

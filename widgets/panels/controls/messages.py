@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
 )
 
 from riglens.core.shown_text import visible_lines
+from riglens.widgets.panels.controls.building import button, filled, plain_label, tool
 from riglens.widgets.panels.controls.icons import icon
 from riglens.widgets.panels.controls.style import SPACING, numbers_font
 
@@ -34,9 +35,7 @@ class MessageBar(QFrame):
     def __init__(self, parent: QWidget | None = None, is_error: bool = True) -> None:
         super().__init__(parent)
         self.setObjectName("messageBar" if is_error else "noteBar")
-        self._label = QLabel()
-        self._label.setWordWrap(True)
-        self._label.setTextFormat(Qt.TextFormat.PlainText)
+        self._label = plain_label(wraps=True)
         self._label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._label.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         self._choices = QHBoxLayout()
@@ -44,17 +43,13 @@ class MessageBar(QFrame):
         self._details.setReadOnly(True)
         self._details.setLineWrapMode(QPlainTextEdit.LineWrapMode.NoWrap)
         self._details.setFixedHeight(DETAILS_PX)
-        self._toggle, self._copy, close = QPushButton("Details"), QPushButton("Copy"), QToolButton()
-        self._toggle.setObjectName("details")
+        self._toggle = button(QPushButton("Details"), name="details")
         self._toggle.setCheckable(True)
-        self._toggle.toggled.connect(self._show_details)
-        self._copy.setObjectName("copy_details")
-        self._copy.setToolTip("Copy message and details, to report the problem.")
-        self._copy.clicked.connect(self._copy_all)
-        close.setIcon(icon("close"))
+        self._toggle.toggled.connect(self._details.setVisible)
+        tip = "Copy message and details, to report the problem."
+        self._copy = button(QPushButton("Copy"), self._copy_all, tip, "copy_details")
+        close = tool(icon("close"), self.clear, "Close this message.")
         close.setAutoRaise(True)
-        close.setToolTip("Close this message.")
-        close.clicked.connect(self.clear)
         self._build(close)
         self.hide()
 
@@ -64,10 +59,7 @@ class MessageBar(QFrame):
         row.addLayout(self._choices)
         for widget in (self._copy, self._toggle, close):
             row.addWidget(widget, 0, Qt.AlignmentFlag.AlignTop)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(12, 6, 6, 6)
-        column.addLayout(row)
-        column.addWidget(self._details)
+        filled(QVBoxLayout(self), row, self._details, margins=(12, 6, 6, 6))
 
     @property
     def message(self) -> str:
@@ -87,11 +79,9 @@ class MessageBar(QFrame):
         for widget in (self._toggle, self._copy):
             widget.setVisible(bool(details))
         for title, chosen in (choices or {}).items():
-            button = QPushButton(title)
-            button.setObjectName(title)
-            button.clicked.connect(self.clear)
-            button.clicked.connect(lambda _=False, chosen=chosen: chosen())
-            self._choices.addWidget(button)
+            made = button(QPushButton(title), self.clear, name=title)
+            made.clicked.connect(lambda _=False, chosen=chosen: chosen())
+            self._choices.addWidget(made)
         self.show()
 
     def clear(self) -> None:
@@ -106,9 +96,6 @@ class MessageBar(QFrame):
                 widget.hide()
                 widget.deleteLater()
         self.hide()
-
-    def _show_details(self, shown: bool) -> None:
-        self._details.setVisible(shown)
 
     def _copy_all(self) -> None:
         QGuiApplication.clipboard().setText(f"{self.message}\n\n{self.details}")
@@ -182,11 +169,7 @@ class ProgressStrip(QWidget):
         self.left.setMinimumWidth(64)
         self.cancel.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         self.cancel.clicked.connect(self._on_cancel)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(SPACING)
-        for widget in (self.bar, self.left, self.cancel):
-            row.addWidget(widget)
+        filled(QHBoxLayout(self), self.bar, self.left, self.cancel, spacing=SPACING)
 
     @property
     def is_running(self) -> bool:

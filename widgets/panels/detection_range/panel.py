@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtCore import QSignalBlocker, Signal
 from PySide6.QtWidgets import (
     QDoubleSpinBox,
     QHBoxLayout,
     QLabel,
     QProgressBar,
     QPushButton,
-    QSizePolicy,
     QSpinBox,
     QVBoxLayout,
     QWidget,
 )
 
 from riglens.core.targets.detection_range import FARTHEST_M, DetectionRange, RangePlan
+from riglens.widgets.panels.controls.building import button, filled, plain_label
 from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel, plain_tip
 from riglens.widgets.panels.detection_range.chart import RangeChart
 from riglens.widgets.panels.detection_range.table import RangeTable
@@ -55,36 +55,21 @@ class RangePanel(QWidget):
         self.table, self.chart = RangeTable(), RangeChart()
         _keep_room(self.table)  # nothing is shown in it before there are ranges
         self.table.hide()
-        self._note, self._ways = _hint(), _hint()
+        self._note, self._ways = (plain_label(style="hint", shrinks=True) for _ in range(2))
         self._note.setToolTip(plain_tip(HELP))
-        self._bar, self._button, self.export = QProgressBar(), QPushButton(), QPushButton("CSV…")
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(0)
-        layout.addLayout(self._top())
-        body = QHBoxLayout()
-        body.setSpacing(0)
-        body.addWidget(self.table, 1)
-        body.addWidget(self.chart)
-        layout.addLayout(body, 1)
-        layout.addLayout(self._controls())
+        self._bar, self._button = QProgressBar(), button(QPushButton(), self._on_button, "", "card_button")
+        tip = "Save all distances of the current rig."
+        self.export = button(QPushButton("CSV…"), self.export_wanted, tip, "card_export")
+        self._bar.setRange(0, 100)
+        self._bar.setFixedWidth(110)
+        self._button.setFixedWidth(_BUTTON_PX)
+        top = _row(self._note, 1, self._bar, self._button, self.export)
+        body = filled(QHBoxLayout(), self.table, 1, self.chart, spacing=0)
+        filled(QVBoxLayout(self), top, body, 1, self._controls(), spacing=0)
         self.table.row_chosen.connect(self._show_chart)
         self.show_plan(plan)
         self.show_progress(None)
         self.show_current(False)
-
-    def _top(self) -> QHBoxLayout:
-        self._note.setObjectName("hint")
-        self._note.setTextFormat(Qt.TextFormat.PlainText)
-        self._bar.setRange(0, 100)
-        self._bar.setFixedWidth(110)
-        self._button.setObjectName("card_button")
-        self._button.setFixedWidth(_BUTTON_PX)
-        self._button.clicked.connect(self._on_button)
-        self.export.setObjectName("card_export")
-        self.export.setToolTip("Save all distances of the current rig.")
-        self.export.clicked.connect(self.export_wanted)
-        return _row(self._note, self._bar, self._button, self.export)
 
     def _controls(self) -> QHBoxLayout:
         self._points, self._px, self._to = QSpinBox(), QDoubleSpinBox(), QSpinBox()
@@ -108,9 +93,9 @@ class RangePanel(QWidget):
         for box in (self._reaction, self._brake):
             box.setDecimals(1)
             box.setSingleStep(0.1)
-        enough = QLabel("Enough")
         self._ways.setToolTip(plain_tip(STOP_TIP))
-        return _row(enough, self._points, self._px, self._to, self._reaction, self._brake, self._ways)
+        boxes = (self._points, self._px, self._to, self._reaction, self._brake)
+        return _row(QLabel("Enough"), *boxes, self._ways, 1)
 
     # ------------------------------------------------------------------ what is shown
     def show_plan(self, plan: RangePlan) -> None:
@@ -185,19 +170,5 @@ def _keep_room(widget: QWidget) -> None:
     widget.setSizePolicy(policy)
 
 
-def _hint() -> QLabel:
-    label = QLabel()
-    label.setObjectName("hint")
-    label.setTextFormat(Qt.TextFormat.PlainText)
-    label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-    return label
-
-
-def _row(*widgets: QWidget) -> QHBoxLayout:
-    row = QHBoxLayout()
-    row.setContentsMargins(MARGIN, 5, MARGIN, 5)
-    row.setSpacing(SPACING)
-    for widget in widgets:
-        stretches = widget.sizePolicy().horizontalPolicy() == QSizePolicy.Policy.Ignored
-        row.addWidget(widget, 1 if stretches else 0)
-    return row
+def _row(*parts: QWidget | int) -> QHBoxLayout:
+    return filled(QHBoxLayout(), *parts, margins=(MARGIN, 5, MARGIN, 5), spacing=SPACING)

@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from riglens.widgets.panels.controls.building import button, filled, plain_label
 from riglens.widgets.panels.controls.messages import ProgressStrip
 from riglens.widgets.panels.controls.style import MARGIN, SPACING
 
@@ -91,9 +92,7 @@ class PictureDialog(QDialog):
     ) -> None:
         super().__init__(parent)
         self.setWindowTitle("Picture of the view")
-        self.preview, self._note = Preview(), QLabel()
-        self._note.setObjectName("hint")
-        self._note.setTextFormat(Qt.TextFormat.PlainText)
+        self.preview, self._note = Preview(), plain_label(style="hint")
         self.busy = ProgressStrip("Drawing")
         self.busy.bar.setRange(0, 0)
         self.busy.bar.setTextVisible(True)
@@ -112,10 +111,9 @@ class PictureDialog(QDialog):
             "legend": self.legend, "title": self.title, "scores": self.scores, "ground": self.ground,
             "light": self.light, "transparent": self.transparent,
         }  # fmt: skip
-        self.save, self.copy = QPushButton("Save…"), QPushButton("Copy")
+        self.save = button(QPushButton("Save…"), self.save_wanted)
+        self.copy = button(QPushButton("Copy"), self.copy_wanted)
         self.save.setDefault(True)
-        self.save.clicked.connect(self.save_wanted)
-        self.copy.clicked.connect(self.copy_wanted)
         self._build()
         self._show_size()
 
@@ -145,22 +143,10 @@ class PictureDialog(QDialog):
             fields.addWidget(box, fields.rowCount(), 0, 1, 2)
         fields.addWidget(self._note, fields.rowCount(), 0, 1, 2)
         fields.setRowStretch(fields.rowCount(), 1)
-        close = QPushButton("Close")
-        close.clicked.connect(self.reject)
-        buttons = QHBoxLayout()
-        buttons.addWidget(self.busy)
-        buttons.addStretch(1)
-        for button in (self.copy, self.save, close):
-            buttons.addWidget(button)
-        upper = QHBoxLayout()
-        upper.setSpacing(2 * MARGIN)
-        upper.addWidget(self.preview, 1)
-        upper.addLayout(fields)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(2 * MARGIN, 2 * MARGIN, 2 * MARGIN, 2 * MARGIN)
-        column.setSpacing(2 * SPACING)
-        column.addLayout(upper, 1)
-        column.addLayout(buttons)
+        close = button(QPushButton("Close"), self.reject)
+        buttons = filled(QHBoxLayout(), self.busy, None, self.copy, self.save, close)
+        upper = filled(QHBoxLayout(), self.preview, 1, fields, spacing=2 * MARGIN)
+        filled(QVBoxLayout(self), upper, 1, buttons, margins=(2 * MARGIN,) * 4, spacing=2 * SPACING)
 
     @property
     def choice(self) -> PictureChoice:
@@ -192,8 +178,8 @@ class PictureDialog(QDialog):
         """Show the current activity, with a bar and Cancel if it lasts; "" when there is none, and then pictures can be
         saved."""
         is_too_large = max(self._pixels()) > self._limits_px[1]
-        for button in (self.save, self.copy):
-            button.setEnabled(not what and not is_too_large)
+        for made in (self.save, self.copy):
+            made.setEnabled(not what and not is_too_large)
         if what:
             self._note.setText(what)
             self.busy.begin()

@@ -7,7 +7,9 @@ from pathlib import Path
 
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QImageReader, QPainter, QPaintEvent, QPixmap
-from PySide6.QtWidgets import QDialog, QHBoxLayout, QLabel, QPushButton, QScrollArea, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QDialog, QHBoxLayout, QPushButton, QScrollArea, QVBoxLayout, QWidget
+
+from riglens.widgets.panels.controls.building import button, filled, plain_label
 
 NOTE = "Print preview. Open it in a browser for the 3D view."
 GAP_PX = 14
@@ -61,18 +63,13 @@ class ReportDialog(QDialog):
         scroll.setWidget(self.pages)
         scroll.setAlignment(Qt.AlignmentFlag.AlignHCenter)
         self.resize(self.pages.width() + 60, 860)
-        self.browser = QPushButton("Open in browser")
-        self.html, self.pdf = QPushButton("Save page…"), QPushButton("Save PDF…")
-        self.browser.clicked.connect(lambda: self.browser_wanted.emit())
-        self.html.clicked.connect(lambda: self.save_wanted.emit(".html"))
-        self.pdf.clicked.connect(lambda: self.save_wanted.emit(".pdf"))
-        note = QLabel(f"{len(pictures)} pages. {NOTE}")
-        note.setObjectName("hint")
-        row = QHBoxLayout()
-        row.addWidget(note, 1)
-        for button in (self.browser, self.html, self.pdf):
-            button.setAutoDefault(False)
-            row.addWidget(button)
+        self.browser = button(QPushButton("Open in browser"), self.browser_wanted)
+        self.html = button(QPushButton("Save page…"), lambda: self.save_wanted.emit(".html"))
+        self.pdf = button(QPushButton("Save PDF…"), lambda: self.save_wanted.emit(".pdf"))
+        for made in (self.browser, self.html, self.pdf):
+            made.setAutoDefault(False)
+        note = plain_label(f"{len(pictures)} pages. {NOTE}", "hint")
+        row = filled(QHBoxLayout(), note, 1, self.browser, self.html, self.pdf)
         layout = QVBoxLayout(self)
         layout.addWidget(scroll)
         layout.addLayout(row)

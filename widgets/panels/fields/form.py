@@ -14,6 +14,7 @@ from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QHBoxLayout, QL
 
 from riglens.core.errors import InputError
 from riglens.core.rig.edits import replaced
+from riglens.widgets.panels.controls.building import filled, plain_label
 from riglens.widgets.panels.controls.scrolled import breakable
 from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel
 from riglens.widgets.panels.fields.edits import MIXED, ListEdit, NumberEdit, ValueEdit
@@ -78,23 +79,15 @@ class Form(QWidget):
     # ------------------------------------------------------------------ building
     def add_heading(self, text: str) -> QLabel:
         """Add a line that names the group of fields under it."""
-        label = QLabel(text)
-        label.setObjectName("heading")
-        label.setTextFormat(Qt.TextFormat.PlainText)
-        label.setWordWrap(True)
+        label = plain_label(text, "heading", wraps=True)
         label.setIndent(0)
         self._grid.addWidget(label, self._grid.rowCount(), 0, 1, 2)
         return label
 
     def add_row(self, label: str, fields: Sequence[QWidget], tip: str = "") -> QWidget:
         """Add a label with its fields side by side, and return the widget that holds the fields."""
-        box = QWidget()
-        column = QVBoxLayout(box)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(2)
-        line = QHBoxLayout()
-        column.addLayout(line)
-        line.setSpacing(4)
+        box, line = QWidget(), filled(QHBoxLayout(), spacing=4)
+        filled(QVBoxLayout(box), line, spacing=2)
         for field in fields:
             line.addWidget(field, 0 if isinstance(field, QLabel) else 1)
         caption = QLabel(label)
@@ -290,10 +283,7 @@ class Form(QWidget):
 
 
 def _problem_label() -> QLabel:
-    label = QLabel()
-    label.setObjectName("problem")
-    label.setTextFormat(Qt.TextFormat.PlainText)
-    label.setWordWrap(True)
+    label = plain_label(style="problem", wraps=True)
     label.hide()
     return label
 

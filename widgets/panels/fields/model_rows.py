@@ -13,6 +13,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QCheckBox, QLabel, QWidget
 
 from riglens.core.sensors.base import Frozen
+from riglens.widgets.panels.controls.building import plain_label
 from riglens.widgets.panels.controls.scrolled import breakable
 from riglens.widgets.panels.fields.edits import (
     IntegerEdit,
@@ -151,10 +152,7 @@ class ModelRows:
             if way.model is not None:
                 rows += self._add_parts(ways, way, way.model)
             if way.note is not None:
-                label = QLabel()
-                label.setObjectName(f"{ways.name}.note")
-                label.setWordWrap(True)
-                label.setTextFormat(Qt.TextFormat.PlainText)
+                label = plain_label(style=f"{ways.name}.note", wraps=True)
                 label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
                 self._notes.append((label, way))
                 rows.append(self._row("", [label], ""))

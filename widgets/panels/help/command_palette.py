@@ -9,6 +9,7 @@ from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QAction, QColor, QKeyEvent
 from PySide6.QtWidgets import QDialog, QLineEdit, QTreeWidget, QTreeWidgetItem, QVBoxLayout, QWidget
 
+from riglens.widgets.panels.controls.building import filled
 from riglens.widgets.panels.controls.style import MARGIN, plain_tip, tones
 
 WIDTH_PX, HEIGHT_PX, KEYS_PX = 560, 380, 150
@@ -87,10 +88,7 @@ class CommandPalette(QDialog):
         self.rows.setColumnWidth(0, WIDTH_PX - KEYS_PX)
         self.rows.setTextElideMode(Qt.TextElideMode.ElideMiddle)
         self.rows.itemClicked.connect(lambda _: self.run())
-        column = QVBoxLayout(self)
-        column.setContentsMargins(MARGIN, MARGIN, MARGIN, MARGIN)
-        column.addWidget(self.typed)
-        column.addWidget(self.rows)
+        filled(QVBoxLayout(self), self.typed, self.rows, margins=(MARGIN,) * 4)
         self._found: list[Command] = []
         self._show("")
         self.resize(WIDTH_PX, HEIGHT_PX)

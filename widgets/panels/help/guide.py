@@ -7,6 +7,7 @@ from pathlib import Path
 from PySide6.QtCore import Qt, QUrl
 from PySide6.QtWidgets import QDialog, QHBoxLayout, QPushButton, QTextBrowser, QVBoxLayout, QWidget
 
+from riglens.widgets.panels.controls.building import filled
 from riglens.widgets.panels.controls.style import MARGIN
 
 WIDTH_PX, HEIGHT_PX = 760, 720
@@ -29,16 +30,8 @@ class Guide(QDialog):
         close.clicked.connect(self.reject)
         back.setEnabled(False)
         self.text.backwardAvailable.connect(back.setEnabled)
-        row = QHBoxLayout()
-        row.setContentsMargins(MARGIN, 0, MARGIN, MARGIN)
-        for button in (back, start):
-            row.addWidget(button)
-        row.addStretch(1)
-        row.addWidget(close)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.addWidget(self.text, 1)
-        column.addLayout(row)
+        row = filled(QHBoxLayout(), back, start, None, close, margins=(MARGIN, 0, MARGIN, MARGIN))
+        filled(QVBoxLayout(self), self.text, 1, row)
         room = self.screen().availableSize()
         self.resize(min(WIDTH_PX, room.width()), min(HEIGHT_PX, room.height()))
         self.text.setSource(QUrl.fromLocalFile(str(page)))

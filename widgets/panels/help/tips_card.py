@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from PySide6.QtCore import QEvent, QObject, Qt, Signal
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtCore import QEvent, QObject, Signal
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton, QVBoxLayout, QWidget
 
+from riglens.widgets.panels.controls.building import button, filled, plain_label
 from riglens.widgets.panels.controls.style import MARGIN
 
 _WIDTH_PX, _MARGIN_PX = 330, 10
@@ -27,29 +28,13 @@ class TipsCard(QFrame):
         self.setAutoFillBackground(True)
         self.setFixedWidth(_WIDTH_PX)
         self._tips, self._place, self._waits = tuple(tips), 0, False
-        self.title, self.text = QLabel(), QLabel()
-        self.title.setObjectName("heading")
-        self.text.setWordWrap(True)
-        self.text.setTextFormat(Qt.TextFormat.PlainText)
-        self.back, self.next, self.close_button = (
-            QPushButton("Back"),
-            QPushButton("Next"),
-            QPushButton("No more tips"),
-        )
-        self.close_button.setToolTip("Show them again by Help > Tips.")
-        self.back.clicked.connect(lambda: self._go(-1))
-        self.next.clicked.connect(lambda: self._go(1))
-        self.close_button.clicked.connect(self.closed)
-        row = QHBoxLayout()
-        row.addWidget(self.close_button)
-        row.addStretch(1)
-        row.addWidget(self.back)
-        row.addWidget(self.next)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(MARGIN, MARGIN, MARGIN, MARGIN)
-        for widget in (self.title, self.text):
-            column.addWidget(widget)
-        column.addLayout(row)
+        self.title, self.text = plain_label(style="heading"), plain_label(wraps=True)
+        self.back = button(QPushButton("Back"), lambda: self._go(-1))
+        self.next = button(QPushButton("Next"), lambda: self._go(1))
+        tip = "Show them again by Help > Tips."
+        self.close_button = button(QPushButton("No more tips"), self.closed, tip)
+        row = filled(QHBoxLayout(), self.close_button, None, self.back, self.next)
+        filled(QVBoxLayout(self), self.title, self.text, row, margins=(MARGIN,) * 4)
         parent.installEventFilter(self)
         self.hide()
 

@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QGridLayout, QLabel, QWidget
 
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.targets.settings import USUAL
+from riglens.widgets.panels.controls.building import plain_label
 from riglens.widgets.panels.controls.style import numbers_font, tones
 from riglens.widgets.panels.scores.text import NONE
 from riglens.widgets.panels.sensors.losses import COLUMNS, Known, class_change, titles
@@ -43,10 +44,7 @@ class MarginalView(QWidget):
             for place, key in enumerate(COLUMNS, 1):
                 self._cells[name, key] = _label(NONE)
                 grid.addWidget(self._cells[name, key], row, place)
-        self._note = QLabel(WAITING)
-        self._note.setObjectName("hint")
-        self._note.setTextFormat(Qt.TextFormat.PlainText)
-        self._note.setWordWrap(True)
+        self._note = plain_label(WAITING, "hint", wraps=True)
         grid.addWidget(self._note, len(CLASSES) + 1, 0, 1, 1 + len(COLUMNS))
         self.setToolTip(NOTE)
 
@@ -85,12 +83,9 @@ class MarginalView(QWidget):
 
 
 def _label(text: str, muted: bool = False) -> QLabel:
-    label = QLabel(text)
+    label = plain_label(text, "hint" if muted else "")
     label.setFont(numbers_font(label.font()))
-    label.setTextFormat(Qt.TextFormat.PlainText)
     label.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-    if muted:
-        label.setObjectName("hint")
     return label
 
 

@@ -6,8 +6,8 @@ from collections.abc import Collection, Mapping
 from pathlib import PurePath
 from typing import Any
 
-from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QComboBox, QLabel, QPushButton, QScrollArea, QStackedWidget, QWidget
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QComboBox, QPushButton, QScrollArea, QStackedWidget, QWidget
 
 from riglens.core.geometry import Pose
 from riglens.core.rig.edits import partner_of
@@ -15,6 +15,7 @@ from riglens.core.rig.model import MeshPlacement, Rig, Vehicle
 from riglens.core.sensors.registry import AnyKind, kind_of, shown_kinds
 from riglens.core.vehicle.profiles import PROFILES, reference_vehicle
 from riglens.core.vehicle.standing import MountStatus
+from riglens.widgets.panels.controls.building import button, plain_label
 from riglens.widgets.panels.controls.scrolled import breakable, scrolled
 from riglens.widgets.panels.controls.style import plain_tip
 from riglens.widgets.panels.fields.edits import TextEdit
@@ -45,11 +46,9 @@ class MeshRows:
 
     def __init__(self, form: Form) -> None:
         self._form, rows = form, ModelRows(form)
-        self.size, self.fit = QLabel(), QPushButton("Fit to length")
-        self.size.setObjectName("mesh_size")
-        self.size.setWordWrap(True)
-        self.fit.setObjectName("mesh_fit")
-        self.fit.setToolTip("Scale the mesh to the length of the vehicle.")
+        self.size = plain_label(style="mesh_size", wraps=True)
+        tip = "Scale the mesh to the length of the vehicle."
+        self.fit = button(QPushButton("Fit to length"), tip=tip, name="mesh_fit")
         fields = [rows.add(MeshPlacement, name, ("vehicle", "mesh")) for name in MeshPlacement.model_fields]
         tip = "Length × width × height of the mesh in the vehicle frame."
         self._rows = [*fields, form.add_row("Mesh size", [self.size, self.fit], tip)]
@@ -217,15 +216,9 @@ class RigForm(Form):
         self._add_body()
         for field in _SIZES:
             ModelRows(self).add(Vehicle, field, ("vehicle",))
-        self._summary = QLabel()
-        self._summary.setObjectName("hint")
-        self._summary.setWordWrap(True)
-        self._summary.setTextFormat(Qt.TextFormat.PlainText)
+        self._summary = plain_label(style="hint", wraps=True)
+        self._places = plain_label(style="warning", wraps=True)
         self.add_wide(self._summary)
-        self._places = QLabel()
-        self._places.setObjectName("warning")
-        self._places.setWordWrap(True)
-        self._places.setTextFormat(Qt.TextFormat.PlainText)
         self.add_wide(self._places)
         self.show_mount_statuses({})
         self.close_form()
@@ -241,10 +234,8 @@ class RigForm(Form):
         for known in PROFILES:
             body.addItem(known, known)
         body.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
-        choose = QPushButton("Mesh…")
-        choose.setObjectName("mesh")
-        choose.setToolTip("Use a glTF, OBJ, STL or PLY file as the body of the car.")
-        choose.clicked.connect(self.mesh_wanted)
+        tip = "Use a glTF, OBJ, STL or PLY file as the body of the car."
+        choose = button(QPushButton("Mesh…"), self.mesh_wanted, tip, "mesh")
         self.add_row("Body", [body, choose])
         self.bind_choice(body, lambda rig: rig.vehicle.body, with_body, "body")
         ModelRows(self).add(Rig, "housings")

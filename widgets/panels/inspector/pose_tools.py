@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 
 from PySide6.QtCore import Qt, Signal
@@ -11,6 +12,7 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QMenu, QPushButton, QToolButt
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
 from riglens.core.rig.pose_text import POSE_FORMATS, PoseFormat, parse_pose, pose_text
+from riglens.widgets.panels.controls.building import button, filled, plain_label, tool
 from riglens.widgets.panels.controls.icons import icon
 from riglens.widgets.panels.controls.menus import add_entry
 from riglens.widgets.panels.controls.scrolled import breakable
@@ -41,14 +43,9 @@ class PoseTools(QWidget):
         self._saved: dict[str, Pose] = {}
         self._is_alone = self._is_editable = True
         self._form: PoseFormat = "yaml"
-        line = QHBoxLayout(self)
-        line.setContentsMargins(0, 4, 0, 0)
-        line.setSpacing(2)
         title = QLabel("Pose")
         title.setObjectName("heading")
         title.setIndent(0)
-        line.addWidget(title)
-        line.addStretch(1)
         self._units = [self._unit_button(first, second) for first, second in _SHOWN_UNITS]
         self._copy = self._button("copy_pose", "copy", "", self.copy)
         self._copy.setMenu(self._format_menu())
@@ -57,8 +54,10 @@ class PoseTools(QWidget):
         self._reset = self._button("reset_pose", "reset", "Reset the pose", None)
         self._reset.setMenu(self._reset_menu())
         self._reset.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-        for button in (*self._units, self._copy, self._paste, self._reset):
-            line.addWidget(button)
+        filled(
+            QHBoxLayout(self), title, None, *self._units, self._copy, self._paste, self._reset,
+            margins=(0, 4, 0, 0), spacing=2,
+        )  # fmt: skip
         self._choose_format("yaml")
 
     # ------------------------------------------------------------------ what is shown
@@ -78,9 +77,9 @@ class PoseTools(QWidget):
 
     def show_units(self, *units: Unit) -> None:
         """Name the units in use on the buttons."""
-        for button, pair in zip(self._units, _SHOWN_UNITS, strict=True):
+        for made, pair in zip(self._units, _SHOWN_UNITS, strict=True):
             shown = next((unit for unit in pair if unit in units), pair[0])
-            button.setText(shown.name)
+            made.setText(shown.name)
 
     def set_editable(self, editable: bool) -> None:
         """Allow pasting and resetting, or only copying."""
@@ -121,28 +120,21 @@ class PoseTools(QWidget):
         self.posed.emit(lambda name, now: saved.get(name, now))
 
     # ------------------------------------------------------------------ building
-    def _button(self, name: str, picture: str, tip: str, slot: object) -> QToolButton:
-        button = QToolButton()
-        button.setObjectName(name)
-        button.setIcon(icon(picture))
-        button.setToolTip(tip)
-        button.setAutoRaise(True)
-        button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        if slot is not None:
-            button.clicked.connect(slot)
-        return button
+    def _button(self, name: str, picture: str, tip: str, slot: Callable[[], None] | None) -> QToolButton:
+        made = tool(icon(picture), slot, tip, name)
+        made.setAutoRaise(True)
+        made.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        return made
 
     def _unit_button(self, first: Unit, second: Unit) -> QToolButton:
-        button = QToolButton()
-        button.setObjectName(f"unit_{first.quantity}")
-        button.setText(first.name)
-        button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        button.setFixedWidth(34)
-        button.setToolTip(f"Show in {first.name} or {second.name}; files and copies always use {first.name}")
-        button.clicked.connect(
-            lambda: self.units_chosen.emit(second if button.text() == first.name else first)
-        )
-        return button
+        def choose() -> None:
+            self.units_chosen.emit(second if made.text() == first.name else first)
+
+        tip = f"Show in {first.name} or {second.name}; files and copies always use {first.name}"
+        made = button(QToolButton(), choose, tip, f"unit_{first.quantity}", first.name)
+        made.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        made.setFixedWidth(34)
+        return made
 
     def _format_menu(self) -> QMenu:
         menu = QMenu(self)
@@ -169,19 +161,12 @@ class PairLine(QWidget):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._name = QLabel()
-        self._name.setTextFormat(Qt.TextFormat.PlainText)
-        self._name.setWordWrap(True)
+        self._name = plain_label(wraps=True)
         mark = QLabel()
         mark.setPixmap(icon("link", LINKED_COLOUR).pixmap(16, 16))
-        self.unlink = QPushButton("Unlink")
-        self.unlink.setObjectName("unlink_pair")
-        self.unlink.setToolTip("Unlink the two sensors (Ctrl+Shift+M).")
-        line = QHBoxLayout(self)
-        line.setContentsMargins(0, 0, 0, 0)
-        line.addWidget(mark)
-        line.addWidget(self._name, 1)
-        line.addWidget(self.unlink)
+        tip = "Unlink the two sensors (Ctrl+Shift+M)."
+        self.unlink = button(QPushButton("Unlink"), tip=tip, name="unlink_pair")
+        filled(QHBoxLayout(self), mark, self._name, 1, self.unlink)
 
     def show_partner(self, name: str | None) -> None:
         """Show the name of the other sensor."""

@@ -14,6 +14,7 @@ from riglens.core.rig.library import default_library
 from riglens.core.rig.model import Sensor
 from riglens.core.sensors.registry import AnyKind
 from riglens.core.vehicle.placing import FAR_M
+from riglens.widgets.panels.controls.building import plain_label
 from riglens.widgets.panels.controls.scrolled import breakable
 from riglens.widgets.panels.controls.style import numbers_font, plain_tip
 from riglens.widgets.panels.fields.edits import NumberEdit, TextEdit
@@ -59,10 +60,7 @@ class SensorForm(Form):
         self._marked: int | None = None
         self._kind, self._look = kind, appearance_of(kind.name)
         self.words = titles_of(kind.model)
-        self._state = QLabel()
-        self._state.setObjectName("state")
-        self._state.setWordWrap(True)
-        self._state.setTextFormat(Qt.TextFormat.PlainText)
+        self._state = plain_label(style="state", wraps=True)
         self.add_wide(self._state)
         self._add_identity()
         self._add_pair()
@@ -150,10 +148,7 @@ class SensorForm(Form):
             angles.append(about)
         for before, after in pairwise([*positions, *angles]):
             self.setTabOrder(before, after)  # the position as a whole, then the rotation
-        self._place = QLabel()
-        self._place.setObjectName("warning")
-        self._place.setWordWrap(True)
-        self._place.setTextFormat(Qt.TextFormat.PlainText)
+        self._place = plain_label(style="warning", wraps=True)
         self._place.setToolTip(PLACE_TIP)
         self.add_wide(self._place)
         self.show_place("")

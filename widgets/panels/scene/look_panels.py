@@ -8,6 +8,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QCheckBox, QGridLayout, QLabel, QPushButton, QSlider, QWidget
 
 from riglens.widgets.heatmap.scale import DEFAULT_LOOK, HeatLook, HeatmapData, value_text
+from riglens.widgets.panels.controls.building import button
 from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel
 from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, LEAST_DENSITY, MOST_DENSITY, RayLook
 
@@ -65,10 +66,8 @@ class LookPanel(QWidget):
 
     def add_reset(self) -> None:
         """Add a button that goes back to the default look."""
-        button = QPushButton("Reset")
-        button.setObjectName("reset_look")
-        button.clicked.connect(self.reset)
-        self._grid.addWidget(button, self._grid.rowCount(), 2)
+        made = button(QPushButton("Reset"), self.reset, name="reset_look")
+        self._grid.addWidget(made, self._grid.rowCount(), 2)
 
     def say(self, texts: dict[str, str]) -> None:
         """Show the values next to the sliders, by caption."""

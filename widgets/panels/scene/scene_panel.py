@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QComboBox, QLabel, QPushButton, QWidget
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QComboBox, QPushButton, QWidget
 
 from riglens.core.errors import InputError
 from riglens.core.geometry import Vec3
 from riglens.core.scene.grid import DEFAULT_ROI_M, DEFAULT_VOXEL_M, VoxelGrid
 from riglens.core.study.voxel_choice import LADDER_M, ladder_grids
+from riglens.widgets.panels.controls.building import button, plain_label
 from riglens.widgets.panels.controls.style import MARGIN, plain_tip
 from riglens.widgets.panels.fields.edits import IntegerEdit, NumberEdit
 from riglens.widgets.panels.fields.form import ChoiceBox, Form, read, reason_of, write
@@ -70,21 +71,11 @@ class ScenePanel(Form):
         self._is_nothing_loaded = False
         self._add_data()
         self._add_grid()
-        self._load = QPushButton("Load")
-        self._load.setObjectName("load")
-        self._load.clicked.connect(lambda: self.load_wanted.emit(self.choice))
-        self.add_wide(self._load)
-        self._hint = QLabel()
-        self._hint.setTextFormat(Qt.TextFormat.PlainText)
-        self._hint.setObjectName("hint")
-        self._hint.setWordWrap(True)
-        self.add_wide(self._hint)
-        self._picked = QLabel()
-        self._picked.setTextFormat(Qt.TextFormat.PlainText)
-        self._picked.setObjectName("hint")
-        self._picked.setWordWrap(True)
+        self._load = button(QPushButton("Load"), lambda: self.load_wanted.emit(self.choice), name="load")
+        self._hint, self._picked = (plain_label(style="hint", wraps=True) for _ in range(2))
         self._picked.hide()
-        self.add_wide(self._picked)
+        for widget in (self._load, self._hint, self._picked):
+            self.add_wide(widget)
         self.close_form()
         self.changed.connect(self.show_subject)
         self.show_subject(choice)
@@ -119,9 +110,7 @@ class ScenePanel(Form):
     # ------------------------------------------------------------------ fields
     def _add_data(self) -> None:
         self.add_heading("Box data set")
-        self._name = QLabel()
-        self._name.setTextFormat(Qt.TextFormat.PlainText)
-        self._name.setObjectName("boxes")
+        self._name = plain_label(style="boxes")
         self.add_row("Data", [self._name])
         buttons = []
         for text, tip, slot in (
@@ -133,11 +122,9 @@ class ScenePanel(Form):
             ),
             ("Bundled", "The bundled simulated town.", lambda: self.choose_boxes(None)),
         ):
-            button = QPushButton(text)
-            button.setToolTip(tip)
-            button.setMinimumWidth(button.fontMetrics().horizontalAdvance(text) + 2 * MARGIN)
-            button.clicked.connect(slot)
-            buttons.append(button)
+            made = button(QPushButton(text), slot, tip)
+            made.setMinimumWidth(made.fontMetrics().horizontalAdvance(text) + 2 * MARGIN)
+            buttons.append(made)
         self.add_row("", buttons)
         tip = "Origin of the data set in the vehicle frame, m (nuScenes ego: -1.35 0 0)."
         self._add_triple("Origin (m)", "origin_m", "xyz", tip)

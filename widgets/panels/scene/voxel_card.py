@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from html import escape
 
 from PySide6.QtCore import QSize, Qt, Signal
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QScrollArea, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QScrollArea, QVBoxLayout, QWidget
 
 from riglens.core.shown_text import visible
+from riglens.widgets.panels.controls.building import filled, tool
 from riglens.widgets.panels.controls.icons import icon
 from riglens.widgets.panels.controls.style import MARGIN, SPACING, tones
 from riglens.widgets.theme import Tones
@@ -59,26 +60,17 @@ class VoxelCard(QFrame):
         self.hide()
 
     def _build(self) -> None:
-        close = QToolButton()
-        close.setObjectName("close_card")
-        close.setIcon(icon("close"))
+        close = tool(icon("close"), self.closed, "Clear the voxel (Esc)", "close_card")
         close.setIconSize(QSize(14, 14))
         close.setAutoRaise(True)
-        close.setToolTip("Clear the voxel (Esc)")
-        close.clicked.connect(self.closed)
-        head = QHBoxLayout()
-        head.addWidget(self._title, 1)
-        head.addWidget(close)
+        head = filled(QHBoxLayout(), self._title, 1, close)
         self._area = QScrollArea()
         self._area.setWidget(self._body)
         self._area.setWidgetResizable(True)
         self._area.setFrameShape(QFrame.Shape.NoFrame)
         self._area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(MARGIN + 2, MARGIN, MARGIN, MARGIN)
-        column.setSpacing(SPACING)
-        column.addLayout(head)
-        column.addWidget(self._area)
+        margins = (MARGIN + 2, MARGIN, MARGIN, MARGIN)
+        filled(QVBoxLayout(self), head, self._area, margins=margins, spacing=SPACING)
 
     @property
     def text(self) -> VoxelText | None:

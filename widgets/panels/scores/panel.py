@@ -11,7 +11,6 @@ from PySide6.QtWidgets import (
     QCheckBox,
     QHBoxLayout,
     QLabel,
-    QSizePolicy,
     QToolButton,
     QVBoxLayout,
     QWidget,
@@ -19,6 +18,7 @@ from PySide6.QtWidgets import (
 
 from riglens.core.metric.scores import MAX_LAMBDA, READINGS, MetricSettings, Scores
 from riglens.core.targets.quantities import Cells, PredictedCells
+from riglens.widgets.panels.controls.building import button, filled, plain_label
 from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel
 from riglens.widgets.panels.fields.edits import NumberEdit
 from riglens.widgets.panels.fields.form import ChoiceBox
@@ -55,12 +55,8 @@ class ScoresPanel(QWidget):
         self._details.setObjectName("paper_details")
         self._details.setToolTip("Show S-MIG of cameras and LiDARs, the weight λ and the reading of S-MIG.")
         self._details.toggled.connect(self._show_details)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(0)
-        layout.addWidget(self._table, 1)
         self._below = self._controls()
-        layout.addWidget(self._below)
+        filled(QVBoxLayout(self), self._table, 1, self._below, spacing=0)
         self._show_details(False)
 
     def _controls(self) -> QWidget:
@@ -76,21 +72,14 @@ class ScoresPanel(QWidget):
             )
         self._reading.setCurrentText(self._settings.reading)
         self._reading.activated.connect(self._on_reading)
-        self._note = QLabel()
-        self._note.setObjectName("hint")
-        self._note.setTextFormat(Qt.TextFormat.PlainText)
-        self._note.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-        below = QWidget()
-        row = QHBoxLayout(below)
-        row.setContentsMargins(MARGIN, 5, MARGIN, 6)
-        row.setSpacing(SPACING)
-        row.addWidget(self._details)
+        self._note, below = plain_label(style="hint", shrinks=True), QWidget()
         self._of_paper = (QLabel("λ"), self._weight, QLabel("Reading"), self._reading)
-        for widget in self._of_paper:
-            row.addWidget(widget)
-        row.addSpacing(SPACING)
-        row.addWidget(self._note, 1)
-        row.addWidget(self._help_button())
+        tip = f"<b>{FIGURES_TITLE}</b>{FIGURES_HELP}"
+        which = button(QToolButton(), self.help_wanted, tip, "figures_help", "Which figure?")
+        filled(
+            QHBoxLayout(below), self._details, *self._of_paper, self._note, 1, which,
+            margins=(MARGIN, 5, MARGIN, 6), spacing=SPACING,
+        )  # fmt: skip
         self._weight.setToolTip("Weight of the cameras in S-MS, 0.1 in the paper.")
         self._show_note()
         return below
@@ -104,14 +93,6 @@ class ScoresPanel(QWidget):
         super().resizeEvent(event)
         needed = self._table.minimumHeight() + self._below.sizeHint().height()
         self._below.setVisible(event.size().height() >= needed)
-
-    def _help_button(self) -> QToolButton:
-        button = QToolButton()
-        button.setObjectName("figures_help")
-        button.setText("Which figure?")
-        button.setToolTip(f"<b>{FIGURES_TITLE}</b>{FIGURES_HELP}")
-        button.clicked.connect(lambda _: self.help_wanted.emit())
-        return button
 
     # ------------------------------------------------------------------ what is shown
     @property

@@ -31,6 +31,7 @@ from riglens.core.rig.library import Entry
 from riglens.core.rig.model import Sensor
 from riglens.core.sensing.rays import farthest_m
 from riglens.core.sensors.registry import AnyKind, kinds
+from riglens.widgets.panels.controls.building import filled
 from riglens.widgets.panels.controls.icons import icon
 from riglens.widgets.panels.controls.style import MARGIN, as_panel, numbers_font, plain_tip, tones
 from riglens.widgets.panels.sensors.rows import derived_rows, short_type
@@ -78,14 +79,8 @@ class LibraryList(QWidget):
         self.models = _Models()
         self.models.itemDoubleClicked.connect(self._ask_for)
         self.models.returned.connect(self._ask_for)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        box = QVBoxLayout()
-        box.setContentsMargins(MARGIN, 4, MARGIN, 4)
-        box.addWidget(self._search)
-        column.addLayout(box)
-        column.addWidget(self.models, 1)
+        box = filled(QVBoxLayout(), self._search, margins=(MARGIN, 4, MARGIN, 4))
+        filled(QVBoxLayout(self), box, self.models, 1, spacing=0)
 
     def set_entries(self, entries: Sequence[Entry]) -> None:
         """Show these models."""
