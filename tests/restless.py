@@ -37,6 +37,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )  # fmt: skip
 
+from riglens.app.background.memory import trim
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.window.dialogs import Dialogs, Unsaved
 from riglens.app.window.main_window import MainWindow
@@ -267,9 +268,10 @@ def settle(window: MainWindow) -> None:
 
 
 def measured(window: MainWindow) -> tuple[int, int]:
-    """Memory in MB, and objects of Qt in the window."""
+    """Memory at rest in MB, and objects of Qt in the window."""
     settle(window)
     gc.collect()
+    trim()  # as the window does after five seconds
     return int(psutil.Process().memory_info().rss // MEGABYTE), len(window.findChildren(QObject))
 
 
