@@ -220,9 +220,8 @@ def print_proposals(found: OptimiseResult) -> None:
     console.print(f"{heading}{where}", soft_wrap=True)
     console.print(_sensors(found))
     console.print(Text(f"{found.sentence()[0].upper()}{found.sentence()[1:]}."), soft_wrap=True)
-    for name, floor in problem.floors.items():
-        kept = "keeps" if found.floors[name] >= floor - 1e-9 else "misses"
-        console.print(Text(f"{name}: {found.floors[name]:.3f}, {kept} the floor of {floor:g}."))
+    for line in found.floor_lines():
+        console.print(Text(line))
     if found.unmet is not None:
         missed = ", ".join(found.unmet)
         said = f"Requirements not met by any set tried: {missed}." if missed else "All requirements are met."

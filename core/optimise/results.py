@@ -268,6 +268,14 @@ class OptimiseResult:
         gap = math.ceil(self.gap * 1000.0) / 10.0
         return f"no {some} {where} is better by more than {gap:.1f} % in these {self.problem.frames} frames"
 
+    def floor_lines(self) -> list[str]:
+        """Return whether the best proposal keeps each floor, as sentences."""
+        floors = self.problem.floors.items()
+        kept = {name: "keeps" if self.floors[name] >= floor - 1e-9 else "misses" for name, floor in floors}
+        return [
+            f"{name}: {self.floors[name]:.3f}, {kept[name]} the floor of {floor:g}." for name, floor in floors
+        ]
+
     def to_dict(self) -> dict[str, Any]:
         """The result as plain data, by the names of the JSON."""
         return {

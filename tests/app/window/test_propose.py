@@ -229,6 +229,21 @@ def test_the_front_is_the_rigs_by_unseen_ground(result: rl.OptimiseResult) -> No
     assert [(dot.key, dot.x) for dot in front_plot(found).dots] == [("", 5.0), ("proposal 1", 3.0)]
 
 
+def test_costs_and_floors_are_shown_where_they_were_asked_for(
+    desk: FullDesk, result: rl.OptimiseResult
+) -> None:
+    table = desk.features.propose.panel.table
+    searched(desk, result)
+    assert "Cost" not in table.figures.column_titles
+    asked = replace(result.problem, additions=replace(result.problem.additions, budget=9.0))
+    floors = {"car": 0.2, "pedestrian": 0.9}
+    known = replace(result, problem=replace(asked, floors=floors), floors={"car": 0.25, "pedestrian": 0.8})
+    searched(desk, known)
+    assert table.text_of("Proposal 1", "Cost") == "2"
+    said = desk.features.propose.panel.sentence.text()
+    assert "car: 0.250, keeps the floor of 0.2." in said and "pedestrian: 0.800, misses" in said
+
+
 def test_proposals_are_exported_as_rigs_and_a_table(
     desk: FullDesk, result: rl.OptimiseResult, tmp_path: Path
 ) -> None:

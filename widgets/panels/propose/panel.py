@@ -25,12 +25,14 @@ from riglens.widgets.panels.controls.scrolled import ElidedLabel
 from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel, plain_tip
 from riglens.widgets.panels.fields.form import ChoiceBox, Form
 from riglens.widgets.panels.fields.model_rows import ModelRows
-from riglens.widgets.panels.figures.table import Figure, FigureTable, Heading
+from riglens.widgets.panels.figures.table import NOTHING, Figure, FigureTable, Heading
 from riglens.widgets.panels.propose.chart import Plot, Plots
 from riglens.widgets.panels.propose.shown import CHECKS, COLUMNS, NO_SEARCH, Offer, offer_cells
 
 State = Literal["idle", "running", "paused"]
 _LABEL_PX, _FORM_PX, _TABLES_PX, _BAR_PX = 70, 156, 430, 220
+_ALWAYS = 2
+"""Columns of the table that are never left out."""
 _ROW_PX, _NAME_PX, _CELL_PX = 22, 150, 56
 SKIN_TIP = "Colour the car by the gain of one more sensor at each place; follows the rig while it is edited."
 
@@ -252,9 +254,13 @@ class ProposePanel(QWidget):
     def show_offers(self, offers: Sequence[Offer]) -> None:
         """Show the rows of the table."""
         self._offers = tuple(offers)
-        columns = COLUMNS if any(one.blind_m2 is not None for one in offers) else COLUMNS[:2]
-        cells = [row[: len(columns)] for row in offer_cells(offers)]
-        self.table.figures.show([Heading(one.title) for one in offers], columns, cells)
+        cells = offer_cells(offers)
+        shown = [n for n in range(len(COLUMNS)) if n < _ALWAYS or any(row[n] is not NOTHING for row in cells)]
+        self.table.figures.show(
+            [Heading(one.title) for one in offers],
+            [COLUMNS[n] for n in shown],
+            [[row[n] for n in shown] for row in cells],
+        )
         self.export.setEnabled(any(one.key for one in offers))
 
     def show_checks(self, titles: Sequence[Heading], cells: Sequence[Sequence[Figure]], verdict: str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -35,21 +36,31 @@ Bracket = tuple[float, float | None, float | None]
 
 @dataclass(frozen=True)
 class Offer:
-    """A rig that can be looked at, compared and applied; its value and unseen ground in the frames of choice."""
+    """A rig that can be looked at, compared and applied; its value and unseen ground in the frames of choice, and the
+    cost of what it adds."""
 
     key: str
     title: str
     rig: Rig
     value: float | None = None
     blind_m2: float | None = None
+    cost: float | None = None
 
 
 def offers_of(found: OptimiseResult) -> list[Offer]:
     """Return the rows of the table: the rig itself, the reference, and the proposals."""
     now = Offer("", "Now", found.problem.rig, found.before, found.before_blind_m2)
     reference = Offer("reference", reference_title(found), found.reference, found.reference_value)
+    has_costs = bool(found.problem.additions.costs) or found.problem.additions.budget < math.inf
     rows = [
-        Offer(f"proposal {number}", f"Proposal {number}", one.rig, one.value, one.blind_m2)
+        Offer(
+            f"proposal {number}",
+            f"Proposal {number}",
+            one.rig,
+            one.value,
+            one.blind_m2,
+            one.cost if has_costs else None,
+        )
         for number, one in enumerate(found.proposals, 1)
     ]
     return [now, reference, *rows]
@@ -113,6 +124,7 @@ COLUMNS = (
     Heading("Value", "Objective in the frames of choice."),
     Heading("Change", "Difference from the rig as it is, in the frames of choice."),
     Heading("Unseen", "Ground near the car where the object is in no sensor's view."),
+    Heading("Cost", "Cost of the added sensors."),
 )
 CHECKS = (
     Heading("Gain", "Gain over the reference, in the frames of the case."),
@@ -139,6 +151,7 @@ def offer_cells(offers: Sequence[Offer]) -> list[tuple[Figure, ...]]:
                 if change is None
                 else Figure(signed(change), (change,), tone="more" if change > 0.0 else "text"),
                 NOTHING if one.blind_m2 is None else Figure(f"{one.blind_m2:.1f} m²", (one.blind_m2,)),
+                NOTHING if one.cost is None else Figure(f"{one.cost:g}", (one.cost,)),
             )
         )
     return rows
@@ -166,7 +179,7 @@ def sentence_of(found: OptimiseResult) -> str:
     title = found.problem.goal.title
     values = f"{title[0].upper()}{title[1:]} {found.before:.3f} now, {found.best.value:.3f} proposed"
     where = f" (in the {found.problem.frames} frames of choice)" if found.problem.goal.is_guarded else ""
-    return f"{values}{where}: {found.sentence()}."
+    return " ".join([f"{values}{where}: {found.sentence()}.", *found.floor_lines()])
 
 
 def verdict_of(found: OptimiseResult) -> str:
