@@ -33,17 +33,25 @@ from tests.waiting import TIMEOUT_MS
 from tests.widgets.mouse import hover
 
 
-@pytest.fixture
-def bench(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
-    with open_bench(qtbot, tmp_path) as opened:
-        yield opened
-
-
 def look_at(bench: Bench, dock: str) -> None:
     """Bring a dock to the front, as a click on its tab does."""
     bench.workbench.docks[dock].show()
     bench.workbench.docks[dock].raise_()
     bench.qtbot.waitUntil(lambda: bench.workbench.docks[dock].widget().isVisible(), timeout=TIMEOUT_MS)
+
+
+@pytest.fixture(scope="module")
+def at_work(file_window: Bench) -> None:
+    """Begin the threads of map and sensor view, which end with the window."""
+    file_window.document.select("front")
+    for dock in ("Map", "Sensor view"):
+        look_at(file_window, dock)
+        file_window.settle()
+
+
+@pytest.fixture
+def bench(at_work: None, whole: Bench) -> Bench:
+    return whole
 
 
 def shown_map(bench: Bench) -> TopView:
@@ -85,12 +93,13 @@ def picture(bench: Bench) -> CameraPicture | RangeImage:
     return found
 
 
-def test_out_of_sight_no_map_is_made(bench: Bench) -> None:
-    bench.drag("roof", (0.5, 0.0, 1.9))
-    bench.settle()
-    result = bench.workbench.answers.result
-    assert result is not None and result.top_view is None
-    assert not bench.features.sensor_view.pictures._thread.is_started
+def test_out_of_sight_no_map_is_made(qtbot: QtBot, tmp_path: Path) -> None:
+    with open_bench(qtbot, tmp_path) as bench:
+        bench.drag("roof", (0.5, 0.0, 1.9))
+        bench.settle()
+        result = bench.workbench.answers.result
+        assert result is not None and result.top_view is None
+        assert not bench.features.sensor_view.pictures._thread.is_started
 
 
 def test_a_panel_pulled_out_of_the_window_is_in_sight(bench: Bench) -> None:

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication, QImage
 from PySide6.QtTest import QTest
-from pytestqt.qtbot import QtBot
 
 from riglens.app.rendering.picture import Findings, PictureWords, with_words
 from riglens.app.rendering.picture_maker import PictureMaker
@@ -22,16 +20,23 @@ from riglens.widgets.panels.dialogs.picture import PictureDialog
 from riglens.widgets.theme import palette
 from riglens.widgets.viewport.scene_state import SceneState
 from riglens.widgets.viewport.still import png_of, render_still
-from tests.app.window_bench import Bench, open_bench
+from tests.app.window_bench import Bench
 from tests.waiting import TIMEOUT_MS
 
 SIZE = (240, 150)
 
 
+@pytest.fixture(scope="module")
+def at_work(file_window: Bench) -> None:
+    """Begin the thread that finds how high the sensors stand, which ends with the window."""
+    file_window.qtbot.waitUntil(lambda: bool(file_window.viewport.state.masts), timeout=TIMEOUT_MS)
+
+
 @pytest.fixture
-def bench(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
-    with open_bench(qtbot, tmp_path) as opened:
-        yield opened
+def bench(at_work: None, whole: Bench) -> Iterator[Bench]:
+    yield whole
+    if whole.features.picture.dialog is not None:
+        whole.features.picture.dialog.reject()
 
 
 class StandIn(PictureMaker):
