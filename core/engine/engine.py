@@ -86,15 +86,12 @@ class _Shape(NamedTuple):
 
 @dataclass(frozen=True)
 class _Held:
-    """Sensor whose contribution is in a slot."""
+    """Sensor whose contribution is in a slot; `kind`: the row of its kind."""
 
     shape: _Shape
+    kind: int
     slot: int
     window: Window
-
-    @property
-    def kind(self) -> int:
-        return kind_names().index(self.shape.sensor.kind)
 
 
 @dataclass
@@ -280,8 +277,9 @@ class Engine:
         free = self._free_slots()
         try:
             for shape in arriving:
-                slot = next(free) if self._for_edits else kind_names().index(shape.sensor.kind)
-                held = _Held(shape, slot, self._caster.window(shape.sensor))
+                kind = kind_names().index(shape.sensor.kind)
+                slot = next(free) if self._for_edits else kind
+                held = _Held(shape, kind, slot, self._caster.window(shape.sensor))
                 arrived.append(held)
                 marks = stack[held.slot]
                 if not self._caster.mark(

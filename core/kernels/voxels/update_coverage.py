@@ -55,25 +55,30 @@ def _changing(come: np.ndarray, gone: np.ndarray, free: np.ndarray, where: np.nd
 
 
 class _Row(NamedTuple):
-    """A row of the grid: what only those who come or go may see, the unions of this kind and of the others, and
-    the runs of equal entropies."""
+    """A row of the grid: what only those who come or go may see, the union of this kind, those of all kinds (kinds,
+    words), and the runs of equal entropies."""
 
     free: np.ndarray
     own: np.ndarray
-    other: np.ndarray
+    unions: np.ndarray
     starts: np.ndarray
     first: np.ndarray
 
 
 @kernel
 def _tally(
-    row: _Row, come: np.ndarray, gone: np.ndarray, where: np.ndarray, codes: np.ndarray, tallies: np.ndarray
-) -> None:
+    row: _Row, others: np.ndarray, come: np.ndarray, gone: np.ndarray, where: np.ndarray, codes: np.ndarray,
+    tallies: np.ndarray,
+) -> None:  # fmt: skip
     """Store the new union in the words listed, and count, by code of their entropies, the voxels that this kind (low
-    32 bits) and any sensor (high bits) gain; run by run, as all voxels of a run have the same code."""
+    32 bits) and any sensor (high bits) gain; run by run, as all voxels of a run have the same code. others (k,): the
+    other kinds that see something, read only where something changes."""
     for word in where:
         w = np.uint64(word)
-        changed, alone = (come[w] ^ gone[w]) & row.free[w], ~row.other[w]
+        changed, other = (come[w] ^ gone[w]) & row.free[w], np.uint64(0)
+        for kind in others:
+            other |= row.unions[kind, w]
+        alone = ~other
         gained, lost = changed & come[w], changed & gone[w]
         starts, first = row.starts[w], np.int64(row.first[w])
         row.own[w] ^= changed
@@ -224,7 +229,7 @@ def settle(
     """
     words, partial, counter, others = region.words, _room(workers), new_counter(), kinds[1:]
     for worker in numba.prange(workers):
-        rooms, where = np.empty((3, words), np.uint64), np.empty(words + 1, np.int32)
+        rooms, where = np.empty((2, words), np.uint64), np.empty(words + 1, np.int32)
         tallies = np.zeros(entropies.entropies_q.shape[0], np.int64)
         first, end = _take_rows(region, counter)
         while first < end:
@@ -234,14 +239,14 @@ def settle(
                 row = _Row(
                     free[a:b],
                     union[kinds[0], a:b],
-                    _seen(union, others, a, rooms[2]),
+                    union[:, a:b],
                     entropies.starts[a:b],
                     entropies.first[a:b],
                 )
                 come = _seen(stack, slots.arrived, a, rooms[0])
                 gone = _seen(stack, slots.leaving, a, rooms[1])
                 count = _changing(come, gone, row.free, where)
-                _tally(row, come, gone, where[:count], entropies.codes, tallies)
+                _tally(row, others, come, gone, where[:count], entropies.codes, tallies)
                 for slot in slots.leaving:
                     stack[slot, a:b] = 0
             first, end = _take_rows(region, counter)
