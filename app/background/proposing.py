@@ -282,7 +282,7 @@ class Server:
 
     # ------------------------------------------------------------------ gains
     def _show_skin(self, request: ProposalRequest, skin: SkinGains) -> None:
-        """Tell the spots of a search for additions, once, and their gains for its rig."""
+        """Emit the spots of a search for additions once, with their gains for its rig."""
         if self._skin is None and request.work != "improve":  # of a move there are no spots for more sensors
             self._skin = request.number, skin
             self._tell(Spots(request.number, skin.points_m))

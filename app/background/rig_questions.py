@@ -55,7 +55,7 @@ class MountCheck:
     def __call__(
         self, request: RigRequest[MountLimits | None], context: Context[tuple[Violation, ...]]
     ) -> tuple[Violation, ...]:
-        """Return the violations of the limits, of the usual ones if there are none in the request."""
+        """Return the violations of the request's limits, or of the usual ones."""
         from riglens.core.review.mounts import USUAL_LIMITS, Footings, violations
 
         self._footings = self._footings or Footings()

@@ -59,7 +59,7 @@ class CheckInputs(NamedTuple):
 
     @classmethod
     def of(cls, file: Path, profiles: tuple[Path, ...], rigs: Sequence[Rig]) -> Self:
-        """Read requirements for some rigs; raise InputError for names that neither they nor the program have."""
+        """Read requirements for some rigs; raise InputError for unknown names of sensors, groups or profiles."""
         judged, text = profiles_of(profiles), read_text(file, ACCEPTED)
         return cls(
             file, text, requirements_in(text, shown_path(file), rigs, judged), profiles, judged, date.today()

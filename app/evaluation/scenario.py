@@ -105,7 +105,7 @@ def load_scenario(options: SceneOptions, progress: Progress | None = None) -> Sc
 
 
 def _auto_scenario(options: SceneOptions, progress: Progress | None) -> Scenario:
-    """The scene at the edge that suits the rigs; of those tried, only the finest and the best are kept."""
+    """Return the scene at the edge that suits the rigs; only the finest and the best of those tried are kept."""
     source = source_of(options)
     tolerance = (DEFAULT_TOLERANCE_PP if options.tolerance_pp is None else options.tolerance_pp) / 100
     grids, left_out = ladder_grids(DEFAULT_ROI_M if options.roi_m is None else options.roi_m)

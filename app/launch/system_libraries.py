@@ -36,7 +36,7 @@ class Requirement:
 
     @property
     def wanted(self) -> str:
-        """Return what a message names as missing."""
+        """Return the library, program or package that a message names as missing."""
         return self.soname or self.program or self.package
 
     def is_met(self) -> bool:

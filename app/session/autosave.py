@@ -91,7 +91,7 @@ class AutosaveFile:
         return True
 
     def remove(self) -> None:
-        """Nothing is unsaved any more."""
+        """Remove the file: nothing is unsaved."""
         with contextlib.suppress(OSError):
             self.path.unlink(missing_ok=True)
         if self._lock is not None:

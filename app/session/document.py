@@ -199,8 +199,7 @@ class Document(OpenRig):
         return found or tuple(name for name in now if name not in old and len(now) > len(old))
 
     def _kept(self, old: list[str], names: Iterable[str]) -> Names:
-        """Return those of some sensors that remain after a step from a rig of the `old` ones, by their current
-        names."""
+        """Return the current names of those sensors that are left after a step; `old` are all names before it."""
         now = [sensor.name for sensor in self.rig.sensors]
         renamed = dict(zip(old, now, strict=True)) if len(old) == len(now) else {}
         kept = (name if name in now else renamed.get(name) for name in names)

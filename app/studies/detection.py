@@ -98,7 +98,7 @@ def study(rigs: Sequence[str], scene: SceneOptions, plan: Plan, out: Path) -> No
     """Run the missing parts of a study, print the results, and write tables and charts."""
     if plan.published == bool(rigs):
         raise InputError("specify rigs to compare, or --published for those of the published study")
-    machine(plan.device)  # what it lacks is told first
+    machine(plan.device)  # what it lacks is reported first
     compare(plan.rigs(rigs), rigs, scene, plan, out)
 
 

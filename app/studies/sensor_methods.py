@@ -83,7 +83,7 @@ def point_text(point: SensorPoint) -> str:
 
 
 def sensor_table(found: SensorStudy) -> Table:
-    """A block per sensor and pose, a line per way."""
+    """Return a table with a block per sensor and pose and a line per method."""
     titles = ("rays", "median\nms", "times\nRigLens", "missed\nvoxels", "extra\nvoxels")
     made = table("sensor, pose, way", *titles)
     for result in found.results:

@@ -112,7 +112,7 @@ def progress_bar(title: str) -> Iterator[Callable[[float], None]]:
 
 @contextmanager
 def stage_bar(title: str) -> Iterator[Callable[[float, str], None]]:
-    """Show such a bar; yield the callback for the fraction done and the current stage."""
+    """Show a progress bar with stages; yield its callback for the fraction done and the current stage."""
     console = remarks()
     columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:

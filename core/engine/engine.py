@@ -369,7 +369,7 @@ class Engine:
         return (slot for slot in range(len(self._state.stack)) if slot not in used)
 
     def _hit_sums(self, wanted: list[_Shape], is_stale: IsStale) -> NDArray[np.object_] | None:
-        """Sums with multiplicity per kind and class as Python integers, (kinds, 3); None when abandoned."""
+        """Return the sums with multiplicity per kind and class as Python integers, (kinds, 3); None if abandoned."""
         self._hits = {shape: sums for shape, sums in self._hits.items() if shape in wanted}
         totals = np.zeros((len(kind_names()), 3), dtype=object)
         for shape in wanted:

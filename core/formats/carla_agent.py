@@ -129,7 +129,7 @@ def _fields(node: ast.Dict, names: _Names) -> dict[str, Any]:
 
 
 def _literal(node: ast.expr, names: _Names, depth: int = 0) -> Any:
-    """Return a text or number, sums and products of numbers, or a list of them, also by a name of the configuration.
+    """Return a text, a number, a sum or product of numbers, or a list of them; also by its name in the configuration.
 
     _COMPUTED for anything else.
     """

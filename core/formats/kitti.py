@@ -144,7 +144,7 @@ def _read_raw(source: Source, mounting: Mounting) -> None:
 
 
 def _add_rectified(table: Table, number: str, velo_SE3_camera0: Matrix, mounting: Mounting) -> None:
-    """Add a camera of which a raw drive has the rectified projection alone."""
+    """Add a camera for which a raw drive has only the rectified projection."""
     name, notes = f"cam{int(number)}", mounting.notes
     value, rotation = table_matrix(table, ("R_rect_00", "R_rect_0"), 3, 3)
     velo_SE3_rectified = velo_SE3_camera0 @ inverse(se3(rotation_of(value, rotation, notes), (0.0, 0.0, 0.0)))

@@ -195,7 +195,7 @@ class _Branches:
     def explore(
         self, chosen: list[int], value: int, ids: Ids, stale: Ids, room: int
     ) -> Generator[int, None, None]:
-        """Search the sets that add up to `room` of some candidates, whose gains are at most `stale`, to a set."""
+        """Search the sets made of a set and up to `room` of some candidates, whose gains are at most `stale`."""
         order = np.lexsort((ids, -stale))
         ids, stale = ids[order], stale[order]
         if room == 1:

@@ -228,7 +228,7 @@ class _Run:
         return found
 
     def floors(self, chosen: list[int]) -> dict[str, float]:
-        """Return the values of a set by the classes that have a floor."""
+        """Return the value of a set for each class that has a floor."""
         return {name: self._by_class(name).value(chosen) / UNIT for name in self.problem.floors}
 
     def sampler(self, traffic: Traffic) -> Sampler:

@@ -38,7 +38,7 @@ from riglens.core.vehicle.solid import Solid
 
 
 def by_names() -> tuple[str, ...]:
-    """Return who may count: any sensor, or those of one kind."""
+    """Return the names of the groups of sensors that may count: any sensor, or those of one kind."""
     return ("any", *sorted(kind_names()))
 
 

@@ -220,7 +220,7 @@ class Check:
         return Finding(kinds[one.by])
 
     def _rows(self, one: OnTarget) -> Sequence[Row]:
-        """Return what was counted in the rings of a requirement; nothing where objects do not count so far."""
+        """Return the counts in the rings of a requirement; none if objects are not counted as far out."""
         table = self._targets.classes[one.cls]
         if one.ring_m is None:
             return [table.total]

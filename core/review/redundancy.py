@@ -99,7 +99,7 @@ def halves_of(rig: Rig) -> list[tuple[str, Rig]]:
 
 
 def with_halves(found: Coverage, rig: Rig, coverage: Callable[[Rig], Coverage]) -> Coverage:
-    """Return a rig's coverage with the losses by half-blocked sensors, where `coverage` is that of any rig."""
+    """Return a rig's coverage with the losses by half-blocked sensors; `coverage` computes that of any rig."""
     seen = found.covered[:, 0]
     failures = [
         Failure("half", name, (name.rpartition("=")[0],), seen - coverage(other).covered[:, 0])
@@ -256,7 +256,7 @@ def voxel_coverage(
 def voxel_counter(
     engine: Engine, settings: MetricSettings, threads: int | None = None
 ) -> Callable[[Rig], Coverage]:
-    """Return what evaluates rigs with an engine and counts the entropy that they cover."""
+    """Return a function that evaluates a rig with an engine and counts the entropy that it covers."""
     counting = VoxelRedundancy(engine.field, threads)
 
     def coverage(rig: Rig) -> Coverage:

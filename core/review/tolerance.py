@@ -176,7 +176,7 @@ def _limits(position_mm: float, angle_deg: float) -> Doubles:
 
 
 def _moved(sensor: Sensor, error: Doubles, about_m: Sequence[float] | Doubles) -> Sensor:
-    """A sensor shifted by metres and turned by degrees about axes of the vehicle through a place; itself without."""
+    """Return a sensor shifted by metres and turned by degrees about axes of the vehicle through a place."""
     if not error.any():
         return sensor
     turn = Pose((0.0, 0.0, 0.0), (float(error[3]), float(error[4]), float(error[5]))).rotation()

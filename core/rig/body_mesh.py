@@ -55,7 +55,7 @@ class BodyMesh:
         return hashlib.sha256(self.points.tobytes() + self.triangles.tobytes()).hexdigest()
 
     def placed(self, placement: MeshPlacement) -> BodyMesh:
-        """The mesh in the vehicle frame, metres: scaled about its origin, turned, then moved."""
+        """Return the mesh in the vehicle frame, metres: scaled about its origin, rotated, then moved."""
         rotation = rotation_from_rpy_deg(placement.rpy_deg)
         points = placement.scale * (self.points.astype(np.float64) @ rotation.T) + placement.offset
         normals = self.normals @ rotation.T.astype(np.float32)

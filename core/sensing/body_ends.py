@@ -181,7 +181,7 @@ def barrier_shadow(
     workers: int = 1,
     table: Lattice | None = None,
 ) -> Shadow:
-    """Return which rays of a sensor end at a barrier, and where those do that meet it outside of the empty box only.
+    """Return which rays of a sensor end at a barrier, and where those end that meet it only outside the empty box.
 
     empty_box (6,): low and high corner of a box in metres that holds the sensor, or `NO_EMPTY_BOX`; table: the sensor's
     lattice, where it has been made before.
@@ -240,7 +240,7 @@ def _unpacked(words: NDArray[np.uint64], columns: int) -> NDArray[np.bool_]:
 def _by_bins(
     rays: Cast, bins: Bins, barrier: Barrier, empty_box: NDArray[np.float64], workers: int
 ) -> Shadow:
-    """Triangle by triangle, each offered to the rays of a lens that can meet it."""
+    """Offer each triangle to the rays of a lens that can meet it."""
     from riglens.core.kernels.body import lens_shadow as kernel  # the compiler
 
     at, still = np.zeros(len(rays.rows)), np.diff(bins.first)

@@ -118,7 +118,7 @@ def _shots(scan: Scan) -> Shots:
 
 
 def within_half_a_turn(azimuth_deg: Doubles) -> Doubles:
-    """Return azimuths with those beyond 180 degrees on either side counted from the other."""
+    """Return azimuths wrapped to at most 180 degrees on either side."""
     beyond = np.abs(azimuth_deg) > 180.0
     return np.where(beyond, 180.0 - np.mod(180.0 - azimuth_deg, 360.0), azimuth_deg)
 

@@ -262,7 +262,7 @@ class Tables:
 
     @cached_property
     def _chain_of(self) -> dict[tuple[int, int], tuple[int, int]]:
-        """Of each annotation its chain, and its place in it."""
+        """Return the chain of each annotation, and its place in the chain."""
         return {one: (number, k) for number, chain in enumerate(self._chains) for k, one in enumerate(chain)}
 
     def _instances(self) -> Iterator[Record]:

@@ -31,8 +31,10 @@ FLOOR_DRAWS = 16
 
 @dataclass(frozen=True)
 class Figures:
-    """Figures of each rig: scores and hits on objects by these settings, None for none; objects are counted in the
-    first `frames` frames. blind_m: height of the object whose blind area is measured."""
+    """Figures of each rig: settings of scores and of hits on objects, None to leave them out.
+
+    Objects are counted in the first `frames` frames. blind_m: height of the object whose blind area is measured.
+    """
 
     metric: MetricSettings | None = PAPER_SETTINGS
     targets: TargetSettings | None = None

@@ -1,8 +1,8 @@
 """Model the range of a LiDAR: which of its rays return from a surface.
 
-A diffuse surface of reflectivity rho that faces the sensor is seen up to R(rho) = R_ref sqrt(rho / rho_ref), for
-the power that returns falls with the square of the distance; of one that is turned away by an angle the cosine of it
-returns. A ray comes back with a probability that falls around R like a logistic.
+A diffuse surface of reflectivity rho that faces the sensor is seen up to R(rho) = R_ref sqrt(rho / rho_ref), because
+the returned power falls with the square of the distance; a surface turned away by an angle returns the cosine of it.
+A ray returns with a probability that falls around R like a logistic.
 """
 
 from __future__ import annotations

@@ -270,7 +270,7 @@ class Groups:
 def standard_error(misses: NDArray[Any], objects: ArrayLike, of_frames: int) -> Doubles:
     """Return the standard errors of means over objects (...) of sampled frames: 0 where all frames were used.
 
-    misses (sampled frames, ...): what the values of a frame's objects miss the mean by, added up. Objects of a frame
+    misses (sampled frames, ...): sums of the deviations of a frame's objects from the mean. Objects of a frame
     are not independent, so frames are what was drawn: a ratio of two totals over frames, linearised (Cochran,
     Sampling Techniques, 1977, chapter 6), with the correction for a finite number of frames.
     """

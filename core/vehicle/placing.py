@@ -125,7 +125,7 @@ def placed_on(point_m: Vector, normal: Vector, kind: str, box_m: Vector, upright
     """Return the pose of a sensor whose body touches a surface at a point with unit normal (3,), from outside; a deep
     housing is let into the surface, so that the sensor needs no bracket.
 
-    How it is turned is a matter of its kind; an `upright` sensor is level and looks ahead, or away from the surface.
+    Its kind decides how it is turned; an `upright` sensor is level and looks ahead, or away from the surface.
     `box_m` (2, 3) are the lowest and highest corner of the body in the sensor's frame.
     """
     found = kind_named(kind)

@@ -200,7 +200,7 @@ def _cross(a: Points, b: Points) -> Points:
 
 
 def _nearest_of_each(place: Points, triangles: Points, normal: Points) -> Points:
-    """The point of each triangle (k, 3) nearest to a place: its foot where that is within, else one on its sides."""
+    """Return the point of each triangle (k, 3) nearest to a place: its foot if inside, else a point of an edge."""
     a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
     foot = place - ((place - a) * normal).sum(axis=1)[:, None] * normal
     within = np.ones(len(triangles), np.bool_)

@@ -44,7 +44,7 @@ class Projection:
         return np.concatenate([near, sides])
 
     def _image_sides(self) -> Points:
-        """A little more than the image of a pinhole on its four sides."""
+        """Return the sides of a pinhole's image, slightly widened."""
         fx, fy, cx, cy = self.camera.intrinsics_px()
         width, height = self.camera.image
         left, right, top, bottom = cx / fx, (cx - width) / fx, cy / fy, (cy - height) / fy
@@ -113,7 +113,7 @@ class Projection:
 
 
 def _standing_nowhere(camera: Camera) -> Camera:
-    """The same lens and image without name and place: what stays the same through a whole drag."""
+    """Return the camera without name and pose: what stays the same during a drag."""
     return rays_of(camera).model_copy(update={"position": (0.0, 0.0, 0.0), "rpy_deg": (0.0, 0.0, 0.0)})
 
 

@@ -62,7 +62,7 @@ class TopViews:
         return _Sums(empty_words(grid), np.zeros((-(-nx // self.block), -(-ny // self.block)), np.int64))
 
     def _follow(self, sums: _Sums, words: Words) -> None:
-        """Bring the sums in line with another set of voxels."""
+        """Update the sums to another set of voxels."""
         field, index = self._field, self._field.index
         nx, ny, _ = field.grid.shape
         columns = Columns(nx, ny, words_per_column(field.grid), self.block)

@@ -237,7 +237,7 @@ class Marginals(Feature):
 
     # ------------------------------------------------------------------ the choice of the measure
     def choose(self, measure: str) -> None:
-        """Show losses in another measure; nothing happens for one that there is not."""
+        """Show losses in another measure; ignore an unknown one."""
         if measure in MEASURES:
             self.measure = measure
             self.bench.panels.tree.show_measure(self.measure)

@@ -47,7 +47,7 @@ class TargetMaps(Feature):
         self._show()
 
     def _forget(self) -> None:
-        """Other traffic: nothing is known of it yet."""
+        """Forget the maps of earlier traffic."""
         self._ground, self._shown = (), ()
         self._show()
 

@@ -165,7 +165,7 @@ class Views(Feature):
 
 
 def camera_of(kept: dict[str, Any]) -> OrbitCamera | None:
-    """The camera of an earlier session, None when it does not say one."""
+    """Return the camera of an earlier session; None if none was kept."""
     try:
         x, y, z = (float(value) for value in kept["focal_m"])
         distance, azimuth, elevation = (

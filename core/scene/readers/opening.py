@@ -43,7 +43,7 @@ class HowToRead:
     source's own default: the Velodyne's place for KITTI, the rear axle's for nuScenes and Argoverse 2, zero for
     everything else. lift_m: added to the origin's z, whichever it is. frames: number of frames T, for data in
     which empty frames leave no trace. class_map: {source name: car, bicycle, pedestrian or ignore}, on top of
-    the source's table. notes: sentences that the report says besides.
+    the source's table. notes: further sentences for the report.
     """
 
     origin_m: Vec3 | None = None

@@ -83,7 +83,7 @@ def precisions(
     replicas: int = REPLICAS,
     seed: int = 0,
 ) -> Precisions:
-    """Average precision of the rigs from what was matched, by (rig, seed) and class, on the same frames for all."""
+    """Return the average precision of the rigs from matches, by (rig, seed) and class, on the same frames for all."""
     sequences = len(matched[rigs[0], 0][0].objects)
     rng = np.random.default_rng(seed)
     weights = rng.multinomial(sequences, np.full(sequences, 1.0 / sequences), replicas).T.astype(np.float64)
