@@ -96,8 +96,10 @@ def optimise(
     inside
         Mount sensors in the air in this box, in metres, instead of on the skin.
     requirements
-        File of requirements of `riglens check`: every mount keeps its limits of mounts and those of the options; other
-        requirements are checked for the best set and up to 12 more.
+        File of requirements, as for `riglens check`: mounts keep its limits; other requirements are checked for the
+        best set and up to 12 more.
+    surroundings
+        block: houses, walls and poles of the bundled scenario hide objects too (ignored).
     move
         Let a sensor of the rig, with its mirror partner, go anywhere on the skin, or up to M metres; may be repeated.
     exchange

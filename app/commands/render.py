@@ -49,7 +49,7 @@ class PictureArguments:
     size: Annotated[str, Parameter(metavar="WxH")] = "1280x800"
     """Size of the picture in pixels."""
     scale: Annotated[int, number(metavar="K")] = 1
-    """Factor on the pixels along each side, with lines and text enlarged."""
+    """Factor by which the picture is enlarged, with its lines and text."""
     class_name: Annotated[
         Literal["car", "bicycle", "pedestrian"], Parameter(name="--class", metavar="NAME")
     ] = "car"

@@ -79,7 +79,7 @@ def accuracy(
     Parameters
     ----------
     sensor
-        Instead of the rig, a model of the library, upright and tilted, where the rig has its first sensor of this
+        Compare methods for this library model, upright and tilted, in the place of the rig's first sensor of its
         kind; may be repeated.
     out
         Folder for accuracy.png, accuracy.svg and accuracy.csv; with --sensor accuracy-sensors.*, also .json.
@@ -158,9 +158,9 @@ def detection(
     per_rig
         A net for each rig, as in the paper, instead of one that all rigs share.
     published
-        The rigs and the protocol of docs/study-detection.md, instead of RIG; with --cameras those of its cameras.
+        The rigs and the protocol of docs/study-detection.md instead of RIG; with --cameras its rigs with cameras.
     cameras
-        Points get the classes that the cameras show, by a simulated segmentation of this quality.
+        Give points the classes that the cameras show, by a simulated segmentation of this quality.
     seeds
         Number of nets trained from different first weights (3).
     workers
