@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -25,6 +24,7 @@ from riglens.app.commands.options import (
 from riglens.app.commands.output import deliver, require_ending, require_outputs
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.evaluation.scenario import remarks_on
+from riglens.app.studies.files import csv_text, write_text
 from riglens.app.terminal.console import note, progress_bar, results
 from riglens.app.terminal.loading import load_rigs, load_traffic
 from riglens.core.errors import InputError
@@ -33,7 +33,7 @@ from riglens.core.metric.scores import common_body
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensors.registry import AnyKind, further_kinds
-from riglens.core.shown_text import spreadsheet_cell, visible
+from riglens.core.shown_text import visible
 from riglens.core.targets.calibration import read_calibration
 from riglens.core.targets.engine import TargetEngine, warm_up
 from riglens.core.targets.object_table import object_table
@@ -144,12 +144,7 @@ def _write_objects(path: Path, table: pa.Table) -> None:
         with atomic_write(path) as stream:
             parquet.write_table(table, stream)
         return
-    columns = table.to_pydict()
-    columns["seq"] = [spreadsheet_cell(name) for name in columns["seq"]]
-    with atomic_write(path, "w") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow([spreadsheet_cell(name) for name in columns])
-        writer.writerows(zip(*columns.values(), strict=True))
+    write_text(path, csv_text(table.to_pylist(), table.column_names))
 
 
 # ---------------------------------------------------------------- tables

@@ -43,8 +43,12 @@ def point_text(point: Point, study: AccuracyStudy) -> str:
 
 def own_text(study: AccuracyStudy) -> str:
     """Name the setting, as the default where it is the default."""
-    setting = f"exact, {edge_text(study.voxel_m)}, {lattice_text(study.rig)}"
+    setting = _setting(study)
     return f"default: {setting}" if study.voxel_m == DEFAULT_VOXEL_M else setting
+
+
+def _setting(study: AccuracyStudy) -> str:
+    return f"exact, {edge_text(study.voxel_m)}, {lattice_text(study.rig)}"
 
 
 def lattice_text(rig: Rig) -> str:
@@ -86,12 +90,8 @@ def verdicts(study: AccuracyStudy) -> Iterator[str]:
 
 
 def _named(study: AccuracyStudy) -> str:
-    setting = f"exact, {edge_text(study.voxel_m)}, {lattice_text(study.rig)}"
-    return (
-        f"The default ({setting})"
-        if study.voxel_m == DEFAULT_VOXEL_M
-        else f"The requested setting ({setting})"
-    )
+    what = "default" if study.voxel_m == DEFAULT_VOXEL_M else "requested setting"
+    return f"The {what} ({_setting(study)})"
 
 
 def _voxel_verdict(study: AccuracyStudy) -> str:

@@ -165,9 +165,9 @@ def write(result: Result, out: Path) -> None:
         NAMES[2]: csv_text(list(rank_lines(result))),
         NAMES[4]: json.dumps(as_json(result), indent=1) + "\n",
     }
-    pairs, orders = list(pair_lines(result)), list(order_lines(result))
-    texts[NAMES[3]] = csv_text(pairs) if pairs else "rig,other,class,difference\n"
-    texts[NAMES[7]] = csv_text(orders)
+    pairs = list(pair_lines(result))
+    texts[NAMES[3]] = csv_text(pairs, () if pairs else ("rig", "other", "class", "difference"))
+    texts[NAMES[7]] = csv_text(list(order_lines(result)))
     for name, text in texts.items():
         write_text(out / name, text)
     for name, picture in ((NAMES[5], chart(result)), (NAMES[6], pair_chart(result))):

@@ -28,10 +28,10 @@ def write_text(path: Path, text: str) -> None:
         stream.write(text)
 
 
-def csv_text(lines: Sequence[Mapping[str, object]]) -> str:
-    """At least one line of a table as CSV; the columns are those of the first line."""
-    text = io.StringIO()
-    writer = csv.DictWriter(text, list(lines[0]), lineterminator="\n")
-    writer.writeheader()
+def csv_text(lines: Sequence[Mapping[str, object]], columns: Sequence[str] = ()) -> str:
+    """The lines of a table as CSV; the columns are those of the first line unless they are given."""
+    text, names = io.StringIO(), columns or list(lines[0])
+    writer = csv.DictWriter(text, names, lineterminator="\n")
+    writer.writerow({name: spreadsheet_cell(name) for name in names})
     writer.writerows({key: spreadsheet_cell(value) for key, value in line.items()} for line in lines)
     return text.getvalue()

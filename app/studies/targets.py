@@ -113,12 +113,7 @@ def _figures(pairs: Pairs, variant: str, chosen: NDArray[np.bool_]) -> dict[str,
     ratio, count = pairs.ratio(variant, chosen)
     rank = pairs.rank(variant, chosen)
     sums = pairs.sums(variant, chosen)
-    line: dict[str, object] = {
-        "spearman": "" if rank is None else rank,
-        "median_ratio": "" if ratio is None else ratio,
-        "n": count,
-        "sum_ratio": "" if sums is None else sums,
-    }
+    line: dict[str, object] = {"spearman": rank, "median_ratio": ratio, "n": count, "sum_ratio": sums}
     for least in SHARES:
         both = pairs.shares(variant, chosen, least) or ("", "")
         line |= {f"share_{least}": both[0], f"true_share_{least}": both[1]}

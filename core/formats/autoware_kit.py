@@ -89,10 +89,7 @@ def _xacro_files(folder: Path) -> list[Path]:
 
 def _calls(root: Element) -> Iterator[tuple[str, str]]:
     """Yield frame and macro of every call: frames by its name, and those whose row of the calibration it takes."""
-    waiting = [root]
-    while waiting:
-        element = waiting.pop()
-        waiting.extend(element.children)
+    for element in root.walk():
         name = element.attributes.get("name", "")
         if not element.tag.startswith(_CALL) or element.tag in _OWN_TAGS or not name:
             continue

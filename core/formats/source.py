@@ -174,6 +174,14 @@ class Element:
     children: list[Element] = field(default_factory=list)
     text: str = ""
 
+    def walk(self) -> Iterator[Element]:
+        """Yield the element and all that are in it."""
+        waiting = [self]
+        while waiting:
+            element = waiting.pop()
+            yield element
+            waiting.extend(element.children)
+
     def all(self, tag: str) -> Iterator[Element]:
         """Yield the children of that tag."""
         return (child for child in self.children if child.tag == tag)

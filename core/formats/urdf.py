@@ -225,14 +225,6 @@ def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
     return mounting.rig(root.attributes.get("name", source.name))
 
 
-def _walk(root: Element) -> Iterator[Element]:
-    waiting = [root]
-    while waiting:
-        element = waiting.pop()
-        yield element
-        waiting.extend(element.children)
-
-
 def _joints(root: Element, notes: Notes) -> FrameTree:
     """Return the tree of links; joints that move are taken at zero."""
     tree = FrameTree(root.where)
@@ -369,7 +361,7 @@ def _remark(root: Element, base: str, mounting: Mounting, options: ReadOptions) 
             f"position of {base} on the vehicle not in the file: on the ground under the rear axle",
             field="origin_m",
         )
-    meshes = sum(element.tag == "mesh" for element in _walk(root))
+    meshes = sum(element.tag == "mesh" for element in root.walk())
     if meshes:
         notes.ignored(f"{meshes} meshes: they are not opened")
 

@@ -31,14 +31,11 @@ _PARAMETER = re.compile(r"(\*{0,2})([A-Za-z_]\w*)(?::?=(\^?\|?)('[^']*'|\"[^\"]*
 
 def is_xacro(root: Element) -> bool:
     """Return whether a document has macros or expressions in it."""
-    waiting = [root]
-    while waiting:
-        element = waiting.pop()
-        values = element.attributes.values()
-        if element.tag.startswith(PREFIX) or any("${" in value or "$(" in value for value in values):
-            return True
-        waiting.extend(element.children)
-    return False
+    return any(
+        element.tag.startswith(PREFIX)
+        or any("${" in value or "$(" in value for value in element.attributes.values())
+        for element in root.walk()
+    )
 
 
 def expanded(source: Source, notes: Notes) -> Element:

@@ -109,6 +109,11 @@ class FileBoxSource(ABC):
         """Place of the source's origin in the vehicle frame, metres; the default one unless given."""
         return self.options.origin_m
 
+    @property
+    def sort(self) -> str:
+        """The sort of source, part of the content hash."""
+        return type(self).__name__
+
     def parts(self) -> Sequence[FileBoxSource]:
         """Return sources over parts of the files, which together hold the same frames; just itself if one."""
         return (self,)
@@ -121,7 +126,7 @@ class FileBoxSource(ABC):
     @cached_property
     def content_hash(self) -> str:
         """SHA-256 (hex) over bytes and relative names of the files, origin, frames and class table."""
-        digest = hashlib.sha256(type(self).__name__.encode())
+        digest = hashlib.sha256(self.sort.encode())
         options = self.options
         origin = [float(value).hex() for value in options.origin_m]
         digest.update(repr((origin, options.frames, list(options.classes.effective().items()))).encode())

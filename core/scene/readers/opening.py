@@ -149,13 +149,11 @@ def _refuse_pickles(place: Path) -> None:
 def _open_file(place: Path, layout: str, how: HowToRead, is_part: bool) -> FileBoxSource:
     # imported late: these load pyarrow, which the window's first picture must not wait for
     from riglens.core.scene.readers.argoverse import ArgoverseSource
-    from riglens.core.scene.readers.rows import is_parquet
-    from riglens.core.scene.readers.table import CsvSource, ParquetSource
+    from riglens.core.scene.readers.table import TableSource
 
     if layout == "argoverse":
         return ArgoverseSource(place, how.options(ARGOVERSE, is_part, *_ORIGINS[layout]))
-    source = ParquetSource if is_parquet(place) else CsvSource
-    return source(place, how.options(ANY_TABLE, is_part))
+    return TableSource(place, how.options(ANY_TABLE, is_part))
 
 
 def _open_folder(place: Path, layout: str, how: HowToRead, is_part: bool) -> Source:

@@ -14,15 +14,22 @@ from riglens.core.scene.readers.classes import UNMAPPED
 from riglens.core.scene.readers.common import BoxOptions, FileBoxSource, Tally
 from riglens.core.scene.readers.csv_rows import BOX_COLUMNS
 from riglens.core.scene.readers.frames import FrameCounter, RowError, WholeFrames
-from riglens.core.scene.readers.rows import CsvFile, ParquetFile, RowFile, Rows, check_numbers
+from riglens.core.scene.readers.rows import ParquetFile, Rows, check_numbers, open_rows
 
 _FULL_TURN_RAD = 2 * math.pi + 0.01
 
 
 class TableSource(FileBoxSource):
-    """Base of CSV and Parquet sources: from checked columns to whole frames of boxes."""
+    """A table of boxes: from checked columns to whole frames."""
 
-    _file: RowFile
+    def __init__(self, path: Path, options: BoxOptions) -> None:
+        super().__init__(path, options)
+        self._file = open_rows(path, BOX_COLUMNS)
+
+    @property
+    def sort(self) -> str:
+        """The sort of source, part of the content hash."""
+        return "ParquetSource" if isinstance(self._file, ParquetFile) else "CsvSource"
 
     @property
     def unused(self) -> list[str]:
@@ -69,19 +76,3 @@ class TableSource(FileBoxSource):
             rotations_from_yaw(numbers[:, 6]),
         )
         return batch, float(np.max(np.abs(every[:, 6]), initial=0.0))
-
-
-class CsvSource(TableSource):
-    """A CSV file, plain or gzip-compressed, with a header line."""
-
-    def __init__(self, path: Path, options: BoxOptions) -> None:
-        super().__init__(path, options)
-        self._file = CsvFile(path, BOX_COLUMNS)
-
-
-class ParquetSource(TableSource):
-    """A Parquet file; column types are checked when it is opened."""
-
-    def __init__(self, path: Path, options: BoxOptions) -> None:
-        super().__init__(path, options)
-        self._file = ParquetFile(path, BOX_COLUMNS)

@@ -71,18 +71,13 @@ class Study:
 
     def sweeps_key(self, entrant: Entrant) -> str:
         """Return the hash of what decides the sweeps of a rig."""
-        if entrant.key not in self._sweeps_keys:
-            self._sweeps_keys[entrant.key] = self._new_sweeps_key(entrant)
         return self._sweeps_keys[entrant.key]
 
     @cached_property
     def _sweeps_keys(self) -> dict[str, str]:
-        return {}
-
-    def _new_sweeps_key(self, entrant: Entrant) -> str:
         data = {"boxes": self.traffic.data.sha256, "around": self.traffic.surroundings_sha256}
         decides = {k: v for k, v in self.protocol.as_dict().items() if k in _OF_SWEEPS}
-        return key_of(rig=entrant.key, data=data, **decides)
+        return {one.key: key_of(rig=one.key, data=data, **decides) for one in self.trained_on}
 
     def net_key(self, net: Net) -> str:
         """Return the hash of what decides a trained net."""
