@@ -240,11 +240,8 @@ class OpenRig(QObject):
     def set_failed(self, names: Names, failed: bool) -> None:
         """Mark sensors as failed or as working; the rig is unchanged. Unknown names are ignored."""
         wanted = self._failed | set(names) if failed else self._failed - set(names)
-        self._fail(wanted & self._names())
-
-    def _fail(self, names: frozenset[str]) -> None:
-        if names != self._failed:
-            self._failed = names
+        if (failed_now := wanted & self._names()) != self._failed:
+            self._failed = failed_now
             self.failed_changed.emit()
 
     def _mark(self, label: str, marks: Marks) -> bool:

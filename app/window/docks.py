@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal, SignalInstance
-from PySide6.QtWidgets import QApplication, QDockWidget, QMainWindow, QMenu, QWidget
+from PySide6.QtWidgets import QApplication, QDockWidget, QMainWindow, QWidget
 
 from riglens.app.window.actions import Actions, Spec
 from riglens.app.window.places import Places
@@ -19,8 +19,7 @@ class Docks:
 
     def __init__(self, window: QMainWindow, actions: Actions, places: Places) -> None:
         self._window = window
-        self._menu = QMenu("Panels", window)
-        places.add_to_menu("view/docks", self._menu)
+        self._menu = places.add_submenu("view/docks", "Panels")
         self._actions = actions
         self._titles = DockTitles(window)
         self._docks: dict[str, QDockWidget] = {}

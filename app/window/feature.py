@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import ClassVar
+from typing import Any, ClassVar
 
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QObject, Qt
 
+from riglens.app.background.worker import BackgroundWorker
 from riglens.app.window.actions import Spec
 from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
@@ -35,6 +36,18 @@ class Feature(QObject):
 
     def keep(self, settings: Settings) -> None:
         """Write the settings for the next session; called after changes and at the end, so it must be quick."""
+
+    def serve(
+        self,
+        worker: BackgroundWorker[Any, Any],
+        taken: Callable[..., None],
+        refused: Callable[[str], None] | None = None,
+    ) -> None:
+        """Take the answers of a worker, and its failures, which are messages otherwise; it ends with the window."""
+        queued = Qt.ConnectionType.QueuedConnection
+        worker.answered.connect(taken, queued)
+        worker.failed.connect(refused or self.bench.report_error, queued)
+        self.bench.closing.connect(worker.close)
 
     def bind(self, **slots: Callable[[], object]) -> None:
         """Connect the actions to their functions, by key."""

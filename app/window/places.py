@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMenu, QMenuBar, QToolBar, QWidget
 
@@ -96,6 +98,14 @@ class Places:
         menu, section = place.split("/")
         self._menus[menu].add(section, entry.menuAction() if isinstance(entry, QMenu) else entry)
         self._menu_widgets[menu].menuAction().setVisible(True)
+
+    def add_submenu(self, place: str, title: str, actions: Iterable[QAction] = ()) -> QMenu:
+        """Put a submenu with these actions at the end of a section, and return it."""
+        menu = QMenu(title, self._bar)
+        menu.setToolTipsVisible(True)
+        menu.addActions(list(actions))
+        self.add_to_menu(place, menu)
+        return menu
 
     def add_to_toolbar(self, section: str, entry: QAction | QWidget) -> None:
         """Put an action or a widget at the end of a section of the toolbar."""

@@ -109,9 +109,10 @@ class StatusBar(QStatusBar):
         self.state.setText("exact" if is_current else UPDATING)
         evaluation = result.evaluation
         self.state.setToolTip(f"method {evaluation.settings.method}, {evaluation.threads} threads")
-        if self._last is None or self._last.scene is not result.scene:
+        before, now = None if self._last is None else self._last.request, result.request
+        if before is None or self._last is None or self._last.scene is not result.scene:
             self.time.setText(f"first answer {duration_text(evaluation.elapsed_ms)}")
-        elif self._is_coarse or _is_edit(self._last, result):
+        elif self._is_coarse or (before.rig, before.settings) != (now.rig, now.settings):
             self.time.setText(f"last edit {duration_text(evaluation.elapsed_ms)}")
         self._last, self._is_coarse = result, False
 
@@ -140,11 +141,6 @@ class StatusBar(QStatusBar):
         )
         one_way = f"\n\n{scene.gap.words}: {ONE_WAY_NOTE}" if scene.gap is not None else ""
         self.scene.setToolTip(plain_tip(f"{field.data.source}\n{boxes}{unmapped}{one_way}"))
-
-
-def _is_edit(before: Result, after: Result) -> bool:
-    """Return whether rig or settings changed, not only the display, such as the class."""
-    return (before.request.rig, before.request.settings) != (after.request.rig, after.request.settings)
 
 
 def scene_line(scene: LoadedScene) -> str:

@@ -345,7 +345,7 @@ class Bench(Hands):
 
     def shown(self, class_name: str, column: str) -> str:
         """The text of a cell of the score table."""
-        return self.panels.scores.text_of(class_name, column)
+        return self.panels.scores.table.cell(class_name, column).text
 
 
 def type_into(qtbot: QtBot, edit: QLineEdit, text: str) -> None:

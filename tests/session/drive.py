@@ -94,7 +94,7 @@ def mirror_and_travel(person: Person) -> None:
     person.key("M")
     assert len(document.rig.sensors) == count + 1
     person.look("mirrored")
-    after, figures = document.rig, person.window.bench.panels.scores.as_text()
+    after, figures = document.rig, person.window.bench.panels.scores.table.as_text()
     for _ in range(3):
         person.key("Ctrl+Z")
     assert document.rig != after
@@ -103,7 +103,7 @@ def mirror_and_travel(person: Person) -> None:
         person.key("Ctrl+Shift+Z")
     assert document.rig == after
     person.settle()
-    assert person.window.bench.panels.scores.as_text() == figures
+    assert person.window.bench.panels.scores.table.as_text() == figures
 
 
 def change_voxel(person: Person) -> None:

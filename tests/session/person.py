@@ -95,7 +95,7 @@ class Person:
     def seen(self, class_name: str = "car") -> float:
         """The share seen by any sensor in percent, as the table says it."""
         self.settle()
-        return float(self.window.bench.panels.scores.text_of(class_name, "seen").removesuffix("%"))
+        return float(self.window.bench.panels.scores.table.cell(class_name, "seen").text.removesuffix("%"))
 
     def pixel(self, position_m: tuple[float, float, float]) -> QPoint:
         """Where a point of the world is on the canvas."""

@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QWidget
 
 from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.grid import VoxelGrid
+from riglens.core.shown_text import visible
 from riglens.core.view.outlook import Gap
 from riglens.core.view.top_view import BLIND, EMPTY, LEAST, MOST, TopView
 from riglens.widgets.maps.ground_items import draw_ground_legend, ground_colours, ground_text, summary_of
@@ -142,7 +143,7 @@ class MapPicture(QWidget):
         x, y = self.plane.to_m(self._hover)
         place = f"x {x:.1f}  y {y:.1f} m"
         if sensor is not None:
-            return " · ".join([sensor.name, *self._state_of(sensor), place])
+            return " · ".join([visible(sensor.name), *self._state_of(sensor), place])
         if self._lowest is not None:
             return f"{place} · {lowest_text(self._lowest, (x, y))}"
         if self._ground is not None:
@@ -164,7 +165,7 @@ class MapPicture(QWidget):
         elif self._top is not None and not self._top.is_empty:
             share = 100 * self._top.blind_share()
             said.append(f"{share:.1f} % of the area with {MANY[self._top.class_name]} is blind")
-        outside = [sensor.name for sensor in self._shown() if self._is_outside(sensor)]
+        outside = [visible(sensor.name) for sensor in self._shown() if self._is_outside(sensor)]
         if outside:
             said.append(f"outside the ROI: {', '.join(outside)}")
         return " · ".join(said)

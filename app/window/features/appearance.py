@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QGuiApplication
-from PySide6.QtWidgets import QApplication, QMenu
+from PySide6.QtWidgets import QApplication
 
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
@@ -46,10 +46,7 @@ class Theme(Feature):
         super().__init__(bench)
         self._follow = follow
         self._shown = shows_dark()
-        menu = QMenu("Theme", bench.window)
-        for key in CHOICES:
-            menu.addAction(self.actions[key])
-        bench.places.add_to_menu("view/window", menu)
+        bench.places.add_submenu("view/window", "Theme", [self.actions[key] for key in CHOICES])
         self.actions["theme_system"].setChecked(True)
         self.bind(**dict.fromkeys(CHOICES, self.apply))
         QGuiApplication.styleHints().colorSchemeChanged.connect(self.apply)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 from PySide6.QtCore import QPoint
 from PySide6.QtWidgets import QMenu
 
@@ -46,24 +44,18 @@ class Arrange(Feature):
 
     def __init__(self, bench: Workbench) -> None:
         super().__init__(bench)
-        self._menu = QMenu("Align", bench.window)
-        self._menu.setToolTipsVisible(True)
-        for key in ALIGNMENTS:
-            self._menu.addAction(self.actions[key])
-        bench.places.add_to_menu("sensor/place", self._menu)
+        alignments = [self.actions[key] for key in ALIGNMENTS]
+        self._menu, document = bench.places.add_submenu("sensor/place", "Align", alignments), self.document
         self.bind(
-            space=bench.guarded(self._space),
-            **{key: bench.guarded(partial(self._align_all, how)) for key, how in ALIGNMENTS.items()},
+            space=bench.guarded(lambda: document.space(document.chosen)),
+            **{
+                key: bench.guarded(lambda how=how: document.align(document.chosen, how))
+                for key, how in ALIGNMENTS.items()
+            },
         )
         for changed in (self.document.selection_changed, self.document.rig_settled):
             changed.connect(self._update)
         self._update()
-
-    def _align_all(self, how: Alignment) -> None:
-        self.document.align(self.document.chosen, how)
-
-    def _space(self) -> None:
-        self.document.space(self.document.chosen)
 
     def _update(self) -> None:
         count = len(self.document.chosen)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Generic, TypeVar
 
-from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QWidget
 
 from riglens.app.background.worker import BackgroundWorker
@@ -47,10 +46,7 @@ class LiveCheck(Feature, Generic[Page, Request, Answer]):
         self.page = page
         self._worker = worker
         self._asked: Request | None = None
-        queued = Qt.ConnectionType.QueuedConnection
-        worker.answered.connect(self._take, queued)
-        worker.failed.connect(bench.report_error, queued)
-        bench.closing.connect(worker.close)
+        self.serve(worker, self._take)
         self.in_sight = add_check(bench, key, page)
         self.in_sight.follow(self._ask, self.session.asked_changed)
         self.in_sight.changed.connect(self._turn)

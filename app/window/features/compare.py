@@ -81,9 +81,9 @@ class Compare(Feature):
         panel, bench = self.panel, self.bench
         panel.snapshot_wanted.connect(self.take_snapshot)
         panel.open_wanted.connect(self.open)
-        panel.pin_wanted.connect(lambda key: self.session.pin(self._rigs[key].rig))
-        panel.remove_wanted.connect(self._rigs.remove)
-        panel.renamed.connect(self._rigs.rename)
+        panel.table.pin_wanted.connect(lambda key: self.session.pin(self._rigs[key].rig))
+        panel.table.remove_wanted.connect(self._rigs.remove)
+        panel.model.renamed.connect(self._rigs.rename)
         panel.score_wanted.connect(self._rigs.go_on)
         panel.export_wanted.connect(self._export)
         bench.answers.answered.connect(self._on_result)
@@ -189,11 +189,11 @@ class Compare(Feature):
     def _show_baseline(self) -> None:
         if self._baseline is not None:
             scores, reading = self._baseline
-            self.panel.set_baseline(scores, self._baseline_figures, reading)
+            self.panel.model.set_baseline(scores, self._baseline_figures, reading)
 
     def _show(self) -> None:
         total = len(self.rows)
-        self.panel.set_rows(self.rows)
+        self.panel.model.set_rows(self.rows)
         self.panel.show_progress(total - len(self._rigs.missing), total, self._rigs.is_given_up)
 
     # ------------------------------------------------------------------ between sessions, export

@@ -67,16 +67,13 @@ class DetectionRangeShown(Feature):
         self.in_sight.follow(
             self._follow, self.session.asked_changed, self.document.rig_settled, bench.answers.answered
         )
-        queued = Qt.ConnectionType.QueuedConnection
-        self.maker.answered.connect(self._take, queued)
-        self.maker.progressed.connect(self._on_progress, queued)
-        self.maker.failed.connect(self._on_problem, queued)
+        self.serve(self.maker, self._take, self._end)
+        self.maker.progressed.connect(self._on_progress, Qt.ConnectionType.QueuedConnection)
         self.panel.plan_wanted.connect(self._choose)
         self.panel.stop_wanted.connect(lambda: self._end(STOPPED))
         self.panel.make_wanted.connect(self._make)
         self.panel.export_wanted.connect(bench.guarded(self._export))
         bench.theme_changed.connect(lambda _: self._show_anew())
-        bench.closing.connect(self.maker.close)
 
     # ------------------------------------------------------------------ asking
     @property
@@ -136,9 +133,6 @@ class DetectionRangeShown(Feature):
     def _on_progress(self, request: RangeRequest, share: float) -> None:
         if request is self._asked:
             self.panel.show_progress(share)
-
-    def _on_problem(self, reason: str) -> None:
-        self._end(reason)
 
     # ------------------------------------------------------------------ showing
     def _show_anew(self) -> None:

@@ -30,10 +30,8 @@ class Failing(Feature):
     def __init__(self, bench: Workbench) -> None:
         super().__init__(bench)
         self.bind(fail=self.toggle, restore_failed=self.restore_all)
-        self.menu = QMenu("Fail a group", bench.window)
-        self.menu.setToolTipsVisible(True)
+        self.menu = bench.places.add_submenu("sensor/fail", "Fail a group")
         self.menu.aboutToShow.connect(lambda: self._fill(self.menu))
-        bench.places.add_to_menu("sensor/fail", self.menu)
         bench.panels.tree.failed_toggled.connect(self.document.set_failed)
         bench.panels.tree.menu_wanted.connect(self._offer_groups)
         self.document.failed_changed.connect(self._update)

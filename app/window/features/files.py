@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QMenu
 
 from riglens.app.session.document import Document
 from riglens.app.window.actions import Spec, menu_button
@@ -45,7 +44,9 @@ class Files(Feature):
 
     def __init__(self, bench: Workbench) -> None:
         super().__init__(bench)
-        bench.places.add_to_menu("file/new", self._preset_menu())
+        presets = bench.places.add_submenu("file/new", "New from preset")
+        for name, found in PRESETS.items():
+            add_entry(presets, found.title, partial(self.open_preset, name))
         self.bind(new=self.new, open=self.open, save=self.save, save_as=self.save_as, quit=bench.window.close)
         for changed in (
             self.document.rig_settled, self.document.modified_changed, self.document.file_changed,
@@ -53,12 +54,6 @@ class Files(Feature):
             changed.connect(self._update_title)
         self.document.opened.connect(RAYS.forget)  # rays of a rig that is no longer open
         self._update_title()
-
-    def _preset_menu(self) -> QMenu:
-        menu = QMenu("New from preset", self.bench.window)
-        for name, found in PRESETS.items():
-            add_entry(menu, found.title, partial(self.open_preset, name))
-        return menu
 
     def open(self) -> None:
         """Ask for a rig file, then about changes that would be lost, and open it."""
@@ -160,10 +155,8 @@ class Recent(Feature):
     def __init__(self, bench: Workbench, files: Files) -> None:
         super().__init__(bench)
         self._files = files
-        self.menu = QMenu("Open recent", bench.window)
-        self.menu.setToolTipsVisible(True)
+        self.menu = bench.places.add_submenu("file/open", "Open recent")
         self.menu.aboutToShow.connect(self.fill)
-        bench.places.add_to_menu("file/open", self.menu)
         self.document.file_changed.connect(self._note)
         self._note()
 
@@ -216,10 +209,8 @@ class Exchange(Feature):
 
     def __init__(self, bench: Workbench, files: Files) -> None:
         super().__init__(bench)
-        self.menu = QMenu("Export as", bench.window)
-        self.menu.setToolTipsVisible(True)
+        self.menu = bench.places.add_submenu("file/export", "Export as")
         self.menu.aboutToShow.connect(self._fill)
-        bench.places.add_to_menu("file/export", self.menu)
         button = menu_button("export", "export", "Export the rig for another program.", self.menu)
         bench.places.add_to_toolbar("export", button)
         files.foreign_chosen.connect(self.read)

@@ -63,13 +63,11 @@ class Follow(Feature):
         viewport.sensor_toggled.connect(document.toggle_selected)
         viewport.drag_started.connect(self._begin_drag)
         viewport.drag_moved.connect(document.preview)
-        viewport.sensors_boxed.connect(self._choose_boxed)
+        viewport.sensors_boxed.connect(
+            lambda names, removing: (document.choose_fewer if removing else document.choose_more)(names)
+        )
         viewport.drag_finished.connect(document.finish_drag)
         viewport.drag_cancelled.connect(document.cancel_drag)
-
-    def _choose_boxed(self, names: tuple[str, ...], removing: bool) -> None:
-        """Add the sensors in a box to the selection, or remove them."""
-        (self.document.choose_fewer if removing else self.document.choose_more)(names)
 
     def _begin_drag(self, names: tuple[str, ...]) -> None:
         """Begin a drag, unless a sensor is locked: then all stay, and the reason is shown."""

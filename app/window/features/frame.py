@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Signal
 
 from riglens.app.background.counting import CountAnswer, CountRequest
 from riglens.app.background.frames import FrameAnswer, FrameCasting, FrameRequest
@@ -84,16 +84,13 @@ class FrameView(Feature):
         panel.play_wanted.connect(self.play)
         self._is_playing, self._next = False, timers(self, FRAME_MS, self._show_next)
         self.bind(
-            show_frame=self._toggle,
+            show_frame=lambda: self._choose(0 if self._shown is None else None),
             next_missed=self.show_next_missed,
             play_frames=lambda: self.play(not self._is_playing),
         )
-        queued = Qt.ConnectionType.QueuedConnection
-        self.caster.answered.connect(self._take, queued)
-        self.caster.failed.connect(bench.report_error, queued)
+        self.serve(self.caster, self._take)
         targets.counted.connect(self._on_counts)
         self.session.scene_changed.connect(lambda _: self._choose(None))
-        bench.closing.connect(self.caster.close)
         self._on_counts()
 
     @property
@@ -113,9 +110,6 @@ class FrameView(Feature):
             self.actions[key].setEnabled(traffic is not None)
 
     # ------------------------------------------------------------------ choosing
-    def _toggle(self) -> None:
-        self._choose(0 if self._shown is None else None)
-
     def _choose(self, frame: int | None) -> None:
         """Show a frame by its number in the data, or none."""
         traffic = self._traffic

@@ -7,7 +7,6 @@ from functools import partial
 from typing import Any, cast
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMenu, QToolButton, QWidget, QWidgetAction
 
 from riglens.app.evaluation.options import HEAT_TITLES, TARGET_HEAT_TITLES, HeatMode
@@ -70,7 +69,9 @@ class Heat(Feature):
         self.add_look(self.panel)
         for widget in (self._modes, self._classes, looks_button(self._looks)):
             bench.places.add_to_toolbar("heat", widget)
-        self._add_menus([*modes.values()], [*classes.values(), self.actions["next_class"]])
+        bench.places.add_submenu("view/shown", "Heatmap", modes.values())
+        of_class = [*classes.values(), self.actions["next_class"]]
+        bench.places.add_submenu("view/shown", "Traffic class", of_class)
         self.bind(
             next_class=self.next_class,
             legend=lambda: self.set_legend(self.actions["legend"].isChecked()),
@@ -90,12 +91,6 @@ class Heat(Feature):
         holder = QWidgetAction(self._looks)
         holder.setDefaultWidget(panel)
         self._looks.addAction(holder)
-
-    def _add_menus(self, modes: list[QAction], classes: list[QAction]) -> None:
-        for title, actions in (("Heatmap", modes), ("Traffic class", classes)):
-            menu = QMenu(title, self.bench.window)
-            menu.addActions(actions)
-            self.bench.places.add_to_menu("view/shown", menu)
 
     def set_legend(self, shown: bool) -> None:
         """Show the legends of heatmap, rays and ground, or none of them."""
@@ -190,10 +185,8 @@ class RaysShown(Feature):
         super().__init__(bench)
         self.panel = RaysPanel()
         heat.add_look(self.panel)
-        menu = QMenu("Fields of view", bench.window)
-        for fill in FILLS:
-            menu.addAction(self.actions[f"fill_{fill}"])
-        bench.places.add_to_menu("view/shown", menu)
+        fills = [self.actions[f"fill_{fill}"] for fill in FILLS]
+        bench.places.add_submenu("view/shown", "Fields of view", fills)
         self.bind(
             rays=lambda: self.panel.shown.setChecked(self.actions["rays"].isChecked()),
             **{f"fill_{fill}": partial(self.set_fill, fill) for fill in FILLS},

@@ -7,8 +7,6 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
-from PySide6.QtWidgets import QMenu
-
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.mounts import Mounts
@@ -67,16 +65,13 @@ class KeepOutZones(Feature):
         self._stroke: tuple[Spot, ...] | None = None
         self._is_erasing = False
         self._zones: tuple[object, tuple[Zone, ...]] | None = None
-        menu = QMenu("Keep-out zones", bench.window)
-        menu.setToolTipsVisible(True)
-        for spec in self.specs:
-            menu.addAction(self.actions[spec.key])
-        bench.places.add_to_menu("view/shown", menu)
+        actions = [self.actions[spec.key] for spec in self.specs]
+        bench.places.add_submenu("view/shown", "Keep-out zones", actions)
         self.actions[self._brush].setChecked(True)
         self.bind(
             keep_out_shown=self._show_or_hide,
             keep_out_paint=self._switch,
-            keep_out_clear=self._clear,
+            keep_out_clear=lambda: self.document.apply(self.document.rig.replace(keep_out=())),
             **{key: partial(self._take_brush, key) for key in RADII_M},
         )
         self.viewport.brushed.connect(self._on_brushed)
@@ -153,9 +148,6 @@ class KeepOutZones(Feature):
     def _take_brush(self, key: str) -> None:
         self._brush = key
         self.actions[key].setChecked(True)
-
-    def _clear(self) -> None:
-        self.document.apply(self.document.rig.replace(keep_out=()))
 
     def _on_brushed(self, point_m: Vec3, begins: bool) -> None:
         """Paint or erase where the brush touches the car; the start of a stroke decides which."""

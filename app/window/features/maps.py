@@ -170,9 +170,7 @@ class SensorView(Feature):
         self.in_sight = InSight(self.dock)
         self.panel.frame_chosen.connect(lambda _: self._ask())
         frame.frame_chosen.connect(self._follow_frame)
-        queued = Qt.ConnectionType.QueuedConnection
-        self.pictures.answered.connect(self._show, queued)
-        self.pictures.failed.connect(self._on_failed, queued)
+        self.serve(self.pictures, self._show, self._on_failed)
         self.in_sight.follow(
             self._ask,
             self.document.rig_changed, self.document.selection_changed, self.document.vehicle_changed,
@@ -180,8 +178,7 @@ class SensorView(Feature):
         self._shown: tuple[Sensor, str] | None = None
         self.document.failed_changed.connect(self._show_notes)
         self.session.scene_changed.connect(self._on_scene)
-        bench.recompute.load_ended.connect(self._on_load_ended, queued)
-        bench.closing.connect(self.pictures.close)
+        bench.recompute.load_ended.connect(self._on_load_ended, Qt.ConnectionType.QueuedConnection)
 
     @property
     def is_current(self) -> bool:

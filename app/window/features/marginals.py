@@ -228,12 +228,8 @@ class Marginals(Feature):
             inspector.show_no_loss(NO_BOXES)
         elif name in self.losses or name in self.figures:
             inspector.show_loss(self._known_now(), self._known_without(name))
-        elif name != self._greyed():
+        elif name != inspector.loss_of:  # its numbers of an earlier rig are still shown, greyed
             inspector.show_no_loss(WAITING)
-
-    def _greyed(self) -> str | None:
-        """Return the sensor whose numbers of an earlier rig are still shown, greyed."""
-        return self.bench.panels.inspector.loss_of
 
     # ------------------------------------------------------------------ the choice of the measure
     def choose(self, measure: str) -> None:

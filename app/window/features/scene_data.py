@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import Qt
@@ -20,6 +21,7 @@ from riglens.core.geometry import Vec3
 from riglens.core.scene.grid import DEFAULT_ROI_M, DEFAULT_VOXEL_M, VoxelGrid
 from riglens.widgets.panels.scene.scene_panel import SceneChoice
 
+PREPARING = ("Preparing the engine", "the first start compiles code for this rig")
 QUIET_KEY = "scene/no_grid_note"
 FILE_TIP = "Score on a CSV, CSV.gz or Parquet table, or on annotations.feather."
 FOLDER_TIP = "Score on a folder of nuScenes, Argoverse 2, KITTI or CARLA, or of tables."
@@ -55,7 +57,7 @@ class SceneData(Feature):
         queued = Qt.ConnectionType.QueuedConnection
         bench.recompute.scene_loaded.connect(self._on_scene, queued)
         bench.recompute.load_progress.connect(self._strip.show_progress, queued)
-        bench.recompute.load_preparing.connect(self._on_preparing, queued)
+        bench.recompute.load_preparing.connect(partial(self._strip.show_stage, *PREPARING), queued)
         bench.recompute.load_ended.connect(self._on_load_ended, queued)
         self._strip.cancelled.connect(bench.recompute.cancel_load)
         bench.panels.scene.load_wanted.connect(self._load_choice)
@@ -112,9 +114,6 @@ class SceneData(Feature):
     def _be_quiet(self) -> None:
         self.bench.kept.write(QUIET_KEY, True)
         self.bench.kept.sync()
-
-    def _on_preparing(self) -> None:
-        self._strip.show_stage("Preparing the engine", "the first start compiles code for this rig")
 
     def _on_load_ended(self, problem: str, options: SceneOptions) -> None:
         if options is not self._options:

@@ -9,7 +9,6 @@ from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import Qt
 
 from riglens.app.background.standing import MountStatusAnswer, MountStatuses, MountStatusRequest
 from riglens.app.background.worker import BackgroundWorker
@@ -34,14 +33,11 @@ class Standing(Feature):
         self.worker = worker or BackgroundWorker("places of sensors", MountStatuses(), self)
         self._asked: MountStatusRequest | None = None
         self._answered: Vehicle | None = None
-        queued = Qt.ConnectionType.QueuedConnection
-        self.worker.answered.connect(self._take, queued)
-        self.worker.failed.connect(bench.report_error, queued)
+        self.serve(self.worker, self._take)
         self.session.asked_changed.connect(self._ask)
         bench.answers.answered.connect(lambda _: self._ask())
         self.document.selection_changed.connect(self._ask)
         self.document.rig_settled.connect(self._ask)
-        bench.closing.connect(self.worker.close)
 
     def _ask(self) -> None:
         """Request the mounts of the current sensors, unless that was done already."""

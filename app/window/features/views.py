@@ -102,10 +102,7 @@ class Views(Feature):
             ("View from", "looks", VIEWS),
             ("Handles", "gizmo", (*GIZMOS, "local", "snap")),
         ):
-            menu = QMenu(title, bench.window)
-            menu.setToolTipsVisible(True)
-            menu.addActions([self.actions[key] for key in keys])
-            bench.places.add_to_menu(f"view/{section}", menu)
+            bench.places.add_submenu(f"view/{section}", title, [self.actions[key] for key in keys])
 
     def set_gizmo(self) -> None:
         """Show the ticked handles in the view."""
@@ -194,9 +191,8 @@ class SavedViews(Feature):
     def __init__(self, bench: Workbench, views: Views) -> None:
         super().__init__(bench)
         self._views = views
-        self.menu = QMenu("Saved views", bench.window)
+        self.menu = bench.places.add_submenu("view/looks", "Saved views")
         self.menu.aboutToShow.connect(self.fill)
-        bench.places.add_to_menu("view/looks", self.menu)
         self.bind(save_view=self.save)
         self.fill()
 

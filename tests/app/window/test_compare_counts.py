@@ -24,7 +24,7 @@ def answered(desk: FullDesk, request: OtherCount) -> float:
 
 
 def shown(desk: FullDesk, name: str) -> str:
-    return desk.features.compare.panel.text_of(name, "car on target")
+    return desk.features.compare.panel.table.text_of(name, "car on target")
 
 
 def test_rigs_are_counted_once_the_rig_being_edited_is_and_show_it_first(desk: FullDesk) -> None:

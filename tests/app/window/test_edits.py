@@ -93,10 +93,10 @@ def test_picking_in_the_view_and_in_the_list_is_the_same(bench: FullDesk) -> Non
 
 
 def test_the_eye_hides_a_sensor_from_the_view_but_not_from_the_scores(bench: FullDesk) -> None:
-    before = bench.panels.scores.as_text()
+    before = bench.panels.scores.table.as_text()
     click_row(bench, "roof", EYE)
     assert bench.viewport.state.hidden == {"roof"}
-    assert bench.panels.scores.as_text() == before
+    assert bench.panels.scores.table.as_text() == before
     click_row(bench, "roof", EYE)
     assert bench.viewport.state.hidden == frozenset()
 

@@ -108,14 +108,16 @@ def test_the_switch_of_the_rays_reaches_the_view(desk: Desk) -> None:
 def test_scores_are_greyed_from_the_question_to_the_answer(desk: Desk) -> None:
     ScoresShown(asking(desk).workbench)
     desk.answer(0.5)
-    assert desk.panels.scores.text_of("car", "seen") == "50.00 %" and not desk.panels.scores.is_stale
+    assert desk.panels.scores.table.cell("car", "seen").text == "50.00 %" and not desk.panels.scores.is_stale
     assert desk.workbench.status.state.text() == "exact"
     desk.document.set_enabled(("roof",), False)
     assert desk.panels.scores.is_stale and desk.workbench.status.state.text() == "updating…"
     desk.approximate(0.375)
     assert desk.panels.scores.is_estimate
     desk.answer(0.25)
-    assert desk.panels.scores.text_of("car", "seen") == "25.00 %" and not desk.panels.scores.is_estimate
+    assert (
+        desk.panels.scores.table.cell("car", "seen").text == "25.00 %" and not desk.panels.scores.is_estimate
+    )
 
 
 def test_the_settings_that_the_user_wants_are_the_sessions_and_shown(desk: Desk) -> None:
@@ -134,15 +136,15 @@ def test_an_answer_that_takes_long_has_a_bar_and_no_figure_until_it_is_there(des
     strip = next(
         each for each in desk.workbench.status.findChildren(ProgressStrip) if each.left.text() == BUSY
     )
-    assert desk.panels.scores.text_of("car", "seen") == "25.00 %" and not strip.is_running
+    assert desk.panels.scores.table.cell("car", "seen").text == "25.00 %" and not strip.is_running
     timers.run_out()
-    assert desk.panels.scores.text_of("car", "seen") == FOLLOWS and strip.is_running
+    assert desk.panels.scores.table.cell("car", "seen").text == FOLLOWS and strip.is_running
     desk.answer(0.5)
-    assert desk.panels.scores.text_of("car", "seen") == "50.00 %" and not strip.is_running
+    assert desk.panels.scores.table.cell("car", "seen").text == "50.00 %" and not strip.is_running
     desk.document.set_enabled(("roof",), True)
     desk.answer(0.25)
     timers.run_out()
-    assert desk.panels.scores.text_of("car", "seen") == "25.00 %" and not strip.is_running
+    assert desk.panels.scores.table.cell("car", "seen").text == "25.00 %" and not strip.is_running
 
 
 def test_paper_details_are_folded_until_wanted_and_kept(desk: Desk) -> None:
@@ -188,7 +190,7 @@ def test_snapshots_are_scored_when_nobody_edits_and_can_be_pinned(desk: Desk) ->
     compare.add_presets(("Center",))
     assert [row.name for row in compare.rows] == ["small", "small #1", "Center"]
     assert [request.rig.name for request in desk.recompute.others] == ["Center"]
-    compare.panel.pin_wanted.emit(compare.rows[-1].key)
+    compare.panel.table.pin_wanted.emit(compare.rows[-1].key)
     assert desk.session.pinned is compare.rows[-1].rig
     desk.load(VoxelGrid(1.0, (20.0, 20.0, 4.0)))
     assert all(row.scores is None for row in compare.rows)

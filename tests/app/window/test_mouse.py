@@ -83,26 +83,26 @@ class Mouse:
 
 
 def test_dragging_the_blue_arrow_lifts_the_sensor_in_one_step_with_exact_scores(bench: Bench) -> None:
-    before = bench.panels.scores.as_text()
+    before = bench.panels.scores.table.as_text()
     mouse = Mouse(bench)
     mouse.press_z_arrow()
     assert bench.document.is_dragging
     mouse.move_up(60)
     bench.settle()
-    assert bench.panels.scores.as_text() != before
+    assert bench.panels.scores.table.as_text() != before
     mouse.release()
     x, y, z = bench.document.rig.sensor("roof").position
     assert (x, y) == (0.0, 0.0)
     assert z > 2.05
     bench.settle()
     lidar = bench.fresh_scores(bench.document.rig).classes["car"].lidar.s_mig
-    assert repr(lidar) in bench.panels.scores.as_text()
+    assert repr(lidar) in bench.panels.scores.table.as_text()
     edit = bench.find("z")
     assert edit.property("text") == f"{z:.4f}".rstrip("0").rstrip(".")
     bench.act("undo")
     assert bench.document.rig == RIG
     bench.settle()
-    assert bench.panels.scores.as_text() == before
+    assert bench.panels.scores.table.as_text() == before
     assert bench.viewport.state.rig == RIG
 
 

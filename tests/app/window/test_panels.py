@@ -233,7 +233,7 @@ def test_what_files_say_is_never_read_as_html(whole: Bench) -> None:
     whole.session.pin(RIG.replace(name="<img src='x'>"))
     whole.settle()
     assert "&lt;h1&gt;roof" in whole.panels.tree._items["<h1>roof</h1>"].toolTip(NAME)
-    table = whole.panels.scores._table
+    table = whole.panels.scores.table
     place = table.figures.index(CLASSES.index("car"), table.place_of("seen change"))
     assert "&lt;img" in place.data(Qt.ItemDataRole.ToolTipRole)
 
@@ -357,7 +357,7 @@ def test_any_rig_of_the_compare_panel_can_be_the_baseline(whole: Bench, tmp_path
     whole.dialogs.path = tmp_path / "empty.yaml"
     new_rig_file(RIG.replace(sensors=(), name="bare car")).save(whole.dialogs.path)
     whole.act("compare_file")
-    whole.features.compare.panel.pin_wanted.emit(whole.features.compare.rows[-1].key)
+    whole.features.compare.panel.table.pin_wanted.emit(whole.features.compare.rows[-1].key)
     whole.settle()
     seen = next(column for column in columns() if column.key == "seen")
     now = whole.fresh_scores(RIG).classes["car"].any_seen

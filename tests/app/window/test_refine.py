@@ -94,7 +94,7 @@ def know(bench: Bench, *names: str) -> None:
 
 
 def numbers(bench: Bench) -> list[list[float]]:
-    lines = bench.panels.scores.as_text().splitlines()[1:]
+    lines = bench.panels.scores.table.as_text().splitlines()[1:]
     return [[float(cell) for cell in line.split("\t")[7:]] for line in lines]
 
 
@@ -261,7 +261,7 @@ def coarse_shown(opened: Open, timed: type[TimedEngine]) -> Iterator[Bench]:
 
 def cells(bench: Bench) -> dict[str, Any]:
     keys = [key for column in columns() for key in (column.key, f"{column.key} change")]
-    return {f"{name} {key}": bench.panels.scores._table.cell(name, key) for name in CLASSES for key in keys}
+    return {f"{name} {key}": bench.panels.scores.table.cell(name, key) for name in CLASSES for key in keys}
 
 
 def test_coarse_numbers_are_marked_and_have_no_change(opened: Open, timed: type[TimedEngine]) -> None:
@@ -277,7 +277,7 @@ def test_coarse_numbers_are_marked_and_have_no_change(opened: Open, timed: type[
 
 def test_coarse_numbers_cannot_be_copied(opened: Open, timed: type[TimedEngine]) -> None:
     with coarse_shown(opened, timed) as bench:
-        for line in bench.panels.scores.as_text().splitlines()[1:]:
+        for line in bench.panels.scores.table.as_text().splitlines()[1:]:
             assert line.split("\t")[7:] == [""] * 8
 
 

@@ -29,7 +29,7 @@ def bench(whole: Bench) -> Bench:
 
 def exact_numbers(bench: Bench) -> list[list[float]]:
     """Every digit the table shows, as it is copied."""
-    lines = bench.panels.scores.as_text().splitlines()[1:]
+    lines = bench.panels.scores.table.as_text().splitlines()[1:]
     return [[float(cell) for cell in line.split("\t")[7:]] for line in lines]
 
 
@@ -46,7 +46,7 @@ def expected_numbers(bench: Bench) -> list[list[float]]:
 def test_the_scores_follow_the_drag_while_the_mouse_is_down(bench: Bench) -> None:
     seen: list[str] = []
     bench.workbench.recompute.evaluated.connect(
-        lambda _: seen.append(bench.panels.scores.as_text()), Qt.ConnectionType.QueuedConnection
+        lambda _: seen.append(bench.panels.scores.table.as_text()), Qt.ConnectionType.QueuedConnection
     )
     bench.viewport.press("roof")
     for step in range(1, 4):
@@ -192,13 +192,13 @@ def test_a_voxel_edge_that_does_not_divide_the_region_is_refused(bench: Bench) -
 def test_boxes_that_cannot_be_read_are_reported_and_the_old_ones_stay(bench: Bench, tmp_path: Path) -> None:
     bad = tmp_path / "bad.csv"
     bad.write_text("seq,frame,cls,x,y\ns,0,car,1,2\n")
-    before = bench.panels.scores.as_text()
+    before = bench.panels.scores.table.as_text()
     bench.dialogs.path = bad
     bench.act("boxes_file")
     load_button(bench).click()
     bench.qtbot.waitUntil(lambda: "bad.csv" in bench.workbench.errors.message, timeout=TIMEOUT_MS)
     bench.settle()
-    assert bench.panels.scores.as_text() == before
+    assert bench.panels.scores.table.as_text() == before
     assert "boxes.csv" in bench.workbench.status.scene.text()
 
 

@@ -72,7 +72,7 @@ def test_a_table_with_the_focus_copies_itself_not_the_selected_sensor(qtbot: QtB
         table = bench.panels.scores.findChild(QTableView)
         table.setFocus()
         qtbot.keyClick(table, Qt.Key.Key_C, Qt.KeyboardModifier.ControlModifier)
-        assert bench.clipboard() == bench.panels.scores.as_text()
+        assert bench.clipboard() == bench.panels.scores.table.as_text()
 
 
 def test_columns_are_as_low_as_can_be() -> None:

@@ -60,7 +60,7 @@ def test_while_a_sample_grows_the_exact_value_and_the_paired_change_stand_there(
 ) -> None:
     first = answer(start(desk))
     take(targets, first)
-    exact = desk.panels.scores.text_of("car", "on_target")
+    exact = desk.panels.scores.table.cell("car", "on_target").text
     desk.drag("roof", (0.4, 0.0, 2.3))
     sample, whole = answer(desk.counter.requests[-1], 3), answer(desk.counter.requests[-1])
     take(targets, sample)
@@ -69,17 +69,19 @@ def test_while_a_sample_grows_the_exact_value_and_the_paired_change_stand_there(
     assert change != 0.0
     wanted = sampled_text(float(first.on_target.value[row]) + change, change_se)
     assert (
-        desk.panels.scores.text_of("car", "on_target")
+        desk.panels.scores.table.cell("car", "on_target").text
         == wanted
         != sampled_text(float(sample.on_target.value[row]), float(sample.on_target.se[row]))
     )
     take(targets, whole)
-    assert desk.panels.scores.text_of("car", "on_target") == sampled_text(
+    assert desk.panels.scores.table.cell("car", "on_target").text == sampled_text(
         float(whole.on_target.value[row]), 0.0
     )
     desk.document.undo()
     take(targets, answer(desk.counter.requests[-1], 3))
-    assert desk.panels.scores.text_of("car", "on_target") == exact, "the baseline itself is known exactly"
+    assert desk.panels.scores.table.cell("car", "on_target").text == exact, (
+        "the baseline itself is known exactly"
+    )
 
 
 def test_a_drag_asks_for_previews_and_its_end_for_all_frames(desk: Desk, targets: Targets) -> None:
@@ -174,17 +176,19 @@ def test_the_score_table_shows_what_is_on_target_and_greys_it_with_the_next_move
     desk: Desk, targets: Targets
 ) -> None:
     request, scores = start(desk), desk.panels.scores
-    assert scores.text_of("car", "on_target") == "–"
+    assert scores.table.cell("car", "on_target").text == "–"
     take(targets, answer(request))
-    shown = scores.text_of("car", "on_target")
+    shown = scores.table.cell("car", "on_target").text
     assert shown == sampled_text(float(targets.answer.on_target.value[1]), 0.0)  # type: ignore[union-attr]
-    table = scores._table
+    table = scores.table
     assert table.cell("car", "on_target").tone == "text" and 0 not in table.figures._grey
     desk.drag("roof", (0.3, 0.0, 2.0))
-    assert scores.text_of("car", "on_target") == shown
+    assert scores.table.cell("car", "on_target").text == shown
     assert table.place_of("on_target") in table.figures._grey
     targets._on_problem("no boxes")
-    assert scores.text_of("car", "on_target") == "–" and "no boxes" in table.cell("car", "on_target").tip
+    assert (
+        scores.table.cell("car", "on_target").text == "–" and "no boxes" in table.cell("car", "on_target").tip
+    )
 
 
 def test_help_on_the_three_figures_is_a_click_away(desk: Desk, qtbot: QtBot) -> None:

@@ -216,7 +216,7 @@ def scores(qtbot: QtBot) -> ScoresPanel:
 
 
 def show_counted(scores: ScoresPanel, now: TargetScores, before: TargetScores) -> None:
-    scores.show_counted(totals_of(TRAFFIC, now, before, ON_TARGET), predicted_of(TRAFFIC, now, before))
+    scores.table.show_counted(totals_of(TRAFFIC, now, before, ON_TARGET), predicted_of(TRAFFIC, now, before))
 
 
 def test_the_score_table_shows_predicted_detection_with_the_error_of_its_calibration(
@@ -226,9 +226,9 @@ def test_the_score_table_shows_predicted_detection_with_the_error_of_its_calibra
     show_counted(scores, now, before)
     found = now.classes["car"].total.predicted
     assert found is not None and found.se == now.calibration.classes.car.error  # type: ignore[union-attr]
-    assert scores.text_of("car", "predicted") == sampled_text(found.value, found.se)
+    assert scores.table.cell("car", "predicted").text == sampled_text(found.value, found.se)
     change = float(totals_of(TRAFFIC, now, before, PREDICTED).change[row])
-    assert scores.text_of("car", "predicted change") == sampled_change_text(change, 0.0)
+    assert scores.table.cell("car", "predicted change").text == sampled_change_text(change, 0.0)
 
 
 def test_predicted_detection_is_grey_outside_its_domain_and_says_why(scores: ScoresPanel) -> None:
@@ -237,7 +237,7 @@ def test_predicted_detection_is_grey_outside_its_domain_and_says_why(scores: Sco
     now = counts(NOW)
     cells, predicted = totals_of(TRAFFIC, now, now, ON_TARGET), predicted_of(TRAFFIC, now, now)
     for outside, tone in (("", "text"), ("too many rays", "muted")):
-        scores.show_counted(cells, replace(predicted, outside=outside))
+        scores.table.show_counted(cells, replace(predicted, outside=outside))
         cell = table.cell("car", "predicted")
         assert cell.tone == tone and outside in cell.tip and now.calibration.detector in cell.tip
 
@@ -255,7 +255,7 @@ def test_a_difference_that_is_not_resolved_is_neither_better_nor_worse(
     same_way = replace(
         predicted, outside="", cells=replace(predicted.cells, change=np.full(len(WHO), 2.0 * change))
     )
-    scores.show_counted(moved, same_way)
+    scores.table.show_counted(moved, same_way)
     for column in ("on_target change", "predicted change"):
         assert table.cell("car", column).tone == tone
     assert ("better" in table.cell("car", "on_target").tip) == (tone == "more")
@@ -265,10 +265,16 @@ def test_the_score_table_shows_on_target_with_error_and_change(scores: ScoresPan
     cells = totals_of(TRAFFIC, counts(NOW, 12), counts(BEFORE, 12), ON_TARGET)
     show_counted(scores, counts(NOW, 12), counts(BEFORE, 12))
     row = WHO.index("car")
-    assert scores.text_of("car", "on_target") == sampled_text(cells.value[row], cells.se[row])
-    assert "±" in scores.text_of("car", "on_target") and "±" in scores.text_of("car", "on_target change")
+    assert scores.table.cell("car", "on_target").text == sampled_text(cells.value[row], cells.se[row])
+    assert (
+        "±" in scores.table.cell("car", "on_target").text
+        and "±" in scores.table.cell("car", "on_target change").text
+    )
     show_counted(scores, counts(NOW), counts(NOW))
-    assert "±" not in scores.text_of("car", "on_target") and scores.text_of("car", "on_target change") == "–"
+    assert (
+        "±" not in scores.table.cell("car", "on_target").text
+        and scores.table.cell("car", "on_target change").text == "–"
+    )
 
 
 def test_totals_are_the_first_column_of_the_table() -> None:
@@ -297,16 +303,16 @@ def test_scores_and_road_users_are_greyed_apart(scores: ScoresPanel) -> None:
     place = table.place_of("on_target")
     table.grey()
     assert place not in table.figures._grey
-    scores.grey_counted()
+    scores.table.grey_counted()
     assert place in table.figures._grey
 
 
 def test_without_road_users_there_is_no_number_and_nothing_to_copy(scores: ScoresPanel) -> None:
     show_counted(scores, counts(NOW), counts(BEFORE))
-    assert scores.as_text().splitlines()[1].split("\t")[1:4] != [""] * 3
-    scores.forget_counted("no boxes")
-    assert scores.text_of("car", "on_target") == "–"
-    assert scores.as_text().splitlines()[1].split("\t")[1:4] == [""] * 3
+    assert scores.table.as_text().splitlines()[1].split("\t")[1:4] != [""] * 3
+    scores.table.forget_counted("no boxes")
+    assert scores.table.cell("car", "on_target").text == "–"
+    assert scores.table.as_text().splitlines()[1].split("\t")[1:4] == [""] * 3
 
 
 @pytest.mark.parametrize("page", ["README.md", "docs/metric.md"])

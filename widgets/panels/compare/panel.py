@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 from PySide6.QtCore import QSortFilterProxyModel, Qt, Signal
 from PySide6.QtGui import QGuiApplication, QResizeEvent
@@ -19,9 +19,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from riglens.core.metric.scores import Reading, Scores
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.targets.quantities import Figures
 from riglens.widgets.panels.compare.chart import CompareChart
 from riglens.widgets.panels.compare.model import (
     ALL_CLASSES,
@@ -185,10 +183,6 @@ class ComparePanel(QWidget):
 
     open_wanted = Signal(str)
     """Key of the rig to open, or of the snapshot to restore."""
-    pin_wanted = Signal(str)
-    remove_wanted = Signal(tuple)
-    """Keys of the rigs to remove."""
-    renamed = Signal(str, str)
     snapshot_wanted = Signal()
     score_wanted = Signal(bool)
     """Compute the missing scores; or, when False, abandon them."""
@@ -208,10 +202,7 @@ class ComparePanel(QWidget):
         self._arrange()
 
     def _connect(self) -> None:
-        self.model.renamed.connect(self.renamed)
         self.table.take_keys(self.copy)
-        self.table.pin_wanted.connect(self.pin_wanted)
-        self.table.remove_wanted.connect(self.remove_wanted)
         for part in (self.table, self.chart):
             part.open_wanted.connect(self.open_wanted)
         self.chart.chosen.connect(self.table.choose)
@@ -222,13 +213,6 @@ class ComparePanel(QWidget):
             changed.connect(lambda *_: self._show_bars())
 
     # ------------------------------------------------------------------ what is shown
-    def set_rows(self, rows: Sequence[CompareRow]) -> None:
-        """Show these rigs, in this order unless the table is sorted by a column."""
-        self.model.set_rows(rows)
-
-    def set_baseline(self, scores: Scores | None, figures: Figures | None, reading: Reading) -> None:
-        """Set what differences to the baseline count from."""
-        self.model.set_baseline(scores, figures, reading)
 
     def show_progress(self, done: int, total: int, given_up: bool = False) -> None:
         """Show how many of the requested rigs are scored; nothing when all are."""
@@ -238,14 +222,6 @@ class ComparePanel(QWidget):
         self._bar.setVisible(is_missing and not given_up)
         self._cancel.setVisible(is_missing)
         self._cancel.setText("Score" if given_up else "Cancel")
-
-    def names(self) -> list[str]:
-        """Return the names of the rigs in the order in which the table shows them."""
-        return [row.name for row in self.table.shown_rows()]
-
-    def text_of(self, name: str, title: str) -> str:
-        """Return the text of a cell: of the rig of that name, in the column of that title."""
-        return self.table.text_of(name, title)
 
     def as_text(self, delimiter: str) -> str:
         """Return all rows in full precision, in the order shown."""

@@ -376,7 +376,9 @@ class IntegerEdit(ValueEdit[int | None]):
     def __init__(
         self, is_optional: bool = False, unit: Unit = NO_UNIT, parent: QWidget | None = None
     ) -> None:
-        parse = _parse_optional_integer if is_optional else _parse_integer
+        def parse(text: str) -> int | None:
+            return None if is_optional and not text.strip() else _parse_integer(text)
+
         super().__init__(parse, str, str, unit, parent)
         self.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
 
@@ -426,10 +428,6 @@ def _parse_integer(text: str) -> int:
         return int(text.strip())
     except ValueError:
         raise ValueError(f"must be an integer such as 16 (got '{text.strip()}')") from None
-
-
-def _parse_optional_integer(text: str) -> int | None:
-    return _parse_integer(text) if text.strip() else None
 
 
 def _parse_name(text: str) -> str:

@@ -5,6 +5,9 @@ Estimates can be shown in their place for a moment: marked ≈, in italics, with
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Any
+
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
@@ -17,7 +20,6 @@ from PySide6.QtWidgets import (
 )
 
 from riglens.core.metric.scores import MAX_LAMBDA, READINGS, MetricSettings, Scores
-from riglens.core.targets.quantities import Cells, PredictedCells
 from riglens.widgets.panels.controls.building import button, filled, plain_label
 from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel
 from riglens.widgets.panels.fields.edits import NumberEdit
@@ -47,8 +49,8 @@ class ScoresPanel(QWidget):
         self._is_stale = True
         self._is_estimate = False
         self._baseline = LAST_SAVED
-        self._table = ScoreTable()
-        self._table.forget_counted(NOT_COUNTED_NOTE)
+        self.table = ScoreTable()
+        self.table.forget_counted(NOT_COUNTED_NOTE)
         self._weight = NumberEdit(0.05)
         self._reading = ChoiceBox()
         self._details = QCheckBox("Paper details")
@@ -56,7 +58,7 @@ class ScoresPanel(QWidget):
         self._details.setToolTip("Show S-MIG of cameras and LiDARs, the weight λ and the reading of S-MIG.")
         self._details.toggled.connect(self._show_details)
         self._below = self._controls()
-        filled(QVBoxLayout(self), self._table, 1, self._below, spacing=0)
+        filled(QVBoxLayout(self), self.table, 1, self._below, spacing=0)
         self._show_details(False)
 
     def _controls(self) -> QWidget:
@@ -71,7 +73,7 @@ class ScoresPanel(QWidget):
                 self._reading.count() - 1, READING_NOTES[reading], Qt.ItemDataRole.ToolTipRole
             )
         self._reading.setCurrentText(self._settings.reading)
-        self._reading.activated.connect(self._on_reading)
+        self._reading.activated.connect(lambda index: self._want(reading=READINGS[index]))
         self._note, below = plain_label(style="hint", shrinks=True), QWidget()
         self._of_paper = (QLabel("λ"), self._weight, QLabel("Reading"), self._reading)
         tip = f"<b>{FIGURES_TITLE}</b>{FIGURES_HELP}"
@@ -86,12 +88,12 @@ class ScoresPanel(QWidget):
 
     def minimumSizeHint(self) -> QSize:
         """Return the size of the table alone: where space is short, the parts below it are hidden."""
-        return QSize(super().minimumSizeHint().width(), self._table.minimumHeight())
+        return QSize(super().minimumSizeHint().width(), self.table.minimumHeight())
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Hide the parts below the table where they would cost a row."""
         super().resizeEvent(event)
-        needed = self._table.minimumHeight() + self._below.sizeHint().height()
+        needed = self.table.minimumHeight() + self._below.sizeHint().height()
         self._below.setVisible(event.size().height() >= needed)
 
     # ------------------------------------------------------------------ what is shown
@@ -105,7 +107,7 @@ class ScoresPanel(QWidget):
         self._details.setChecked(shown)
 
     def _show_details(self, shown: bool) -> None:
-        self._table.set_details(shown)
+        self.table.set_details(shown)
         for widget in self._of_paper:
             widget.setVisible(shown)
 
@@ -119,41 +121,29 @@ class ScoresPanel(QWidget):
     def set_baseline(self, name: str | None) -> None:
         """Set the baseline of changes: a pinned rig of that name, or None for the last saved rig."""
         self._baseline = LAST_SAVED if name is None else name
-        self._table.set_baseline(self._baseline)
+        self.table.set_baseline(self._baseline)
         self._show_note()
 
     def show_scores(self, scores: Scores, baseline: Scores) -> None:
         """Show up-to-date scores and their change against those of the baseline."""
         self._is_stale = self._is_estimate = False
-        self._table.show_scores(scores, baseline, self._settings)
-
-    def show_counted(self, on_target: Cells, predicted: PredictedCells) -> None:
-        """Show up-to-date numbers on objects and their change, in cells (len(WHO),)."""
-        self._table.show_counted(on_target, predicted)
-
-    def grey_counted(self) -> None:
-        """Grey the numbers on objects: newer ones are on their way."""
-        self._table.grey_counted()
-
-    def forget_counted(self, reason: str) -> None:
-        """Show no numbers on objects, and the reason."""
-        self._table.forget_counted(reason)
+        self.table.show_scores(scores, baseline, self._settings)
 
     def show_estimate(self, scores: Scores) -> None:
         """Show rough scores until the exact ones arrive; until then there is nothing to copy."""
         self._is_stale = self._is_estimate = True
-        self._table.show_estimate(scores)
+        self.table.show_estimate(scores)
 
     def show_pending(self) -> None:
         """Show no scores until there are some."""
         self._is_stale, self._is_estimate = True, False
-        self._table.show_pending()
+        self.table.show_pending()
 
     def set_stale(self) -> None:
         """Grey the numbers: they belong to an earlier state."""
         if not self._is_stale:
             self._is_stale = True
-            self._table.grey()
+            self.table.grey()
 
     @property
     def is_stale(self) -> bool:
@@ -165,27 +155,16 @@ class ScoresPanel(QWidget):
         """Return whether the numbers are rough ones."""
         return self._is_estimate
 
-    def text_of(self, class_name: str, column: str) -> str:
-        """Return the text of a cell; `column` is a key of a figure, or a key followed by " change"."""
-        return self._table.cell(class_name, column).text
-
-    def as_text(self) -> str:
-        """Return the table in full precision, columns separated by tabs."""
-        return self._table.as_text()
-
     # ------------------------------------------------------------------ what the user does
     def _on_weight(self, value: float) -> None:
         if not 0.0 <= value <= MAX_LAMBDA:
             self._weight.mark(f"λ must be from 0 to {MAX_LAMBDA:,.0f} (got {value:g})")
             return
-        self._want(MetricSettings(self._settings.method, self._settings.reading, value))
+        self._want(camera_weight=value)
 
-    def _on_reading(self, index: int) -> None:
-        self._want(MetricSettings(self._settings.method, READINGS[index], self._settings.camera_weight))
-
-    def _want(self, settings: MetricSettings) -> None:
+    def _want(self, **changes: Any) -> None:
         """Request other settings; then show those in use, whether or not the request was granted."""
-        self.settings_wanted.emit(settings)
+        self.settings_wanted.emit(replace(self._settings, **changes))
         self.show_settings(self._settings)
 
     def _show_note(self) -> None:
