@@ -32,8 +32,8 @@ def test_the_json_holds_every_key_of_the_promise(riglens, boxes):
         assert list(scores) == ["h_total", "camera", "lidar", "any", "s_ms"]
 
 
-def test_the_json_figures_fit_together(riglens, boxes):
-    result = riglens("evaluate", "W+T", "--boxes", boxes, *SMALL_GRID, "--lambda", "0.25", "--json", "-")
+def test_the_json_figures_fit_together(riglens, boxes, small_rig):
+    result = riglens("evaluate", small_rig, "--boxes", boxes, *SMALL_GRID, "--lambda", "0.25", "--json", "-")
     document = json.loads(result.out)
     assert document["lambda"] == 0.25
     for scores in document["rigs"][0]["classes"].values():
@@ -108,19 +108,19 @@ def test_the_table_fits_a_terminal_of_100_columns(riglens, boxes):
     assert max(len(line.rstrip()) for line in table) <= 100
 
 
-def test_negative_numbers_are_values_not_options(riglens, boxes):
+def test_negative_numbers_are_values_not_options(riglens, boxes, small_rig):
     moved = riglens(
-        "evaluate", "W+T", "--origin", "-1.35", "0", "-1e-3", "--boxes", boxes, *SMALL_GRID, "--json", "-"
+        "evaluate", small_rig, "--origin", "-1.35", "0", "-1e-3", "--boxes", boxes, *SMALL_GRID, "--json", "-"
     )
     assert moved.code == 0
-    here = riglens("evaluate", "W+T", "--boxes", boxes, *SMALL_GRID, "--json", "-")
+    here = riglens("evaluate", small_rig, "--boxes", boxes, *SMALL_GRID, "--json", "-")
     assert json.loads(moved.out)["data"]["sha256"] != json.loads(here.out)["data"]["sha256"]
 
 
-def test_scores_do_not_depend_on_the_number_of_threads(riglens, boxes):
+def test_scores_do_not_depend_on_the_number_of_threads(riglens, boxes, small_rig):
     runs = [
         json.loads(
-            riglens("evaluate", "N+P", "--boxes", boxes, *SMALL_GRID, "--threads", n, "--json", "-").out
+            riglens("evaluate", small_rig, "--boxes", boxes, *SMALL_GRID, "--threads", n, "--json", "-").out
         )
         for n in (1, 2)
     ]
@@ -146,9 +146,9 @@ def test_residual_leaves_what_covered_sees(riglens, boxes):
     assert covered + residual == pytest.approx(-total, rel=1e-12)
 
 
-def test_a_class_can_be_mapped_or_ignored_by_the_user(riglens, boxes):
+def test_a_class_can_be_mapped_or_ignored_by_the_user(riglens, boxes, small_rig):
     mapped = ("--classes", "shopping_cart=pedestrian", "--classes", "bicycle=ignore")
-    result = riglens("evaluate", "W+T", "--boxes", boxes, *SMALL_GRID, *mapped, "--json", "-")
+    result = riglens("evaluate", small_rig, "--boxes", boxes, *SMALL_GRID, *mapped, "--json", "-")
     assert json.loads(result.out)["data"]["boxes"] == {"car": 2, "bicycle": 0, "pedestrian": 2}
 
 

@@ -78,3 +78,13 @@ def unscored(file_unscored: Bench) -> Bench:
     file_unscored.start_over(file_unscored.features)
     file_unscored.window.activateWindow()
     return file_unscored
+
+
+@pytest.fixture
+def plain_style(qapp: QApplication) -> Iterator[None]:
+    """Give the next test the look that this one found."""
+    palette, sheet, style = qapp.palette(), qapp.styleSheet(), qapp.style().objectName()
+    yield
+    qapp.setStyleSheet(sheet)
+    qapp.setStyle(style)
+    qapp.setPalette(palette)

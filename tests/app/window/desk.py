@@ -39,6 +39,7 @@ from riglens.widgets.panels.scene.scene_panel import ScenePanel
 from riglens.widgets.panels.scores.panel import ScoresPanel
 from riglens.widgets.panels.sensors.tree import SensorTree
 from tests.app.window_bench import RIG, FakeCounter, FakeDialogs, FakeViewport, Hands
+from tests.waiting import TIMEOUT_MS
 
 GRID = VoxelGrid(0.5, (20.0, 20.0, 4.0))
 
@@ -93,6 +94,17 @@ class Desk(Hands):
     def is_enabled(self, key: str) -> bool:
         """Whether an action can be chosen."""
         return self.workbench.actions[key].isEnabled()
+
+    def open_page(self, key: str, feature: Any) -> None:
+        """Bring a page up by its action and wait until it is in sight."""
+        self.workbench.window.show()
+        self.act(key)
+        self.qtbot.waitUntil(lambda: bool(feature.in_sight), timeout=TIMEOUT_MS)
+
+    def put_away(self, feature: Any) -> None:
+        """Bring up another panel in the place of a feature's page."""
+        self.workbench.docks.bring_up("Scores")
+        self.qtbot.waitUntil(lambda: not feature.in_sight, timeout=TIMEOUT_MS)
 
     def load(self, grid: VoxelGrid = GRID) -> Any:
         """Have traffic on a grid loaded."""

@@ -23,16 +23,6 @@ SMALL = QSize(960, 540)
 
 
 @pytest.fixture
-def plain_style(qapp: QApplication) -> Iterator[None]:
-    """Give the next test the look that this one found."""
-    palette, sheet, style = qapp.palette(), qapp.styleSheet(), qapp.style().objectName()
-    yield
-    qapp.setStyleSheet(sheet)
-    qapp.setStyle(style)
-    qapp.setPalette(palette)
-
-
-@pytest.fixture
 def timers() -> HandTimers:
     return HandTimers()
 

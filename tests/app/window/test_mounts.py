@@ -15,16 +15,14 @@ from riglens.app.window.features.mounts import Mounts
 from riglens.core.review.mounts import USUAL_LIMITS, violations
 from riglens.core.review.requirements import read_requirements
 from tests.app.window.desk import Desk, open_desk
-from tests.waiting import TIMEOUT_MS, TIMEOUT_S
+from tests.waiting import TIMEOUT_S
 
 REQUIRED = "riglens_requirements: 1\nmounts: {height_m: [2.5, 3.0], spacing_m: 5.0, keep_out: []}\n"
 
 
 @pytest.fixture
 def desk(qtbot: QtBot) -> Desk:
-    made = open_desk(qtbot)
-    made.workbench.window.show()
-    return made
+    return open_desk(qtbot)
 
 
 @pytest.fixture
@@ -32,18 +30,6 @@ def mounts(desk: Desk) -> Iterator[Mounts]:
     made = Mounts(desk.workbench, BackgroundWorker("mounts", MountCheck(), close_s=TIMEOUT_S))
     yield made
     made._worker.close()
-
-
-def open_page(desk: Desk, check: Mounts) -> None:
-    """Bring the page up and wait until it is in sight."""
-    desk.act("mounts")
-    desk.qtbot.waitUntil(lambda: bool(check.in_sight), timeout=TIMEOUT_MS)
-
-
-def put_away(desk: Desk, check: Mounts) -> None:
-    """Bring up another panel in its place."""
-    desk.workbench.docks.bring_up("Scores")
-    desk.qtbot.waitUntil(lambda: not check.in_sight, timeout=TIMEOUT_MS)
 
 
 def lines(mounts: Mounts) -> list[str]:
@@ -55,7 +41,7 @@ def lines(mounts: Mounts) -> list[str]:
 def test_the_lines_are_those_of_the_command_and_follow_a_drag_while_in_sight(
     desk: Desk, mounts: Mounts
 ) -> None:
-    open_page(desk, mounts)
+    desk.open_page("mounts", mounts)
     wanted = [f"{one.sensor}: {one.text}" for one in violations(desk.document.rig, USUAL_LIMITS)]
     assert lines(mounts) == wanted and any("roof: " in line and "over the skin" in line for line in wanted)
     assert mounts.page.head.text() == f"{len(wanted)} violations"
@@ -65,17 +51,17 @@ def test_the_lines_are_those_of_the_command_and_follow_a_drag_while_in_sight(
     assert any("roof: " in line and "inside the body" in line for line in lines(mounts))
     desk.document.cancel_drag()
     assert lines(mounts) == wanted
-    put_away(desk, mounts)
+    desk.put_away(mounts)
     desk.document.apply(desk.document.rig.replace(sensors=()))
     assert lines(mounts) == wanted  # nobody looks
-    open_page(desk, mounts)
+    desk.open_page("mounts", mounts)
     assert lines(mounts) == [] and "Every mount" in mounts.page.head.text()
 
 
 def test_limits_of_a_file_take_the_place_of_the_usual_ones_and_a_click_selects(
     desk: Desk, mounts: Mounts, tmp_path: Path
 ) -> None:
-    open_page(desk, mounts)
+    desk.open_page("mounts", mounts)
     usual, page = lines(mounts), mounts.page
     desk.dialogs.path = tmp_path / "required.yaml"
     desk.dialogs.path.write_text("riglens_requirements: 1\nblind_areas: [{height_m: 0.3, at_most_m2: 0}]\n")

@@ -19,14 +19,12 @@ from riglens.core.review.profiles import bundled_profiles
 from riglens.core.review.verdicts import ProfileVerdict, verdicts
 from riglens.widgets.viewport.scene_state import Post
 from tests.app.window.desk import Desk, open_desk
-from tests.waiting import TIMEOUT_MS, TIMEOUT_S
+from tests.waiting import TIMEOUT_S
 
 
 @pytest.fixture
 def desk(qtbot: QtBot) -> Desk:
-    made = open_desk(qtbot)
-    made.workbench.window.show()
-    return made
+    return open_desk(qtbot)
 
 
 @pytest.fixture
@@ -34,18 +32,6 @@ def objects(desk: Desk) -> Iterator[Objects]:
     made = Objects(desk.workbench, BackgroundWorker("test objects", object_verdicts, close_s=TIMEOUT_S))
     yield made
     made._worker.close()
-
-
-def open_page(desk: Desk, check: Objects) -> None:
-    """Bring the page up and wait until it is in sight."""
-    desk.act("test_objects")
-    desk.qtbot.waitUntil(lambda: bool(check.in_sight), timeout=TIMEOUT_MS)
-
-
-def put_away(desk: Desk, check: Objects) -> None:
-    """Bring up another panel in its place."""
-    desk.workbench.docks.bring_up("Scores")
-    desk.qtbot.waitUntil(lambda: not check.in_sight, timeout=TIMEOUT_MS)
 
 
 def settle(objects: Objects) -> None:
@@ -66,7 +52,7 @@ def shown(objects: Objects) -> list[tuple[str, str]]:
 def test_the_list_says_what_the_command_says_and_follows_an_edit_while_in_sight(
     desk: Desk, objects: Objects
 ) -> None:
-    open_page(desk, objects)
+    desk.open_page("test_objects", objects)
     settle(objects)
     assert objects.page.isVisible()
 
@@ -81,11 +67,11 @@ def test_the_list_says_what_the_command_says_and_follows_an_edit_while_in_sight(
     desk.document.apply(desk.document.rig.with_sensor("roof", low))
     settle(objects)
     assert shown(objects) == told() != first
-    put_away(desk, objects)
+    desk.put_away(objects)
     desk.document.undo()
     settle(objects)
     assert shown(objects) != first
-    open_page(desk, objects)
+    desk.open_page("test_objects", objects)
     settle(objects)
     assert shown(objects) == first
 
@@ -98,7 +84,7 @@ def click(tree: QTreeWidget, item: QTreeWidgetItem) -> None:
 def test_a_click_on_an_object_goes_there_and_what_is_open_stays_open(desk: Desk, objects: Objects) -> None:
     """Seen from the side on which it stands, not from far, and pointed out in the colour of its verdict until the
     list is put away."""
-    open_page(desk, objects)
+    desk.open_page("test_objects", objects)
     settle(objects)
     tree, one = objects.page.tree, expected(desk)[-2].objects[3]
     group = tree.topLevelItem(tree.topLevelItemCount() - 2)
@@ -123,5 +109,5 @@ def test_a_click_on_an_object_goes_there_and_what_is_open_stays_open(desk: Desk,
         desk.document.apply(desk.document.rig.with_sensor(sensor.name, sensor.replace(enabled=False)))
     settle(objects)
     assert desk.viewport.state.post == replace(post, is_seen=False)
-    put_away(desk, objects)
+    desk.put_away(objects)
     assert desk.viewport.state.post is None

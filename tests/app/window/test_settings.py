@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -32,16 +31,6 @@ JUNK = ('"junk"', "[1, null]", '{"focal_m": [1e400, 0, 0]}', "12", "true", "{", 
 @pytest.fixture
 def file(tmp_path: Path) -> Path:
     return tmp_path / "window.ini"
-
-
-@pytest.fixture
-def plain_style(qapp: QApplication) -> Iterator[None]:
-    """Give the next test the look that this one found."""
-    palette, sheet, style = qapp.palette(), qapp.styleSheet(), qapp.style().objectName()
-    yield
-    qapp.setStyleSheet(sheet)
-    qapp.setStyle(style)
-    qapp.setPalette(palette)
 
 
 def test_what_was_chosen_is_there_again_the_next_time(qtbot: QtBot, tmp_path: Path, file: Path) -> None:
