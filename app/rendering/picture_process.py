@@ -1,20 +1,23 @@
-"""Draw pictures in a separate process, so that the window stays responsive: jobs come in, PNG files go out.
+"""Draw pictures in a separate process, so that the window stays responsive: jobs go in, PNG files come out.
 
-Both ends belong to one program. A message is its length, 8 bytes little-endian, and then its bytes: a pickled
-PictureJob on the way in; on the way out one byte, 1 for a picture and 0 for an error, and the PNG or the text.
-Run as `python -m riglens.app.rendering.picture_process` by picture_maker.py.
+Both ends belong to one program, and pickle what they say. Run as `python -m riglens.app.rendering.picture_process`.
 """
 
 from __future__ import annotations
 
 import pickle
+import subprocess
 import sys
+from contextlib import suppress
 from dataclasses import dataclass
-from typing import BinaryIO
 
+from PySide6.QtCore import QObject
+
+from riglens.app.background.worker import BackgroundWorker, Context
 from riglens.app.launch.display import prepare_drawing
+from riglens.core.errors import InputError
 
-LENGTH_BYTES = 8
+COMMAND = (sys.executable, "-m", "riglens.app.rendering.picture_process")
 
 
 @dataclass(frozen=True)
@@ -31,17 +34,46 @@ class PictureJob:
     purpose: object = None
 
 
-def packed(message: bytes) -> bytes:
-    """A message with its length in front."""
-    return len(message).to_bytes(LENGTH_BYTES, "little") + message
+class PictureMaker(BackgroundWorker[PictureJob, bytes]):
+    """Has one picture drawn at a time, a PNG file; a job that still waits gives way to a newer one."""
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__("drawing of pictures", self._drawn, parent)
+        self._process: subprocess.Popen[bytes] | None = None
+
+    def cancel(self) -> None:
+        """Give up the picture that is being drawn, and end the process; the next job starts another."""
+        self.drop()
+        process, self._process = self._process, None
+        if process is not None:
+            process.kill()
+            with suppress(OSError), process:
+                pass  # closes the pipes
+
+    def close(self) -> None:
+        """End the process and the thread."""
+        self.cancel()
+        super().close()
+
+    def _drawn(self, job: PictureJob, context: Context[bytes]) -> bytes:
+        """Return the picture of a job; raise InputError where there is none. Called by the thread."""
+        process = self._process
+        if process is None or process.poll() is not None:
+            process = subprocess.Popen(COMMAND, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+            self._process = process
+        assert process.stdin is not None and process.stdout is not None
+        try:
+            pickle.dump(job, process.stdin)
+            process.stdin.flush()
+            answer: bytes | str = pickle.load(process.stdout)  # by this program
+        except (EOFError, OSError, ValueError, pickle.UnpicklingError) as error:
+            raise InputError("the drawing process exited without a result") from error
+        if isinstance(answer, str):
+            raise InputError(answer)
+        return answer
 
 
-def _read(stream: BinaryIO) -> bytes | None:
-    """The next message; None at the end of the stream."""
-    head = stream.read(LENGTH_BYTES)
-    return stream.read(int.from_bytes(head, "little")) if len(head) == LENGTH_BYTES else None
-
-
+# ---------------------------------------------------------------------- in the process
 def _draw(job: PictureJob) -> bytes:
     from riglens.widgets.viewport.scene_state import SceneState
     from riglens.widgets.viewport.still import png_of, render_still
@@ -53,13 +85,15 @@ def _draw(job: PictureJob) -> bytes:
 def main() -> None:
     """Draw until there are no more jobs."""
     prepare_drawing()
-    while (message := _read(sys.stdin.buffer)) is not None:
-        try:
-            answer = b"\1" + _draw(pickle.loads(message))
-        except Exception as error:  # the window says it; the next job may do better
-            answer = b"\0" + f"{type(error).__name__}: {error}".encode()
-        sys.stdout.buffer.write(packed(answer))
-        sys.stdout.buffer.flush()
+    with suppress(EOFError):
+        while True:
+            job = pickle.load(sys.stdin.buffer)  # by the window, which is the same program
+            try:
+                answer: bytes | str = _draw(job)
+            except Exception as error:  # the window says it; the next job may do better
+                answer = f"{type(error).__name__}: {error}"
+            pickle.dump(answer, sys.stdout.buffer)
+            sys.stdout.buffer.flush()
 
 
 if __name__ == "__main__":

@@ -10,8 +10,7 @@ from PySide6.QtGui import QGuiApplication, QImage
 
 from riglens.app.evaluation.options import MAX_SIDE_PX, MIN_SIDE_PX
 from riglens.app.rendering.picture import Findings, PictureWords, with_words
-from riglens.app.rendering.picture_maker import PictureMaker
-from riglens.app.rendering.picture_process import PictureJob
+from riglens.app.rendering.picture_process import PictureJob, PictureMaker
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.files import beside_rig
@@ -41,8 +40,7 @@ class Picture(Feature):
         self._scale = 1
         self.maker = PictureMaker(self)
         self.bind(screenshot=self.open)
-        self.maker.made.connect(self._on_made)
-        self.maker.failed.connect(self._on_failed)
+        self.serve(self.maker, self._on_made, self._on_failed)
         bench.closing.connect(self._on_closed)
 
     def restore(self, settings: Settings) -> None:
@@ -107,11 +105,11 @@ class Picture(Feature):
         state = with_words(state, words, self._found)
         job = PictureJob(state, choice.size_px, scale, choice.transparent, purpose)
         self.dialog.set_busy("drawing…")
-        self.maker.draw(job)
+        self.maker.ask(job)
 
     def _cancel(self) -> None:
         """Give up the picture that is being drawn; the dialog stays."""
-        self.maker.close()
+        self.maker.cancel()
         if self.dialog is not None:
             self.dialog.set_busy("")
             self.dialog.set_done("cancelled")
@@ -136,7 +134,7 @@ class Picture(Feature):
         self.bench.report_error(f"The picture could not be drawn: {problem}")
 
     def _on_closed(self) -> None:
-        self.maker.close()
+        self.maker.cancel()
         dialog, self.dialog = self.dialog, None
         if dialog is not None:
             self._options, self._scale = dialog.options, dialog.choice.scale

@@ -10,10 +10,10 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication, QImage
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
 
 from riglens.app.rendering.picture import Findings, PictureWords, with_words
-from riglens.app.rendering.picture_maker import PictureMaker
-from riglens.app.rendering.picture_process import PictureJob
+from riglens.app.rendering.picture_process import PictureJob, PictureMaker
 from riglens.app.window.settings import Settings
 from riglens.core.rig.model import Rig
 from riglens.widgets.panels.dialogs.picture import PictureDialog
@@ -28,8 +28,8 @@ SIZE = (240, 150)
 
 @pytest.fixture(scope="module")
 def at_work(file_window: Bench) -> None:
-    """Begin the thread that finds how high the sensors stand, which ends with the window."""
-    file_window.qtbot.waitUntil(lambda: bool(file_window.viewport.state.masts), timeout=TIMEOUT_MS)
+    """Begin the threads that draw and that find how high the sensors stand, which end with the window."""
+    opened_dialog(file_window).reject()
 
 
 @pytest.fixture
@@ -46,14 +46,14 @@ class StandIn(PictureMaker):
         super().__init__()
         self.jobs: list[PictureJob] = []
 
-    def draw(self, job: PictureJob) -> None:
+    def ask(self, job: PictureJob) -> None:
         self.jobs.append(job)
-        self.made.emit(job, png_of(np.full((1, 1, 3), 128, np.uint8)))
+        self.answered.emit(job, png_of(np.full((1, 1, 3), 128, np.uint8)))
 
 
 def with_stand_in(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> StandIn:
     picture, maker = bench.features.picture, StandIn()
-    maker.made.connect(picture._on_made)
+    maker.answered.connect(picture._on_made)
     monkeypatch.setattr(picture, "maker", maker)
     return maker
 
@@ -67,6 +67,12 @@ def opened_dialog(bench: Bench) -> PictureDialog:
     dialog.width_px.setValue(SIZE[0])
     dialog.height_px.setValue(SIZE[1])
     return dialog
+
+
+def wait_for_picture(bench: Bench) -> None:
+    """Wait until the last picture asked for is in the dialog."""
+    bench.qtbot.waitUntil(lambda: bench.features.picture.maker.wait_until_idle(0.0), timeout=TIMEOUT_MS)
+    QApplication.processEvents()
 
 
 def press(button) -> None:
@@ -86,18 +92,19 @@ def test_what_is_previewed_is_saved_larger_by_the_code_that_draws_everywhere_als
     for box in (dialog.title, dialog.scores, dialog.light, dialog.transparent):
         box.setChecked(True)
     dialog.scale.setCurrentIndex(1)
-    bench.qtbot.waitUntil(lambda: not picture.maker.is_busy, timeout=TIMEOUT_MS)
+    wait_for_picture(bench)
     preview = pixels(dialog.preview.image)
     assert preview.shape == (SIZE[1], SIZE[0], 4) and preview[0, -1, 3] == 0
     bench.dialogs.path = tmp_path / "view.png"
     press(dialog.save)
     assert dialog.busy.is_running and not dialog.save.isEnabled()
     dialog.busy.cancel.click()
-    assert not dialog.busy.is_running and dialog.save.isEnabled() and not picture.maker.is_busy
+    assert not dialog.busy.is_running and dialog.save.isEnabled() and picture.maker._process is None
     press(dialog.save)
-    process, gone = picture.maker._process, []
-    process.destroyed.connect(lambda: gone.append(True))
-    bench.qtbot.waitUntil(lambda: picture.dialog is None and bool(gone), timeout=TIMEOUT_MS)
+    bench.qtbot.waitUntil(lambda: picture.maker._process is not None, timeout=TIMEOUT_MS)
+    process = picture.maker._process
+    bench.qtbot.waitUntil(lambda: picture.dialog is None, timeout=TIMEOUT_MS)
+    assert process.poll() is not None
     saved = pixels(QImage(str(tmp_path / "view.png")))
     assert saved.shape == (2 * SIZE[1], 2 * SIZE[0], 4) and saved[0, -1, 3] == 0
 
@@ -145,10 +152,10 @@ def test_a_picture_beyond_the_limit_cannot_be_saved(bench, monkeypatch):
 
 
 def test_when_the_process_dies_the_window_says_so(bench, monkeypatch):
-    monkeypatch.setattr("riglens.app.rendering.picture_maker.sys.executable", "/bin/false")
+    monkeypatch.setattr("riglens.app.rendering.picture_process.COMMAND", ("/bin/false",))
     dialog = opened_dialog(bench)
     bench.qtbot.waitUntil(lambda: bench.workbench.errors.isVisible(), timeout=TIMEOUT_MS)
-    assert not bench.features.picture.maker.is_busy and dialog.save.isEnabled()
+    assert dialog.save.isEnabled()
 
 
 def test_words_of_a_picture_are_those_of_the_rig_and_its_scores(bench):
