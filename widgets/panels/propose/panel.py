@@ -33,7 +33,7 @@ State = Literal["idle", "running", "paused"]
 _LABEL_PX, _FORM_PX, _TABLES_PX, _BAR_PX = 70, 156, 430, 220
 _ALWAYS = 2
 """Columns of the table that are never left out."""
-_ROW_PX, _NAME_PX, _CELL_PX = 22, 150, 56
+_ROW_PX, _NAME_PX, _CELL_PX = 22, 132, 56
 SKIN_TIP = "Colour the car by the gain of one more sensor at each place; follows the rig while it is edited."
 
 
