@@ -425,7 +425,6 @@ def test_a_picture_has_its_scores_and_counts_it() -> None:
 MAY_NAME_KINDS = {
     "app/commands/simulate.py": "data sets have the LiDAR and camera channels of nuScenes",
     "app/studies/accuracy_text.py": "studies of the paper's methods, on its LiDARs and cameras",
-    "app/studies/kind_colours.py": "appearance",
     "app/window/features/propose.py": "proposals are LiDARs",
     "app/window/features/sweep_field.py": "hit coverage is of LiDARs, 25 px of cameras",
     "core/formats": "each format has its own words for each kind",

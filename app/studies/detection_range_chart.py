@@ -9,12 +9,13 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.projections.polar import PolarAxes
 
-from riglens.app.studies.kind_colours import kind_colour
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensors.registry import kinds
 from riglens.core.shown_text import visible
 from riglens.core.targets.detection_range import DetectionRange
 from riglens.core.targets.detection_range_text import HEADINGS
+from riglens.widgets.sensors.appearance import ray_colour
+from riglens.widgets.theme import LIGHT
 
 INK = "#222222"
 BAND = "worst to best place between the beams"
@@ -61,7 +62,7 @@ def _draw_class(axes: PolarAxes, ranges: DetectionRange, cls: str) -> None:
         for kind in kinds():
             reaches = [row.reaches[kind.name] for row in rows if kind.name in row.reaches]
             if any(reach.most_m > 0.0 for reach in reaches):
-                colour = kind_colour(kind.name)
+                colour = ray_colour(kind.name, LIGHT)
                 shown = np.minimum([reach[:3] for reach in reaches], ranges.plan.to_m)
                 least, median, most = shown.T
                 if not np.array_equal(least, most):

@@ -16,13 +16,14 @@ from matplotlib.path import Path as MplPath
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
-from riglens.app.studies.kind_colours import kind_colour
 from riglens.core.rig.model import Rig, Sensor
 from riglens.core.sensing.body_ends import listed_ends
 from riglens.core.sensing.rays import lattice, rotate
 from riglens.core.sensors.registry import kind_of
 from riglens.core.vehicle.body import body_parts
 from riglens.core.vehicle.housings import car_of
+from riglens.widgets.sensors.appearance import ray_colour
+from riglens.widgets.theme import LIGHT
 
 Points = NDArray[np.float64]
 TONES = {
@@ -102,18 +103,20 @@ def plans(rig: Rig) -> Plans:
         width=wide[0] + wide[1] + 40.0,
         height=max(float(high[0] - low[0]), float(high[2] - low[2])) * _SCALE,
         wedges=tuple(
-            (kind_colour(s.kind), _path(above(view))) for s, view in zip(enabled, views, strict=True)
+            (ray_colour(s.kind, LIGHT), _path(above(view))) for s, view in zip(enabled, views, strict=True)
         ),
         ground=_path(beside(np.array([[high[0], 0.0, 0.0], [low[0], 0.0, 0.0]]))),
         outlines=tuple(_outline(look(triangles)) for look in looks),
         dots=tuple(
-            (x, y, kind_colour(sensor.kind), sensor.name)
+            (x, y, ray_colour(sensor.kind, LIGHT), sensor.name)
             for look in looks
             for sensor, (x, y) in zip(rig.sensors, look(spots).tolist(), strict=True)
         ),
         labels=tuple(label for look in looks for label in labels(look(spots))),
         legend=tuple(
-            {kind.name: (kind_colour(kind.name), kind.title) for kind in map(kind_of, rig.sensors)}.values()
+            {
+                kind.name: (ray_colour(kind.name, LIGHT), kind.title) for kind in map(kind_of, rig.sensors)
+            }.values()
         ),
     )
 
@@ -207,7 +210,7 @@ def view_data(rig: Rig) -> dict[str, Any]:
         first += len(own)
     rays = [
         {
-            "tone": (*to_rgb(kind_colour(sensor.kind)), RAY_OPACITY),
+            "tone": (*to_rgb(ray_colour(sensor.kind, LIGHT)), RAY_OPACITY),
             "ends": _text(_ends(rig, number).astype("<f4")),
         }
         for number, sensor in enumerate(rig.sensors)
