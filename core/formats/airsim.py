@@ -42,12 +42,8 @@ def recognises(source: Source) -> bool:
         source.suffix == ".json"
         and not source.is_folder
         and "Vehicles" in source.json
-        and _is_settings(source)
+        and ("SettingsVersion" in source.json or "SimMode" in source.json)
     )
-
-
-def _is_settings(source: Source) -> bool:
-    return "SettingsVersion" in source.json or "SimMode" in source.json
 
 
 def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:

@@ -44,7 +44,7 @@ from riglens.core.formats.opencv_yaml import camera_info_text, read_lens
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import MAX_ANGLE, Source, Value
 from riglens.core.geometry import Vec3
-from riglens.core.rig.model import Camera, Rig, Sensor, Vehicle
+from riglens.core.rig.model import Camera, Rig, Vehicle
 from riglens.core.rig.yaml.nodes import shortened, value_text
 from riglens.core.sensors.registry import kind_named
 
@@ -191,7 +191,7 @@ def write(rig: Rig, notes: Notes) -> dict[str, str]:
     infos: dict[str, str] = {}
     for sensor in sensors:
         pose = pose_from_se3(root_SE3_body(sensor, roof_m))
-        children[_frame(sensor)] = _pose_text(*pose.position_m, pose.rpy_deg)
+        children[_FRAMES[sensor.kind](sensor.name)] = _pose_text(*pose.position_m, pose.rpy_deg)
         notes.written("pose", sensor.name)
         if isinstance(sensor, Camera) and _PLAIN_NAME.fullmatch(sensor.name):
             infos[f"{sensor.name}_camera_info.yaml"] = camera_info_text(sensor)
@@ -205,16 +205,12 @@ def write(rig: Rig, notes: Notes) -> dict[str, str]:
     return texts | infos
 
 
-def _frame(sensor: Sensor) -> str:
-    """Return the frame of a sensor by the naming of Autoware's kits; an ambiguous name gets the word lidar."""
-    return _FRAMES[sensor.kind](sensor.name)
-
-
 def _lidar_frame(name: str) -> str:
     foot = f"{name}{FOOT}"
     return foot if kind_of(foot) == "lidar" else f"{name}/lidar_link"
 
 
+# The frame of a sensor by the naming of Autoware's kits; an ambiguous name gets the word lidar
 _FRAMES: dict[str, Callable[[str], str]] = {
     "camera": lambda name: f"{name}/camera_link",
     "lidar": _lidar_frame,

@@ -348,7 +348,8 @@ class Source:
         """The YAML document, plain data only, also as OpenCV writes it; raise InputError with the line."""
         if len(self.text) > MAX_YAML_BYTES:
             raise InputError(f"{self.where}: too large for a rig file (at most {MAX_YAML_BYTES / 1e3:g} kB)")
-        return Value(plain_value(parse_yaml(_without_opencv(self.text), self.where)), self.where)
+        text = _OPENCV_MATRIX.sub(r"\1", _OPENCV_HEADER.sub("", self.text, count=1))
+        return Value(plain_value(parse_yaml(text, self.where)), self.where)
 
     @cached_property
     def toml(self) -> Value:
@@ -373,11 +374,6 @@ class Source:
             raise InputError(f"{self.where}: nested too deeply for a rig file") from error
         except ValueError as error:
             raise InputError(f"{self.where}: {shortened(str(error), 160)}") from error
-
-
-def _without_opencv(text: str) -> str:
-    """Return a text without what OpenCV adds to YAML: its header %YAML:1.0, and the tag of its matrices."""
-    return _OPENCV_MATRIX.sub(r"\1", _OPENCV_HEADER.sub("", text, count=1))
 
 
 def _content(path: Path, where: str, is_packed: bool, limit: int) -> bytes:
