@@ -24,7 +24,7 @@ from riglens.app.window.start import open_window
 IMAGES = Path(__file__).resolve().parents[1] / "docs" / "images"
 LONGEST_S = 180
 STILL_MS = 15_000
-"""How long the losses of all sensors and the full picture take after that."""
+"""Time for the losses of all sensors and the full picture after that."""
 
 
 def settled(window: MainWindow) -> None:
