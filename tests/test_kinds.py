@@ -436,7 +436,6 @@ MAY_NAME_KINDS = {
     "core/study": "studies of the paper's methods, on its LiDARs and cameras",
     "core/sweep/curve.py": "hit coverage is of LiDARs, 25 px of cameras",
     "core/targets": "has figures of their own for LiDARs and cameras",
-    "widgets/panels/propose": "proposals are LiDARs",
     "widgets/sensors/appearance.py": "appearance",
     "widgets/viewport/drawn_scene.py": "the camera of the view",
 }

@@ -183,16 +183,14 @@ def test_the_same_data_can_be_loaded_again_with_rigs_in_comparison(qtbot: QtBot,
         qtbot.waitUntil(lambda: all(row.scores is not None for row in rows.rows), timeout=TIMEOUT_MS)
 
 
-def test_no_text_of_the_window_holds_a_control_character_of_a_name(bench: FullDesk) -> None:
-    bench.load()
-    bench.answer()
+def test_no_text_of_the_window_holds_a_control_character_of_a_name(desk: FullDesk) -> None:
     name = "\fa\x1b[31m\u202e"
-    bench.document.apply(RIG.replace(name="\x07rig").with_sensor(LIDAR.name, LIDAR.replace(name=name)))
-    bench.document.select(name)
-    bench.document.set_failed((name,), True)
-    bench.document.delete(name)
-    bench.document.undo()
-    window = bench.workbench.window
+    desk.document.apply(RIG.replace(name="\x07rig").with_sensor(LIDAR.name, LIDAR.replace(name=name)))
+    desk.document.select(name)
+    desk.document.set_failed((name,), True)
+    desk.document.delete(name)
+    desk.document.undo()
+    window = desk.workbench.window
     actions = window.findChildren(QAction)
     shown = [found.text() for found in (*window.findChildren(QLabel), *actions)]
     shown += [found.toolTip() for found in (*window.findChildren(QWidget), *actions)]
