@@ -44,21 +44,25 @@ class PictureMaker(BackgroundWorker[PictureJob, bytes]):
     def cancel(self) -> None:
         """Give up the picture that is being drawn, and end the process; the next job starts another."""
         self.drop()
-        process, self._process = self._process, None
-        if process is not None:
-            process.kill()
-            with suppress(OSError), process:
-                pass  # closes the pipes
+        self._end_process()
 
     def close(self) -> None:
         """End the process and the thread."""
         self.cancel()
         super().close()
 
+    def _end_process(self) -> None:
+        process, self._process = self._process, None
+        if process is not None:
+            process.kill()
+            with suppress(OSError), process:
+                pass  # closes the pipes
+
     def _drawn(self, job: PictureJob, context: Context[bytes]) -> bytes:
         """Return the picture of a job; raise InputError where there is none. Called by the thread."""
         process = self._process
         if process is None or process.poll() is not None:
+            self._end_process()
             process = subprocess.Popen(COMMAND, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
             self._process = process
         assert process.stdin is not None and process.stdout is not None
