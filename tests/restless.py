@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import gc
+import math
 import os
 import random
 import statistics
@@ -267,12 +268,14 @@ def settle(window: MainWindow) -> None:
         QTest.qWait(20)
 
 
-def measured(window: MainWindow) -> tuple[int, int]:
-    """Memory at rest in MB, and objects of Qt in the window."""
+def measured(window: MainWindow) -> tuple[int, int, float]:
+    """Memory at rest in MB, objects of Qt in the window, and millions of voxels that the user chose."""
     settle(window)
     gc.collect()
     trim()  # as the window does after five seconds
-    return int(psutil.Process().memory_info().rss // MEGABYTE), len(window.findChildren(QObject))
+    shown = window.session.scene
+    voxels = 0.0 if shown is None else math.prod(shown.field.grid.shape) / 1e6
+    return int(psutil.Process().memory_info().rss // MEGABYTE), len(window.findChildren(QObject)), voxels
 
 
 def is_steady(megabytes: Sequence[float]) -> bool:
@@ -291,9 +294,9 @@ def campaign(window: MainWindow, count: int, seed: int, folder: Path, is_traced:
     user, held, before = Restless(window, seed), [], None
     for number in range(count + 1):
         if number % EVERY == 0:
-            mb, objects = measured(window)
+            mb, objects, voxels = measured(window)
             held.append(float(mb))
-            print(f"{number:6d} {mb:5d} MB {objects:6d} objects of Qt", flush=True)
+            print(f"{number:6d} {mb:5d} MB {objects:6d} objects of Qt {voxels:5.1f} M voxels", flush=True)
         if is_traced and number in (count // 2, count):
             before = _told_growth(before)
         if number < count:
