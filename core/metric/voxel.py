@@ -67,7 +67,8 @@ def voxel_in_cell(
     """The voxel of a display cell (its centre (3,) and edge) that a ray, origin and direction (3,), passes nearest.
 
     Voxels that the class was in come first; of a cell without any the nearest voxel is taken. With `meant`, words of
-    the voxels that a click may mean, it is one of those and uncertain for the class; None when there is none.
+    the voxels that a click may mean, it is one of those and uncertain for the class; None when there is none, or when
+    the cell lies outside the grid.
     """
     grid = pog.grid
     low = np.rint((centre_m - cell_m / 2 - np.array(grid.origin_m)) / grid.voxel_m).astype(np.int64)
@@ -79,7 +80,7 @@ def voxel_in_cell(
         fits = [_count(pog, cls, voxel) > 0 for voxel in listed]
     else:
         fits = [_is_in(meant, grid, voxel) and _is_uncertain(pog, cls, voxel) for voxel in listed]
-    if meant is not None and not any(fits):
+    if not listed or (meant is not None and not any(fits)):
         return None
     if any(fits):
         voxels = voxels[fits]

@@ -63,6 +63,15 @@ def test_a_cell_at_the_edge_of_the_grid_has_no_voxels_beyond_it() -> None:
     assert voxel_in_cell(pog, 2, np.array([2.25, 1.75, 35.25]), 1.5, ray)[2] == 69
 
 
+def test_a_cell_outside_the_grid_has_no_voxel() -> None:
+    ray = (np.array([0.0, 0.0, 60.0]), np.array([0.0, 0.0, -1.0]))
+    for words in (None, np.zeros(GRID.shape[0] * GRID.shape[1] * 2, np.uint64)):
+        assert (
+            voxel_in_cell(pog_of(((7, 5, 69), (3, 0, 0))), 0, np.array([90.0, 1.75, 3.25]), 1.5, ray, words)
+            is None
+        )
+
+
 def test_of_a_seen_and_an_unseen_voxel_a_click_means_the_one_that_is_shown() -> None:
     near, far, sure = (4, 2, 4), (5, 3, 5), (4, 3, 5)
     pog = pog_of((near, (3, 0, 0)), (far, (2, 0, 0)), (sure, (FRAMES, 0, 0)))

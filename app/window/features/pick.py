@@ -80,7 +80,8 @@ class Pick(Feature):
 
     def _on_picked(self, cell: PickedCell | None) -> None:
         scene = self.session.scene
-        if scene is None or cell is None:
+        is_of_scene = self._drawn is None or self._drawn.scene is scene  # new data have come, cells have not
+        if scene is None or cell is None or not is_of_scene:
             self.clear()
             return
         from riglens.core.metric.voxel import (

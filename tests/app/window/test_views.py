@@ -15,6 +15,7 @@ from riglens.app.evaluation.heatmap import NO_WORDS, VoxelMarks
 from riglens.app.window.dialogs import Dialogs
 from riglens.app.window.features.views import LONGEST_NAME, MOST_SAVED, SAVED_KEY
 from riglens.app.window.settings import Settings
+from riglens.core.scene.grid import VoxelGrid
 from riglens.widgets.drawing.camera import OrbitCamera, ViewRay
 from riglens.widgets.heatmap.pick import PickedCell
 from riglens.widgets.heatmap.scale import HeatmapData
@@ -137,6 +138,20 @@ def click_means(
     desk.viewport.cell_picked.emit(PickedCell(0, centre, 0.5, down))
     (words,) = asked
     return None if words is None else [int(word) for word in words]
+
+
+def test_a_click_on_cells_of_data_that_are_no_longer_loaded_means_nothing(
+    desk: FullDesk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert click_means(desk, monkeypatch, "entropy") is None  # any voxel
+    asked: list[Any] = []
+    monkeypatch.setattr("riglens.core.metric.voxel.voxel_in_cell", lambda *given: asked.append(given))
+    desk.load(VoxelGrid(1.0, (20.0, 20.0, 4.0)))
+    centre = np.array([0.25, 0.25, 0.75])
+    desk.viewport.cell_picked.emit(
+        PickedCell(0, centre, 0.5, ViewRay(centre + 9.0, np.array([0.0, 0.0, -1.0])))
+    )
+    assert not asked and desk.session.voxel is None
 
 
 @pytest.mark.parametrize(("mode", "meant"), [("unseen", [~1, ~2]), ("seen", [1, 2]), ("entropy", None)])
