@@ -117,12 +117,13 @@ def make_counter(
 
 @dataclass
 class _Data:
-    """Objects of one data set, with an engine for the rig and one for the baseline."""
+    """Objects of one data set, with an engine for the rig, one for the baseline and one for other rigs."""
 
     options: SceneOptions
     traffic: Traffic
     engine: TargetEngine
     baseline: TargetEngine
+    others: TargetEngine
 
 
 class Counting:
@@ -139,7 +140,7 @@ class Counting:
             raise InputError(NO_BOXES)
         data = self._data_of(request.scene.options, context)
         if isinstance(request, OtherCount):
-            engine = data.engine if request.is_variant else data.engine.beside()
+            engine = data.engine if request.is_variant else data.others
             settings = with_known_body(request.settings, request.rig)
             scores = engine.evaluate(request.rig, settings, cancel=context.is_stale)
             return figures_of(scores)
@@ -173,7 +174,7 @@ class Counting:
             self._data = None
             traffic = load_traffic(options, WITHIN_M, context.stop_if_closing)
             engine = TargetEngine(traffic, is_serial=True)
-            self._data = _Data(options, traffic, engine, engine.beside())
+            self._data = _Data(options, traffic, engine, engine.beside(), engine.beside())
         return self._data
 
 
