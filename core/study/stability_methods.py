@@ -95,7 +95,7 @@ def rig_of(sensors: tuple[Sensor, ...]) -> Rig:
 
 
 def field_of(grid: VoxelGrid, counts: NDArray[np.int64], frames: int = FRAMES) -> EntropyField:
-    """The entropies of counts (nx, ny, nz, 3), or (nx, ny, nz) for all classes alike, out of so many frames."""
+    """Return the entropies of occupied-frame counts: (nx, ny, nz, 3), or (nx, ny, nz) if equal for all classes."""
     by_class = np.broadcast_to(counts.reshape(*grid.shape, -1), (*grid.shape, len(CLASSES)))
     index = VoxelIndex.of(grid, pack(grid, np.asarray(by_class.any(axis=-1))))
     i, j, k = index.ijk().T

@@ -151,7 +151,7 @@ def _order(
 
 
 def tau_and_rho(some: list[float], others: list[float]) -> tuple[float | None, float | None]:
-    """Kendall's tau-b and Spearman's rho, None where all figures of one are equal, so that there is no order."""
+    """Return Kendall's tau-b and Spearman's rho, None if all figures of one are equal: they have no order."""
     if len(set(some)) == 1 or len(set(others)) == 1:
         return None, None
     from scipy import stats  # here, and not above: it takes longer to load than all the rest of the window

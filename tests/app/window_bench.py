@@ -324,7 +324,7 @@ class Bench(Hands):
     window: MainWindow
     scenes: list[LoadedScene]
     options: SceneOptions
-    """What is loaded at first."""
+    """The scene that the window loads first."""
     clock: HandClock
     """What the background thread's rests are measured by: they take no time unless a test says so."""
 

@@ -196,7 +196,7 @@ def export(person: Person) -> None:
 
 
 def search(person: Person) -> None:
-    """How long the frames of a drag take while a search casts, and while it is paused."""
+    """Measure the frame times of a drag during a search and during a paused one."""
     document, panel = person.window.session.document, person.window.features.propose.panel
     person.settle()
     document.select(document.rig.enabled_lidars()[0].name)

@@ -90,7 +90,7 @@ SENTENCES = {
     "32 to 4 beams, ten sweeps": "32 to 4 beams {on_target},",
     "32 to 1 beam, ten sweeps": "32 to 1 beam {on_target})",
 }
-"""How the page says the figures of experiments that it has no table of."""
+"""Sentences of the page with the figures of experiments that have no table there."""
 
 
 def test_the_page_says_what_the_table_does() -> None:

@@ -35,7 +35,7 @@ from tests.widgets.viewport.views import (
 
 
 def place_at(view: AnyView, pixel, model: str) -> Pose | None:
-    """Where a sensor of a library model is put by a drop on a pixel; None off the car."""
+    """Return the position of a library sensor dropped on a pixel, None off the car."""
     return view._scene.pose_on_body(pixel, sensor_from_model(model, model, Pose()), view.snaps)
 
 
