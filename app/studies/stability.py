@@ -16,6 +16,7 @@ from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.evaluation.scenario import load_field, source_of
 from riglens.app.studies.accuracy_text import edge_text
 from riglens.app.studies.files import csv_text, require_folder, write_text
+from riglens.app.studies.pages import page
 from riglens.app.studies.stability_findings import (
     TITLES,
     conclusion,
@@ -25,7 +26,7 @@ from riglens.app.studies.stability_findings import (
 )
 from riglens.app.terminal.console import note, progress_bar, results
 from riglens.app.terminal.loading import load_scene
-from riglens.app.terminal.tables import page, table
+from riglens.app.terminal.tables import table
 from riglens.core.errors import InputError
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.scene.boxes import CLASSES, Progress
