@@ -102,13 +102,14 @@ def checked_header(fields: Any, version: int, is_part: bool = False) -> Header:
     """Return the header of a POG; raise ValueError that names the field."""
     found = fields.get("riglens_pog") if isinstance(fields, dict) else None
     if found != version:
-        raise ValueError(f"header: format {one_line(reprlib.repr(found), _SHOWN)} is not supported")
+        raise ValueError(f"header: format {_shown(found)} is not supported")
     try:
         read = _Fields.model_validate(fields)
     except ValidationError as error:
-        first = error.errors(include_url=False, include_context=False, include_input=False)[0]
+        first = error.errors(include_url=False, include_context=False)[0]
         place = ascii(".".join(map(str, first["loc"])))[1:-1]
-        raise ValueError(f"{place[:_SHOWN]} {first['msg'].replace('Input should', 'must')}") from error
+        got = "" if first["type"] == "missing" else f" (got {_shown(first['input'])})"
+        raise ValueError(f"{place[:_SHOWN]} {first['msg'].replace('Input should', 'must')}{got}") from error
     if read.frames < 1 and not is_part:
         raise ValueError("frames must be at least 1 (got 0)")
     require_few_names(read.unmapped, "unmapped")
@@ -177,3 +178,7 @@ def _filled(stream: Any, name: str, array: NDArray[Any]) -> NDArray[Any]:
     if stream.read(1):  # at its end the stream compares its checksum, too
         raise ValueError(f"{name}: longer than its shape")
     return array
+
+
+def _shown(value: object) -> str:
+    return one_line(reprlib.repr(value), _SHOWN)
