@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from riglens.app.commands import main
+from riglens.core.rig.library import LIBRARY_VARIABLE
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 SMALL_GRID = ("--voxel", "0.5", "--roi", "20", "20", "4")
@@ -45,8 +46,9 @@ Run = Callable[..., Outcome]
 
 
 @pytest.fixture
-def riglens(capfd: pytest.CaptureFixture[str]) -> Run:
-    """`riglens ARGUMENTS...` in this process."""
+def riglens(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Run:
+    """`riglens ARGUMENTS...` in this process, which forgets the libraries that `--library` names afterwards."""
+    monkeypatch.setenv(LIBRARY_VARIABLE, "")
 
     def run(*arguments: object) -> Outcome:
         capfd.readouterr()

@@ -226,15 +226,13 @@ def test_json_holds_every_figure(riglens):
         (("--library", "/nowhere/own.yaml"), "/nowhere/own.yaml: no such file"),
     ],
 )
-def test_what_is_not_there_is_said_in_one_line(riglens, monkeypatch, arguments, complaint):
-    monkeypatch.setenv("RIGLENS_LIBRARY", "")
+def test_what_is_not_there_is_said_in_one_line(riglens, arguments, complaint):
     result = riglens("library", *arguments)
     assert (result.code, result.out) == (2, "")
     assert complaint in result.err and result.err.count("\n") == 1
 
 
-def test_rigs_find_the_models_of_a_library_of_ones_own(riglens, boxes, tmp_path, monkeypatch):
-    monkeypatch.setenv("RIGLENS_LIBRARY", "")
+def test_rigs_find_the_models_of_a_library_of_ones_own(riglens, boxes, tmp_path):
     (tmp_path / "own.yaml").write_text(OWN)
     (tmp_path / "rig.yaml").write_text(
         "riglens: 1\nname: own\nsensors:\n"
