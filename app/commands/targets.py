@@ -24,7 +24,7 @@ from riglens.app.commands.options import (
 from riglens.app.commands.output import deliver, require_ending, require_outputs
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.evaluation.scenario import remarks_on
-from riglens.app.studies.files import csv_text, write_text
+from riglens.app.studies.files import write_csv
 from riglens.app.terminal.console import note, progress_bar, results
 from riglens.app.terminal.loading import load_rigs, load_traffic
 from riglens.core.errors import InputError
@@ -44,6 +44,9 @@ from riglens.core.targets.traffic import Traffic
 
 if TYPE_CHECKING:
     import pyarrow as pa
+
+_ROWS_AT_ONCE = 10_000
+"""Of an object table that is written as CSV."""
 
 
 @dataclass(frozen=True)
@@ -144,7 +147,10 @@ def _write_objects(path: Path, table: pa.Table) -> None:
         with atomic_write(path) as stream:
             parquet.write_table(table, stream)
         return
-    write_text(path, csv_text(table.to_pylist(), table.column_names))
+    with atomic_write(path, "w") as stream:
+        parts = table.to_batches(max_chunksize=_ROWS_AT_ONCE)
+        columns = ([column.to_pylist() for column in part.columns] for part in parts)
+        write_csv(stream, table.column_names, (row for part in columns for row in zip(*part, strict=True)))
 
 
 # ---------------------------------------------------------------- tables

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Mapping, Sequence
+import itertools
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import IO
 
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write, require_writable
@@ -31,7 +33,11 @@ def write_text(path: Path, text: str) -> None:
 def csv_text(lines: Sequence[Mapping[str, object]], columns: Sequence[str] = ()) -> str:
     """The lines of a table as CSV; the columns are those of the first line unless they are given."""
     text, names = io.StringIO(), columns or list(lines[0])
-    writer = csv.DictWriter(text, names, lineterminator="\n")
-    writer.writerow({name: spreadsheet_cell(name) for name in names})
-    writer.writerows({key: spreadsheet_cell(value) for key, value in line.items()} for line in lines)
+    write_csv(text, names, ([line[name] for name in names] for line in lines))
     return text.getvalue()
+
+
+def write_csv(stream: IO[str], columns: Iterable[str], rows: Iterable[Iterable[object]]) -> None:
+    """Write a table as CSV, row by row."""
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerows(map(spreadsheet_cell, row) for row in itertools.chain([columns], rows))
