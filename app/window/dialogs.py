@@ -114,6 +114,7 @@ class Dialogs:
     def show_text(self, parent: QWidget, title: str, html: str, details: str = "") -> None:
         """Something to read; details in plain text unfold below it."""
         box = QMessageBox(parent)
+        box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         box.setWindowTitle(title)
         box.setText(html)
         box.setDetailedText(details)

@@ -7,9 +7,9 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QEvent, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QPushButton, QToolBar
+from PySide6.QtWidgets import QApplication, QDialog, QMainWindow, QPushButton, QToolBar
 from pytestqt.qtbot import QtBot
 
 from riglens.app.window.dialogs import Dialogs
@@ -120,6 +120,16 @@ def test_f1_opens_the_guide_and_its_links_lead_to_other_pages(unscored: Bench, q
 
 
 # ---------------------------------------------------------------------- tips
+def test_what_was_read_is_gone_once_it_is_closed(qapp: QApplication, qtbot: QtBot) -> None:
+    window = QMainWindow()
+    qtbot.addWidget(window)
+    Dialogs().show_text(window, "About RigLens", "<p>version</p>", "details")
+    [read] = window.findChildren(QDialog)
+    read.close()
+    qapp.sendPostedEvents(None, QEvent.Type.DeferredDelete.value)
+    assert not window.findChildren(QDialog)
+
+
 def test_tips_are_shown_until_they_are_closed_for_good(qtbot: QtBot) -> None:
     kept = Settings()
     with full_desk(qtbot, kept=kept) as bench:
