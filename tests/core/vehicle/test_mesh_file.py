@@ -40,6 +40,9 @@ PLY = (
 HUGE = [{"componentType": 5126, "count": 10**12, "type": "VEC3"}]
 
 
+HALF = "half a character \ud800"
+
+
 def gltf(uri: str | None = None, faces: np.ndarray = FACES, **extra: object) -> str:
     """A tetrahedron as glTF; its buffer is inside the file unless `uri` names another place."""
     content = CORNERS.tobytes() + faces.tobytes()
@@ -148,6 +151,11 @@ def test_material_colours_of_an_obj_are_read(tmp_path):
     assert (arrays["colours"] == [255, 0, 0]).all()
 
 
+def test_half_a_character_in_the_name_of_a_material_harms_nothing(tmp_path):
+    mesh = read_mesh(written(tmp_path, "a.gltf", gltf(materials=[{"name": HALF}])))
+    assert len(mesh.triangles) == 4
+
+
 def test_textures_are_never_opened(tmp_path):
     resolver = FolderResolver(tmp_path)
     written(tmp_path, "skin.png", b"not a picture")
@@ -189,6 +197,7 @@ def damaged(index: int) -> np.ndarray:
         ("a.obj", OBJ + "f 1 2 99\n", "not a readable .obj file (IndexError: index 98 is out of bounds"),
         ("a.obj", OBJ + "f a b c\n", "not a readable .obj file (ValueError: "),
         ("a.gltf", gltf("nowhere.bin"), "not a readable .gltf file (FileNotFoundError: nowhere.bin)"),
+        ("a.gltf", gltf(nodes=[{"mesh": 0, "name": HALF}]), "not a readable .gltf file (UnicodeEncodeError: "),
     ],
 )  # fmt: skip
 def test_a_damaged_mesh_says_why(tmp_path, name, content, said):
