@@ -10,16 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
+from riglens.core.optimise.objectives import HIT_COVERAGE, Objective, sensors_for
 from riglens.core.optimise.weights import EVEN, Weights
 from riglens.core.review.tolerance import disturbed, errors_count, profile_called, unit_draws
 from riglens.core.rig.edits import without_sensor
 from riglens.core.rig.library import default_library
 from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.sensors.camera import CAMERA
 from riglens.core.sensors.lidar import LIDAR
 from riglens.core.targets.engine import TargetEngine, never_stale
-from riglens.core.targets.quantities import ON_TARGET, Quantity
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import Traffic
 
@@ -108,27 +107,28 @@ class OtherTraffic(NamedTuple):
 
 
 class Evaluator:
-    """A figure of rigs on the objects of one set of traffic; only sensors of the kind that makes it are cast."""
+    """An objective of rigs on the objects of one set of traffic, hit coverage in place of one that is not of objects;
+    only sensors of the kind that makes it are cast."""
 
     def __init__(
         self,
         traffic: Traffic,
         threads: int | None = None,
-        quantity: Quantity = ON_TARGET,
+        goal: Objective = HIT_COVERAGE,
         weights: Weights = EVEN,
         is_stale: IsStale = never_stale,
     ) -> None:
         self._traffic, self._engine = traffic, TargetEngine(traffic, threads)
-        self._quantity, self._weights, self._is_stale = quantity, weights, is_stale
+        self._goal = goal if goal.is_guarded else HIT_COVERAGE
+        self._weights, self._is_stale = weights, is_stale
 
     def __call__(self, rig: Rig, settings: TargetSettings, frames: tuple[int, int]) -> Sample:
         """Evaluate a rig; raise Cancelled when stale. Objects without the figure are left out."""
-        first, end = frames
-        alone = rig.only(rig.enabled_cameras())
-        if self._quantity.key != CAMERA.name:
-            alone = rig.with_lidars_alone()
+        (first, end), quantity = frames, self._goal.quantity
+        assert quantity is not None
+        alone = rig.only(sensors_for(self._goal, rig))
         objects = self._engine.evaluate(alone, settings, end, cancel=self._is_stale).objects
-        frame, values = self._traffic.frame_of_box[objects.box], self._quantity.of(objects, settings)
+        frame, values = self._traffic.frame_of_box[objects.box], quantity.of(objects, settings)
         used = (frame >= first) & ~np.isnan(values)
         box = objects.box[used]
         ring = self._weights.at(self._traffic.distance_m[box])

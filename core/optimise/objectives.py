@@ -151,14 +151,18 @@ Maker = Callable[["Problem", Solid | None, int], TableMaker]
 @dataclass(frozen=True)
 class Objective:
     """A figure that a search maximises: its words, the maker of its table, the kind of sensors that make it, and the
-    figure of objects that the guard compares, which is its own value where `is_guarded`."""
+    same figure of single objects, None where it is not one of objects."""
 
     name: str
     title: str
     maker: Maker
     kind: str = LIDAR.name
-    quantity: Quantity = ON_TARGET
-    is_guarded: bool = True
+    quantity: Quantity | None = ON_TARGET
+
+    @property
+    def is_guarded(self) -> bool:
+        """Return whether the guard compares this figure, not hit coverage in its place."""
+        return self.quantity is not None
 
 
 def _hits(problem: Problem, solid: Solid | None, workers: int) -> TableMaker:
@@ -217,15 +221,16 @@ BY_CAMERAS = next(one for one in QUANTITIES if one.key == CAMERA.name)
 WORST = "worst_failure"
 OF_VOXELS = ("seen", "s_ms")
 """Objectives of a scene of voxels."""
+HIT_COVERAGE = Objective("on_target", "hit coverage", _hits)
 OBJECTIVES = {
     one.name: one
     for one in (
-        Objective("on_target", "hit coverage", _hits),
+        HIT_COVERAGE,
         Objective("predicted", "predicted AP", _predicted, quantity=PREDICTED),
         Objective(WORST, "hit coverage with any one LiDAR failed", _hits),
-        Objective("seen", "entropy seen by LiDARs", _seen(False), is_guarded=False),
-        Objective("s_ms", "S-MS, as a share of all entropy,", _seen(True), is_guarded=False),
-        Objective("blind", "share of the ground where a low object is seen", _ground, "any", is_guarded=False),
+        Objective("seen", "entropy seen by LiDARs", _seen(False), quantity=None),
+        Objective("s_ms", "S-MS, as a share of all entropy,", _seen(True), quantity=None),
+        Objective("blind", "share of the ground where a low object is seen", _ground, "any", None),
         Objective("cameras", "share of objects of 25 px or more", _pictures, CAMERA.name, BY_CAMERAS),
     )
 }  # fmt: skip

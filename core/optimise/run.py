@@ -234,9 +234,7 @@ class _Run:
     def sampler(self, traffic: Traffic) -> Sampler:
         """Return what samples the figure that the guard compares."""
         goal = self.problem.goal
-        found: Sampler = Evaluator(
-            traffic, self._workers, goal.quantity, self.problem.weights, self._is_stale
-        )
+        found: Sampler = Evaluator(traffic, self._workers, goal, self.problem.weights, self._is_stale)
         return with_worst_failure(found) if goal.name == WORST else found
 
     def others(self) -> list[OtherTraffic]:

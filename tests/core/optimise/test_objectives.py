@@ -94,7 +94,9 @@ def test_the_value_of_objects_is_that_of_the_engine_by_weights(
 ) -> None:
     problem, _, table, rig = tables(name, traffic, seed)
     objects = TargetEngine(traffic, 1).evaluate(rig, problem.settings, 6).objects
-    values = problem.goal.quantity.of(objects, problem.settings)
+    quantity = problem.goal.quantity
+    assert quantity is not None
+    values = quantity.of(objects, problem.settings)
     known = ~np.isnan(values)
     cls, ring = traffic.cls[objects.box], np.where(traffic.distance_m[objects.box] < 20.0, 3.0, 1.0)
     sums = weights = 0.0
@@ -106,7 +108,7 @@ def test_the_value_of_objects_is_that_of_the_engine_by_weights(
             weights += weight
     value = sums / weights
     assert table.value(range(table.size)) / UNIT == pytest.approx(value, abs=1e-9)
-    sampled = Evaluator(traffic, 1, problem.goal.quantity, problem.weights)(rig, problem.settings, (0, 6))
+    sampled = Evaluator(traffic, 1, problem.goal, problem.weights)(rig, problem.settings, (0, 6))
     assert sampled.value == pytest.approx(value, rel=1e-12)
 
 
