@@ -31,7 +31,7 @@ from riglens.results import (
     ToleranceResult,
 )
 from riglens.reviewing import blind, check, detection_range, mounts, redundancy, review, tolerance
-from riglens.rigs import convert, open_rig, presets, save_rig, sensor, sensors
+from riglens.rigs import convert, open_rig, presets, save_rig, sensor, sensors, use_libraries
 from riglens.scenes import Scene, SceneEngine, audit, body_triangles, load_scene, rays, score
 from riglens.studying import study
 from riglens.sweeping import SweepResult, sweep
@@ -96,5 +96,6 @@ __all__ = [
     "sweep",
     "targets",
     "tolerance",
+    "use_libraries",
     "verify_report",
 ]  # fmt: skip

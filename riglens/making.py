@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from riglens.app.evaluation.options import USUAL_DRAWS, SceneOptions, ScoreOptions
 from riglens.arguments import StrPath, scene_options, warn
-from riglens.core.metric.scores import Body
+from riglens.core.metric.scores import DEFAULT_LAMBDA, Body, Method, Reading
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import Progress
 from riglens.core.targets.settings import Phase
@@ -84,7 +84,7 @@ def simulate(
     find_ground: bool = False,
     surroundings: Literal["ignored", "block"] | None = None,
     occluders: tuple[StrPath, StrPath] | None = None,
-    every: int = 1,
+    every: int | None = None,
     sequences: int | None = None,
     clutter: int = 60,
     road: Literal["uneven", "flat", "none"] = "uneven",
@@ -98,13 +98,15 @@ def simulate(
     points: bool = False,
     workers: int | None = None,
     dask: str | None = None,
+    carla: str | None = None,
     body: Body | None = None,
     mesh_folder: StrPath = ".",
 ) -> tuple[Path, ...]:
     """Simulate what rigs measure in traffic, as data sets in nuScenes' format; return their folders.
 
     Boxes as for `load_traffic`, settings as for `riglens simulate`; `points` also writes the points of each frame with
-    the object that each is on. After an interruption the same call goes on where it was.
+    the object that each is on. After an interruption the same call goes on where it was. With `carla`, "HOST:PORT",
+    `frames` frames of one rig are collected from that simulator instead.
     """
     from riglens.app.commands import simulate as command
     from riglens.app.terminal.console import called_from_python
@@ -119,10 +121,15 @@ def simulate(
     settings = SimulationSettings(seed, shape, range_law, phase, noise_m, dropout, clutter, road)
     score = ScoreOptions(body=body)
     several = [with_blocking_mesh(rig, score.body_of(rig), mesh_folder) for rig in _several(rigs)]
+    extras, elsewhere = Extras(pictures, points), {"dask": dask, "workers": workers}
+    if carla is not None:
+        with called_from_python(warn):
+            command.collect_in_carla(several, Path(out), carla, options, every, settings, extras, elsewhere)
+        return (Path(out),)
     with called_from_python(warn):
         paths = command.make_data_sets(
             several, Path(out), command.with_surroundings(options, surroundings), score, settings,
-            Extras(pictures, points), Where(workers, dask), every, sequences,
+            extras, Where(workers, dask), every or 1, sequences,
         )  # fmt: skip
     return tuple(paths)
 
@@ -145,14 +152,17 @@ def report(
     project: str | None = None,
     revision: str | None = None,
     author: str | None = None,
+    method: Method = "exact",
+    reading: Reading = "covered",
+    camera_weight: float = DEFAULT_LAMBDA,
     body: Body | None = None,
     threads: int | None = None,
     mesh_folder: StrPath = ".",
 ) -> Path:
     """Write a page (.html) or PDF about rigs with every figure attached, and return its path.
 
-    Boxes as for `load_scene`; `requirements` are checked on the page, `draws` are those of the tolerance, 0 for none;
-    project, revision and author go into the header.
+    Boxes as for `load_scene`, `method` to `body` as for `score`; `requirements` are checked on the page, `draws` are
+    those of the tolerance, 0 for none; project, revision and author go into the header.
     """
     from riglens.app.commands.output import require_ending, require_outputs
     from riglens.app.commands.report import write_report
@@ -160,7 +170,7 @@ def report(
     from riglens.app.studies.report_figures import labels_of
     from riglens.app.terminal.console import called_from_python
 
-    path, score = Path(out), ScoreOptions(threads=threads, body=body)
+    path, score = Path(out), ScoreOptions(method, reading, camera_weight, threads, body)
     options = scene_options(
         boxes, origin_m=origin_m, frames=frames, classes=classes, find_ground=find_ground, voxel_m=voxel_m,
         roi_m=roi_m, pog=pog,

@@ -16,6 +16,7 @@ from riglens.core.optimise.results import OptimiseResult
 from riglens.core.rig.model import Rig
 from riglens.results import RigResult, Rows, html_table
 from riglens.scenes import Scene
+from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, Fill, RayLook
 
 if TYPE_CHECKING:
     from riglens.app.evaluation.options import HeatMode
@@ -41,6 +42,16 @@ def render(
     transparent: bool = False,
     title: bool = False,
     scores: bool = False,
+    slice_m: tuple[float, float] | None = None,
+    threshold: float | None = None,
+    log: bool = False,
+    opacity: float | None = None,
+    rays: bool = True,
+    ray_opacity: float = DEFAULT_RAYS.opacity,
+    ray_density: float = DEFAULT_RAYS.density,
+    fill: Fill = "none",
+    ground: bool = True,
+    legend: bool = True,
     mesh_folder: StrPath = ".",
     body: Body | None = None,
 ) -> None:
@@ -62,6 +73,14 @@ def render(
         "dark" or "light"; no background at all.
     title, scores
         Write the rig's name, and the table of its scores, into the picture.
+    slice_m, threshold, log, opacity
+        Cells of the heatmap: between two heights; above a share of the colour scale (0.02); on a logarithmic scale;
+        opacity of the highest values (0.5).
+    rays, ray_opacity, ray_density, fill
+        Draw the rays, how strongly, and how many of them (0.125 to 8 times); fill the fields of view: "ground",
+        "frusta" or "none".
+    ground, legend
+        Draw the ground with its grid, and the colour bar.
     mesh_folder
         The folder from which a car body in a mesh file is named; that of the rig file, as a rule. A mesh that cannot
         be read is warned of, and a plain box is drawn instead.
@@ -74,7 +93,9 @@ def render(
 
     picture = RenderRequest(
         Path(out), view, size_px, scale, class_name, heatmap, transparent=transparent, title=title,
-        scores=scores, theme=theme, baseline=baseline.name if baseline else None,
+        scores=scores, theme=theme, baseline=baseline.name if baseline else None, slice_m=slice_m,
+        threshold=threshold, log=log, opacity=opacity, ground=ground, legend=legend,
+        rays=RayLook(rays, ray_opacity, ray_density, fill),
     )  # fmt: skip
     require_writable(out)
     prepare_drawing()

@@ -17,6 +17,7 @@ from riglens.core.review.mounts import USUAL_LIMITS, mounts_of, violations
 from riglens.core.review.tolerance import profile_called
 from riglens.core.review.tolerance import tolerance as tolerance_of
 from riglens.core.review.tolerance_json import tolerance_document
+from riglens.core.rig.edits import damaged as damaged_rig
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import Progress
 from riglens.core.targets.detection_range import RangePlan, around
@@ -236,6 +237,9 @@ def review(
     draws: int = 256,
     seed: int = 0,
     sample: int = 100,
+    damaged: Sequence[str] = (),
+    halves: bool = False,
+    method: Method = "exact",
     body: Body | None = None,
     threads: int | None = None,
     mesh_folder: StrPath = ".",
@@ -250,6 +254,8 @@ def review(
         Some of the parts: "blind", "range", "redundancy", "tolerance", "audit", "mounts".
     min_points
         LiDAR points that detect an object.
+    damaged
+        Sensors that have failed, "LIDAR_1", or are blocked by half, "LIDAR_1=left" (right, upper, lower).
 
     The other arguments are those of the functions of the parts.
     """
@@ -258,6 +264,7 @@ def review(
     if scene is None and {"redundancy", "tolerance", "audit"} & set(only):
         scene = load_scene()
         traffic = traffic or load_traffic()
+    rig = damaged_rig(rig, damaged)
     solid: Solid = {"threads": threads, "mesh_folder": mesh_folder}
 
     def of_scene() -> Scene:
@@ -267,10 +274,12 @@ def review(
     makers: dict[str, Callable[[], Result]] = {
         "blind": lambda: blind(rig, profiles=profiles, **solid),
         "range": lambda: detection_range(rig, min_points=min_points, **solid),
-        "redundancy": lambda: redundancy(rig, of_scene(), traffic, min_points=min_points, body=body, **solid),
+        "redundancy": lambda: redundancy(
+            rig, of_scene(), traffic, min_points=min_points, halves=halves, method=method, body=body, **solid
+        ),
         "tolerance": lambda: tolerance(
             rig, of_scene(), traffic if sample else None, errors=errors, draws=draws, seed=seed, sample=sample,
-            body=body, **solid,
+            method=method, body=body, **solid,
         ),
         "audit": lambda: audit(rig, of_scene(), **solid),
         "mounts": lambda: mounts(rig, mesh_folder=mesh_folder),

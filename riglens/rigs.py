@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
@@ -11,7 +12,8 @@ from riglens.arguments import StrPath, require_kind, warn
 from riglens.core.errors import InputError
 from riglens.core.files import require_apart
 from riglens.core.formats.opening import open_rig as open_any_rig
-from riglens.core.geometry import Pose
+from riglens.core.geometry import Pose, triple
+from riglens.core.rig import library
 from riglens.core.rig.library import default_library
 from riglens.core.rig.model import Rig
 from riglens.core.rig.presets import PRESETS
@@ -29,9 +31,9 @@ def open_rig(name_or_path: StrPath) -> Rig:
     What another program's file leaves open or RigLens cannot say is reported as a `RigLensWarning`. Raises
     InputError when there is no such preset or file, or when the file is wrong.
     """
-    rig, report = _read(name_or_path, None)
-    _warn_of_losses(report)
-    return rig
+    opened = open_any_rig(os.fspath(name_or_path))
+    _warn_of_losses(opened.report)
+    return opened.rig
 
 
 def presets() -> tuple[str, ...]:
@@ -58,34 +60,46 @@ def convert(
     *,
     source_format: str | None = None,
     target_format: str | None = None,
+    vehicle: Rig | None = None,
+    rear_axle_x: float | None = None,
+    origin_m: ArrayLike | None = None,
+    token: str | None = None,
+    kit: StrPath | None = None,
 ) -> Rig:
-    """Write a rig in another program's format; returns the rig that was written.
+    """Write a rig in another program's format; return the rig that was written.
 
-    `source` is a rig, or what `open_rig` takes. Formats go by the files unless they are named as for
-    `riglens convert`. What is approximated or left out is reported as a `RigLensWarning`. Raises InputError when
-    reading or writing fails.
+    Parameters
+    ----------
+    source, target
+        A rig, or what `open_rig` takes; the file or folder to write.
+    source_format, target_format
+        Formats, named as for `riglens convert`, where the files do not determine them.
+    vehicle, rear_axle_x, origin_m
+        Rig with the vehicle to use, where the source has none; its rear axle, and the origin of the source in the
+        vehicle frame, metres.
+    token, kit
+        Which rig of several in the source; folder of an Autoware kit's description.
+
+    What is approximated or left out is reported as a `RigLensWarning`. Raises InputError when reading or writing fails.
     """
-    from riglens.core.formats.exchange import write_rig  # many formats, which a preset does not need
+    from riglens.app.commands.convert import read_source  # many formats, which a preset does not need
+    from riglens.core.formats.exchange import write_rig
+    from riglens.core.formats.mounts import ReadOptions
 
-    rig, report = _read(source, source_format)
+    options = ReadOptions(
+        None if vehicle is None else vehicle.vehicle,
+        rear_axle_x,
+        None if origin_m is None else triple(origin_m),
+        token,
+        None if kit is None else Path(kit),
+    )
     if not isinstance(source, Rig):
         require_apart(target, (source,))
+    rig, report = read_source(source, source_format, options)
     exported = write_rig(rig, target, target_format)
     _warn_of_losses(report)
     _warn_of_losses(exported.report)
     return rig
-
-
-def _read(source: StrPath | Rig, source_format: str | None) -> tuple[Rig, Report | None]:
-    if isinstance(source, Rig):
-        return source, None
-    if source_format is not None:
-        from riglens.core.formats.exchange import read_rig
-
-        imported = read_rig(source, source_format)
-        return imported.rig, imported.report
-    opened = open_any_rig(os.fspath(source))
-    return opened.rig, opened.report
 
 
 def _warn_of_losses(report: Report | None) -> None:
@@ -104,6 +118,11 @@ def sensors(kind: str | None = None) -> Listing:
     entries = library.entries(kind)
     rows = [{"model": one.name, "kind": one.kind, "maker": one.maker, "title": one.title} for one in entries]
     return Listing(f"Sensor models: {len(entries)}", library.document(entries), rows)
+
+
+def use_libraries(*paths: StrPath) -> None:
+    """Add sensor libraries of your own, as --library does, for this process and those that it starts."""
+    library.use_libraries(Path(path) for path in paths)
 
 
 def sensor(model: str, name: str, position_m: ArrayLike, rpy_deg: ArrayLike = (0.0, 0.0, 0.0)) -> Sensor:

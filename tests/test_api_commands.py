@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Callable
+from functools import wraps
+from inspect import signature
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
 
 import riglens as rl
-from riglens.app.commands import main
+from riglens.app.commands import main, study
+from riglens.app.commands.parsing import COMMANDS, GROUPS, PARTS, app
+from tests.core.simulate import carla_stand_in
 from tests.test_api import BOXES, ROI_M
 
 GRID = ["--voxel", "0.5", "--roi", *map(str, ROI_M)]
@@ -21,6 +26,47 @@ on_target:
   - {class: car, at_least: 0.99}
 mounts:
   gap_m: 0.1
+"""
+
+
+FUNCTIONS = {
+    "evaluate": "score",
+    "review": "review",
+    "optimise": "optimise",  # compared in tests/app/commands/test_optimise.py
+    "sweep": "sweep",
+    "check": "check",
+    "calibrate": "calibrate",  # compared in tests/core/study/test_calibrating.py
+    "report": "report",
+    "render": "render",
+    "convert": "convert",
+    "simulate": "simulate",
+    "data build": "build_pog",
+    "data show": "survey",
+    "list rigs": "presets",
+    "list sensors": "sensors",
+    **{f"study {name}": "study" for name in GROUPS["study"][1]},
+    "audit": "audit",
+    "blind": "blind",
+    "card": "detection_range",
+    "redundancy": "redundancy",
+    "targets": "targets",
+    "tolerance": "tolerance",
+}
+
+
+def test_every_command_is_a_function() -> None:
+    members = [f"{group} {name}" for group, (_, commands) in GROUPS.items() for name in commands]
+    assert sorted(FUNCTIONS) == sorted([*COMMANDS, *members, *PARTS])
+    assert set(FUNCTIONS.values()) <= set(rl.__all__)
+
+
+OWN_LIBRARY = """own-2:
+  kind: lidar
+  title: Two beams of our own
+  source: "Drawn for this test"
+  elevations_deg: [-10, 0]
+  azimuths_deg: {from: 0, to: 360, count: 360}
+  range_m: [1, 50]
 """
 
 
@@ -73,9 +119,28 @@ CASES: dict[str, tuple[list[str], Callable[[Place], Any]]] = {
         lambda p: rl.tolerance(p.rig, p.scene, p.traffic, draws=4, sample=2, errors="ride"),
     ),
     "review": (
-        ["BOXES", "GRID", "--draws", "2", "--sample", "0", "--only", "redundancy,mounts,tolerance,audit"],
+        [
+            "BOXES",
+            "GRID",
+            "--draws",
+            "2",
+            "--sample",
+            "0",
+            "--only",
+            "redundancy,mounts,tolerance,audit",
+            "--halves",
+            "--damaged",
+            "LIDAR_1=left",
+        ],
         lambda p: rl.review(
-            p.rig, p.scene, p.traffic, draws=2, sample=0, only=["redundancy", "mounts", "tolerance", "audit"]
+            p.rig,
+            p.scene,
+            p.traffic,
+            draws=2,
+            sample=0,
+            only=["redundancy", "mounts", "tolerance", "audit"],
+            halves=True,
+            damaged=["LIDAR_1=left"],
         ),
     ),
     "check": (
@@ -150,6 +215,45 @@ def test_a_pog_that_was_built_is_a_scene(place: Place) -> None:
     built = rl.build_pog(place.boxes, out=place.folder / "town.npz", voxel_m=0.5, roi_m=list(ROI_M))
     assert built.grid == place.scene.grid
     assert dict(rl.score(place.rig, built)) == dict(rl.score(place.rig, place.scene))
+    by_word = place.folder / "by-word.npz"
+    assert main(["data", "build", str(place.boxes), *GRID, "--out", str(by_word)]) == 0
+    assert by_word.read_bytes() == (place.folder / "town.npz").read_bytes()
+
+
+def test_files_of_rigs_are_those_of_the_command_line(place: Place, tmp_path: Path) -> None:
+    mine, words = tmp_path / "mine.yaml", tmp_path / "words.yaml"
+    assert main(["list", "rigs", "N+T", "--out", str(words)]) == 0
+    rl.save_rig(rl.open_rig("N+T"), mine)
+    assert mine.read_bytes() == words.read_bytes()
+    rl.save_rig(place.rig.replace(sensors=place.rig.enabled_lidars()), mine)
+    source, urdf = tmp_path / "rig.urdf", [tmp_path / "mine.urdf", tmp_path / "words.urdf"]
+    with pytest.warns(rl.RigLensWarning):
+        rl.convert(mine, source)
+        rl.convert(source, urdf[0], origin_m=[1, 0, 0.5], rear_axle_x=-1.2, vehicle=rl.open_rig("KITTI car"))
+    origin = ["--origin", "1", "0", "0.5", "--rear-axle-x", "-1.2", "--vehicle", "KITTI car"]
+    assert main(["convert", str(source), str(urdf[1]), *origin]) == 0
+    assert urdf[0].read_bytes() == urdf[1].read_bytes() != source.read_bytes()
+
+
+def test_pictures_are_those_of_the_command_line(place: Place, tmp_path: Path, xvfb: str) -> None:
+    mine, words = tmp_path / "mine.png", tmp_path / "words.png"
+    look = ["--slice", "0", "2", "--threshold", "0.1", "--log", "--opacity", "0.7", "--ray-opacity", "0.5"]
+    look += ["--ray-density", "2", "--fill", "ground", "--no-ground", "--no-legend", "--size", "320x200"]
+    rig, boxes = place.folder / "rig.yaml", ["--boxes", str(place.boxes)]
+    assert main(["render", str(rig), *boxes, *GRID, *look, "--out", str(words)]) == 0
+    rl.render(
+        rl.open_rig(rig), place.scene, mine, slice_m=(0, 2), threshold=0.1, log=True, opacity=0.7,
+        ray_opacity=0.5, ray_density=2, fill="ground", ground=False, legend=False, size_px=(320, 200),
+    )  # fmt: skip
+    assert mine.read_bytes() == words.read_bytes()
+
+
+def test_models_of_your_own_are_added(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("RIGLENS_LIBRARY", "")
+    own = tmp_path / "own.yaml"
+    own.write_text(OWN_LIBRARY)
+    rl.use_libraries(own)
+    assert rl.sensor("own-2", "roof", [0, 0, 1.9]).ray_count == 2 * 360
 
 
 @pytest.fixture
@@ -184,15 +288,48 @@ def test_data_sets_are_those_of_the_command_line(
 def test_reports_are_those_of_the_command_line(place: Place, one: Path) -> None:
     page, again = place.folder / "page.html", place.folder / "again.html"
     assert (
-        main(["report", str(one), "--boxes", str(place.boxes), *GRID, "--draws", "0", "--out", str(page)])
+        main(
+            [
+                "report",
+                str(one),
+                "--boxes",
+                str(place.boxes),
+                *GRID,
+                "--draws",
+                "0",
+                "--lambda",
+                "0.3",
+                "--out",
+                str(page),
+            ]
+        )
         == 0
     )
     rig = rl.open_rig(one)
-    assert rl.report(rig, again, place.boxes, voxel_m=0.5, roi_m=ROI_M, draws=0) == again
+    assert rl.report(rig, again, place.boxes, voxel_m=0.5, roi_m=ROI_M, draws=0, camera_weight=0.3) == again
     assert again.read_bytes() == page.read_bytes()
     assert rl.verify_report(page, place.boxes)
     page.write_text(page.read_text().replace("<h1", "<h2", 1))
     assert not rl.verify_report(page, place.boxes)
+
+
+def test_data_sets_of_carla_are_those_of_the_command_line(
+    place: Place, one: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folders = [place.folder / "carla-words", place.folder / "carla-mine"]
+    monkeypatch.setitem(sys.modules, "carla", carla_stand_in.module(carla_stand_in.town()))
+    words = ["--carla", "localhost:2000", "--frames", "2", "--pictures", "off", "--out", str(folders[0])]
+    assert main(["simulate", str(one), *words]) == 0
+    monkeypatch.setitem(sys.modules, "carla", carla_stand_in.module(carla_stand_in.town()))
+    with pytest.warns(rl.RigLensWarning, match="^CARLA: "):
+        rl.simulate(rl.open_rig(one), folders[1], carla="localhost:2000", frames=2, pictures=False)
+    theirs, mine = (
+        {path.relative_to(top): path.read_bytes() for path in top.rglob("*") if path.is_file()}
+        for top in folders
+    )
+    assert mine == theirs and len(mine) > 10
+    with pytest.raises(rl.InputError, match=r"^workers does not apply"):
+        rl.simulate(rl.open_rig(one), place.folder / "no", carla="localhost:2000", workers=2)
 
 
 TRUE_POINTS = """seq,frame,cls,x,y,z,length,width,height,yaw,num_lidar_pts
@@ -237,3 +374,49 @@ def test_an_unknown_study_or_option_is_refused(place: Place) -> None:
         rl.study("detection", "W+T", out=place.folder, device="gpu")
     with pytest.raises(rl.InputError, match="study external: too many positional arguments"):
         rl.study("external", "W+T", out=place.folder)
+
+
+STUDIES: dict[str, tuple[list[str], list[str], dict[str, Any]]] = {
+    "table1": ([], ["--voxel", "0.5"], {"voxel_m": 0.5}),
+    "accuracy": (["Center"], ["--quick", "--lambda", "0.3"], {"quick": True, "camera_weight": 0.3}),
+    "stability": ([], ["--edits", "5"], {"edits": 5}),
+    "targets": (["boxes.csv"], ["--azimuths", "900", "--threads", "1"], {"azimuths": 900, "threads": 1}),
+    "external": ([], ["--frames", "7", "--kitti", "k"], {"frames": 7, "kitti": "k"}),
+    "detection": (["W+T"], ["--seeds", "2", "--cameras", "good"], {"seeds": 2, "cameras": "good"}),
+    "predicted": (["detection.csv"], [], {}),
+}
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_a_study_is_called_as_the_command_line_calls_it(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    inputs, words, options = STUDIES[name]
+    files = ["--csv", "table1.csv", "--detection-csv", "table1-detection.csv"]
+    out = [str(tmp_path / word) if "." in word else word for word in files]
+    _, asked, _ = app.parse_args(
+        ["study", name, *inputs, *words, *(out if name == "table1" else ["--out", str(tmp_path)])],
+        exit_on_error=False,
+        print_error=False,
+    )
+    command, calls = getattr(study, name), []
+
+    class Called(Exception):
+        pass
+
+    @wraps(command)
+    def note(*inputs: object, **options: object) -> None:
+        calls.append(signature(command).bind(*inputs, **options))
+        raise Called
+
+    monkeypatch.setattr(study, name, note)
+    with pytest.raises(Called):
+        rl.study(name, *inputs, out=tmp_path, **options)  # type: ignore[arg-type]
+    (made,) = calls
+    for bound in (made, asked):
+        bound.apply_defaults()
+    assert made.arguments == asked.arguments
+
+
+def test_every_study_is_compared() -> None:
+    assert list(STUDIES) == list(GROUPS["study"][1])

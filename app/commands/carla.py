@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 from riglens.app.terminal.console import note, note_report, progress_bar, results
-from riglens.app.terminal.loading import load_rig
 from riglens.core.errors import InputError
 from riglens.core.formats.report import Notes
+from riglens.core.rig.model import Rig
 from riglens.core.simulate.carla_collection import Collection, Wanted
 from riglens.core.simulate.carla_collection import collect as collect_frames
 from riglens.core.simulate.carla_session import Address, castable, session
@@ -21,7 +20,7 @@ USUAL = (200, 10)
 
 
 def collect(
-    names: Sequence[str],
+    rig: Rig,
     out: Path,
     address: str,
     frames_and_every: tuple[int | None, int | None],
@@ -29,8 +28,6 @@ def collect(
     extras: Extras,
 ) -> None:
     """Collect a data set; when it is interrupted, or the simulator goes away, the frames so far are kept as one."""
-    if len(names) != 1:
-        raise InputError(f"is for one rig (got {len(names)} rigs)", "carla")
     at = Address.of(address)
     frames, every = (
         usual if said is None else said for said, usual in zip(frames_and_every, USUAL, strict=True)
@@ -38,7 +35,7 @@ def collect(
     wanted = Wanted(frames, every)
     settings = SimulationSettings(noise_m=settings.noise_m, dropout=settings.dropout)
     notes = Notes()
-    rig = castable(load_rig(names[0]), notes)
+    rig = castable(rig, notes)
     require_channels(rig, extras)
     if require_own(out):
         raise InputError(f"{out}: must be a new or an empty folder (holds a data set)")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Annotated
 
@@ -70,7 +71,7 @@ def convert(
         if report.absolute() == out.absolute():
             raise InputError(f"must be another file than OUT (got {report})", "report")
     known = open_rig(vehicle).rig.vehicle if vehicle is not None else None
-    rig, read = _read(source, from_, ReadOptions(known, rear_axle_x, origin, token, kit))
+    rig, read = read_source(source, from_, ReadOptions(known, rear_axle_x, origin, token, kit))
     written = write_rig(rig, out, target.name).report
     for found in (read, written):
         note_report(found)
@@ -83,11 +84,15 @@ def convert(
     results(out).print(line, soft_wrap=True, markup=False)
 
 
-def _read(source: str, source_format: str | None, options: ReadOptions) -> tuple[Rig, Report | None]:
-    """Read the rig to convert; a preset counts as a rig file."""
-    preset = find_preset(source) if source_format is None else None
-    if preset is None:
+def read_source(
+    source: str | os.PathLike[str] | Rig, source_format: str | None, options: ReadOptions
+) -> tuple[Rig, Report | None]:
+    """Return the rig to convert, and the report on a file; a preset counts as a rig file."""
+    if isinstance(source, Rig):
+        rig = source
+    elif source_format is None and (preset := find_preset(os.fspath(source))) is not None:
+        rig = preset.rig()
+    else:
         imported = read_rig(source, source_format, options)
         return imported.rig, imported.report
-    rig = preset.rig()
     return rig.replace(vehicle=options.vehicle_or(rig.vehicle)), None

@@ -27,7 +27,7 @@ from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.evaluation.scenario import left_out
 from riglens.app.evaluation.traffic import car_poses
 from riglens.app.terminal.console import note, progress_bar, results
-from riglens.app.terminal.loading import load_rigs, load_traffic
+from riglens.app.terminal.loading import load_rig, load_rigs, load_traffic
 from riglens.app.terminal.resumable import workers_for
 from riglens.core.errors import InputError
 from riglens.core.pieces import work as pieces
@@ -136,13 +136,9 @@ def simulate(
     extras = Extras(pictures == "on", points is not None)
     require_counts(every, sequences)
     if carla is not None:
-        _refuse_with_carla(
-            {"boxes": scene.boxes, "occluders": scene.occluders, "dask": dask, "workers": workers}
-        )
-        from riglens.app.commands.carla import collect  # a program of its own
-
         use_libraries(libraries)
-        collect(rigs, out, carla, (scene.frames, every), sweeps.settings, extras)
+        elsewhere = {"dask": dask, "workers": workers}
+        collect_in_carla(rigs, out, carla, scene, every, sweeps.settings, extras, elsewhere)
         return
     where, settings, scene = Where(workers, dask), sweeps.settings, with_surroundings(scene, surroundings)
     loaded = load_rigs(rigs, score, libraries, housings)
@@ -210,13 +206,30 @@ def _remove_if_empty(folder: Path) -> None:
         folder.rmdir()
 
 
-def _refuse_with_carla(said: Mapping[str, object]) -> None:
-    """Raise InputError for the first given option that has no meaning with --carla."""
-    for name, value in said.items():
+def collect_in_carla(
+    rigs: Sequence[Rig | str],
+    out: Path,
+    address: str,
+    scene: SceneOptions,
+    every: int | None,
+    settings: SimulationSettings,
+    extras: Extras,
+    elsewhere: Mapping[str, object],
+) -> None:
+    """Collect a data set of one rig; InputError for options of other data, or of processes, that are not None."""
+    from riglens.app.commands.carla import collect  # a program of its own
+
+    for name, value in {"boxes": scene.boxes, "occluders": scene.occluders, **elsewhere}.items():
         if value is not None:
             raise InputError(
                 "does not apply to a simulator with its own traffic: omit it with", name, "carla"
             )
+    if len(rigs) != 1:
+        raise InputError(f"is for one rig (got {len(rigs)} rigs)", "carla")
+    (rig,) = rigs
+    collect(
+        rig if isinstance(rig, Rig) else load_rig(rig), out, address, (scene.frames, every), settings, extras
+    )
 
 
 def with_surroundings(scene: SceneOptions, said: str | None) -> SceneOptions:
