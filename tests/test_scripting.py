@@ -6,7 +6,6 @@ import re
 from pathlib import Path
 
 import matplotlib.image
-import pyarrow.parquet as pq
 import pytest
 
 import riglens as rl
@@ -39,7 +38,6 @@ def test_the_page_has_these_examples_all_run_here() -> None:
         "Score a rig in five lines",
         "Sweep the height of one sensor",
         "Convert a rig",
-        "A Parquet table of 100 rigs",
         "Points on objects",
         "Arrays",
         "Where the rays go",
@@ -65,14 +63,6 @@ def test_a_conversion(output: tuple[Path, str]) -> None:
     assert "origin of the LiDAR in the camera's frame: [" in out
     assert (folder / "rig.urdf").read_text().startswith("<?xml")
     assert len(rl.open_rig(folder / "rig.yaml").sensors) == len(rl.open_rig("W+T").sensors)
-
-
-@example("A Parquet table of 100 rigs")
-def test_a_table_of_rigs(output: tuple[Path, str]) -> None:
-    table = pq.read_table(output[0] / "rigs.parquet")
-    assert table.column_names[:5] == ["rig", "place_m", "class", "h_total", "seen"]
-    assert table.num_rows == 300
-    assert len(set(table["s_ms"].to_pylist())) > 200
 
 
 @example("Points on objects")
