@@ -49,7 +49,6 @@ class Session(QObject):
     baseline_changed = Signal()
     """Changes of the scores are counted from another rig."""
     voxel_changed = Signal()
-    map_source_changed = Signal()
     scene_changed = Signal(object)
     """A LoadedScene took the place of the one before; scores on it follow."""
 
@@ -221,7 +220,6 @@ class Session(QObject):
         """Set the coverage that the map adds up; None when no view shows it, which needs no new result."""
         if source != self._map_source:
             self._map_source = source
-            self.map_source_changed.emit()
             if source is not None:
                 self.asked_changed.emit()
 

@@ -81,11 +81,6 @@ def use_one_thread() -> None:
     torch.use_deterministic_algorithms(True)
 
 
-def weight_count() -> int:
-    """Return the number of weights of the net."""
-    return sum(weight.numel() for weight in _net(0).parameters())
-
-
 def train(
     sets: Sequence[Samples],
     region: Region,

@@ -7,7 +7,6 @@ Source: Caesar et al., nuScenes: A multimodal dataset for autonomous driving, CV
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple, Self
@@ -67,7 +66,12 @@ class Matched:
 
     @classmethod
     def of(cls, truth: Truth, found: Detections, number: int, group_of_frame: Ids) -> Self:
-        """Match the detections of class `number` frame by frame; group_of_frame (frames,): groups from 0."""
+        """Match the detections of class `number` frame by frame; group_of_frame (frames,): groups from 0.
+
+        Raise ValueError for a score that is not finite.
+        """
+        if not np.isfinite(found.score).all():
+            raise ValueError("scores of detections must be finite")
         mine, own = np.flatnonzero(found.cls == number), np.flatnonzero(truth.cls == number)
         # equal scores: the later one first, as in the devkit
         order = mine[np.lexsort((np.arange(len(mine)), found.score[mine]))[::-1]]
@@ -81,7 +85,8 @@ class Matched:
         """Return average precision, 0 to 1, mean over MATCH_M: (replicas,) for weights (groups, replicas).
 
         A group of weight 2 counts as if its frames were there twice, a group of weight 0 as if they were not. Without
-        weights one value, the devkit's. NaN where no object is left (the devkit says 0).
+        weights one value, that of the devkit's `calc_ap` over the four distances. NaN where no object is left (the
+        devkit says 0).
         """
         if weights is None:
             weights = np.ones((len(self.objects), 1))
@@ -95,17 +100,6 @@ class Matched:
     @cached_property
     def _curves(self) -> list[_Curve]:
         return [_Curve.of(self.group, right, self.objects) for right in self.right]
-
-
-def average_precision(truth: Truth, found: Detections, classes: Sequence[int], frames: int) -> Doubles:
-    """Average precision of each class, (classes,), NaN for a class without objects; frames are numbered below `frames`.
-
-    Equal to the devkit's `calc_ap` over the four distances. Raise ValueError for a score that is not finite.
-    """
-    if not np.isfinite(found.score).all():
-        raise ValueError("scores of detections must be finite")
-    one = np.zeros(frames, np.int64)
-    return np.concatenate([Matched.of(truth, found, number, one).precision() for number in classes])
 
 
 def found_objects(truth: Truth, found: Detections, number: int, within_m: float) -> Flags:

@@ -316,9 +316,3 @@ def worst_rig(result: ToleranceResult, figure: str, magnified: float = 1.0) -> R
     draw = result.spreads[figure].worst_draw
     worst = standing(*rig_of_draw(result, draw, magnified))
     return worst.model_copy(update={"name": f"{worst.name[:150]}, {result.profile.name}, draw {draw}"})
-
-
-def first_order_sd(result: ToleranceResult, name: str) -> float:
-    """Standard deviation of a figure as its sensitivities predict it: errors drawn evenly within plus or minus 1 have a
-    variance of a third. Errors of brackets are not among the sensitivities."""
-    return math.sqrt(sum(one.effect[name] ** 2 for one in result.sensitivities) / 3.0)

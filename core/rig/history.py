@@ -231,16 +231,6 @@ class History:
         is_last = self._index == len(self._steps) - 1
         return None if self.is_dragging or is_last else self._steps[self._index + 1].label
 
-    @property
-    def can_undo(self) -> bool:
-        """Return whether `undo` would do anything."""
-        return self.undo_label is not None
-
-    @property
-    def can_redo(self) -> bool:
-        """Return whether `redo` would do anything."""
-        return self.redo_label is not None
-
     def mark_saved(self) -> None:
         """Note that the rig of the current step is now on the disk."""
         self._saved = self.committed

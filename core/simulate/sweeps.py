@@ -23,7 +23,7 @@ from riglens.core.targets.shapes import REFLECTIVITY, WIDTH
 from riglens.core.targets.traffic import Traffic
 from riglens.core.vehicle.solid import Solid
 
-__all__ = ["GROUND", "STATIC", "Simulator", "Sweep", "points_inside"]
+__all__ = ["GROUND", "STATIC", "Simulator", "Sweep"]
 
 STATIC_REFLECTIVITY, ROAD_REFLECTIVITY = 0.2, 0.2
 """Reflectivities of occluders and of the road, besides those of objects; our choice."""
@@ -165,13 +165,6 @@ def _source(lidar: Lidar, body: Solid | None, settings: SimulationSettings) -> _
     )
     beams = beams_of(lidar, glass=glass_of(lidar, settings.targets()), ends_m=ends_m)
     return _Source(lidar, beams, (returns, noise, losses), _law(lidar, settings))
-
-
-def points_inside(truth: TrueBoxes, points_m: NDArray[np.float32]) -> NDArray[np.int64]:
-    """Return the number of points (n,) inside of each object's box, faces included: `num_lidar_pts` of nuScenes."""
-    counts = np.zeros(len(truth.cls), np.int64)
-    kernel.count_inside(points_m, truth.centre_m, truth.size_m / 2.0, truth.rotation, counts)
-    return counts
 
 
 def canvas_for(beams: Beams) -> Canvas:

@@ -31,8 +31,6 @@ _AS_RUN: dict[str, dict[str, object]] = {
     },
 }
 """The library's fields of these models when the studies ran: the rigs stay those that were measured."""
-LADDER = ("1 x 16 low in front", "1 x 16 on the roof", "2 x 16 on the roof", "Trapezoid", "velodyne-vlp-32c")
-"""Rigs in their undisputed order: each must come out clearly better than the one before."""
 
 PROTOCOL = Protocol(
     seeds=5, epochs=4, train_frames=200, test_frames=500, simulation=SimulationSettings(clutter=120)

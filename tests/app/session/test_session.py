@@ -24,7 +24,7 @@ from tests.app.window_bench import LIDAR, RIG
 
 pytestmark = pytest.mark.usefixtures("qapp")
 SIGNALS = (
-    "settings_changed", "heat_changed", "baseline_changed", "voxel_changed", "map_source_changed", "scene_changed",
+    "settings_changed", "heat_changed", "baseline_changed", "voxel_changed", "scene_changed",
     "asked_changed",
 )  # fmt: skip
 OTHER = RIG.replace(name="other")
@@ -51,7 +51,7 @@ def heard(session: Session) -> list[str]:
         ("set_heat", HeatChoice("entropy", "bicycle"), ["heat_changed", "asked_changed"]),
         ("pin", OTHER, ["baseline_changed", "asked_changed"]),
         ("pick", (1, 2, 3), ["voxel_changed", "asked_changed"]),
-        ("look_at_map", "lidar", ["map_source_changed", "asked_changed"]),
+        ("look_at_map", "lidar", ["asked_changed"]),
     ],
 )
 def test_a_change_is_told_once_and_the_same_value_not_at_all(
@@ -105,7 +105,7 @@ def test_nobody_looks_at_the_map_any_more_asks_for_no_new_answer(session: Sessio
     session.look_at_map("any")
     told = heard(session)
     session.look_at_map(None)
-    assert told == ["map_source_changed"] and session.request().map_by is None
+    assert told == [] and session.request().map_by is None
 
 
 def test_saving_makes_another_baseline_unless_one_is_pinned(session: Session, tmp_path: Path) -> None:

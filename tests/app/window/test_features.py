@@ -233,14 +233,14 @@ def test_the_first_escape_forgets_the_voxel_the_second_puts_the_tool_away(desk: 
 def test_the_map_asks_only_while_somebody_looks(desk: Desk) -> None:
     map_ = Map(desk.workbench)
     told: list[Any] = []
-    desk.session.map_source_changed.connect(lambda: told.append(desk.session._map_source))
+    desk.session.asked_changed.connect(lambda: told.append(desk.session.request().map_by))
     map_.panel.shown_chosen.emit()
     assert told == []
     _set_in_sight(map_, True)
     map_.panel.choice.setCurrentIndex(1)
     map_.panel.shown_chosen.emit()
     _set_in_sight(map_, False)
-    assert told == ["any", "lidar", None]
+    assert told == ["any", "lidar"] and desk.session.request().map_by is None
 
 
 def test_a_map_out_of_sight_does_not_hear_of_edits(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:

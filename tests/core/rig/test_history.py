@@ -17,7 +17,7 @@ def moved(rig: Rig, x_m: float, name: str = "LIDAR_1") -> Rig:
 def test_a_new_history_is_unmodified_and_has_nothing_to_undo() -> None:
     history = History(START)
     assert history.rig is START
-    assert not (history.is_modified or history.can_undo or history.can_redo or history.is_dragging)
+    assert not (history.is_modified or history.undo_label or history.redo_label or history.is_dragging)
     assert not history.undo() and not history.redo() and not history.commit() and not history.cancel()
     assert history.rig is START
 
@@ -31,13 +31,13 @@ def test_drag_undo_redo_drag() -> None:
     assert history.commit()
     assert history.undo_label == "Move LIDAR_1"
     assert history.undo() and history.rig == START and history.redo_label == "Move LIDAR_1"
-    assert history.redo() and history.rig == moved(START, 0.3) and not history.can_redo
+    assert history.redo() and history.rig == moved(START, 0.3) and not history.redo_label
     assert history.undo()
     history.begin("Move LIDAR_1 again")
     history.preview(moved(START, 0.9))
     assert history.commit()
-    assert not history.can_redo
-    assert history.undo() and history.rig == START and not history.can_undo
+    assert not history.redo_label
+    assert history.undo() and history.rig == START and not history.undo_label
 
 
 def test_a_new_edit_ends_what_could_be_redone() -> None:
@@ -46,9 +46,9 @@ def test_a_new_edit_ends_what_could_be_redone() -> None:
     history.apply("two", moved(START, 2.0))
     history.undo()
     history.apply("three", moved(START, 3.0))
-    assert not history.can_redo and not history.redo()
+    assert not history.redo_label and not history.redo()
     labels = []
-    while history.can_undo:
+    while history.undo_label:
         labels.append(history.undo_label)
         history.undo()
     assert labels == ["three", "one"]
@@ -86,7 +86,7 @@ def test_a_drag_that_goes_nowhere_is_no_step() -> None:
     history.preview(moved(START, 1.0))
     history.preview(START)
     assert not history.commit()
-    assert not history.can_undo and not history.apply("same", preset("W+T"))
+    assert not history.undo_label and not history.apply("same", preset("W+T"))
 
 
 def test_an_edit_during_a_drag_commits_the_drag_first() -> None:
@@ -115,7 +115,7 @@ def test_modified_follows_the_saved_state_through_undo_and_redo() -> None:
     assert not history.is_modified
     history.apply("two", moved(START, 2.0))
     history.apply("back by hand", moved(START, 1.0))
-    assert not history.is_modified and history.can_undo
+    assert not history.is_modified and history.undo_label
 
 
 def test_a_negative_zero_is_a_modification() -> None:
@@ -128,14 +128,14 @@ def test_a_step_that_goes_on_takes_the_place_of_the_one_before() -> None:
     history.apply("one", moved(START, 1.0))
     assert history.apply("one", moved(START, 2.0), continues=True)
     assert history.rig == moved(START, 2.0)
-    assert history.undo() and history.rig == START and not history.can_undo
+    assert history.undo() and history.rig == START and not history.undo_label
 
 
 def test_a_step_that_leads_back_to_its_start_is_no_step() -> None:
     history = History(START)
     history.apply("one", moved(START, 1.0))
     assert history.apply("one", START, continues=True)
-    assert history.rig == START and not history.can_undo
+    assert history.rig == START and not history.undo_label
 
 
 def test_the_rig_on_the_disk_stays_a_step_of_its_own() -> None:

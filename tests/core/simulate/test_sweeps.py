@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from riglens.core.errors import InputError
+from riglens.core.kernels.objects.sweeps import count_inside
 from riglens.core.rig.model import Lidar, LinearAngles, Rig
 from riglens.core.simulate.clutter import Footprints, overlaps
 from riglens.core.simulate.settings import BARE, USUAL_SIMULATION, SimulationSettings
-from riglens.core.simulate.sweeps import GROUND, STATIC, Simulator, Sweep, points_inside
+from riglens.core.simulate.sweeps import GROUND, STATIC, Simulator, Sweep
 from riglens.core.simulate.world import Worlds
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.traffic import Traffic
@@ -202,7 +203,9 @@ def test_points_in_a_box_are_counted_by_where_they_are() -> None:
     truth = Simulator(RIG, STREET).truth(2)
     ahead, up = truth.rotation[0][:, 0], np.array([0.0, 0.0, 1.0])
     points = truth.centre_m[0] + np.array([0.0 * ahead, 0.89 * ahead, 0.91 * ahead, -0.79 * up, 0.81 * up])
-    assert points_inside(truth, points.astype(np.float32)).tolist() == [3]
+    counts = np.zeros(len(truth.cls), np.int64)
+    count_inside(points.astype(np.float32), truth.centre_m, truth.size_m / 2.0, truth.rotation, counts)
+    assert counts.tolist() == [3]
 
 
 def test_a_frame_with_nothing_and_a_rig_without_lidars() -> None:
