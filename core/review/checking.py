@@ -97,7 +97,7 @@ class Check:
 
     def _finding(self, item: Item) -> Finding:
         one = item.requirement
-        lack = self._lacking(one.kinds)
+        lack = self._lacking(one.kinds, one.least_kinds)
         if lack is not None:
             return missing(lack)
         makers: dict[type[Requirement], Callable[[Any], Finding]] = {
@@ -113,13 +113,13 @@ class Check:
         }
         return makers[type(one)](one)
 
-    def _lacking(self, kinds: Sequence[str]) -> str | None:
-        """Return why the rig lacks a figure that some kinds of sensors make; none: any of them."""
+    def _lacking(self, kinds: Sequence[str], least: int = 1) -> str | None:
+        """Return why the rig lacks a figure that some kinds of sensors make, or any `least` of them."""
         enabled = {sensor.kind for sensor in self._subject.rig.sensors if sensor.enabled}
         absent = [kind for kind in by_names() if kind in kinds and kind not in enabled]
-        if enabled and not absent:
-            return None
-        return f"the rig has no enabled {called(absent[0]) if enabled else 'sensor'}"
+        if not enabled or absent:
+            return f"the rig has no enabled {called(absent[0]) if enabled else 'sensor'}"
+        return "all enabled sensors of the rig are of one kind" if len(enabled) < least else None
 
     # ------------------------------------------------------------ what figures are made from
     @property

@@ -88,6 +88,11 @@ class Requirement(Frozen):
         by = getattr(self, "by", "any")
         return () if by == "any" else (by,)
 
+    @property
+    def least_kinds(self) -> int:
+        """Number of kinds of sensors without which the figure does not exist."""
+        return 1
+
     def scope(self) -> dict[str, object]:
         """Return what identifies the figure: neither its limit nor its labels."""
         return self.model_dump(exclude_defaults=True, exclude=_NOT_SCOPE)
@@ -110,7 +115,7 @@ class Seen(Requirement):
 
 def kinds_of(figure: str) -> tuple[str, ...]:
     """Return the kinds of sensors that make a figure of objects."""
-    return {"visible": (CAMERA.name,), "both": (LIDAR.name, CAMERA.name)}.get(figure, (LIDAR.name,))
+    return {"visible": (CAMERA.name,), "both": ()}.get(figure, (LIDAR.name,))
 
 
 class OnTarget(Requirement):
@@ -142,6 +147,10 @@ class OnTarget(Requirement):
     @property
     def kinds(self) -> tuple[str, ...]:
         return kinds_of(self.figure)
+
+    @property
+    def least_kinds(self) -> int:
+        return 2 if self.figure == "both" else 1
 
 
 class PredictedDetection(OnTarget):

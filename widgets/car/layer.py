@@ -74,6 +74,19 @@ class BodyLayer:
 
     def hit(self, ray: ViewRay) -> tuple[Points, Points] | None:
         """Return where a view ray first meets the car: point (3,) in metres and unit normal (3,) towards the viewer."""
+        found = self._first(ray)
+        if found is None:
+            return None
+        point, cell = found
+        normal = _normal_at(self._solid, cell, point)
+        return point, normal if float(normal @ ray.direction) <= 0.0 else -normal
+
+    def point(self, ray: ViewRay) -> Points | None:
+        """Return where a view ray first meets the car, (3,) metres."""
+        found = self._first(ray)
+        return None if found is None else found[0]
+
+    def _first(self, ray: ViewRay) -> tuple[Points, int] | None:
         if self._locator is None:
             self._locator = vtkStaticCellLocator()
             self._locator.SetDataSet(self._solid)
@@ -85,8 +98,7 @@ class BodyLayer:
         start, end = ray.origin_m.tolist(), (ray.origin_m + _REACH_M * ray.direction).tolist()
         if not self._locator.IntersectWithLine(start, end, 1e-6, share, point, inside, sub, cell):
             return None
-        normal = _normal_at(self._solid, int(cell), np.array(point))
-        return np.array(point), normal if float(normal @ ray.direction) <= 0.0 else -normal
+        return np.array(point), int(cell)
 
 
 def _normal_at(mesh: pv.PolyData, cell: int, point: Points) -> Points:

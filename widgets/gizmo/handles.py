@@ -168,6 +168,7 @@ class GizmoActors:
         self._palette = palette
         self._plane = vtkPlane()
         self._actors: dict[Handle, pv.Actor] = {}
+        self._shown: tuple[object, ...] = ()
 
     def _make(self) -> None:
         for handle in shown_handles("both"):
@@ -189,8 +190,12 @@ class GizmoActors:
         if place is not None:
             if not self._actors:
                 self._make()
-            self._show(mode, place, camera, lit)
+            shown = (place.pose, place.axes.tobytes(), place.size_m, mode, camera, lit, self._palette)
+            if shown != self._shown:
+                self._shown = shown
+                self._show(mode, place, camera, lit)
             return
+        self._shown = ()
         for actor in self._actors.values():
             actor.visibility = False
 

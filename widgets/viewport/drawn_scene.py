@@ -276,24 +276,24 @@ class DrawnScene:
             return Place(self._state.rig.sensor(name).position, name, name)
         self._bring_car()
         ray = self._state.camera.ray(pixel, self.size)
-        hit, ground = self._body.hit(ray), _on_ground(ray)
-        if hit is not None and (ground is None or _along(ray, hit[0]) <= _along(ray, ground)):
-            return Place(_vec3(hit[0]), BODY)
+        point, ground = self._body.point(ray), _on_ground(ray)
+        if point is not None and (ground is None or _along(ray, point) <= _along(ray, ground)):
+            return Place(_vec3(point), BODY)
         return None if ground is None else Place(_vec3(ground), GROUND)
 
     def skin_at(self, pixel: Pixel) -> Vec3 | None:
         """Return the place on the car's skin under a pixel, metres; None off the car."""
         self._bring_car()
-        hit = self._body.hit(self._state.camera.ray(pixel, self.size))
-        return None if hit is None else _vec3(hit[0])
+        point = self._body.point(self._state.camera.ray(pixel, self.size))
+        return None if point is None else _vec3(point)
 
     def _is_behind_car(self, place_m: NDArray[np.float64]) -> bool:
         """Return whether the car hides a place from the viewer."""
         camera = self._state.camera
         x, y, _ = camera.project(place_m[None], self.size)[0].tolist()
         ray = camera.ray((x, y), self.size)
-        hit = self._body.hit(ray)
-        return hit is not None and _along(ray, hit[0]) < _along(ray, place_m) - _BEHIND_M
+        point = self._body.point(ray)
+        return point is not None and _along(ray, point) < _along(ray, place_m) - _BEHIND_M
 
     def aim_at(self, pixel: Pixel | None) -> bool:
         """Stretch the measuring line to the place under a pixel, or release it; return whether that changed

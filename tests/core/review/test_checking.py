@@ -28,6 +28,7 @@ from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.sensors.base import HALVES
+from riglens.core.sensors.radar import Radar, Scan
 from riglens.core.targets.engine import TargetEngine
 from tests.core.builders import random_field, synthetic_pog
 from tests.core.review.scenes import camera, dense_lidar, random_rig
@@ -89,7 +90,7 @@ def test_without_enabled_sensors_no_requirement_is_met_however_easy(text: str) -
     ("text", "reason"),
     [
         ("seen: [{class: car, by: camera, at_least: 0}]", "no enabled camera"),
-        ("on_target: [{class: car, figure: both, at_least: 0}]", "no enabled camera"),
+        ("on_target: [{class: car, figure: both, at_least: 0}]", "of one kind"),
         ("blind_areas: [{height_m: 0.3, by: camera, at_most_m2: 1000000}]", "no enabled camera"),
         ("blind_objects: [{profile: un-r158-detection, failing: group, at_most_unseen: 99}]", "no group"),
         ("blind_areas: [{height_m: 0.3, failing: pair, at_most_m2: 1000000}]", "no pair"),
@@ -106,6 +107,16 @@ def test_what_a_rig_of_one_lidar_has_not_is_not_applicable_unless_it_may_be_miss
     assert reason in " ".join(verdict.lines()) and not check_document(rig, "ignored", [verdict])["passes"]
     (allowed,) = verdicts(rig, text.replace("}]", ", allow_missing: true}]"))
     assert (allowed.status, allowed.passes) == ("not applicable", True)
+
+
+def test_any_two_kinds_detect_an_object_together() -> None:
+    far = Scan(azimuth_deg=(-60.0, 60.0), elevation_deg=(-30.0, 30.0), range_m=50.0)
+    radar = Radar(name="radar", position=(0.0, 0.0, 1.0), scans=(far,))
+    asked = subject(Rig(sensors=(dense_lidar(1.9, 64, 360), radar)))
+    (verdict,) = Check(asked, required("on_target: [{class: car, figure: both, at_least: 0}]")).verdicts()
+    assert asked.traffic is not None
+    targets = TargetEngine(asked.traffic, 1).evaluate(asked.rig)
+    assert verdict.finding.value == targets.classes["car"].total.both.value > 0.0
 
 
 @pytest.mark.parametrize("text", [*ABSENT[:3], *ABSENT[5:8]])

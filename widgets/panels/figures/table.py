@@ -111,38 +111,48 @@ class FigureModel(QAbstractTableModel):
         is_resized = anew or (len(rows), len(columns)) != (len(self._rows), len(self._columns))
         if is_resized:
             self.beginResetModel()
-        self._rows, self._columns = tuple(rows), tuple(columns)
-        self._figures, self._grey = [tuple(row) for row in figures], frozenset()
-        if is_resized:
+            self._rows, self._columns = tuple(rows), tuple(columns)
+            self._figures, self._grey = [tuple(row) for row in figures], frozenset()
             self.endResetModel()
-        elif rows and columns:
-            self.headerDataChanged.emit(Qt.Orientation.Vertical, 0, len(rows) - 1)
-            self.headerDataChanged.emit(Qt.Orientation.Horizontal, 0, len(columns) - 1)
-        self._changed()
+        else:
+            self.set_row_titles(rows)
+            if self._columns != tuple(columns):
+                self._columns = tuple(columns)
+                self.headerDataChanged.emit(Qt.Orientation.Horizontal, 0, len(columns) - 1)
+            self._exchange([tuple(row) for row in figures], frozenset())
 
     def show_columns(self, first: int, figures: Sequence[Sequence[Figure]]) -> None:
         """Show other cells in some columns, from the first of them on; they are not grey any more."""
-        self._figures = [
+        whole = [
             (*row[:first], *cells, *row[first + len(cells) :])
             for row, cells in zip(self._figures, figures, strict=True)
         ]
-        self._grey -= set(range(first, first + len(figures[0])))
-        self._changed()
+        self._exchange(whole, self._grey - set(range(first, first + len(figures[0]))))
 
     def set_row_titles(self, rows: Sequence[Heading]) -> None:
         """Show other titles of the rows."""
-        self._rows = tuple(rows)
-        self.headerDataChanged.emit(Qt.Orientation.Vertical, 0, len(rows) - 1)
+        if self._rows != tuple(rows):
+            self._rows = tuple(rows)
+            self.headerDataChanged.emit(Qt.Orientation.Vertical, 0, len(rows) - 1)
 
     def grey(self, columns: Iterable[int] | None = None) -> None:
         """Show in the muted colour that all columns, or some, are out of date."""
-        self._grey |= frozenset(range(len(self._columns)) if columns is None else columns)
-        self._changed()
+        grey = self._grey | frozenset(range(len(self._columns)) if columns is None else columns)
+        self._exchange(self._figures, grey)
 
-    def _changed(self) -> None:
-        if self._figures and self._columns:
-            last = self.index(len(self._figures) - 1, len(self._columns) - 1)
-            self.dataChanged.emit(self.index(0, 0), last)
+    def _exchange(self, figures: list[tuple[Figure, ...]], grey: frozenset[int]) -> None:
+        """Show cells of as many rows and columns; columns that look the same are not painted again."""
+        before, self._figures = self._figures, figures
+        turned, self._grey = self._grey ^ grey, grey
+        others = [
+            column
+            for column, (old, new) in enumerate(
+                zip(zip(*before, strict=True), zip(*figures, strict=True), strict=True)
+            )
+            if old != new or column in turned
+        ]
+        if others:
+            self.dataChanged.emit(self.index(0, others[0]), self.index(len(figures) - 1, others[-1]))
 
     def set_narrow(self, is_narrow: bool) -> None:
         """Give columns short titles where they have one."""
