@@ -19,8 +19,33 @@ def breakable(text: str) -> str:
     return _LONG_WORD.sub(lambda word: _BREAK.join(word[0]), visible_lines(text))
 
 
+_SLACK_PX = 60
+
+
 class ElidedLabel(QLabel):
-    """One line that is cut off with an ellipsis where there is too little room for it; the tooltip is the owner's."""
+    """One line that is cut off with an ellipsis where there is too little room for it; the tooltip is the owner's.
+
+    A text that is as long or a little shorter takes the place of the one before: a layout that makes room anew lays
+    out the whole window, which takes longer than the line.
+    """
+
+    def __init__(self, text: str = "") -> None:
+        super().__init__(text)
+        self._text = text
+
+    def text(self) -> str:
+        """Return the text, whole."""
+        return self._text
+
+    def setText(self, text: str) -> None:
+        """Show another text."""
+        wide = self.fontMetrics().horizontalAdvance
+        self._text = text
+        self.setAccessibleName(text)
+        if 0 <= wide(super().text()) - wide(text) <= _SLACK_PX:
+            self.update()
+        else:
+            super().setText(text)
 
     def minimumSizeHint(self) -> QSize:
         least_px = self.fontMetrics().horizontalAdvance("…")
