@@ -12,7 +12,7 @@ Vec3 = tuple[float, float, float]
 
 
 def rotation_from_rpy_deg(rpy_deg: Vec3) -> NDArray[np.float64]:
-    """Rotation matrix R = Rz(yaw) Ry(pitch) Rx(roll), (3, 3); angles in degrees.
+    """Return the rotation matrix R = Rz(yaw) Ry(pitch) Rx(roll), (3, 3); angles in degrees.
 
     Intrinsic z-y'-x''; positive pitch looks down, positive yaw turns left. Written out, not multiplied by
     a library, because its doubles are part of what "exact" means for the rays.
@@ -53,23 +53,23 @@ class Pose:
         object.__setattr__(self, "rpy_deg", triple(rpy_deg))
 
     def rotation(self) -> NDArray[np.float64]:
-        """Rotation from the sensor to the vehicle frame, (3, 3)."""
+        """Return the rotation from the sensor to the vehicle frame, (3, 3)."""
         return rotation_from_rpy_deg(self.rpy_deg)
 
     def vehicle_SE3_sensor(self) -> NDArray[np.float64]:
-        """Homogeneous transform from the sensor to the vehicle frame, (4, 4)."""
+        """Return the homogeneous transform from the sensor to the vehicle frame, (4, 4)."""
         matrix = np.eye(4)
         matrix[:3, :3] = self.rotation()
         matrix[:3, 3] = self.position_m
         return matrix
 
     def transform(self, points_m: ArrayLike) -> NDArray[np.float64]:
-        """Points in the sensor frame, (3,) or (..., 3) metres, as points in the vehicle frame, in the same shape."""
+        """Convert points, (3,) or (..., 3) metres, from the sensor frame to the vehicle frame, in the same shape."""
         moved: NDArray[np.float64] = np.asarray(points_m, np.float64) @ self.rotation().T + self.position_m
         return moved
 
     def inverse(self) -> Pose:
-        """The pose of the vehicle in the sensor frame: its `transform` takes points of the vehicle to the sensor."""
+        """Return the pose of the vehicle in the sensor frame: its `transform` converts points to the sensor frame."""
         rotation = self.rotation().T
         return _pose_from(rotation, -rotation @ np.array(self.position_m))
 
@@ -87,9 +87,9 @@ def _pose_from(rotation: NDArray[np.float64], position_m: NDArray[np.float64]) -
 
 
 def rpy_deg_from_rotation(rotation: NDArray[np.float64]) -> Vec3:
-    """Roll, pitch, yaw in degrees of a rotation matrix (3, 3); at pitch +-90 deg roll is set to zero.
+    """Return the roll, pitch, yaw in degrees of a rotation matrix (3, 3); at pitch +-90 deg roll is set to zero.
 
-    Roll is measured after yaw has been turned back, so that near +-90 deg it makes up for the error of yaw.
+    Roll is measured after yaw is undone, so that near +-90 deg it compensates for the error of yaw.
     """
     level = math.hypot(rotation[0, 0], rotation[1, 0])
     pitch = math.atan2(-rotation[2, 0], level)
@@ -108,7 +108,7 @@ _SAME_DEG = 1e-9
 
 
 def rpy_deg_near(rotation: NDArray[np.float64], before_deg: Vec3) -> Vec3:
-    """Roll, pitch, yaw in degrees of a rotation matrix (3, 3); angles that are as before keep every bit."""
+    """Return the roll, pitch, yaw in degrees of a rotation matrix (3, 3); unchanged angles keep every bit."""
     roll, pitch, yaw = (
         old if abs((new - old + 180.0) % 360.0 - 180.0) < _SAME_DEG else new
         for old, new in zip(before_deg, rpy_deg_from_rotation(rotation), strict=True)

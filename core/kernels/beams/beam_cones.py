@@ -1,11 +1,11 @@
 """Decide for spinning LiDARs in any pose whether any ray hits a voxel, tile by tile of the grid.
 
-Three things are certain without a look at a single ray. Between beams that are close together, and near enough, a
-voxel is hit whose centre lies between them: the *core*. Beyond it each beam is a *sheet*, a cone that has a height over
-every column; where the rays of a beam are closer than a voxel, one of them passes through a column near its middle, so
-the level in which the sheet is there is hit. And a level that no sheet comes near is missed. What remains is tested ray
-by ray: voxels that a sheet only grazes, those around the sensor, and those at the borders of sector and range. Tiles
-in which rays are too far apart are left to the ray walk.
+Three things are certain without testing a single ray. Between beams that are close together, and near enough, a voxel
+is hit whose centre lies between them: the *core*. Beyond it each beam is a *sheet*, a cone that has a height over every
+column; where the rays of a beam are closer than a voxel, one of them passes through a column near its middle, so the
+level in which the sheet is there is hit. A level far from every sheet is missed. What remains is tested ray by ray:
+voxels that a sheet only grazes, those around the sensor, and those at the borders of sector and range. Tiles in which
+rays are too far apart are left to the ray walk.
 """
 
 from __future__ import annotations

@@ -91,7 +91,7 @@ class Spinner(NamedTuple):
 
 @lean_inlined
 def height(axis: np.ndarray, beams: Beams, beam: int, x: float, y: float) -> float:
-    """Height of a cone above its tip at a place in plan, seen from the tip."""
+    """Return the height of a cone above its tip at a place in plan, seen from the tip."""
     q = axis[0] * x + axis[1] * y
     root = np.sqrt(q * q + beams.open[beam] * (x * x + y * y))
     return float(beams.fall[beam] * q + beams.rise[beam] * root)
@@ -112,7 +112,7 @@ def _overlaps(s: Spinner, beams: Beams, beam: int, cell: Cell) -> bool:
 
 @lean_inlined
 def axis_times(g: float, pace: float, low: int, t_in: float, t_out: float) -> tuple[float, float]:
-    """Times narrowed to those within one cell along an axis; pace: time for a voxel."""
+    """Return the times narrowed to those within one cell along an axis; pace: time for a voxel."""
     a, b = (low - g) * pace, (low + 1.0 - g) * pace
     return max(t_in, min(a, b)), min(t_out, max(a, b))
 
@@ -125,7 +125,7 @@ def is_cast(s: Spinner, row: int, turn: int) -> bool:
 
 @lean_inlined
 def ray_direction(s: Spinner, row: int, turn: int) -> Direction:
-    """Direction of the ray of a row of beams and a turn, in the frame of the grid."""
+    """Return the direction of the ray of a row of beams and a turn, in the frame of the grid."""
     if s.kind == LISTED:
         return rotated(s.rotation, direction(s.kind, s.rows[row * s.azimuths.size + turn], s.planes[0]))
     return rotated(s.rotation, direction(s.kind, s.rows[row], s.planes[turn]))
@@ -150,7 +150,7 @@ def ray_hits(s: Spinner, row: int, turn: int, cell: Cell) -> bool:
 
 @lean_inlined
 def azimuth_of(u: float, v: float) -> float:
-    """atan2(v, u) but for BEARING, by a polynomial in half an octant (Hastings 1955): much quicker."""
+    """Return atan2(v, u) within BEARING, by a polynomial in half an octant (Hastings 1955): much faster."""
     low, high = min(abs(u), abs(v)), max(abs(u), abs(v))
     t = low / high if high > 0.0 else 0.0
     square = t * t
@@ -163,8 +163,8 @@ def azimuth_of(u: float, v: float) -> float:
 
 @lean_inlined
 def _half_width(beams: Beams, beam: int, sine: float, cosine: float, narrow: float) -> float:
-    """Azimuths to either side at which rays of a beam are within an angle, of that cosine, of a direction of some
-    elevation, a little more; negative: there are none."""
+    """Return the azimuths to either side at which rays of a beam are within an angle, of that cosine, of a direction of
+    some elevation, a little more; negative: there are none."""
     scale = cosine * beams.cosine[beam]
     rest = scale + sine * beams.sine[beam] - narrow
     if rest < -SLACK * SLACK:
@@ -176,7 +176,7 @@ def _half_width(beams: Beams, beam: int, sine: float, cosine: float, narrow: flo
 
 @lean_inlined
 def place_of(s: Spinner, past: float) -> int:
-    """Number of azimuths less than `past` behind the first one; past: from 0 to a turn."""
+    """Return the number of azimuths less than `past` behind the first one; past: from 0 to a turn."""
     count, first = s.azimuths.size, s.azimuths[0]
     place = min(int(past / s.step), count)
     while place > 0 and s.azimuths[place - 1] - first >= past:
@@ -265,7 +265,7 @@ def _beam_hits(s: Spinner, beams: Beams, beam: int, azimuth: float, width: float
 
 @lean_inlined
 def _first_beam(beams: Beams, sine: float) -> int:
-    """Number of beams with a smaller sine of their elevation."""
+    """Return the number of beams with a smaller sine of their elevation."""
     place = int(min(max((sine + 1.0) * (0.5 * FINDER), 0.0), FINDER - 1.0))
     first = int(beams.finder[place])
     while first < beams.sine.size and beams.sine[first] < sine:

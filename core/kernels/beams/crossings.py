@@ -46,7 +46,7 @@ def first_turn(s: Spinner, beams: Beams, beam: int, x: float, y: float) -> int:
 @lean_inlined
 def _levels_in(s: Spinner, d: tuple[float, float, float], ix: int, iy: int) -> tuple[int, int, int]:
     """Return whether a ray passes through a column, and the first and last level in which it does; `NONE` where its
-    range ends before or nothing is certain. Without branches: they could not be foreseen."""
+    range ends before or nothing is certain. Without branches, which could not be predicted."""
     t_in, t_out = axis_times(s.origin[0], 1.0 / d[0], ix, -LONGEST, LONGEST)
     t_in, t_out = axis_times(s.origin[1], 1.0 / d[1], iy, t_in, t_out)
     is_slanted = (d[0] != 0.0) & (d[1] != 0.0)
@@ -65,7 +65,7 @@ def _levels_in(s: Spinner, d: tuple[float, float, float], ix: int, iy: int) -> t
 
 @lean_inlined
 def _turn_at(s: Spinner, turn: int) -> int:
-    """Number in the table of an azimuth, at most one turn too far either way."""
+    """Return the number in the table of an azimuth, at most one turn too far either way."""
     return int(s.turns[around(turn, s.azimuths.size)[0]])
 
 
@@ -82,7 +82,7 @@ class Column(NamedTuple):
 
 @lean_inlined
 def _column(s: Spinner, tile: Tile, work: TileWork, number: int) -> Column:
-    """A column by its number in the list."""
+    """Return a column by its number in the list."""
     listed, place = work.listed, int(work.listed[0, number])
     ix, iy = tile.ix + place // TILE, tile.iy + place % TILE
     word = (ix * s.shape[1] + iy) * ((s.shape[2] + 63) // 64)
@@ -158,7 +158,7 @@ def _keep_open(
 @lean_inlined
 def _look_beside(s: Spinner, beams: Beams, tile: Tile, count: int, work: TileWork) -> None:
     """Write for each listed column the first azimuth behind its middle, and the result of the rays on either side of
-    it: into work.beside (7, LISTED_MOST). Without branches: they could not be predicted."""
+    it: into work.beside (7, LISTED_MOST). Without branches, which could not be predicted."""
     beside = work.beside
     for i in range(count):
         c = _column(s, tile, work, i)

@@ -81,7 +81,7 @@ class Tile(NamedTuple):
 
 @lean_inlined
 def tile_at(s: Spinner, ix: int, iy: int) -> Tile:
-    """The tile that begins at a column."""
+    """Return the tile that begins at a column."""
     x, y = ix - s.origin[0], iy - s.origin[1]
     near_x, near_y = max(max(x, -x - TILE), 0.0), max(max(y, -y - TILE), 0.0)
     far_x, far_y = max(abs(x), abs(x + TILE)), max(abs(y), abs(y + TILE))
@@ -93,7 +93,7 @@ def tile_at(s: Spinner, ix: int, iy: int) -> Tile:
 
 @lean_inlined
 def reaches(tile: Tile) -> float:
-    """The longest way from the sensor to a point of the tile in the box."""
+    """Return the longest way from the sensor to a point of the tile in the box."""
     return float(np.hypot(tile.farthest, max(abs(tile.low), abs(tile.high))))
 
 
@@ -118,14 +118,14 @@ def add_levels(levels: np.ndarray, bits: np.ndarray) -> None:
 
 @lean_inlined
 def level_of(height: float) -> np.int32:
-    """The level of a height, as a number that fits into 32 bits."""
+    """Return the level of a height, as a number that fits into 32 bits."""
     return np.int32(np.floor(min(max(height, -1e6), 1e6)))
 
 
 @lean_inlined
 def find_wanted(s: Spinner, tile: Tile, radius: float, keep: np.ndarray, work: TileWork) -> bool:
-    """Write which columns of a tile, within a radius in plan, hold a voxel of keep uint64 (words,); returns whether
-    one does."""
+    """Write which columns of a tile, within a radius in plan, hold a voxel of keep uint64 (words,); return whether one
+    does."""
     ny, depth, is_any, most = s.shape[1], (s.shape[2] + 63) // 64, False, radius - HALF_COLUMN
     is_near = tile.farthest <= radius
     work.is_wanted[:] = False

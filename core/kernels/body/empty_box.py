@@ -42,9 +42,9 @@ def _grow(
 
 @kernel
 def grow_empty_box(words: np.ndarray, shape: np.ndarray, cell: np.ndarray, limits: np.ndarray) -> np.ndarray:
-    """A box of cells int64 (6,) [lx hx ly hy lz hz) around a cell (3,) that holds no set bit, as large as it becomes
-    when it grows on all sides in turn, or along one axis before the others, within limits (6,), a box that holds the
-    cell; empty where the cell is set."""
+    """Return a box of cells int64 (6,) [lx hx ly hy lz hz) around a cell (3,) that holds no set bit, as large as it
+    becomes when it grows on all sides in turn, or along one axis before the others, within limits (6,), a box that
+    holds the cell; empty where the cell is set."""
     best, box, most = np.zeros(6, np.int64), np.empty(6, np.int64), 0
     for axis in range(-1, 3):
         box[0::2], box[1::2] = cell, cell + 1

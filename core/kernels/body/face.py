@@ -31,10 +31,10 @@ from riglens.core.kernels.rays.predicates import Vector
 from riglens.core.kernels.runtime.jit import lean_inlined
 
 DOUBT = 1e-11
-"""Products of a ray with the edges of a triangle are certain beyond this share of their largest possible size, which
-is a thousand times more than their rounding."""
+"""Share of the largest possible product of a ray with the edges of a triangle beyond which its sign is certain: a
+thousand times its rounding."""
 WIDEST = 0.85
-"""Balls that take more than this (a sine) of a LiDAR's view have no line that they could be laid on."""
+"""Sine of the half angle beyond which a ball is too wide in a LiDAR's view to be projected to a line."""
 
 EDGE_ON = 1e-3
 """Below this angle between ray and triangle (about its sine), rounding may move a hit farther sideways."""
@@ -51,8 +51,8 @@ class View(NamedTuple):
 
 
 class Sides(NamedTuple):
-    """Between which places (1, y, z) a triangle is met: y from left to right, z from low to high; left > right where
-    nothing is known."""
+    """Bounds of a triangle on the line x = 1: places (1, y, z), y from left to right, z from low to high; left > right
+    where they are unknown."""
 
     left: float
     right: float
@@ -85,13 +85,13 @@ def _cross(a: Vector, b: Vector) -> Vector:
 
 @lean_inlined
 def size_of(a: Vector) -> float:
-    """Length of a vector."""
+    """Return the length of a vector."""
     return float(np.sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]))
 
 
 @lean_inlined
 def ball_around(low: Vector, high: Vector) -> tuple[Vector, float]:
-    """Middle and radius of the ball around a box, a little larger."""
+    """Return the middle and radius of the ball around a box, a little larger."""
     middle = (0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), 0.5 * (low[2] + high[2]))
     across = size_of((high[0] - low[0], high[1] - low[1], high[2] - low[2]))
     return middle, 0.5 * across * (1.0 + BLUR) + 3.0 * GROWN
@@ -99,7 +99,7 @@ def ball_around(low: Vector, high: Vector) -> tuple[Vector, float]:
 
 @lean_inlined
 def view_of(rays: Cast, c: np.ndarray) -> View:
-    """A triangle of corners (3, 3) in the frame of the sensor."""
+    """Return the view of a triangle of corners (3, 3) in the frame of the sensor."""
     r, g = rays.rotation, rays.origin
     return View(
         _turned(r, c[0, 0] - g[0], c[0, 1] - g[1], c[0, 2] - g[2]),
@@ -119,7 +119,7 @@ def _turned(r: np.ndarray, x: float, y: float, z: float) -> Vector:
 
 @lean_inlined
 def _largest(view: View) -> float:
-    """The largest size that a product of the normals of a triangle with a unit vector may have."""
+    """Return the largest size that a product of the normals of a triangle with a unit vector may have."""
     one, two = size_of(view.one), size_of(view.two)
     return (size_of(view.corner) + one + two) * (one + two)
 
@@ -155,8 +155,8 @@ def sides_of(view: View, radius: float, ahead: float, cosine: float, sine: float
 
 @lean_inlined
 def window_around(screen: Screen, view: View, ball: tuple[Vector, float]) -> Window:
-    """The rays that can meet a triangle in a ball: those between its corners, or where they do not say it, those that
-    pass the ball."""
+    """Return the rays that can hit a triangle in a ball: those between its corners, or, where these do not bound it,
+    those that pass the ball."""
     (x, y, _), radius = ball
     cosine, sine, ahead = 1.0, 0.0, x
     if not screen.is_camera:
@@ -193,8 +193,8 @@ def _window_between(
 
 @lean_inlined
 def sides_of_box(rays: Cast, bounds: np.ndarray, middle: Vector, cosine: float, sine: float) -> Sides:
-    """Between where a box of low and high corner (6,) is on the line x = 1 turned towards its middle, in the frame of
-    the sensor, of which all its corners are ahead."""
+    """Return the bounds of a box of low and high corner (6,) on the line x = 1 turned towards its middle, in the frame
+    of the sensor; all its corners are ahead."""
     left, right, low, high = np.inf, -np.inf, np.inf, -np.inf
     for k in range(8):
         dx = (0.5 if k & 1 else -0.5) * (bounds[3] - bounds[0])
@@ -212,8 +212,8 @@ def sides_of_box(rays: Cast, bounds: np.ndarray, middle: Vector, cosine: float, 
 
 @lean_inlined
 def window_of_box(rays: Cast, screen: Screen, bounds: np.ndarray) -> Window:
-    """The rays that can pass a box of low and high corner (6,): those between its corners, or where it is so near that
-    these do not say it, those that pass the ball around it."""
+    """Return the rays that can pass a box of low and high corner (6,): those between its corners, or, where it is too
+    near for these to bound it, those that pass the ball around it."""
     middle, radius = ball_around((bounds[0], bounds[1], bounds[2]), (bounds[3], bounds[4], bounds[5]))
     x, y, z = in_sensor_axes(rays, middle)
     cosine, sine, ahead = 1.0, 0.0, x
@@ -257,7 +257,8 @@ def face_of(
     is_in_empty_box: bool,
     work: np.ndarray,
 ) -> Face:
-    """A triangle of corners (3, 3) in the ball around it, in the frame of the sensor; work (2, 3, 3)."""
+    """Return the face of a triangle of corners (3, 3) in the ball around it, in the frame of the sensor; work (2, 3,
+    3)."""
     (x, y, z), radius = ball
     normals, edges = work[0], work[1]
     doubt = DOUBT * screen.longest * set_normals(view, normals)
@@ -281,8 +282,8 @@ def face_of(
 def between(
     face: Face, height: float, room: float, is_outer: bool, low: float, high: float
 ) -> tuple[float, float]:
-    """The part of low..high on the line x = 1 in which rays of a row may be between the edges of a face, or where not
-    `is_outer` the part in which they are for certain; room: of the edges (empty: from > to)."""
+    """Return the part of low..high on the line x = 1 in which rays of a row may be between the edges of a face, or
+    where not `is_outer` the part in which they are for certain; room: of the edges (empty: from > to)."""
     for k in range(3):
         a = face.edges[k, 2] * height
         b = a * face.steepest

@@ -1,9 +1,9 @@
 """Find where the rays of a distorted lens end at a solid, triangle by triangle.
 
-The same as `kernels.body.shadow`, for rays that have no rows and columns but lie in bins of the image plane:
-the tree is gone through from the near to the far, a box is left out where all rays of the bins that its ball touches
-are over, and a triangle is offered to the rays of the bins that it touches. Rays that meet something inside of the
-empty box are over.
+The same as `kernels.body.shadow`, for rays that have no rows and columns but lie in bins of the image plane: the tree
+is traversed front to back, a box is skipped where all rays of the bins that its ball touches are finished, and a
+triangle is tested against the rays of the bins that it touches. Rays that hit something inside the empty box are
+finished.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class Patch(NamedTuple):
 
 @lean_inlined
 def _sides_of_box(rays: Cast, b: np.ndarray) -> Sides:
-    """Between which places (1, y, z) a box of low and high corner (6,) is seen."""
+    """Return the bounds (1, y, z) of a box of low and high corner (6,)."""
     middle, radius = ball_around((b[0], b[1], b[2]), (b[3], b[4], b[5]))
     place = in_sensor_axes(rays, middle)
     if radius >= WIDEST * place[0]:
@@ -65,7 +65,7 @@ def _sides_of_box(rays: Cast, b: np.ndarray) -> Sides:
 
 @lean_inlined
 def _patch_between(bins: Bins, bar: Barring, sides: Sides) -> Patch:
-    """The bins between some places, of the columns in question."""
+    """Return the bins between some places, of the columns in question."""
     if sides.left > sides.right:
         return Patch(0, -1, 0, -1)
     from_i, to_i = max(bin_of(bins, 0, sides.left), bar.first), min(bin_of(bins, 0, sides.right), bar.end - 1)
@@ -75,7 +75,7 @@ def _patch_between(bins: Bins, bar: Barring, sides: Sides) -> Patch:
 
 @lean_inlined
 def _sides_of_ball(place: Vector, radius: float) -> Sides:
-    """Between which places (1, y, z) a ball at a place in the frame of the camera is seen."""
+    """Return the bounds (1, y, z) of a ball at a place in the frame of the camera."""
     left, right = slopes_of(place[0], place[1], radius)
     low, high = slopes_of(place[0], place[2], radius)
     return Sides(left, right, low, high) if low <= high else Sides(1.0, 0.0, 1.0, 0.0)
@@ -83,7 +83,7 @@ def _sides_of_ball(place: Vector, radius: float) -> Sides:
 
 @lean_inlined
 def _has_open(bins: Bins, patch: Patch, still: np.ndarray) -> bool:
-    """Return whether some ray in some bins is not over."""
+    """Return whether some ray in some bins is not finished."""
     for i in range(patch.from_i, patch.to_i + 1):
         for j in range(patch.from_j, patch.to_j + 1):
             if still[i * bins.sizes[1] + j] > 0:
@@ -93,8 +93,8 @@ def _has_open(bins: Bins, patch: Patch, still: np.ndarray) -> bool:
 
 @lean_inlined
 def _verdict(n: np.ndarray, doubt: float, d: np.ndarray, is_in_empty_box: bool) -> int:
-    """-1 where a ray of direction d (3,) in the frame of the camera certainly misses a triangle, 1 where
-    it certainly meets it in the empty box, else 0; normals n (3, 3)."""
+    """Return -1 where a ray of direction d (3,) in the frame of the camera certainly misses a triangle, 1 where it
+    certainly hits it in the empty box, else 0; normals n (3, 3)."""
     u = n[0, 0] * d[0] + n[0, 1] * d[1] + n[0, 2] * d[2]
     v = n[1, 0] * d[0] + n[1, 1] * d[1] + n[1, 2] * d[2]
     w = n[2, 0] * d[0] + n[2, 1] * d[1] + n[2, 2] * d[2]
@@ -110,7 +110,7 @@ def _verdict(n: np.ndarray, doubt: float, d: np.ndarray, is_in_empty_box: bool) 
 
 @lean_inlined
 def _meet_ray(rays: Cast, ray: int, c: np.ndarray, bar: Barring, ends: LensEnds) -> bool:
-    """Offer a triangle to one ray, by the formula; whether it is over now."""
+    """Test a triangle against one ray, by the formula; return whether the ray is finished now."""
     row = rays.rows[ray]
     o = (rays.origin[0], rays.origin[1], rays.origin[2])
     d = rotated(rays.rotation, (row[0], row[1], row[2]))
@@ -126,7 +126,7 @@ def _meet_ray(rays: Cast, ray: int, c: np.ndarray, bar: Barring, ends: LensEnds)
 
 @lean
 def _offer(rays: Cast, bins: Bins, c: np.ndarray, bar: Barring, normals: np.ndarray, ends: LensEnds) -> None:
-    """Offer a triangle of corners (3, 3) to all rays that can meet it; normals (3, 3): work space."""
+    """Test a triangle of corners (3, 3) against all rays that can hit it; normals (3, 3): work space."""
     low = (
         min(c[0, 0], min(c[1, 0], c[2, 0])),
         min(c[0, 1], min(c[1, 1], c[2, 1])),

@@ -10,10 +10,10 @@ from riglens.core.kernels.runtime.jit import inlined, parallel_kernel
 from riglens.core.kernels.voxels.bits import level_mask
 
 CAR, OUTSIDE, GROUND, NOTHING, SHARED, NEW = range(6)
-"""It meets the car; never enters the grid; passes its floor, or leaves it otherwise, and meets nothing informative;
-meets only what others see; meets something that they do not."""
+"""Outcomes of a ray: it hits the car; never enters the grid; leaves it through its floor, or otherwise, without an
+informative voxel; meets only what others see; meets something new."""
 OPEN = -1
-"""Left to the walk in rational numbers."""
+"""Outcome left to the walk in rational numbers."""
 PROBES, STEP, MARGIN = 48, 8.0, 1e-6
 """Points at which a ray is tried before it is walked, how far apart, and how far from faces a point is certainly in its
 voxel; all in grid units."""
@@ -21,7 +21,7 @@ voxel; all in grid units."""
 
 @inlined
 def _meets(runs: np.ndarray, count: int, depth: int, informative: np.ndarray, others: np.ndarray) -> int:
-    """NOTHING, SHARED or NEW for the voxels of some runs; informative, others uint64 (words,)."""
+    """Return NOTHING, SHARED or NEW for the voxels of some runs; informative, others uint64 (words,)."""
     found = NOTHING
     for r in range(count):
         for part in range(runs[r, 1] >> 6, (runs[r, 2] >> 6) + 1):

@@ -56,32 +56,32 @@ class Window(NamedTuple):
 
 @lean_inlined
 def before(finder: np.ndarray, scale: np.ndarray, place: float) -> int:
-    """Number of rows or columns before a place, or fewer."""
+    """Return the number of rows or columns before a place, or fewer."""
     return int(finder[int(min(max((place - scale[0]) * scale[1], 0.0), finder.size - 1.0))])
 
 
 @lean_inlined
 def upto(finder: np.ndarray, scale: np.ndarray, place: float) -> int:
-    """Number of rows or columns up to a place, or more."""
+    """Return the number of rows or columns up to a place, or more."""
     return int(finder[int(min(max((place - scale[0]) * scale[1] + 1.0, 0.0), finder.size - 1.0))])
 
 
 @lean_inlined
 def bearing(u: float, v: float) -> float:
-    """atan2(v, u) in [0, 2 pi), but for half of BEARING."""
+    """Return atan2(v, u) in [0, 2 pi), within half of BEARING."""
     angle = azimuth_of(u, v)
     return angle if angle >= 0.0 else angle + A_TURN
 
 
 @lean_inlined
 def angle_on_line(y: float) -> float:
-    """The angle to a place on the line x = 1, but for half of BEARING."""
+    """Return the angle to a place on the line x = 1, within half of BEARING."""
     return bearing(1.0, y) if y >= 0.0 else -bearing(1.0, -y)
 
 
 @lean_inlined
 def in_sensor_axes(rays: Cast, place: Vector) -> Vector:
-    """A place of the vehicle frame as the sensor sees it."""
+    """Return a place of the vehicle frame as the sensor sees it."""
     dx, dy, dz = place[0] - rays.origin[0], place[1] - rays.origin[1], place[2] - rays.origin[2]
     r = rays.rotation
     return (
@@ -93,7 +93,7 @@ def in_sensor_axes(rays: Cast, place: Vector) -> Vector:
 
 @lean_inlined
 def _turn_window(screen: Screen, place: Vector, radius: float) -> Window:
-    """The window of a ball at a place in the frame of a LiDAR."""
+    """Return the window of a ball at a place in the frame of a LiDAR."""
     x, y, z = place
     flat2 = x * x + y * y
     far2 = flat2 + z * z
@@ -116,7 +116,7 @@ def _turn_window(screen: Screen, place: Vector, radius: float) -> Window:
 
 @lean_inlined
 def slopes_of(x: float, y: float, radius: float) -> tuple[float, float]:
-    """From where to where a disc at (x, y) is seen on the line x = 1 (empty: from > to)."""
+    """Return the span of a disc at (x, y) on the line x = 1 (empty: from > to)."""
     rest = x * x + y * y - radius * radius
     if rest <= BLUR * radius * radius:
         return -np.inf, np.inf
@@ -131,7 +131,7 @@ def slopes_of(x: float, y: float, radius: float) -> tuple[float, float]:
 
 @lean_inlined
 def _image_window(screen: Screen, place: Vector, radius: float) -> Window:
-    """The window of a ball at a place in the frame of a camera."""
+    """Return the window of a ball at a place in the frame of a camera."""
     low, high = slopes_of(place[0], -place[2], radius)
     left, right = slopes_of(place[0], -place[1], radius)
     if low > high or left > right:
@@ -143,13 +143,13 @@ def _image_window(screen: Screen, place: Vector, radius: float) -> Window:
 
 @lean_inlined
 def window_of(screen: Screen, place: Vector, radius: float) -> Window:
-    """The window of a ball at a place in the frame of the sensor."""
+    """Return the window of a ball at a place in the frame of the sensor."""
     return _image_window(screen, place, radius) if screen.is_camera else _turn_window(screen, place, radius)
 
 
 @lean_inlined
 def columns_of(screen: Screen, window: Window, row: int) -> tuple[int, int, int]:
-    """First and end of the columns of a row in a window, and the end of those after a full turn."""
+    """Return the first and end of the columns of a row in a window, and the end of those after a full turn."""
     left = window.left
     if screen.shift.size > 0:
         left -= screen.shift[row]
@@ -164,7 +164,7 @@ def columns_of(screen: Screen, window: Window, row: int) -> tuple[int, int, int]
 
 @lean_inlined
 def _bits_of(first: int, end: int, word: int) -> np.uint64:
-    """Bits of the columns first..end-1, of which it holds some, in a word."""
+    """Return the bits of the columns first..end-1, of which it holds some, in a word."""
     low, high = max(first - 64 * word, 0), min(end - 1 - 64 * word, 63)
     return (FULL_WORD << np.uint64(low)) & (FULL_WORD >> np.uint64(63 - high))
 

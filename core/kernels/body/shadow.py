@@ -1,11 +1,11 @@
 """Find where the rays of a lattice end at a solid; each triangle is tested against the few rays that can meet it.
 
-The tree of boxes is gone through from the near to the far; a box is left out where no ray can pass the ball around it,
-or where each ray that can is over. A triangle is offered row by row to the columns between its edges, which are linear
-on the line x = 1 turned towards it; rounding, and the curve of a LiDAR's row, only make them more. Three products
-without a division say of most of these rays for certain that they miss it, or that they meet it; where they cannot
-tell, or where the distance counts, the formula of `kernels.body.solid` does. So the ends are the very doubles
-of a search over all triangles.
+The tree of boxes is traversed front to back; a box is skipped where no ray can pass the ball around it, or where every
+such ray is finished. A triangle is offered row by row to the columns between its edges, which are linear on the line x
+= 1 turned towards it; rounding, and the curve of a LiDAR's row, only make them more. Three products without a division
+say of most of these rays for certain that they miss it, or that they meet it; where they cannot tell, or where the
+distance counts, the formula of `kernels.body.solid` does. So the ends are the very doubles of a search over all
+triangles.
 
 Rays that meet something inside of the *empty box*, a convex place around the sensor in which nothing counts, are over:
 it makes no difference where in the empty box they end.
@@ -84,7 +84,7 @@ def is_in(empty_box: np.ndarray, p: Vector) -> bool:
 def _meet_ray(
     rays: Cast, screen: Screen, face: Face, bar: Barring, row: int, column: int, ends: Ends
 ) -> None:
-    """Offer a face to one ray, by the formula."""
+    """Test a face against one ray, by the formula."""
     line, number = screen.row_of[row], screen.column_of[column]
     if rays.kind == LISTED:
         local = direction(LISTED, rays.rows[line * screen.column_of.size + number], rays.planes[0])
@@ -103,7 +103,7 @@ def _meet_ray(
 
 @lean_inlined
 def _products(rays: Cast, screen: Screen, face: Face, row: int, column: int) -> Vector:
-    """u, v and 1 of the barycentric coordinates of a ray, but for a factor."""
+    """Return u, v and 1 of the barycentric coordinates of a ray, up to a factor."""
     n, line, number = face.normals, screen.row_of[row], screen.column_of[column]
     if screen.is_camera:
         x, y, z = 1.0, rays.planes[number, 0], rays.rows[line, 0]
@@ -122,7 +122,7 @@ def _products(rays: Cast, screen: Screen, face: Face, row: int, column: int) -> 
 def _offer_each(
     rays: Cast, screen: Screen, face: Face, bar: Barring, row: int, first: int, end: int, ends: Ends
 ) -> None:
-    """Offer a face to the rays of some columns of a row, one by one."""
+    """Test a face against the rays of some columns of a row, one by one."""
     for column in range(max(first, bar.first), min(end, bar.end)):
         if has_all(ends.is_over[row], column, column + 1):
             continue
@@ -144,7 +144,7 @@ def _offer_columns(
     rays: Cast, screen: Screen, face: Face, bar: Barring, row: int, outer: tuple[int, int], inner: tuple[int, int],
     ends: Ends,
 ) -> None:  # fmt: skip
-    """Offer a face to the columns `outer` of a row; those of the columns `inner` are over for certain."""
+    """Test a face against the columns `outer` of a row; the rays of the columns `inner` certainly hit it."""
     first, end = max(inner[0], max(outer[0], bar.first)), min(inner[1], min(outer[1], bar.end))
     if first >= end:
         _offer_each(rays, screen, face, bar, row, outer[0], outer[1], ends)
@@ -156,13 +156,14 @@ def _offer_columns(
 
 @lean_inlined
 def _azimuth(screen: Screen, face: Face, row: int, y: float) -> float:
-    """Azimuth of a place on the line x = 1 as the columns of a row count it, but for 2 BEARING and whole turns."""
+    """Return the azimuth of a place on the line x = 1 as the columns of a row count it, within 2 BEARING and up to
+    whole turns."""
     return face.azimuth + angle_on_line(y) - (screen.shift[row] if screen.shift.size > 0 else 0.0)
 
 
 @lean_inlined
 def _offer_row(rays: Cast, screen: Screen, face: Face, bar: Barring, row: int, ends: Ends) -> None:
-    """Offer a face to the rays of a row that may pass between its edges."""
+    """Test a face against the rays of a row that may pass between its edges."""
     height = screen.heights[row]
     room = face.doubt * (1.0 if screen.is_camera else np.sqrt(1.0 + height * height) * face.steepest)
     low, high = between(face, height, 3.0 * EDGE / DOUBT * room, True, -face.side, face.side)
@@ -215,7 +216,7 @@ def _offer_turn(
 
 @lean_inlined
 def _next_open(screen: Screen, window: Window, bar: Barring, is_over: np.ndarray, row: int) -> int:
-    """The first row of a window from `row` on with a ray in it that is not over, else its last row's next."""
+    """Return the first row of a window from `row` on with a ray in it that is not over, else its last row's next."""
     while row < window.end:
         start, end, again = columns_of(screen, window, row)
         if not has_all(is_over[row], max(start, bar.first), min(end, bar.end)):
@@ -228,7 +229,7 @@ def _next_open(screen: Screen, window: Window, bar: Barring, is_over: np.ndarray
 
 @lean
 def _offer(rays: Cast, screen: Screen, c: np.ndarray, bar: Barring, work: np.ndarray, ends: Ends) -> None:
-    """Offer a triangle to all rays that can meet it."""
+    """Test a triangle against all rays that can hit it."""
     low = (
         min(c[0, 0], min(c[1, 0], c[2, 0])),
         min(c[0, 1], min(c[1, 1], c[2, 1])),
@@ -262,7 +263,7 @@ def _offer(rays: Cast, screen: Screen, c: np.ndarray, bar: Barring, work: np.nda
 
 @lean_inlined
 def near2(o: np.ndarray, bounds: np.ndarray) -> float:
-    """Squared distance of a box from a place."""
+    """Return the squared distance of a box from a place."""
     total = 0.0
     for axis in range(3):
         beside = max(max(bounds[axis] - o[axis], o[axis] - bounds[3 + axis]), 0.0)

@@ -43,7 +43,7 @@ class Tree(NamedTuple):
 
 
 class Hit(NamedTuple):
-    """A meeting: distance along the ray (inf: none), number of the triangle, |cosine| between ray and normal."""
+    """Hit of a ray: distance along the ray (inf: none), number of the triangle, |cosine| between ray and normal."""
 
     t: float
     number: int
@@ -52,7 +52,7 @@ class Hit(NamedTuple):
 
 @lean_inlined
 def slab(origin: float, along: float, low: float, high: float, t0: float, t1: float) -> tuple[float, float]:
-    """The part of [t0, t1] inside a slab; empty (t0 > t1) when there is none."""
+    """Return the part of [t0, t1] inside a slab; empty (t0 > t1) when there is none."""
     if along == 0.0:
         return (t0, t1) if low <= origin <= high else (np.inf, -np.inf)
     a, b = (low - origin) / along, (high - origin) / along
@@ -61,7 +61,7 @@ def slab(origin: float, along: float, low: float, high: float, t0: float, t1: fl
 
 @lean_inlined
 def _passes(o: Vector, d: Vector, bounds: np.ndarray, t0: float, t1: float) -> tuple[float, float]:
-    """The part of [t0, t1] in which a ray is inside of bounds (6,)."""
+    """Return the part of [t0, t1] in which a ray is inside of bounds (6,)."""
     t0, t1 = slab(o[0], d[0], bounds[0], bounds[3], t0, t1)
     t0, t1 = slab(o[1], d[1], bounds[1], bounds[4], t0, t1)
     return slab(o[2], d[2], bounds[2], bounds[5], t0, t1)
@@ -69,7 +69,7 @@ def _passes(o: Vector, d: Vector, bounds: np.ndarray, t0: float, t1: float) -> t
 
 @lean_inlined
 def _passes_triangle(o: Vector, d: Vector, c: np.ndarray) -> tuple[float, float]:
-    """The part of a ray, from its start on, inside of the grown box around corners (3, 3)."""
+    """Return the part of a ray, from its start on, inside of the grown box around corners (3, 3)."""
     t0, t1 = 0.0, np.inf
     for axis in range(3):
         low = min(c[0, axis], min(c[1, axis], c[2, axis])) - GROWN
@@ -107,7 +107,8 @@ def meet(o: Vector, d: Vector, c: np.ndarray) -> tuple[float, float]:
 def first_hit(
     o: Vector, d: Vector, tree: Tree, stops: np.ndarray, nodes: tuple[int, int], start: float, best: Hit
 ) -> Hit:
-    """The nearest meeting beyond `start` and nearer than `best`; of two at the same place the one of the lower number.
+    """Return the nearest hit beyond `start` and nearer than `best`; of two at the same place the one with the lower
+    number.
 
     nodes: from which node of the tree to which; stops bool (t,): which triangles stop the ray.
     """
@@ -176,8 +177,8 @@ def _ray(rays: Cast, ray: int) -> Vector:
 def meet_listed(
     origin: np.ndarray, directions: np.ndarray, tree: Tree, stops: np.ndarray, most: np.ndarray, start: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """First meetings of rays of directions (n, 3) nearer than `most` (n,): distance (n,), inf without one, number of
-    the triangle (n,), -1 without one, and |cosine| (n,)."""
+    """Return the first hits of rays of directions (n, 3) nearer than `most` (n,): distance (n,), inf without one,
+    number of the triangle (n,), -1 without one, and |cosine| (n,)."""
     count = directions.shape[0]
     distance, number, square = np.full(count, np.inf), np.full(count, -1), np.zeros(count)
     o = (origin[0], origin[1], origin[2])

@@ -72,7 +72,7 @@ class VoxelWork(NamedTuple):
 
 @lean_inlined
 def _to_camera(f: Frustum, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """A point of the grid in the camera frame."""
+    """Convert a point of the grid to the camera frame."""
     dx, dy, dz = x - f.origin[0], y - f.origin[1], z - f.origin[2]
     r = f.rotation
     return (
@@ -84,7 +84,7 @@ def _to_camera(f: Frustum, x: float, y: float, z: float) -> tuple[float, float, 
 
 @lean_inlined
 def _narrow(value: float, slope: float, low: float, high: float) -> tuple[float, float]:
-    """The part of low..high in which value + k slope >= 0."""
+    """Return the part of low..high in which value + k slope >= 0."""
     if slope > 0.0:
         return max(low, -value / slope), high
     if slope < 0.0:
@@ -146,13 +146,13 @@ def _stopped_within(f: Frustum, u0: float, u1: float, v0: float, v1: float) -> i
 
 @lean_inlined
 def _pixel(f: Frustum, x: float, y: float, z: float) -> tuple[float, float]:
-    """Place in the lattice of a point in the camera frame, before the camera."""
+    """Return the place in the lattice of a point in the camera frame, before the camera."""
     return f.image[0] - f.image[1] * y / x, f.image[2] - f.image[3] * z / x
 
 
 @lean_inlined
 def _extent(places: np.ndarray, axis: int) -> tuple[float, float]:
-    """The least and the largest of eight places along an axis."""
+    """Return the least and the largest of eight places along an axis."""
     low, high = places[0, axis], places[0, axis]
     for corner in range(1, 8):
         low, high = min(low, places[corner, axis]), max(high, places[corner, axis])
@@ -161,7 +161,8 @@ def _extent(places: np.ndarray, axis: int) -> tuple[float, float]:
 
 @lean
 def _corners(f: Frustum, cell: Cell, corners: np.ndarray) -> bool:
-    """Corners (8, 3) of a voxel in the camera frame; False when one plane has them all outside: no ray hits."""
+    """Return the corners (8, 3) of a voxel in the camera frame; False when one plane has them all outside: no ray
+    hits."""
     for corner in range(8):
         x, y, z = cell[0] + (corner & 1), cell[1] + ((corner >> 1) & 1), cell[2] + (corner >> 2)
         corners[corner, 0], corners[corner, 1], corners[corner, 2] = _to_camera(
@@ -313,7 +314,7 @@ def _mark_column(f: Frustum, ix: int, iy: int, keep: np.ndarray, marks: np.ndarr
 
 @lean_inlined
 def _columns_in_row(outline: np.ndarray, x: float) -> tuple[float, float]:
-    """From where to where along y the convex outline is crossed at x (empty: from > to)."""
+    """Return the span along y in which a row of columns at x crosses the convex outline (empty: from > to)."""
     low, high = np.inf, -np.inf
     for a in range(outline.shape[0]):
         for b in range(a):

@@ -28,17 +28,17 @@ from riglens.core.kernels.voxels.bits import mark_levels
 SECTORS = 8192
 """In a turn."""
 WIDEST = 10
-"""Sectors are gathered in twos, fours and so on, this many times: as wide as the nearest columns."""
+"""Number of doublings by which sectors are merged: up to the width of the nearest columns."""
 BLURRED = 1e-9
-"""Bearings and slopes are good to much less."""
+"""Tolerance of bearings and slopes, far above their rounding."""
 POLAR = 0.3
-"""Of a turn of 4: an edge that turns so far passes close to the vertical."""
+"""Bearing span (a full turn is 4) beyond which an edge passes close to the vertical."""
 OPPOSITE = 1.8
-"""The same: an edge that turns nearly by half a turn may pass the vertical on either side."""
+"""Bearing span beyond which an edge may pass the vertical on either side."""
 NEAREST = 4.0
 """Voxels in plan within which every voxel is tested."""
 TOUCHING = 0.05
-"""Voxels so near to the camera are tested with all rays."""
+"""Distance to the camera within which voxels are tested with all rays."""
 AHEAD = 0.002
 """Least distance ahead of anything that is farther away than TOUCHING and met by a ray."""
 
@@ -75,7 +75,8 @@ class Mesh(NamedTuple):
 
 @lean_inlined
 def _bearing(x: float, y: float) -> float:
-    """The bearing of a place in plan in sectors, from 0 to SECTORS; it grows with the angle, a little unevenly."""
+    """Return the bearing of a place in plan in sectors, from 0 to SECTORS; it grows with the angle, a little
+    unevenly."""
     share = y / (abs(x) + abs(y))
     return (0.25 * SECTORS) * (share + 1.0 if x >= 0.0 else 3.0 - share)
 
@@ -136,7 +137,7 @@ def lay_border(border: np.ndarray, inside: np.ndarray, around: np.ndarray) -> No
 
 @lean_inlined
 def _slopes_around(mesh: Mesh, bearing: float, half: float) -> tuple[float, float]:
-    """The least and the largest slope of the mesh within some sectors of a bearing (empty: least > largest)."""
+    """Return the least and the largest slope of the mesh within some sectors of a bearing (empty: least > largest)."""
     first, last = int(np.floor(bearing - half)), int(np.floor(bearing + half))
     wide = 0
     while (2 << wide) <= last - first + 1:
@@ -169,7 +170,7 @@ def _ray_hits(mesh: Mesh, ray: int, cell: Cell) -> bool:
 
 @lean_inlined
 def _to_camera(mesh: Mesh, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """A place seen from the camera, in the camera frame."""
+    """Convert a place, relative to the camera, to the camera frame."""
     r = mesh.rotation
     return (
         r[0, 0] * x + r[1, 0] * y + r[2, 0] * z,
@@ -376,7 +377,8 @@ def _mark_column(
 
 @lean_inlined
 def _columns_in_row(outline: np.ndarray, x: float) -> tuple[float, float]:
-    """From where to where along y a convex outline, corner by corner, is crossed at x (empty: from > to)."""
+    """Return the span along y in which a row of columns at x crosses a convex outline, given by its corners (empty:
+    from > to)."""
     low, high = np.inf, -np.inf
     for a in range(outline.shape[0]):
         b = a - 1 if a > 0 else outline.shape[0] - 1

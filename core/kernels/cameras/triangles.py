@@ -12,7 +12,7 @@ SIZES = 6
 
 @lean_inlined
 def _include(rows: np.ndarray, a: int, b: int, c: int, sizes: np.ndarray) -> bool:
-    """Widen the sizes by a triangle of rays; whether it turns left seen from outside."""
+    """Widen the sizes by a triangle of rays; return whether it turns left seen from outside."""
     ab = (rows[a, 0] - rows[b, 0], rows[a, 1] - rows[b, 1], rows[a, 2] - rows[b, 2])
     bc = (rows[b, 0] - rows[c, 0], rows[b, 1] - rows[c, 1], rows[b, 2] - rows[c, 2])
     ca = (rows[c, 0] - rows[a, 0], rows[c, 1] - rows[a, 1], rows[c, 2] - rows[a, 2])

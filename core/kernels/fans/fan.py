@@ -35,13 +35,13 @@ from riglens.core.kernels.runtime.jit import inlined, kernel, parallel_kernel
 
 FARTHEST_ORIGIN = 5e3
 STRAIGHTEST = 1e-3
-"""Along a heading closer to an axis, rounding of the heading would move the crossings by more than the tolerance."""
+"""Closest heading to an axis at which rounding of the heading moves crossings by less than the tolerance."""
 STRAIGHT = 1e-13
-"""Along a heading this close to an axis, a plane does not drift by the tolerance in any grid."""
+"""Heading so close to an axis that a plane drifts by less than the tolerance in any grid."""
 LEAST = 1e-300
-"""Replaces a drift of zero: quotients become huge, and keep their sign."""
+"""Stand-in for a drift of zero: quotients become huge but keep their sign."""
 STEEPEST = 1e3
-"""Rays with a larger slope are walked alone."""
+"""Slope beyond which rays are walked one by one."""
 PLANES_LOOKED_AT = 32
 EVENTS_LOOKED_AT = 32
 EVENT_COST = 1.0
@@ -50,8 +50,8 @@ UNDECIDED, EMPTY, LAID = -1, 0, 1
 
 
 class Course(NamedTuple):
-    """Course of a plane through the columns: its place within the first one in voxels, counted towards the faces
-    crossed, and the faces crossed by distance along the heading."""
+    """Course of a plane through the columns: its place within the first one in voxels, measured towards the faces
+    crossed, and the faces crossed per distance along the heading."""
 
     ox: float
     oy: float
@@ -74,7 +74,7 @@ class Laid(NamedTuple):
 
 @inlined
 def _start_cell(g: float, h: float, s_in: float, low: int, high: int) -> tuple[float, bool]:
-    """Cell of one axis where the plane enters the box, and whether that is certain."""
+    """Return the cell of one axis where the plane enters the box, and whether that is certain."""
     if s_in == 0.0:
         return (np.floor(g) if h > 0.0 else np.ceil(g) - 1.0), True
     first = float(low) if h > 0.0 else float(high)
@@ -160,7 +160,8 @@ def _mark_columns(profile: Profile, laid: Laid, work: FanWork, marks: np.ndarray
 
 @inlined
 def _faces(course: Course, left_x: int, left_y: int, s_out: float) -> tuple[int, int, bool]:
-    """Faces along x and y between the first column and the last one in the box, and whether both are certain.
+    """Return the faces along x and y between the first column and the last one in the box, and whether both are
+    certain.
 
     left_x, left_y: columns ahead of the first one in the box; s_out: distance at which the plane leaves the box.
     """
@@ -172,7 +173,7 @@ def _faces(course: Course, left_x: int, left_y: int, s_out: float) -> tuple[int,
 
 @inlined
 def _without(outcome: int) -> Laid:
-    """A plane that is not laid over columns."""
+    """Return a plane that is not laid over columns."""
     return Laid(outcome, 0, 0, 0, 0, 0.0)
 
 
@@ -186,9 +187,8 @@ def lay_plane(
     work: FanWork,
     leftover: LeftoverRays,
 ) -> Laid:
-    """Lay one plane over the columns of a box; UNDECIDED when it comes too close to a face or an edge for that here.
-
-    Writes the ways between the columns, and the column of each event, to work.
+    """Lay one plane over the columns of a box; UNDECIDED when it comes too close to a face or an edge. Write the ways
+    between the columns, and the column of each event, to work.
     """
     hx, hy, scale, at = fan.headings[plane, 0], fan.headings[plane, 1], fan.scales[plane], profile.at
     gx, gy, ny = space.origin[0], space.origin[1], space.shape[1]

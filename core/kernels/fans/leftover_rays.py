@@ -1,6 +1,6 @@
 """Rays of a fan that are walked one by one: those that planes leave to the exact walk.
 
-A kernel of its own: compiled into the walk of planes, the exact walk took longer to compile than all the rest of it.
+A separate kernel: inlined into the walk of planes, the exact walk took longer to compile than all the rest.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Planes of a fan in which some rays are stopped by the car's body: only the levels that free rays reach are marked.
 
-A kernel of its own, because most rigs are first scored without a solid body, and this one takes long to compile.
+A separate kernel, because most rigs are first scored without a solid body, and this one takes long to compile.
 """
 
 from __future__ import annotations

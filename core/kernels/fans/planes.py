@@ -10,7 +10,7 @@ from riglens.core.kernels.fans.profile import Profile
 from riglens.core.kernels.runtime.jit import inlined, kernel
 
 ALL = -1
-"""In place of a row: all rows of a plane."""
+"""Stand-in for a row: all rows of a plane."""
 
 
 class Fan(NamedTuple):
@@ -72,8 +72,8 @@ class LeftoverRays(NamedTuple):
 
 @inlined
 def clip_side(g: float, h: float, low: int, high: int, s_in: float, s_out: float) -> tuple[float, float]:
-    """Distances s_in, s_out along a heading, in voxels, narrowed to where a plane is between the faces low and high of
-    an axis; g: its place on that axis at distance 0, h: its drift along the axis by distance."""
+    """Return the distances s_in, s_out along a heading, in voxels, narrowed to where a plane is between the faces low
+    and high of an axis; g: its place on that axis at distance 0, h: its drift along the axis by distance."""
     first, last = (float(low), float(high)) if h > 0.0 else (float(high), float(low))
     return max(s_in, (first - g) / h), min(s_out, (last - g) / h)
 
@@ -89,7 +89,7 @@ def is_limited(fan: Fan, plane: int) -> bool:
 
 @kernel
 def work_for(space: Space, profile: Profile) -> FanWork:
-    """Work space for the planes of a fan."""
+    """Return work space for the planes of a fan."""
     depth, crossed = profile.masks.shape[1], space.shape[0] + space.shape[1] + 3
     return FanWork(
         np.empty(crossed, np.int32),

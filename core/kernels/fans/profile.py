@@ -12,7 +12,7 @@ import numpy as np
 from riglens.core.kernels.runtime.jit import inlined, kernel
 
 TOLERANCE = 1e-8
-"""Voxels. Below FARTHEST_ORIGIN voxels, crossings summed up step by step are good to half of this; what is closer
+"""Voxels. Below FARTHEST_ORIGIN voxels, crossings summed step by step are off by at most half of this; what is closer
 to a tie is decided exactly."""
 
 
@@ -50,7 +50,7 @@ class Events(NamedTuple):
 
 @inlined
 def _stay(slope: float, near: float, far: float, enters_z: float, leaves_z: float) -> tuple[float, float]:
-    """Distances between which a ray is between two heights, relative to the sensor, and within its range."""
+    """Return the distances between which a ray is between two heights, relative to the sensor, and within its range."""
     if slope == 0.0:
         return near, far
     return max(enters_z / slope, near), min(leaves_z / slope, far)
@@ -137,7 +137,7 @@ def find_stays(rays: Slopes, z0: float, low: int, high: int, farthest: float, ev
 
 @kernel
 def masks_of(changes: np.ndarray, depth: int) -> np.ndarray:
-    """Levels in use after 0, 1, 2... events, uint64 (events + 1, depth); changes as in `Profile`."""
+    """Return the levels in use after 0, 1, 2... events, uint64 (events + 1, depth); changes as in `Profile`."""
     masks = np.zeros((changes.size + 1, depth), np.uint64)
     for i in range(changes.size):
         for part in range(depth):

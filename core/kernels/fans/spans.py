@@ -37,7 +37,7 @@ class Limits(NamedTuple):
 
 @kernel
 def limits_for(depth: int, ways: np.ndarray) -> Limits:
-    """Work space for planes that cross columns by these ways; `depth` words make a column."""
+    """Return work space for planes that cross columns by these ways; `depth` words make a column."""
     crossed = ways.size
     return Limits(
         ways,
@@ -51,7 +51,8 @@ def limits_for(depth: int, ways: np.ndarray) -> Limits:
 def find_spans(
     is_stopped: np.ndarray, has_stops: np.ndarray, row_of: np.ndarray, planes: int, starts: np.ndarray
 ) -> np.ndarray:
-    """Runs (k, 2), first and last, of rays that are not stopped, by plane; of plane p starts[p]..starts[p + 1].
+    """Return the runs (k, 2), first and last, of rays that are not stopped, by plane; of plane p starts[p]..starts[p +
+    1].
 
     is_stopped (rays,) by row and plane, has_stops (rows,): whether a row has such rays, row_of (n,): rows in the order
     in which runs count; starts int64 (planes + 1,), zeros before.
@@ -143,7 +144,7 @@ class Climb(NamedTuple):
 
 @inlined
 def _climb_of(fan: Fan, space: Space, plane: int, row: int, start: int, near: float) -> Climb:
-    """A ray over the columns from `start` on."""
+    """Return the part of a ray over the columns from `start` on."""
     d = rotated(space.rotation, direction(fan.kind, fan.rows[row], fan.planes[plane]))
     hx, hy, ix, iy = (
         fan.headings[plane, 0],
@@ -159,7 +160,7 @@ def _climb_of(fan: Fan, space: Space, plane: int, row: int, start: int, near: fl
 
 @inlined
 def _first_level(climb: Climb) -> tuple[float, bool]:
-    """The level of a ray where it enters the first column, and whether that is certain."""
+    """Return the level of a ray where it enters the first column, and whether that is certain."""
     if climb.near == 0.0 and climb.rise != 0.0:
         return (np.floor(climb.height) if climb.rise > 0.0 else np.ceil(climb.height) - 1.0), True
     height = climb.height + climb.near * climb.rise
@@ -200,7 +201,7 @@ def _limit(
     fan: Fan, space: Space, row: int, side: int, around: tuple[int, int, int], near: float, box: np.ndarray,
     work: Limits,
 ) -> bool:  # fmt: skip
-    """Do the same as `_trace`, by the fastest method; around: the plane, and the first column and their number."""
+    """Do the same as `_trace`, by the fastest safe method; around: the plane, and the first column and their number."""
     plane, start, count = around
     if _lay_ray(_climb_of(fan, space, plane, row, start, near), side, count, box, work.limits[side]):
         return True

@@ -16,9 +16,9 @@ from riglens.core.kernels.fans.profile import TOLERANCE, Profile
 from riglens.core.kernels.runtime.jit import inlined, kernel
 
 AROUND = 1e-6
-"""Much more than TOLERANCE allows: rays that change their level within this many voxels are walked alone."""
+"""Voxels around an event within which rays that change their level are walked one by one: far more than TOLERANCE."""
 TOGETHER = 1e-10
-"""Events this close are met by one walk: at the slope STEEPEST still within AROUND of each other's level."""
+"""Distance of events that one walk resolves: at the slope STEEPEST still within AROUND of each other's level."""
 
 
 class Start(NamedTuple):

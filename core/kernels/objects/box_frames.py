@@ -13,7 +13,7 @@ from riglens.core.kernels.rays.phases import mixed, unit
 from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined
 
 _TINY = 1e-300
-"""Stand-in for no distance at all between the sensor and the plane of a face, by which numbers are divided."""
+"""Stand-in for a distance of zero between the sensor and the plane of a face, a divisor."""
 
 
 class Traffic(NamedTuple):
@@ -88,9 +88,9 @@ class Beams(NamedTuple):
 
 
 class Faces(NamedTuple):
-    """A part of a box as the rays of a sensor meet it; is_clear: whether some rays pass through it, drawn by the key of
-    returns. With a = turn d, d a direction in the sensor frame: a ray enters at 1 / t = least of 1 / near and
-    a[k] enter[k] + rest[k], and leaves at the greatest of 1 / far, a[k] leave[k], a[k] other[k]."""
+    """Part of a box as the rays of a sensor hit it; is_clear: whether some rays pass through it, drawn by the key of
+    returns. With a = turn d, d a direction in the sensor frame: a ray enters at 1 / t = least of 1 / near and a[k]
+    enter[k] + rest[k], and leaves at the greatest of 1 / far, a[k] leave[k], a[k] other[k]."""
 
     box: int
     part: int
@@ -133,14 +133,14 @@ def is_lost(traffic: Traffic, beams: Beams, key: np.uint64, part: int, place: in
 
 @lean_inlined
 def glass_draw(beams: Beams, key: np.uint64, place: int, column: int) -> float:
-    """Return what decides, in [0, 1), whether a ray passes through glass or returns from it."""
+    """Return the draw, in [0, 1), that decides whether a ray passes through glass or returns from it."""
     ray = beams.row_of[place] * beams.columns + beams.column_of[column]
     return unit(mixed(mixed(key, np.uint64(ray)), np.uint64(0)))
 
 
 @lean_inlined
 def local_direction(beams: Beams, row: int, column: int) -> Direction:
-    """Direction of the ray at a place of rows and columns in the sensor's own axes."""
+    """Return the direction of the ray at a place of rows and columns in the sensor's own axes."""
     at = row * beams.stride + column
     f, g = beams.scale[row, 0], beams.scale[row, 1]
     return f * beams.x[at], f * beams.y[at], g * beams.z[at]
@@ -148,7 +148,7 @@ def local_direction(beams: Beams, row: int, column: int) -> Direction:
 
 @lean_inlined
 def turned(turn: np.ndarray, d: Direction) -> Direction:
-    """turn d, with turn (3, 3)."""
+    """Return turn d, with turn (3, 3)."""
     return (
         turn[0, 0] * d[0] + turn[0, 1] * d[1] + turn[0, 2] * d[2],
         turn[1, 0] * d[0] + turn[1, 1] * d[1] + turn[1, 2] * d[2],
@@ -158,7 +158,7 @@ def turned(turn: np.ndarray, d: Direction) -> Direction:
 
 @lean_inlined
 def set_faces(start: Direction, half: np.ndarray, faces: Faces) -> None:
-    """The numbers of a box by which rays from `start`, in the axes of the box, meet it."""
+    """Write the faces of a box for rays from `start`, in the axes of the box."""
     for axis in range(3):
         s, h = start[axis], half[axis]
         if -h < s < h:
@@ -182,7 +182,7 @@ def reach_of(traffic: Traffic, beams: Beams, frame: int) -> float:
 
 @lean_inlined
 def distance_of(traffic: Traffic, beams: Beams, box: int) -> float:
-    """From the sensor to the centre of a box, metres."""
+    """Return the distance from the sensor to the centre of a box, metres."""
     dx = traffic.centres[box, 0] - beams.origin[0]
     dy = traffic.centres[box, 1] - beams.origin[1]
     dz = traffic.centres[box, 2] - beams.origin[2]
@@ -191,14 +191,14 @@ def distance_of(traffic: Traffic, beams: Beams, box: int) -> float:
 
 @lean_inlined
 def radius_of(traffic: Traffic, box: int) -> float:
-    """From the centre of a box to its corners, metres."""
+    """Return the distance from the centre of a box to its corners, metres."""
     a, b, c = traffic.halves[box, 0], traffic.halves[box, 1], traffic.halves[box, 2]
     return float(np.sqrt(a * a + b * b + c * c))
 
 
 @lean_inlined
 def start_of(traffic: Traffic, beams: Beams, box: int) -> Direction:
-    """The sensor's place in the axes of a box."""
+    """Return the sensor's place in the axes of a box."""
     back = (
         -(traffic.centres[box, 0] - beams.origin[0]),
         -(traffic.centres[box, 1] - beams.origin[1]),
@@ -209,7 +209,7 @@ def start_of(traffic: Traffic, beams: Beams, box: int) -> Direction:
 
 @lean_inlined
 def set_turn(traffic: Traffic, rotation: np.ndarray, box: int, turn: np.ndarray) -> None:
-    """turn (3, 3): directions in the sensor frame to those in the axes of a box."""
+    """Write turn (3, 3), which converts directions from the sensor frame to the axes of a box."""
     for column in range(3):
         v = (rotation[0, column], rotation[1, column], rotation[2, column])
         turn[0, column], turn[1, column], turn[2, column] = turned_into(traffic.rotations[box], v)
@@ -217,6 +217,6 @@ def set_turn(traffic: Traffic, rotation: np.ndarray, box: int, turn: np.ndarray)
 
 @lean_inlined
 def set_centre(start: Direction, turn: np.ndarray, centre: np.ndarray) -> None:
-    """centre (3,): the middle of a box in the axes of the sensor, which is at `start` in those of the box."""
+    """Write centre (3,), the middle of a box in the axes of the sensor, which is at `start` in those of the box."""
     for axis in range(3):
         centre[axis] = -(turn[0, axis] * start[0] + turn[1, axis] * start[1] + turn[2, axis] * start[2])

@@ -84,8 +84,8 @@ def is_in_range(traffic: Traffic, beams: Beams, box: int, row: int, slot: int, i
 
 @lean_inlined
 def cosine_of(traffic: Traffic, part: int, start: Direction, along: Direction) -> float:
-    """Cosine of the angle between a ray, in the axes of an object, and the normal of the face by which it enters a
-    part; 1 for a ray that starts inside."""
+    """Return the cosine of the angle between a ray, in the axes of an object, and the normal of the face by which it
+    enters a part; 1 for a ray that starts inside."""
     offset, half = traffic.offsets[part], traffic.part_halves[part]
     last, cosine = -np.inf, 1.0
     for axis in range(3):
@@ -184,7 +184,7 @@ def _cast_frame(
     traffic: Traffic, beams: Beams, sweep: Sweep, desk: Desk, found: np.ndarray, at: np.ndarray,
     cells: np.ndarray, number: int,
 ) -> int:  # fmt: skip
-    """One frame: fills found of its objects, and cells behind the `number` that there are; returns their new number."""
+    """Count one frame: fill found of its objects, append cells behind the `number` present; return their new number."""
     depth_order, begin = desk.depth_order, 0
     desk.seen[:] = 0
     end = line_up(traffic, beams, sweep.frame, depth_order)

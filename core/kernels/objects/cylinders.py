@@ -12,7 +12,8 @@ from riglens.core.kernels.runtime.jit import inlined, kernel
 
 @inlined
 def _stay_in(o: Vector, d: Vector, cylinder: np.ndarray, near: float, far: float) -> tuple[float, float]:
-    """The part of a ray inside of an upright cylinder (5,): x, y, radius, bottom, top; empty when first >= second."""
+    """Return the part of a ray inside of an upright cylinder (5,): x, y, radius, bottom, top; empty when first >=
+    second."""
     x, y = o[0] - cylinder[0], o[1] - cylinder[1]
     a, b = d[0] * d[0] + d[1] * d[1], x * d[0] + y * d[1]
     c = x * x + y * y - cylinder[2] * cylinder[2]

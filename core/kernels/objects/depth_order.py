@@ -17,12 +17,12 @@ from riglens.core.kernels.rays.lattice import Direction
 from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined
 
 _GAP_M = 1e-6
-"""So far apart that no rounding brings two boxes together."""
+"""Distance between two boxes beyond which rounding cannot change their order."""
 _WIDER = 1.0 + 1e-9
 _MANY = 64
-"""Groups of more boxes are not split."""
+"""Size of a group beyond which it is not split."""
 _FAR_BACK = 4096
-"""A box is compared with no more boxes before it; where that does not settle it, all of them are one group."""
+"""Largest number of earlier boxes that a box is compared with; beyond it all of them form one group."""
 _NEAR, _FAR, _FARTHEST, _X, _Y, _Z, _AWAY, _SINE, _COSINE = range(9)
 """Columns of DepthOrder.sight."""
 
@@ -73,7 +73,7 @@ def line_up(traffic: Traffic, beams: Beams, frame: int, depth_order: DepthOrder)
 
 @lean_inlined
 def _look_round(traffic: Traffic, beams: Beams, frame: int, depth_order: DepthOrder) -> int:
-    """List the boxes that can be met, in the order of the data: numbers in `box`, their geometry in `sight`."""
+    """List the boxes that rays can hit, in the order of the data: numbers in `box`, their geometry in `sight`."""
     count, reach = 0, reach_of(traffic, beams, frame)
     ahead = beams.rotation[:, 0]
     for box in range(traffic.starts[frame], traffic.starts[frame + 1]):
@@ -118,7 +118,7 @@ def _to(traffic: Traffic, beams: Beams, box: int) -> Direction:
 
 @lean_inlined
 def _nearest(start: Direction, half: np.ndarray) -> float:
-    """Distance of a box from a point in its axes."""
+    """Return the distance of a box from a point in its axes."""
     return float(
         np.sqrt(
             _square(
@@ -132,7 +132,7 @@ def _nearest(start: Direction, half: np.ndarray) -> float:
 
 @lean_inlined
 def _farthest(start: Direction, half: np.ndarray) -> float:
-    """Distance of the farthest corner of a box from a point in its axes."""
+    """Return the distance of the farthest corner of a box from a point in its axes."""
     return float(np.sqrt(_square(abs(start[0]) + half[0], abs(start[1]) + half[1], abs(start[2]) + half[2])))
 
 

@@ -110,7 +110,8 @@ def _more(a: float, b: float) -> float:
 
 @lean_inlined
 def _columns_between(beams: Beams, left: float, width: float) -> tuple[int, int, int]:
-    """First and end place of the columns between left and left + width, and the end of those after a full turn."""
+    """Return the first and end place of the columns between left and left + width, and the end of those after a full
+    turn."""
     at, right = beams.column_at, left + width
     start, end, again = place_at(at, left), _place_after(at, right), 0
     if beams.turns and right > TURN:
@@ -120,7 +121,7 @@ def _columns_between(beams: Beams, left: float, width: float) -> tuple[int, int,
 
 @lean_inlined
 def _place_after(at: np.ndarray, value: float) -> int:
-    """First place of rising numbers that is above a value."""
+    """Return the first place of rising numbers that is above a value."""
     place = place_at(at, value)
     while place < at.size and at[place] <= value:
         place += 1
@@ -149,7 +150,7 @@ def _meet_rows(
 
 @lean_inlined
 def _rows_of_part(faces: Faces, start: Direction, half: np.ndarray, window: Window) -> Window:
-    """The window of a box around a spinning sensor, narrowed to the rows of a part of it."""
+    """Return the window of a box around a spinning sensor, narrowed to the rows of a part of it."""
     turn, middle, wide = faces.turn, 0.0, 0.0
     for axis in range(3):
         middle, wide = middle - turn[axis, 2] * start[axis], wide + abs(turn[axis, 2]) * half[axis]
@@ -196,7 +197,7 @@ def _may_enter(turn: np.ndarray, start: Direction, half: np.ndarray, cone: np.nd
 
 @lean_inlined
 def _cone_of(centre: np.ndarray, half: np.ndarray) -> tuple[float, float, float]:
-    """Distance of a box's centre, and sine and cosine of the half angle of a cone around the box."""
+    """Return the distance of a box's centre, and sine and cosine of the half angle of a cone around the box."""
     radius2 = half[0] * half[0] + half[1] * half[1] + half[2] * half[2]
     far2 = centre[0] * centre[0] + centre[1] * centre[1] + centre[2] * centre[2]
     if radius2 >= far2 * (1.0 - 1e-9):
@@ -231,8 +232,8 @@ def _window_of(
     centre: np.ndarray,
     corners: np.ndarray,
 ) -> Window:
-    """The window of a box around the origin of its axes, in which the sensor is at `start`; centre (3,) and corners (8,
-    3) are overwritten."""
+    """Return the window of a box around the origin of its axes, in which the sensor is at `start`; centre (3,) and
+    corners (8, 3) are overwritten."""
     set_centre(start, turn, centre)
     corners_of(centre, turn, half, corners)
     if not beams.turns:

@@ -28,11 +28,11 @@ from riglens.core.kernels.voxels.bits import FULL_WORD, level_mask, popcount
 _BLUR = 1e-9
 """Rows nearer than this to a corner of an outline, relative to 1 + their place, are tried ray by ray."""
 _STEEPEST = 1e3
-"""So are rows that cross an edge which runs along them: more columns than rows by this factor."""
+"""Slope, columns per row, of an edge beyond which the rows that cross it are tried ray by ray, too."""
 _BLUR_ACROSS = 2.0 * _STEEPEST * _BLUR
 _AHEAD_M, _FAR_M, _THIN_M = 0.1, 1e4, 1e-3
-"""Boxes are cut where they come nearer to the plane of the camera. Those that may come nearer to it within the
-picture, and farther or thinner ones, are left to `nearest`."""
+"""Distance to the plane of the camera at which boxes are cut. Boxes that may come nearer within the picture, and
+farther or thinner ones, are left to `nearest`."""
 _CORNERS, _CUTS = 8, 6
 
 
@@ -68,7 +68,7 @@ def outline_for(faces: Faces, rows: int, columns: int) -> Outline:
 
 @lean_inlined
 def words_of(columns: int) -> int:
-    """Words of 64 bits for a row of rays."""
+    """Return the number of 64-bit words that hold a row of rays."""
     return (columns + 63) >> 6
 
 
@@ -138,7 +138,8 @@ def _project(start: Direction, half: np.ndarray, to: Outline) -> int:
 
 @lean_inlined
 def _places_between(at: np.ndarray, values: np.ndarray, count: int, to: Outline) -> tuple[int, int]:
-    """First and end place of rising numbers between the places of all corners and cuts, a little more apart."""
+    """Return the first and end place of rising numbers between the places of all corners and cuts, a little more
+    apart."""
     low, high = np.inf, -np.inf
     for corner in range(count):
         if corner >= _CORNERS or to.corners[corner, 0] >= _AHEAD_M:

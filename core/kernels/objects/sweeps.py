@@ -82,7 +82,7 @@ class Returns(NamedTuple):
 
 @lean_inlined
 def height_at(surface: Surface, x: float, y: float) -> float:
-    """Height of the ground above the plane on average, metres."""
+    """Return the height of the ground above the plane on average, metres."""
     bump = 0.0
     for k in range(surface.waves.shape[0]):
         wave = surface.waves[k]
@@ -105,14 +105,15 @@ def ground_at(surface: Surface, origin: np.ndarray, d: Direction) -> float:
 
 @lean_inlined
 def _ground_seen(surface: Surface, beams: Beams, d: Direction) -> float:
-    """1 / distance at which a ray meets the ground within its range, 0 where it does not."""
+    """Return 1 / distance at which a ray meets the ground within its range, 0 where it does not."""
     t = ground_at(surface, beams.origin, d)
     return 1.0 / t if beams.reach[0] <= t <= beams.reach[1] and t < np.inf else 0.0
 
 
 @lean_inlined
 def bell(key: np.uint64) -> float:
-    """A number from nearly a normal distribution of deviation 1: the sum of four even ones, so never beyond 3.5."""
+    """Return a number from nearly a normal distribution of deviation 1: the sum of four even ones, so never beyond
+    3.5."""
     low = np.uint64(0xFFFF)
     total = (
         (key & low) + ((key >> np.uint64(16)) & low) + ((key >> np.uint64(32)) & low) + (key >> np.uint64(48))
@@ -124,7 +125,7 @@ def bell(key: np.uint64) -> float:
 def set_frames(
     traffic: Traffic, beams: Beams, rotation: np.ndarray, turns: np.ndarray, starts: np.ndarray
 ) -> None:
-    """The axes of every box: turns (n, 3, 3) from the sensor's, starts (n, 3) the sensor in them."""
+    """Write the axes of every box: turns (n, 3, 3) from those of the sensor, and starts (n, 3), the sensor in them."""
     for box in range(traffic.centres.shape[0]):
         set_turn(traffic, rotation, box, turns[box])
         starts[box, 0], starts[box, 1], starts[box, 2] = start_of(traffic, beams, box)

@@ -1,6 +1,6 @@
 """Count the distinct cells that rays hit on an object: of one LiDAR, and of several together.
 
-They are told apart by bits, one for each cell of the block around them; where that would be too many, by a hash table.
+Each cell of the block around them has a bit; where that takes too much memory, a hash table replaces the bits.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _HALF_CELLS, _BITS, _MASK = 1 << 20, 21, (1 << 21) - 1
 
 @lean_inlined
 def cell_key(start: Direction, along: Direction, t: float) -> int:
-    """Number of the cell that a ray is in, INSIDE_M after it entered an object at distance t."""
+    """Return the number of the cell that a ray is in, INSIDE_M after it entered an object at distance t."""
     s = t + INSIDE_M
     i = np.int64(np.floor((start[0] + s * along[0]) / CELL_M)) + _HALF_CELLS
     j = np.int64(np.floor((start[1] + s * along[1]) / CELL_M)) + _HALF_CELLS
@@ -56,7 +56,7 @@ def is_new(key: int, table: np.ndarray, mask: int) -> bool:
 
 @lean_inlined
 def table_mask(keys: int) -> int:
-    """Size, less one, of a hash table at most half full of that many keys."""
+    """Return the size, less one, of a hash table at most half full of that many keys."""
     size = 4
     while size < 2 * keys:
         size *= 2
@@ -79,13 +79,13 @@ EMPTY = Block(_MASK, _MASK, _MASK, 0, 0, 0)
 
 @lean_inlined
 def cell_of(key: int) -> tuple[int, int, int]:
-    """The numbers of a cell along the axes, as `cell_key` packs them."""
+    """Return the numbers of a cell along the axes, as `cell_key` packs them."""
     return key >> (2 * _BITS), (key >> _BITS) & _MASK, key & _MASK
 
 
 @lean_inlined
 def widened(block: Block, key: int) -> Block:
-    """A block that holds one more cell."""
+    """Return a block that holds one more cell."""
     i, j, k = cell_of(key)
     return Block(
         min(block.i0, i),
@@ -189,7 +189,7 @@ def find_blocks(lists: Lists, blocks: np.ndarray, words: np.ndarray) -> None:
 
 @lean_inlined
 def _size(block: Block) -> float:
-    """Cells of a block that is not empty."""
+    """Return the number of cells of a block that is not empty."""
     rows, columns, depth = block.i1 - block.i0 + 1, block.j1 - block.j0 + 1, block.k1 - block.k0 + 1
     return np.float64(rows) * np.float64(columns) * np.float64(depth)
 
@@ -236,7 +236,7 @@ def join_cells_serial(lists: Lists, marks: Marks, more: Lists, most: int, to: np
 
 @lean_inlined
 def _joined(lists: Lists, marks: Marks, more: Lists, one: int, table: np.ndarray) -> int:
-    """Distinct cells of an object."""
+    """Return the number of distinct cells of an object."""
     begin, end, number = marks.words[one], marks.words[one + 1], marks.known[one]
     start, count = more.starts[0, one], more.counts[0, one]
     if number == 0 or count == 0:
@@ -262,7 +262,7 @@ def _is_put(block: Block, key: int, bits: np.ndarray) -> bool:
 
 @lean
 def _count_hashed(lists: Lists, more: Lists, one: int, with_more: bool, table: np.ndarray) -> int:
-    """Distinct cells of an object, however far apart."""
+    """Return the number of distinct cells of an object, however far apart."""
     total = more.counts[0, one] if with_more else 0
     for lidar in range(lists.starts.shape[0]):
         total += lists.counts[lidar, one]

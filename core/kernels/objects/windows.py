@@ -42,8 +42,8 @@ def corners_of(centre: np.ndarray, turn: np.ndarray, half: np.ndarray, to: np.nd
 
 @lean
 def window_of_turn(corners: np.ndarray, is_upright: bool) -> Window:
-    """Slopes and azimuths of a box around a spinning sensor; of one that is upright in its axes the upper four corners
-    are where the lower ones are."""
+    """Return the slopes and azimuths of a box around a spinning sensor; of one that is upright in its axes the upper
+    four corners are where the lower ones are."""
     ux, uy, count = 0.0, 0.0, 4 if is_upright else 8
     for corner in range(count):
         ux, uy = ux + corners[corner, 0], uy + corners[corner, 1]
@@ -65,7 +65,7 @@ def window_of_turn(corners: np.ndarray, is_upright: bool) -> Window:
 
 @lean
 def _window_beside(corners: np.ndarray, ux: float, uy: float) -> Window:
-    """The window of a box that reaches to both sides of the sensor, or around it."""
+    """Return the window of a box that reaches to both sides of the sensor, or around it."""
     first, last, low, high = 0, 0, np.inf, -np.inf
     for corner in range(8):
         x, y = corners[corner, 0], corners[corner, 1]
@@ -111,15 +111,15 @@ def _with_slopes(corners: np.ndarray, left: float, width: float, near: float) ->
 
 @lean_inlined
 def slopes_between(bottom: float, top: float, near: float, far: float) -> tuple[float, float]:
-    """Lowest and highest slope of what lies between two heights and two distances from the axis."""
+    """Return the lowest and highest slope of what lies between two heights and two distances from the axis."""
     low, high = bottom / (near if bottom < 0.0 else far), top / (near if top > 0.0 else far)
     return low - MARGIN * (1.0 + abs(low)), high + MARGIN * (1.0 + abs(high))
 
 
 @lean_inlined
 def place_at(at: np.ndarray, value: float) -> int:
-    """First place of rising numbers that is not below a value, their number if all are; at once where the steps are
-    even."""
+    """Return the first place of rising numbers that is not below a value, their number if all are; at once where the
+    steps are even."""
     count = at.size
     if count == 0 or value <= at[0]:
         return 0
@@ -135,7 +135,7 @@ def place_at(at: np.ndarray, value: float) -> int:
 
 @lean_inlined
 def _widened(window: Window, x: float, y: float, z: float) -> Window:
-    """A window that takes in a point before the image plane; `width` is the right end until it is complete."""
+    """Return a window that takes in a point before the image plane; `width` is the right end until it is complete."""
     y, z = y / x, z / x
     low, high, left, right = (
         min(window.low, z), max(window.high, z), min(window.left, y), max(window.width, y)
@@ -145,7 +145,8 @@ def _widened(window: Window, x: float, y: float, z: float) -> Window:
 
 @lean
 def window_of_image(corners: np.ndarray, least: float) -> Window:
-    """Rectangle of the image plane around a box, cut where it comes nearer than `least` to the plane of the sensor."""
+    """Return the rectangle of the image plane around a box, cut where it comes nearer than `least` to the plane of the
+    sensor."""
     window = Window(np.inf, -np.inf, np.inf, -np.inf, 0.0, 0.0)
     is_cut = False
     for corner in range(8):
@@ -165,7 +166,7 @@ def window_of_image(corners: np.ndarray, least: float) -> Window:
 
 @lean
 def _with_cut_edges(corners: np.ndarray, least: float, window: Window) -> Window:
-    """A window that takes in the points at which edges of the box come as near as `least`."""
+    """Return a window that takes in the points at which edges of the box come as near as `least`."""
     for corner in range(8):
         x = corners[corner, 0]
         for axis in range(3):

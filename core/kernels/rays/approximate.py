@@ -1,7 +1,6 @@
 """Approximate covered sets: voxels tested by their outline or by their centre, never ray by ray.
 
-They are measured against the exact set and used for nothing else. A voxel that bears the bit of the sensor's kind
-already is not looked at again.
+They are only compared with the exact set. A voxel that already has the bit of the sensor's kind is not tested again.
 """
 
 from __future__ import annotations
@@ -14,7 +13,7 @@ import numpy as np
 from riglens.core.kernels.runtime.jit import inlined, kernel, parallel_kernel
 
 SLACK = 1e-9
-"""Rounding allowed for, so that an outline never loses a ray that grazes it."""
+"""Tolerance for rounding, so that an outline never loses a ray that grazes it."""
 HALF_DIAGONAL = 0.8660254037844387
 LEAST_RADIUS = 1e-300
 """Replaces a distance of zero from an axis, also for a beam straight up, whose tangent is 1.6e16."""
@@ -41,7 +40,7 @@ class Tested(NamedTuple):
 
 @inlined
 def _centre(g: np.ndarray, rotation: np.ndarray, voxel: np.ndarray) -> Point:
-    """Centre of a voxel in the sensor frame, grid units."""
+    """Return the centre of a voxel in the sensor frame, grid units."""
     x, y, z = voxel[0] + 0.5 - g[0], voxel[1] + 0.5 - g[1], voxel[2] + 0.5 - g[2]
     return (
         rotation[0, 0] * x + rotation[1, 0] * y + rotation[2, 0] * z,
@@ -60,7 +59,7 @@ def _within(p: Point, reach: np.ndarray, margin: float) -> bool:
 
 @kernel
 def corners(rotation: np.ndarray) -> np.ndarray:
-    """The eight corners of a voxel seen from its centre, in the sensor frame, (8, 3)."""
+    """Return the eight corners of a voxel seen from its centre, in the sensor frame, (8, 3)."""
     offsets = np.empty((8, 3))
     for k in range(8):
         x, y, z = (k & 1) - 0.5, ((k >> 1) & 1) - 0.5, ((k >> 2) & 1) - 0.5
@@ -71,7 +70,7 @@ def corners(rotation: np.ndarray) -> np.ndarray:
 
 @inlined
 def _slope_bounds(low: float, high: float, farthest: float) -> tuple[float, float]:
-    """Bounds of y / x for y in [low, high] and x in (0, farthest]."""
+    """Return the bounds of y / x for y in [low, high] and x in (0, farthest]."""
     return (low / farthest if low > 0.0 else -np.inf), (high / farthest if high < 0.0 else np.inf)
 
 
@@ -83,7 +82,7 @@ def _holds_line(low: float, high: float, count: int) -> bool:
 
 @kernel
 def frustum(lens: np.ndarray) -> np.ndarray:
-    """Outward unit normals (4, 3) of the pyramid around the lattice in the sensor frame."""
+    """Return the outward unit normals (4, 3) of the pyramid around the lattice in the sensor frame."""
     normals = np.zeros((4, 3))
     for axis in range(2):
         start, per_slope, count = lens[3 * axis], lens[3 * axis + 1], lens[3 * axis + 2]
@@ -146,7 +145,8 @@ def camera_rectangles(place: Place, lens: np.ndarray, tested: Tested, workers: i
 
 @inlined
 def _first_at_least(table: np.ndarray, value: float) -> int:
-    """Index of the first entry of a rising table that is not below a value; its length when there is none."""
+    """Return the index of the first entry of a rising table that is not below a value; its length when there is
+    none."""
     low, high = 0, table.size
     while low < high:
         middle = (low + high) >> 1
@@ -265,7 +265,7 @@ def lidar_centres(
 
 @parallel_kernel
 def sum_flagged(seen: np.ndarray, codes: np.ndarray, entropies_q: np.ndarray, workers: int) -> np.ndarray:
-    """Fixed-point entropies of the voxels with bit 1 (camera) and bit 2 (LiDAR), int64 (2, 3)."""
+    """Return the fixed-point entropies of the voxels with bit 1 (camera) and bit 2 (LiDAR), int64 (2, 3)."""
     n = seen.size
     partial = np.zeros((workers, 16), np.int64)  # cache lines of its own for every worker
     for worker in numba.prange(workers):

@@ -55,7 +55,7 @@ def _passes(g: float, d: float, low: float, high: float, t_in: float, t_out: flo
 
 @inlined
 def _misses(rays: Cast, g: Vector, d: Vector, far: float) -> bool:
-    """Return whether a ray certainly meets nothing in the box: much quicker to say than to clip it exactly."""
+    """Return whether a ray certainly misses the box: much faster than to clip it exactly."""
     t_in, t_out = rays.reach[0], far
     for axis in range(3):
         low, high = float(rays.box[2 * axis]), float(rays.box[2 * axis + 1])
@@ -65,14 +65,15 @@ def _misses(rays: Cast, g: Vector, d: Vector, far: float) -> bool:
 
 @inlined
 def ray_direction(rays: Cast, ray: int) -> Vector:
-    """Direction of a ray in the frame of the grid."""
+    """Return the direction of a ray in the frame of the grid."""
     planes = rays.planes.shape[0]
     return rotated(rays.rotation, direction(rays.kind, rays.rows[ray // planes], rays.planes[ray % planes]))
 
 
 @inlined
 def walk_ray(rays: Cast, ray: int, runs: np.ndarray) -> int:
-    """Runs of one ray, none if it is stopped; negative when it is left to the rational walk."""
+    """Write the runs of one ray and return their number, 0 if it is stopped; negative when it is left to the rational
+    walk."""
     if rays.is_stopped.size > 0 and rays.is_stopped[ray]:
         return 0
     d = ray_direction(rays, ray)
@@ -154,9 +155,9 @@ def _sum_runs(runs: np.ndarray, count: int, depth: int, entropies: Entropies, su
 def sum_hits(
     rays: Cast, first: int, end: int, workers: int, entropies: Entropies, irregular: np.ndarray
 ) -> np.ndarray:
-    """Sum of h over the rays first..end-1 and the voxels of each (the reading `hits`), int64 (3,) in units of 2^-32
-    nat; at most 2^15 rays a call, or it could overflow. irregular bool (end - first,): rays left to the rational
-    walk, which are not in the sum.
+    """Return the sum of h over the rays first..end-1 and the voxels of each (the reading `hits`), int64 (3,) in units
+    of 2^-32 nat; at most 2^15 rays a call, or it could overflow. irregular bool (end - first,): rays left to the
+    rational walk, which are not in the sum.
     """
     blocks = (end - first + BLOCK - 1) // BLOCK
     depth = (rays.shape[2] + 63) // 64

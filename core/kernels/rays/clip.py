@@ -1,4 +1,4 @@
-"""Cutting convex polygons by planes (Sutherland and Hodgman, 1974)."""
+"""Clip convex polygons by planes (Sutherland and Hodgman, 1974)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from riglens.core.kernels.runtime.jit import kernel
 
 @kernel
 def _cut(source: np.ndarray, count: int, plane: np.ndarray, target: np.ndarray) -> int:
-    """The part of a polygon above a plane; returns its number of corners."""
+    """Clip a polygon to the part above a plane; return its number of corners."""
     kept = 0
     for i in range(count):
         j = (i + 1) % count

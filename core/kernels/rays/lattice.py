@@ -17,7 +17,7 @@ Direction = tuple[float, float, float]
 
 @lean_inlined
 def direction(kind: int, row: np.ndarray, plane: np.ndarray) -> Direction:
-    """Unit direction in the sensor frame."""
+    """Return the unit direction in the sensor frame."""
     if kind == LIDAR:
         return row[0] * plane[0], row[0] * plane[1], row[1]
     if kind == LISTED:
@@ -29,7 +29,7 @@ def direction(kind: int, row: np.ndarray, plane: np.ndarray) -> Direction:
 
 @lean_inlined
 def rotated(rotation: np.ndarray, d: Direction) -> Direction:
-    """R d, summed from left to right."""
+    """Return R d, summed from left to right."""
     return (
         (rotation[0, 0] * d[0] + rotation[0, 1] * d[1]) + rotation[0, 2] * d[2],
         (rotation[1, 0] * d[0] + rotation[1, 1] * d[1]) + rotation[1, 2] * d[2],

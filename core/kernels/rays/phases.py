@@ -17,7 +17,7 @@ _TO_UNIT = 1.0 / (1 << 53)
 
 @lean_inlined
 def mixed(key: np.uint64, counter: np.uint64) -> np.uint64:
-    """A key that belongs to a counter under another key."""
+    """Return a key that belongs to a counter under another key."""
     word = np.uint64(key + (counter + np.uint64(1)) * _GOLDEN)
     word = (word ^ (word >> np.uint64(30))) * _FIRST
     word = (word ^ (word >> np.uint64(27))) * _SECOND
@@ -26,5 +26,5 @@ def mixed(key: np.uint64, counter: np.uint64) -> np.uint64:
 
 @lean_inlined
 def unit(key: np.uint64) -> float:
-    """A number in [0, 1) from a key."""
+    """Return a number in [0, 1) from a key."""
     return np.float64(key >> np.uint64(11)) * _TO_UNIT

@@ -55,7 +55,7 @@ def _two_product(a: float, b: float) -> tuple[float, float]:
 
 @lean
 def _grown(parts: _Parts, term: float) -> _Parts:
-    """A non-overlapping expansion, from small to large parts, with a term added; its first part must be zero."""
+    """Return a non-overlapping expansion, from small to large parts, with a term added; its first part must be zero."""
     carry, _ = _two_sum(term, parts[0])
     carry, a = _two_sum(carry, parts[1])
     carry, b = _two_sum(carry, parts[2])
@@ -93,7 +93,7 @@ def _compare_products(a: float, b: float, c: float, d: float) -> tuple[int, bool
 
 @lean
 def compare_exactly(one: Moment, other: Moment) -> int:
-    """Sign (-1, 0, 1) of the difference of two moments in exact arithmetic; no direction is zero."""
+    """Return the sign (-1, 0, 1) of the difference of two moments in exact arithmetic; no direction is zero."""
     d1, d2 = one.direction, other.direction
     a, a_low = _two_sum(one.face, -one.origin)
     b, b_low = _two_sum(other.face, -other.origin)
@@ -111,7 +111,8 @@ def compare_exactly(one: Moment, other: Moment) -> int:
 
 @lean_inlined
 def compare(one: Moment, other: Moment) -> int:
-    """Sign (-1, 0, 1) of the difference of two moments: in doubles where their error bound decides, else exactly."""
+    """Return the sign (-1, 0, 1) of the difference of two moments: in doubles where their error bound decides, else
+    exactly."""
     t1 = (one.face - one.origin) / one.direction
     t2 = (other.face - other.origin) / other.direction
     if abs(t1 - t2) > MOMENT_BOUND * max(abs(t1), abs(t2)):

@@ -20,9 +20,9 @@ from riglens.core.kernels.runtime.work_stealing import new_counter, take
 from riglens.core.kernels.voxels.bits import mark_levels
 
 CLOSE = 2.0**-20
-"""Voxels: closer to a face than this, a ray is left to the exact walk."""
+"""Distance to a face, in voxels, within which a ray is left to the exact walk."""
 STEEPEST = 2.0**8
-"""Levels in a stride: the way of steeper rays is left to the exact walk."""
+"""Levels in a stride beyond which the ray is left to the exact walk."""
 SLANTED = 2.0**-10
 """Slant below which a crossing of faces is left to the exact walk."""
 BITS = 40
@@ -58,7 +58,7 @@ class Span(NamedTuple):
 
 @lean_inlined
 def _cut(axis: Axis, span: Span) -> Span:
-    """The part of a span in which a ray is between the faces of one axis."""
+    """Return the part of a span in which a ray is between the faces of one axis."""
     if axis.d == 0.0:
         return span if axis.low <= axis.g < axis.high else Span(span.begin, -1.0, OPEN, OPEN)
     a, b = (axis.low - axis.g) / axis.d, (axis.high - axis.g) / axis.d
@@ -69,14 +69,14 @@ def _cut(axis: Axis, span: Span) -> Span:
 
 @lean_inlined
 def _cell_near(place: float) -> int:
-    """The cell of a place on one axis; OPEN where it is close to a face."""
+    """Return the cell of a place on one axis; OPEN where it is close to a face."""
     cell = np.floor(place)
     return int(cell) if CLOSE < place - cell < 1.0 - CLOSE else OPEN
 
 
 @lean_inlined
 def _first_cell(axis: Axis, span: Span) -> int:
-    """The cell in which a span begins; at the origin of the ray it is always clear."""
+    """Return the cell in which a span begins; at the origin of the ray it is always clear."""
     if span.enters == axis.number:
         return axis.low if axis.d > 0.0 else axis.high - 1
     if span.begin != 0.0:
@@ -87,7 +87,7 @@ def _first_cell(axis: Axis, span: Span) -> int:
 
 @lean_inlined
 def _last_cell(axis: Axis, span: Span) -> int:
-    """The cell in which a span ends."""
+    """Return the cell in which a span ends."""
     if span.leaves == axis.number:
         return axis.high - 1 if axis.d > 0.0 else axis.low
     return _cell_near(axis.g + span.end * axis.d)
@@ -122,7 +122,7 @@ def _turn(
 
 @lean_inlined
 def _fixed(place: float) -> int:
-    """A coordinate in whole numbers."""
+    """Return a coordinate in whole numbers."""
     return int(np.floor(place * 2.0**BITS))
 
 
@@ -186,7 +186,7 @@ def stride(
     marks: np.ndarray,
 ) -> bool:
     """Mark all voxels of a ray between two distances, in a box of cells (6,); False where one of them is not clear:
-    some may then be marked, all of them rightly."""
+    those marked by then are correct."""
     depth = (shape[2] + 63) // 64
     x = Axis(0, g[0], d[0], box[0], box[1], shape[1] * depth)
     y = Axis(1, g[1], d[1], box[2], box[3], depth)

@@ -34,7 +34,7 @@ class Ray(NamedTuple):
 
 @lean_inlined
 def cell_after(g: float, d: float, moment: Moment) -> float:
-    """Cell of one axis in which the ray is just after a moment."""
+    """Return the cell of one axis in which the ray is just after a moment."""
     if d == 0.0:
         return float(np.floor(g))
     cell = float(np.floor(g + d * ((moment.face - moment.origin) / moment.direction)))
@@ -49,7 +49,7 @@ def cell_after(g: float, d: float, moment: Moment) -> float:
 
 @lean_inlined
 def cell_before(g: float, d: float, moment: Moment) -> float:
-    """Cell of one axis in which the ray is just before a moment."""
+    """Return the cell of one axis in which the ray is just before a moment."""
     if d == 0.0:
         return float(np.floor(g))
     cell = float(np.floor(g + d * ((moment.face - moment.origin) / moment.direction)))
@@ -66,7 +66,7 @@ def cell_before(g: float, d: float, moment: Moment) -> float:
 def _clip_axis(
     g: float, d: float, low: int, high: int, entry: Moment, leave: Moment
 ) -> tuple[Moment, Moment]:
-    """Entry and exit moments after clipping to low <= position < high on one axis; a miss gives entry = exit."""
+    """Return entry and exit moments after clipping to low <= position < high on one axis; a miss gives entry = exit."""
     if d == 0.0:
         return (entry, leave) if low <= np.floor(g) < high else (leave, leave)
     first, last = (float(low), float(high)) if d > 0.0 else (float(high), float(low))
@@ -80,8 +80,8 @@ def _clip_axis(
 
 @lean_inlined
 def clip_ray(ray: Ray, box: np.ndarray) -> tuple[Moment, Moment]:
-    """Exact moments at which a ray enters and leaves a box of cells [lx hx ly hy lz hz), int64 (6,); it misses the
-    box unless the first is before the second."""
+    """Return the exact moments at which a ray enters and leaves a box of cells [lx hx ly hy lz hz), int64 (6,); it
+    misses the box unless the first is before the second."""
     entry, leave = Moment(float(ray.near), 0.0, 1.0), Moment(float(ray.far), 0.0, 1.0)
     entry, leave = _clip_axis(ray.g[0], ray.d[0], box[0], box[1], entry, leave)
     entry, leave = _clip_axis(ray.g[1], ray.d[1], box[2], box[3], entry, leave)
@@ -107,7 +107,7 @@ def _emit(runs: np.ndarray, count: int, column: int, from_level: int, to_level: 
 
 @inlined
 def _stepping(g: float, d: float, entry: Moment) -> tuple[int, int, float, float]:
-    """Start cell and step of one axis, moment of its next face and time between faces."""
+    """Return the start cell and step of one axis, the moment of its next face and the time between faces."""
     cell = cell_after(g, d, entry)
     if d == 0.0:
         return int(cell), 0, np.inf, np.inf
@@ -117,8 +117,8 @@ def _stepping(g: float, d: float, entry: Moment) -> tuple[int, int, float, float
 
 @kernel
 def _resolve(g: Vector, d: Vector, ix: int, iy: int, leave: Moment) -> tuple[int, bool, int, int]:
-    """The exact order of the next crossings: x first (-1), both (0) or y first (1); whether the ray leaves before
-    them; the levels just before and just after."""
+    """Return the exact order of the next crossings: x first (-1), both (0) or y first (1); whether the ray leaves
+    before them; the levels just before and just after."""
     face_x, face_y = ix + (1.0 if d[0] > 0.0 else 0.0), iy + (1.0 if d[1] > 0.0 else 0.0)
     order = -1 if d[1] == 0.0 else 1
     if d[0] != 0.0 and d[1] != 0.0:
@@ -133,9 +133,9 @@ def _resolve(g: Vector, d: Vector, ix: int, iy: int, leave: Moment) -> tuple[int
 def walk_exact(ray: Ray, box: np.ndarray, ny: int, runs: np.ndarray) -> int:
     """Write the runs (column = ix * ny + iy, low level, high level) of one ray; return their number.
 
-    box: int64 (6,) cells to stay in, [lx hx ly hy lz hz); ny: columns of the grid along y; runs: int32
-    (>= nx + ny + 2, 3). Returns IRREGULAR, with nothing written, for a ray that the predicates do not hold for.
-    Moments are summed up step by step; `blur` bounds their rounding, and what is closer is resolved exactly.
+    box: int64 (6,) cells to stay in, [lx hx ly hy lz hz); ny: columns of the grid along y; runs: int32 (>= nx + ny + 2,
+    3). Return IRREGULAR, with nothing written, for a ray that the predicates do not hold for. Moments are summed up
+    step by step; `blur` bounds their rounding, and what is closer is resolved exactly.
     """
     g, d = ray.g, ray.d
     if not regular_ray(g, d):
@@ -180,7 +180,7 @@ def walk_exact(ray: Ray, box: np.ndarray, ny: int, runs: np.ndarray) -> int:
 
 @kernel
 def walk_bresenham(ray: Ray, box: np.ndarray, ny: int, runs: np.ndarray) -> int:
-    """3D Bresenham between the first and the last voxel of a ray: one voxel per step of the driving axis.
+    """Walk by 3D Bresenham between the first and the last voxel of a ray: one voxel per step of the driving axis.
 
     Arguments and result as in `walk_exact`, one run for each voxel: runs int32 (>= max(nx, ny, nz), 3).
     """

@@ -1,4 +1,4 @@
-"""Numbers by which compiled and plain code name the same things; nothing here needs the compiler."""
+"""Codes shared by compiled and plain code; nothing here needs the compiler."""
 
 from __future__ import annotations
 

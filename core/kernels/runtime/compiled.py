@@ -71,7 +71,7 @@ class Sources:
         return names & self._texts.keys()
 
     def digest_of(self, module: str) -> str:
-        """Return what names the code of a module's kernels: the text of all files that it is made of."""
+        """Return the digest of a module's kernels: of the text of all files that their code is made of."""
         if module not in self._digests:
             self._digests[module] = self._digest(self.needed_by(module))
         return self._digests[module]
@@ -90,7 +90,8 @@ class Sources:
 
 
 class KernelFolder:
-    """The folder of compiled code for this version of Numba. It is made when a kernel is first loaded or compiled."""
+    """The folder of compiled code for this version of Numba. It is created when a kernel is first loaded or
+    compiled."""
 
     def __init__(self, sources: Path = SOURCES) -> None:
         self.sources = Sources(sources)
@@ -110,7 +111,7 @@ class KernelFolder:
         yield self.sources.folder / "__pycache__"
 
     def read(self, name: str) -> bytes | None:
-        """The content of a file; None when it is absent, or damaged, which is noted: it is compiled again."""
+        """Return the content of a file; None when it is absent, or damaged, which is noted: it is compiled again."""
         if self.path is None or not (self.path / name).is_file():  # a pipe would be waited for
             return None
         try:
@@ -163,7 +164,7 @@ class KernelCache:
         return str(self._folder.path) if self._folder.path else None
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """The `CompileResult` for these argument types; None when it is not in the cache."""
+        """Return the `CompileResult` for these argument types; None when it is not in the cache."""
         target_context.refresh()
         made_for = (sig, target_context.codegen().magic_tuple())
         stored = self._folder.read(self._file_name(made_for))
@@ -184,7 +185,7 @@ class KernelCache:
             self._folder.write(self._file_name(made_for), dumps((made_for, data._reduce())))
 
     def flush(self) -> None:
-        """Forget this kernel's code, for `dispatcher.recompile`."""
+        """Discard this kernel's code, for `dispatcher.recompile`."""
         self._folder.remove(f"{self._name}-*.nbc")
 
     def _file_name(self, made_for: tuple[Any, Any]) -> str:
@@ -206,7 +207,7 @@ def _parse_when_linked(library: Any, bitcode: bytes) -> None:
 
 
 def _is_usable(folder: Path) -> bool:
-    """Return whether files can be put there; marks it as used now."""
+    """Return whether files can be written there; mark it as used now."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         os.utime(folder)

@@ -1,7 +1,7 @@
 """Decorator presets of all kernels, and the thread count, in one place.
 
-No fast-math anywhere: every kernel must give the same doubles as the same formula in plain numpy.
-Parallel kernels are called from one thread at a time only (the `workqueue` layer does not allow more).
+Fast-math is never used: every kernel must give the same doubles as the same formula in plain numpy. Parallel kernels
+are called from one thread at a time only (the `workqueue` layer does not allow more).
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ FOLDER = KernelFolder()
 
 
 def kernel(function: F) -> F:
-    """A compiled, cached function; division by zero gives inf as in numpy."""
+    """Compile a function and cache it; division by zero gives inf as in numpy."""
     return _compiled(function)
 
 
 def inlined(function: F) -> F:
-    """A compiled function that LLVM inlines into its caller."""
+    """Compile a function that LLVM inlines into its caller."""
     return _compiled(function, forceinline=True)
 
 
 def lean(function: F) -> F:
-    """A compiled function without reference counts, for inner loops: it may not make arrays, only views.
+    """Compile a function without reference counts, for inner loops: it may not make arrays, only views.
 
     Every array that is passed on costs two locked instructions elsewhere, and threads that share it wait for each
     other.
@@ -44,12 +44,12 @@ def lean_inlined(function: F) -> F:
 
 
 def parallel_kernel(function: F) -> F:
-    """A compiled, cached function with `prange`; each iteration writes its own data."""
+    """Compile a function with `prange` and cache it; each iteration writes its own data."""
     return _compiled(function, parallel=True)
 
 
 def _compiled(function: F, **options: bool) -> F:
-    """A dispatcher that asks our cache for compiled code. Numba has a setting for all functions only."""
+    """Return a dispatcher that asks our cache for compiled code. Numba has a setting for all functions only."""
     dispatcher = numba.njit(nogil=True, error_model="numpy", **options)(function)
     if not numba.config.DISABLE_JIT:  # then it is the function itself
         dispatcher._cache = KernelCache(FOLDER, function)
@@ -63,10 +63,9 @@ _SPIN_COUNT, _SPIN_CHOICES = "2000", (SPIN, "OMP_WAIT_POLICY")
 def use_threads(threads: int | None) -> int:
     """Set the number of threads of the parallel kernels for the calling thread; return the number used.
 
-    By default threads of GNU OpenMP that have nothing to do keep a processor busy for milliseconds, in the hope of
-    more, while other programs, the drawing among them, wait for it: an edit of 6 ms cost 80 ms of four processors'
-    time. So they are told to sleep soon, unless the user's environment says what they do. The library reads it once,
-    when the first kernel starts its threads.
+    By default idle threads of GNU OpenMP spin for milliseconds while other programs, the drawing among them, wait: an
+    edit of 6 ms cost 80 ms of four processors' time. RigLens makes them sleep soon, unless the user's environment says
+    what they do. The library reads it once, when the first kernel starts its threads.
     """
     if not any(name in os.environ for name in _SPIN_CHOICES):
         os.environ[SPIN] = _SPIN_COUNT

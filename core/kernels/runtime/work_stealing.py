@@ -1,7 +1,7 @@
-"""Work that threads take as they come, so that one which the system holds up keeps no more than it has begun.
+"""Work stealing: threads take pieces one by one, so that a delayed thread holds back no more than its current piece.
 
-Parallel loops give every thread its share beforehand, and all wait for the last one. Who does which piece cannot
-matter: pieces write words of their own, or add up whole numbers.
+Parallel loops give every thread its share beforehand, and all wait for the last one. Which thread does which piece
+cannot matter: pieces write words of their own, or add up integers.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ FULL_WORD = np.uint64(0xFFFFFFFFFFFFFFFF)
 
 @intrinsic  # type: ignore[untyped-decorator]
 def popcount(typingctx: Any, bits: Any) -> Any:
-    """Number of set bits of a uint64."""
+    """Return the number of set bits of a uint64."""
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         return builder.ctpop(args[0])
@@ -28,7 +28,7 @@ def popcount(typingctx: Any, bits: Any) -> Any:
 
 @intrinsic  # type: ignore[untyped-decorator]
 def lowest_bit(typingctx: Any, bits: Any) -> Any:
-    """Index of the lowest set bit of a nonzero uint64."""
+    """Return the index of the lowest set bit of a nonzero uint64."""
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         from llvmlite import ir
@@ -40,7 +40,7 @@ def lowest_bit(typingctx: Any, bits: Any) -> Any:
 
 @lean_inlined
 def first_run(bits: np.uint64, starts: np.uint64) -> tuple[np.int64, np.uint64]:
-    """Number (from 0) of the run that holds the lowest of some bits, and which of the bits lie in that run.
+    """Return the number (from 0) of the run that holds the lowest of some bits, and which of the bits lie in that run.
 
     starts: the first bit of each run, runs reach up to the next one.
     """
@@ -52,7 +52,7 @@ def first_run(bits: np.uint64, starts: np.uint64) -> tuple[np.int64, np.uint64]:
 
 @lean_inlined
 def level_mask(low: int | np.int64, high: int | np.int64) -> np.uint64:
-    """Bits low..high (both 0..63, both included) of a word."""
+    """Return the bits low..high (both 0..63, both included) of a word."""
     return (FULL_WORD << np.uint64(low)) & (FULL_WORD >> np.uint64(63 - high))
 
 
@@ -69,7 +69,7 @@ def mark_levels(marks: np.ndarray, base: int | np.int64, low: int | np.int64, hi
 
 @kernel
 def first_ids(words: np.ndarray) -> np.ndarray:
-    """Running count of set bits before each word, uint32 (n + 1,)."""
+    """Return the running count of set bits before each word, uint32 (n + 1,)."""
     first = np.empty(words.size + 1, np.uint32)
     total = np.uint64(0)
     for w in range(words.size):
@@ -81,7 +81,7 @@ def first_ids(words: np.ndarray) -> np.ndarray:
 
 @kernel
 def total_bits(words: np.ndarray) -> int:
-    """Number of set bits of all words."""
+    """Return the number of set bits of all words."""
     total = np.uint64(0)
     for w in range(words.size):
         total += popcount(words[w])
@@ -90,7 +90,7 @@ def total_bits(words: np.ndarray) -> int:
 
 @kernel
 def list_voxels(words: np.ndarray, first: np.ndarray, ny: int, depth: int) -> np.ndarray:
-    """Indices (ix, iy, iz) of the voxels of a mask in the order of their ids, int32 (count, 3)."""
+    """Return the indices (ix, iy, iz) of the voxels of a mask in the order of their ids, int32 (count, 3)."""
     voxels = np.empty((first[words.size], 3), np.int32)
     for w in range(words.size):
         bits = words[w]

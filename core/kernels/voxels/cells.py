@@ -52,7 +52,7 @@ def cells_of(ijk: np.ndarray, block: int, numbers: np.ndarray) -> np.ndarray:
 
 @kernel
 def largest_per_cell(cells: np.ndarray, counts: np.ndarray, count_of_cells: int) -> np.ndarray:
-    """Largest count of the voxels of each cell."""
+    """Return the largest count of the voxels of each cell."""
     largest = np.zeros(count_of_cells, np.uint32)
     for row in range(cells.size):
         largest[cells[row]] = max(largest[cells[row]], counts[row])

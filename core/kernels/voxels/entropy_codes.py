@@ -76,7 +76,8 @@ def find_runs(words: np.ndarray, rows: np.ndarray, starts: np.ndarray, first: np
 
 @inlined
 def _number_of(rows: np.ndarray, row: int, found: int, table: Numbering) -> int:
-    """Number of a row among the `found` distinct ones, or `found` for one not met before; it is then entered."""
+    """Return the number of a row among the `found` distinct ones, or `found` for one not met before; it is then
+    entered."""
     firsts, slots = table.firsts, table.slots
     last = slots.size - 1
     a, b, c = np.uint64(rows[row, 0]), np.uint64(rows[row, 1]), np.uint64(rows[row, 2])
@@ -115,7 +116,7 @@ def number_runs(words: np.ndarray, starts: np.ndarray, rows: np.ndarray, table: 
 
 @kernel
 def renumber(numbers: np.ndarray, ranks: np.ndarray, codes: np.ndarray) -> None:
-    """codes (n,) = ranks[numbers], without a temporary array."""
+    """Write codes (n,) = ranks[numbers], without a temporary array."""
     for row in range(numbers.size):
         codes[row] = ranks[numbers[row]]
 

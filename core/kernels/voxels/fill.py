@@ -31,7 +31,7 @@ def _inside(box: np.ndarray, x: float, y: float, z: float) -> bool:
 
 @inlined
 def _reach(box: np.ndarray, axis: int) -> float:
-    """Half extent of a rotated box along a grid axis, a little enlarged."""
+    """Return the half extent of a rotated box along a grid axis, a little enlarged."""
     row = 6 + 3 * axis
     half = abs(box[row]) * box[3] + abs(box[row + 1]) * box[4] + abs(box[row + 2]) * box[5]
     return float(half * (1.0 + 1e-9) + 1e-9)

@@ -1,7 +1,7 @@
 """Update the union of one kind of sensor and count exactly the voxels whose coverage changed.
 
-Arrays that a parallel kernel writes are arguments of their own: Numba takes a write to a member of a tuple for dead
-code and leaves it out.
+Arrays that a parallel kernel writes are arguments of their own: Numba removes a write to a member of a tuple as dead
+code.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ def _gain(new: np.uint64, old: np.uint64) -> np.int64:
 
 @inlined
 def _seen(stack: np.ndarray, slots: np.ndarray, start: int, room: np.ndarray) -> np.ndarray:
-    """The voxels that any of some rows of a stack holds, for as many words as there is room: its own words, where it
-    is one."""
+    """Return the voxels that any of some rows of a stack holds, for as many words as there is room: its own words,
+    where it is one."""
     words = room.size
     if slots.size == 1:
         return stack[slots[0], start : start + words]
@@ -46,7 +46,7 @@ def _seen(stack: np.ndarray, slots: np.ndarray, start: int, room: np.ndarray) ->
 
 @inlined
 def _changing(come: np.ndarray, gone: np.ndarray, free: np.ndarray, where: np.ndarray) -> int:
-    """List the words in which the union changes. Without a branch: it cannot be foreseen."""
+    """List the words in which the union changes. Without a branch, which could not be predicted."""
     count = 0
     for w in range(come.size):
         where[count] = w
@@ -134,7 +134,7 @@ def _take_rows(region: Region, counter: np.ndarray) -> tuple[int, int]:
 
 @kernel
 def _room(workers: int) -> np.ndarray:
-    """Sums of each worker, on cache lines of their own. A function of its own: see `new_counter`."""
+    """Return the sums of each worker, on cache lines of their own. A function of its own: see `new_counter`."""
     return np.zeros((workers, 16), np.int64)
 
 
