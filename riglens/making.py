@@ -59,7 +59,7 @@ def build_pog(
     """Build the POG of box data sets together, store it for `load_scene(pog=out)`, and return the scene.
 
     Arguments as for `load_scene`; `workers` processes build parts at the same time, or the Dask cluster at `dask`.
-    After an interruption the same call goes on where it was.
+    After an interruption the same call resumes.
     """
     from riglens.app.commands.data import build
     from riglens.app.terminal.console import called_from_python

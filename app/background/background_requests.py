@@ -39,7 +39,8 @@ class AuditRequest(RigInScene):
 
 @dataclass(frozen=True, kw_only=True)
 class ToleranceRequest(RigInScene):
-    """Answered step by step by ToleranceProgress; objects are counted in the first frames of `traffic`, if any."""
+    """Request for a tolerance analysis, answered step by step by ToleranceProgress; objects are counted in the first
+    frames of `traffic`, if any."""
 
     profile: ToleranceProfile
     draws: int

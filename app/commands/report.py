@@ -263,14 +263,14 @@ def _plan_of(
 
 
 def _named_below(file: str) -> str:
-    """Return a name that leads to no other folder: a report may name any file of this machine."""
+    """Return a path that stays below the folder: a report may name any file of this machine."""
     named = PurePath(file)
     is_elsewhere = named.is_absolute() or ".." in named.parts or file.startswith("~")
     return named.name if is_elsewhere else file
 
 
 def _with_mesh(rig: Rig, folder: Path) -> Rig:
-    """A report's rig with its mesh, from below a folder alone."""
+    """Return a report's rig with its mesh, read only from below a folder."""
     body = _named_below(rig.vehicle.body)
     if rig.vehicle.has_mesh_file and not (folder / body).is_file():
         raise InputError(

@@ -28,7 +28,7 @@ NO_WORDS = np.empty(0, np.uint64)
 class VoxelMarks:
     """Inputs of the modes besides the POG: the voxels seen now and by the baseline, and by at least 1, 2, 3 sensors.
 
-    Only those that the mode needs are there (`marks_for`), the others are empty.
+    Those that the mode does not need (`marks_for`) are empty.
     """
 
     seen: Words

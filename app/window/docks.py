@@ -75,7 +75,7 @@ class DockTitles:
         self._later.timeout.connect(self.update)
 
     def follow(self, dock: QDockWidget) -> None:
-        """Manage one more dock."""
+        """Add a dock to those managed."""
         self._docks.append(dock)
         for moved in (dock.visibilityChanged, dock.topLevelChanged, dock.dockLocationChanged):
             moved.connect(lambda _: self._later.start())

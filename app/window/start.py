@@ -25,8 +25,8 @@ from riglens.widgets.panels.controls.style import apply_style, is_dark
 from riglens.widgets.theme import palette
 
 LONGEST_WAIT_MS = 3000
-"""Loading boxes and compiled code waits for the first picture, which it would slow down, but not for ever: a window
-that opens minimised draws none."""
+"""Longest wait for the first picture, which loading boxes and compiled code would slow down; a window that opens
+minimised draws none."""
 
 KEPT_RAYS_BYTES = 256 << 20
 """Room for rays: enough to drag one camera of 2.5 megapixels, not for all five of the Waymo car at once."""

@@ -120,7 +120,7 @@ def detect(state: Mapping[str, NDArray[Any]], samples: Samples, region: Region, 
 
 
 class _Run:
-    """A training under way."""
+    """Training in progress."""
 
     def __init__(self, sets: Sequence[Samples], region: Region, training: Training, on: Machine) -> None:
         self.torch = torch = require_torch()

@@ -306,7 +306,7 @@ class Caster:
         is_stale: IsStale = never_stale,
         barrier: Barrier | None = None,
     ) -> tuple[int, ...] | None:
-        """Sum over rays over their voxels of h in fixed point, per class; None when abandoned."""
+        """Return the sum of h over the voxels of all rays, in fixed point, per class; None when cancelled."""
         entropies, totals = self._field.entropies, [0, 0, 0]
         for rays, start, end in _chunks_of(self._casts(sensor, method, barrier)):
             if is_stale():

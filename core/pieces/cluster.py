@@ -195,7 +195,7 @@ def _received(connection: socket.socket, size: int) -> bytes:
 
 
 def _certificates(distributed: Any) -> ssl.SSLContext:
-    """Return what Dask's own settings give for encrypted connections; InputError when that is nothing."""
+    """Return Dask's own settings for encrypted connections; InputError when there are none."""
     try:
         context = distributed.Security().get_connection_args("client").get("ssl_context")
     except Exception as error:

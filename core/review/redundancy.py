@@ -311,7 +311,7 @@ def target_coverage(traffic: Traffic, rig: Rig, objects: ObjectCounts, min_point
 def target_counter(
     engine: TargetEngine, traffic: Traffic, settings: TargetSettings
 ) -> Callable[[Rig], Coverage]:
-    """Return what counts the objects that rigs detect, with an engine on the same traffic."""
+    """Return a counter of the objects that rigs detect, with an engine on the same traffic."""
 
     def coverage(rig: Rig) -> Coverage:
         return target_coverage(traffic, rig, engine.evaluate(rig, settings).objects, settings.min_points)

@@ -145,7 +145,7 @@ FIGURES = {
 
 
 def _figure_names(figures: Iterable[str], marked: Collection[str]) -> tuple[str, ...]:
-    """Return the names in sentences, each once; the range by reflectivity goes without saying where the range is."""
+    """Return the names for a sentence, each once; without the range by reflectivity where the range is named."""
     told = (figure for figure in figures if figure != "range_at" or "range_m" not in marked)
     return tuple(dict.fromkeys(FIGURES.get(figure, figure) for figure in told))
 

@@ -38,7 +38,7 @@ class Pog:
             )
 
     def probability(self, cls: int) -> NDArray[np.float64]:
-        """p of the occupied voxels for one class, (n,)."""
+        """Return p of the occupied voxels for one class, (n,)."""
         result: NDArray[np.float64] = self.counts[:, cls] / max(self.data.frames, 1)
         return result
 

@@ -15,7 +15,7 @@ _Found = TypeVar("_Found")
 
 
 class KeptAnswers:
-    """Room of `limit_bytes` that functions share for the answers that they found last; for all threads."""
+    """Cache of `limit_bytes` for the latest results of several functions; for all threads."""
 
     def __init__(self, limit_bytes: int) -> None:
         self.limit_bytes = limit_bytes
@@ -24,7 +24,7 @@ class KeptAnswers:
         self._lock = threading.Lock()
 
     def of(self, find: Callable[[_Asked], _Found]) -> Callable[[_Asked], _Found]:
-        """Keep what a function of one argument found last, always the very last answer of all functions."""
+        """Cache the results of a function of one argument; the latest result of all functions is always kept."""
 
         @wraps(find)
         def found(asked: _Asked) -> _Found:

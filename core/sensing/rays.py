@@ -101,8 +101,8 @@ def local_directions(sensor: Sensor, rays: Ids) -> NDArray[np.float64]:
 
 
 def missing_ray_count(sensor: Sensor) -> int:
-    """Rays of a sensor's lattice that are not cast, because they have no direction, as where a lens has none; those of
-    blocked sectors are not counted."""
+    """Return the number of lattice rays that are not cast because they have no direction, as outside a lens's image;
+    rays of blocked sectors do not count."""
     sensor = sensor.model_copy(update={"blocked": ()})
     return sensor.ray_count - len(lattice(sensor).rows) if is_listed(sensor) else 0
 

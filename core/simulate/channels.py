@@ -41,7 +41,7 @@ class Channel:
         return ".jpg" if self.modality == "camera" else ".pcd.bin"
 
     def to_sensor(self, ego_m: Doubles) -> Doubles:
-        """Points (n, 3) of the ego frame in the frame of the channel."""
+        """Convert points (n, 3) from the ego frame to the frame of the channel."""
         return np.asarray((ego_m - self.place_m) @ self.rotation)
 
     def to_ego(self, sensor_m: Doubles) -> Doubles:

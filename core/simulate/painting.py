@@ -27,7 +27,7 @@ Quality = Literal["good", "usual", "poor"]
 STRIDE_PX = 4
 """Native pixels per label of a segmented picture, as in segmentation networks."""
 PATCH_LABELS = 8
-"""Edge of the patches of a background in which false alarms are drawn, labels."""
+"""Edge, in labels, of the patches of background in which false alarms are drawn."""
 SCORES = 1 + len(CLASSES)
 _UNSEEN, _OTHER = -1, 0
 

@@ -1,4 +1,4 @@
-"""Random edits of a rig: the engine that carries its state along against an evaluation from scratch."""
+"""Random edits of a rig: the incremental engine against an evaluation from scratch."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ def stored_surfaces(name: str, build: Callable[[], Painted], of: object = None) 
 
 
 def _maker() -> str:
-    """Checksum of everything that the surfaces depend on: the modules that model them, and numpy."""
+    """Return a checksum of everything that the surfaces depend on: the modules that model them, and numpy."""
     digest = hashlib.sha256(np.__version__.encode())
     for name in _MADE_BY:
         digest.update((Path(__file__).parent / name).read_bytes())

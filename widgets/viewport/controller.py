@@ -235,9 +235,8 @@ class ViewController:
         return True
 
     def type_key(self, key: str) -> bool:
-        """Take a digit, a sign or a point of how far a handle goes; Backspace takes one back, Return ends the drag.
-
-        Returns whether the key was used.
+        """Handle a key of a typed distance: digit, sign or point; Backspace deletes, Return ends the drag. Return
+        whether the key was used.
         """
         held = self._held
         if held is None or not self.takes(key):

@@ -107,7 +107,7 @@ class OffscreenViewport(ViewportBase):
         self._follow_haze()
 
     def _follow_haze(self) -> None:
-        """See to it that another heatmap is drawn between the frames of a drag, unless one is being drawn."""
+        """Schedule the drawing of a new heatmap between the frames of a drag, unless one is being drawn."""
         if self._haze is None and self._scene.haze_is_due:
             self._haze = self._scene.draw_haze()
         if self._haze is not None:

@@ -89,7 +89,7 @@ class View(QWidget):
 
     @abstractmethod
     def look_at(self, x_m: float, y_m: float) -> None:
-        """Look over the car at a point of the ground plan; the distance stays."""
+        """Turn the view to a point on the ground; keep the distance."""
 
     @abstractmethod
     def set_picking(self, is_on: bool) -> None:

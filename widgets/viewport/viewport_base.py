@@ -45,7 +45,7 @@ class ViewportBase(View):
         layout.setContentsMargins(0, 0, 0, 0)
 
     def _start(self, canvas: QWidget, scene: DrawnScene) -> None:
-        """Put the canvas into the widget and listen to its mouse."""
+        """Put the canvas into the widget and connect its mouse events."""
         self._canvas, self._scene = canvas, scene
         self._box = BoxFrame(canvas)
         self._controller = ViewController(

@@ -16,7 +16,7 @@ from riglens.widgets.panels.controls.menus import add_entry
 
 
 class Failing(Feature):
-    """Failed sensors: a view of the rig without change, so there is nothing to undo or save."""
+    """Failed sensors: a view of the rig that does not change it, so there is nothing to undo or save."""
 
     specs = (
         Spec(

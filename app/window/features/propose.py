@@ -102,7 +102,7 @@ class KeptSearch(NamedTuple):
 
 
 class Propose(Feature):
-    """The search that was asked for last, and its result; edits meanwhile do not affect it."""
+    """Latest requested search and its result; later edits do not affect it."""
 
     specs = (
         Spec(

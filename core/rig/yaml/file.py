@@ -45,7 +45,7 @@ class RigFile:
         return RigFile(rig, bom + text, self.path)
 
     def save(self, path: str | os.PathLike[str], rig: Rig | None = None) -> RigFile:
-        """Write the file, with that rig if one is given, and return the file as it now is on the disk.
+        """Write the file, with that rig if one is given, and return the saved file.
 
         Raise InputError when the rig is not valid, too large to be read again, names a table of rays that its folder
         does not hold, or the file cannot be written; the old file then stays.

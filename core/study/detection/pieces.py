@@ -95,7 +95,7 @@ _OF_SWEEPS = ("train_frames", "test_frames", "region", "simulation", "painting")
 
 @dataclass(frozen=True)
 class Net:
-    """Net: its seed, the rigs whose sweeps it learns from, and those that it is tested on."""
+    """Net to train: its seed, the rigs whose sweeps it learns from, and those that it is tested on."""
 
     seed: int
     trains: tuple[Entrant, ...]

@@ -32,8 +32,8 @@ class Finding:
 
 @dataclass(frozen=True)
 class Order:
-    """Of the pairs that average precision of a column resolves, so far apart: how many there are, and how many a
-    surrogate puts in the same order, higher taken as better; equal values put none."""
+    """Pairs of rigs that average precision of a column resolves, within a span of differences, and how many of them a
+    surrogate puts in the same order: higher is better, equal values count as wrong."""
 
     surrogate: str
     column: str

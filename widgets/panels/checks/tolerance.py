@@ -68,7 +68,7 @@ class Range:
 
     @property
     def widest(self) -> float:
-        """The largest distance from the rig as designed."""
+        """Largest distance from the rig as designed."""
         return max(abs(value) for value in (self.low, self.high, self.worst, self.floor_low, self.floor_high))
 
     @property
