@@ -44,8 +44,7 @@ def calibrate(
     Parameters
     ----------
     detections
-        Results in the format of nuScenes' detection task. For a nuScenes folder positions are global, for a table they
-        are in the frame of its boxes, and sample tokens are SEQ/FRAME.
+        Results of nuScenes' detection task. With a table: in the frame of its boxes, sample tokens SEQ/FRAME.
     out
         File for the calibration, YAML.
     within

@@ -57,8 +57,7 @@ def convert(
     origin
         Origin of IN in the vehicle frame, in metres.
     token
-        Which rig of several: a token of nuScenes, the id of a CARLA vehicle, the class of a CARLA agent, the name of
-        an AirSim vehicle, the index of an entry of mmdet3d.
+        Which rig of several: token (nuScenes), id (CARLA), class (CARLA agent), name (AirSim), index (mmdet3d).
     kit
         Folder of an Autoware kit's description, where its xacro is not beside the calibration (individual_params).
     report

@@ -86,8 +86,7 @@ def sensors(
     kind
         Only sensors of one kind.
     json
-        Also write every figure of every model listed as JSON to a file; with - to standard output, instead of the
-        table.
+        Also write all figures of the listed models as JSON to a file; with - to standard output, without the table.
     """
     if name is not None and kind is not None:
         raise InputError(f"chooses what is listed; leave it out to show the model {name}", "kind")
@@ -114,7 +113,7 @@ def _list(library: Library, kind: str | None) -> None:
 
 
 def _table(library: Library, kind: AnyKind) -> Table:
-    """The models of a kind, maker by maker."""
+    """Return the models of a kind, maker by maker."""
     made = Table(
         title=_title(kind.plural), title_justify="left", title_style="bold", box=None, pad_edge=False
     )

@@ -96,8 +96,7 @@ def optimise(
     inside
         Mount sensors in the air in this box, in metres, instead of on the skin.
     requirements
-        File of requirements, as for `riglens check`: mounts keep its limits; other requirements are checked for the
-        best set and up to 12 more.
+        File of requirements, as for `riglens check`: mounts keep its limits, the rest is checked for the best sets.
     surroundings
         block: houses, walls and poles of the bundled scenario hide objects too (ignored).
     move
@@ -105,8 +104,7 @@ def optimise(
     exchange
         Let a sensor of the rig be exchanged for a model, in its place unless it may move; may be repeated.
     s_ms
-        Maximise S-MS instead: the entropy of voxels that rays pass, not of objects that they hit. Rigs that are best by
-        it gain much there and little on objects.
+        Maximise S-MS instead. Rigs that are best by it gain little on objects.
     within_m
         Objects count up to this distance from the car.
     against

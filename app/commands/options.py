@@ -17,7 +17,7 @@ from riglens.core.errors import InputError
 SCENE = Group("Scene: boxes and grid", sort_key=10)
 SCORE = Group("Score", sort_key=20)
 COUNT = Group("Hit coverage", sort_key=25)
-BUILD = Group("Build", sort_key=30)
+BUILD = Group("Workers", sort_key=30)
 MAX_DIGITS = 40
 
 

@@ -62,27 +62,27 @@ class PictureArguments:
     threshold: Annotated[float | None, Parameter(metavar="SHARE")] = None
     """Leave out cells in the lowest part of the colour scale, 0 to 1 (0.02)."""
     log: bool = False
-    """Logarithmic colour scale of three decades."""
+    """Use a logarithmic colour scale of three decades."""
     opacity: Annotated[float | None, Parameter(metavar="SHARE")] = None
     """Opacity of the highest values, 0 to 1 (0.5)."""
     rays: Annotated[bool, Parameter(negative="--no-rays")] = True
-    """The rays of the sensors."""
+    """Draw the rays of the sensors."""
     ray_opacity: Annotated[float, Parameter(metavar="SHARE")] = DEFAULT_RAYS.opacity
     """Opacity of the rays, 0 to 1."""
     ray_density: Annotated[float, Parameter(metavar="FACTOR")] = DEFAULT_RAYS.density
-    """Factor on the number of rays, 0.125 to 8."""
+    """Factor by which the number of rays drawn changes, 0.125 to 8."""
     fill: Annotated[Literal["none", "ground", "frusta"], Parameter(metavar="NAME")] = "none"
     """Fill each sensor's field of view: its footprint on open ground, or the outside of the field."""
     transparent: bool = False
-    """No background."""
+    """Leave the background transparent."""
     ground: Annotated[bool, Parameter(name="--ground-plane", negative="--no-ground")] = True
-    """The ground with its grid and metres."""
+    """Draw the ground with its grid and metres."""
     legend: Annotated[bool, Parameter(negative="--no-legend")] = True
-    """The colour bar."""
+    """Draw the colour bar."""
     title: bool = False
-    """Name of the rig and its inputs, in the upper corner."""
+    """Write the name of the rig and its inputs in the upper corner."""
     scores: bool = False
-    """The table of scores, in the lower corner."""
+    """Write the table of scores in the lower corner."""
     theme: Annotated[Literal["dark", "light"], Parameter(metavar="NAME")] = "dark"
     """Dark or light background."""
 

@@ -79,8 +79,7 @@ def accuracy(
     Parameters
     ----------
     sensor
-        Compare methods for this library model, upright and tilted, in the place of the rig's first sensor of its
-        kind; may be repeated.
+        Compare methods for this library model, in the place of the rig's first one of its kind; may be repeated.
     out
         Folder for accuracy.png, accuracy.svg and accuracy.csv; with --sensor accuracy-sensors.*, also .json.
     quick

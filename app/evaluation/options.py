@@ -143,7 +143,7 @@ class SceneOptions:
         float | Literal["auto"] | None,
         Said(
             "M|auto",
-            "Edge of a voxel in metres (0.1). With auto, where rigs are scored: the coarsest suitable one.",
+            "Edge of a voxel in metres (0.1). auto: the coarsest suitable edge, where rigs are scored.",
         ),
     ] = None
     roi_m: Annotated[

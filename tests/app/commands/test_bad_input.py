@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from riglens.app.commands import running
-from riglens.app.commands.parsing import meant_command
+from riglens.app.commands.parsing import COMMANDS, GROUPS, PARTS, app, meant_command
 from riglens.core.rig.presets import PRESETS
 from tests.app.conftest import SMALL_GRID
 
@@ -84,6 +84,16 @@ def test_a_slip_of_the_fingers_is_told_in_words_that_help(riglens, words, hint):
 )
 def test_help_lists_the_options_that_take_a_number(riglens, command, option):
     assert option in riglens(*command.split(), "--help").out
+
+
+def test_no_line_of_a_docstring_breaks_the_help_of_an_option():
+    groups = [(group, name) for group, (_, commands) in GROUPS.items() for name in commands]
+    for words in (*((name,) for name in (*COMMANDS, *PARTS)), *groups):
+        command = app
+        for word in words:
+            command = command[word]
+        options = command.assemble_argument_collection(parse_docstring=True)
+        assert [one.name for one in options if "\n" in (one.parameter.help or "")] == [], words
 
 
 def test_no_preset_is_taken_for_a_misspelt_command():
