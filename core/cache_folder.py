@@ -14,7 +14,7 @@ from riglens.core.errors import InputError
 
 
 def cache_folder() -> Path:
-    """The user's cache folder of RigLens; the environment variable RIGLENS_CACHE_DIR wins."""
+    """Return the user's cache folder of RigLens; the environment variable RIGLENS_CACHE_DIR wins."""
     override = os.environ.get("RIGLENS_CACHE_DIR")
     return Path(override) if override else Path(platformdirs.user_cache_dir("riglens"))
 

@@ -2,7 +2,7 @@
 
 
 def installed_version() -> str:
-    """The version of the package, looked up only when somebody asks."""
+    """Return the version of the package, looked up at the first call."""
     from importlib.metadata import PackageNotFoundError, version
 
     try:

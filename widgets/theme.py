@@ -120,7 +120,7 @@ DARK_TONES = Tones(
 
 
 def palette(dark: bool) -> Palette:
-    """The palette of the dark or the light theme."""
+    """Return the palette of the dark or the light theme."""
     return DARK if dark else LIGHT
 
 
@@ -130,6 +130,6 @@ def rgb(colour: str) -> tuple[float, float, float]:
 
 
 def mix(first: str, second: str, share: float) -> str:
-    """A colour `share` (0..1) of the way from the first to the second."""
+    """Return a colour `share` (0..1) of the way from the first to the second."""
     parts = [round(255 * (a + (b - a) * share)) for a, b in zip(rgb(first), rgb(second), strict=True)]
     return "#" + "".join(f"{part:02x}" for part in parts)

@@ -149,7 +149,7 @@ def print_blind(found: BlindMap, profiles: Sequence[ProfileVerdict], by: By, k: 
 
 
 def _areas_table(found: BlindMap, by: By, k: int) -> Table:
-    """Heights as rows: area by sector, in all, and the largest connected patch."""
+    """Return the heights as rows: area by sector, in all, and the largest connected patch."""
     sectors = (sector.replace("-", "\n") for sector in SECTORS)
     made = table("height", *sectors, "all", "largest\npatch", dense=True)
     for height in HEIGHTS_M:
@@ -177,7 +177,7 @@ def _profiles_table(profiles: Sequence[ProfileVerdict]) -> Table:
 
 
 def _failed_text(verdict: ProfileVerdict) -> str:
-    """The first objects that are not seen, with why."""
+    """Return the first objects that are not seen, with why."""
     words = [
         f"{visible(one.target.name)} ({one.rays} rays, {100.0 * one.share:.0f} %)"
         for one in verdict.failed[:3]

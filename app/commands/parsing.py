@@ -207,7 +207,7 @@ def _check_words(tokens: Sequence[str]) -> None:
 
 
 def meant_command(word: str) -> str | None:
-    """The command that a misspelt one was probably meant to be; None for a command, and for anything else."""
+    """Return the command that a misspelt one was probably meant to be; None for a command, and for anything else."""
     known = [name for name in (*app, *RENAMED) if name.isalpha()]
     if not word.isalpha() or word in known:
         return None

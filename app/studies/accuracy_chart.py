@@ -45,7 +45,7 @@ _UNDER: dict[str, Any] = {"color": INK, "labelpad": 0}
 
 
 def chart(study: AccuracyStudy, source: str) -> Figure:
-    """The chart; `source` names the data set."""
+    """Return the chart; `source` names the data set."""
     grid, finest = edge_text(study.voxel_m), edge_text(study.finest_m)
     # rigs may be called $x$
     with matplotlib.rc_context({"font.family": "DejaVu Sans", "font.size": 9.5, "text.parse_math": False}):
@@ -90,7 +90,7 @@ def _draw_point(axes: Axes, point: Point, x: float, study: AccuracyStudy) -> Non
 
 
 def set_error_axis(axes: Axes, errors: Sequence[float], zero_name: str) -> float:
-    """A logarithmic axis in percent with a band for 0 at its left; returns where zeros are drawn."""
+    """Draw a logarithmic axis in percent with a band for 0 at its left; return where zeros are drawn."""
     positive = [error for error in errors if error > 0.0] or [1.0]
     low, high = math.floor(math.log10(min(positive)) - 0.05), math.ceil(math.log10(max(positive)) + 0.05)
     width = 0.16 * (high - low)
@@ -111,7 +111,7 @@ def set_error_axis(axes: Axes, errors: Sequence[float], zero_name: str) -> float
 
 
 def percent_text(percent: float) -> str:
-    """A tick of the axis of errors; small ones as a power of ten."""
+    """Return the label of a tick of the axis of errors; small ones as a power of ten."""
     if percent >= 0.001:
         return f"{percent:g}"
     power = round(math.log10(percent))

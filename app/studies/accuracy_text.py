@@ -25,7 +25,7 @@ TITLES: dict[MethodName, str] = {
 
 
 def edge_text(voxel_m: float) -> str:
-    """A voxel edge as δ in metres, with two decimals where they are enough."""
+    """Return a voxel edge as δ in metres, with two decimals where they are enough."""
     text = f"{voxel_m:.2f}"
     return f"δ {text if float(text) == voxel_m else f'{voxel_m:g}'} m"
 
@@ -52,7 +52,7 @@ def _setting(study: AccuracyStudy) -> str:
 
 
 def lattice_text(rig: Rig) -> str:
-    """The ray lattice of the cameras, of the LiDARs where there are none."""
+    """Return the ray lattice of the cameras, of the LiDARs where there are none."""
     casts = {camera.resolution for camera in rig.enabled_cameras()}
     sizes = casts or {(len(lidar.elevations()), len(lidar.azimuths())) for lidar in rig.enabled_lidars()}
     return " × ".join(map(str, next(iter(sizes)))) if len(sizes) == 1 else "lattices of several sizes"
@@ -82,7 +82,7 @@ def caption(study: AccuracyStudy, source: str) -> str:
 
 
 def verdicts(study: AccuracyStudy) -> Iterator[str]:
-    """The findings, one sentence each."""
+    """Return the findings, one sentence each."""
     yield _voxel_verdict(study)
     yield _score_verdict(study)
     if study.finest_m != study.voxel_m:
@@ -120,7 +120,7 @@ def _score_verdict(study: AccuracyStudy) -> str:
 
 
 def _better(study: AccuracyStudy, own: Point, errors: list[float | None], mine: float) -> str:
-    """The fastest point that is at least as good as one that is not on the front."""
+    """Return the fastest point that is at least as good as one that is not on the front."""
     rivals = [
         p
         for p, error in zip(study.points, errors, strict=True)
@@ -149,7 +149,7 @@ def _grid_verdict(study: AccuracyStudy) -> str:
 
 
 def percent(share: float) -> str:
-    """A fraction as percent with two or three significant digits."""
+    """Return a fraction as percent with two or three significant digits."""
     value = 100.0 * share
     return (
         f"{value:.0f} %"

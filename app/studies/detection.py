@@ -76,13 +76,13 @@ class Plan:
     cameras: Quality | None = None
 
     def rigs(self, names: Sequence[str]) -> tuple[Rig, ...]:
-        """The rigs that are compared: those named, or those of the published study."""
+        """Return the rigs that are compared: those named, or those of the published study."""
         if not self.published:
             return tuple(open_rig(name).rig for name in names)
         return published_rigs() if self.cameras is None else camera_rigs()
 
     def protocol(self) -> Protocol:
-        """The protocol of the study; raise InputError for seeds that are none."""
+        """Return the protocol of the study; raise InputError for seeds that are none."""
         protocol = Protocol()
         if self.published:
             protocol = PROTOCOL if self.cameras is None else CAMERA_PROTOCOL
@@ -256,7 +256,7 @@ def _rank_table(result: Result) -> Table:
 
 
 def _order_table(result: Result) -> Table:
-    """Share of the resolved pairs that each figure orders as mAP does, by how far apart they are."""
+    """Return the share of the resolved pairs that each figure orders as mAP does, by how far apart they are."""
     mine = [one for one in result.orders if one.column == MEAN]
     pairs = {one.apart: one.pairs for one in reversed(mine)}
     apart = dict.fromkeys(one.apart for one in mine)

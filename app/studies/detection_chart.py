@@ -115,7 +115,7 @@ def _rank_text(result: Result, name: str, column: str) -> str:
 
 
 def correlation(found: RankCorrelation) -> str:
-    """A correlation with its interval, as a reader sees it."""
+    """Return a correlation with its interval, as a reader sees it."""
     return f"{found.value:.2f} [{found.low:.2f}, {found.high:.2f}]".replace("-", "−")
 
 

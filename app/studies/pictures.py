@@ -18,7 +18,8 @@ PICTURES: tuple[PictureFormat, ...] = ("png", "svg")
 
 
 def picture(figure: Figure, form: PictureFormat = "png", dpi: int | None = None) -> bytes:
-    """The bytes of a picture file, without a date or the program's version; `dpi` other than the figure's own."""
+    """Return the bytes of a picture file, without a date or the program's version; `dpi` other than the figure's
+    own."""
     stream = io.BytesIO()
     unnamed = {"Date": None} if form == "svg" else {"Software": None}
     with mpl.rc_context({"svg.hashsalt": "riglens"}):

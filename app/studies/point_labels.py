@@ -79,7 +79,8 @@ def _overlap(some: Boxes, others: Boxes) -> NDArray[np.bool_]:
 
 
 def _leaders(centre: Doubles, boxes: Boxes, unit: float) -> tuple[Doubles, NDArray[np.bool_]]:
-    """The lines from a point to boxes (n, 4) as small boxes (n, PIECES, 4), and which are so far as to need one."""
+    """Return the lines from a point to boxes (n, 4) as small boxes (n, PIECES, 4), and which are so far as to need
+    one."""
     ends = np.clip(centre, boxes[:, :2], boxes[:, 2:])
     steps = ((np.arange(PIECES) + 0.5) / PIECES)[None, :, None]
     at = centre + steps * (ends - centre)[:, None]

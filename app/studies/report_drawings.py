@@ -122,8 +122,8 @@ def plans(rig: Rig) -> Plans:
 
 
 def labels(places: Points) -> list[Label]:
-    """A label for each of some places (n, 2) of a plan, one for those that are the same; none over another as long as
-    there is room right, left, above or below. Sensors count from 1."""
+    """Return a label for each of some places (n, 2) of a plan, one for those that are the same; none over another as
+    long as there is room right, left, above or below. Sensors count from 1."""
     groups: list[tuple[tuple[float, float], list[int]]] = []
     for number, (x, y) in enumerate(places.tolist(), 1):
         near = next((held for (ax, ay), held in groups if math.hypot(x - ax, y - ay) < _SAME), None)
@@ -147,7 +147,7 @@ def labels(places: Points) -> list[Label]:
 
 
 def _outline(triangles: Points) -> str:
-    """The lines around what triangles (n, 3, 2) of a plan cover, holes too, as the path of an SVG."""
+    """Return the lines around what triangles (n, 3, 2) of a plan cover, holes too, as the path of an SVG."""
     low = triangles.min(axis=(0, 1)) - 3.0
     pixels = (triangles - low) * _MASK_SCALE
     one, other = pixels[:, 1] - pixels[:, 0], pixels[:, 2] - pixels[:, 0]
@@ -172,7 +172,7 @@ def _outline(triangles: Points) -> str:
 
 
 def _view(sensor: Sensor) -> Points:
-    """The horizontal field of view of a sensor: a wedge (n, 3) that begins at it, or a circle."""
+    """Return the horizontal field of view of a sensor: a wedge (n, 3) that begins at it, or a circle."""
     wide = kind_of(sensor).view_deg(sensor)[0]
     is_round = wide >= 359.0
     half = math.radians((min(wide, 360.0) if math.isfinite(wide) else 180.0) / 2)
@@ -198,7 +198,7 @@ def _surfaces(rig: Rig) -> list[tuple[str, Points, NDArray[np.int64]]]:
 
 
 def view_data(rig: Rig) -> dict[str, Any]:
-    """The car in 16 bits a coordinate, and some rays of each sensor up to the body, the ground or 12 m."""
+    """Return the car in 16 bits a coordinate, and some rays of each sensor up to the body, the ground or 12 m."""
     surfaces = _surfaces(rig)
     points = np.concatenate([points for _, points, _ in surfaces])
     low, size = points.min(axis=0), np.maximum(np.ptp(points, axis=0), 1e-9)

@@ -234,7 +234,7 @@ def _parts(
     counts: TargetScores | None,
     stages: Stages,
 ) -> dict[str, Any]:
-    """The figures of one rig on its own."""
+    """Return the figures of one rig on its own."""
     settings, threads = settings_of(plan.score), plan.score.threads
     body, profiles = plan.score.body_of(rig), report_profiles()[0]
     judged = verdicts(rig, profiles, "blocks", jit.use_threads(threads))

@@ -44,12 +44,12 @@ OUTCOMES = {
 
 
 def percent(value: Any) -> str:
-    """A fraction as percent with two decimals."""
+    """Return a fraction as percent with two decimals."""
     return f"{100.0 * float(value):.2f} %"
 
 
 def square_metres(value: Any) -> str:
-    """An area with one decimal."""
+    """Return an area with one decimal."""
     return f"{float(value):.1f} m²"
 
 
@@ -64,12 +64,12 @@ def metres(value: Any) -> str:
 
 
 def four_digits(value: Any) -> str:
-    """A share or a difference of shares with four decimals."""
+    """Return a share or a difference of shares with four decimals."""
     return minus(f"{float(value):.4f}")
 
 
 def whole(value: Any) -> str:
-    """A count."""
+    """Return a count."""
     return f"{value:,}"
 
 
@@ -79,7 +79,7 @@ def minus(text: str) -> str:
 
 
 def difference_text(value: float, write: Callable[[Any], str]) -> str:
-    """A difference with its sign, of shares in percentage points."""
+    """Return a difference with its sign, of shares in percentage points."""
     text = write(abs(value)).replace(" %", " pp")
     return f"{'−' if value < 0 else '+'}{text}"
 
@@ -213,7 +213,7 @@ def zone_places(zones: list[Figures]) -> list[tuple[str, int]]:
 
 
 def view_text(sensor: Sensor) -> tuple[str, str]:
-    """The field of view of a sensor, across and up, and its range."""
+    """Return the field of view of a sensor, across and up, and its range."""
     wide, high = (
         f"{angle:.0f}" if math.isfinite(angle) else "—" for angle in kind_of(sensor).view_deg(sensor)
     )

@@ -89,7 +89,7 @@ def first_difference(content: bytes, again: bytes) -> str | None:
 
 
 def _around(content: bytes, here: int) -> str:
-    """The end of the line before a place, and some of what follows."""
+    """Return the end of the line before a place, and some of what follows."""
     begin = max(content.rfind(b"\n", 0, here) + 1, here - _AROUND)
     return shortened(
         content[begin : here + _AROUND].split(b"\n")[0].decode("utf-8", errors="replace"), 2 * _AROUND
@@ -97,7 +97,7 @@ def _around(content: bytes, here: int) -> str:
 
 
 def _part_of_pdf(content: bytes, here: int) -> str:
-    """The page, or another object of a PDF, in which a place lies."""
+    """Return the page, or another object of a PDF, in which a place lies."""
     heads = re.findall(rb"[\r\n](\d{1,9}) 0 obj", content[:here])
     if not heads:
         return "its head"

@@ -99,7 +99,7 @@ def sensor_table(found: SensorStudy) -> Table:
 
 
 def verdicts(found: SensorStudy) -> Iterator[str]:
-    """A sentence per sensor and pose."""
+    """Return one sentence per sensor and pose."""
     return map(_verdict, found.results)
 
 

@@ -114,7 +114,7 @@ def _words(figure: Figure, study: SensorStudy, caption: str, height_in: float) -
 
 
 def _key(study: SensorStudy) -> Iterator[Line2D]:
-    """A mark for each way that is in the chart."""
+    """Return a mark for each way that is in the chart."""
     shown = {point.method for result in study.results for point in result.points}
     for method, style in STYLES.items():
         if method in shown:

@@ -40,7 +40,7 @@ class Finding(NamedTuple):
 
 
 def setting_text(axis: Axis, value: float | RayLattice | str) -> str:
-    """The name of a setting; of a lattice what differs from the default."""
+    """Return the name of a setting; of a lattice what differs from the default."""
     if isinstance(value, RayLattice):
         cast = f"{value.cast[0]} × {value.cast[1]} rays" if value.cast != DEFAULT_LATTICE.cast else ""
         turn = f"{value.azimuths} azimuths" if value.azimuths != DEFAULT_LATTICE.azimuths else ""

@@ -61,7 +61,7 @@ def study(
 
 
 def table1_csv(found: Table1) -> str:
-    """The table as CSV, one line per rig and class, full precision, in nats."""
+    """Return the table as CSV, one line per rig and class, full precision, in nats."""
     return csv_text([_csv_line(row, cls) for row in found.rows for cls in CLASSES])
 
 

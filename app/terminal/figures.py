@@ -21,5 +21,5 @@ def thousands(value_nat: float, digits: int) -> str:
 
 
 def percent(share: float) -> str:
-    """A fraction as percent with two decimals."""
+    """Return a fraction as percent with two decimals."""
     return f"{100.0 * share:.2f} %"

@@ -185,7 +185,7 @@ class _Run:
 
 
 def _rate(done: float) -> float:
-    """Share of the highest learning rate: up over the first tenth, then down along a cosine."""
+    """Return the share of the highest learning rate: up over the first tenth, then down along a cosine."""
     if done < 0.1:
         return 0.1 + 9.0 * done
     return float(0.5 + 0.5 * np.cos(np.pi * (done - 0.1) / 0.9)) + 1e-3
@@ -242,7 +242,7 @@ def _images(samples: Sequence[Sample], region: Region) -> Any:
 
 
 def _mirrored(sample: Sample, mirror: int, region: Region) -> Sample:
-    """The sample with x (bit 1) and y (bit 0) mirrored."""
+    """Return the sample with x (bit 1) and y (bit 0) mirrored."""
     if not mirror:
         return sample
     rows, columns = region.shape

@@ -32,7 +32,7 @@ def entropy_of_counts(counts: Counts, frames: int) -> NDArray[np.float64]:
 
 
 def nats(quanta: int) -> float:
-    """Fixed-point entropy as a double, correctly rounded."""
+    """Return the fixed-point entropy as a double, correctly rounded."""
     return int(quanta) / QUANTA_PER_NAT
 
 

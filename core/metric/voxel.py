@@ -34,7 +34,7 @@ class VoxelFacts:
 
 
 def word_and_bit(grid: VoxelGrid, voxel: Voxel) -> tuple[int, int]:
-    """Number of the word that holds a voxel, and its bit as a number."""
+    """Return the number of the word that holds a voxel, and its bit as a number."""
     ix, iy, iz = voxel
     return (ix * grid.shape[1] + iy) * words_per_column(grid) + iz // 64, 1 << (iz % 64)
 
@@ -47,7 +47,7 @@ def id_of(index: VoxelIndex, voxel: Voxel) -> int | None:
 
 
 def voxel_facts(pog: Pog, voxel: Voxel) -> VoxelFacts:
-    """Position, p and h of a voxel; p = 0 everywhere where no box ever was."""
+    """Return the position, p and h of a voxel; p = 0 everywhere where no box ever was."""
     row = id_of(pog.index, voxel)
     counts = np.zeros(pog.counts.shape[1], np.int64) if row is None else pog.counts[row].astype(np.int64)
     frames = max(pog.data.frames, 1)
@@ -64,7 +64,8 @@ def voxel_in_cell(
     ray: tuple[Points, Points],
     meant: Words | None = None,
 ) -> Voxel | None:
-    """The voxel of a display cell (its centre (3,) and edge) that a ray, origin and direction (3,), passes nearest.
+    """Return the voxel of a display cell (its centre (3,) and edge) that a ray, origin and direction (3,), passes
+    nearest.
 
     Voxels that the class was in come first; of a cell without any the nearest voxel is taken. With `meant`, words of
     the voxels that a click may mean, it is one of those and uncertain for the class; None when there is none, or when

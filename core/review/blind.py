@@ -98,7 +98,7 @@ def grid_around(outline: Outline, settings: BlindSettings) -> VoxelGrid:
 
 
 def whole_field(grid: VoxelGrid) -> EntropyField:
-    """A field in which every voxel of the grid counts, and all count the same."""
+    """Return a field in which every voxel of the grid counts, and all count the same."""
     words, depth, levels = empty_words(grid), words_per_column(grid), grid.shape[2]
     for part in range(depth):
         words[part::depth] = np.uint64((1 << min(64, levels - 64 * part)) - 1)
@@ -124,7 +124,7 @@ class Ground:
 
     @classmethod
     def of(cls, grid: VoxelGrid, outline: Outline, bands_m: tuple[float, ...]) -> Ground:
-        """The ground of a grid around an outline."""
+        """Return the ground of a grid around an outline."""
         x, y = np.meshgrid(grid.centres_m(0), grid.centres_m(1), indexing="ij")
         distance = np.round(outline.distance_m(x, y), 9)
         band = np.searchsorted(np.array(bands_m), distance, side="left") - 1
@@ -279,7 +279,7 @@ class BlindEngine:
         return BlindMap(rig, self.settings, self.grid, self.ground, levels)
 
     def _rows_of(self, sensors: Sequence[Sensor], solid: Solid | None) -> NDArray[np.int64]:
-        """The row of each sensor (n,), after a look with those that are new."""
+        """Return the row of each sensor (n,), after a look with those that are new."""
         stops = [None if solid is None else obstacle_of(sensor, solid) for sensor in sensors]
         known = [
             next((one for one in self._looked if one.is_of(*pair)), None)

@@ -23,7 +23,8 @@ ground counts as seen is our choice: the lowest of HEIGHTS_M."""
 
 
 def share_seen(found: BlindMap, by: By = "any", k: int = 1) -> float:
-    """Share of the ground within 10 m of the car on which an object of the least height is seen; more is better."""
+    """Return the share of the ground within 10 m of the car on which an object of the least height is seen; more is
+    better."""
     near = found.ground.counts & (found.ground.distance_m <= SHARE_WITHIN_M)
     unseen = found.unseen(HEIGHTS_M[0], by, k) & near
     return 1.0 - float(unseen.sum()) / max(1, int(near.sum()))

@@ -168,7 +168,7 @@ class Check:
         return self._visibility_of(self._subject.rig, Pose())
 
     def _designed(self, rig: Rig) -> ObjectVisibility:
-        """The visibility in a rig on level ground, that of the rig as designed from before."""
+        """Return the visibility in a rig on level ground, that of the rig as designed from before."""
         return self._visibility if rig is self._subject.rig else self._visibility_of(rig, Pose())
 
     def _visibility_of(self, rig: Rig, stance: Pose) -> ObjectVisibility:
@@ -196,7 +196,8 @@ class Check:
         return any(one.of == of and one.failure == "half" for one in self._asked.losses)
 
     def _failing(self, what: What) -> list[tuple[str, Rig, tuple[str, ...]]]:
-        """The failures of a kind that the rig's enabled sensors may have: names, the rig, and what fails in it."""
+        """Return the failures of a kind that the rig's enabled sensors may have: names, the rig, and what fails in
+        it."""
         rig = self._subject.rig
         if what == "half":
             return [(name, other, ()) for name, other in halves_of(rig)]
@@ -341,7 +342,7 @@ class Check:
 
     # ------------------------------------------------------------ tolerance
     def _draws(self, kind: str, profile: str) -> Draws:
-        """The draws of a profile for the figures that tolerances are of, or for those of blind zones."""
+        """Return the draws of a profile for the figures that tolerances are of, or for those of blind zones."""
         if (kind, profile) not in self._drawn:
             subject, asked = self._subject, self._asked
             if kind == "blind":
@@ -400,7 +401,7 @@ def _raised(draws: int, last: int) -> Iterator[int]:
 
 
 def _worst(cases: Sequence[tuple[float, str]]) -> Finding | None:
-    """The largest figure of some cases, the first of equals, and its case; None without any."""
+    """Return the largest figure of some cases, the first of equals, and its case; None without any."""
     if not cases:
         return None
     value, case = max(cases, key=lambda found: found[0])

@@ -25,7 +25,7 @@ class Draws:
         self._found: list[Figures] = []
 
     def first(self, count: int) -> Sequence[Figures]:
-        """The figures of the first draws."""
+        """Return the figures of the first draws."""
         if count > len(self._found):
             units = unit_draws(count, errors_count(self._rig), self._seed)
             for errors in units[len(self._found) :]:

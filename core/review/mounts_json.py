@@ -12,7 +12,7 @@ from riglens.core.rig.yaml.file import identity_of
 
 
 def mounts_document(rig: Rig, mounts: Sequence[Mount], found: Sequence[Violation]) -> dict[str, Any]:
-    """The mounts of a rig's enabled sensors; null: no body or no neighbour to measure to."""
+    """Return the mounts of a rig's enabled sensors; null: no body or no neighbour to measure to."""
     return {
         "riglens": FORMAT_VERSION,
         "rig": identity_of(rig),

@@ -47,13 +47,13 @@ class Outline:
         return self.left_m - self.right_m
 
     def distance_m(self, x_m: Doubles, y_m: Doubles) -> Doubles:
-        """Distance along the ground to the rectangle, 0 within it."""
+        """Return the distance along the ground to the rectangle, 0 within it."""
         dx = np.maximum(np.maximum(self.rear_m - x_m, x_m - self.front_m), 0.0)
         dy = np.maximum(np.maximum(self.right_m - y_m, y_m - self.left_m), 0.0)
         return np.hypot(dx, dy)
 
 
 def sector_of(x_m: Doubles, y_m: Doubles) -> NDArray[np.uint8]:
-    """Place in SECTORS of points of the vehicle frame."""
+    """Return the place in SECTORS of points of the vehicle frame."""
     turn = np.degrees(np.arctan2(y_m, x_m)) / 45.0
     return np.asarray(np.floor(turn + 0.5) % len(SECTORS), np.uint8)

@@ -198,5 +198,5 @@ def read_profiles(path: str | os.PathLike[str]) -> tuple[Profile, ...]:
 
 
 def bundled_profiles() -> tuple[Profile, ...]:
-    """The profiles that ship with the program."""
+    """Return the profiles that ship with the program."""
     return read_profiles(asset_path("review/blind.yaml"))

@@ -73,7 +73,7 @@ class Coverage:
     failures: tuple[Failure, ...]
 
     def worst(self, what: What, cls: int, sector: int | None = None) -> Failure | None:
-        """The failure of a kind that costs most of a class, everywhere or in one sector; the first of equals."""
+        """Return the failure of a kind that costs most of a class, everywhere or in one sector; the first of equals."""
         mine = [failure for failure in self.failures if failure.what == what]
         return max(mine, key=lambda failure: lost_of(failure, cls, sector), default=None)
 
@@ -112,7 +112,7 @@ def with_halves(found: Coverage, rig: Rig, coverage: Callable[[Rig], Coverage]) 
 
 
 def sectors_of_columns(grid: VoxelGrid) -> NDArray[np.uint8]:
-    """The sector of the centre of each column, (columns,)."""
+    """Return the sector of the centre of each column, (columns,)."""
     x, y = np.meshgrid(grid.centres_m(0), grid.centres_m(1), indexing="ij")
     return sector_of(x, y).ravel()
 
@@ -271,7 +271,7 @@ def _pair(one: str, other: str, lost: Sums) -> Failure:
 
 
 def _by_kind() -> slice:
-    """The places of the kinds among the crowds."""
+    """Return the places of the kinds among the crowds."""
     return slice(1, 1 + len(kind_names()))
 
 

@@ -189,7 +189,7 @@ def _parts(value: object) -> tuple[object, ...]:
 
 
 def _free(name: str, taken: set[str]) -> str:
-    """The name, or the first of its numbered ones that is free."""
+    """Return the name, or the first of its numbered ones that is free."""
     number, free = 2, name
     while free in taken:
         free, number = f"{name}-{number}", number + 1

@@ -251,7 +251,7 @@ class Loss(Requirement):
         return self.text_of(f"the {WORST[self.failure]}" if self.name is None else self.name)
 
     def text_of(self, failing: str) -> str:
-        """The figure in words, for what fails."""
+        """Return the figure in words, for what fails."""
         happens = "is blocked" if self.failure == "half" else "fails"
         what = f"{self.of} of {self.cls}" if self.share_of == "all" else f"detected {self.of} of {self.cls}"
         return f"{what} lost when {failing} {happens}{_sector_text(self.sector)}"
@@ -307,5 +307,5 @@ class Mounts(MountLimits, Requirement):
 
 
 def _sector_text(sector: str | None) -> str:
-    """The sector of a figure; nothing for all around the car."""
+    """Return the sector of a figure; nothing for all around the car."""
     return "" if sector is None else f", {sector}"

@@ -88,7 +88,7 @@ class Spread:
 
     @classmethod
     def of(cls, nominal: float, values: Sequence[float]) -> Spread:
-        """The spread of some draws, of which there is at least one."""
+        """Return the spread of some draws, of which there is at least one."""
         low, middle, high = np.quantile(values, [0.05, 0.5, 0.95]).tolist()
         worst = int(np.argmin(values))
         return cls(nominal, middle, low, high, float(values[worst]), worst, tuple(values))

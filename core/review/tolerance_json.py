@@ -15,7 +15,8 @@ SPREAD = ("nominal", "median", "p05", "p95", "worst", "worst_draw")
 
 
 def tolerance_document(found: ToleranceResult, body: str, measures: Measures | None = None) -> dict[str, Any]:
-    """The tolerance of a rig under one profile; with what measured it, also the sample and its standard errors."""
+    """Return the tolerance of a rig under one profile; with what measured it, also the sample and its standard
+    errors."""
     return {
         "riglens": FORMAT_VERSION,
         "body": body,

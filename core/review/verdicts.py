@@ -154,7 +154,7 @@ def _ends(sensor: Sensor, barrier: Barrier | None, workers: int) -> Doubles:
 
 
 def ray_counts(sensor: Sensor, targets: Sequence[Target], ends_m: Doubles) -> NDArray[np.int64]:
-    """Rays of a sensor that meet each object (m, 2): before the car stops them, and if it did not."""
+    """Return the rays of a sensor that meet each object (m, 2): before the car stops them, and if it did not."""
     from riglens.core.kernels.objects.cylinders import count_on_cylinders  # the compiler
 
     counts = np.zeros((len(targets), 2), np.int64)
@@ -187,7 +187,8 @@ def _cones(origin: Doubles, cylinders: Doubles) -> Doubles:
 
 
 def surface_share(sensor: Sensor, target: Target, barrier: Barrier | None) -> float:
-    """Share of the surface facing a sensor that is in its view with nothing of the car before it, by even points."""
+    """Return the share of the surface facing a sensor that is in its view with nothing of the car before it, by even
+    points."""
     points, weights = _facing(np.array(sensor.position, np.float64), target)
     total = float(weights.sum())
     if not total:

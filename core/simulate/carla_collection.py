@@ -276,6 +276,6 @@ def depth_of(bgra: NDArray[np.uint8]) -> NDArray[np.uint16]:
 
 
 def _ego_pose(tick: Tick) -> EgoPose:
-    """Place and yaw of the car; that it leans with the road is in the boxes alone."""
+    """Return the place and yaw of the car; that it leans with the road is in the boxes alone."""
     x, y, z = tick.place_m.tolist()
     return EgoPose((x, y, z), float(np.arctan2(tick.rotation[1, 0], tick.rotation[0, 0])))

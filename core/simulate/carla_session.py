@@ -75,13 +75,13 @@ class Tick:
 
 
 def world_pose(transform: Any) -> tuple[Doubles, Doubles]:
-    """Rotation (3, 3) and place (3,) of a transform of CARLA in right-handed axes."""
+    """Return the rotation (3, 3) and place (3,) of a transform of CARLA in right-handed axes."""
     matrix = np.array(transform.get_matrix(), np.float64)
     return _MIRRORED @ matrix[:3, :3] @ _MIRRORED, _MIRRORED @ matrix[:3, 3]
 
 
 def mirrored(points: Doubles) -> Doubles:
-    """Points (n, 3) in left-handed axes in right-handed ones, and back."""
+    """Convert points (n, 3) from left-handed to right-handed axes, or back."""
     return np.asarray(points * np.array([1.0, -1.0, 1.0]))
 
 
@@ -206,7 +206,7 @@ class Session:
 
 
 def _class_of(actor: Any) -> int:
-    """Place in CLASSES: walkers, two-wheelers, and all other vehicles."""
+    """Return the place in CLASSES: walkers, two-wheelers, and all other vehicles."""
     if str(actor.type_id).startswith("walker."):
         return 2
     return 1 if str(actor.attributes.get("number_of_wheels", "4")) == "2" else 0
@@ -252,7 +252,7 @@ def session(address: Address) -> Iterator[Session]:
 
 
 def _ego_in(world: Any) -> Any:
-    """The car that others made for this."""
+    """Return the car that others made for this."""
     cars = {str(car.attributes.get("role_name", "")): car for car in world.get_actors().filter("vehicle.*")}
     return next((cars[role] for role in EGO_ROLES if role in cars), None)
 

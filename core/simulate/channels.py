@@ -45,7 +45,7 @@ class Channel:
         return np.asarray((ego_m - self.place_m) @ self.rotation)
 
     def to_ego(self, sensor_m: Doubles) -> Doubles:
-        """Points (n, 3) of the frame of the channel in the ego frame."""
+        """Convert points (n, 3) from the frame of the channel to the ego frame."""
         return np.asarray(sensor_m @ self.rotation.T + self.place_m)
 
 

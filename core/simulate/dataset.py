@@ -346,7 +346,7 @@ def write_tables(path: Path, tables: Tables) -> None:
 
 
 def _json_array(records: Iterator[Record]) -> Iterator[str]:
-    """The text of a list of records, one a line."""
+    """Return the text of a list of records, one a line."""
     before = "[\n"
     for record in records:
         yield before + json.dumps(record)

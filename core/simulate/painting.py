@@ -49,7 +49,7 @@ class Segmentation:
     aim_px: float
 
     def as_dict(self) -> dict[str, float]:
-        """The numbers as plain data."""
+        """Return the numbers as plain data."""
         return asdict(self)
 
     def found(self, height_px: Doubles) -> Doubles:
@@ -127,7 +127,7 @@ class Painter:
 
 
 def _eye(camera: Camera) -> Camera:
-    """The camera with a ray for each label."""
+    """Return the camera with a ray for each label."""
     width_px, height_px = camera.image
     return camera.model_copy(update={"cast": (-(-width_px // STRIDE_PX), -(-height_px // STRIDE_PX))})
 

@@ -51,7 +51,7 @@ class SimulationSettings:
         return TargetSettings(self.shape, self.range_law, self.phase, self.seed, body=self.body)
 
     def as_dict(self) -> dict[str, object]:
-        """The settings as plain data."""
+        """Return the settings as plain data."""
         return {
             "seed": self.seed,
             "shape": self.shape,

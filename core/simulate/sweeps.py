@@ -54,7 +54,7 @@ class Sweep:
         return np.bincount(self.object[self.object >= 0], minlength=objects).astype(np.int64)
 
     def of(self, sensor: int) -> Sweep:
-        """The points of one LiDAR."""
+        """Return the points of one LiDAR."""
         mine = self.sensor == sensor
         return replace(
             self,
@@ -168,7 +168,7 @@ def _source(lidar: Lidar, body: Solid | None, settings: SimulationSettings) -> _
 
 
 def canvas_for(beams: Beams) -> Canvas:
-    """An empty canvas for the rays of a sensor."""
+    """Return an empty canvas for the rays of a sensor."""
     rows, columns = beams.row_of.size, beams.columns
     return Canvas(
         np.zeros(rows * columns),

@@ -91,7 +91,7 @@ class Tables:
         self._worlds, self._poses, self._notes = worlds, poses, notes
 
     def token(self, *what: object) -> str:
-        """A token that belongs to something of this data set."""
+        """Return a token that belongs to something of this data set."""
         return hashlib.sha256(f"{self._key} {what}".encode()).hexdigest()[:32]
 
     def all(self) -> Iterator[tuple[str, Iterator[Record]]]:

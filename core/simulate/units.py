@@ -93,7 +93,7 @@ def simulate_unit(unit: Unit) -> bytes:
 
 
 def unpacked(content: bytes, unit: Unit) -> tuple[dict[str, bytes], list[dict[str, Any]]]:
-    """The files of a unit and the notes of its frames; ChildProcessError when they are not those of the unit."""
+    """Return the files of a unit and the notes of its frames; ChildProcessError when they are not those of the unit."""
     try:
         with zipfile.ZipFile(BytesIO(content)) as archive:
             files = {name: archive.read(name) for name in archive.namelist()}
@@ -110,7 +110,7 @@ def unpacked(content: bytes, unit: Unit) -> tuple[dict[str, bytes], list[dict[st
 
 
 def file_name(stem: str, channel: str, ending: str, folder: str = "samples") -> str:
-    """The path of a file of a channel in the data set."""
+    """Return the path of a file of a channel in the data set."""
     return f"{folder}/{channel}/{stem.format(channel)}{ending}"
 
 

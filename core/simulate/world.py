@@ -132,7 +132,7 @@ class Worlds:
 
 
 def _surface(rng: np.random.Generator, settings: SimulationSettings, height_m: float) -> Surface:
-    """The ground of a frame; the draws are the same for every kind of ground."""
+    """Return the ground of a frame; the draws are the same for every kind of ground."""
     count = len(WAVES_M)
     lengths_m = rng.uniform(*np.array(WAVES_M).T)
     amplitude_m, bearing, phase = rng.uniform(*WAVE_HEIGHT_M, count), rng.random(count), rng.random(count)

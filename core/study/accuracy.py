@@ -196,7 +196,7 @@ def require_sensors(rig: Rig) -> None:
 def _contestants(
     fields: Mapping[float, EntropyField], voxel_m: float, rig: Rig, plan: AccuracyPlan
 ) -> list[Contestant]:
-    """The rig's own exact score first, then methods, lattices and other grids."""
+    """Return the rig's own exact score first, then methods, lattices and other grids."""
     field, workers = fields[voxel_m], jit.use_threads(plan.threads)
     settings = MetricSettings(camera_weight=plan.camera_weight)
 
@@ -231,7 +231,7 @@ def _contestants(
 def _edits(
     field: EntropyField, rig: Rig, settings: MetricSettings, plan: AccuracyPlan
 ) -> list[tuple[MethodName, Case]]:
-    """The exact engine after a move of the first camera, and of the first LiDAR."""
+    """Return the exact engine after a move of the first camera, and of the first LiDAR."""
     firsts: tuple[tuple[MethodName, Sequence[Sensor]], ...] = (
         ("edit-camera", rig.enabled_cameras()[:1]),
         ("edit-lidar", rig.enabled_lidars()[:1]),
@@ -323,7 +323,7 @@ def pareto_front(costs: Sequence[tuple[float, float]]) -> list[bool]:
 
 
 def with_fronts(points: Sequence[Point]) -> tuple[Point, ...]:
-    """The points with the Pareto fronts marked, among those that cast the whole rig."""
+    """Return the points with the Pareto fronts marked, among those that cast the whole rig."""
     voxel = [p for p in points if p.from_scratch and p.voxel_error is not None]
     score = [p for p in points if p.from_scratch]
     on_voxel = pareto_front([(p.median_ms, p.voxel_error or 0.0) for p in voxel])

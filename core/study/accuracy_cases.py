@@ -66,7 +66,7 @@ class Case:
 def engine_case(
     field: EntropyField, rig: Rig, settings: MetricSettings, threads: int | None, before: Rig | None = None
 ) -> Case:
-    """The engine, fresh, or holding the rig as it was before an edit."""
+    """Return the engine, fresh, or holding the rig as it was before an edit."""
 
     def prepare() -> Engine:
         engine = Engine(field, threads)
@@ -206,7 +206,7 @@ def _ids(field: EntropyField, words: Words) -> NDArray[np.int64]:
 
 
 def moved(rig: Rig, sensor: Sensor) -> Rig:
-    """The rig with one sensor 0.1 m further to the front and left, where an edit may have found it."""
+    """Return the rig with one sensor 0.1 m further to the front and left, where an edit may have found it."""
     x, y, z = sensor.position
     elsewhere = sensor.model_copy(update={"position": (x + MOVED_M, y + MOVED_M, z)})
     return rig.with_sensor(sensor.name, elsewhere)
@@ -247,7 +247,7 @@ def _thinned(camera: Camera, columns: int, rows: int) -> Camera:
 
 
 def ray_count(rig: Rig) -> int:
-    """Rays of all enabled sensors."""
+    """Return the rays of all enabled sensors."""
     return sum(sensor.ray_count for sensor in rig.sensors if sensor.enabled)
 
 

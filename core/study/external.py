@@ -78,11 +78,11 @@ class Experiment:
         return self.reduced / self.full
 
     def rig(self) -> Rig:
-        """The recording's rig with the reduced LiDAR alone."""
+        """Return the recording's rig with the reduced LiDAR alone."""
         return self._rig(self.beams, self.azimuth_step, self.kept)
 
     def whole(self) -> Rig:
-        """The recording's rig with its LiDAR alone."""
+        """Return the recording's rig with its LiDAR alone."""
         return self._rig(None, 1, 1.0)
 
     def _rig(self, beams: tuple[int, ...] | None, azimuth_step: int, kept: float) -> Rig:

@@ -78,7 +78,8 @@ def rank_correlation(
 
 
 def drawn(kind: Statistic, x: Doubles, y: Doubles, replicas: Doubles, seed: int = 0) -> Doubles:
-    """The correlation on rigs drawn with replacement, (r,), the same draws for every x: differences are paired."""
+    """Return the correlation on rigs drawn with replacement, (r,), the same draws for every x: differences are
+    paired."""
     places = np.random.default_rng(seed).integers(0, len(y), replicas.shape)
     return STATISTICS[kind](x[places], np.take_along_axis(replicas, places, axis=1))
 

@@ -81,7 +81,7 @@ class SensorResult:
     points: tuple[SensorPoint, ...]
 
     def point(self, method: MethodName, setting: str = "") -> SensorPoint:
-        """The point of a way."""
+        """Return the point of a way."""
         return next(p for p in self.points if (p.method, p.setting) == (method, setting))
 
     @property
@@ -112,7 +112,7 @@ class _Entrant(NamedTuple):
 
 
 def sensors_at(rig: Rig, models: Sequence[str]) -> list[Sensor]:
-    """The library's sensors, each at the place and with the heading of the rig's first one of its kind.
+    """Return the library's sensors, each at the place and with the heading of the rig's first one of its kind.
 
     Raises InputError when the library has no such model, a model is named twice, there are more than MAX_MODELS, or
     the rig has no sensor of its kind.
@@ -135,7 +135,7 @@ def sensors_at(rig: Rig, models: Sequence[str]) -> list[Sensor]:
 
 
 def in_pose(sensor: Sensor, pose: str) -> Sensor:
-    """The sensor with roll and pitch of a pose of POSES_DEG."""
+    """Return the sensor with roll and pitch of a pose of POSES_DEG."""
     rpy_deg: Vec3 = (*POSES_DEG[pose], sensor.rpy_deg[2])
     return sensor.replace(rpy_deg=rpy_deg)
 
@@ -199,7 +199,7 @@ def wrong_shares(exact: Answer, found: Answer) -> tuple[float, float]:
 
 
 def _entrants(shared: Shared, sensor: Sensor) -> list[_Entrant]:
-    """The exact walk first, then every other way with its settings."""
+    """Return the exact walk first, then every other way with its settings."""
     field, threads, weight = shared.field, shared.threads, PAPER_SETTINGS.camera_weight
     rig, rays = Rig(name="alone", sensors=(sensor,)), sensor.ray_count
 

@@ -42,7 +42,7 @@ class GridRays(NamedTuple):
 
 
 def grid_rays(sensor: Sensor, grid: VoxelGrid, real: type[np.floating[Any]] = np.float64) -> GridRays:
-    """The rays of a sensor in the float type that they are to be walked in."""
+    """Return the rays of a sensor in the float type that they are to be walked in."""
     rays = sensor_rays(sensor)
     near, far = (metres / grid.voxel_m if math.isfinite(metres) else math.inf for metres in rays.range_m)
     origin = np.array(grid.to_grid(rays.origin_m)).astype(real)
@@ -169,6 +169,6 @@ def _tangents(lidar: Lidar) -> NDArray[np.float64]:
 
 
 def _sector(lidar: Lidar) -> NDArray[np.float64]:
-    """First azimuth and width in radians of the sector that the azimuths span, an open end included."""
+    """Return the first azimuth and width in radians of the sector that the azimuths span, an open end included."""
     first_deg, last_deg = lidar.turn_ends_deg
     return np.array([math.radians(first_deg), math.radians(last_deg - first_deg)])

@@ -30,7 +30,7 @@ def lidar(
     azimuths_deg: Sequence[float] = (0.0,),
     rpy_deg: Vec3 = (0.0, 0.0, 0.0),
 ) -> Lidar:
-    """A LiDAR with listed angles."""
+    """Return a LiDAR with listed angles."""
     return Lidar(
         name="lidar",
         position=position,
@@ -41,7 +41,7 @@ def lidar(
 
 
 def spinning(position: Vec3, rpy_deg: Vec3 = (0.0, 0.0, 0.0), beams: int = 16, count: int = 90) -> Lidar:
-    """A LiDAR with `beams` over [-25, 25] degrees and a full turn."""
+    """Return a LiDAR with `beams` over [-25, 25] degrees and a full turn."""
     return Lidar(
         name="lidar",
         position=position,
@@ -52,7 +52,7 @@ def spinning(position: Vec3, rpy_deg: Vec3 = (0.0, 0.0, 0.0), beams: int = 16, c
 
 
 def camera(position: Vec3, rpy_deg: Vec3 = (0.0, 0.0, 0.0), cast: tuple[int, int] = (24, 14)) -> Camera:
-    """A camera of 70 degrees."""
+    """Return a camera of 70 degrees."""
     return Camera(name="camera", position=position, rpy_deg=rpy_deg, hfov_deg=70.0, cast=cast)
 
 

@@ -89,7 +89,7 @@ def row(
 
 
 def rig_of(sensors: tuple[Sensor, ...]) -> Rig:
-    """A rig of sensors, numbered so that their names are unique."""
+    """Return a rig of sensors, numbered so that their names are unique."""
     named = (sensor.replace(name=f"{n} {sensor.kind}") for n, sensor in enumerate(sensors, 1))
     return Rig(name="study", sensors=tuple(named))
 

@@ -39,7 +39,7 @@ class RayLattice:
     azimuths: int = 360
 
     def applied(self, rig: Rig) -> Rig:
-        """The rig with these rays."""
+        """Return the rig with these rays."""
         turn = LinearAngles(from_=-180.0, to=180.0, count=self.azimuths)
         changed: Rig = rig.replace(
             sensors=tuple(
@@ -176,7 +176,7 @@ class ResampledFrames:
         return rows[order], numbers[order]
 
     def report(self) -> DataReport:
-        """The data set's report with the boxes of the draw."""
+        """Return the data set's report with the boxes of the draw."""
         totals = np.zeros(len(CLASSES), np.int64)
         for batch in self._stored.boxes:
             totals += np.bincount(batch.cls, weights=self.times[batch.frame], minlength=len(CLASSES)).astype(
@@ -240,7 +240,7 @@ class MetricStudy:
     probes: dict[str, dict[str, float]] = field(default_factory=dict)
 
     def along(self, axis: Axis) -> list[Setting]:
-        """The settings of one axis."""
+        """Return the settings of one axis."""
         return [other for other in self.others if other.axis == axis]
 
 

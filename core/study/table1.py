@@ -31,7 +31,7 @@ class Figures(NamedTuple):
     s_ms: float
 
     def of(self, measure: Measure) -> float:
-        """The figure of that name."""
+        """Return the figure of that name."""
         return self[MEASURES.index(measure)]
 
 
@@ -91,7 +91,7 @@ def table1(engine: Engine, settings: MetricSettings, progress: Progress | None =
 
 
 def compare(scores: Mapping[str, Scores], settings: MetricSettings) -> Table1:
-    """The table from scores of the eight rigs by name (W+C to N+T)."""
+    """Return the table from scores of the eight rigs by name (W+C to N+T)."""
     published = published_table1()
     ours = {
         name: {
@@ -106,7 +106,7 @@ def compare(scores: Mapping[str, Scores], settings: MetricSettings) -> Table1:
 
 
 def published_table1() -> dict[str, dict[str, Figures]]:
-    """The figures of the paper by rig and class, in nats (the paper prints thousands)."""
+    """Return the figures of the paper by rig and class, in nats (the paper prints thousands)."""
     table: dict[str, dict[str, Figures]] = {name: {} for name in PAPER_RIGS}
     with asset_path("paper", "table1.csv").open(encoding="utf-8", newline="") as stream:
         for line in csv.DictReader(stream):
@@ -116,7 +116,7 @@ def published_table1() -> dict[str, dict[str, Figures]]:
 
 
 def _orders(rows: Sequence[Table1Row], cls: str) -> tuple[Order, ...]:
-    """The three orders of a class; a group has the same S-MIG in every rig it is part of."""
+    """Return the three orders of a class; a group has the same S-MIG in every rig it is part of."""
     by_name = {row.rig: row for row in rows}
     lidars = {group: by_name[f"W+{group[0]}"] for group in PAPER_LIDAR_GROUPS}
     cameras = {group: by_name[f"{group[0]}+C"] for group in PAPER_CAMERA_GROUPS}

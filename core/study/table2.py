@@ -79,7 +79,7 @@ class Agreement:
 
 
 def icra() -> Paper:
-    """The ICRA paper's Table II."""
+    """Return the ICRA paper's Table II."""
     rigs = tuple(Entrant(name, preset(name)) for name in PAPER_RIGS)
     lines = _lines("detection_map.csv")
     for line in lines:

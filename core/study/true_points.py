@@ -57,7 +57,7 @@ def true_points(path: Path, overrides: Mapping[str, str]) -> NDArray[np.int64]:
 
 
 def _columns(path: Path, name: str, order: str | None) -> tuple[Any, str]:
-    """The columns needed of a file, and what that of the points is called."""
+    """Return the columns needed of a file, and what that of the points is called."""
     try:
         if order is not None:
             table = feather.read_table(path)

@@ -133,7 +133,7 @@ def _compare(one: Tried, finest: Tried, tolerance: float) -> Rung:
 
 
 def _changes(one: Tried, finest: Tried) -> Iterator[Change]:
-    """The change of each `seen`."""
+    """Return the change of each `seen`."""
     for (name, here), (_, there) in zip(one.scores, finest.scores, strict=True):
         for cls in CLASSES:
             for by, now, then in zip(SEEN_BY, _seen(here, cls), _seen(there, cls), strict=True):

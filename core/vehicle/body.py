@@ -64,13 +64,13 @@ def body_parts(vehicle: Vehicle) -> tuple[BodyPart, ...]:
 
 @lru_cache(maxsize=4)
 def _parts(vehicle: Vehicle) -> tuple[BodyPart, ...]:
-    """The finished car; the one drawn last is kept, because the next start is likely to show it again."""
+    """Return the finished car; the one drawn last is kept, because the next start is likely to show it again."""
     painted = stored_surfaces("finished", lambda: _finished(vehicle), of=vehicle)
     return tuple(BodyPart(material, mesh) for material, mesh in painted)
 
 
 def _finished(vehicle: Vehicle) -> Painted:
-    """The profile's surfaces in the size of a vehicle, with mirrors and wheels, one mesh per material."""
+    """Return the profile's surfaces in the size of a vehicle, with mirrors and wheels, one mesh per material."""
     profile = PROFILES[vehicle.body]
     painted = stored_surfaces(
         vehicle.body, lambda: _shell(profile) + _cabin(profile) + _blocks(profile.blocks)
@@ -200,7 +200,7 @@ def _engrave(painted: Painted, lines: tuple[ShutLine, ...]) -> Painted:
 
 
 def _flat(mesh: Surface, plane: Plane) -> Points:
-    """Coordinates (n, 2) of the points in a plane, with |y| in place of y."""
+    """Return the coordinates (n, 2) of the points in a plane, with |y| in place of y."""
     points = mesh.points
     along = {"x": points[:, 0], "y": np.abs(points[:, 1]), "z": points[:, 2]}
     return np.stack([along[axis] for axis in plane], axis=1)

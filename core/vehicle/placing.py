@@ -91,7 +91,7 @@ def _on_grid(free: Pose, hit: Hit, cast: Cast, body: Body, rules: PlacingRules) 
 
 
 def _below_rail(hit: Hit, cast: Cast) -> Hit:
-    """The roof under a narrow thing that was hit; the hit itself when nothing lies lower on both sides of it."""
+    """Return the roof under a narrow thing that was hit; the hit itself when nothing lies lower on both sides of it."""
     for axis in (1, 0):
         sides = [_beside(hit[0], axis, sign, cast) for sign in (1.0, -1.0)]
         roofs = [side for side in sides if side is not None and side[1][2] > _ROOF]

@@ -347,7 +347,7 @@ PROFILES: dict[str, BodyProfile] = {"sedan": SEDAN, "suv": SUV, "van": VAN, "tru
 
 
 def reference_vehicle(body: str) -> Vehicle:
-    """A vehicle with a parametric body at its reference size; KeyError for an unknown body."""
+    """Return a vehicle with a parametric body at its reference size; KeyError for an unknown body."""
     profile = PROFILES[body]
     return Vehicle(
         body=body,

@@ -127,7 +127,7 @@ def _drop_m(place: Points, solid: Solid) -> float | None:
 
 
 def _first_m(place: Points, directions: Points, solid: Solid) -> Points:
-    """Distance (n,) to the first surface of any material, inf without one."""
+    """Return the distance (n,) to the first surface of any material, inf without one."""
     from riglens.core.kernels.body.solid import meet_listed  # the compiler
 
     every = np.ones(solid.count, np.bool_)
@@ -136,7 +136,7 @@ def _first_m(place: Points, directions: Points, solid: Solid) -> Points:
 
 
 def _even_directions(count: int) -> Points:
-    """Unit vectors (count, 3) spread evenly over the sphere, on a spiral of golden angles."""
+    """Return the unit vectors (count, 3) spread evenly over the sphere, on a spiral of golden angles."""
     number = np.arange(count) + 0.5
     z = 1.0 - 2.0 * number / count
     turn = np.pi * (3.0 - np.sqrt(5.0)) * number

@@ -94,7 +94,7 @@ def join(surfaces: Sequence[Surface]) -> Surface:
 
 
 def superellipsoid(radii_m: tuple[float, float, float], squareness: float, samples: int = 24) -> Surface:
-    """A rounded box about the origin: squareness 1 is an ellipsoid, towards 0 a box."""
+    """Return a rounded box about the origin: squareness 1 is an ellipsoid, towards 0 a box."""
     latitude = np.linspace(-np.pi / 2, np.pi / 2, samples)[:, None]
     longitude = np.linspace(-np.pi, np.pi, 2 * samples)[None, :]
     unit = [np.cos(latitude), np.sin(latitude), np.cos(longitude), np.sin(longitude)]
@@ -104,7 +104,7 @@ def superellipsoid(radii_m: tuple[float, float, float], squareness: float, sampl
 
 
 def rounded_box(low_m: Points, high_m: Points, radius_m: float) -> Surface:
-    """A box from corner to corner, (3,) each, with edges rounded by `radius_m`; its faces are exactly flat."""
+    """Return a box from corner to corner, (3,) each, with edges rounded by `radius_m`; its faces are exactly flat."""
     half = (np.asarray(high_m) - low_m) / 2
     ticks = [_box_ticks(float(length), min(radius_m, float(half.min()))) for length in half]
     faces = [_box_face(half, ticks, axis, side, radius_m) for axis in range(3) for side in (-1.0, 1.0)]
@@ -136,7 +136,7 @@ def _box_face(half: Points, ticks: list[Points], axis: int, side: float, radius_
 
 
 def _lattice_normals(points: Points) -> Points:
-    """Unit normals of a lattice; where an edge is collapsed to a point the neighbour's normal is taken."""
+    """Return the unit normals of a lattice; where an edge is collapsed to a point the neighbour's normal is taken."""
     normal = np.cross(np.gradient(points, axis=0), np.gradient(points, axis=1))
     size = np.linalg.norm(normal, axis=-1, keepdims=True)
     for row, inner in ((0, 1), (-1, -2)):
@@ -227,7 +227,7 @@ def _cut(
 
 
 def _cut_triangles(mixed: Corners, distance: Points, values: Points) -> tuple[Corners, Corners, Points]:
-    """The piece (m, 3) of each triangle with one corner on its side, the two pieces (2 m, 3) of the other, and
+    """Return the piece (m, 3) of each triangle with one corner on its side, the two pieces (2 m, 3) of the other, and
     values (n + k, a) with new points where edges are cut.
 
     An edge is cut at the same point whichever triangle it belongs to, so a closed surface stays closed.
@@ -251,7 +251,8 @@ def _cut_triangles(mixed: Corners, distance: Points, values: Points) -> tuple[Co
 
 
 def _compact(values: Points, triangles: Corners) -> tuple[Surface, Points]:
-    """A surface of the points that its triangles use, those without a side left out, and the other values there."""
+    """Return a surface of the points that its triangles use, those without a side left out, and the other values
+    there."""
     a, b, c = triangles.T
     triangles = triangles[(a != b) & (b != c) & (c != a)]
     used = np.zeros(len(values), dtype=bool)
@@ -270,7 +271,7 @@ def _sides(polygon: Sequence[tuple[float, float]]) -> list[tuple[Points, Points]
 
 
 def _beyond_side(flat: Points, start: Points, end: Points) -> Points:
-    """Distance of points to the right of a side, (n,); the inside of the polygon is negative."""
+    """Return the distance of points to the right of a side, (n,); the inside of the polygon is negative."""
     along = (end - start) / np.linalg.norm(end - start)
     return np.asarray((flat - start) @ np.array([along[1], -along[0]]))
 
@@ -278,7 +279,7 @@ def _beyond_side(flat: Points, start: Points, end: Points) -> Points:
 def strip(
     start: tuple[float, float], end: tuple[float, float], half_width_m: float
 ) -> list[tuple[float, float]]:
-    """A thin rectangle along a line, slightly longer than it, so that joined strips leave no gap."""
+    """Return a thin rectangle along a line, slightly longer than it, so that joined strips leave no gap."""
     (x0, y0), (x1, y1) = start, end
     scale = half_width_m / float(np.hypot(x1 - x0, y1 - y0))
     dx, dy = (x1 - x0) * scale, (y1 - y0) * scale

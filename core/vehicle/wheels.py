@@ -17,7 +17,7 @@ OUTER_M = 0.035
 
 
 def housing_reach_m(profile: BodyProfile, vehicle: Vehicle, front: bool, scale: float) -> float:
-    """Distance from the car's middle plane to where the wheel housings of an axle begin."""
+    """Return the distance from the car's middle plane to where the wheel housings of an axle begin."""
     return vehicle.width / 2 - OUTER_M - profile.wheel_width_m[front] * scale - HOUSING_DEPTH_M
 
 
@@ -36,7 +36,7 @@ def axle(profile: BodyProfile, vehicle: Vehicle, front: bool, x: float, scale: f
 
 @lru_cache(maxsize=4)
 def _wheel(radius: float, width: float) -> tuple[tuple[str, Surface], ...]:
-    """A left wheel with its outer face at y = 0: tyre, dark bowl, spokes and hub; metres."""
+    """Return a left wheel with its outer face at y = 0: tyre, dark bowl, spokes and hub; metres."""
     rim = 0.70 * radius
     tyre = np.array(
         [
@@ -71,7 +71,7 @@ def _wheel(radius: float, width: float) -> tuple[tuple[str, Surface], ...]:
 
 
 def _spoke(rim: float, angle: float) -> Surface:
-    """A tapered, slightly dished spoke from the hub to the rim ring, in the wheel's plane."""
+    """Return a tapered, slightly dished spoke from the hub to the rim ring, in the wheel's plane."""
     radii = np.array([0.12, 0.5, 0.95]) * rim
     half = np.array([0.055, 0.05, 0.068]) * rim
     face_y = np.array([-0.004, -0.014, -0.006])

@@ -62,13 +62,13 @@ class CameraPicture:
         return float(np.count_nonzero(self.body) / self.body.size)
 
     def face_at(self, x_px: float, y_px: float) -> Face | None:
-        """The nearest side of a box at a pixel."""
+        """Return the nearest side of a box at a pixel."""
         point = np.array([x_px, y_px])
         return next((face for face in reversed(self.faces) if _holds(face.corners_px, point)), None)
 
 
 def camera_picture(camera: Camera, grid: VoxelGrid, boxes: FrameBoxes, body: Solid) -> CameraPicture:
-    """The picture of a camera for the boxes of one frame and the car's own body."""
+    """Return the picture of a camera for the boxes of one frame and the car's own body."""
     view = Projection(camera)
     ground = _ground_m()[None] if camera.position[2] > 0.0 else np.zeros((0, 4, 3))
     low = np.array(grid.origin_m)
@@ -107,7 +107,7 @@ def _steps(half_m: float) -> Points:
 
 
 def _horizon_m(camera: Camera) -> tuple[Points, Points]:
-    """A far circle at the camera's height."""
+    """Return a far circle at the camera's height."""
     angle = np.linspace(0.0, 2.0 * np.pi, _HORIZON_STEPS + 1)
     circle = np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=1) * _FAR_M
     circle += np.array(camera.position)

@@ -42,7 +42,7 @@ class DisplayGrid:
 
     @classmethod
     def build(cls, pog: Pog, field: EntropyField, max_cells: int = MAX_CELLS) -> DisplayGrid:
-        """The finest display grid with at most `max_cells` cells."""
+        """Return the finest display grid with at most `max_cells` cells."""
         occupied = pog.index.ijk()
         block = 0
         while True:
@@ -67,7 +67,7 @@ class DisplayGrid:
         )
 
     def probability(self, cls: int) -> NDArray[np.float32]:
-        """Largest p of the voxels of each cell, (m,)."""
+        """Return the largest p of the voxels of each cell, (m,)."""
         largest = cells.largest_per_cell(self._cells_occupied, self.pog.counts[:, cls], len(self.centres_m))
         result: NDArray[np.float32] = (largest / max(self.pog.data.frames, 1)).astype(np.float32)
         return result

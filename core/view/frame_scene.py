@@ -96,7 +96,7 @@ def why_missed(rig: Rig, boxes: FrameBoxes, number: int, body: Solid, enough: in
 
 
 def _nearest_m(lidar: Lidar, only: FrameBoxes) -> float:
-    """Distance from a LiDAR to the nearest point of a box."""
+    """Return the distance from a LiDAR to the nearest point of a box."""
     local = only.rotation[0].T @ (np.array(lidar.position) - only.centre_m[0])
     return float(np.linalg.norm(np.maximum(np.abs(local) - only.size_m[0] / 2.0, 0.0)))
 

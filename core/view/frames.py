@@ -36,7 +36,7 @@ class FrameBoxes:
 
     @classmethod
     def none(cls) -> FrameBoxes:
-        """A frame without boxes."""
+        """Return a frame without boxes."""
         return cls(np.zeros(0, np.uint8), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 3, 3)))
 
     def only(self, number: int) -> FrameBoxes:

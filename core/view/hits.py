@@ -33,7 +33,8 @@ def cast(
     range_m: tuple[float, float],
     has_ground: bool = True,
 ) -> Hits:
-    """First hits of rays with unit directions (n, 3) in the vehicle frame, zero or NaN for rays that do not exist.
+    """Return the first hits of rays with unit directions (n, 3) in the vehicle frame, zero or NaN for rays that do not
+    exist.
 
     Anything nearer than the start of the range (metres, from and to) blocks the ray but gives no return, as with a
     LiDAR.

@@ -31,7 +31,7 @@ class Projection:
     camera: Camera
 
     def to_camera(self, points_m: Points) -> Points:
-        """Points (..., 3) of the vehicle frame in the camera frame, metres."""
+        """Convert points (..., 3) from the vehicle frame to the camera frame, metres."""
         offset = np.asarray(points_m, np.float64) - np.array(self.camera.position)
         turned: Points = offset @ self.camera.pose.rotation()
         return turned
@@ -59,7 +59,7 @@ class Projection:
         )
 
     def _cone_sides(self) -> Points:
-        """A pyramid of many sides within the angle up to which a lens with distortion images anything."""
+        """Return a pyramid of many sides within the angle up to which a lens with distortion images anything."""
         angle = _widest_rad(_standing_nowhere(self.camera))
         turn = np.arange(_SIDES) * 2.0 * math.pi / _SIDES
         inner = math.atan(math.tan(angle) * math.cos(math.pi / _SIDES))
@@ -67,8 +67,8 @@ class Projection:
         return np.column_stack([np.full(_SIDES, math.sin(inner)), -across, np.zeros(_SIDES)])
 
     def directions(self, columns: int, rows: int) -> Points:
-        """Unit directions (rows * columns, 3) in the vehicle frame through a lattice of pixels over the image;
-        zero where the lens images nothing."""
+        """Return the unit directions (rows * columns, 3) in the vehicle frame through a lattice of pixels over the
+        image; zero where the lens images nothing."""
         local = _lattice_directions(_standing_nowhere(self.camera), columns, rows)
         return rotate(self.camera.pose.rotation(), local)
 
@@ -129,7 +129,7 @@ def _lattice_directions(camera: Camera, columns: int, rows: int) -> Points:
 
 @lru_cache(maxsize=4)
 def _widest_rad(camera: Camera) -> float:
-    """The angle off the axis up to which a lens with distortion images anything that can be drawn."""
+    """Return the angle off the axis up to which a lens with distortion images anything that can be drawn."""
     distortion = camera.distortion
     assert distortion is not None
     limit = lens.radial_of(distortion).limit
@@ -141,7 +141,8 @@ def _widest_rad(camera: Camera) -> float:
 
 
 def _subdivided(path: Points, pieces: int) -> Points:
-    """A path (m, 3) with points between its own, evenly by angle as seen from the origin rather than by length."""
+    """Return a path (m, 3) with points between its own, evenly by angle as seen from the origin rather than by
+    length."""
     rays = path / np.linalg.norm(path, axis=1, keepdims=True)
     share = np.arange(pieces)[:, None] / pieces
     steps = [start + share * (end - start) for start, end in pairwise(rays)]
@@ -149,7 +150,7 @@ def _subdivided(path: Points, pieces: int) -> Points:
 
 
 def _border_px(image: tuple[int, int]) -> Points:
-    """Points along the border of the image."""
+    """Return the points along the border of the image."""
     share = np.linspace(0.0, 1.0, 33)
     zero, one = np.zeros_like(share), np.ones_like(share)
     sides = [(share, zero), (share, one), (zero, share), (one, share)]

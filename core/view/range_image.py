@@ -42,7 +42,7 @@ class RangeImage:
     thinned: tuple[int, int] = (1, 1)
 
     def azimuth_deg(self, row: int, column: int) -> float:
-        """Azimuth of one ray, with the offset of its beam."""
+        """Return the azimuth of one ray, with the offset of its beam."""
         offsets = self.lidar.azimuth_offsets_deg
         offset = 0.0 if offsets is None else offsets[int(self.beams[row])]
         return float(self.azimuths_deg[column]) + offset

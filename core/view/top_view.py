@@ -35,13 +35,13 @@ class TopView:
         return not self.levels.any()
 
     def cell_at(self, x_m: float, y_m: float) -> tuple[int, int] | None:
-        """The cell that holds a point, None outside the ROI."""
+        """Return the cell that holds a point, None outside the ROI."""
         ix = int(np.floor((x_m - self.origin_m[0]) / self.cell_m))
         iy = int(np.floor((y_m - self.origin_m[1]) / self.cell_m))
         inside = 0 <= ix < self.levels.shape[0] and 0 <= iy < self.levels.shape[1]
         return (ix, iy) if inside else None
 
     def blind_share(self) -> float:
-        """Share of the cells with entropy of which nothing is seen."""
+        """Return the share of the cells with entropy of which nothing is seen."""
         holding = np.count_nonzero(self.levels)
         return float(np.count_nonzero(self.levels == BLIND) / holding) if holding else 0.0

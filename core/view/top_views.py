@@ -37,7 +37,7 @@ class TopViews:
         self._total, self._seen = self._nothing(), self._nothing()
 
     def view(self, cls: int, class_name: str, seen_by: SeenBy, seen: Words) -> TopView:
-        """The seen share of each column for a class of CLASSES; `seen` are words of voxels."""
+        """Return the seen share of each column for a class of CLASSES; `seen` are words of voxels."""
         if cls != self._cls:
             self._cls, self._total, self._seen = cls, self._nothing(), self._nothing()
             self._follow(self._total, self._field.index.words)
@@ -75,7 +75,7 @@ class TopViews:
 def levels_of(
     total_q: NDArray[np.int64], seen_q: NDArray[np.int64], share: NDArray[np.float32]
 ) -> NDArray[np.uint8]:
-    """Levels of cells: EMPTY without entropy, BLIND where nothing is seen, else by the share."""
+    """Return the levels of cells: EMPTY without entropy, BLIND where nothing is seen, else by the share."""
     levels = (LEAST + np.rint(share * (MOST - LEAST))).astype(np.uint8)
     levels[seen_q == 0] = BLIND
     levels[total_q == 0] = EMPTY

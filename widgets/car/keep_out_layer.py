@@ -38,7 +38,7 @@ class _Skin:
         self._low, self._high = corners.min(axis=1), corners.max(axis=1)
 
     def of(self, zone: Zone) -> list[pv.PolyData]:
-        """The pieces of a zone; none of a material that the car does not have."""
+        """Return the pieces of a zone; none of a material that the car does not have."""
         if not zone.boxes_m:
             return [self.parts[zone.material]] if zone.material in self.parts else []
         pieces = []
@@ -60,7 +60,7 @@ class _Skin:
         return _clipped(self._near(middle - radius_m, middle + radius_m), ball)
 
     def _near(self, low: NDArray[np.float64], high: NDArray[np.float64]) -> pv.PolyData:
-        """The triangles that may reach into a box."""
+        """Return the triangles that may reach into a box."""
         near = ((self._low <= high) & (self._high >= low)).all(axis=1)
         if not near.any():
             return pv.PolyData()
@@ -73,7 +73,7 @@ class _Skin:
 
 
 def _clipped(mesh: pv.PolyData, inside: vtkImplicitFunction) -> pv.PolyData:
-    """The part of a surface inside of something, cut exactly."""
+    """Return the part of a surface inside of something, cut exactly."""
     if not mesh.n_cells:
         return pv.PolyData()
     cut = vtkClipPolyData()

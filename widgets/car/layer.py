@@ -102,7 +102,7 @@ class BodyLayer:
 
 
 def _normal_at(mesh: pv.PolyData, cell: int, point: Points) -> Points:
-    """The smooth normal of a cell at a point: those of its corners, nearer corners counting more."""
+    """Return the smooth normal of a cell at a point: those of its corners, nearer corners counting more."""
     corners = mesh.get_cell(cell)
     distance = np.linalg.norm(np.asarray(corners.points) - point, axis=1)
     weight = 1.0 / np.maximum(distance, 1e-9)
@@ -116,7 +116,7 @@ def _normal_at(mesh: pv.PolyData, cell: int, point: Points) -> Points:
 
 
 def mesh_surface(mesh: BodyMesh) -> pv.PolyData:
-    """A mesh as a surface with normals and, where the file has colours, an `rgb` array."""
+    """Return a mesh as a surface with normals and, where the file has colours, an `rgb` array."""
     faces = np.insert(mesh.triangles.astype(np.int64), 0, 3, axis=1).ravel()
     surface = pv.PolyData(mesh.points, faces)
     set_normals(surface, mesh.normals.astype(np.float64))
@@ -132,7 +132,7 @@ def _mesh_actor(surface: pv.PolyData, palette: Palette) -> pv.Actor:
 
 
 def shadow_mesh(vehicle: Vehicle) -> pv.PolyData:
-    """A dark patch under the car that fades outwards, with an `rgba` point array."""
+    """Return a dark patch under the car that fades outwards, with an `rgba` point array."""
     x, y = np.meshgrid(np.linspace(-1.25, 1.25, 41), np.linspace(-1.45, 1.45, 33), indexing="ij")
     points = np.stack([x * vehicle.length / 2, y * vehicle.width / 2, np.full_like(x, 0.004)], axis=-1)
     outside = np.hypot(np.maximum(np.abs(x) - 0.82, 0.0) / 0.40, np.maximum(np.abs(y) - 0.72, 0.0) / 0.62)

@@ -19,7 +19,7 @@ from riglens.widgets.theme import Palette, mix
 
 
 def car_materials(palette: Palette) -> dict[str, Material]:
-    """The materials of a car body by name, with the palette's paint."""
+    """Return the materials of a car body by name, with the palette's paint."""
     return {
         "paint": Material(palette.paint, 0.26, 0.74, 0.35, 45.0),
         "panel": Material(mix(palette.paint, "#ffffff", 0.5), 0.30, 0.70, 0.15, 25.0),
@@ -51,7 +51,7 @@ def baked_actors(parts: Sequence[DrawnPart], palette: Palette) -> list[pv.Actor]
 
 
 def baked_mesh(mesh: pv.PolyData, material: Material) -> pv.PolyData:
-    """The surface as triangles that face along its normals, with an `rgb` point array of colour times light."""
+    """Return the surface as triangles that face along its normals, with an `rgb` point array of colour times light."""
     normals = np.asarray(mesh.point_data["Normals"])
     triangles = _outward(mesh.points, normals, mesh.triangulate().regular_faces)
     baked = pv.PolyData(mesh.points, np.insert(triangles, 0, 3, axis=1).ravel())
@@ -64,7 +64,7 @@ def baked_mesh(mesh: pv.PolyData, material: Material) -> pv.PolyData:
 def _outward(
     points: NDArray[np.float32], normals: NDArray[np.float32], triangles: NDArray[np.int_]
 ) -> NDArray[np.int_]:
-    """The triangles (m, 3), reversed where their corners run the wrong way about their normals."""
+    """Return the triangles (m, 3), reversed where their corners run the wrong way about their normals."""
     a, b, c = (np.asarray(points, dtype=np.float64)[triangles[:, corner]] for corner in range(3))
     wrong = (np.cross(b - a, c - a) * normals[triangles].sum(axis=1)).sum(axis=1) < 0.0
     turned = np.array(triangles)

@@ -22,5 +22,5 @@ class DrawnPart:
 
 @lru_cache(maxsize=4)
 def drawn_parts(vehicle: Vehicle) -> tuple[DrawnPart, ...]:
-    """The surfaces of `riglens.core.vehicle.body.body_parts`; raises InputError for an unknown body."""
+    """Return the surfaces of `riglens.core.vehicle.body.body_parts`; raise InputError for an unknown body."""
     return tuple(DrawnPart(part.material, drawn(part.surface)) for part in body_parts(vehicle))

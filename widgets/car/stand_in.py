@@ -23,7 +23,7 @@ Points = NDArray[np.float64]
 
 
 def stand_in_parts(vehicle: Vehicle) -> tuple[DrawnPart, ...]:
-    """The box and the words on it."""
+    """Return the box and the words on it."""
     half_x, half_y, low, high = (
         vehicle.length / 2,
         vehicle.width / 2,
@@ -46,7 +46,7 @@ def stand_in_parts(vehicle: Vehicle) -> tuple[DrawnPart, ...]:
 
 
 def _short_name(body: str) -> str:
-    """The name of the file that is missing, its end if it is long."""
+    """Return the name of the file that is missing, its end if it is long."""
     name = visible(PurePath(body).name)
     return name if len(name) <= _MOST_LETTERS else "…" + name[1 - _MOST_LETTERS :]
 

@@ -28,7 +28,7 @@ class Material:
 
 
 def surface_actor(mesh: pv.PolyData, material: Material, colours: str = "") -> pv.Actor:
-    """A shaded, unpickable actor of a mesh in one material, or with its colours from a uint8 point array."""
+    """Return a shaded, unpickable actor of a mesh in one material, or with its colours from a uint8 point array."""
     actor = plain_actor(mesh)
     prop = actor.prop
     prop.color, prop.ambient, prop.diffuse = material.colour, material.ambient, material.diffuse
@@ -72,7 +72,7 @@ def mapper_of(mesh: pv.PolyData) -> vtkPolyDataMapper:
 
 
 def plain_actor(mesh: pv.PolyData, **properties: Any) -> pv.Actor:
-    """An unpickable actor that shows a mesh in one colour; `properties` are set on its pyvista property."""
+    """Return an unpickable actor that shows a mesh in one colour; `properties` are set on its pyvista property."""
     actor = pv.Actor(mapper=mapper_of(mesh))
     actor.mapper.ScalarVisibilityOff()
     actor.pickable = False
@@ -82,7 +82,7 @@ def plain_actor(mesh: pv.PolyData, **properties: Any) -> pv.Actor:
 
 
 def rgba_actor(mesh: pv.PolyData, array: str) -> pv.Actor:
-    """An unlit, unpickable actor coloured by an (n, 4) or (n, 3) uint8 array of the mesh."""
+    """Return an unlit, unpickable actor coloured by an (n, 4) or (n, 3) uint8 array of the mesh."""
     actor = plain_actor(mesh, lighting=False)
     _colour_by_array(actor, array)
     return actor

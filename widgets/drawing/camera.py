@@ -58,7 +58,7 @@ class OrbitCamera:
     orthographic: bool = False
 
     def axes(self) -> tuple[Points, Points, Points]:
-        """Unit vectors right, up and forward (into the picture), each (3,)."""
+        """Return the unit vectors right, up and forward (into the picture), each (3,)."""
         azimuth, elevation = math.radians(self.azimuth_deg), math.radians(self.elevation_deg)
         ca, sa, ce, se = math.cos(azimuth), math.sin(azimuth), math.cos(elevation), math.sin(elevation)
         return (
@@ -72,18 +72,18 @@ class OrbitCamera:
         return np.asarray(np.array(self.focal_m) - self.distance_m * self.axes()[2])
 
     def half_height_m(self) -> float:
-        """Half the visible height at the focal point, metres; the parallel scale of a parallel view."""
+        """Return half the visible height at the focal point, metres; the parallel scale of a parallel view."""
         return self.distance_m * math.tan(math.radians(self.view_angle_deg) / 2)
 
     def metres_per_pixel(self, point_m: Points, size: Size) -> float:
-        """Length of one pixel at the depth of a point, metres."""
+        """Return the length of one pixel at the depth of a point, metres."""
         depth = self.distance_m
         if not self.parallel:
             depth = max(1e-3, float((np.asarray(point_m) - self.position_m()) @ self.axes()[2]))
         return depth * math.tan(math.radians(self.view_angle_deg) / 2) * 2.0 / max(1, size[1])
 
     def ray(self, pixel: Pixel, size: Size) -> ViewRay:
-        """The view ray through a pixel; pixels count right and down from the upper left corner."""
+        """Return the view ray through a pixel; pixels count right and down from the upper left corner."""
         right, up, forward = self.axes()
         scale = self.half_height_m() * 2.0 / max(1, size[1])
         offset = (pixel[0] - size[0] / 2) * scale * right - (pixel[1] - size[1] / 2) * scale * up
@@ -181,14 +181,14 @@ def view_camera(
 
 
 def _corners_m(grid: VoxelGrid) -> Points:
-    """The eight corners of the ROI, (8, 3) metres."""
+    """Return the eight corners of the ROI, (8, 3) metres."""
     low = np.array(grid.origin_m)
     unit = np.array([[x, y, z] for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])
     return np.asarray(low + unit * np.array(grid.roi_m))
 
 
 def _fitted(camera: OrbitCamera, points_m: Points, aspect: float) -> OrbitCamera:
-    """The camera moved back and sideways until all points are in the picture, above the legend."""
+    """Return the camera moved back and sideways until all points are in the picture, above the legend."""
     size = (round(1000 * aspect), 1000)
     low, high = _FIT_BOX[0] * size, _FIT_BOX[1] * size
     for _ in range(4):

@@ -237,7 +237,7 @@ class Stage:
 
 
 def render_window(plotter: pv.BasePlotter) -> vtkRenderWindow:
-    """The VTK window of an open plotter."""
+    """Return the VTK window of an open plotter."""
     window: vtkRenderWindow | None = plotter.render_window
     if window is None:
         raise RuntimeError("the plotter is closed")
@@ -245,7 +245,7 @@ def render_window(plotter: pv.BasePlotter) -> vtkRenderWindow:
 
 
 def opengl_window(renderer: vtkRenderer) -> vtkOpenGLRenderWindow:
-    """The window of a renderer that is being drawn."""
+    """Return the window of a renderer that is being drawn."""
     window = renderer.GetRenderWindow()
     assert isinstance(window, vtkOpenGLRenderWindow)
     return window

@@ -14,7 +14,7 @@ Points = NDArray[np.float64]
 
 
 def drawn(surface: Surface) -> pv.PolyData:
-    """A surface with its normals, ready to be drawn."""
+    """Return a surface with its normals, ready to be drawn."""
     faces = np.insert(surface.triangles, 0, 3, axis=1).ravel()
     mesh = pv.PolyData(surface.points.astype(np.float32), faces)
     set_normals(mesh, surface.normals)

@@ -44,7 +44,7 @@ ROTATE_HANDLES = tuple(Handle("rotate", axis) for axis in range(3))
 
 
 def gizmo_axes(pose: Pose, space: Space) -> Vector:
-    """Unit axes of the handles as columns, (3, 3), vehicle frame."""
+    """Return the unit axes of the handles as columns, (3, 3), vehicle frame."""
     return pose.rotation() if space == "local" else np.eye(3)
 
 
@@ -76,12 +76,12 @@ def on_plane_m(origin_m: Vector, normal: Vector, ray: ViewRay) -> Vector | None:
 
 
 def signed_angle_rad(start: Vector, end: Vector, axis: Vector) -> float:
-    """Angle from one vector to another, positive by the right-hand rule about `axis`."""
+    """Return the angle from one vector to another, positive by the right-hand rule about `axis`."""
     return math.atan2(float(axis @ np.cross(start, end)), float(start @ end))
 
 
 def rotation_about(axis: Vector, angle_rad: float) -> Vector:
-    """Rotation matrix (3, 3) about a unit axis (Rodrigues); exact zeros and ones about x, y and z."""
+    """Return the rotation matrix (3, 3) about a unit axis (Rodrigues); exact zeros and ones about x, y and z."""
     x, y, z = (float(value) for value in axis)
     cos, sin = math.cos(angle_rad), math.sin(angle_rad)
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
@@ -89,7 +89,7 @@ def rotation_about(axis: Vector, angle_rad: float) -> Vector:
 
 
 def moved(start: Pose, axis: Vector, distance_m: float) -> Pose:
-    """The pose pushed along a unit axis; angles, and coordinates it does not touch, stay bit-identical."""
+    """Return the pose pushed along a unit axis; angles, and coordinates it does not touch, stay bit-identical."""
     x, y, z = (
         p + distance_m * float(a) if a != 0.0 else p for p, a in zip(start.position_m, axis, strict=True)
     )
@@ -97,7 +97,7 @@ def moved(start: Pose, axis: Vector, distance_m: float) -> Pose:
 
 
 def turned(start: Pose, axis: Vector, angle_rad: float) -> Pose:
-    """The pose turned about a unit axis through its position; angles that do not change stay bit-identical."""
+    """Return the pose turned about a unit axis through its position; angles that do not change stay bit-identical."""
     if angle_rad == 0.0:
         return start
     rotation = rotation_about(axis, angle_rad) @ start.rotation()
@@ -136,7 +136,7 @@ def turned_snapped(start: Pose, axis: Vector, angle_rad: float) -> Pose:
 
 
 def _round_to(value: float, step: float) -> float:
-    """The nearest multiple of a step, as the short decimal that a person would write."""
+    """Return the nearest multiple of a step, as the short decimal that a person would write."""
     return round(round(value / step) * step, 9) + 0.0
 
 
@@ -235,7 +235,7 @@ def _line_drag(
 
 
 def pose_matrix(position_m: Vec3, axes: Vector, scale: float) -> Vector:
-    """Homogeneous matrix (4, 4) that puts a unit gizmo at a position with axes (3, 3) and size in metres."""
+    """Return the homogeneous matrix (4, 4) that puts a unit gizmo at a position with axes (3, 3) and size in metres."""
     matrix = np.eye(4)
     matrix[:3, :3] = axes * scale
     matrix[:3, 3] = position_m

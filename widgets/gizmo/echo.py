@@ -66,7 +66,7 @@ def _changed(before: Vec3, after: Vec3, least: float) -> list[int]:
 
 
 def _angle_between_deg(start: Pose, now: Pose) -> float:
-    """The angle of the one turn that leads from a pose to another, 0 to 180 degrees."""
+    """Return the angle of the one turn that leads from a pose to another, 0 to 180 degrees."""
     cosine = (float(np.trace(start.rotation().T @ now.rotation())) - 1.0) / 2.0
     return math.degrees(math.acos(min(1.0, max(-1.0, cosine))))
 

@@ -62,19 +62,19 @@ class GizmoPlace:
 def place_gizmo(
     pose: Pose, space: Space, camera: OrbitCamera, size: Size, pixel_ratio: float = 1.0
 ) -> GizmoPlace:
-    """The gizmo of a sensor, always the same size on the screen."""
+    """Return the gizmo of a sensor, always the same size on the screen."""
     metres = camera.metres_per_pixel(np.array(pose.position_m), size) * SIZE_PX * pixel_ratio
     return GizmoPlace(pose, gizmo_axes(pose, space), metres)
 
 
 def shown_handles(mode: GizmoMode) -> tuple[Handle, ...]:
-    """The handles of a gizmo mode."""
+    """Return the handles of a gizmo mode."""
     moving = MOVE_HANDLES + PLANE_HANDLES
     return {"move": moving, "rotate": ROTATE_HANDLES, "both": moving + ROTATE_HANDLES}[mode]
 
 
 def handle_polyline(handle: Handle, place: GizmoPlace, camera: OrbitCamera) -> Points:
-    """The line (n, 3) in metres by which a handle is grasped; of a ring the half that faces the viewer.
+    """Return the line (n, 3) in metres by which a handle is grasped; of a ring the half that faces the viewer.
 
     Of a plane it is the outline of its square; NaN when the plane is seen edge on.
     """
@@ -102,13 +102,13 @@ def is_flat(handle: Handle, place: GizmoPlace, camera: OrbitCamera) -> bool:
 
 
 def facing_axes(place: GizmoPlace, camera: OrbitCamera) -> Points:
-    """The gizmo's axes (3, 3), each reversed if it points away, so that the planes face the viewer."""
+    """Return the gizmo's axes (3, 3), each reversed if it points away, so that the planes face the viewer."""
     away = _view_direction(place, camera) @ place.axes
     return np.asarray(place.axes * np.where(away > 0.0, -1.0, 1.0))
 
 
 def _view_direction(place: GizmoPlace, camera: OrbitCamera) -> Points:
-    """Unit vector from the viewer to the gizmo, (3,)."""
+    """Return the unit vector from the viewer to the gizmo, (3,)."""
     if camera.parallel:
         return camera.axes()[2]
     offset = np.array(place.pose.position_m) - camera.position_m()
@@ -123,7 +123,7 @@ def hit_handle(
     size: Size,
     pixel_ratio: float = 1.0,
 ) -> Handle | None:
-    """The handle under a pixel, or None; the nearest line wins, inside a plane's square the plane."""
+    """Return the handle under a pixel, or None; the nearest line wins, inside a plane's square the plane."""
     best, best_px = None, _GRASP_PX * pixel_ratio
     for handle in shown_handles(mode):
         line = camera.project(handle_polyline(handle, place, camera), size)
@@ -139,7 +139,7 @@ def hit_handle(
 
 
 def _distance_px(pixel: Points, line: Points) -> float:
-    """Distance from a pixel to a polyline (n, 2); parts with NaN do not count."""
+    """Return the distance from a pixel to a polyline (n, 2); parts with NaN do not count."""
     start, edge = line[:-1], np.diff(line, axis=0)
     whole = ~np.isnan(edge).any(axis=1) & ~np.isnan(start).any(axis=1)
     start, edge = start[whole], edge[whole]
@@ -220,7 +220,7 @@ class GizmoActors:
 
 
 def _handle_mesh(handle: Handle) -> pv.PolyData:
-    """A handle of unit size about the origin: an arrow with a cone, a small square, or a thin ring."""
+    """Return a handle of unit size about the origin: an arrow with a cone, a small square, or a thin ring."""
     direction = np.eye(3)[handle.axis]
     if handle.kind == "plane":
         first, second = np.eye(3)[(handle.axis + 1) % 3], np.eye(3)[(handle.axis + 2) % 3]

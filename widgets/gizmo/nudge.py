@@ -25,7 +25,7 @@ _TURNS = {
 
 
 def nudged(pose: Pose, key: NudgeKey, space: Space, camera: OrbitCamera, coarse: bool = False) -> Pose:
-    """The pose 1 cm (coarse: 10 cm) away along the gizmo's axis that looks most like the key's direction."""
+    """Return the pose 1 cm (coarse: 10 cm) away along the gizmo's axis that looks most like the key's direction."""
     right, forward, up = view_axes(gizmo_axes(pose, space), camera)
     axis = {"left": right, "right": right, "forward": forward, "back": forward}.get(key, up)
     after = moved(pose, axis, _SIGN[key] * STEP_M * (COARSE if coarse else 1.0))
@@ -34,7 +34,8 @@ def nudged(pose: Pose, key: NudgeKey, space: Space, camera: OrbitCamera, coarse:
 
 
 def nudge_turned(pose: Pose, key: NudgeKey, space: Space, coarse: bool = False) -> Pose:
-    """The pose turned by 1 degree (coarse: 10): left and right yaw, forward (nose down) and back pitch, else roll."""
+    """Return the pose turned by 1 degree (coarse: 10): left and right yaw, forward (nose down) and back pitch, else
+    roll."""
     axis, sign = _TURNS[key]
     angle_rad = math.radians(sign * STEP_DEG * (COARSE if coarse else 1.0))
     after = turned(pose, gizmo_axes(pose, space)[:, axis].copy(), angle_rad)
@@ -43,7 +44,7 @@ def nudge_turned(pose: Pose, key: NudgeKey, space: Space, coarse: bool = False) 
 
 
 def view_axes(axes: Vector, camera: OrbitCamera) -> tuple[Vector, Vector, Vector]:
-    """The axes (3, 3) as right, away from the viewer (or up on the screen, from above) and up, signs included."""
+    """Return axes (3, 3) as right, away from the viewer (or up on the screen, from above) and up, signs included."""
     screen_right, screen_up, into = camera.axes()
     away = (into + screen_up) * [1.0, 1.0, 0.0]
     left_over = [0, 1, 2]
@@ -57,5 +58,5 @@ def view_axes(axes: Vector, camera: OrbitCamera) -> tuple[Vector, Vector, Vector
 
 
 def _tidy(new: float, old: float) -> float:
-    """A number that changed, without the digits that binary fractions add: 1.01, not 1.0100000000000002."""
+    """Return a number that changed, without the digits that binary fractions add: 1.01, not 1.0100000000000002."""
     return old if new == old else round(new, 9)

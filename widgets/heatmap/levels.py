@@ -28,7 +28,7 @@ class DetailLevel:
     first: NDArray[np.int64] | None = None
 
     def largest(self, values: Values) -> Values:
-        """The largest value of each cell's block."""
+        """Return the largest value of each cell's block."""
         own = values[self.rows]
         return own if self.first is None else np.maximum.reduceat(own, self.first)
 
@@ -47,7 +47,7 @@ class DetailLevel:
 
 
 def full_level(centres_m: Values, cell_m: float, rows: NDArray[np.int64] | None = None) -> DetailLevel:
-    """The level that shows every cell, or those of some rows."""
+    """Return the level that shows every cell, or those of some rows."""
     rows = np.arange(len(centres_m)) if rows is None else rows
     return DetailLevel(np.asarray(centres_m, dtype=np.float32)[rows], cell_m, rows)
 
@@ -99,7 +99,7 @@ class RowsBehind:
 
 
 def _columns(level: DetailLevel, axis: int) -> NDArray[np.int64]:
-    """The number of the column along an axis that each cell is in, (n,)."""
+    """Return the number of the column along an axis that each cell is in, (n,)."""
     if not len(level.centres_m):
         return np.zeros(0, np.int64)
     low = level.centres_m.min(axis=0)

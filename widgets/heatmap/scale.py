@@ -106,14 +106,14 @@ def strength(data: HeatmapData, values: Values, weights: Values | None, log: boo
 
 
 def on_scale(share: Values, log: bool) -> Values:
-    """Place on the scale, 0 to 1, of a share of the largest value."""
+    """Return the place on the scale, 0 to 1, of a share of the largest value."""
     place = 1.0 + np.log10(np.maximum(share, 10.0 ** -(LOG_DECADES + 1))) / LOG_DECADES if log else share
     result: Values = np.clip(place, 0.0, 1.0).astype(np.float32)
     return result
 
 
 def off_scale(place: float, log: bool) -> float:
-    """The inverse of `on_scale` for one place: the share of the largest value."""
+    """Return the inverse of `on_scale` for one place: the share of the largest value."""
     return 10.0 ** (LOG_DECADES * (place - 1.0)) if log else place
 
 
@@ -122,7 +122,7 @@ def _zero(data: HeatmapData) -> float:
 
 
 def colour_rows(scale: Scale, values: Values, strengths: Values, vmax: float = 1.0) -> NDArray[np.int64]:
-    """Row of `colours` per cell; `vmax` is the end of a scale of levels, which begins with 0."""
+    """Return the row of `colours` per cell; `vmax` is the end of a scale of levels, which begins with 0."""
     if scale == "level":
         return np.asarray(np.clip(values / vmax, 0.0, 1.0) * (LEVELS - 1), dtype=np.int64)
     if scale == "steps":
@@ -171,7 +171,7 @@ def bar_colours(data: HeatmapData, look: HeatLook, paper: str) -> NDArray[np.flo
 
 
 def bar_ticks(data: HeatmapData, look: HeatLook) -> tuple[Tick, ...]:
-    """The marks under the bar; none when the heatmap has no cells."""
+    """Return the marks under the bar; none when the heatmap has no cells."""
     if not len(data.values):
         return ()
     if data.scale == "steps":
@@ -204,12 +204,12 @@ def tick_values(low: float, high: float, log: bool) -> list[float]:
 
 
 def number_text(value: float) -> str:
-    """A round value as text, without noise of binary fractions."""
+    """Return a round value as text, without noise of binary fractions."""
     return f"{value:.3g}" if value else "0"
 
 
 def value_text(data: HeatmapData, place: float, log: bool) -> str:
-    """The value at a place of the scale with its unit, for the threshold."""
+    """Return the value at a place of the scale with its unit, for the threshold."""
     is_weight = data.scale in ("steps", "level")
     value = off_scale(place, log) * (1.0 if is_weight else data.vmax)
     unit = ("of the largest h" if data.scale == "steps" else "of full weight") if is_weight else data.unit

@@ -70,7 +70,7 @@ class Lowest:
 
 
 def lowest_colours(shown: Lowest) -> NDArray[np.uint32]:
-    """The colour of each column (nx, ny), 0xAARRGGBB, darker along contours; nothing where no ground counts."""
+    """Return the colour of each column (nx, ny), 0xAARRGGBB, darker along contours; nothing where no ground counts."""
     counts = shown.found.ground.counts
     steps = shown.steps
     table = np.array([argb(colour) for colour in shown.colours], np.uint32)
@@ -81,7 +81,7 @@ def lowest_colours(shown: Lowest) -> NDArray[np.uint32]:
 
 
 def _contours(steps: NDArray[np.uint8], counts: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Columns that count and are higher than a neighbour across a side that counts."""
+    """Return the columns that count and are higher than a neighbour across a side that counts."""
     line = np.zeros(steps.shape, np.bool_)
     for one, other in (
         (np.s_[1:, :], np.s_[:-1, :]), (np.s_[:-1, :], np.s_[1:, :]),

@@ -220,7 +220,7 @@ class MapPicture(QWidget):
         painter.setClipRect(view.area)
 
     def _colours(self) -> NDArray[np.uint32]:
-        """The colour of each cell (nx, ny), 0xAARRGGBB."""
+        """Return the colour of each cell (nx, ny), 0xAARRGGBB."""
         if self._lowest is not None:
             return lowest_colours(self._lowest)
         if self._ground is not None:

@@ -65,7 +65,7 @@ class Protocol:
         )
 
     def per_rig(self) -> Protocol:
-        """A net for each rig, which sees as many frames as it can get."""
+        """Return a net for each rig, which sees as many frames as it can get."""
         return replace(self, mode="per-rig", train_frames=5 * self.train_frames)
 
     def training(self, seed: int) -> Training:
@@ -186,13 +186,13 @@ def references(with_cameras: bool = False) -> tuple[Entrant, ...]:
 
 
 def train_frames(entrant: Entrant, of: Split, protocol: Protocol) -> Ids:
-    """The frames that a rig trains on, in order: a draw that its LiDARs decide."""
+    """Return the frames that a rig trains on, in order: a draw that its LiDARs decide."""
     seed = int(entrant.lidars_key[:16], 16)
     count = min(protocol.train_frames, len(of.train))
     return np.sort(np.random.default_rng(seed).choice(of.train, count, replace=False))
 
 
 def key_of(**parts: object) -> str:
-    """A name for a piece that is another one as soon as any of the parts is."""
+    """Return a name for a piece that is another one as soon as any of the parts is."""
     plain = json.dumps({"version": _VERSION} | parts, sort_keys=True, default=str)
     return hashlib.sha256(plain.encode()).hexdigest()[:20]

@@ -47,15 +47,15 @@ CAMERA_PROTOCOL = Protocol(
 
 
 def camera_rigs() -> tuple[Rig, ...]:
-    """The paper's eight rigs of wide or narrow cameras, and their LiDARs without any."""
+    """Return the paper's eight rigs of wide or narrow cameras, and their LiDARs without any."""
     groups = [group for group in LIDAR_GROUPS if group.name in PAPER_LIDAR_GROUPS]
     pairs = [preset(f"{cameras.letters}+{group.letters}") for group in groups for cameras in CAMERA_GROUPS]
     return (*(preset(group.name) for group in groups), *pairs)
 
 
 def published_rigs() -> tuple[Rig, ...]:
-    """The rigs: LiDAR groups of the paper and its code, cars of data sets, LiDARs of the library alone on the roof,
-    plain steps from poor to good, and four LiDARs at random."""
+    """Return the rigs: LiDAR groups of the paper and its code, cars of data sets, LiDARs of the library alone on the
+    roof, plain steps from poor to good, and four LiDARs at random."""
     rng = np.random.default_rng(SEED)
     groups = [preset(group.name) for group in LIDAR_GROUPS]
     cars = [preset(car.name) for car in CARS[:_STUDIED_CARS]]
@@ -119,12 +119,12 @@ def _rig(name: str, *lidars: tuple[str, Vec3]) -> Rig:
 
 
 def equal_rays(rays: list[int]) -> list[int]:
-    """The places of the rigs that cast as many rays as the paper's."""
+    """Return the places of the rigs that cast as many rays as the paper's."""
     return [place for place, count in enumerate(rays) if count == FOUR_16_RAYS]
 
 
 def families(names: Sequence[str]) -> dict[str, list[int]]:
-    """The places of rigs of a kind: the LiDAR groups of the paper and its code, and those drawn at random."""
+    """Return the places of rigs of a kind: the LiDAR groups of the paper and its code, and those drawn at random."""
     groups = {group.name for group in LIDAR_GROUPS}
     return {
         "LiDAR groups": [place for place, name in enumerate(names) if name in groups],

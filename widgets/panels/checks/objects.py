@@ -94,5 +94,5 @@ def _write(item: QTreeWidgetItem, seen: str, rays: str, share: str, is_good: boo
 
 
 def _escaped(text: str) -> str:
-    """A text of a file inside the rich text of a tooltip."""
+    """Return a text of a file inside the rich text of a tooltip."""
     return escape(visible(text))

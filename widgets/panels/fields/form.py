@@ -181,7 +181,7 @@ class Form(QWidget):
         return self._beside
 
     def _meant(self, widget: QWidget) -> list[Any]:
-        """The objects that a field is about, the subject last."""
+        """Return the objects that a field is about, the subject last."""
         own = type(self._subject)
         others = [other for other in self._beside if widget in self._shared or isinstance(other, own)]
         return [*others, self._subject]
@@ -216,7 +216,7 @@ class Form(QWidget):
         self.show_subject(self._subject)
 
     def _value_for(self, widget: QWidget, subject: Any, value: Any) -> Any:
-        """The value that an object takes: the one given, or its own after a change."""
+        """Return the value that an object takes: the one given, or its own after a change."""
         if not isinstance(value, Change):
             return value
         return value.of(next(b for b in self._bindings if b.widget is widget).read(subject))
@@ -289,7 +289,7 @@ def _problem_label() -> QLabel:
 
 
 def _line(widget: QWidget, reason: str) -> str:
-    """A reason with the name of its field."""
+    """Return a reason with the name of its field."""
     name = widget.accessibleName()
     return f"{name}: {reason}" if name else reason
 

@@ -43,8 +43,8 @@ NOTHING_FOUND = "Nothing found: try another word"
 
 
 def fitting(commands: Sequence[Command], typed: str) -> list[Command]:
-    """The commands that say every typed word, else its synonym, else in their tooltips; those that can be chosen first,
-    then by their title."""
+    """Return the commands that say every typed word, else its synonym, else in their tooltips; those that can be chosen
+    first, then by their title."""
     parts = typed.casefold().split()
     meant = [SYNONYMS.get(part, part) for part in parts]
     for words, are_tips in ((parts, False), (meant, False), (meant, True)):

@@ -221,7 +221,7 @@ class _Models(QTreeWidget):
 
 
 def _tag(text: str, font: QFont) -> QPixmap:
-    """A small plate with a name."""
+    """Return a small plate with a name."""
     size = QFontMetrics(font).size(Qt.TextFlag.TextSingleLine, text) + QSize(12, 6)
     plate = QPixmap(size)
     plate.fill(QColor(tones().panel))
