@@ -429,7 +429,7 @@ MAY_NAME_KINDS = {
     "app/window/features/sweep_field.py": "hit coverage is of LiDARs, 25 px of cameras",
     "core/formats": "each format has its own words for each kind",
     "core/metric/scores.py": "the two kinds of the paper have accessors of their own",
-    "core/optimise": "proposals are of LiDARs, or of cameras",
+    "core/optimise/objectives.py": "each is of LiDARs, of cameras, or of any sensor",
     "core/review/sections.py": "hit coverage is of LiDARs, 25 px of cameras",
     "core/sensors": "declares them",
     "core/simulate": "data sets have the LiDAR and camera channels of nuScenes",

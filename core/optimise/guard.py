@@ -17,7 +17,7 @@ from riglens.core.rig.edits import without_sensor
 from riglens.core.rig.library import default_library
 from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.sensors.lidar import LIDAR
+from riglens.core.sensors.registry import kind_of
 from riglens.core.targets.engine import TargetEngine, never_stale
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import Traffic
@@ -212,11 +212,11 @@ def weak_cases(kept: Sequence[Kept]) -> tuple[Kept, ...]:
 
 
 def assumed_ranges(proposal: Rig, reference: Rig) -> frozenset[str]:
-    """Return the models of LiDARs that only one of two rigs has and whose maker states no range by reflectivity."""
+    """Return the models with a range law that only one of two rigs has, whose maker states no range by reflectivity."""
     own = {sensor.name: sensor for sensor in reference.sensors}
     theirs = {sensor.name: sensor for sensor in proposal.sensors}
     differ = [s for s in (*own.values(), *theirs.values()) if own.get(s.name) != theirs.get(s.name)]
-    models = {sensor.model for sensor in differ if sensor.model is not None and sensor.kind == LIDAR.name}
+    models = {s.model for s in differ if s.model is not None and kind_of(s).has_range_law}
     return frozenset(name for name in models if not default_library().entry(name).range_anchors())
 
 
