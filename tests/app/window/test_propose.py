@@ -8,6 +8,7 @@ import pickle
 import queue
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, get_args, get_type_hints
 
@@ -41,6 +42,7 @@ from riglens.core.optimise.objectives import OBJECTIVES as KNOWN
 from riglens.core.optimise.run import finished, improvement
 from riglens.core.rig.yaml.file import load_rig
 from riglens.widgets.panels.fields.edits import ValueEdit
+from riglens.widgets.panels.propose.chart import apart
 from riglens.widgets.panels.propose.shown import (
     OBJECTIVES,
     check_cells,
@@ -173,8 +175,10 @@ def test_the_process_searches_for_figures_of_other_sensors_and_voxels(town: Path
 
 def test_the_process_finds_what_the_python_interface_finds(desk: FullDesk, result: rl.OptimiseResult) -> None:
     propose = desk.features.propose
+    assert propose.panel.tabs.currentWidget() is not propose.panel.table
     desk.qtbot.mouseClick(propose.panel.start, Qt.MouseButton.LeftButton)
     assert not propose.panel.start.isEnabled() and propose.panel.stop.isEnabled()
+    assert propose.panel.tabs.currentWidget() is propose.panel.table
     desk.qtbot.waitUntil(lambda: propose.panel.start.isEnabled(), timeout=TIMEOUT_MS)
     assert desk.workbench.errors.message == "" and propose.result is not None
     assert propose.result.to_dict() == result.to_dict()
@@ -220,6 +224,14 @@ def test_dots_of_the_charts_are_rigs(desk: FullDesk, result: rl.OptimiseResult) 
     desk.qtbot.waitUntil(lambda: len(desk.viewport.state.ghosts) == 4, timeout=TIMEOUT_MS)
     QTest.mouseMove(plots, QPointF(1.0, 1.0).toPoint())
     desk.qtbot.waitUntil(lambda: desk.viewport.state.ghosts == (), timeout=TIMEOUT_MS)
+
+
+@pytest.mark.parametrize(("length_px", "kept"), [(400.0, 8), (150.0, 4), (60.0, 2), (5.0, 1)])
+def test_numbers_of_an_axis_stay_apart(length_px: float, kept: int) -> None:
+    ticks = [5.0 * place for place in range(8)]
+    found = apart(ticks, (-2.0, 38.0), length_px, 30.0)
+    assert len(found) == kept and found[0] == 0.0 and set(found) <= set(ticks)
+    assert all((b - a) / 40.0 * length_px >= 30.0 for a, b in pairwise(found))
 
 
 def test_the_front_is_the_rigs_by_unseen_ground(result: rl.OptimiseResult) -> None:

@@ -16,7 +16,7 @@ from riglens.widgets.panels.compare.chart import side_by_side
 from riglens.widgets.panels.controls.style import numbers_font, plain_tip, tones
 
 _EDGE_PX, _GAP_PX, _LINE_PX, _DOT_PX, _NEAR_PX = 8.0, 22.0, 15.0, 4.5, 10.0
-_TICK_PX, _PAD = 42.0, 0.08
+_TICK_PX, _BETWEEN_PX, _PAD = 42.0, 8.0, 0.08
 Tone = Literal["accent", "muted", "less"]
 
 
@@ -78,6 +78,14 @@ def _range(values: Sequence[float]) -> tuple[float, float]:
     low, high = min(values), max(values)
     pad = _PAD * (high - low) or 0.1 * max(abs(high), 1e-3)
     return low - pad, high + pad
+
+
+def apart(ticks: list[float], of: tuple[float, float], length_px: float, least_px: float) -> list[float]:
+    """Return every tick of an axis, or every second or third, so that they are some pixels apart."""
+    if len(ticks) < 2:
+        return ticks
+    between_px = (ticks[1] - ticks[0]) / (of[1] - of[0]) * max(1.0, length_px)
+    return ticks[:: math.ceil(least_px / between_px)]
 
 
 class Plots(QWidget):
@@ -172,9 +180,9 @@ class Plots(QWidget):
         return font
 
     def _draw_ticks(self, painter: QPainter, frame: _Frame) -> None:
-        """Draw a rule for each round value, with its number."""
-        look, area = tones(), frame.area
-        for value in tick_values(*frame.y, log=False)[:: 2 if area.height() < 6 * _LINE_PX else 1]:
+        """Draw a rule for each round value, with its number; only so many that the numbers stay apart."""
+        look, area, metrics = tones(), frame.area, painter.fontMetrics()
+        for value in apart(tick_values(*frame.y, log=False), frame.y, area.height(), _LINE_PX):
             y = frame.at(frame.x[0], value).y()
             painter.setPen(QPen(QColor(look.border), 1.0))
             painter.drawLine(QPointF(area.left(), y), QPointF(area.right(), y))
@@ -182,7 +190,9 @@ class Plots(QWidget):
             room = QRectF(area.left() - _TICK_PX, y - _LINE_PX / 2, _TICK_PX - 5.0, _LINE_PX)
             right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
             painter.drawText(room, right, number_text(value))
-        for value in tick_values(*frame.x, log=False):
+        ticks = tick_values(*frame.x, log=False)
+        widest = max((metrics.horizontalAdvance(number_text(value)) for value in ticks), default=0)
+        for value in apart(ticks, frame.x, area.width(), widest + _BETWEEN_PX):
             x = frame.at(value, frame.y[0]).x()
             room = QRectF(x - _TICK_PX / 2, area.bottom() + 2.0, _TICK_PX, _LINE_PX)
             painter.drawText(room, Qt.AlignmentFlag.AlignCenter, number_text(value))

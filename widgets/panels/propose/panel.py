@@ -30,7 +30,7 @@ from riglens.widgets.panels.propose.chart import Plot, Plots
 from riglens.widgets.panels.propose.shown import CHECKS, COLUMNS, NO_SEARCH, Offer, offer_cells
 
 State = Literal["idle", "running", "paused"]
-_LABEL_PX, _FORM_PX, _TABLES_PX, _BAR_PX = 70, 156, 430, 220
+_LABEL_PX, _FORM_PX, _BAR_PX = 70, 156, 220
 _ALWAYS = 2
 """Columns of the table that are never left out."""
 _ROW_PX, _NAME_PX, _CELL_PX = 22, 132, 56
@@ -74,7 +74,7 @@ class ProposePanel(QWidget):
         self.searches.activated.connect(self.search_chosen)
         self.bar, self.skin = QProgressBar(), QCheckBox("Gain on car")
         self.sentence, self.verdict = ElidedLabel(NO_SEARCH), ElidedLabel()
-        self.plots = Plots()
+        self.plots, self.tabs = Plots(), QTabWidget()
         self.table, self.checks = FigureTable("Proposed rigs"), FigureTable("Checks of the gain")
         self.apply, self.compare = QPushButton("Apply"), QPushButton("Compare")
         self.export = QPushButton("Export…")
@@ -86,11 +86,13 @@ class ProposePanel(QWidget):
         head.addWidget(self.searches)
         head.addWidget(self.bar)
         layout.addLayout(head)
-        row = QHBoxLayout()
+        left, row = QVBoxLayout(), QHBoxLayout()
+        left.addLayout(self._commands())
+        self._add_tabs(self._options(columns))
+        left.addWidget(self.tabs, 1)
         row.setSpacing(2 * SPACING)
-        row.addLayout(self._options(columns))
+        row.addLayout(left)
         row.addWidget(self.plots, 1)
-        row.addWidget(self._tables())
         layout.addLayout(row, 1)
         self.show_options(options)
         self.show_state("idle")
@@ -99,7 +101,7 @@ class ProposePanel(QWidget):
         self.select("")
 
     # ------------------------------------------------------------------ building
-    def _options(self, columns: Sequence[Mapping[str, FieldInfo]]) -> QVBoxLayout:
+    def _commands(self) -> QHBoxLayout:
         self._models.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self._models.setMenu(self._model_menu)
         self._models.setToolTip("Library models to choose among.")
@@ -120,7 +122,15 @@ class ProposePanel(QWidget):
         self.stop.clicked.connect(lambda: self.stop_wanted.emit())
         self.bar.setRange(0, 1000)
         self.bar.setFixedWidth(_BAR_PX)
-        fields = QHBoxLayout()
+        line = QHBoxLayout()
+        for widget in (self._models, self.skin, self.start, self.pause, self.stop):
+            line.addWidget(widget, int(widget is self._models))
+        return line
+
+    def _options(self, columns: Sequence[Mapping[str, FieldInfo]]) -> QWidget:
+        options = QWidget()
+        fields = QHBoxLayout(options)
+        fields.setContentsMargins(0, SPACING, 0, 0)
         for form, infos in zip(self.forms, columns, strict=True):
             rows = ModelRows(form)
             for name, info in infos.items():
@@ -129,17 +139,10 @@ class ProposePanel(QWidget):
             has_choice = any(get_origin(info.annotation) is Literal for info in infos.values())
             form.setFixedWidth(_FORM_PX + _LABEL_PX * has_choice)
             form.changed.connect(self._show_fields)
-            fields.addWidget(form)
-        line = QHBoxLayout()
-        for widget in (self._models, self.skin, self.start, self.pause, self.stop):
-            line.addWidget(widget, int(widget is self._models))
-        column = QVBoxLayout()
-        column.addLayout(line)
-        column.addLayout(fields)
-        column.addStretch(1)
-        return column
+            fields.addWidget(form, 0, Qt.AlignmentFlag.AlignTop)
+        return options
 
-    def _tables(self) -> QTabWidget:
+    def _add_tabs(self, options: QWidget) -> None:
         for label in (self.sentence, self.verdict):
             label.setTextFormat(Qt.TextFormat.PlainText)
         self.plots.hovered.connect(self._hover)
@@ -169,13 +172,11 @@ class ProposePanel(QWidget):
         column.setSpacing(2)
         column.addWidget(self.checks, 1)
         column.addWidget(self.verdict)
-        tabs = QTabWidget()
-        tabs.setDocumentMode(True)
-        tabs.setFixedWidth(_TABLES_PX)
-        tabs.addTab(self.table, "Proposals")
-        tabs.addTab(checks, "Checks")
-        tabs.setCornerWidget(buttons)
-        return tabs
+        self.tabs.setDocumentMode(True)
+        self.tabs.setFixedWidth(options.sizeHint().width())
+        for page, title in ((options, "Options"), (self.table, "Proposals"), (checks, "Checks")):
+            self.tabs.addTab(page, title)
+        self.tabs.setCornerWidget(buttons)
 
     # ------------------------------------------------------------------ options
     @property
@@ -221,7 +222,9 @@ class ProposePanel(QWidget):
 
     # ------------------------------------------------------------------ showing
     def show_state(self, state: State) -> None:
-        """Show whether a search is running."""
+        """Show whether a search is running; the proposals come to the front as it starts."""
+        if self.start.isEnabled() and state == "running":
+            self.tabs.setCurrentWidget(self.table)
         self.start.setEnabled(state == "idle")
         for button in (self.pause, self.stop):
             button.setEnabled(state != "idle")
