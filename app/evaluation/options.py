@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
@@ -48,10 +48,12 @@ TARGET_HEAT_TITLES: dict[TargetHeatMode, str] = {"on_target": "On target", "miss
 
 
 class Said(NamedTuple):
-    """Help of a field on the command line: the form of its value, and one sentence."""
+    """Help of a field on the command line: the form of its value, and one sentence; in the window the titles of the
+    values to choose among, by value."""
 
     metavar: str
     help: str
+    titles: Mapping[str, str] | None = None
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,16 @@ if TYPE_CHECKING:  # loads the compiler
     from riglens.core.rig.model import Rig
     from riglens.core.targets.traffic import Traffic
 
+OBJECTIVES = {
+    "on_target": "Hit coverage",
+    "predicted": "Predicted AP",
+    "worst_failure": "Worst single failure",
+    "seen": "Entropy seen",
+    "blind": "Near ground seen",
+    "cameras": "Objects ≥ 25 px",
+    "s_ms": "S-MS",
+}
+"""Titles of the objectives."""
 HIGHEST_M = 100.0
 _FIELDS = {"height_m": "lowest_m", "spacing_m": "spacing_m", "beyond_m": "beyond_m"}
 """Options of the rules of mounts."""
@@ -54,6 +64,7 @@ class SearchOptions:
             "Figure to maximise: on_target (hit coverage), predicted (detection by the calibration that ships), "
             "worst_failure (hit coverage with any one LiDAR failed), seen (entropy of voxels seen by LiDARs), blind "
             "(ground where a low object is seen), cameras (objects of 25 px or more).",
+            OBJECTIVES,
         ),
     ] = "on_target"
     weight: Annotated[

@@ -22,7 +22,7 @@ from riglens.app.background.proposing import (
 from riglens.app.evaluation.names import label_of
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.requests import fixed_options
-from riglens.app.evaluation.search_options import SearchOptions
+from riglens.app.evaluation.search_options import OBJECTIVES, SearchOptions
 from riglens.app.window.actions import Spec
 from riglens.app.window.docks import InSight
 from riglens.app.window.feature import Feature
@@ -38,7 +38,6 @@ from riglens.widgets.panels.controls.scrolled import scrolled
 from riglens.widgets.panels.propose.panel import ProposePanel
 from riglens.widgets.panels.propose.shown import (
     NO_SEARCH,
-    OBJECTIVES,
     Bracket,
     Offer,
     bracket_plot,
@@ -77,9 +76,10 @@ def fields_of(names: Sequence[str]) -> dict[str, FieldInfo]:
     hints, found = get_type_hints(SearchOptions, include_extras=True), dict[str, FieldInfo]()
     for name in names:
         kind, said = get_args(hints[name])
-        found[name] = FieldInfo(annotation=kind, title=label_of(name), description=said.help)
-    if "objective" in found:
-        found["objective"].json_schema_extra = {"titles": dict(OBJECTIVES)}
+        titles: dict[str, Any] | None = {"titles": dict(said.titles)} if said.titles else None
+        found[name] = FieldInfo(
+            annotation=kind, title=label_of(name), description=said.help, json_schema_extra=titles
+        )
     return found
 
 

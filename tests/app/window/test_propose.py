@@ -32,7 +32,7 @@ from riglens.app.background.proposing import (
     serve,
 )
 from riglens.app.evaluation.options import SceneOptions
-from riglens.app.evaluation.search_options import SearchOptions
+from riglens.app.evaluation.search_options import OBJECTIVES, SearchOptions
 from riglens.app.studies.report_figures import WhyHere
 from riglens.app.window.features.propose import DOCK, merged
 from riglens.app.window.settings import Settings
@@ -44,7 +44,6 @@ from riglens.core.rig.yaml.file import load_rig
 from riglens.widgets.panels.fields.edits import ValueEdit
 from riglens.widgets.panels.propose.chart import apart
 from riglens.widgets.panels.propose.shown import (
-    OBJECTIVES,
     check_cells,
     front_plot,
     sentence_of,

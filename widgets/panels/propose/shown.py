@@ -17,16 +17,6 @@ from riglens.widgets.panels.scores.text import MINUS
 if TYPE_CHECKING:  # loads the compiler
     from riglens.core.optimise.results import OptimiseResult
 
-OBJECTIVES = {
-    "on_target": "Hit coverage",
-    "predicted": "Predicted AP",
-    "worst_failure": "Worst single failure",
-    "seen": "Entropy seen",
-    "blind": "Near ground seen",
-    "cameras": "Objects ≥ 25 px",
-    "s_ms": "S-MS",
-}
-"""Titles of the objectives of `riglens optimise --objective`."""
 SEARCHING, NO_SEARCH = "Follows with the search.", "Choose what to add and press Start."
 _BEST: Tone = "accent"
 _BOUND: Tone = "less"
