@@ -86,9 +86,6 @@ def optimise(
 ) -> None:
     """Propose where to add or move sensors on the car's skin, with a bound on the gain of any other choice.
 
-    Every other sensor of the rig stays as it is. The gain of the proposal over mounts chosen by hand, or over the rig
-    where sensors only move, is checked in other frames and under other assumptions.
-
     Parameters
     ----------
     rig
@@ -96,15 +93,15 @@ def optimise(
     inside
         Mount sensors in the air in this box, in metres, instead of on the skin.
     requirements
-        File of requirements, as for `riglens check`: mounts keep its limits, the rest is checked for the best sets.
+        File of requirements, as for `riglens check`: each mount keeps its limits, the whole rig is checked.
     surroundings
         block: houses, walls and poles of the bundled scenario hide objects too (ignored).
     move
-        Let a sensor of the rig, with its mirror partner, go anywhere on the skin, or up to M metres; may be repeated.
+        Let a sensor of the rig and its mirror partner go anywhere on the skin, or M metres far; may be repeated.
     exchange
         Let a sensor of the rig be exchanged for a model, in its place unless it may move; may be repeated.
     s_ms
-        Maximise S-MS instead. Rigs that are best by it gain little on objects.
+        Maximise S-MS instead, the entropy of voxels that rays pass; rigs that are best by it gain little on objects.
     within_m
         Objects count up to this distance from the car.
     against

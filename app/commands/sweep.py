@@ -84,9 +84,6 @@ def sweep(
 ) -> None:
     """Evaluate many rigs that differ in some fields, and store one row for each in a Parquet file.
 
-    The figures are those of `riglens evaluate --targets`. After an interruption, the same command resumes and gives the
-    same file. See docs/sweep.md.
-
     Parameters
     ----------
     rigs

@@ -42,9 +42,9 @@ class SearchOptions:
     """
 
     add: Annotated[
-        tuple[str, ...], Said("MODEL", "Library model to add; may be repeated to choose among models.")
+        tuple[str, ...], Said("MODEL", "Library model to add; repeated: the search chooses among them.")
     ] = ()
-    count: Annotated[int, Said("K", "Number of mirror pairs to add, at most.")] = 1
+    count: Annotated[int, Said("K", "Number of mirror pairs, or of single sensors, to add at most.")] = 1
     singles: Annotated[bool, Said("", "Add single sensors instead of mirror pairs.")] = False
     cost: Annotated[
         tuple[str, ...], Said("MODEL=COST", "Cost of one sensor of a model, such as hesai-qt64=2.5 (1).")
@@ -90,7 +90,10 @@ class SearchOptions:
     ] = None
     blind_m: Annotated[
         float | None,
-        Said("M", "Also trade it against the area where an object of this height is in no sensor's view."),
+        Said(
+            "M",
+            "Also list rigs that leave less ground where an object of this height is in no sensor's view.",
+        ),
     ] = None
     frames: Annotated[int, Said("N", "Number of frames to choose by; the gain is checked in others.")] = 100
 
