@@ -57,7 +57,7 @@ if TYPE_CHECKING:  # loads the compiler
 DOCK = "Propose"
 STOP_MS = 400
 """A search that has not ended by then after Stop is ended with its process."""
-LEAST_PX = 245
+LEAST_PX = 250
 """Height of the dock in which the panel need not scroll."""
 NO_DATA = "no box data are loaded: choose some in the Scene panel"
 NO_BOXES = "a stored POG holds no objects: load the box data set to search"
