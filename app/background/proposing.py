@@ -39,7 +39,7 @@ if TYPE_CHECKING:  # loads the compiler
 Found = TypeVar("Found")
 PROGRAM = "from riglens.app.background.proposing import main; main()"
 NICE = 10
-"""Edits of the window go first."""
+"""Niceness of the process, so that edits in the window take precedence."""
 
 
 @dataclass(frozen=True)

@@ -132,7 +132,7 @@ def drawn(
 
 
 def require_draws(draws: int, seed: int, least: int) -> None:
-    """Raise InputError for numbers of draws, or seeds, that there are not."""
+    """Raise InputError for a number of draws or a seed out of its limits."""
     if not least <= draws <= MAX_DRAWS:
         raise InputError(f"must be an integer from {least} to {MAX_DRAWS} (got {draws})", "draws")
     if not 0 <= seed < 1 << 63:

@@ -100,7 +100,7 @@ class LoadedSweep:
         return [range(*pair) for pair in pairwise(rows * place // count for place in range(count + 1))]
 
     def key(self, span: range) -> str:
-        """Return the key of a piece, which everything in it decides."""
+        """Return the key of a piece: a digest of everything in it."""
         text = f"{self._digest} {self._loaded.hashes} {span.start} {span.stop}"
         return f"rows-{hashlib.sha256(text.encode()).hexdigest()[:32]}"
 

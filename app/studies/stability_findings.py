@@ -170,7 +170,8 @@ def _about_order(claim: str, study: MetricStudy, others: Sequence[Setting]) -> F
 
 
 def conclusion(study: MetricStudy) -> Iterator[str]:
-    """Yield pairs of groups that never change places (reading `covered`), and the distance of those that do."""
+    """Yield pairs of groups whose order never changes (reading `covered`), and the distance of those whose order
+    does."""
     others = [other.ranking for other in study.others if other.axis != "reading"]
     for of, title in (("lidars", "LiDAR groups"), ("cameras", "camera groups")):
         orders = {cls: order for cls in CLASSES if (order := study.reference.order(of, cls))}

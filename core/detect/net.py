@@ -28,7 +28,7 @@ WIDTHS = (16, 32, 64)
 _ANSWERS = len(CLASSES) + 2
 _MOST_PER_CLASS, _LEAST_SCORE = 50, 0.02
 _APART_CELLS = (5, 3, 3)
-"""A peak is the highest of this many output cells across, of car, bicycle and pedestrian."""
+"""Width in output cells of the window in which a peak is the highest: car, bicycle, pedestrian."""
 
 
 @dataclass(frozen=True)

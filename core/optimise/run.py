@@ -343,7 +343,7 @@ class _Run:
             self._failed.append((self._maker.table(worst, self._cells), self._all))
 
     def _bounded(self, chosen: list[int], limits: Limits | None = None) -> Generator[Progress, None, Bound]:
-        """Bound the figure by cuts, of the least functions above it that cuts hold for."""
+        """Bound the figure by cuts of the least concave functions above it."""
         tables = [(self.table.concave(), limits or self._all)]
         if self.problem.goal.name == WORST:
             tables = self._failed

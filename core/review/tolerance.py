@@ -76,7 +76,8 @@ def profile_called(name: str) -> ToleranceProfile:
 
 @dataclass(frozen=True)
 class Spread:
-    """Of one figure: as designed, median, 5 and 95 percent of the draws, the least, and in which draw that was."""
+    """Spread of one figure: as designed, median, 5 and 95 percent of the draws, the least, and the draw of the
+    least."""
 
     nominal: float
     median: float

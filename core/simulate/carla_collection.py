@@ -228,8 +228,8 @@ def sweep_of(tick: Tick, rig: Rig) -> Sweep:
 
 
 def _points_of(lidar: Lidar, sent: Any) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
-    """Places in the vehicle frame, intensities of 0 to 255, and beams as the rig lists them; CARLA sends channel by
-    channel, the highest beam first."""
+    """Return places in the vehicle frame, intensities of 0 to 255, and beams as the rig lists them; CARLA sends channel
+    by channel, the highest beam first."""
     records = np.frombuffer(sent.raw_data, np.float32).reshape(-1, 4).astype(np.float64)
     places = mirrored(records[:, :3]) @ lidar.pose.rotation().T + np.array(lidar.position)
     counts = [int(sent.get_point_count(channel)) for channel in range(lidar.beam_count)]
@@ -269,7 +269,7 @@ def labels_of(bgra: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 
 def depth_of(bgra: NDArray[np.uint8]) -> NDArray[np.uint16]:
-    """Centimetres along the axis of the camera, 0 where there is nothing, of CARLA's depth in three channels."""
+    """Convert CARLA's depth in three channels to centimetres along the axis of the camera, 0 where there is nothing."""
     blue, green, red = (bgra[:, :, channel].astype(np.float64) for channel in (0, 1, 2))
     metres = (red + 256.0 * green + 65536.0 * blue) / (256.0**3 - 1.0) * _FARTHEST_M
     return np.where(metres < 655.0, metres * DEPTH_PER_M + 0.5, 0.0).astype(np.uint16)

@@ -171,8 +171,8 @@ def voxel_case(
 def timed(
     cases: Sequence[Case], repetitions: int, progress: Progress | None = None
 ) -> tuple[list[Answer], list[list[float]]]:
-    """Answers of a warm-up round, then the times in ms of alternating repetitions; who takes longer than SLOW_MS runs
-    once."""
+    """Return the answers of a warm-up round, then the times in ms of alternating repetitions; a case longer than
+    SLOW_MS runs once."""
     answers: list[Answer] = []
     times: list[list[float]] = [[] for _ in cases]
     for repetition in range(repetitions + 1):

@@ -153,7 +153,7 @@ class _Sample:
 
 
 def _medians(values: Doubles, group: Counts, groups: int) -> Doubles:
-    """Medians of values (k,) by group, NaN where there are none."""
+    """Return the medians of values (k,) by group, NaN where there are none."""
     ordered = values[np.lexsort((values, group))]
     ends = np.cumsum(np.bincount(group, minlength=groups))
     starts = ends - np.bincount(group, minlength=groups)

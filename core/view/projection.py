@@ -86,7 +86,7 @@ class Projection:
         return self._pixels(outlines)
 
     def lines(self, starts_m: Points, ends_m: Points) -> list[Points]:
-        """Straight lines (n, 3) to (n, 3) of the vehicle frame as pixels, (m, 2) each; those in view alone."""
+        """Project straight lines (n, 3) to (n, 3) of the vehicle frame to pixels, (m, 2) each; only those in view."""
         a, b = self.to_camera(starts_m), self.to_camera(ends_m)
         low, high = np.zeros(len(a)), np.ones(len(a))
         for plane in self.planes:

@@ -255,7 +255,7 @@ class _FanLines:
         self.set_width(1.0)
 
     def set_width(self, width_px: float) -> None:
-        """Width of a ray; the others are so much wider."""
+        """Set the width of a ray; seams and edges are wider by as much."""
         widths = (1.0, self._width_px + _SEAM_PX, self._width_px)
         for actor, share in zip((self.rays, self.seams, self.edges), widths, strict=True):
             actor.prop.line_width = share * width_px

@@ -54,7 +54,7 @@ class Edits(Feature):
         self._update()
 
     def travel(self, step: Callable[[], None]) -> None:
-        """Undo or redo; during a drag both only give up the drag."""
+        """Undo or redo; during a drag both only cancel the drag."""
         if not self.viewport.cancel_drag():
             step()
 

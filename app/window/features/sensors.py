@@ -239,7 +239,7 @@ class Placing(Feature):
         follow_marks(self.document, self._update)
 
     def place(self) -> None:
-        """Begin to place the selected sensor, or leave off."""
+        """Start placing the selected sensor, or stop."""
         action = self.actions["place"]
         if not action.isChecked():
             self.viewport.cancel_drag()

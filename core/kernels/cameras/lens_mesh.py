@@ -26,7 +26,7 @@ from riglens.core.kernels.runtime.work_stealing import new_counter, take
 from riglens.core.kernels.voxels.bits import mark_levels
 
 SECTORS = 8192
-"""In a turn."""
+"""Sectors of bearing in a turn."""
 WIDEST = 10
 """Number of doublings by which sectors are merged: up to the width of the nearest columns."""
 BLURRED = 1e-9

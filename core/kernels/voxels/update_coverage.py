@@ -108,7 +108,7 @@ def _weigh(tallies: np.ndarray, entropies_q: np.ndarray, sums: np.ndarray) -> No
 
 
 class Slots(NamedTuple):
-    """Rows of the stack, by what becomes of them: int64 (k,) each."""
+    """Rows of the stack that arrive and that leave, int64 (k,) each."""
 
     arrived: np.ndarray
     leaving: np.ndarray
