@@ -19,7 +19,7 @@ def require_folder(folder: Path, names: Sequence[str]) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError(f"--out {folder}: folder cannot be created: {error.strerror}") from error
+        raise InputError(f"{folder}: folder cannot be created: {error.strerror}", "out") from error
     for name in names:
         require_writable(folder / name)
 
@@ -31,7 +31,7 @@ def write_text(path: Path, text: str) -> None:
 
 
 def csv_text(lines: Sequence[Mapping[str, object]], columns: Sequence[str] = ()) -> str:
-    """The lines of a table as CSV; the columns are those of the first line unless they are given."""
+    """Return the lines of a table as CSV; the columns are those of the first line unless they are given."""
     text, names = io.StringIO(), columns or list(lines[0])
     write_csv(text, names, ([line[name] for name in names] for line in lines))
     return text.getvalue()

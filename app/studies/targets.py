@@ -57,8 +57,10 @@ def study(
 ) -> None:
     """Print how predictions agree with a recording; write the tables and a chart."""
     assert scene.boxes is not None
-    if (rig is None) == (rigs is None):
-        raise InputError("specify exactly one of --rig and --rigs")
+    if rig is None and rigs is None:
+        raise InputError("is needed, or", "rig", "rigs")
+    if rig is not None and rigs is not None:
+        raise InputError("cannot be combined with", "rig", "rigs")
     require_folder(out, NAMES)
     placed = rigs_by_sequence(rigs, recorder) if rigs is not None else open_rig(str(rig)).rig
     with progress_bar("Reading boxes") as progress:
@@ -91,7 +93,7 @@ def study(
 def _check_rigs(rigs: Mapping[str, Rig] | Rig, sequences: tuple[str, ...]) -> None:
     for name in sequences if not isinstance(rigs, Rig) else ():
         if name not in rigs:
-            raise InputError(f"--rigs needs a rig for sequence '{visible(name)}' of the boxes")
+            raise InputError(f"needs a rig for sequence '{visible(name)}' of the boxes", "rigs")
 
 
 def summary(pairs: Pairs) -> Iterator[dict[str, object]]:

@@ -215,7 +215,7 @@ def _count_workers(client: Any, address: str, limits: Limits) -> int:
         try:
             workers = _within(limits.connect_s, lambda: client.sync(client.scheduler.ncores))
         except Exception as error:
-            raise InputError(f"no longer gets an answer from the scheduler at {address}", "dask") from error
+            raise InputError(f"lost the scheduler at {address}, which no longer answers", "dask") from error
         if workers:
             return len(workers)
         if time.monotonic() >= end_s:

@@ -81,13 +81,13 @@ def sole_run(folder: Path) -> Iterator[None]:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError(f"{folder}: cannot be made a folder ({error.strerror})") from error
+        raise InputError(f"{folder}: folder cannot be created ({error.strerror})") from error
     lock: FileLock | None = None
     try:
         lock = FileLock(folder / LOCK)
     except BlockingIOError as error:
         raise InputError(
-            f"{folder}: another run is at work in this folder; wait until it ends, or choose another folder"
+            f"{folder}: another run uses this folder; wait until it ends, or choose another one"
         ) from error
     except OSError:  # a file system without locks: as safe as atomic files are
         pass

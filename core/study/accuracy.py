@@ -151,8 +151,8 @@ class AccuracyStudy:
         return next(p for p in self.points if p.is_own and p.voxel_m == self.finest_m)
 
 
-class Contestant(NamedTuple):
-    """A method on a grid with a ray lattice, and the case that does it."""
+class ComparedMethod(NamedTuple):
+    """Method to compare: its grid, its ray lattice, and the case that runs it."""
 
     method: MethodName
     lattice: LatticeName
@@ -178,9 +178,9 @@ def study_accuracy(
     once. InputError when the rig has no sensor that is switched on, or when memory is short.
     """
     require_sensors(rig)
-    entrants = list(_contestants(fields, voxel_m, rig, plan))
-    answers, times = timed([entrant.case for entrant in entrants], plan.repetitions, progress)
-    points = points_of(entrants, answers, times, voxel_m, min(fields))
+    methods = list(_compared_methods(fields, voxel_m, rig, plan))
+    answers, times = timed([one.case for one in methods], plan.repetitions, progress)
+    points = points_of(methods, answers, times, voxel_m, min(fields))
     data = fields[voxel_m].data
     return AccuracyStudy(rig, data.source, data.frames, voxel_m, min(fields), plan, with_fronts(points))
 
@@ -193,38 +193,38 @@ def require_sensors(rig: Rig) -> None:
         raise InputError(f"rig {rig.name}: methods are compared on LiDARs and cameras only (got {others[0]})")
 
 
-def _contestants(
+def _compared_methods(
     fields: Mapping[float, EntropyField], voxel_m: float, rig: Rig, plan: AccuracyPlan
-) -> list[Contestant]:
+) -> list[ComparedMethod]:
     """Return the rig's own exact score first, then methods, lattices and other grids."""
     field, workers = fields[voxel_m], jit.use_threads(plan.threads)
     settings = MetricSettings(camera_weight=plan.camera_weight)
 
-    def entrant(method: MethodName, case: Case, threads: int = workers) -> Contestant:
-        return Contestant(method, "own", ray_count(rig), threads, field, case)
+    def one(method: MethodName, case: Case, threads: int = workers) -> ComparedMethod:
+        return ComparedMethod(method, "own", ray_count(rig), threads, field, case)
 
     dda = PlainDda(field)
     found = [
-        entrant("exact", engine_case(field, rig, settings, plan.threads)),
-        *(entrant(method, case) for method, case in _edits(field, rig, settings, plan)),
-        entrant("plain", plain_case(field, rig, plan.camera_weight, np.float64, dda), 1),
-        entrant("plain-single", plain_case(field, rig, plan.camera_weight, np.float32, dda), 1),
-        entrant("bresenham", engine_case(field, rig, replace(settings, method="bresenham"), plan.threads)),
+        one("exact", engine_case(field, rig, settings, plan.threads)),
+        *(one(method, case) for method, case in _edits(field, rig, settings, plan)),
+        one("plain", plain_case(field, rig, plan.camera_weight, np.float64, dda), 1),
+        one("plain-single", plain_case(field, rig, plan.camera_weight, np.float32, dda), 1),
+        one("bresenham", engine_case(field, rig, replace(settings, method="bresenham"), plan.threads)),
     ]
     if not unknown_to_rough(rig):
         tests = VoxelTests(field, plan.threads)
         found += [
-            entrant("rectangles", voxel_case(tests, rig, plan.camera_weight, "rectangles")),
-            entrant("centres", voxel_case(tests, rig, plan.camera_weight, "centres")),
+            one("rectangles", voxel_case(tests, rig, plan.camera_weight, "rectangles")),
+            one("centres", voxel_case(tests, rig, plan.camera_weight, "centres")),
         ]
     for lattice in plan.lattices:
         if lattice != "all pixels" or not has_all_pixels(rig):
             other = with_lattice(rig, lattice)
             case = engine_case(field, other, settings, plan.threads)
-            found.append(Contestant("exact", lattice, ray_count(other), workers, field, case))
+            found.append(ComparedMethod("exact", lattice, ray_count(other), workers, field, case))
     for edge_m in sorted(set(fields) - {voxel_m}):
         case = engine_case(fields[edge_m], rig, settings, plan.threads)
-        found.append(Contestant("exact", "own", ray_count(rig), workers, fields[edge_m], case))
+        found.append(ComparedMethod("exact", "own", ray_count(rig), workers, fields[edge_m], case))
     return found
 
 
@@ -247,7 +247,7 @@ def _edits(
 
 
 def points_of(
-    entrants: Sequence[Contestant],
+    methods: Sequence[ComparedMethod],
     answers: Sequence[Answer],
     times: Sequence[Sequence[float]],
     voxel_m: float,
@@ -255,23 +255,23 @@ def points_of(
 ) -> list[Point]:
     """Return a point per method: its times, and its errors against the exact results among them."""
     exact = {
-        entrant.field.grid.voxel_m: (entrant.field, answer)
-        for entrant, answer in zip(entrants, answers, strict=True)
-        if entrant.method == "exact" and entrant.lattice == "own"
+        one.field.grid.voxel_m: (one.field, answer)
+        for one, answer in zip(methods, answers, strict=True)
+        if one.method == "exact" and one.lattice == "own"
     }
     own, reference = exact[voxel_m][1], exact[finest_m]
     points = []
-    for entrant, answer, ms in zip(entrants, answers, times, strict=True):
-        edge_m = entrant.field.grid.voxel_m
-        scored = (entrant.field, answer)
+    for one, answer, ms in zip(methods, answers, times, strict=True):
+        edge_m = one.field.grid.voxel_m
+        scored = (one.field, answer)
         errors = (_score_error(scored, exact[edge_m], reference, c) for c in range(len(CLASSES)))
         points.append(
             Point(
-                method=entrant.method,
+                method=one.method,
                 voxel_m=edge_m,
-                lattice=entrant.lattice,
-                rays=entrant.rays,
-                threads=entrant.threads,
+                lattice=one.lattice,
+                rays=one.rays,
+                threads=one.threads,
                 times_ms=tuple(ms),
                 s_ms=dict(zip(CLASSES, answer.s_ms, strict=True)),
                 wrong=wrong_voxels(own.seen, answer.seen) if edge_m == voxel_m else None,

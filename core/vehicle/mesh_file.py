@@ -93,11 +93,11 @@ def _parsed_elsewhere(path: Path, where: str, still_wanted: Callable[[], object]
             process.communicate()
     if process.returncode == 0:
         return packed
-    said = complaint.decode("utf-8", "replace").strip().splitlines() or ["nothing was said"]
+    said = complaint.decode("utf-8", "replace").strip().splitlines() or ["no message"]
     if process.returncode == 2:
         raise InputError(f"{where}: {said[-1]}")
     how = f"signal {-process.returncode}" if process.returncode < 0 else shortened(said[-1], 160)
-    raise InputError(f"{where}: cannot be read: the process that read it ended with {how}")
+    raise InputError(f"{where}: cannot be read: the reading process ended with {how}")
 
 
 def _unpacked(packed: bytes, where: str) -> BodyMesh:
@@ -108,7 +108,7 @@ def _unpacked(packed: bytes, where: str) -> BodyMesh:
                 arrays.get("colours"),
             )  # fmt: skip
     except Exception as error:  # the other process ended in the middle of its answer
-        raise InputError(f"{where}: cannot be read: the process that read it was cut off") from error
+        raise InputError(f"{where}: cannot be read: the reading process was interrupted") from error
 
 
 def with_mesh_read(rig: Rig, folder: Path, tell: Callable[[str], object]) -> Rig:

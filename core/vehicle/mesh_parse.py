@@ -131,7 +131,7 @@ def _parts(scene: Any, merges: bool) -> list[tuple[Any, NDArray[np.float64]]]:
         if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces):
             triangles += len(mesh.faces)
             if triangles > MAX_TRIANGLES:
-                raise InputError(f"has more than {MAX_TRIANGLES:,} triangles, please simplify it first")
+                raise InputError(f"has more than {MAX_TRIANGLES:,} triangles; simplify it first")
             parts.append((mesh, np.asarray(place, dtype=np.float64)))
     return parts
 

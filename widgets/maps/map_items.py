@@ -76,7 +76,7 @@ class PlaneView:
 
 
 BLIND_COLOUR = "#f0356b"
-NO_BOXES = "almost no boxes there in the data"
+NO_BOXES = "hardly any boxes here in the data"
 DOT_PX = 4.5
 _TICK_PX, _WEDGE_PX = 13.0, 20.0
 _FLAT = 0.2

@@ -175,7 +175,7 @@ def test_a_second_run_in_a_folder_is_refused_and_a_later_one_is_not(tmp_path: Pa
     folder = tmp_path / "new" / "work"
     with sole_run(folder):
         with (
-            pytest.raises(InputError, match=r"work: another run is at work in this folder"),
+            pytest.raises(InputError, match=r"work: another run uses this folder"),
             sole_run(folder),
         ):
             pass

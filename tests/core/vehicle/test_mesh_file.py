@@ -213,7 +213,7 @@ def test_a_parser_that_crashes_is_told_with_its_signal(tmp_path, monkeypatch):
     crash = [sys.executable, "-c", "import os, signal; os.kill(os.getpid(), signal.SIGKILL)"]
     real = subprocess.Popen
     monkeypatch.setattr(subprocess, "Popen", lambda command, **how: real(crash, **how))
-    with pytest.raises(InputError, match=r"cannot be read: the process that read it ended with signal 9"):
+    with pytest.raises(InputError, match=r"cannot be read: the reading process ended with signal 9"):
         read_mesh(written(tmp_path, "a.obj", OBJ))
 
 
@@ -226,7 +226,7 @@ def test_a_pipe_is_no_mesh(tmp_path):
 
 def test_more_triangles_than_can_be_drawn_are_refused(tmp_path, monkeypatch):
     monkeypatch.setattr("riglens.core.vehicle.mesh_parse.MAX_TRIANGLES", 3)
-    with pytest.raises(InputError, match="more than 3 triangles, please simplify"):
+    with pytest.raises(InputError, match="more than 3 triangles; simplify"):
         parse_mesh(written(tmp_path, "a.obj", OBJ))
 
 
