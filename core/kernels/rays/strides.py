@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
+from riglens.core.kernels.fans.fan import FARTHEST_ORIGIN
 from riglens.core.kernels.rays.cast import Cast
 from riglens.core.kernels.rays.lattice import direction, rotated
 from riglens.core.kernels.runtime.jit import lean, lean_inlined, parallel_kernel
@@ -28,6 +29,8 @@ SLANTED = 2.0**-10
 BITS = 40
 _FRACTION = (1 << BITS) - 1
 _CLOSE = 1 << (BITS - 20)
+LONGEST = 4.0 * FARTHEST_ORIGIN
+"""Voxels: a ray has left the box before."""
 STRIP = 16
 """Planes whose rays are walked together, through all rows of the lattice."""
 OPEN = -1
@@ -175,6 +178,15 @@ def _go(major: Axis, minor: Axis, level: Axis, span: Span, marks: np.ndarray) ->
     return _turn(minor, level, here, (cell, end_cell), (height, end_height), marks)
 
 
+@lean_inlined
+def _place(g: float, d: float) -> float:
+    """Where a ray begins on one axis. For one that stays in a cell all its way, maybe in a face of it or next to one,
+    the middle of the cell is as good, and is clear of both faces."""
+    cell = np.floor(g) if d >= 0.0 else np.ceil(g) - 1.0
+    room = cell + 1.0 - g if d >= 0.0 else g - cell
+    return cell + 0.5 if abs(d) * LONGEST < min(room, 0.25) else g
+
+
 @lean
 def stride(
     g: tuple[float, float, float],
@@ -188,9 +200,9 @@ def stride(
     """Mark all voxels of a ray between two distances, in a box of cells (6,); False where one of them is not clear:
     those marked by then are correct."""
     depth = (shape[2] + 63) // 64
-    x = Axis(0, g[0], d[0], box[0], box[1], shape[1] * depth)
-    y = Axis(1, g[1], d[1], box[2], box[3], depth)
-    z = Axis(2, g[2], d[2], box[4], box[5], 0)
+    x = Axis(0, _place(g[0], d[0]), d[0], box[0], box[1], shape[1] * depth)
+    y = Axis(1, _place(g[1], d[1]), d[1], box[2], box[3], depth)
+    z = Axis(2, _place(g[2], d[2]), d[2], box[4], box[5], 0)
     span = _cut(z, _cut(y, _cut(x, Span(near, far, OPEN, OPEN))))
     if span.begin > span.end - CLOSE:
         return span.begin > span.end + CLOSE

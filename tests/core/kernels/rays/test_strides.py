@@ -12,6 +12,7 @@ from riglens.core.kernels.rays.strides import (
     _CLOSE,
     BITS,
     CLOSE,
+    LONGEST,
     SLANTED,
     STEEPEST,
     _is_close,
@@ -115,13 +116,40 @@ def test_what_is_close_is_left_to_the_exact_walk_or_the_same(g: Place, d: Place)
     assert strode(g, d) in (None, walked(g, d))
 
 
+@pytest.mark.parametrize(
+    ("g", "d"),
+    [
+        ((0.5, 1.4, 2.0), (1.0, 0.3, 0.0)),
+        ((0.5, 2.0, HEIGHT), (1.0, 0.0, 0.1)),
+        ((2.0, 3.5, 2.0), (0.0, -1.0, 0.0)),
+        ((-1.0, 2.0, 3.0), (1.0, -0.0, -0.0)),
+        ((0.5, 0.0, 0.0), (1.0, 0.0, 0.0)),
+        ((0.5, 1.4, 2.0), (1.0, 0.3, 1e-17)),  # next to a face
+        ((0.5, 1.4, 2.0), (1.0, 0.3, -1e-17)),
+        ((3.5, 2.0, 2.0), (-1.0, -1e-17, 1e-17)),
+        ((0.5, 1.4, 4.0), (1.0, 0.3, -1e-17)),  # under the upper face of the box
+    ],
+)
+def test_a_ray_in_a_face_or_along_it_stays_in_one_cell(g: Place, d: Place) -> None:
+    assert strode(g, d) == walked(g, d) != set()
+
+
+def test_a_ray_that_comes_through_a_face_is_left_to_the_exact_walk() -> None:
+    assert strode((0.5, 1.4, 2.0 + 4e-16), (1.0, 0.3, -1e-15)) is None
+
+
+def test_a_ray_in_the_upper_face_of_the_box_marks_nothing() -> None:
+    assert strode((0.5, 1.4, float(SIDE)), (1.0, 0.3, 0.0)) == set()
+    assert strode((0.5, 1.4, 0.0), (1.0, 0.3, -1e-17)) == walked((0.5, 1.4, 0.0), (1.0, 0.3, -1e-17)) == set()
+
+
 @pytest.mark.parametrize("off", [0.3 * CLOSE, -0.3 * CLOSE])
 def test_what_is_close_to_an_edge_is_declined(off: float) -> None:
     """At x = 2 it is at y = 2; at x = 1.5 and y = 2 it is at z = 2; it comes in and ends beside a face."""
     assert strode((0.5, 0.5 + off, HEIGHT), (1.0, 1.0, 0.01)) is None
     assert strode((0.5, 0.75 + off, HEIGHT), (1.0, 0.5, 0.01)) is None
     assert strode((0.25, 1.5, 1.375 + off), (1.0, 0.4, 0.5)) is None
-    assert strode((-1.0, 1.0 + off, HEIGHT), (1.0, 0.0, 0.01)) is None
+    assert strode((-1.0, 1.0 + off, HEIGHT), (1.0, 1e-12, 0.01)) is None
     assert strode((0.5, 1.4, HEIGHT), (1.0, 0.0, 0.0), 0.0, 1.5 + off) is None
     assert strode((0.5, 1.4, HEIGHT), (1.0, 0.0, 0.0), 0.5 + off) is None
 
@@ -233,3 +261,4 @@ def test_what_is_called_clear_is_clear() -> None:
     assert begins + strides < CLOSE / 4.0
     assert 8.0 * U * 3.0 * FARTHEST_ORIGIN / SLANTED < CLOSE / 4.0
     assert FARTHEST_ORIGIN * 2.0**BITS * 2.0 < 2.0**62
+    assert 2.0 * FARTHEST_ORIGIN * math.sqrt(3.0) < LONGEST
