@@ -118,11 +118,12 @@ class Mounting:
         return Rig(name=shortened(name, 190) or "imported", vehicle=self.vehicle, sensors=tuple(self.sensors))
 
     def _entry(self, kind: AnyKind, name: str, said: str | None) -> Entry:
-        found, assumed = find_model(said or name, kind.name), _ASSUMED[kind.name]
+        told, assumed = find_model(said, kind.name) if said else None, _ASSUMED[kind.name]
         part = "beams" if kind is LIDAR else "angles"
+        found = told or find_model(name, kind.name)
         if found is not None:
-            how = f"its {part} are those of the library model" if said else "taken by its name for a"
-            add = self.notes.read if said else self.notes.approximated
+            how = f"its {part} are those of the library model" if told else "taken by its name for a"
+            add = self.notes.read if told else self.notes.approximated
             add(f"{how} {found.name}", name)
             if found.unverified:
                 self.notes.approximated(f"{found.name} in the library is {found.caveat()}", name)

@@ -105,15 +105,21 @@ def test_the_xacro_of_a_kit_says_what_stands_where(tmp_path: Path) -> None:
       <xacro:VLP-16 name="roof" parent="x"><origin xyz="${1/0}"/></xacro:VLP-16>
       <xacro:PandarQT name="side" parent="x"/>
       <xacro:radar_macro name="velodyne_old" parent="x"/>
+      <xacro:radar_macro name="ars408_front" parent="x"/>
       <xacro:monocular_camera_macro name="eye/view" parent="x"/>
       <xacro:Pandar40P name="${prefix}_rear" parent="x"/>
     </xacro:macro></robot>"""
     config = tmp_path / "car_description" / "config"
     write_files(config.parent / "urdf", {"kit.xacro": xacro, "broken.xacro": "<robot>"})
-    frames = ("roof_base_link", "side_base_link", "velodyne_old_base_link", "eye/view_link", "left_base_link")
+    frames = (
+        "roof_base_link", "side_base_link", "velodyne_old_base_link", "ars408_front_base_link", "eye/view_link",
+        "left_base_link",
+    )  # fmt: skip
     imported = kit(config, *frames)
-    kinds = {"roof": "lidar", "side": "lidar", "velodyne_old": "radar", "eye/view": "camera"}
-    assert sensors(imported) == kinds
+    radars = {"velodyne_old": "radar", "ars408_front": "radar"}
+    assert sensors(imported) == {"roof": "lidar", "side": "lidar", "eye/view": "camera"} | radars
+    assert imported.rig.sensor("ars408_front").model == "continental-ars408-21"
+    assert has(imported.report, "approximated", "taken by its name", "ars408_front")
     assert [sensor.model for sensor in imported.rig.enabled_lidars()] == ["velodyne-vlp-16", "hesai-qt64"]
     assert has(imported.report, "approximated", "assumed those of generic-radar", "velodyne_old")
     assert has(imported.report, "ignored", "cannot be read as XML", "broken.xacro")
