@@ -35,6 +35,7 @@ _THINNEST = 0.45
 """Share of their opacity that rays have when they are seen level."""
 _Index = NDArray[np.int64]
 Points = NDArray[np.float64]
+Bools = NDArray[np.bool_]
 
 
 def fan_rows(sensor: Sensor, most: int) -> _Index:
@@ -89,7 +90,7 @@ def fan_of(
     are joined to rings, and a camera's corner rays are drawn stronger to show the frustum. `framed` adds a frame
     that the corner rays pass through.
     """
-    starts, ends, row = _segments(sensor, grid, fan_rows(sensor, strokes.lines), solid)
+    starts, ends, row, is_whole = _segments(sensor, grid, fan_rows(sensor, strokes.lines), solid)
     alpha = strokes.opacity
     fan = _tinted(starts, ends, colour, _NEAR_SHARE * alpha, alpha)
     look = appearance_of(sensor.kind)
@@ -97,7 +98,12 @@ def fan_of(
     if look.has_corners:
         return Fan(fan, _frustum(sensor, grid, colour, min(1.0, _EDGES * alpha), framed, solid))
     if look.is_fan:
-        return Fan(fan, _range_arcs(sensor, starts, ends, row, colour, min(1.0, _RINGS * alpha)))
+        return Fan(
+            fan,
+            _range_arcs(
+                starts, ends, row // sensor.resolution[0], is_whole, colour, min(1.0, _RINGS * alpha)
+            ),
+        )
     if beams is not None:
         beam = row // sensor.resolution[0]
         return Fan(fan, _beam_rings(beam, beams.goes_round, ends, colour, min(1.0, _RINGS * alpha)))
@@ -119,12 +125,10 @@ def _beam_rings(beam: _Index, goes_round: bool, ends: Points, colour: str, alpha
 
 
 def _range_arcs(
-    sensor: Sensor, starts: Points, ends: Points, row: _Index, colour: str, alpha: float
+    starts: Points, ends: Points, line: _Index, is_whole: Bools, colour: str, alpha: float
 ) -> pv.PolyData:
     """The first and the last ray of each row, and arcs that join the ends of neighbours that end with the range."""
-    line, rays = row // sensor.resolution[0], sensor_rays(sensor, row)
-    at_range = np.linalg.norm(ends - np.array(rays.origin_m), axis=1) >= rays.far_m - 1e-6
-    joined = np.flatnonzero((line[1:] == line[:-1]) & at_range[1:] & at_range[:-1])
+    joined = np.flatnonzero((line[1:] == line[:-1]) & is_whole[1:] & is_whole[:-1])
     sides = np.flatnonzero(np.diff(line, prepend=-1, append=-1)[:-1] | np.diff(line, append=-1))
     arcs = _tinted(ends[joined], ends[joined + 1], colour, alpha, alpha)
     return _joined([arcs, _tinted(starts[sides], ends[sides], colour, 0.3 * alpha, alpha)])
@@ -132,9 +136,9 @@ def _range_arcs(
 
 def _segments(
     sensor: Sensor, grid: VoxelGrid, rows: _Index, solid: Solid | None
-) -> tuple[Points, Points, _Index]:
-    """Return where the picked rays enter and leave the ROI or end, (k, 3) each, and the row numbers of those k that
-    do."""
+) -> tuple[Points, Points, _Index, Bools]:
+    """Return where the picked rays enter and leave the ROI or end, (k, 3) each, the row numbers of those k that do, and
+    whether each ends with the range."""
     rays = sensor_rays(sensor, rows)
     t0, t1 = clip_to_roi(grid, rays)
     if solid is not None:
@@ -143,7 +147,8 @@ def _segments(
         t1 = np.minimum(t1, listed_ends(sensor, rays.directions, solid))
     inside = t1 > t0
     directions, origin = rays.directions[inside], np.array(rays.origin_m)
-    return origin + t0[inside, None] * directions, origin + t1[inside, None] * directions, rows[inside]
+    near, far, is_whole = t0[inside, None], t1[inside, None], (t1 >= rays.far_m)[inside]
+    return origin + near * directions, origin + far * directions, rows[inside], is_whole
 
 
 def _frustum(
@@ -153,7 +158,7 @@ def _frustum(
 
     A fisheye that has no ray in a corner, or one that looks sideways, has no such frame.
     """
-    starts, ends, _ = _segments(sensor, grid, frame_rows(sensor), solid)
+    starts, ends, *_ = _segments(sensor, grid, frame_rows(sensor), solid)
     edges = _tinted(starts, ends, colour, alpha, 0.7 * alpha)
     if not framed or not len(starts):
         return edges
