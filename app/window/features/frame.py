@@ -90,7 +90,7 @@ class FrameView(Feature):
         )
         self.serve(self.caster, self._take)
         targets.counted.connect(self._on_counts)
-        self.session.scene_changed.connect(lambda _: self._choose(None))
+        self.session.scene_changed.connect(lambda _: self._forget())
         self._on_counts()
 
     @property
@@ -117,6 +117,11 @@ class FrameView(Feature):
             self._show(None)
         else:
             self._show(_Shown(int(np.flatnonzero(traffic.frame == frame)[0]), None))
+
+    def _forget(self) -> None:
+        """Show no frame of other traffic, and release it."""
+        self._missed = None
+        self._choose(None)
 
     def play(self, wanted: bool) -> None:
         """Play back frames from the one shown, or stop."""

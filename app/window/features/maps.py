@@ -193,6 +193,7 @@ class SensorView(Feature):
     def _on_scene(self, scene: LoadedScene) -> None:
         has_boxes = scene.options.pog is None
         self.panel.set_frames(scene.field.data.frames if has_boxes else 0)
+        self._asked = None  # releases the scene before, also out of sight
         self._ask()
 
     def _on_load_ended(self, problem: str) -> None:

@@ -143,7 +143,7 @@ class Targets(Feature):
         self.bench.panels.scores.table.grey_counted()
 
     def _on_problem(self, reason: str) -> None:
-        self.answer = None
+        self.answer = self._exact = None
         self.panel.show_problem(reason)
         self.bench.panels.scores.table.forget_counted(reason)
         self.counted.emit()

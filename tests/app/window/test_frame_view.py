@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -148,6 +150,17 @@ def test_other_traffic_ends_the_frame(stand: Stand) -> None:
     stand.settle()
     stand.desk.load()
     assert stand.shown is None and not stand.targets.panel._frame_on.isChecked()
+
+
+def test_other_traffic_releases_that_before(stand: Stand) -> None:
+    held = weakref.ref(stand.count().request)
+    stand.view.show_next_missed()
+    stand.desk.load()
+    stand.desk.answer()
+    del stand.desk.counter.requests[:-1]
+    stand.count()
+    gc.collect()
+    assert held() is None
 
 
 def test_who_another_kind_detects_is_not_missed(stand: Stand) -> None:
