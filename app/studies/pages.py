@@ -15,7 +15,7 @@ body { margin: 0 auto; padding: 2.5rem 2rem 4rem; max-width: 76rem; color: #1c21
 h1 { margin: 0 0 .3rem; font-size: 1.75rem; }
 h2 { margin: 2.8rem 0 .6rem; font-size: 1.25rem; }
 p { max-width: 60rem; margin: .4rem 0 .8rem; }
-.wide { overflow-x: auto; }
+.wide { overflow-x: auto; margin-bottom: 1rem; }
 table { border-collapse: collapse; width: 100%; font-size: 13.5px; font-variant-numeric: tabular-nums; }
 th { text-align: left; padding: .35rem .7rem; border-bottom: 2px solid #1c2126; vertical-align: bottom; }
 td { padding: .38rem .7rem; border-bottom: 1px solid #d9dee3; vertical-align: top; }

@@ -61,7 +61,7 @@ READING_THE_TABLE = (
 def study(scene: SceneOptions, score: ScoreOptions, folder: Path, quick: bool, edits: int | None) -> None:
     """Run both parts of the study and write the results into a folder."""
     if edits is not None and not 1 <= edits <= MAX_EDITS:
-        raise InputError(f"--edits must be an integer from 1 to {MAX_EDITS} (got {edits})")
+        raise InputError(f"must be an integer from 1 to {MAX_EDITS} (got {edits})", "edits")
     require_folder(folder, FILES)
     field = load_scene(scene)[1]
     plan = replace(
@@ -133,7 +133,7 @@ def methods_csv(rows: Sequence[MethodRow]) -> str:
 
 
 def metric_csv(study: MetricStudy) -> str:
-    """Part 2 as CSV, full precision: a line per setting and class; every resample on its own."""
+    """Return part 2 as CSV, full precision: a line per setting and class; every resample on its own."""
     lines = []
     for varied, value, ranking in (Setting("default", "covered", study.reference), *study.others):
         for cls in CLASSES:
@@ -204,7 +204,8 @@ def _summary(cells: Sequence[Cell], is_least: bool) -> Cell:
 
 
 def orders_table(study: MetricStudy) -> Table:
-    """Part 2: a setting per row; for each class the correlations and the orders of LiDARs and cameras."""
+    """Return the rows of part 2: a setting per row; for each class the correlations and the orders of LiDARs and
+    cameras."""
     titles = [title for cls in CLASSES for title in ("\nτ", "\nρ", f"{cls}\norders")]
     made = table("\nsetting", *titles, words={0, 3, 6, 9})
     default: list[Cell] | None = None
@@ -212,9 +213,11 @@ def orders_table(study: MetricStudy) -> Table:
         default = default or cells
         texts = []
         for cell, usual in zip(cells, default, strict=True):
-            texts += [Text("-" if figure is None else f"{figure:.2f}") for figure in cell[:2]]
+            texts += [
+                Text("—" if figure is None else f"{figure:.2f}".replace("-", "−")) for figure in cell[:2]
+            ]
             lidars, cameras = (
-                (mine or "-", "" if mine == theirs else "red")
+                (mine or "—", "" if mine == theirs else "red")
                 for mine, theirs in zip(cell[2:], usual[2:], strict=True)
             )
             texts.append(Text.assemble(lidars, " ", cameras))
@@ -254,7 +257,7 @@ def page_of(rows: Sequence[MethodRow], metric: MetricStudy, described: str) -> s
         findings_table(metric),
         *conclusion(metric),
         Text("3. Orders of the paper’s eight rigs"),
-        f"{READING_THE_TABLE} Red: another order than by default.",
+        f"{READING_THE_TABLE} Red: the order differs from the default.",
         orders_table(metric),
     )
     return page("How stable are the methods, and the metric?", blocks)

@@ -173,7 +173,7 @@ def conclusion(study: MetricStudy) -> Iterator[str]:
     """Yield pairs of groups whose order never changes (reading `covered`), and the distance of those whose order
     does."""
     others = [other.ranking for other in study.others if other.axis != "reading"]
-    for of, title in (("lidars", "LiDAR groups"), ("cameras", "camera groups")):
+    for of, title in (("lidars", "LiDAR groups"), ("cameras", "Camera groups")):
         orders = {cls: order for cls in CLASSES if (order := study.reference.order(of, cls))}
         if not orders:
             continue
@@ -192,7 +192,7 @@ def conclusion(study: MetricStudy) -> Iterator[str]:
         for cls, pair in swaps:
             one, other = (abs(study.reference.figures(of, cls)[name]) for name in pair)
             gaps.append(abs(one - other) / max(one, other))
-        rule = f" Pairs up to {max(gaps):.1%} apart by default change places." if gaps else ""
+        rule = f" Pairs up to {100.0 * max(gaps):.1f} % apart by default change places." if gaps else ""
         yield (
             f"{title} whose order holds for all classes in all {len(others)} settings of δ, rays, λ "
             f"and frames: {', '.join(firm) or 'none'}.{rule}"

@@ -183,7 +183,7 @@ def _places() -> Iterator[RayCase]:
     turn, tilt = tuple(range(-180, 180, 15)), (-40.0, -10.0, 0.0, 25.0, 60.0)
     yield _case(
         "origin on a face",
-        "the first voxel depends on the way the ray goes",
+        "the first voxel depends on the direction of the ray",
         lidar((2.0, 0.3, 3.6), tilt, turn),
     )
     yield _case("origin on a corner", "the first voxel is one of eight", lidar((2.0, -1.0, 4.0), tilt, turn))
@@ -202,7 +202,7 @@ def _places() -> Iterator[RayCase]:
     far = (-FAR_M, -FAR_M, -FAR_M)
     yield _case(
         "origin 1,000,000 m away",
-        "moments along the ray keep 9 digits fewer; corners are met all the same",
+        "moments along the ray keep 9 digits fewer; rays still meet corners",
         *(whole_slopes((far[0] + dx, far[1] + dy, far[2] + dz)) for dx, dy, dz in _OFFSETS),
         *(whole_slopes((far[0] + dx, 3.0 * far[1] + dy, far[2] + dz), side=4) for dx, dy, dz in _OFFSETS),
     )
@@ -235,7 +235,7 @@ def _poses() -> Iterator[RayCase]:
     )
     yield _case(
         "tilted sensors",
-        "no plane of rays is vertical: short cuts for upright sensors do not hold",
+        "no plane of rays is vertical: shortcuts for upright sensors do not apply",
         spinning((0.31, 0.17, 4.23), (16.0, 0.0, 0.0)),
         spinning((-1.3, 0.4, 4.4), (-16.0, -5.2, 77.0)),
         camera((1.1, -0.6, 3.8), (12.0, 20.0, -130.0)),
@@ -262,7 +262,7 @@ def _sizes(quick: bool) -> Iterator[RayCase]:
     pixels, turn = ((200, 112), (16, 360)) if quick else ((1600, 900), (128, 3600))
     yield _case(
         f"native camera, {pixels[0]} × {pixels[1]}",
-        "a thousand rays to a voxel: every one has to be there",
+        "a thousand rays to a voxel: none may be missing",
         camera((0.51, 0.03, 1.83), (0.0, 3.0, 30.0), pixels),
         grid=ROAD,
     )

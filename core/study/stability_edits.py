@@ -138,8 +138,8 @@ def random_edits(edits: int, progress: Progress | None = None) -> MethodRow:
             progress((edit + 1) / edits)
     return row(
         f"{edits:,} random edits",
-        "add, remove, switch, move, copy, reorder, undo: what is carried along must not drift "
-        "(the simple way: a running sum of doubles)",
+        "add, remove, switch, move, copy, reorder, undo: the state must not drift "
+        "(plain method: a running sum of doubles)",
         "from scratch",
         Outcome.of(different == 0, "bit-identical", f"{different:,} differ"),
         plain=Outcome.of(drifted == 0, "identical", f"{drifted:,} differ"),

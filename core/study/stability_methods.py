@@ -163,7 +163,7 @@ def refused_grid(_: int | None = None) -> MethodRow:
     lost_m = 60.0 - int(60.0 / 0.35) * 0.35
     return row(
         "δ = 0.35 m, ROI of 60 m",
-        "171.4 voxels: cutting off the rest, as an integer division does, scores another ROI",
+        "171.4 voxels: cutting off the rest, as an integer division does, scores a different ROI",
         "no such grid",
         fast,
         plain=Outcome("fails", f"ROI cut by {lost_m:.2f} m"),
@@ -244,7 +244,7 @@ def one_frame(threads: int | None = None) -> MethodRow:
         plain = -p * np.log(p) - (1 - p) * np.log(1 - p)
     return row(
         "a single frame, T = 1",
-        "p is 0 or 1 everywhere: 0 · ln 0 is no number",
+        "p is 0 or 1 everywhere: 0 · ln 0 is not a number",
         "no entropy",
         Outcome.of(set(figures) == {(0.0, 0.0, 0.0)}, "H(Ω) = 0", f"{figures}"),
         plain=Outcome.of(not np.isnan(plain.sum()), "0", "NaN"),

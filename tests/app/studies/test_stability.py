@@ -60,7 +60,7 @@ def test_the_conclusion_names_pairs_that_never_change_places():
     )
     lidars, cameras = conclusion(study)
     assert "Center before Line" in lidars and "Center before Pyramid" not in lidars
-    assert "25.0% apart" in lidars
+    assert "25.0 % apart" in lidars
     assert "Narrow before Wide." in cameras
 
 
