@@ -317,7 +317,7 @@ def differences(attached: Any, again: Any, where: str = "") -> list[str]:
             for key in keys
         ]
         return [line for part in parts for line in part]
-    if isinstance(attached, list) and isinstance(again, list) and len(attached) == len(again):
+    if isinstance(attached, list) and isinstance(again, list | tuple) and len(attached) == len(again):
         pairs = enumerate(zip(attached, again, strict=True))
         return [line for n, (one, other) in pairs for line in differences(one, other, f"{where}[{n}]")]
     return [] if attached == again else [f"{where}: attached {_short(attached)}, recomputed {_short(again)}"]

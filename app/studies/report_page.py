@@ -96,7 +96,7 @@ def first_text(first_m: Any, to_m: float) -> str:
     texts = [
         f">{to_m:g}" if first_m[key] is None else f"{first_m[key]:.0f}" for key in ("min", "median", "max")
     ]
-    return texts[0] if len(set(texts)) == 1 else " / ".join(texts)
+    return texts[0] if len(set(texts)) == 1 else "/".join(texts)
 
 
 def limit_texts(verdict: Figures) -> tuple[str, str]:

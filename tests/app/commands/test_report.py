@@ -157,6 +157,11 @@ def document(made):
     return ReportDocument(figures, rigs, [Drawings(DOT, DOT, plans(rig), {"rays": []}) for rig in rigs])
 
 
+def test_a_tuple_is_no_difference_from_the_list_that_json_makes_of_it() -> None:
+    assert differences({"rays": [5760, 205200]}, {"rays": (5760, 205200)}) == []
+    assert differences({"rays": [5760]}, {"rays": (5761,)}) == ["rays[0]: attached 5760, recomputed 5761"]
+
+
 def test_verify_makes_a_report_again_byte_for_byte(made, riglens):
     out, _, boxes = made
     same = riglens("report", "--verify", out, "--boxes", boxes)
