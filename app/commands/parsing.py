@@ -32,13 +32,13 @@ COMMANDS = {
     "optimise": Command(
         "optimise:optimise",
         "Propose where to add or move sensors, with an upper bound on every alternative and checks of the gain.\n\n"
-        'Such as: riglens optimise "nuScenes car" --add velodyne-vlp-16 --out proposals. Needs --add or --move; '
+        'Example: riglens optimise "nuScenes car" --add velodyne-vlp-16 --out proposals. Needs --add or --move; '
         "`riglens list sensors` has the models. All other sensors of the rig stay. See docs/optimise.md.",
     ),
     "sweep": Command(
         "sweep:sweep",
         "Evaluate many rigs that differ in some fields, into one table.\n\n"
-        'Such as: riglens sweep "nuScenes car" --vary LIDAR_TOP.z=1.6:2.2:13 --out height.parquet. The figures are '
+        'Example: riglens sweep "nuScenes car" --vary LIDAR_TOP.z=1.6:2.2:13 --out height.parquet. The figures are '
         "those of `riglens evaluate --targets`. After an interruption the same command resumes and gives the same "
         "file. See docs/sweep.md.",
     ),
