@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import pytest
+from PySide6.QtCore import QEvent, QObject
+from PySide6.QtGui import QPaintEvent, QRegion
 from pytestqt.qtbot import QtBot
 
 from riglens.widgets.panels.figures.table import NOTHING, Figure, FigureTable, Heading
@@ -47,3 +49,31 @@ def test_one_column_is_shown_anew_alone(table: FigureTable) -> None:
     assert [table.figures.cell(row, 1).text for row in (0, 1)] == ["a", "b"]
     assert table.figures.cell(0, 0) is CELLS[0][0]
     assert (0 in table.figures._grey, 1 in table.figures._grey) == (True, False)
+
+
+class _Painted(QObject):
+    """Collects where a widget is painted."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.region = QRegion()
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        if isinstance(event, QPaintEvent):
+            self.region += event.region()
+        return False
+
+
+def test_only_columns_that_look_different_are_painted_again(table: FigureTable, qtbot: QtBot) -> None:
+    with qtbot.waitExposed(table):
+        table.show()
+    qtbot.wait(50)
+    painted = _Painted()
+    table.viewport().installEventFilter(painted)
+    table.figures.show(list(ROWS), list(COLUMNS), [list(row) for row in CELLS])
+    table.figures.grey(())
+    qtbot.wait(50)
+    assert painted.region.isEmpty()
+    table.figures.grey([1])
+    note = table.visualRect(table.figures.index(0, 1)).united(table.visualRect(table.figures.index(1, 1)))
+    qtbot.waitUntil(lambda: painted.region.boundingRect() == note)

@@ -268,6 +268,13 @@ class FigureTable(QTableView):
         self.horizontalHeader().setHighlightSections(False)
         self.selectionModel().currentRowChanged.connect(lambda *_: self.row_chosen.emit())
 
+    def dataChanged(self, first: Index, last: Index, roles: Sequence[int] = ()) -> None:
+        """Paint the cells that have changed; Qt paints the whole table where they are several."""
+        if first == last or self.isColumnHidden(first.column()) or self.isColumnHidden(last.column()):
+            super().dataChanged(first, last, roles)
+        else:
+            self.viewport().update(self.visualRect(first).united(self.visualRect(last)))
+
     def give_titles(self, least_px: int, row_px: int, cell_px: int) -> None:
         """Have a title for each row, which a click chooses, and columns that share the width."""
         self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
