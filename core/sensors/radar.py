@@ -29,11 +29,11 @@ class Scan(Sector):
     range_m: Annotated[Reach, Field(title="Range", description="for the reference cross section")]
     resolution_deg: Annotated[
         float,
-        Field(gt=0.0, le=180.0, title="Resolution", description="azimuth by which it tells objects apart"),
+        Field(gt=0.0, le=180.0, title="Angle cell", description="azimuth by which it tells objects apart"),
     ] = 4.0
     resolution_m: Annotated[
         float,
-        Field(gt=0.0, le=100.0, title="Resolution", description="distance by which it tells objects apart"),
+        Field(gt=0.0, le=100.0, title="Range cell", description="distance by which it tells objects apart"),
     ] = 0.5
 
 
