@@ -158,10 +158,12 @@ class JoinedCells:
     def of(self, lidars: Lidars, objects: int) -> Counts:
         """Count the distinct cells of all LiDARs together on each of the first objects, (objects,)."""
         lidars = tuple({id(one): one for one in lidars}.values())  # twins share theirs
-        if not lidars:
-            return np.zeros(objects, np.int64)
-        if len(lidars) == 1:
-            return lidars[0].found[CELLS, :objects].astype(np.int64)
+        if len(lidars) < 2:
+            if not any(one is other for one in lidars for other in self._last):  # another rig: release 100 MB
+                self._rest, self._last = None, ()
+            return (
+                lidars[0].found[CELLS, :objects].astype(np.int64) if lidars else np.zeros(objects, np.int64)
+            )
         last, self._last = self._last, lidars
         moved = next((one for one in lidars if not any(one is other for other in last)), lidars[-1])
         rest = self._rest_of(tuple(one for one in lidars if one is not moved), objects)

@@ -1,6 +1,7 @@
 """The engine's promises: an edit casts the moved sensor alone, and nothing depends on order, threads or giving up."""
 
 from dataclasses import replace
+from weakref import ref
 
 import numpy as np
 import pytest
@@ -100,6 +101,15 @@ def test_cells_of_twins_count_once_however_many_are_added(world):
         for number in (1, 2, 3):
             rig = rig_of(*twins[:number], *kept)
             assert np.array_equal(engine.evaluate(rig, EXACT).objects.cells, alone)
+
+
+def test_a_rig_of_one_lidar_releases_the_lidars_before(world):
+    engine, rig = TargetEngine(world, threads=1), random_rig(np.random.default_rng(8), 6)
+    assert len(rig.enabled_lidars()) > 1
+    engine.evaluate(rig)
+    held = [ref(found) for found in engine._held.values()]
+    engine.evaluate(rig_of(spinning((0.5, 0.0, 2.0))))
+    assert held and not any(found() for found in held)
 
 
 def test_a_sensor_that_is_switched_off_counts_as_one_that_is_not_there(world):
