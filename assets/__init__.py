@@ -4,5 +4,5 @@ from pathlib import Path
 
 
 def asset_path(*parts: str) -> Path:
-    """Path of a shipped file, e.g. asset_path("paper", "table1.csv")."""
+    """Return the path of a shipped file, e.g. asset_path("paper", "table1.csv")."""
     return Path(__file__).parent.joinpath(*parts)

@@ -73,7 +73,7 @@ class CountAnswer:
     def of(
         cls, request: CountRequest, traffic: Traffic, scores: TargetScores, baseline: TargetScores
     ) -> Self:
-        """The answer of a rig's and the baseline's scores."""
+        """Make an answer of a rig's and the baseline's scores."""
         from riglens.core.targets.ground import ground_view  # the thread has loaded the compiler
         from riglens.core.targets.tables import predicted_of, totals_of
 

@@ -100,7 +100,7 @@ class FramePictures:
         return boxes, TOO_MANY.format(count=store.frames_read) if is_missing else ""
 
     def _store_of(self, options: SceneOptions) -> FrameStore:
-        """The frames of a data set; an automatic voxel edge has no part in them."""
+        """Return the frames of a data set, which do not depend on an automatic voxel edge."""
         if self._frames is None or self._frames[0] is not options:
             self.close()
             # loads the compiler: not while the window opens

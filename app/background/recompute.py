@@ -197,7 +197,7 @@ class Recompute(QObject):
                 self._queue.put(self._last)
 
     def _compile_beside(self) -> None:
-        """Before the first load: have the kernel that takes longest compiled by another process meanwhile."""
+        """Let another process compile the slowest kernel during the first load."""
         if self._is_warm or self._others is None:
             return
         from riglens.core.engine.warm_up import needs_fans
@@ -225,7 +225,7 @@ class Recompute(QObject):
         self._stop_if_stale(job)
 
     def _report_progress(self, job: Job[Request], fraction: float) -> None:
-        """Progress of a load: ends it when unwanted, and keeps the old scene's scores following edits."""
+        """Emit the progress of a load, cancel it when it is stale, and answer edits on the old scene meanwhile."""
         self._stop_if_stale(job)
         self.load_progress.emit(fraction)
         edit = self._queue.take(Priority.EDIT)
@@ -251,7 +251,7 @@ class Recompute(QObject):
             self.failed.emit(problem_line(_HERE, error))
 
     def _answer(self, scoring: Scoring, request: EvaluationRequest) -> None:
-        """The exact answer; where it is slow a coarse one before it, and in a drag it then waits for a rest."""
+        """Emit the exact result; if it is slow, emit a coarse one first and, during a drag, wait for a pause."""
         queue = self._queue
         is_followed = partial(queue.is_followed, Priority.EDIT)
         first = scoring.approximate(request, lambda: queue.is_closing) if scoring.is_slow(request) else None

@@ -30,11 +30,11 @@ class EditCosts:
         return any(name not in self._times for name in self._to_cast(rig))
 
     def slowest_ms(self, rig: Rig) -> float:
-        """The largest cost of a sensor of this rig."""
+        """Return the highest cost in ms of an enabled sensor of this rig."""
         return max((self._cost(sensor.name) for sensor in rig.sensors if sensor.enabled), default=0.0)
 
     def note(self, rig: Rig, elapsed_ms: float) -> None:
-        """The engine holds this rig now, and took that long to get there."""
+        """Record the time that the engine took to evaluate this rig, which it now holds."""
         cast = self._to_cast(rig)
         if len(cast) == 1:
             self._times.setdefault(cast[0], deque(maxlen=REMEMBERED)).append(elapsed_ms)

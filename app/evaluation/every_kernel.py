@@ -127,7 +127,7 @@ def _show_a_frame() -> None:
 
 
 def _traffic() -> Traffic:
-    """Two cars, one behind the other."""
+    """Return two cars, one behind the other."""
     data = DataReport("tiny", 1, dict.fromkeys(CLASSES, 1))
     centre_m = np.array([[10.0, 0.0, 0.8], [20.0, 0.5, 0.8]])
     size_m = np.tile((4.6, 1.9, 1.6), (2, 1))

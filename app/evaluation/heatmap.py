@@ -65,7 +65,7 @@ def marks_of(evaluation: Evaluation) -> VoxelMarks:
 
 
 def seen_words(evaluation: Evaluation) -> Words:
-    """The voxels that any sensor sees."""
+    """Return the voxels that any sensor sees."""
     return evaluation.seen_by_any()
 
 
@@ -131,7 +131,7 @@ class Heatmaps:
         )
 
     def _values(self, mode: HeatMode, base: _Base, cls: int, marks: VoxelMarks) -> Values:
-        """A value per shown cell."""
+        """Return a value for each cell shown."""
         if mode in ("probability", "entropy"):
             return base.full
         if mode == "change":

@@ -57,13 +57,13 @@ def source_of(options: SceneOptions) -> Source:
 
 
 def _said_of_boxes(options: SceneOptions) -> list[str]:
-    """The options given that name or describe a box data set."""
+    """Return the options given that name or describe a box data set."""
     names = ("boxes", "origin_m", "frames", "classes", "find_ground")
     return [name for name in names if getattr(options, name) not in (None, (), False)]
 
 
 def boxes_of(options: SceneOptions, paths: Sequence[Path]) -> Source:
-    """The box data at some paths as one data set, read as the options say.
+    """Return the box data at some paths as one data set, read as the options say.
 
     With `find_ground` they are read once more before, which may end in an InputError about the ground.
     """
@@ -85,13 +85,13 @@ def boxes_of(options: SceneOptions, paths: Sequence[Path]) -> Source:
 
 
 def load_field(options: SceneOptions, progress: Progress | None = None) -> tuple[Pog, EntropyField]:
-    """The POG and its entropies, as `load_scenario` finds them."""
+    """Return the POG and its entropies, as `load_scenario` loads them."""
     found = load_scenario(options, progress)
     return found.pog, found.field
 
 
 def load_scenario(options: SceneOptions, progress: Progress | None = None) -> Scenario:
-    """The scene for these options; InputError on bad input or options that disagree.
+    """Return the scene for these options; raise InputError on bad input or conflicting options.
 
     POGs of box data are kept in the user's cache folder; `progress` gets the fraction done, 0 to 1.
     """
@@ -122,7 +122,7 @@ def _auto_scenario(options: SceneOptions, progress: Progress | None) -> Scenario
 
 
 def _shared(progress: Progress | None, work: Sequence[int]) -> Iterator[Progress]:
-    """One progress per piece of work, which together fill the whole."""
+    """Yield a progress callback for each piece of work; together they cover the whole range from 0 to 1."""
 
     def report(fraction: float, start: int, piece: int) -> None:
         if progress is not None:
@@ -133,7 +133,7 @@ def _shared(progress: Progress | None, work: Sequence[int]) -> Iterator[Progress
 
 
 def _try(field: EntropyField, options: SceneOptions, report: Progress) -> Tried:
-    """Scores of the rigs at one edge; between chunks of rays it calls `report`, which may raise to cancel."""
+    """Return the scores of the rigs at one edge; call `report` between chunks of rays, which may raise to cancel."""
 
     def never() -> bool:
         report(1.0)

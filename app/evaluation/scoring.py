@@ -88,7 +88,7 @@ class Scoring:
 
     # ------------------------------------------------------------------ exact
     def exact(self, request: EvaluationRequest, cancel: Cancel) -> Result:
-        """The exact answer; raise Cancelled when `cancel` returns True half-way."""
+        """Return the exact result; raise Cancelled when `cancel` returns True half-way."""
         has_seen = needs_seen(request.heat) or request.map_by is not None
         settings = with_known_body(request.settings, request.rig)
         evaluation = self._engine.evaluate(request.rig, settings, has_seen, cancel=cancel)
@@ -113,7 +113,7 @@ class Scoring:
         return self._top_views.view(cls, request.heat_class, request.map_by, seen)
 
     def _picked(self, request: EvaluationRequest, evaluation: Evaluation) -> PickedVoxel | None:
-        """The picked voxel in the light of the evaluation that has just been made."""
+        """Return the picked voxel as the latest evaluation sees it."""
         voxel = request.voxel
         if voxel is None or any(i >= n for i, n in zip(voxel, self.scene.field.grid.shape, strict=True)):
             return None
@@ -123,8 +123,7 @@ class Scoring:
         return self._reporter.report(self._engine, request.rig, asked)
 
     def _baseline_of(self, request: EvaluationRequest, evaluation: Evaluation) -> _Baseline:
-        """Scores of the baseline under the same settings, with its own body; computed once per baseline, settings and
-        scene."""
+        """Return the baseline's scores with its own body; computed once per baseline, settings and scene."""
         rig, settings, known = request.baseline_rig, request.settings, self._baseline
         wants_seen = request.heat == "change"
         is_known = known is not None and (known.rig, known.settings) == (rig, settings)
@@ -224,7 +223,7 @@ class VoxelReporter:
         self._kept: dict[tuple[Sensor, Voxel, Solid | None], Sight] = {}
 
     def report(self, engine: Engine, rig: Rig, asked: VoxelRequest) -> PickedVoxel:
-        """The voxel as the engine's last evaluation, of this rig, sees it."""
+        """Return the voxel as the engine's last evaluation, of this rig, sees it."""
         voxel = asked.voxel
         facts = voxel_facts(self._pog, voxel)
         if not facts.is_informative:

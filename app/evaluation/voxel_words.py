@@ -8,7 +8,7 @@ from riglens.core.study.voxel_choice import Change, Rung, Swap, VoxelChoice
 
 
 def reason(choice: VoxelChoice) -> str:
-    """One sentence: what was picked and why."""
+    """Return one sentence that says which edge was picked and why."""
     place = [rung.voxel_m for rung in choice.rungs].index(choice.voxel_m)
     picked = f"δ {choice.voxel_m:g} m"
     bound = f"{100 * choice.tolerance:g} pp of those at δ {choice.finest_m:g} m"
@@ -24,7 +24,7 @@ def reason(choice: VoxelChoice) -> str:
 
 
 def tried_lines(choice: VoxelChoice) -> Iterator[str]:
-    """The table of what was tried, one line per edge."""
+    """Yield the table of the edges tried, one line per edge."""
     for rung in choice.rungs:
         mark = "→" if rung.voxel_m == choice.voxel_m else " "
         yield f"{mark} δ {rung.voxel_m:<5g}{_found(rung, choice)}"

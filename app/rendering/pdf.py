@@ -80,7 +80,7 @@ def _drawn(
     scale: float,
     header: Header,
 ) -> QImage:
-    """One page, white all around."""
+    """Draw one page with white margins."""
     image = QImage(round(size[0] * scale), round(size[1] * scale), QImage.Format.Format_RGB32)
     image.fill(0xFFFFFFFF)
     wide, high = size[0] - 2.0 * margin, size[1] - 2.0 * margin
@@ -281,7 +281,7 @@ def _use_zone() -> None:
 
 
 def _without_time(content: bytes) -> bytes:
-    """The same file with a date of its making, and identifiers, that do not change; every length stays."""
+    """Return the file with a constant creation date and constant identifiers; all lengths stay the same."""
 
     def digits(found: re.Match[bytes], given: str = "") -> bytes:
         source = chain(given, repeat("0"))

@@ -61,7 +61,7 @@ def with_words(state: SceneState, words: PictureWords, found: Findings | None) -
 
 
 def subtitle(found: Findings) -> str:
-    """Sensors, voxel edge and data in one line."""
+    """Return the sensors, voxel edge and data as one line."""
     present = shown_kinds(sensor.kind for sensor in found.rig.sensors if sensor.enabled)
     shown = sorted(present, key=lambda kind: kind.name)
     counts = [(kind, len(found.rig.enabled_of(kind.model))) for kind in shown]

@@ -171,7 +171,7 @@ def _rig(text: str, path: Path | None) -> Rig:
 
 
 def _path(said: object) -> Path | None:
-    """The file that a rig belongs to, which is always written in full."""
+    """Return the saved path of a rig's file, None if it has none; raise ValueError unless it is absolute."""
     if said is None:
         return None
     if not isinstance(said, str) or "\0" in said or not os.path.isabs(said):

@@ -157,7 +157,7 @@ class OpenRig(QObject):
         return self._selection[-1] if self._selection else None
 
     def selected_sensor(self) -> Sensor | None:
-        """The current sensor, None when nothing is selected."""
+        """Return the current sensor, None when nothing is selected."""
         return self.rig.sensor(self.selected) if self.selected is not None else None
 
     def _names(self) -> frozenset[str]:
@@ -253,7 +253,7 @@ class OpenRig(QObject):
         return is_other
 
     def _refuse_locked(self, names: Names) -> None:
-        """InputError when one of these sensors, or the mirror image of one, is locked."""
+        """Raise InputError when one of these sensors, or the mirror image of one, is locked."""
         meant = {*names, *(partner_of(self.rig, name) for name in names)}
         found = [sensor.name for sensor in self.rig.sensors if sensor.name in self.locked & meant]
         if found:

@@ -94,7 +94,7 @@ def _print(found: AccuracyStudy, source: str, folder: Path) -> None:
 
 
 def accuracy_table(found: AccuracyStudy) -> Table:
-    """All points, the fastest last per kind; ● marks the Pareto fronts."""
+    """Return all points, the fastest last per kind; ● marks the Pareto fronts."""
     voxels, errors = ("missed\nvoxels", "extra\nvoxels", ""), ("S-MS error\ngrid", "S-MS error\nshortcut", "")
     made = table("method and setting", "rays", "median\nms", *voxels, *errors)
     for point in found.points:

@@ -121,7 +121,7 @@ def percent_text(percent: float) -> str:
 
 
 def set_time_axis(axes: Axes, times_ms: Sequence[float]) -> None:
-    """A logarithmic axis in milliseconds and seconds that holds all times."""
+    """Set a logarithmic axis in milliseconds and seconds that holds all times."""
     low, high = math.log10(min(times_ms)), math.log10(max(times_ms))
     margin = 0.1 * max(high - low, 0.5)
     axes.set_yscale("log")
@@ -136,7 +136,7 @@ def set_time_axis(axes: Axes, times_ms: Sequence[float]) -> None:
 
 
 def _words(figure: Figure, study: AccuracyStudy, source: str) -> None:
-    """Title and finding above, legend and source below."""
+    """Write title and finding above, legend and source below."""
     head = f"Time against error: ways to score rig {visible(study.rig.name)}"
     figure.text(0.012, 0.965, head, fontsize=15, weight="bold", color=INK, va="top")
     figure.text(0.012, 0.918, "\n".join(verdicts(study)), fontsize=9, color=INK, va="top", linespacing=1.35)

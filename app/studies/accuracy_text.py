@@ -161,7 +161,7 @@ def percent(share: float) -> str:
 
 
 def accuracy_csv(study: AccuracyStudy) -> str:
-    """All points as CSV, full precision; empty where a figure does not exist."""
+    """Return all points as CSV in full precision; empty where a figure does not exist."""
     return csv_text([_csv_row(point) for point in study.points])
 
 

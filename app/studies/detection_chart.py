@@ -120,7 +120,7 @@ def correlation(found: RankCorrelation) -> str:
 
 
 def pair_chart(result: Result, column: str = MEAN) -> bytes:
-    """Differences of all pairs, the best rig first; grey where a difference is not resolved."""
+    """Return a chart of the differences of all pairs, the best rig first; unresolved differences are grey."""
     order = np.argsort(-result.every.value[:, COLUMNS.index(column)], kind="stable").tolist()
     count = len(order)
     values = np.full((count, count), np.nan)

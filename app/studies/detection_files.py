@@ -18,7 +18,7 @@ _DIGITS = 4
 
 
 def rig_lines(result: Result) -> Iterator[Line]:
-    """One line per rig and class: precision with interval, over all and over hit objects, then the surrogates."""
+    """Yield a line per rig and class: precision with interval, over all and over hit objects, then the surrogates."""
     for place, entrant in enumerate(result.study.compared):
         for column in COLUMNS:
             line: Line = {"rig": entrant.name, "rays": entrant.rays, "class": column}
@@ -28,7 +28,7 @@ def rig_lines(result: Result) -> Iterator[Line]:
 
 
 def seed_lines(result: Result) -> Iterator[Line]:
-    """One line per rig and seed: precision of each class over all objects."""
+    """Yield a line per rig and seed: precision of each class over all objects."""
     for place, entrant in enumerate(result.study.compared):
         for seed in range(result.every.seeds):
             found = result.every.by_seed[place, seed]
@@ -37,7 +37,7 @@ def seed_lines(result: Result) -> Iterator[Line]:
 
 
 def rank_lines(result: Result) -> Iterator[Line]:
-    """One line per group of rigs, class, surrogate and statistic."""
+    """Yield a line per group of rigs, class, surrogate and statistic."""
     for one in result.ranks:
         line: Line = {"among": one.among, "rigs": one.rigs, "class": one.column, "surrogate": one.surrogate}
         found = one.found
@@ -60,14 +60,14 @@ def pair_lines(result: Result) -> Iterator[Line]:
 
 
 def order_lines(result: Result) -> Iterator[Line]:
-    """One line per surrogate, class and distance of rigs: resolved pairs, and how many it orders the same way."""
+    """Yield a line per surrogate, class and distance of rigs: resolved pairs, and the number ordered the same way."""
     for one in result.orders:
         line: Line = {"surrogate": one.surrogate, "class": one.column, "apart": one.apart}
         yield line | {"pairs": one.pairs, "right": one.right}
 
 
 def as_json(result: Result) -> dict[str, Any]:
-    """All of it, as `riglens study detection --json` writes it."""
+    """Return the whole result as `riglens study detection --json` writes it."""
     study, split = result.study, result.study.split
     return {
         "riglens": 1,

@@ -69,7 +69,7 @@ def say(found: Sequence[Outcome], console: Console) -> None:
 
 
 def lines(found: Sequence[Outcome]) -> Iterator[dict[str, object]]:
-    """One line per experiment: what its source reports, and the ratios of the figures."""
+    """Yield a line per experiment: the figures that its source reports, and the ratios of ours."""
     for one in found:
         of = one.experiment
         line: dict[str, object] = {

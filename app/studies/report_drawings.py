@@ -187,7 +187,7 @@ def _path(points: Points) -> str:
 
 
 def _surfaces(rig: Rig) -> list[tuple[str, Points, NDArray[np.int64]]]:
-    """Materials, points and triangles of the car."""
+    """Return the materials, points and triangles of the car."""
     if rig.vehicle.body_mesh is not None:
         placed = rig.vehicle.body_mesh.coarse(MESH_CELLS).placed(rig.vehicle.mesh)
         return [("paint", placed.points.astype(np.float64), placed.triangles.astype(np.int64))]

@@ -54,7 +54,7 @@ def square_metres(value: Any) -> str:
 
 
 def thousand_nat(value: Any) -> str:
-    """Nats as 10³ nat with two decimals."""
+    """Return nats as 10³ nat with two decimals."""
     return minus(f"{float(value) / 1e3:,.2f}")
 
 
@@ -85,12 +85,13 @@ def difference_text(value: float, write: Callable[[Any], str]) -> str:
 
 
 def plain(value: Any) -> str:
-    """Whatever it is, as text."""
+    """Return any value as text."""
     return visible(str(value))
 
 
 def first_text(first_m: Any, to_m: float) -> str:
-    """Worst, median and best, once where they are the same; > the farthest distance tried, never where never enough."""
+    """Return worst, median and best, once if equal; ">" and the farthest distance tried, or "never", where none is
+    enough."""
     if first_m["max"] == 0.0:
         return NEVER
     texts = [
@@ -194,7 +195,7 @@ def _shown(value: Any) -> Any:
 
 
 def range_lines(rows: list[Figures]) -> Iterator[tuple[str, list[str]]]:
-    """Titles of the lines of detection ranges, each with the places of its figures among the rows."""
+    """Yield the titles of the lines of detection ranges, each with the places of its figures among the rows."""
     for cls, heading in dict.fromkeys((row["class"], row["heading_deg"]) for row in rows):
         places = [n for n, row in enumerate(rows) if (row["class"], row["heading_deg"]) == (cls, heading)]
         for kind in (kind for kind in kinds() if all(kind.name in rows[place] for place in places)):
@@ -205,7 +206,7 @@ def range_lines(rows: list[Figures]) -> Iterator[tuple[str, list[str]]]:
 
 
 def zone_places(zones: list[Figures]) -> list[tuple[str, int]]:
-    """Titles and places of the zones that have a column: by any sensor, by two, and by each kind."""
+    """Return titles and places of the zones that have a column: by any sensor, by two, and by each kind."""
     place_of = {(zone["by"], zone["sensors"]): place for place, zone in enumerate(zones)}
     columns = [("by 1 sensor", "any", 1), ("by 2", "any", 2)]
     columns += [(f"by {kind.plural}", kind.name, 1) for kind in kinds()]

@@ -47,7 +47,7 @@ def worst_profile(rig: Figures) -> Found | None:
 
 
 def missed_objects(rig: Figures) -> Iterator[Missed]:
-    """Every test object that is not seen, in the order of the profiles."""
+    """Yield every test object that no sensor sees, in the order of the profiles."""
     for place, profile in enumerate(rig["blind"]["profiles"]):
         for number, one in enumerate(profile["objects"]):
             if not one["seen"]:

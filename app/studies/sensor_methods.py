@@ -139,7 +139,7 @@ def caption(found: SensorStudy, source: str) -> str:
 
 
 def as_json(found: SensorStudy) -> dict[str, Any]:
-    """Everything that was measured, in full precision; shares as fractions of `voxels`."""
+    """Return all measurements in full precision; shares are fractions of `voxels`."""
     return {
         "riglens": 1,
         "voxel_m": found.voxel_m,

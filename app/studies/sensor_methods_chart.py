@@ -68,7 +68,7 @@ def chart(study: SensorStudy, caption: str) -> Figure:
 
 
 def _draw(axes: Axes, result: SensorResult, zero: float) -> None:
-    """One sensor in one pose: settings of a way joined by a line, each with its name."""
+    """Draw one sensor in one pose: the settings of each method joined by a line and labelled."""
     axes.set_title(_title(result), loc="left", fontsize=9.5, fontweight="bold", color=INK, pad=5)
     for method, style in STYLES.items():
         points = [point for point in result.points if point.method == method]
@@ -103,7 +103,7 @@ def _title(result: SensorResult) -> str:
 
 
 def _words(figure: Figure, study: SensorStudy, caption: str, height_in: float) -> None:
-    """Title above, key and source below."""
+    """Write the title above, key and source below."""
     head = "Time against error: methods to find the voxels that a sensor sees"
     figure.text(0.012, 1 - 0.12 / height_in, head, fontsize=13, weight="bold", color=INK, va="top")
     figure.text(0.012, 0.08 / height_in, caption, fontsize=7.5, color=GREY, va="bottom")

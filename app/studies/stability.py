@@ -244,7 +244,7 @@ def caption(study: MetricStudy, source: str) -> str:
 
 
 def page_of(rows: Sequence[MethodRow], metric: MetricStudy, described: str) -> str:
-    """Both parts of the study as an HTML document."""
+    """Return both parts of the study as an HTML document."""
     blocks: tuple[str | Text | Table, ...] = (
         described,
         Text("1. Methods: cases that break simple ones"),

@@ -93,7 +93,7 @@ def _beside(row: Table1Row, measure: Measure) -> Iterable[str]:
 
 
 def orders_table(found: Table1) -> Table:
-    """For each class the order of groups and rigs, lowest first; the paper's as well where it is another."""
+    """Return the order of groups and rigs for each class, lowest first, and the paper's where it differs."""
     shown = table("class", "order of", "lowest first", "agrees", "τ", words=range(5))
     for order in found.orders:
         ours = " < ".join(order.ours)

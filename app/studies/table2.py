@@ -92,7 +92,7 @@ def print_papers(found: Sequence[Compared], console: Console) -> None:
 
 
 def figures_table(one: Compared) -> Table:
-    """Rigs as rows: published percent by class, and our figures, mean over the classes."""
+    """Return rigs as rows: published percent by class, and our figures, mean over the classes."""
     published = (f"paper\n{column.replace('pedestrian', 'pedestr.')}" for column in COLUMNS)
     ours = (
         f"10³ nat\n{TITLES[name].removeprefix('S-MS ')}"
@@ -116,7 +116,7 @@ def _figure(ours: Surrogates, name: str, place: int) -> str:
 
 
 def ranks_table(one: Compared) -> Table:
-    """Our figures as rows: Spearman's correlation with the published order by class, and its 95 % interval."""
+    """Return our figures as rows: Spearman's correlation with the published order by class, and its 95 % interval."""
     titles = (f"\n{column}" for column in COLUMNS)
     shown = table(f"{one.paper.name}\nρ (95 %)", *titles, words=range(1 + len(COLUMNS)), dense=True)
     by_key = {(it.surrogate, it.column): it.found for it in one.agreements}
@@ -149,7 +149,7 @@ def verdict(found: Sequence[Compared]) -> Iterable[str]:
 
 
 def csv_lines(found: Sequence[Compared]) -> Iterator[dict[str, object]]:
-    """One line per paper, rig and class: published percent of each detector's mean, and our figures."""
+    """Yield a line per paper, rig and class: published percent of each detector's mean, and our figures."""
     for one in found:
         for place, rig in enumerate(one.paper.rigs):
             for column in COLUMNS:

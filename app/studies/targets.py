@@ -137,7 +137,7 @@ def objects(pairs: Pairs) -> Iterator[dict[str, object]]:
 
 
 def share_table(pairs: Pairs) -> Table:
-    """Shares of objects with enough points, predicted and true: sequences and classes as rows."""
+    """Return shares of objects with enough points, predicted and true: sequences and classes as rows."""
     titles = (title for least in SHARES for title in (f"≥ {least}, predicted", "true"))
     shown = table(f"Share of objects, {ONE_DRAW}", *titles)
     for number in (*range(len(pairs.sequences)), None) if len(pairs.sequences) > 1 else (None,):
@@ -192,7 +192,7 @@ def verdict(pairs: Pairs, variant: str) -> str:
 
 
 def chart(pairs: Pairs) -> bytes:
-    """Predicted against true points, one panel per way to predict, as PNG."""
+    """Return a PNG of predicted against true points, one panel per method of prediction."""
     figure = Figure(figsize=(17.0, 4.6), layout="constrained")
     FigureCanvasAgg(figure)
     for axes, variant in zip(figure.subplots(1, len(VARIANTS), sharey=True), VARIANTS, strict=True):

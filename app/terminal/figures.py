@@ -8,14 +8,14 @@ SIGNIFICANT_DIGITS = 5
 
 
 def decimals(largest_nat: float) -> int:
-    """Decimals in 10³ nat that show about five significant digits of the largest figure."""
+    """Return the decimals in 10³ nat that show about five significant digits of the largest figure."""
     if largest_nat <= 0.0:
         return 1
     return min(8, max(1, SIGNIFICANT_DIGITS - 1 - math.floor(math.log10(largest_nat / 1e3))))
 
 
 def thousands(value_nat: float, digits: int) -> str:
-    """Nats as 10³ nat; a zero has no sign."""
+    """Return nats as 10³ nat; a zero has no sign."""
     text = f"{value_nat / 1e3:,.{digits}f}"
     return text.lstrip("-") if float(text.replace(",", "")) == 0.0 else text
 

@@ -79,7 +79,7 @@ class Actions:
         return action
 
     def keys(self, key: str) -> str:
-        """The shortcuts of an action as a user reads them, empty when it has none."""
+        """Return the shortcuts of an action as a user reads them, empty when it has none."""
         return shortcut_text(self._actions[key])
 
     def bind(self, **slots: Callable[[], object]) -> None:
@@ -89,14 +89,14 @@ class Actions:
 
 
 def shortcut_text(action: QAction) -> str:
-    """All shortcuts of an action in the system's words."""
+    """Return all shortcuts of an action in the system's notation."""
     return QKeySequence.listToString(action.shortcuts(), QKeySequence.SequenceFormat.NativeText).replace(
         ";", " or"
     )
 
 
 def menu_button(name: str, picture: str, tip: str, menu: QMenu, text: str = "") -> QToolButton:
-    """A toolbar button that opens a menu."""
+    """Return a toolbar button that opens a menu."""
     button = QToolButton()
     button.setObjectName(name)
     button.setIcon(icon(picture))

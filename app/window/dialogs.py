@@ -33,7 +33,7 @@ class Dialogs:
     """Asks the user with Qt's dialogs; None means that they changed their mind."""
 
     def open_rig(self, parent: QWidget, folder: Path | None) -> Path | None:
-        """The rig file to open."""
+        """Ask for the rig file to open."""
         return _path(QFileDialog.getOpenFileName(parent, "Open a rig", str(folder or ""), OPEN_FILES)[0])
 
     def save_rig(self, parent: QWidget, suggestion: Path) -> Path | None:
@@ -65,20 +65,20 @@ class Dialogs:
         return _with_suffix(_path(chosen), ".html")
 
     def requirements_file(self, parent: QWidget, folder: Path | None) -> Path | None:
-        """The file of requirements to check against."""
+        """Ask for the file of requirements to check against."""
         title = "Open a file of requirements"
         return _path(QFileDialog.getOpenFileName(parent, title, str(folder or ""), REQUIREMENTS)[0])
 
     def mesh_file(self, parent: QWidget, folder: Path | None) -> Path | None:
-        """The mesh of the car's body."""
+        """Ask for the mesh of the car's body."""
         return _path(QFileDialog.getOpenFileName(parent, "Open a mesh", str(folder or ""), MESH_FILES)[0])
 
     def box_file(self, parent: QWidget) -> Path | None:
-        """The box table to score on."""
+        """Ask for the box table to score on."""
         return _path(QFileDialog.getOpenFileName(parent, "Open a box table", "", BOX_FILES)[0])
 
     def box_folder(self, parent: QWidget) -> Path | None:
-        """The folder of a box data set to score on."""
+        """Ask for the folder of a box data set to score on."""
         return _path(QFileDialog.getExistingDirectory(parent, "Open a folder of boxes"))
 
     def unsaved(self, parent: QWidget, rig_name: str) -> Unsaved:
@@ -96,7 +96,7 @@ class Dialogs:
         return "discard" if answer == button.Discard else "cancel"
 
     def view_name(self, parent: QWidget, known: Sequence[str]) -> str | None:
-        """The name under which a view is to be kept: a new one is suggested, known ones can be chosen."""
+        """Ask for the name of a view to save: suggest a new one and offer the known ones."""
         new = next(name for number in count(1) if (name := f"View {number}") not in known)
         name, is_given = QInputDialog.getItem(
             parent, "Save view", "Name of this view", [new, *known], 0, True
@@ -104,7 +104,7 @@ class Dialogs:
         return name if is_given else None
 
     def show_sheet(self, parent: QWidget, title: str, groups: Sequence[Group]) -> None:
-        """Keys and what they do."""
+        """Show keys and their actions."""
         ShortcutSheet(title, groups, parent).show()
 
     def show_guide(self, parent: QWidget, page: Path) -> None:
@@ -112,7 +112,7 @@ class Dialogs:
         Guide(page, parent).show()
 
     def show_text(self, parent: QWidget, title: str, html: str, details: str = "") -> None:
-        """Something to read; details in plain text unfold below it."""
+        """Show a text; details in plain text unfold below it."""
         box = QMessageBox(parent)
         box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         box.setWindowTitle(title)

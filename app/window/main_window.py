@@ -100,7 +100,7 @@ class MainWindow(QMainWindow):
         return bar
 
     def focusNextPrevChild(self, next: bool) -> bool:
-        """Tab and Shift+Tab go to what can be seen only."""
+        """Move the focus with Tab and Shift+Tab, to visible widgets only."""
         return focus_next_in_sight(partial(super().focusNextPrevChild, next))
 
     # ------------------------------------------------------------------ end

@@ -71,7 +71,7 @@ class Sections:
                 is_any_before, is_due = True, False
 
     def _last_separator(self, section: str) -> QAction:
-        """The separator in front of a section, its own or that of one that it follows directly."""
+        """Return the separator in front of a section: its own, or that of the section that it follows directly."""
         names = list(self._actions)
         before = reversed(names[: names.index(section) + 1])
         return next(self._separators[name] for name in before if name in self._separators)

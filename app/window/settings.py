@@ -31,7 +31,7 @@ class Settings:
         return found if type(found) is type(default) else default
 
     def read_bytes(self, key: str) -> QByteArray:
-        """Bytes that Qt made, such as the state of a window; empty when there are none."""
+        """Return bytes made by Qt, such as the state of a window; empty when there are none."""
         return QByteArray.fromBase64(self.read(key, "").encode("ascii", "ignore"))
 
     def write(self, key: str, value: str | bool | list[Any] | dict[str, Any]) -> None:

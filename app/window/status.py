@@ -63,7 +63,7 @@ class StatusBar(QStatusBar):
             label.setVisible(not message)
 
     def add_strip(self, title: str) -> ProgressStrip:
-        """Room for the progress of one piece of work; the last one that was added is the leftmost."""
+        """Add room for the progress of one piece of work, to the left of those added before."""
         strip = ProgressStrip(title)
         self.insertPermanentWidget(2, strip)  # behind state and time
         return strip
@@ -144,7 +144,7 @@ class StatusBar(QStatusBar):
 
 
 def scene_line(scene: LoadedScene) -> str:
-    """Voxel edge, informative voxels, data set and frames in one line."""
+    """Return voxel edge, informative voxels, data set and frames as one line."""
     field = scene.field
     return (
         f"δ {field.grid.voxel_m:g} m  ·  {count_text(field.index.count)} informative voxels  ·  "
@@ -154,12 +154,12 @@ def scene_line(scene: LoadedScene) -> str:
 
 
 def duration_text(elapsed_ms: float) -> str:
-    """Milliseconds, or seconds from the first one on."""
+    """Return milliseconds as text, in seconds from one second up."""
     return f"{elapsed_ms:.1f} ms" if elapsed_ms < 1000.0 else f"{elapsed_ms / 1000.0:.1f} s"
 
 
 def count_text(count: int) -> str:
-    """A count with three digits and a unit."""
+    """Return a count with three digits and a unit."""
     for size, unit in ((1_000_000, " M"), (1_000, " k")):
         if count >= size:
             return f"{count / size:.3g}{unit}"

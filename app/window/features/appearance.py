@@ -81,7 +81,7 @@ class Theme(Feature):
 
 
 def fitting_size(wanted: QSize, screen: QSize) -> QSize:
-    """The size of a window that fits, with its frame, on a screen with this room."""
+    """Return the size of a window that fits, with its frame, into this part of a screen."""
     return wanted.boundedTo(screen - FRAME)
 
 

@@ -75,7 +75,7 @@ class Autosave(Feature):
             self._file.remove()
 
     def _close(self) -> None:
-        """The user saved or gave up the changes: nothing is to be recovered."""
+        """Discard the recovery file after the user saved or discarded the changes."""
         self._timer.stop()
         if self._writing is not None:
             self._writing.join()

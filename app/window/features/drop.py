@@ -60,7 +60,7 @@ class Drop(Feature):
 
 
 def local_paths(data: QMimeData) -> list[Path]:
-    """The files of a drop that are on this machine."""
+    """Return the dropped files that are on this machine."""
     return [Path(url.toLocalFile()) for url in data.urls() if url.isLocalFile() and url.toLocalFile()]
 
 

@@ -213,7 +213,7 @@ class Mirror(Feature):
             self.document.apply(rig, f"unlink {list_text(names)}")
 
     def _alone(self) -> tuple[str, ...]:
-        """The selected sensors that belong to no pair."""
+        """Return the selected sensors that belong to no pair."""
         rig = self.document.rig
         return tuple(name for name in self.document.chosen if partner_of(rig, name) is None)
 

@@ -65,7 +65,7 @@ class Failing(Feature):
             action.setChecked(failed)
 
     def _offer_groups(self, menu: QMenu) -> None:
-        """The groups of the selected sensors, in the list's context menu."""
+        """Offer the groups of the selected sensors in the list's context menu."""
         groups = QMenu(self.menu.title(), menu)
         groups.setToolTipsVisible(True)
         self._fill(groups, frozenset(self.document.chosen))

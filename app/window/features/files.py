@@ -238,7 +238,7 @@ class Exchange(Feature):
         self.show_report(opened.report)
 
     def rig_of(self, path: Path) -> Rig:
-        """The rig of a file to compare with; a report is shown where it comes from another program."""
+        """Return the rig of a file to compare with; show a report if the file comes from another program."""
         opened = open_rig_file(path)
         self.show_report(opened.report)
         return opened.rig
@@ -263,7 +263,7 @@ class Exchange(Feature):
 
 
 def report_html(report: Report) -> str:
-    """The remarks under a heading for each kind."""
+    """Return the remarks under a heading for each kind."""
     parts = []
     for kind in KINDS:
         remarks = report.of_kind(kind)

@@ -278,7 +278,7 @@ def _name(scene: FrameScene, number: int) -> str:
 
 
 def box_name(cls: int, centre_m: NDArray[np.float64]) -> str:
-    """A box in words: class, distance and direction."""
+    """Return a box in words: class, distance and direction."""
     x_m, y_m, _ = centre_m.tolist()
     name = CLASSES[cls] if cls < len(CLASSES) else "an occluder"
     return f"{name}, {math.hypot(x_m, y_m):.0f} m {bearing_word(math.atan2(y_m, x_m))}"

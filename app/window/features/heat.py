@@ -147,7 +147,7 @@ class Heat(Feature):
 
 
 def looks_button(menu: QMenu) -> QToolButton:
-    """The toolbar button under which the sliders open."""
+    """Return the toolbar button that opens the sliders."""
     return menu_button(
         "heat_look",
         "sliders",
@@ -157,7 +157,7 @@ def looks_button(menu: QMenu) -> QToolButton:
 
 
 def look_of(kept: dict[str, Any]) -> HeatLook | None:
-    """The look of an earlier session, None when it does not say one."""
+    """Return the look saved by an earlier session, None if it saved none."""
     threshold, opacity, log = kept.get("threshold"), kept.get("opacity"), kept.get("log")
     shares = [share for share in (threshold, opacity) if isinstance(share, float) and 0.0 <= share <= 1.0]
     return HeatLook(shares[0], log is True, shares[1]) if len(shares) == 2 else None
@@ -213,7 +213,7 @@ class RaysShown(Feature):
 
 
 def ray_look_of(kept: dict[str, Any]) -> RayLook | None:
-    """The look of an earlier session, None when it does not say one."""
+    """Return the look saved by an earlier session, None if it saved none."""
     opacity, density = kept.get("opacity"), kept.get("density")
     if not (isinstance(opacity, float) and 0.0 <= opacity <= 1.0):
         return None

@@ -97,11 +97,11 @@ class Help(Feature):
         self.bench.status.showMessage("Show the tips again by Help > Tips.", TOLD_MS)
 
     def show_commands(self) -> None:
-        """Every command, to be found by its name."""
+        """Show every command in a list that can be searched by name."""
         CommandPalette(commands_of(self.bench.places, self.actions["commands"]), self.bench.window).show()
 
     def show_guide(self) -> None:
-        """The page for beginners."""
+        """Show the page for beginners."""
         page = guide_page()
         if page is None:
             self.bench.report_error(
@@ -157,7 +157,7 @@ def _commands_in(menu: QMenu, way: tuple[str, ...], itself: QAction) -> list[Com
 
 
 def _plain(text: str) -> str:
-    """The words of a menu entry without the marks of its keys."""
+    """Return the text of a menu entry without its mnemonic marks."""
     return text.replace("&&", "\0").replace("&", "").replace("\0", "&").removesuffix("…")
 
 
@@ -175,7 +175,7 @@ def sheet(actions: Actions, gestures: list[tuple[str, str]]) -> list[Group]:
 
 
 def _in_its_submenu(actions: Actions, spec: Spec) -> str:
-    """The text of an action, behind the name of its submenu, without which it may mean anything."""
+    """Return the text of an action after the name of its submenu, without which it would be ambiguous."""
     bars = [title for title, _ in MENUS.values()]
     menus = [menu for menu in actions[spec.key].associatedObjects() if isinstance(menu, QMenu)]
     names = [_plain(menu.title()) for menu in menus if menu.title() and menu.title() not in bars]
@@ -183,6 +183,6 @@ def _in_its_submenu(actions: Actions, spec: Spec) -> str:
 
 
 def _heading(spec: Spec) -> str:
-    """The menu of an action; the long View menu in parts."""
+    """Return the menu of an action; the long View menu is split into parts."""
     title = "Panels" if spec.key.startswith("dock_") else PARTS.get(spec.group) or PARTS.get(spec.menu)
     return title or MENUS[spec.menu.partition("/")[0]][0].replace("&", "")

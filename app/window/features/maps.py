@@ -108,7 +108,7 @@ class Map(Feature):
         self._name_class()
 
     def _name_class(self) -> None:
-        """Of which class the map is; lowest heights are of none."""
+        """Show the class of the map; lowest heights have none."""
         self.panel.set_class("" if self.panel.lowest is not None else self.session.heat.class_name)
 
     def _show_lowest(self) -> None:

@@ -115,7 +115,7 @@ class Marginals(Feature):
         self._show_all()
 
     def _names(self, rig: Rig) -> list[str]:
-        """The sensors that count, the selected one first."""
+        """Return the names of the sensors that count, the selected one first."""
         names = [sensor.name for sensor in rig.sensors if sensor.enabled]
         return sorted(names, key=lambda name: name != self.document.selected)
 

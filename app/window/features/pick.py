@@ -71,7 +71,7 @@ class Pick(Feature):
         self.viewport.set_picking(self.actions["pick"].isChecked())
 
     def _on_escape(self) -> None:
-        """The first Escape forgets the voxel, the second puts the tool away."""
+        """Clear the voxel on the first Escape and put the tool away on the second."""
         if self.session.voxel is not None:
             self.clear()
         elif self.actions["pick"].isChecked():

@@ -49,7 +49,7 @@ class Report(Feature):
         bench.closing.connect(self._clear)
 
     def rigs(self) -> tuple[Rig, ...]:
-        """The rig and those in the Compare panel by the names they have there, each once."""
+        """Return the rig and those of the Compare panel under the names shown there, each once."""
         kept = (
             row.rig.model_copy(update={"name": row.name})
             for row in self._compare.rows

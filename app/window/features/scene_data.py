@@ -178,7 +178,7 @@ def choice_of(options: SceneOptions, grid: VoxelGrid | None = None) -> SceneChoi
 
 
 def _own_origin_m(boxes: Path | None) -> Vec3:
-    """The origin that a data set has by itself; data that are not there any more have none."""
+    """Return the default origin of a data set; zero where there is none or it cannot be read."""
     with suppress(InputError):
         if boxes is not None:
             from riglens.core.scene.readers import default_origin_m

@@ -311,6 +311,6 @@ class Locks(Feature):
         settings.sync()
 
     def _kept(self) -> dict[str, list[Any]]:
-        """Names by path, the file locked last first."""
+        """Return names by path, the file locked last first."""
         found = self.bench.kept.read(LOCKED_KEY, {})
         return {path: names for path, names in found.items() if isinstance(names, list)}

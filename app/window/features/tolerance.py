@@ -193,7 +193,7 @@ def head_of(answer: ToleranceProgress) -> str:
 
 
 def tip_of(found: ToleranceResult) -> str:
-    """All figures in full, and the command that gives the same."""
+    """Return all figures in full, and the command that computes the same."""
     lines = [
         f"{name.replace('_', ' ')}: {100 * s.nominal:.3f} % as designed, median {100 * s.median:.3f} %, "
         f"5 to 95 % {100 * s.p05:.3f} to {100 * s.p95:.3f} %, worst {100 * s.worst:.3f} % (draw {s.worst_draw})"
