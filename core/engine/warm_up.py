@@ -39,12 +39,13 @@ WARM_UP = Rig(
         ),
         Camera(name="camera", position=(0.0, 0.0, 2.0), hfov_deg=90.0, cast=(1, 1)),
         Camera(
-            name="tilted", position=(0.0, 0.0, 2.0), rpy_deg=(0.0, 5.0, 0.0), hfov_deg=90.0, cast=(49, 48)
+            name="tilted", position=(0.0, 0.0, 2.0), rpy_deg=(0.0, 5.0, 45.0), hfov_deg=90.0, cast=(49, 48)
         ),
     )
 )
 """Rig with few rays: upright sensors, a tilted LiDAR whose rays are close, and a tilted camera dense enough for voxel
-walking and too sparse for it alone, whose middle column runs in a face, where only the exact walk can tell."""
+walking and too sparse for it alone, whose middle column runs through edges of voxels: there only the exact walk can
+tell."""
 BENT = Camera(
     name="bent", position=(0.0, 0.0, 2.0), image=(64, 64), cast=(64, 64), fx=64.0, fy=64.0, cx=32.0, cy=32.0,
     distortion=BrownConrady(k1=-0.1),

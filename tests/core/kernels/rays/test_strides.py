@@ -149,7 +149,7 @@ def test_what_is_close_to_an_edge_is_declined(off: float) -> None:
     assert strode((0.5, 0.5 + off, HEIGHT), (1.0, 1.0, 0.01)) is None
     assert strode((0.5, 0.75 + off, HEIGHT), (1.0, 0.5, 0.01)) is None
     assert strode((0.25, 1.5, 1.375 + off), (1.0, 0.4, 0.5)) is None
-    assert strode((-1.0, 1.0 + off, HEIGHT), (1.0, 1e-12, 0.01)) is None
+    assert strode((-1.0, 1.0 + off, HEIGHT), (1.0, math.copysign(1e-10, -off), 0.01)) is None
     assert strode((0.5, 1.4, HEIGHT), (1.0, 0.0, 0.0), 0.0, 1.5 + off) is None
     assert strode((0.5, 1.4, HEIGHT), (1.0, 0.0, 0.0), 0.5 + off) is None
 
