@@ -181,7 +181,7 @@ def test_two_builds_of_one_file_at_the_same_time_are_refused(riglens, folder, tm
     out = tmp_path / "o.npz"
     with sole_run(tmp_path / "o.npz.parts"):
         line = riglens("pog", folder, "--out", out, *GRID).refused()
-    assert "another run is at work" in line and not out.exists()
+    assert "another run uses this folder" in line and not out.exists()
 
 
 def test_a_cluster_on_another_host_without_tls_is_remarked_on_once(riglens, boxes, tmp_path):

@@ -72,7 +72,9 @@ def test_rigs_whose_names_give_the_same_folder_are_refused(riglens, boxes, tmp_p
 def test_two_runs_in_one_folder_are_refused(riglens, boxes, tmp_path, small_rig):
     out = tmp_path / "set"
     with sole_run(out / ".riglens"):
-        one_line(riglens("simulate", small_rig, "--boxes", boxes, "--out", out), "another run is at work")
+        one_line(
+            riglens("simulate", small_rig, "--boxes", boxes, "--out", out), "another run uses this folder"
+        )
 
 
 def test_a_class_without_objects_and_frames_without_boxes(riglens, tmp_path, small_rig):

@@ -21,6 +21,8 @@ ALWAYS = {
     "Standing._ask": "how high sensors float is asked for",
 }
 """What a move of the mouse wakes, and why."""
+PAINTED = "FigureTable.dataChanged"
+"""Told by each table whose cells look different, which paints them."""
 IN_SIGHT = {"Map._follow_rig", "SensorView._ask"}
 """What it wakes besides while the map and the sensor view are in sight."""
 
@@ -29,8 +31,9 @@ def move(bench, z_m: float) -> set[str]:
     """The slots that one more move of the drag wakes; each once."""
     with woken() as found:
         bench.viewport.drag_to("roof", Pose((0.1, 0.2, z_m), LIDAR.rpy_deg))
-    assert set(found.slots.values()) == {1}, found.slots
-    return set(found.slots)
+    slots = {name: times for name, times in found.slots.items() if name != PAINTED}
+    assert set(slots.values()) == {1}, slots
+    return set(slots)
 
 
 def test_a_drag_wakes_what_it_changes_and_nothing_else(qtbot: QtBot, tmp_path: Path) -> None:
