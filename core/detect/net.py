@@ -133,7 +133,7 @@ class _Run:
         self.epoch = 0
 
     def pass_over(self) -> None:
-        """One epoch: every sample once, in an order and mirrored as its own draws say."""
+        """Run one epoch: every sample once, in an order and mirrored as its own draws determine."""
         rng = np.random.default_rng((self.training.seed, self.epoch))
         order = self.items[rng.permutation(len(self.items))]
         mirrors = rng.integers(0, 4, len(order))
@@ -159,7 +159,7 @@ class _Run:
         self.optimiser.step()
 
     def state(self) -> State:
-        """All that is needed to go on, as arrays."""
+        """Return all that is needed to resume, as arrays."""
         state: State = {"epoch": np.array(self.epoch)}
         for name, value in self.net.state_dict().items():
             state[f"net.{name}"] = value.cpu().numpy().copy()
@@ -231,7 +231,7 @@ def _answer(net: Any, images: Any, on: Machine) -> Any:
 
 
 def _images(samples: Sequence[Sample], region: Region) -> Any:
-    """Samples as images, channels last in memory."""
+    """Return samples as images, channels last in memory."""
     torch = require_torch()
     rows, columns = region.shape
     figures = samples[0].features.shape[1]
@@ -260,7 +260,8 @@ def _mirrored(sample: Sample, mirror: int, region: Region) -> Sample:
 
 
 def _loss(answer: Any, samples: Sequence[Sample], region: Region) -> Any:
-    """Focal loss on peaks and absolute error of places, as in CenterNet (Zhou et al., Objects as Points, 2019)."""
+    """Return focal loss of peaks plus absolute error of places, as in CenterNet (Zhou et al., Objects as Points,
+    2019)."""
     torch = require_torch()
     parts = [wanted(sample, region) for sample in samples]
     peaks = torch.from_numpy(np.stack([part[0] for part in parts])).to(answer.device)

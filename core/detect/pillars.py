@@ -47,7 +47,7 @@ class Region:
         return np.asarray(((centre_m >= -half) & (centre_m < half)).all(axis=1))
 
     def places(self, centre_m: Doubles) -> Doubles:
-        """Positions (n, 2) in cells from the region's lower corner."""
+        """Return positions (n, 2) in cells from the region's lower corner."""
         half = np.array([self.length_m, self.width_m]) / 2
         return np.asarray((centre_m + half) / self.cell_m)
 

@@ -35,7 +35,7 @@ class Truth(NamedTuple):
     points: Ids
 
     def where(self, chosen: Flags) -> Truth:
-        """Some of the objects."""
+        """Return some of the objects."""
         return Truth(self.frame[chosen], self.cls[chosen], self.centre_m[chosen], self.points[chosen])
 
 
@@ -48,7 +48,7 @@ class Detections(NamedTuple):
     score: Doubles
 
     def where(self, chosen: Flags) -> Detections:
-        """Some of the detections."""
+        """Return some of the detections."""
         return Detections(self.frame[chosen], self.cls[chosen], self.centre_m[chosen], self.score[chosen])
 
 
@@ -117,7 +117,7 @@ _Near = list[list[tuple[float, int]]]
 
 
 def _near(truth: Truth, own: Ids, found: Detections, order: Ids) -> _Near:
-    """Of each detection the objects of its frame that are near enough for the widest match, the nearest first."""
+    """Return for each detection the objects of its frame that are near enough for the widest match, nearest first."""
     by_frame: dict[int, list[tuple[int, float, float]]] = {}
     places = zip(truth.frame[own].tolist(), own.tolist(), *truth.centre_m[own].T.tolist(), strict=True)
     for frame, place, x, y in places:
@@ -130,7 +130,7 @@ def _near(truth: Truth, own: Ids, found: Detections, order: Ids) -> _Near:
 
 
 def _taken(near: _Near, within_m: float) -> list[int]:
-    """Each detection, the best first, takes the nearest object that is left, if it is close enough; else -1."""
+    """Match detections, the best first, to the nearest object left that is close enough; return its number, or -1."""
     taken: set[int] = set()
     places = []
     for candidates in near:
@@ -167,7 +167,7 @@ class _Curve(NamedTuple):
 
 
 def _area(right: Doubles, wrong: Doubles, objects: float) -> float:
-    """Mean over recalls above the least of the precision above the least, 0 to 1; right (k,), wrong (k + 1,).
+    """Return the mean, over recalls above the least, of precision above the least, 0 to 1; right (k,), wrong (k + 1,).
 
     Between two right detections recall does not grow: linear interpolation over recall goes from the last detection
     before the next right one to that one, and there is nothing beyond the last recall.

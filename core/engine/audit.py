@@ -108,7 +108,7 @@ def audit(field: EntropyField, rig: Rig, body: Body = "blocks", threads: int | N
 
 
 def _seen_once_and_twice(field: EntropyField, marks: list[Words]) -> tuple[Words, Words]:
-    """Voxels that one sensor or more sees, and two or more."""
+    """Return the voxels that at least one sensor sees, and those that at least two see."""
     once, twice = np.zeros_like(field.index.words), np.zeros_like(field.index.words)
     for own in marks:
         twice |= once & own
@@ -133,7 +133,7 @@ def _outcomes(caster: Caster, sensor: Sensor, barrier: Barrier | None, others: W
 
 
 def _outcome_in_fractions(caster: Caster, rays: Cast, number: int, others: Words) -> int:
-    """The same for a ray that the kernels leave open."""
+    """Return the outcome of a ray that the kernels leave open, computed in fractions."""
     met = list(caster.walk_irregular(rays, np.array([number])))
     seen = [(word, bit) for word, bit in met if caster.field.index.words[word] & bit]
     if seen:
@@ -144,7 +144,7 @@ def _outcome_in_fractions(caster: Caster, rays: Cast, number: int, others: Words
 
 
 def audit_document(found: RigAudit) -> dict[str, Any]:
-    """The audit as plain data: shares as fractions, entropies in nat."""
+    """Return the audit as plain data: shares as fractions, entropies in nat."""
     return {
         "riglens": FORMAT_VERSION,
         "body": found.body,
@@ -186,6 +186,6 @@ def _lost(engine: Engine, rig: Rig, sensor: Sensor) -> tuple[dict[str, float], d
 
 
 def _seen_nat(scores: Scores, cls: str, sensor: Sensor) -> float:
-    """The entropy that a sensor on its own sees: minus its S-MIG in the reading `covered`."""
+    """Return the entropy that a sensor sees on its own: minus its S-MIG in the reading `covered`."""
     found = scores.classes[cls]
     return -found.kinds[sensor.kind].s_mig

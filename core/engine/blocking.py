@@ -43,8 +43,8 @@ def empty_box_around(field: EntropyField, sensor: Sensor, barrier: Barrier) -> N
 def blocked(
     rays: Cast, field: EntropyField, sensor: Sensor, method: Method, barrier: Barrier, workers: int
 ) -> tuple[Cast, Cast]:
-    """The rays of a sensor that no barrier stops, and those that meet it, cut off there, without the ones that meet
-    nothing informative before it."""
+    """Return the rays of a sensor that no barrier stops, and those that end at one, without rays that meet nothing
+    informative before it."""
     empty_box = empty_box_around(field, sensor, barrier) if method == "exact" else NO_EMPTY_BOX
     shadow = barrier_shadow(sensor, barrier, empty_box, workers, Lattice(rays.kind, rays.rows, rays.planes))
     free = rays._replace(is_stopped=shadow.is_stopped) if shadow.is_stopped.any() else rays
@@ -52,7 +52,7 @@ def blocked(
 
 
 def _cut(rays: Cast, shadow: Shadow, voxel_m: float) -> Cast:
-    """Rays that end at the body, or before it by their own limits, each in its own direction and with its own end."""
+    """Return rays that end at the body, or earlier at their own limit, each with its own direction and end."""
     ends = shadow.cut_m / voxel_m
     if rays.ends.size:
         ends = np.minimum(ends, rays.ends[shadow.cut])

@@ -69,7 +69,7 @@ class Window(NamedTuple):
     end_word: int
 
     def joined(self, other: Window) -> Window:
-        """The smallest window that holds both."""
+        """Return the smallest window that holds both."""
         return Window(
             min(self.first_row, other.first_row),
             max(self.end_row, other.end_row),
@@ -80,7 +80,7 @@ class Window(NamedTuple):
 
 @singledispatch
 def _outermost(sensor: Sensor) -> NDArray[np.float64] | None:
-    """Directions (n, 3) in the vehicle frame between which all rays of a sensor lie; None if that is unknown.
+    """Return directions (n, 3) in the vehicle frame between which all rays of a sensor lie; None if unknown.
 
     All rays of a sensor that looks into sectors, which has few.
     """
@@ -132,7 +132,8 @@ class Caster:
     def _mark_free(
         self, sensor: Sensor, rays: Cast, method: Method, window: Window, marks: Words, is_stale: IsStale
     ) -> bool:
-        """Rays that the car does not stop, in the quickest way that serves them; one by one where they have ends."""
+        """Mark along rays that the car does not stop by the fastest method that applies; ray by ray where they have
+        ends."""
         if rays.ends.size:
             return self._mark_rays(rays, marks, is_stale)
         if method == "exact" and is_upright(rays.rotation) and is_plain(rays):
@@ -224,7 +225,7 @@ class Caster:
     def _mark_frustum(
         self, frustum: Frustum, rays: Cast, window: Window, marks: Words, is_stale: IsStale
     ) -> bool:
-        """Near voxels by voxel walking; what lies beyond its depth limit ray by ray, from there on."""
+        """Mark near voxels by voxel walking, and those beyond its depth limit ray by ray."""
         keep, workers = self._field.index.words, self.workers
         for start, end in _chunks_of_rows(rays.box, workers, window):
             if is_stale():
@@ -251,7 +252,7 @@ class Caster:
         return self._mark_each(rest, marks, is_stale) if rest else True
 
     def _mark_sheets(self, sheets: Sheets, marks: Words, is_stale: IsStale) -> bool:
-        """Near tiles by core and sheets; steep beams, and what lies beyond the tiles, ray by ray."""
+        """Mark near tiles by core and sheets; steep beams, and voxels beyond the tiles, ray by ray."""
         spinner, beams, shells, radius, rest = sheets
         keep, workers = self._field.index.words, self.workers
         for start, end in _chunks_of_rows(spinner.box, workers):
@@ -328,7 +329,7 @@ class Caster:
         return [int(h) for h in self._field.entropies_q[runs.codes[run], :3]]
 
     def _casts(self, sensor: Sensor, method: Method, barrier: Barrier | None) -> list[Cast]:
-        """The rays of a sensor: those that no barrier stops and, where there are such, those that end at it."""
+        """Return the rays of a sensor: those that no barrier stops and, if there are any, those that end at one."""
         rays = self.rays(sensor, method)
         if barrier is None:
             return [rays]
@@ -336,7 +337,7 @@ class Caster:
         return [free, cut] if cut.ends.size else [free]
 
     def rays(self, sensor: Sensor, method: Method) -> Cast:
-        """All rays of a sensor in grid units, as if there were no car."""
+        """Return all rays of a sensor in grid units, as if there were no car."""
         grid, table = self._field.grid, lattice(sensor)
         reach = np.array([min(limit / grid.voxel_m, FARTHEST) for limit in sensor.range_m])
         box = self._field.index.bounds
@@ -360,7 +361,7 @@ class Caster:
         )
 
     def walk_irregular(self, rays: Cast, numbers: NDArray[np.int64]) -> Iterator[tuple[int, np.uint64]]:
-        """Word and bit of every voxel of the rays that the kernels left out."""
+        """Yield word and bit of every voxel of the rays that the kernels left out."""
         grid = self._field.grid
         depth = words_per_column(grid)
         origin = (float(rays.origin[0]), float(rays.origin[1]), float(rays.origin[2]))
@@ -392,13 +393,13 @@ def _chunks_of_planes(planes: int, rows: int, workers: int) -> Iterator[tuple[in
 
 
 def _some(rays: Cast, numbers: NDArray[np.int64]) -> Cast:
-    """Some of a sensor's listed rays."""
+    """Return some of a sensor's listed rays."""
     is_stopped = rays.is_stopped[numbers] if rays.is_stopped.size else rays.is_stopped
     return rays._replace(rows=rays.rows[numbers], is_stopped=is_stopped)
 
 
 def _chunks_of(casts: list[Cast], workers: int = 1) -> Iterator[tuple[Cast, int, int]]:
-    """Rays with first and end number, a chunk at a time."""
+    """Yield rays with first and end number, a chunk at a time."""
     for rays in casts:
         count = len(rays.rows) * len(rays.planes)
         for start in range(0, count, RAYS_PER_CHUNK * workers):

@@ -32,14 +32,14 @@ LEFT_ALONE_MOST = 4096
 
 
 def _row_slopes(lattice: Lattice) -> NDArray[np.float64]:
-    """Slope dz / ds of each row in a plane of scale 1, (rows,)."""
+    """Return the slope dz / ds of each row in a plane of scale 1, (rows,)."""
     first, second = lattice.rows.T
     slopes: NDArray[np.float64] = second / first if lattice.kind == LIDAR else first
     return slopes
 
 
 def _plane_headings(lattice: Lattice) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Heading of each plane in the sensor frame, (planes, 2), and the scale of its slopes, (planes,)."""
+    """Return the heading of each plane in the sensor frame, (planes, 2), and the scale of its slopes, (planes,)."""
     if lattice.kind == LIDAR:
         return lattice.planes, np.ones(len(lattice.planes))
     y = lattice.planes[:, 0]
@@ -48,7 +48,7 @@ def _plane_headings(lattice: Lattice) -> tuple[NDArray[np.float64], NDArray[np.f
 
 
 def make_fan(lattice: Lattice, rays: Cast, near_is_empty: bool = False) -> Fan:
-    """The fan of a lattice turned about the vertical, with the ranges of the rays.
+    """Make the fan of a lattice turned about the vertical, with the ranges of the rays.
 
     near_is_empty: whether nothing counts that is so near to the sensor that some ray may not have begun there.
     """
@@ -68,7 +68,7 @@ def make_fan(lattice: Lattice, rays: Cast, near_is_empty: bool = False) -> Fan:
 
 
 def _spans(rays: Cast, row_of: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
-    """Runs of free rays of each plane, see `find_spans`; empty where none is stopped."""
+    """Return the runs of free rays of each plane, see `find_spans`; empty where none is stopped."""
     if not rays.is_stopped.size:
         return np.zeros(0, np.int64), np.zeros((0, 2), np.int32)
     rows, planes = len(rays.rows), len(rays.planes)
@@ -121,7 +121,7 @@ def share_rows(work: NDArray[np.float64], x_from: int, x_to: int, workers: int) 
 
 
 def farthest(rays: Cast) -> float:
-    """Distance in voxels from the origin of the rays to the farthest corner of their box."""
+    """Return the distance in voxels from the origin of the rays to the farthest corner of their box."""
     return float(np.linalg.norm(np.abs(rays.box.reshape(3, 2).T - rays.origin).max(axis=0)))
 
 

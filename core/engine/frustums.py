@@ -16,7 +16,7 @@ SHORTEST_DEPTH = 16.0
 
 
 def make_frustum(camera: Camera, rays: Cast) -> Frustum | None:
-    """The frustum of a camera in grid units; None if walking its rays is simpler."""
+    """Make the frustum of a camera in grid units; None if walking its rays is simpler."""
     fx, fy, cx, cy = camera.intrinsics_px()
     (width, height), (columns, rows) = camera.image, camera.resolution
     sides = np.array([[cx, -fx, 0.0], [width - cx, fx, 0.0], [cy, 0.0, -fy], [height - cy, 0.0, fy]])

@@ -28,7 +28,7 @@ def sees_voxel(engine: Engine, sensor: Sensor, method: Method, voxel: Voxel) -> 
 
 
 def covered_at_least(engine: Engine, rig: Rig, method: Method) -> NDArray[np.uint64]:
-    """Informative voxels that at least 1, 2, 3 enabled sensors of the rig cover, (3, words)."""
+    """Return the informative voxels that at least 1, 2, 3 enabled sensors of the rig cover, (3, words)."""
     sensors = [sensor for sensor in rig.sensors if sensor.enabled]
     stack, slots = engine.stack_of(sensors, method)
     keep = engine.field.index.words

@@ -56,7 +56,7 @@ class CameraMesh(NamedTuple):
 
 
 def make_mesh(camera: Camera, rays: Cast) -> CameraMesh | None:
-    """The mesh of a distorted camera in grid units; None if walking its rays is simpler."""
+    """Make the mesh of a distorted camera in grid units; None if walking its rays is simpler."""
     endless = rays.reach[0] == 0.0 and rays.reach[1] > farthest(rays) + 1.0
     if rays.kind != LISTED or not (endless and is_near(rays) and is_well_scaled(rays.rotation, rays.origin)):
         return None
@@ -83,7 +83,7 @@ def make_mesh(camera: Camera, rays: Cast) -> CameraMesh | None:
 
 
 def _before(bins: Bins, is_stopped: NDArray[np.bool_]) -> Ids:
-    """`Mesh.before` of rays that are stopped."""
+    """Return `Mesh.before` of rays that are stopped."""
     if not is_stopped.size:
         return NO_BINS
     stopped = np.concatenate([[0], np.cumsum(is_stopped[bins.rays])])[bins.first]
@@ -94,7 +94,7 @@ def _before(bins: Bins, is_stopped: NDArray[np.bool_]) -> Ids:
 
 
 def outermost_directions(camera: Camera) -> Doubles:
-    """Directions (n, 3) in the vehicle frame between which all rays of a distorted camera lie."""
+    """Return directions (n, 3) in the vehicle frame between which all rays of a distorted camera lie."""
     joined, local = ray_mesh(unplaced(camera)), lattice(camera).rows
     if joined is not None:
         local = local[np.concatenate([joined.border[:, 0], joined.loose])]
@@ -103,8 +103,8 @@ def outermost_directions(camera: Camera) -> Doubles:
 
 @RAYS.of
 def ray_mesh(camera: Camera) -> RayMesh | None:
-    """The mesh of a camera without its place: the same one through a whole drag; None if rays drift apart, are too
-    far to the side, or do not form a surface."""
+    """Return the mesh of a camera without its position, the same one throughout a drag; None if rays diverge, are
+    too far to the side, or do not form a surface."""
     table = lattice(camera)
     columns, rows = camera.resolution
     assert table.exists is not None
@@ -134,7 +134,7 @@ last one it is one step of the lattice to each of the others."""
 def _widest(
     rows: Doubles, numbers: Ids, lower: NDArray[np.bool_], upper: NDArray[np.bool_]
 ) -> tuple[float, Doubles, Doubles] | None:
-    """`RayMesh.radius`, `steps` and `apart`; None if a triangle is turned over, or there is none.
+    """Return `RayMesh.radius`, `steps` and `apart`; None if a triangle is turned over, or there is none.
 
     A place in a triangle is its last corner and shares of the two steps that begin there, together at most one. So it
     is at most half of each step away from one of the corners.
@@ -146,7 +146,7 @@ def _widest(
 
 
 def _border(numbers: Ids, lower: NDArray[np.bool_], upper: NDArray[np.bool_]) -> Ids:
-    """Edges of one triangle alone, (n, 2), in the direction in which they go round it."""
+    """Return the edges that belong to one triangle only, (n, 2), in the direction in which they go round it."""
     low, up = np.pad(lower, 1), np.pad(upper, 1)
     beside_down, beside_right = numbers[1:, :], numbers[:, 1:]
     edges = [
@@ -162,7 +162,7 @@ def _border(numbers: Ids, lower: NDArray[np.bool_], upper: NDArray[np.bool_]) ->
 
 
 def _outline(origin: Doubles, border: Doubles, limit: float) -> Doubles:
-    """Corners in plan, in their order, of what holds all that is seen up to the limit."""
+    """Return the corners, in plan and in order, of an outline that holds all that is seen up to the limit."""
     middle = border[:, :2].mean(axis=0)
     ahead, across = border[:, :2] @ middle, border[:, :2] @ np.array([-middle[1], middle[0]])
     angles = np.arctan2(across, ahead)
@@ -178,7 +178,7 @@ def _outline(origin: Doubles, border: Doubles, limit: float) -> Doubles:
 
 
 def _hull(points: Doubles) -> Doubles:
-    """Corners of the convex hull of points (n, 2), in their order."""
+    """Return the corners of the convex hull of points (n, 2), in order."""
     ordered = sorted(map(tuple, points.tolist()))
     sides: list[list[tuple[float, ...]]] = []
     for way in (ordered, ordered[::-1]):

@@ -94,15 +94,15 @@ def _stopped_before(spinner: Spinner, beams: Beams) -> NDArray[np.int32]:
 
 
 def _upper(rays: Cast) -> float:
-    """1 where the upper end of the sensor's axis points up, -1 where it is upside down."""
+    """Return 1 where the upper end of the sensor's axis points up, -1 where it is upside down."""
     return -1.0 if rays.rotation[2, 2] < 0.0 else 1.0
 
 
 def _azimuths(
     azimuth: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], float, bool]:
-    """Azimuths in ascending order from behind their widest gap, their numbers, the widest other gap, and whether they
-    leave out a sector: whether the widest gap is much wider than that."""
+    """Return azimuths in ascending order from behind their widest gap, their numbers, the widest other gap, and
+    whether they leave out a sector: whether the widest gap is much wider than that."""
     order = np.argsort(azimuth % A_TURN, kind="stable")
     sorted_ = (azimuth % A_TURN)[order]
     gaps = np.append(np.diff(sorted_), sorted_[0] + A_TURN - sorted_[-1])
@@ -116,7 +116,7 @@ def _azimuths(
 
 
 def _beams(lidar: Lidar, spinner: Spinner, upper: float) -> Beams:
-    """The cones in ascending order; see `kernels.beams.cones`."""
+    """Return the cones in ascending order; see `kernels.beams.cones`."""
     axis, elevation = spinner.axis, upper * np.radians(lidar.elevations())
     order = np.argsort(elevation, kind="stable")
     elevation = elevation[order]
@@ -186,7 +186,7 @@ def _core_radius(gap: float, step: float) -> float:
 
 
 def _runs(close: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """First and last beam of each run of gaps that are close enough."""
+    """Return first and last beam of each run of gaps that are close enough."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], close, [False]]).astype(np.int8)))
     return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
@@ -213,7 +213,7 @@ def _rest(spinner: Spinner, beams: Beams, rays: Cast) -> list[Cast]:
 
 
 def _only(rays: Cast, beams: NDArray[np.int64], turns: int) -> Cast:
-    """The rays of some beams."""
+    """Return the rays of some beams."""
     if rays.is_stopped.size:
         rays = rays._replace(is_stopped=rays.is_stopped.reshape(-1, turns)[beams].ravel())
     if rays.kind != LISTED:

@@ -60,7 +60,8 @@ class _Nearest:
 
 
 def sight(sensor: Sensor, grid: VoxelGrid, voxel: Voxel, sees: bool, barrier: Barrier | None = None) -> Sight:
-    """The reason why a sensor does not see a voxel; `sees` is the engine's answer, `barrier` what stops its rays."""
+    """Return whether a sensor sees a voxel, and if not, why; `sees` is the engine's answer, `barrier` what stops its
+    rays."""
     edge = grid.voxel_m
     centre = np.array(grid.origin_m) + (np.array(voxel) + 0.5) * edge - np.array(sensor.position)
     distance_m = float(np.linalg.norm(centre))
@@ -85,7 +86,7 @@ def sight(sensor: Sensor, grid: VoxelGrid, voxel: Voxel, sees: bool, barrier: Ba
 
 
 def _chunks(sensor: Sensor) -> Iterator[tuple[NDArray[np.int64], Points]]:
-    """Numbers (n,) and directions (n, 3) of the rays that a sensor casts, a chunk at a time."""
+    """Yield numbers (n,) and directions (n, 3) of the rays that a sensor casts, a chunk at a time."""
     for start in range(0, sensor.ray_count, RAYS_AT_ONCE):
         rows = np.arange(start, min(start + RAYS_AT_ONCE, sensor.ray_count))
         directions = sensor_rays(sensor, rows).directions
@@ -95,7 +96,7 @@ def _chunks(sensor: Sensor) -> Iterator[tuple[NDArray[np.int64], Points]]:
 
 
 def _nearest_rays(sensor: Sensor, centre: Points, radius_m: float) -> _Nearest:
-    """All rays that can pass nearest to a box with this centre, relative to the sensor, and half diagonal.
+    """Return all rays that can pass nearest to a box with this centre, relative to the sensor, and half diagonal.
 
     A ray is at most `radius_m` nearer to the box than to its centre, so no other ray can. Rays that lead away
     from all of the box are left out: they are nearest where they start.
@@ -161,7 +162,7 @@ def _in_range(sensor: Sensor, rays: _Nearest, enter: Points, leave: Points) -> N
 
 
 def _miss(directions: Points, low: Points, high: Points) -> float:
-    """Distance from the nearest of some rays, from the sensor at zero, to a box, metres.
+    """Return the distance in metres from the nearest of some rays, from the sensor at zero, to a box.
 
     Along a ray the distance to a box is convex: the smallest is found by trisection.
     """
@@ -176,7 +177,7 @@ def _miss(directions: Points, low: Points, high: Points) -> float:
 
 
 def _distance(directions: Points, along: Points, low: Points, high: Points) -> Points:
-    """Distance to the box of the point `along` metres along each ray, (k,)."""
+    """Return the distance to the box of the point `along` metres along each ray, (k,)."""
     points = along[:, None] * directions
     result: Points = np.linalg.norm(points - np.clip(points, low, high), axis=1)
     return result
@@ -191,7 +192,7 @@ def _outside(_sensor: Sensor, _centre: Points, _by_angle: int) -> Side:
 
 @_outside.register
 def _outside_lidar(lidar: Lidar, centre: Points, _by_angle: int) -> Side:
-    """A LiDAR looks between its lowest and highest beam, all round or within its sector."""
+    """Return on which side of a LiDAR's beams or sector a voxel lies, empty if it lies within them."""
     direction = lidar.pose.rotation().T @ centre
     elevation = math.degrees(math.atan2(direction[2], math.hypot(direction[0], direction[1])))
     if elevation > lidar.elevations().max():
@@ -230,7 +231,7 @@ def _outside_camera(camera: Camera, centre: Points, by_angle: int) -> Side:
 
 
 def _inwards(place: int, count: int) -> int:
-    """The neighbour of the first or last of `count` places; every other place itself."""
+    """Return the neighbour of the first or last of `count` places; every other place itself."""
     if count == 1 or 0 < place < count - 1:
         return place
     return 1 if place == 0 else place - 1

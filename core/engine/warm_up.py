@@ -143,7 +143,7 @@ def compile_sums(field: EntropyField) -> None:
 
 
 def _least_fan(field: EntropyField) -> tuple[Fan, Cast]:
-    """The fan of a LiDAR with one ray, and the ray."""
+    """Return the fan of a LiDAR with one ray, and the ray."""
     sensor = WARM_UP.sensors[0]
     rays = Caster(field).rays(sensor, "exact")
     return make_fan(lattice(sensor), rays), rays

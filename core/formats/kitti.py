@@ -90,7 +90,7 @@ def table_matrix(table: Table, names: tuple[str, ...], rows: int, columns: int) 
 
 
 def _read_benchmark(table: Table, mounting: Mounting) -> None:
-    """Rectified cameras of the tracking and object benchmarks."""
+    """Read the rectified cameras of the tracking and object benchmarks."""
     notes = mounting.notes
     velo_value, velo = table_matrix(table, _VELO, 3, 4)
     rect_value, rect = table_matrix(table, _RECT, 3, 3)
@@ -122,7 +122,7 @@ def _add_projection(
 
 
 def _read_raw(source: Source, mounting: Mounting) -> None:
-    """Unrectified cameras of a raw drive, through camera 0."""
+    """Read the unrectified cameras of a raw drive, through camera 0."""
     cameras, velo = (source.sibling(name) for name in (CAM_TO_CAM, VELO_TO_CAM))
     if cameras is None or velo is None:
         raise InputError(f"{source.where}: a raw drive needs {CAM_TO_CAM} and {VELO_TO_CAM} in one folder")
