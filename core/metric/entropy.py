@@ -77,7 +77,7 @@ class EntropyField:
 
     @classmethod
     def from_pog(cls, pog: Pog) -> EntropyField:
-        """Entropies of a POG; voxels that are never or always occupied, for every class, drop out."""
+        """Make the entropies of a POG; voxels that are never or always occupied, for every class, drop out."""
         frames, rows, index = pog.data.frames, pog.counts, pog.index
         informative = np.zeros(len(rows), np.bool_)
         for class_counts in rows.T:
@@ -110,12 +110,12 @@ class EntropyField:
         return result
 
     def entropy_nat(self, cls: int) -> NDArray[np.float64]:
-        """h in nat of the informative voxels for one class of CLASSES, (n,)."""
+        """Return h in nat of the informative voxels for one class of CLASSES, (n,)."""
         result: NDArray[np.float64] = self.entropy_q(cls) / QUANTA_PER_NAT
         return result
 
     def h_total_nat(self, cls: int) -> float:
-        """H(Omega) of one class of CLASSES in nat (paper, eq. 13)."""
+        """Return H(Omega) of one class of CLASSES in nat (paper, eq. 13)."""
         return nats(self.totals_q[cls])
 
 

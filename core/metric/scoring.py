@@ -42,8 +42,8 @@ def score(
     settings: MetricSettings,
     hits_q: NDArray[Any] | None = None,
 ) -> Scores:
-    """Scores from covered sums int64 (kinds + 1, 4): a row for each kind of sensor, then one for any sensor; columns
-    three classes, then voxels.
+    """Return scores from covered sums int64 (kinds + 1, 4): a row for each kind of sensor, then one for any sensor;
+    columns three classes, then voxels.
 
     hits_q (kinds, 3) are the sums with multiplicity, needed for the `hits` reading only.
     """

@@ -97,7 +97,7 @@ def fractional_bound(
 
 
 def _cut(table: CoverTable, point: Doubles) -> tuple[float, Doubles]:
-    """Height and supergradient (n,) of the concave function at shares (n,)."""
+    """Return height and supergradient (n,) of the concave function at shares (n,)."""
     cover, most = table.cover, table.cover.worth.shape[1] - 1
     sums = np.zeros(len(table.owner))
     kernel.add_shares(cover, point, sums)

@@ -73,7 +73,7 @@ class Sample:
         return self._mean(self.values)[0]
 
     def gain_over(self, other: Sample) -> tuple[float, float]:
-        """Gain over another rig on the same objects, and its standard error.
+        """Return the gain over another rig on the same objects, and its standard error.
 
         Frames are what was drawn: a ratio of totals over frames, linearised (Cochran, Sampling Techniques, 1977,
         chapter 6), without a correction for a finite number of frames: the claim is about traffic like this.
@@ -84,7 +84,7 @@ class Sample:
         return gain, float(np.sqrt((by_frame**2).sum() * self.frames / (self.frames - 1)))
 
     def _mean(self, values: Doubles) -> tuple[float, Doubles]:
-        """Mean of the classes' means, and what each object (k,) contributes beyond it."""
+        """Return the mean of the classes' means, and what each object (k,) contributes beyond it."""
         total = np.bincount(self.cls, self.ring, len(CLASSES))
         there = float(self.by_class[total > 0.0].sum()) or 1.0
         whole = np.where(total > 0.0, total, 1.0)

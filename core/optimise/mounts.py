@@ -142,7 +142,7 @@ class Additions:
                 raise InputError(f"{model} must be above 0 (got {cost:g})", "cost")
 
     def cost_of(self, model: str) -> float:
-        """Cost of one candidate of a model: a pair costs twice as much as a sensor."""
+        """Return the cost of one candidate of a model: a pair costs twice as much as a sensor."""
         return self.costs.get(model, 1.0) * (2 if self.mirrored else 1)
 
 

@@ -173,7 +173,7 @@ class Proposal:
         return weak_cases(self.guard)
 
     def to_dict(self) -> dict[str, Any]:
-        """The proposal as plain data, by the names of the JSON."""
+        """Return the proposal as plain data, by the names of the JSON."""
         sensors = [sensor for one in self.added for sensor in one.sensors]
         return {
             "name": self.rig.name,
@@ -277,7 +277,7 @@ class OptimiseResult:
         ]
 
     def to_dict(self) -> dict[str, Any]:
-        """The result as plain data, by the names of the JSON."""
+        """Return the result as plain data, by the names of the JSON."""
         return {
             "riglens": 1,
             "objective": self.problem.objective,

@@ -403,7 +403,7 @@ class GroundTableMaker(TableMaker):
         self.column_m2 = engine.grid.voxel_m**2
 
     def blind_m2(self, base: Cells) -> float:
-        """Area that columns leave unseen."""
+        """Return the area that columns leave unseen."""
         return float((int(self._counts.sum()) - len(base)) * self.column_m2)
 
     def cells_of(self, sensors: Sequence[Sensor], is_stale: IsStale = never_stale) -> Cells:

@@ -72,7 +72,7 @@ def _ctrl_c_waits() -> Iterator[None]:
 
 
 def _begin() -> None:
-    """In a worker: leave Ctrl-C to the main process, and end when that has been killed."""
+    """Leave Ctrl-C to the main process in a worker, and end the worker when the main process has been killed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
 

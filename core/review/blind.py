@@ -155,7 +155,8 @@ class BlindMap:
     levels: Levels
 
     def lowest_m(self, by: By = "any", k: int = 1) -> NDArray[np.float64]:
-        """L_k (nx, ny): the height in metres from which on k sensors see an object; inf: none below the region's top.
+        """Return L_k (nx, ny): the height in metres from which on k sensors see an object; inf: none below the region's
+        top.
 
         It is the top of the lowest voxel, so never less than what rays truly need, and up to an edge more.
         """
@@ -185,7 +186,7 @@ class BlindMap:
         return self._by_place(self.unseen(height_m, by, k))
 
     def ground_m2(self) -> NDArray[np.float64]:
-        """Area in m² of all ground that counts, by sector and band (8, bands)."""
+        """Return the area in m² of all ground that counts, by sector and band (8, bands)."""
         return self._by_place(self.ground.counts)
 
     def _by_place(self, flags: Flags) -> NDArray[np.float64]:

@@ -68,7 +68,7 @@ def _zone(found: BlindMap, by: By, k: int) -> dict[str, Any]:
 
 
 def _rounded(table: np.ndarray[Any, Any]) -> list[list[float]]:
-    """Areas are whole numbers of columns: what sums of doubles add to that is cut off."""
+    """Round areas, which are whole numbers of columns, to remove the rounding errors of sums."""
     rows: list[list[float]] = np.round(table, 9).tolist()
     return rows
 

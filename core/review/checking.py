@@ -87,7 +87,7 @@ class Check:
         self._drawn: dict[tuple[str, str], Draws] = {}
 
     def verdicts(self, progress: Progress | None = None) -> tuple[Verdict, ...]:
-        """Every requirement in the order of the sections."""
+        """Return every requirement's verdict in the order of the sections."""
         items, found = self._asked.items(), []
         for item in items:
             found.append(Verdict(item, self._finding(item)))
@@ -297,7 +297,7 @@ class Check:
         return worst
 
     def _blind_figures(self, profile: str, rig: Rig, stance: Pose) -> Figures:
-        """Every figure of blind zones and objects that is required under a profile, of a rig with errors."""
+        """Return all figures of blind zones and objects that are required under a profile, of a rig with errors."""
         moved = standing(rig, stance)
         found: dict[str, float] = {}
         areas = [one for one in self._asked.blind_areas if one.under == profile]
@@ -393,7 +393,7 @@ class Check:
 
 
 def _raised(draws: int, last: int) -> Iterator[int]:
-    """So many draws, twice as many, and so on, up to the last."""
+    """Yield `draws`, doubled each time, up to `last`."""
     while draws < last:
         yield draws
         draws *= 2

@@ -55,7 +55,7 @@ class Place(Frozen):
         return self
 
     def at_m(self, outline: Outline) -> tuple[float, float]:
-        """x and y in the vehicle frame."""
+        """Return x and y in the vehicle frame."""
         xs = ((self.ahead, outline.front_m, 1.0), (self.behind, outline.rear_m, -1.0), (self.x, 0.0, 1.0))
         ys = ((self.left, outline.left_m, 1.0), (self.right, outline.right_m, -1.0), (self.y, 0.0, 1.0))
         return _first(xs), _first(ys)
@@ -90,7 +90,7 @@ class Area(Frozen):
         return self
 
     def spans_m(self, outline: Outline) -> tuple[Span, Span]:
-        """From and to along x and along y in the vehicle frame."""
+        """Return the spans along x and along y in the vehicle frame."""
         if self.ahead is not None:
             x = (outline.front_m + self.ahead[0], outline.front_m + self.ahead[1])
         else:

@@ -164,7 +164,7 @@ class _Counted(NamedTuple):
     before: Words
 
     def moved_to(self, origins: tuple[Hashable, ...], crowds: Flags) -> tuple[int, ...] | None:
-        """Places of sensors that see something else now; None if not the same sensors are to be counted."""
+        """Return places of sensors that see something else now; None if other sensors are to be counted."""
         if len(origins) != len(self.origins) or not np.array_equal(crowds, self.crowds):
             return None
         return tuple(i for i, (now, old) in enumerate(zip(origins, self.origins, strict=True)) if now != old)
@@ -240,7 +240,7 @@ class VoxelRedundancy:
         return shares
 
     def _room(self, *shape: int) -> Sums:
-        """Zeros for each worker: (w, s, rows, 4), or (w, moved, s, rows, 4)."""
+        """Return zeros for each worker: (w, s, rows, 4), or (w, moved, s, rows, 4)."""
         *moved, n, crowds = shape
         rows = kernel.rows_of_sums(n, crowds)
         return np.zeros((self._workers, *moved, len(SECTORS), rows, kernel.COLUMNS), np.int64)

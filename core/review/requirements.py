@@ -135,8 +135,8 @@ class Requirements(Frozen):
     def problems(
         self, rigs: Iterable[Rig] = (), profiles: Sequence[Profile] | None = None
     ) -> Iterator[Problem]:
-        """Names in the file that nothing has: ids given twice, tolerance profiles, and, where they are given, profiles
-        of objects and what can fail in rigs."""
+        """Yield the problems with names in the file: duplicate ids, unknown tolerance profiles and, where they are
+        given, unknown profiles of objects and unknown failures of rigs."""
         ids: set[str] = set()
         for place, one in self._placed():
             if one.id is not None and one.id in ids:
@@ -153,7 +153,7 @@ class Requirements(Frozen):
             yield from self._not_in(rig)
 
     def _not_in(self, rig: Rig) -> Iterator[Problem]:
-        """Failures by names that a rig has not, not even with all of its sensors enabled."""
+        """Yield the failures whose names a rig lacks, even with all of its sensors enabled."""
         whole = [sensor.replace(enabled=True) for sensor in rig.sensors]
         for number, one in enumerate(self.losses):
             if one.name is None or one.allow_missing:
@@ -208,5 +208,5 @@ def read_requirements(
 def requirements_in(
     text: str, where: str, rigs: Iterable[Rig] = (), profiles: Sequence[Profile] | None = None
 ) -> Requirements:
-    """As `read_requirements`, from a text; `where` names it in messages."""
+    """Read requirements from a text, as `read_requirements` does; `where` names it in messages."""
     return checked(text, Requirements, ACCEPTED, where, lambda found: found.problems(rigs, profiles))

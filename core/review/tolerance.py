@@ -135,7 +135,7 @@ def errors_count(rig: Rig) -> int:
 
 
 def brackets_of(rig: Rig) -> dict[str, tuple[str, ...]]:
-    """Names of brackets and the sensors that each carries."""
+    """Return names of brackets and the sensors that each carries."""
     brackets: dict[str, list[str]] = {}
     for sensor in rig.sensors:
         if sensor.fails_with:
@@ -144,7 +144,7 @@ def brackets_of(rig: Rig) -> dict[str, tuple[str, ...]]:
 
 
 def unit_draws(count: int, errors: int, seed: int) -> Doubles:
-    """Draws (count, errors) in [-1, 1): a scrambled Sobol sequence."""
+    """Return draws (count, errors) in [-1, 1): a scrambled Sobol sequence."""
     from scipy.stats import qmc  # slow to load
 
     if not 1 <= count <= MAX_DRAWS:
@@ -274,7 +274,7 @@ def _spreads(nominal: Figures, found: Sequence[Figures]) -> dict[str, Spread]:
 
 
 def _axes(rig: Rig, profile: ToleranceProfile) -> Iterator[tuple[str, str, int, float]]:
-    """Sensors, axes, the place of each error among all, and its limit in mm or degrees, where there is any."""
+    """Yield the sensor, axis, place among all errors, and limit in mm or degrees, of each error that has a limit."""
     limits = [profile.position_mm] * 3 + [profile.angle_deg] * 3
     for number, sensor in enumerate(rig.sensors):
         for axis, (name, limit) in enumerate(zip(AXES, limits, strict=True)):

@@ -177,7 +177,8 @@ def ray_counts(sensor: Sensor, targets: Sequence[Target], ends_m: Doubles) -> ND
 
 
 def _cones(origin: Doubles, cylinders: Doubles) -> Doubles:
-    """Cones (m, 4) from a sensor around the balls that cylinders fit in; the whole sphere where it is in the ball."""
+    """Return cones (m, 4) from a sensor around the balls that cylinders fit in; the whole sphere if it is inside the
+    ball."""
     x, y, radius, bottom, top = cylinders.T
     middle = np.stack([x, y, (bottom + top) / 2], axis=1) - origin
     distance = np.maximum(np.linalg.norm(middle, axis=1), 1e-12)

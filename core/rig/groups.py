@@ -22,7 +22,7 @@ _AXIS: dict[Alignment, int] = {"front": 0, "rear": 0, "left": 1, "right": 1, "ce
 
 
 def groups_of(sensors: Iterable[Sensor]) -> dict[str, tuple[str, ...]]:
-    """Names of what sensors fail with, and the sensors of each, in the order of the rig."""
+    """Return names of common causes of failure, and the sensors of each, in the order of the rig."""
     groups: dict[str, list[str]] = {}
     for sensor in sensors:
         for name in dict.fromkeys(sensor.fails_with or ()):

@@ -47,7 +47,7 @@ class FrameLabels:
         return self.names[self.sequence[frame]], int(self.frame[frame])
 
     def joined(self, more: FrameLabels) -> FrameLabels:
-        """These frames, then those of another data set."""
+        """Return these frames followed by those of another data set."""
         return FrameLabels(
             self.names + more.names,
             np.concatenate([self.sequence, len(self.names) + more.sequence]),
@@ -94,11 +94,11 @@ class BoxSource(Protocol):
         """Stream the boxes once; InputError on bad input."""
 
     def report(self) -> DataReport:
-        """Counts of the last complete pass of `batches`."""
+        """Return the counts of the last complete pass of `batches`."""
 
 
 def rotations_from_yaw(yaw_rad: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Rotation matrices (n, 3, 3) about z from yaw angles (n,) in radians."""
+    """Return rotation matrices (n, 3, 3) about z from yaw angles (n,) in radians."""
     cos, sin = np.cos(yaw_rad), np.sin(yaw_rad)
     rotation = np.zeros((yaw_rad.size, 3, 3))
     rotation[:, 0, 0], rotation[:, 0, 1] = cos, -sin
@@ -108,7 +108,7 @@ def rotations_from_yaw(yaw_rad: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def rotations_from_quaternions(wxyz: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Rotation matrices (n, 3, 3) from quaternions (n, 4) in the order w, x, y, z; their length does not matter."""
+    """Return rotation matrices (n, 3, 3) from quaternions (n, 4) in the order w, x, y, z, of any length."""
     w, x, y, z = (wxyz / np.linalg.norm(wxyz, axis=1, keepdims=True)).T
     rows = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],

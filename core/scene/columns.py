@@ -15,17 +15,17 @@ Words = NDArray[np.uint64]
 
 
 def words_per_column(grid: VoxelGrid) -> int:
-    """Number of 64-bit words that hold one column of voxels."""
+    """Return the number of 64-bit words that hold one column of voxels."""
     return (grid.shape[2] + 63) // 64
 
 
 def words_in(grid: VoxelGrid) -> int:
-    """Number of words of a set of voxels of a grid."""
+    """Return the number of words of a set of voxels of a grid."""
     return grid.shape[0] * grid.shape[1] * words_per_column(grid)
 
 
 def empty_words(grid: VoxelGrid) -> Words:
-    """The empty set of voxels, (nx * ny * words per column,)."""
+    """Return the empty set of voxels, (nx * ny * words per column,)."""
     return np.zeros(words_in(grid), np.uint64)
 
 
@@ -48,7 +48,7 @@ def pack(grid: VoxelGrid, mask: NDArray[np.bool_]) -> Words:
 
 
 def unpack(grid: VoxelGrid, words: Words) -> NDArray[np.bool_]:
-    """Dense mask (nx, ny, nz) of a set of voxels."""
+    """Return the dense mask (nx, ny, nz) of a set of voxels."""
     require_words_of(grid, words)
     mask = np.zeros(grid.shape, np.bool_)
     bits.unpack_levels(words, mask.reshape(-1, grid.shape[2]))
@@ -82,7 +82,7 @@ class VoxelIndex:
         return int(self.first[-1])
 
     def ijk(self) -> NDArray[np.int32]:
-        """Indices along x, y, z of all voxels, (count, 3)."""
+        """Return the indices along x, y, z of all voxels, (count, 3)."""
         return bits.list_voxels(self.words, self.first, self.grid.shape[1], words_per_column(self.grid))
 
     @cached_property

@@ -83,7 +83,8 @@ def voxels_within_reach(boxes: NDArray[np.float64], grid: VoxelGrid) -> NDArray[
 def _extent(
     centre_m: NDArray[np.float64], half_m: NDArray[np.float64], rotation: NDArray[np.float64], grid: VoxelGrid
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Lowest and highest corner of the upright box around each box, each (n, 3), in voxels from the grid's origin."""
+    """Return lowest and highest corner of the upright box around each box, each (n, 3), in voxels from the grid's
+    origin."""
     reach_m = np.einsum("nij,nj->ni", np.abs(rotation), half_m)
     low = (centre_m - reach_m - grid.origin_m) / grid.voxel_m
     return low, (centre_m + reach_m - grid.origin_m) / grid.voxel_m

@@ -76,12 +76,13 @@ class VoxelGrid:
         return math.prod(self.shape)
 
     def to_grid(self, position_m: Vec3) -> Vec3:
-        """Grid coordinates (x - x_min) / delta in double precision; a face is where the quotient is an integer."""
+        """Return grid coordinates (x - x_min) / delta in double precision; a face is where the quotient is an
+        integer."""
         x, y, z = ((p - o) / self.voxel_m for p, o in zip(position_m, self.origin_m, strict=True))
         return x, y, z
 
     def centres_m(self, axis: int) -> NDArray[np.float64]:
-        """Voxel centre coordinates along one axis, (shape[axis],), metres."""
+        """Return the voxel centre coordinates along one axis, (shape[axis],), metres."""
         cells = np.arange(self.shape[axis], dtype=np.float64)
         return self.origin_m[axis] + (cells + 0.5) * self.voxel_m
 

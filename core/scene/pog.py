@@ -94,7 +94,7 @@ def build_pog(
 def build_part(
     source: BoxSource, grid: VoxelGrid, progress: Progress | None = None, threads: int | None = None
 ) -> Pog:
-    """As build_pog, for a part of a data set: it may hold no frame at all."""
+    """Build the POG of a part of a data set, as build_pog does; the part may hold no frame."""
     total, workers = PogSum(grid), jit.use_threads(threads)
     for batch in source.batches(progress):
         fill_batch(batch, grid, total.counts, workers)

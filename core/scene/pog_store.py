@@ -116,7 +116,7 @@ def pog_key(content_hash: str, grid: VoxelGrid) -> str:
 
 
 def cached_pog(source: BoxSource, grid: VoxelGrid, progress: Progress | None = None) -> Pog:
-    """The POG of a data set, from the cache when its content was seen before; rebuilt when damaged."""
+    """Return the POG of a data set, from the cache when its content was seen before; rebuilt when damaged."""
     path = cache_folder() / f"{pog_key(source.content_hash, grid)}.npz"
     with contextlib.suppress(InputError):  # missing, unreadable or damaged: build it in any case
         pog = load_pog(path)

@@ -55,7 +55,7 @@ class Ground:
         return -round(self.height_m, 2)
 
     def text(self) -> str:
-        """The estimate in words."""
+        """Return the estimate in words."""
         low, high = self.between_m
         return (
             f"z = {self.height_m:.2f} m by the bottoms of {self.boxes:,} {self.cls} boxes within {NEAR_M:g} m, half of "
@@ -109,7 +109,7 @@ class _Histogram:
         return int(self._counts.sum())
 
     def quantile(self, share: float) -> float:
-        """Middle of the step in which the quantile lies; NaN without values."""
+        """Return the middle of the step in which the quantile lies; NaN without values."""
         if not self.total:
             return math.nan
         place = np.searchsorted(np.cumsum(self._counts), share * self.total)

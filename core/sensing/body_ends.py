@@ -117,7 +117,7 @@ def _view_rad(sensor: Sensor) -> tuple[float, float, float]:
 
 
 def rays_in_metres(sensor: Sensor, table: Lattice | None = None) -> Cast:
-    """The rays of a sensor, or those of a table, in the vehicle frame, for kernels that know no grid."""
+    """Return the rays of a sensor, or those of a table, in the vehicle frame, for kernels that use no grid."""
     table = lattice(sensor) if table is None else table
     return Cast(
         table.kind,
@@ -144,7 +144,7 @@ class Shadow(NamedTuple):
 
 
 def body_ends(sensor: Sensor, solid: Solid, workers: int = 1) -> NDArray[np.float64]:
-    """Distance in metres (rays,) at which each ray first meets the solid beyond the housing, inf where it is free.
+    """Return the distance in metres (rays,) at which each ray first meets the solid beyond the housing, inf if free.
 
     Rays as in `lattice(sensor).directions()`: row by row, of a listed sensor those that exist. Range limits play no
     part. With one worker any thread may call it, with more only the one that owns the parallel kernels.
@@ -153,7 +153,8 @@ def body_ends(sensor: Sensor, solid: Solid, workers: int = 1) -> NDArray[np.floa
 
 
 def listed_ends(sensor: Sensor, directions: NDArray[np.float64], solid: Solid) -> NDArray[np.float64]:
-    """Distance in metres (n,) at which some rays of a sensor first meet the solid beyond the housing, inf where free.
+    """Return the distance in metres (n,) at which some rays of a sensor first meet the solid beyond the housing, inf if
+    free.
 
     directions (n, 3): unit vectors in the vehicle frame. One by one through the tree, by any thread; a ray that ends
     with the sensor's range before the solid is free.
@@ -167,7 +168,7 @@ def listed_ends(sensor: Sensor, directions: NDArray[np.float64], solid: Solid) -
 
 
 def barrier_ends(sensor: Sensor, barrier: Barrier, workers: int = 1) -> NDArray[np.float64]:
-    """As `body_ends`, for what stops the sensor's rays."""
+    """Return the distances of `body_ends`, for whatever stops the sensor's rays."""
     shadow = barrier_shadow(sensor, barrier, NO_EMPTY_BOX, workers)
     ends = np.full(shadow.is_stopped.size, np.inf)
     ends[shadow.cut] = shadow.cut_m
@@ -205,7 +206,7 @@ def _no_shadow(rays: int) -> Shadow:
 def _by_triangle(
     rays: Cast, screen: Screen, barrier: Barrier, empty_box: NDArray[np.float64], workers: int
 ) -> Shadow:
-    """Triangle by triangle, each offered to the rays that can meet it."""
+    """Compute the shadow triangle by triangle, testing each against the rays that can meet it."""
     from riglens.core.kernels.body import shadow as kernel  # the compiler
 
     rows, columns = len(screen.row_of), len(screen.column_of)
@@ -232,7 +233,7 @@ def _by_triangle(
 
 
 def _unpacked(words: NDArray[np.uint64], columns: int) -> NDArray[np.bool_]:
-    """The bits (rows, columns) of words (rows, n)."""
+    """Return the bits (rows, columns) of words (rows, n)."""
     bits = np.unpackbits(words.view(np.uint8), axis=1, count=columns, bitorder="little")
     return bits.view(np.bool_)
 
@@ -254,7 +255,7 @@ def _by_bins(
 
 
 def _by_tree(rays: Cast, barrier: Barrier, empty_box: NDArray[np.float64], workers: int) -> Shadow:
-    """Ray by ray through the tree: for lenses so wide that their rays have no place in an image plane."""
+    """Compute the shadow ray by ray through the tree, for lenses too wide for an image plane."""
     from riglens.core.kernels.body import solid as kernel  # the compiler
 
     ends = np.full(len(rays.rows) * len(rays.planes), np.inf)

@@ -20,7 +20,7 @@ WIDEST_TANGENT = 20.0
 
 @singledispatch
 def bins_of(_: Sensor) -> Bins | None:
-    """The rays of a camera in bins; None if one does not go ahead, or too far to the side, or there is none."""
+    """Return the rays of a camera in bins; None if there are none, or one points backwards or too far to the side."""
     return None
 
 
@@ -31,7 +31,7 @@ def _bins_of(camera: Camera) -> Bins | None:
 
 @RAYS.of
 def _bins(camera: Camera) -> Bins | None:
-    """The bins of a camera without its place: the same ones through a whole drag."""
+    """Return the bins of a camera without its position, the same ones throughout a drag."""
     rows = lattice(camera).rows
     if not len(rows) or not (rows[:, 0] > 0.0).all():
         return None

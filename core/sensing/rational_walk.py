@@ -33,7 +33,7 @@ def walk_rational(
     far: float,
     box: list[int],
 ) -> list[Cell]:
-    """Voxels in which a ray runs over a positive length; arguments as in `kernels.rays.walk.walk_exact`."""
+    """Return voxels in which a ray runs over a positive length; arguments as in `kernels.rays.walk.walk_exact`."""
     g, d = [Fraction(v) for v in origin], [Fraction(v) for v in direction]
     t0, t1 = _clip(g, d, Fraction(near), Fraction(far), box)
     cells: list[Cell] = []

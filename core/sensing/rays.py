@@ -39,7 +39,7 @@ class Rays:
 
 
 def lattice(sensor: Sensor) -> Lattice:
-    """The ray lattice of a sensor in its own frame."""
+    """Return the ray lattice of a sensor in its own frame."""
     tables = None if sensor.blocked else kind_of(sensor).lattice(sensor)
     if tables is None:
         return _listed(unplaced(sensor))
@@ -54,8 +54,8 @@ def is_listed(sensor: Sensor) -> bool:
 
 
 def lattices_by_offset(lidar: Lidar) -> tuple[tuple[Ids, Lattice], ...]:
-    """The beams that share an azimuth offset, by number (k,), and the lattice of their rays, for each offset; nothing
-    where the LiDAR has none, or the doubles were not those of its listed rays to the last bit."""
+    """Return the beams that share an azimuth offset, by number (k,), and the lattice of their rays, for each offset;
+    nothing if the LiDAR has none, or the doubles would differ from those of its listed rays in any bit."""
     if lidar.azimuth_offsets_deg is None or lidar.blocked:
         return ()
     return _by_offset(unplaced(lidar))
@@ -63,7 +63,7 @@ def lattices_by_offset(lidar: Lidar) -> tuple[tuple[Ids, Lattice], ...]:
 
 @RAYS.of
 def _by_offset(lidar: Lidar) -> tuple[tuple[Ids, Lattice], ...]:
-    """As `lattices_by_offset`, of a LiDAR without its place."""
+    """Return the beams and lattices of `lattices_by_offset`, for a LiDAR without its position."""
     listed = _listed(lidar).rows.reshape(lidar.beam_count, -1, 3)
     offsets_deg = np.array(lidar.azimuth_offsets_deg)
     rows = beam_lattice(lidar).rows
@@ -80,7 +80,7 @@ def _by_offset(lidar: Lidar) -> tuple[tuple[Ids, Lattice], ...]:
 
 @RAYS.of
 def _listed(sensor: Sensor) -> Lattice:
-    """The lattice of a listed sensor without its place: the same one through a whole drag."""
+    """Return the lattice of a listed sensor without its position, the same one throughout a drag."""
     parts = []
     for start in range(0, sensor.ray_count, _AT_ONCE):
         parts.append(local_directions(sensor, np.arange(start, min(start + _AT_ONCE, sensor.ray_count))))
@@ -120,13 +120,13 @@ def farthest_m(sensor: Sensor) -> float:
 
 
 def rotate(rotation: NDArray[np.float64], directions: NDArray[np.float64]) -> NDArray[np.float64]:
-    """R d for directions (n, 3), summed from left to right, as the kernels do (no BLAS, no fused operations)."""
+    """Return R d for directions (n, 3), summed from left to right, as the kernels do (no BLAS, no fused operations)."""
     x, y, z = directions[:, 0], directions[:, 1], directions[:, 2]
     return np.stack([(row[0] * x + row[1] * y) + row[2] * z for row in rotation], axis=-1)
 
 
 def sensor_rays(sensor: Sensor, rows: Ids | None = None) -> Rays:
-    """Rays of a sensor in the vehicle frame: all that it casts, or some by number.
+    """Return rays of a sensor in the vehicle frame: all that it casts, or some by number.
 
     `rows` (k,) counts over the whole lattice, row * planes + plane; a ray for which the lens model has no
     direction is then NaN.

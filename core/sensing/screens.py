@@ -20,13 +20,13 @@ _PLACES = 8192
 
 
 def screen_of(sensor: Sensor) -> Screen | None:
-    """The rows and columns of a sensor's lattice; None for one that has none, as a lens with distortion."""
+    """Return the rows and columns of a sensor's lattice; None for one that has none, as a lens with distortion."""
     return None if sensor.blocked else _screen(unplaced(sensor))
 
 
 @RAYS.of
 def _screen(sensor: Sensor) -> Screen | None:
-    """The screen of a sensor without its place: the same one through a whole drag."""
+    """Return the screen of a sensor without its position, the same one throughout a drag."""
     return _made(sensor)
 
 

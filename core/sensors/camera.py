@@ -124,7 +124,7 @@ def _nearest_axis(camera: Camera) -> NDArray[np.int64]:
 
 
 def image_lattice(camera: Camera) -> Lattice:
-    """Rays through pixel centres of the resized image, row by row (paper, eq. 3-5).
+    """Return rays through pixel centres of the resized image, row by row (paper, eq. 3-5).
 
     w = (u + 1/2) w0 / u0, h = (v + 1/2) h0 / v0; (1, -(w - cx) / fx, -(h - cy) / fy), normalised.
     """
@@ -137,7 +137,7 @@ def image_lattice(camera: Camera) -> Lattice:
 
 
 def cast_px(camera: Camera, rays: NDArray[np.int64]) -> Doubles:
-    """Native pixels (n, 2) through which the rays of those numbers are cast, row * columns + column (eq. 3)."""
+    """Return native pixels (n, 2) through which the rays of those numbers are cast, row * columns + column (eq. 3)."""
     columns, rows = camera.resolution
     u = (rays % columns + 0.5) * camera.image[0] / columns
     return np.stack([u, (rays // columns + 0.5) * camera.image[1] / rows], axis=-1)
@@ -155,7 +155,7 @@ def pixel_directions(camera: Camera, pixels: Doubles) -> Doubles:
 
 
 def project_px(camera: Camera, points: Doubles) -> Doubles:
-    """Native pixels (n, 2) of points or directions (n, 3) in the sensor frame; NaN: not imaged by the lens.
+    """Return native pixels (n, 2) of points or directions (n, 3) in the sensor frame; NaN: not imaged by the lens.
 
     A point behind a pinhole is not imaged, nor one beyond the angle up to which a distortion grows; fisheyes see
     points behind them. Pixels may lie outside the image: compare them with `camera.image`.
@@ -172,7 +172,7 @@ def project_px(camera: Camera, points: Doubles) -> Doubles:
 
 
 def field_of_view_deg(camera: Camera) -> tuple[float, float]:
-    """Angles in degrees that the image spans along its middle row and its middle column; NaN: beyond the lens."""
+    """Return the angles in degrees that the image spans along its middle row and column; NaN: beyond the lens."""
     width_px, height_px = camera.image
     _, _, cx_px, cy_px = camera.intrinsics_px()
     edges = np.array([[0.0, cy_px], [width_px, cy_px], [cx_px, 0.0], [cx_px, height_px]])
@@ -183,12 +183,13 @@ def field_of_view_deg(camera: Camera) -> tuple[float, float]:
 
 
 def lattice(camera: Camera) -> Lattice | None:
-    """Its rays in rows and columns; None for a lens with distortion."""
+    """Return its rays in rows and columns; None for a lens with distortion."""
     return image_lattice(camera) if camera.distortion is None else None
 
 
 def directions(camera: Camera, rays: NDArray[np.int64]) -> Doubles:
-    """Directions in the sensor frame of rays by number, row * columns + column, (n, 3); NaN: the lens has none."""
+    """Return directions in the sensor frame of rays by number, row * columns + column, (n, 3); NaN: the lens has
+    none."""
     if camera.distortion is None:
         return image_lattice(camera).directions(rays)
     return pixel_directions(camera, cast_px(camera, rays))

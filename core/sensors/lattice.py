@@ -29,7 +29,7 @@ class Lattice:
     limits_m: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
 
     def directions(self, rays: Ids | None = None) -> NDArray[np.float64]:
-        """Directions in the sensor frame of all rays, or of some by number, (n, 3)."""
+        """Return the directions in the sensor frame of all rays, or of some by number, (n, 3)."""
         if rays is None and self.kind == codes.LISTED:
             return self.rows
         every = np.arange(len(self.rows) * len(self.planes)) if rays is None else rays

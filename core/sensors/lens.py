@@ -71,12 +71,12 @@ class Radial:
     limit: float
 
     def value(self, t: Doubles) -> Doubles:
-        """g at t, any shape."""
+        """Return g at t, any shape."""
         s = t * t
         return t * _horner(self.numerator, s) / _horner(self.denominator, s)
 
     def slope(self, t: Doubles) -> Doubles:
-        """dg / dt at t."""
+        """Return dg / dt at t."""
         s = t * t
         n, d = _horner(self.numerator, s), _horner(self.denominator, s)
         dn, dd = _horner(_derived(self.numerator), s), _horner(_derived(self.denominator), s)
@@ -115,7 +115,7 @@ class Radial:
 
 @lru_cache(maxsize=32)
 def radial_of(lens: BrownConrady | KannalaBrandt) -> Radial:
-    """The radial part of a lens: of the radius on the plane at distance 1, or of the angle off the axis."""
+    """Return the radial part of a lens: of the radius on the plane at distance 1, or of the angle off the axis."""
     if isinstance(lens, KannalaBrandt):
         fisheye = (1.0, lens.k1, lens.k2, lens.k3, lens.k4)
         return Radial(fisheye, (1.0,), min(math.pi, _turning_point(fisheye, (1.0,))))
@@ -146,7 +146,8 @@ def undistorted(lens: BrownConrady | KannalaBrandt, x: Doubles, y: Doubles) -> D
 
 
 def distorted(lens: BrownConrady | KannalaBrandt, points: Doubles) -> Doubles:
-    """Points (x, y) of the image plane, (n, 2), of points or directions (n, 3) in optical axes; NaN: not imaged."""
+    """Return points (x, y) of the image plane, (n, 2), of points or directions (n, 3) in optical axes; NaN: not
+    imaged."""
     radial = radial_of(lens)
     with np.errstate(all="ignore"):
         x, y, z = points[:, 0], points[:, 1], points[:, 2]
@@ -164,7 +165,7 @@ def distorted(lens: BrownConrady | KannalaBrandt, points: Doubles) -> Doubles:
 
 
 def _brown_conrady(lens: BrownConrady, x: Doubles, y: Doubles) -> tuple[Doubles, Doubles]:
-    """OpenCV's x'' and y''."""
+    """Return OpenCV's x'' and y''."""
     s = x * x + y * y
     stretch = _horner((1.0, lens.k1, lens.k2, lens.k3), s) / _horner((1.0, lens.k4, lens.k5, lens.k6), s)
     along = x * stretch + 2.0 * lens.p1 * x * y + lens.p2 * (s + 2.0 * x * x)
@@ -172,7 +173,7 @@ def _brown_conrady(lens: BrownConrady, x: Doubles, y: Doubles) -> tuple[Doubles,
 
 
 def _jacobian(lens: BrownConrady, x: Doubles, y: Doubles) -> tuple[Doubles, Doubles, Doubles]:
-    """dx'' / dx, dx'' / dy = dy'' / dx, dy'' / dy."""
+    """Return dx'' / dx, dx'' / dy = dy'' / dx, dy'' / dy."""
     s = x * x + y * y
     top, bottom = (1.0, lens.k1, lens.k2, lens.k3), (1.0, lens.k4, lens.k5, lens.k6)
     n, d = _horner(top, s), _horner(bottom, s)
@@ -225,7 +226,8 @@ def _newton_step(lens: BrownConrady, points: Doubles, at_x: Doubles, at_y: Doubl
 
 
 def _turning_point(numerator: tuple[float, ...], denominator: tuple[float, ...]) -> float:
-    """The first t > 0 at which t N(t^2) / D(t^2) stops growing or is not defined; infinite when it always grows."""
+    """Return the first t > 0 at which t N(t^2) / D(t^2) stops growing or is undefined; infinite when it always
+    grows."""
     n, d = (np.where(np.abs(part) < _NOTHING, 0.0, part) for part in (numerator, denominator))
     s = np.array([0.0, 2.0])
     from numpy.polynomial import polynomial as poly  # late: a window with pinholes opens without it

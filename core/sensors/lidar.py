@@ -164,7 +164,7 @@ class Lidar(Sensor):
 
 @lru_cache(maxsize=16)
 def _raster(rays: Pattern) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Elevations and azimuths of an even raster of about as many rays as a pattern over its field of view."""
+    """Return elevations and azimuths of an even raster of about as many rays as a pattern over its field of view."""
     shots = rays.shots()
     low, right = float(shots.elevation_deg.min()), float(shots.azimuth_deg.min())
     high, wide = float(shots.elevation_deg.max()) - low, float(shots.azimuth_deg.max()) - right
@@ -175,19 +175,19 @@ def _raster(rays: Pattern) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 
 def beam_lattice(lidar: Lidar) -> Lattice:
-    """Directions (cos e cos a, cos e sin a, sin e), beam by beam (paper, eq. 2, as its text means it)."""
+    """Return directions (cos e cos a, cos e sin a, sin e), beam by beam (paper, eq. 2, as its text means it)."""
     elevation, azimuth = np.radians(lidar.elevations()), np.radians(lidar.azimuths())
     rows = np.stack([np.cos(elevation), np.sin(elevation)], axis=1)
     return Lattice(codes.LIDAR, rows, np.stack([np.cos(azimuth), np.sin(azimuth)], axis=1))
 
 
 def lattice(lidar: Lidar) -> Lattice | None:
-    """Its rays in rows and columns; None for beams with azimuth offsets and for scan patterns."""
+    """Return its rays in rows and columns; None for beams with azimuth offsets and for scan patterns."""
     return beam_lattice(lidar) if lidar.azimuth_offsets_deg is None and lidar.rays is None else None
 
 
 def directions(lidar: Lidar, rays: Ids) -> NDArray[np.float64]:
-    """Directions in the sensor frame of rays by number, beam * azimuths + azimuth, (n, 3)."""
+    """Return directions in the sensor frame of rays by number, beam * azimuths + azimuth, (n, 3)."""
     if lidar.rays is not None:
         shots = lidar.rays.shots()
         elevation, azimuth = np.radians(shots.elevation_deg[rays]), np.radians(shots.azimuth_deg[rays])

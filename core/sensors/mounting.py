@@ -15,7 +15,7 @@ _FLAT = 0.2
 
 
 def upright_rpy_deg(normal: Doubles) -> Vec3:
-    """Upright on the surface: z along the normal, x as near to the car's x axis as can be."""
+    """Return angles upright on the surface: z along the normal, x as near to the car's x axis as possible."""
     up = np.asarray(normal, dtype=np.float64)
     ahead = np.array([1.0, 0.0, 0.0])
     if abs(float(up @ ahead)) > 0.99:  # on the very front or rear: its x axis looks down or up
@@ -26,8 +26,9 @@ def upright_rpy_deg(normal: Doubles) -> Vec3:
 
 
 def outwards_rpy_deg(normal: Doubles) -> Vec3:
-    """Looking along the normal with a level horizon; where that rises by more than 50 degrees, as on a roof, a bonnet
-    or a windscreen, level and looking the way the surface falls, ahead on a flat one."""
+    """Return angles that look along the normal with a level horizon; where the normal rises by more than 50 degrees,
+    as on a roof, a bonnet or a windscreen, angles that are level and look the way the surface falls, ahead on a flat
+    one."""
     x, y, z = (float(value) for value in normal)
     flat = math.hypot(x, y)
     if abs(z) > _STEEP:

@@ -239,7 +239,7 @@ def _points_of(lidar: Lidar, sent: Any) -> tuple[NDArray[Any], NDArray[Any], NDA
 
 
 def _pictures(tick: Tick, stem: str, channel: Channel, rig: Rig) -> dict[str, bytes]:
-    """Picture, labels and depth of a camera."""
+    """Return the picture, labels and depth of a camera."""
     assert channel.sensor is not None
     camera = rig.enabled_cameras()[channel.sensor]
     bgra = {
@@ -261,7 +261,7 @@ def _pixels(sent: Any) -> NDArray[np.uint8]:
 
 
 def labels_of(bgra: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Places in LABELS of CARLA's tags, which are in the red channel."""
+    """Return the places in LABELS of CARLA's tags, which are in the red channel."""
     table = np.full(256, LABELS.index("static"), np.uint8)
     for name, tags in _TAGS.items():
         table[list(tags)] = LABELS.index(name)

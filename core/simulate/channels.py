@@ -55,7 +55,7 @@ def ego_origin_m(rig: Rig) -> Doubles:
 
 
 def channels_of(rig: Rig, with_cameras: bool = True) -> list[Channel]:
-    """All LiDARs together, then each on its own where there are several, then the cameras."""
+    """Return all LiDARs together, then each on its own where there are several, then the cameras."""
     origin_m, taken = ego_origin_m(rig), {MERGED}
     lidars, found = rig.enabled_lidars(), list[Channel]()
     if lidars:
@@ -97,7 +97,7 @@ def _name(family: str, sensor: Sensor, taken: set[str]) -> str:
 
 
 def quaternions(rotation: Doubles) -> Doubles:
-    """Quaternions (n, 4), w, x, y, z, of rotations (n, 3, 3)."""
+    """Return quaternions (n, 4), w, x, y, z, of rotations (n, 3, 3)."""
     from scipy.spatial.transform import Rotation
 
     xyzw = Rotation.from_matrix(rotation).as_quat(canonical=True)

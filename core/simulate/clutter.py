@@ -67,7 +67,7 @@ class Clutter(NamedTuple):
     yaw_rad: Doubles
 
     def rotation(self) -> Doubles:
-        """Rotations (n, 3, 3) from their axes to the vehicle frame."""
+        """Return rotations (n, 3, 3) from their axes to the vehicle frame."""
         return rotations_from_yaw(self.yaw_rad)
 
 

@@ -153,7 +153,7 @@ def require_channels(rig: Rig, extras: Extras) -> list[Channel]:
 
 
 def scenes_of(traffic: Traffic, every: int = 1, most: int | None = None) -> list[Scene]:
-    """Sequences of the data, the first `most` of them with one in `every` frames."""
+    """Return the sequences of the data, the first `most` of them with one in `every` frames."""
     labels = traffic.data.labels
     if labels is None:
         groups = {0: list(range(traffic.frames))}

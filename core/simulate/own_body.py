@@ -22,5 +22,6 @@ def own_solid(rig: Rig, said: Body | None) -> Solid | None:
 
 @lru_cache(maxsize=32)
 def stopped_m(sensor: Sensor, body: Solid | None) -> NDArray[np.float64]:
-    """As `riglens.core.targets.beams.stops_of`; a native camera takes seconds, and a process meets it many times."""
+    """Return the distances of `riglens.core.targets.beams.stops_of`, kept: a native camera takes seconds, and a
+    process needs it many times."""
     return NOT_STOPPED if body is None else stops_of(sensor, barrier_of(sensor, body))

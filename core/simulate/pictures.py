@@ -134,7 +134,7 @@ def _beams(camera: Camera, body: Solid | None, is_native: bool) -> Beams:
 
 
 def _paint(world: World, rng: np.random.Generator) -> kernel.Paint:
-    """Colours of a frame's things, the same for every camera."""
+    """Return the colours of a frame's objects, the same for every camera."""
     cls = world.boxes.cls[: world.looks.users]
     draws = rng.integers(0, 1 << 30, len(world.boxes.cls))
     colours = [

@@ -95,7 +95,7 @@ class Tables:
         return hashlib.sha256(f"{self._key} {what}".encode()).hexdigest()[:32]
 
     def all(self) -> Iterator[tuple[str, Iterator[Record]]]:
-        """Names and records of the tables, and of image_annotations."""
+        """Yield names and records of the tables, and of image_annotations."""
         yield "category", self._categories()
         yield (
             "attribute",
@@ -115,7 +115,7 @@ class Tables:
         yield "image_annotations", self._boxes_2d()
 
     def splits(self) -> dict[str, list[str]]:
-        """Names of the scenes for training and validation."""
+        """Return the names of the scenes for training and validation."""
         return {
             TRAIN: [scene.name for scene in self._scenes if not scene.is_val],
             VAL: [scene.name for scene in self._scenes if scene.is_val],
@@ -185,7 +185,7 @@ class Tables:
             }
 
     def _moments(self) -> Iterator[tuple[Scene, int, int, int | None, int | None]]:
-        """Scene, frame, place in it, and the frames before and after."""
+        """Yield scene, frame, place in it, and the frames before and after."""
         for scene in self._scenes:
             beside = (None, *scene.frames, None)
             for k, (frame, place) in enumerate(zip(scene.frames, scene.places, strict=True)):
@@ -278,7 +278,7 @@ class Tables:
             }
 
     def _followed(self, frame: int, user: int) -> dict[str, str]:
-        """Tokens of the instance of an annotation, and of those before and after it."""
+        """Return the tokens of the instance of an annotation, and of those before and after it."""
         number, k = self._chain_of[frame, user]
         chain = self._chains[number]
         return {
@@ -312,7 +312,7 @@ class Tables:
                 }
 
     def _boxes_2d(self) -> Iterator[Record]:
-        """As the kit's export_2d_annotations_as_json, but around the pixels that can be seen."""
+        """Yield the records of the kit's export_2d_annotations_as_json, but around the pixels that can be seen."""
         names = list(CATEGORIES)
         cameras = [one for one in self._channels if one.modality == "camera"]
         stems = {frame: scene.stem(place) for scene, frame, place, _, _ in self._moments()}
@@ -337,5 +337,5 @@ class Tables:
 
 
 def visibility_bin(share: float | None) -> str:
-    """Token of nuScenes' bin of a visible share; what no sensor could see is in the lowest."""
+    """Return the token of nuScenes' bin of a visible share; objects that no sensor could see are in the lowest."""
     return "1" if share is None else str(1 + sum(share >= edge for edge in (0.4, 0.6, 0.8)))

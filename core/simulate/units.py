@@ -54,17 +54,17 @@ class Unit:
     stems: tuple[str, ...]
 
     def file_names(self) -> set[str]:
-        """Every file that the unit writes, by its path in the data set."""
+        """Return every file that the unit writes, by its path in the data set."""
         return file_names(self.stems, channels_of(self.rig, self.extras.pictures), self.extras)
 
 
 def part_of(traffic: Traffic, places: NDArray[np.int64]) -> Traffic:
-    """Some frames of traffic, by their places in it; they keep their numbers in the data."""
+    """Return some frames of traffic, by their places in it; they keep their numbers in the data."""
     return replace(traffic.frames_alone(places), data=replace(traffic.data, labels=None, notes=()))
 
 
 def simulate_unit(unit: Unit) -> bytes:
-    """Files of a unit, and notes of each frame for the tables, as a ZIP archive; the same bytes each time."""
+    """Return files of a unit, and notes of each frame for the tables, as a ZIP archive; the same bytes each time."""
     worlds = Worlds(unit.traffic, unit.settings)
     simulator = Simulator(unit.rig, worlds)
     cameras = Cameras(unit.rig, worlds, is_native=unit.extras.pictures)
@@ -136,7 +136,8 @@ def _put(archive: zipfile.ZipFile, name: str, content: bytes) -> None:
 
 
 def records_of(sweep: Sweep, channel: Channel, rig: Rig) -> NDArray[np.float32]:
-    """x, y, z, intensity, ring (n, 5) in the frame of a channel; of all LiDARs, rings are numbered on through them."""
+    """Return x, y, z, intensity, ring (n, 5) in the frame of a channel; of all LiDARs, rings are numbered
+    consecutively."""
     ring = sweep.ring.astype(np.float32)
     if channel.sensor is None:
         beams = np.concatenate([[0], np.cumsum([lidar.beam_count for lidar in rig.enabled_lidars()])])
@@ -162,7 +163,7 @@ def counted_inside(
 def _put_picture(
     archive: zipfile.ZipFile, stem: str, channel: Channel, picture: CameraPicture, truth: TrueBoxes
 ) -> None:
-    """The picture, the class of each pixel and its depth along the camera's axis in centimetres."""
+    """Add the picture, the class of each pixel and its depth along the camera's axis in centimetres."""
     depth = np.where(np.isfinite(picture.depth_m), picture.depth_m * DEPTH_PER_M + 0.5, 0.0)
     depth = np.where((depth > 0.0) & (depth < 65536.0), depth, 0.0).astype(np.uint16)  # fisheyes see behind
     _put(archive, file_name(stem, channel.name, ".jpg"), encoded(picture.rgb, "JPEG", quality=JPEG_QUALITY))
@@ -172,7 +173,7 @@ def _put_picture(
 
 
 def encoded(pixels: NDArray[Any], form: str, **options: int) -> bytes:
-    """Pixels as the bytes of a picture file."""
+    """Return pixels as the bytes of a picture file."""
     from PIL import Image
 
     stream = BytesIO()

@@ -151,7 +151,7 @@ def _standing(clutter: Clutter, surface: Surface) -> Doubles:
 
 
 def _parts(shape: Shape, cls: NDArray[np.uint8], size_m: Doubles, clutter: Clutter) -> tuple[Parts, Doubles]:
-    """Parts of boxes and, after them, of clutter; how deep rays get into each part."""
+    """Return parts of boxes and, after them, of clutter; and the depth to which rays enter each part."""
     given, more = parts_of(shape, cls, size_m), parts_by_kind(_MADE_OF, clutter.kind, clutter.size_m)
     joined = Parts(
         np.concatenate([given.starts, given.starts[-1] + more.starts[1:]]),

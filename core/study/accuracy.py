@@ -296,14 +296,14 @@ def _score_error(mine: _Scored, exact: _Scored, reference: _Scored, cls: int) ->
 
 
 def _share(scored: _Scored, cls: int) -> float | None:
-    """-S-MS / H(Omega); None without any entropy."""
+    """Return -S-MS / H(Omega); None without any entropy."""
     field, answer = scored
     total = field.h_total_nat(cls)
     return -answer.s_ms[cls] / total if total else None
 
 
 def wrong_voxels(exact: np.ndarray, found: np.ndarray) -> Wrong:
-    """Missed and extra voxels of a cover (n,), bits as in FLAGS; shares of the exact ones (0 without any)."""
+    """Return missed and extra voxels of a cover (n,), bits as in FLAGS; shares of the exact ones (0 without any)."""
     counts = []
     for flag in FLAGS.values():
         right, mine = (exact & flag) != 0, (found & flag) != 0

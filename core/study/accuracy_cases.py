@@ -91,7 +91,8 @@ def plain_case(
     dda: PlainDda | None = None,
     step_voxels: float | None = None,
 ) -> Case:
-    """Plain DDA on one thread, in double or in single precision; with a step, points on the rays instead.
+    """Return the case of plain DDA on one thread, in double or in single precision; with a step, points on the rays
+    instead.
 
     Clearing the dense grid counts towards the time. Cases may share the dense grids of one `dda`.
     """
@@ -117,7 +118,8 @@ def plain_case(
 
 
 def walk_case(field: EntropyField, sensor: Sensor, settings: MetricSettings, threads: int) -> Case:
-    """Every ray of one sensor by the exact walk, ray by ray, and the engine's own sum: the slow way to its answer."""
+    """Return the case of the exact walk, ray by ray over one sensor, and the engine's own sum: the slow way to its
+    answer."""
     caster, kinds = Caster(field, threads), kind_names()
     kind, keep = kinds.index(sensor.kind), field.index.words
 
@@ -158,7 +160,7 @@ def walk_case(field: EntropyField, sensor: Sensor, settings: MetricSettings, thr
 def voxel_case(
     tests: VoxelTests, rig: Rig, camera_weight: float, test: Literal["rectangles", "centres"]
 ) -> Case:
-    """One of the two tests voxel by voxel."""
+    """Return the case of one of the two tests voxel by voxel."""
     cover = tests.bounding_rectangles if test == "rectangles" else tests.centres_in_view
 
     def run(_: None) -> tuple[Seen, NDArray[np.float64]]:
@@ -234,7 +236,7 @@ def with_lattice(rig: Rig, name: LatticeName) -> Rig:
 
 
 def _thinned(camera: Camera, columns: int, rows: int) -> Camera:
-    """Every second or fourth ray per side; the principal point moves so that they stay where they were."""
+    """Keep every second or fourth ray per side; the principal point moves so that they stay where they were."""
     fx_px, fy_px, cx_px, cy_px = camera.intrinsics_px()
     width, height = camera.resolution
     cast = (max(1, width // columns), max(1, height // rows))

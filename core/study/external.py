@@ -105,7 +105,7 @@ class Experiment:
 def _thinned(
     lidar: Lidar, places: Sequence[int], azimuths_deg: Doubles, kept: float, rng: np.random.Generator
 ) -> Iterator[Lidar]:
-    """LiDARs of two beams each, which lose azimuths of their own."""
+    """Yield LiDARs of two beams each, which keep a share of the azimuths, drawn for each of them."""
     for first in range(0, len(places), 2):
         chosen = azimuths_deg[rng.random(len(azimuths_deg)) < kept]
         beams = _with_beams(lidar, places[first : first + 2])
@@ -227,7 +227,7 @@ def outcomes(
 def _figures(
     rig: Rig, recording: Recording, targets: TargetEngine, engine: Engine, frames: int
 ) -> dict[str, float]:
-    """Means over the classes of the benchmark; the car's own body as the rig says."""
+    """Return means over the classes of the benchmark; the car's own body as the rig defines it."""
     classes = _CLASSES[recording]
     rows = targets.evaluate(rig, TargetSettings(body=None), frames).classes
     predicted = [one.value for cls in classes if (one := rows[cls].total.predicted) is not None]

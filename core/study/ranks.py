@@ -37,12 +37,13 @@ class RankCorrelation:
 
 
 def spearman(x: Doubles, y: Doubles) -> Doubles:
-    """Spearman's coefficient of each row, (...,), of x and y (..., n); equal values share ranks; NaN for a constant."""
+    """Return Spearman's coefficient of each row, (...,), of x and y (..., n); equal values share ranks; NaN for a
+    constant."""
     return _pearson(rankdata(x, axis=-1), rankdata(y, axis=-1))
 
 
 def kendall(x: Doubles, y: Doubles) -> Doubles:
-    """Kendall's tau-b of each row, (...,), of x and y (..., n); NaN where a row is constant."""
+    """Return Kendall's tau-b of each row, (...,), of x and y (..., n); NaN where a row is constant."""
     a, b = (np.sign(values[..., :, None] - values[..., None, :]) for values in (x, y))
     with np.errstate(invalid="ignore", divide="ignore"):
         scale = np.sqrt((a * a).sum(axis=(-1, -2)) * (b * b).sum(axis=(-1, -2)))

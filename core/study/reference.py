@@ -32,7 +32,7 @@ SMALLEST = 1e-100
 
 
 def exact_cover(grid: VoxelGrid, sensors: Iterable[Sensor], progress: Progress | None = None) -> Mask:
-    """Voxels (nx, ny, nz) in which at least one ray of the sensors runs over a positive length."""
+    """Return voxels (nx, ny, nz) in which at least one ray of the sensors runs over a positive length."""
     seen = np.zeros(grid.shape, np.bool_)
     every = list(sensors)
     total = sum(sensor.ray_count for sensor in every)
@@ -75,7 +75,7 @@ def _mark_clear(
 def _moments(
     origin: Doubles, directions: Doubles, near: float, far: float, shape: tuple[int, ...]
 ) -> Doubles:
-    """Moments at which each ray meets a plane, and the ends of its range, rising, (n, planes + 2)."""
+    """Return the moments at which each ray meets a plane, and the ends of its range, ascending, (n, planes + 2)."""
     ends = np.broadcast_to(np.array([near, far]), (len(directions), 2))
     columns = [ends]
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -94,7 +94,7 @@ def _cells(
     between: Mask,
     shape: tuple[int, ...],
 ) -> tuple[list[NDArray[np.int64] | Mask], Mask]:
-    """Voxel indices along x, y, z of the points half-way and whether they count; rays too near to a plane."""
+    """Return voxel indices along x, y, z of the midpoints and whether they count; and the rays too near to a plane."""
     inside = between.copy()
     unsure = np.zeros_like(between)
     indices: list[NDArray[np.int64] | Mask] = []

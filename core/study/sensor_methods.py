@@ -192,7 +192,7 @@ def _measured(
 
 
 def wrong_shares(exact: Answer, found: Answer) -> tuple[float, float]:
-    """Missed and extra voxels as shares of the exact ones; 0 where there are none."""
+    """Return missed and extra voxels as shares of the exact ones; 0 where there are none."""
     right, mine = exact.seen != 0, found.seen != 0
     all_right = max(int(right.sum()), 1)
     return int((right & ~mine).sum()) / all_right, int((mine & ~right).sum()) / all_right

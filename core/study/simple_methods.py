@@ -90,8 +90,8 @@ class PlainDda:
 
 
 def unknown_to_rough(rig: Rig) -> list[str]:
-    """Names of the sensors that bounding rectangles and centres in view do not know: lenses with distortion, beams with
-    azimuth offsets. With one of these in the rig both are left out."""
+    """Return the names of the sensors that bounding rectangles and centres in view do not support: lenses with
+    distortion, beams with azimuth offsets. With one of these in the rig both methods are left out."""
     return [sensor.name for sensor in rig.sensors if sensor.enabled and is_listed(sensor)]
 
 
@@ -148,7 +148,8 @@ class VoxelTests:
 
 
 def _lens(camera: Camera) -> NDArray[np.float64]:
-    """Lattice column = c0 - c1 y / x out of c2, lattice row = c3 - c4 z / x out of c5 (paper, eq. 3)."""
+    """Return c0 to c5: lattice column = c0 - c1 y / x out of c2, lattice row = c3 - c4 z / x out of c5 (paper, eq.
+    3)."""
     fx_px, fy_px, cx_px, cy_px = camera.intrinsics_px()
     (width, height), (columns, rows) = camera.image, camera.resolution
     across = (cx_px * (columns / width) - 0.5, fx_px * (columns / width), float(columns))
@@ -156,7 +157,7 @@ def _lens(camera: Camera) -> NDArray[np.float64]:
 
 
 def _image_edges(camera: Camera) -> NDArray[np.float64]:
-    """y / x from, to, z / x from, to at the edges of the image."""
+    """Return y / x from, to, z / x from, to at the edges of the image."""
     fx_px, fy_px, cx_px, cy_px = camera.intrinsics_px()
     width_px, height_px = camera.image
     return np.array([(cx_px - width_px) / fx_px, cx_px / fx_px, (cy_px - height_px) / fy_px, cy_px / fy_px])

@@ -94,7 +94,7 @@ def _case(name: str, why: str, *sensors: Sensor, grid: VoxelGrid = UNIT) -> RayC
 
 
 def ray_cases(quick: bool = False) -> Iterator[RayCase]:
-    """All cases, in the order of the table; `quick` thins the largest sensors."""
+    """Yield all cases, in the order of the table; `quick` thins the largest sensors."""
     yield from _planes()
     yield from _numbers()
     yield from _places()

@@ -56,7 +56,7 @@ class Editor:
         self._past: list[tuple[Rig, MetricSettings]] = []
 
     def step(self) -> None:
-        """One edit; which one is drawn at random."""
+        """Make one edit, drawn at random."""
         self._past = [*self._past[-REMEMBERED:], (self.rig, self.settings)]
         sensors, rng = list(self.rig.sensors), self._rng
         kind = _KINDS[int(rng.integers(len(_KINDS)))]

@@ -104,7 +104,7 @@ def field_of(grid: VoxelGrid, counts: NDArray[np.int64], frames: int = FRAMES) -
 
 
 def random_counts(grid: VoxelGrid, rng: np.random.Generator, share: float = 0.3) -> NDArray[np.int64]:
-    """Random counts out of FRAMES, (nx, ny, nz, 3), not 0 in a share of the voxels per class."""
+    """Return random counts out of FRAMES, (nx, ny, nz, 3), not 0 in a share of the voxels per class."""
     shape = (*grid.shape, len(CLASSES))
     drawn: NDArray[np.int64] = rng.integers(1, FRAMES, shape) * (rng.random(shape) < share)
     return drawn
@@ -137,7 +137,7 @@ def compared(found: Mask, exact: Mask) -> Outcome:
 
 
 def judged(case: RayCase, threads: int | None = None, progress: Progress | None = None) -> MethodRow:
-    """All methods on one case, against the voxels that rational arithmetic finds."""
+    """Compare all methods on one case with the voxels that rational arithmetic finds."""
     exact = exact_cover(case.grid, case.sensors, progress)
     return row(
         case.name,
@@ -187,7 +187,7 @@ def same_on_all_threads(_: int | None = None) -> MethodRow:
 
 
 def digest(threads: int) -> str:
-    """SHA-256 over scores and covered voxels of some rigs by all methods and readings."""
+    """Return the SHA-256 of scores and covered voxels of some rigs by all methods and readings."""
     field = field_of(OPEN_ROAD, random_counts(OPEN_ROAD, np.random.default_rng(1)))
     upright = (spinning((0.3, 0.2, 2.17)), camera((1.1, -0.6, 1.8), (0.0, 0.0, 40.0), (352, 128)))
     tilted = (spinning((-0.4, 0.6, 2.2), (16.0, 3.0, 0.0)), camera((0.0, 0.5, 1.8), (1.0, 9.0, 200.0)))
@@ -204,7 +204,7 @@ def digest(threads: int) -> str:
 
 
 def entropy_nat(count: int, frames: int) -> Decimal:
-    """h of p = count / frames with 50 digits."""
+    """Return h of p = count / frames with 50 digits."""
     with localcontext() as context:
         context.prec = 50
         if count in (0, frames):

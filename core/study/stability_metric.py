@@ -70,13 +70,13 @@ class Ranking:
         return found
 
     def figures(self, of: str, cls: str) -> dict[str, float]:
-        """S-MIG of the groups "lidars" or "cameras", or S-MS of the "rigs", of one class."""
+        """Return S-MIG of the groups "lidars" or "cameras", or S-MS of the "rigs", of one class."""
         if of == "rigs":
             return {rig: self.s_ms[rig][cls] for rig in PAPER_RIGS}
         return {letter: self.s_mig[letter][cls] for letter in (LIDARS if of == "lidars" else CAMERAS)}
 
     def order(self, of: str, cls: str) -> tuple[str, ...]:
-        """Names by figure, the lowest first; empty when all are equal."""
+        """Return the names by figure, the lowest first; empty when all are equal."""
         figures = self.figures(of, cls)
         return tuple(sorted(figures, key=figures.__getitem__)) if len(set(figures.values())) > 1 else ()
 
@@ -106,7 +106,7 @@ class Agreement(NamedTuple):
 
 
 def agreement(one: Ranking, other: Ranking, cls: str) -> Agreement:
-    """Kendall's tau-b and Spearman's rho over the eight rigs."""
+    """Return Kendall's tau-b and Spearman's rho over the eight rigs."""
     mine, theirs = (list(ranking.figures("rigs", cls).values()) for ranking in (one, other))
     return Agreement(*tau_and_rho(mine, theirs))
 

@@ -52,12 +52,12 @@ class Paper:
         )
 
     def detectors_agree(self, column: str) -> float:
-        """Kendall's tau between the orders of rigs by two detectors, mean over their pairs."""
+        """Return Kendall's tau between the orders of rigs by two detectors, mean over their pairs."""
         of = self.of(column)
         return float(np.mean([kendall(one, other) for one, other in combinations(of, 2)]))
 
     def groups(self, column: str) -> dict[str, float]:
-        """Mean average precision of the LiDAR placements that both papers have, percent."""
+        """Return mean average precision of the LiDAR placements that both papers have, percent."""
         of = self.of(column).mean(axis=0)
         names = [entrant.name for entrant in self.rigs]
         rigs = {

@@ -86,7 +86,7 @@ class VoxelChoice:
 def ladder_grids(
     roi_m: Vec3, ladder_m: Sequence[float] = LADDER_M
 ) -> tuple[tuple[VoxelGrid, ...], tuple[tuple[float, str], ...]]:
-    """Grids to try, the finest first, and (edge, reason) of those that do not divide the ROI or do not fit.
+    """Return grids to try, the finest first, and (edge, reason) of those that do not divide the ROI or do not fit.
 
     InputError when none is left.
     """
@@ -154,6 +154,6 @@ def _swaps(one: Tried, finest: Tried) -> Iterator[Swap]:
 
 
 def _order(tried: Tried, a: int, b: int, cls: str) -> int:
-    """-1, 0 or 1 as the S-MS of rig a is below, equal to or above that of rig b."""
+    """Return -1, 0 or 1 as the S-MS of rig a is below, equal to or above that of rig b."""
     first, second = (tried.scores[i][1].classes[cls].s_ms for i in (a, b))
     return (first > second) - (first < second)

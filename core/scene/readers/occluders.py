@@ -39,7 +39,7 @@ def open_occluders(occluders: Path, poses: Path, origin_m: Vec3 = (0.0, 0.0, 0.0
 
 
 def _read_occluders(path: Path) -> tuple[list[str], dict[str, Map]]:
-    """Names of all occluders in the order of the table, and the occluders of each map."""
+    """Return names of all occluders in the order of the table, and the occluders of each map."""
     number_of: dict[str, int] = {}
     cls: list[str] = []
     codes, numbers = [np.zeros(0, np.int64)], [np.zeros((0, 7))]
@@ -59,7 +59,7 @@ def _read_occluders(path: Path) -> tuple[list[str], dict[str, Map]]:
 
 
 def _maps(names: list[str], codes: NDArray[np.int64], numbers: NDArray[np.float64]) -> dict[str, Map]:
-    """The rows of each map; codes (n,): the number of each row's map."""
+    """Return the rows of each map; codes (n,): the number of each row's map."""
     order = np.argsort(codes, kind="stable")
     ends = np.cumsum(np.bincount(codes, minlength=len(names)))
     return (

@@ -98,7 +98,7 @@ class Split:
 
 
 def split(data: DataReport, protocol: Protocol) -> Split:
-    """Whole sequences go to training or test, drawn by seed 0; raise InputError where there are too few."""
+    """Draw whole sequences for training or test by seed 0; raise InputError where there are too few."""
     labels = data.labels
     frames = 0 if labels is None else len(labels.sequence)
     of_frame = np.zeros(0, np.int64) if labels is None else labels.sequence
@@ -166,8 +166,8 @@ def entrants(rigs: Sequence[Rig], with_cameras: bool = False) -> tuple[Entrant, 
 
 
 def references(with_cameras: bool = False) -> tuple[Entrant, ...]:
-    """Four rigs that always train along, so that few compared rigs still make a net that knows many; with the paper's
-    wide cameras where points are painted."""
+    """Return four rigs that are always trained along, so that a net knows many even if few are compared; with the
+    paper's wide cameras where points are painted."""
     roof = Pose((0.0, 0.0, 1.9), (0.0, 0.0, 0.0))
     alone = [
         Rig(

@@ -81,7 +81,7 @@ def _steps() -> list[Rig]:
 
 
 def _library_draw(rng: np.random.Generator) -> list[str]:
-    """Turning LiDARs of the bundled library that cast beams, without those that are rigs already."""
+    """Draw turning LiDARs of the bundled library that cast beams, without those that are rigs already."""
     names = []
     entries = [entry for entry in default_library().entries("lidar") if entry.maker != "Data sets"]
     for entry in entries:
@@ -95,7 +95,7 @@ def _library_draw(rng: np.random.Generator) -> list[str]:
 
 
 def _random_rig(number: int, rng: np.random.Generator) -> Rig:
-    """Four generic LiDARs of 16 beams, each on the roof (two of three) or at a corner, tilted up to 10 degrees."""
+    """Draw four generic LiDARs of 16 beams, each on the roof (two of three) or at a corner, tilted up to 10 degrees."""
     sensors = []
     for place in range(1, 5):
         on_roof = rng.random() < 2 / 3

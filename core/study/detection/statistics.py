@@ -69,7 +69,8 @@ class Precisions:
         return "better" if found.value > 0.0 else "worse"
 
     def seed_spread(self, column: str) -> float | None:
-        """Standard deviation between seeds, root mean square over rigs, percentage points; None for one seed."""
+        """Return the standard deviation between seeds, root mean square over rigs, percentage points; None for one
+        seed."""
         if self.seeds < 2:
             return None
         variance = np.var(self.by_seed[:, :, COLUMNS.index(column)], axis=1, ddof=1)
@@ -102,7 +103,7 @@ def precisions(
 
 
 def _mean(found: Doubles) -> Doubles:
-    """Mean over the classes (seeds, classes, r) that have objects at all."""
+    """Return the mean over the classes (seeds, classes, r) that have objects at all."""
     there = ~np.isnan(found[:, :, 0]).any(axis=0)
     return np.asarray(found[:, there].mean(axis=1)) if there.any() else np.full_like(found[:, 0], np.nan)
 

@@ -44,7 +44,7 @@ class Surrogates:
     values: Mapping[str, Doubles]
 
     def of(self, name: str, column: str) -> Doubles:
-        """One figure of all rigs, (rigs,)."""
+        """Return one figure of all rigs, (rigs,)."""
         return self.values[name][:, COLUMNS.index(column)]
 
 
