@@ -91,8 +91,8 @@ def stops_of(
 
 @singledispatch
 def azimuth_step_rad(_: Sensor) -> float:
-    """The step between azimuths: the median one of listed azimuths, 0 where there is a single one or none, and for scan
-    patterns, which do not turn."""
+    """Return the step between azimuths: the median one of listed azimuths, 0 where there is a single one or none,
+    and for scan patterns, which do not turn."""
     return 0.0
 
 
@@ -144,7 +144,7 @@ def _lidar(lidar: Lidar) -> Beams:
 
 
 def _pinhole(camera: Camera) -> Beams:
-    """Directions with x = 1: their lengths decide nothing while the range has no ends."""
+    """Return directions with x = 1: their lengths decide nothing while the range has no ends."""
     table = lattice(camera)
     z, y = table.rows[:, 0], table.planes[:, 0]
     row_of, column_of = np.argsort(z, kind="stable"), np.argsort(y, kind="stable")
@@ -182,7 +182,7 @@ def _with_listed(beams: Beams, directions: Doubles) -> Beams:
 
 
 def _beams(sensor: Sensor, row_at: Doubles, row_of: Ids, column_at: Doubles, column_of: Ids) -> Beams:
-    """Beams without directions yet, in no place."""
+    """Return beams that have no directions and no position yet."""
     none = np.zeros(0)
     return Beams(
         False, column_of.size, 0, none, none, none, np.ones((0, 2)), np.zeros(3), np.eye(3),
@@ -199,8 +199,9 @@ def _limits_m(sensor: Sensor) -> Doubles:
 
 
 def _blocks(directions: Doubles, columns: int) -> Doubles:
-    """Cones around short runs of rays along the rows of a listed lattice, those of each tile of the lattice behind a
-    cone around all of it, (b, 8) as in `kernels.objects.box_frames.Beams`; those without any ray are left out."""
+    """Return cones around short runs of rays along the rows of a listed lattice, those of each tile of the lattice
+    behind a cone around all of it, (b, 8) as in `kernels.objects.box_frames.Beams`; those without any ray are left
+    out."""
     strip = _TILE_ROWS * columns
     parts = [
         _cones_of_strip(directions[at : at + strip], at, columns) for at in range(0, len(directions), strip)
@@ -232,7 +233,8 @@ def _cones_of_strip(directions: Doubles, first: int, columns: int) -> Doubles:
 
 
 def _cones(directions: Doubles) -> Doubles:
-    """Axis, cosine and sine of the half angle of cones around unit directions (n, k, 3), (n, 5); NaN without any."""
+    """Return axis, cosine and sine of the half angle of cones around unit directions (n, k, 3), (n, 5); NaN without
+    any."""
     exists = ~np.isnan(directions[..., :1])
     axis = np.where(exists, directions, 0.0).sum(axis=1) / np.maximum(exists.sum(axis=1), 1)
     length = np.linalg.norm(axis, axis=1, keepdims=True)

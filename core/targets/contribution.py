@@ -56,7 +56,7 @@ class Contribution:
     cells: Ids
 
     def joined(self, more: Contribution) -> Contribution:
-        """This one and that of the frames that follow."""
+        """Return this contribution joined with that of the frames that follow."""
         return Contribution(
             self.frames + more.frames,
             np.concatenate([self.found, more.found], axis=1),
@@ -84,7 +84,7 @@ class TargetCaster:
         self._ranks, self._objects_before = np.where(traffic.counts, before[:-1], -1), before[traffic.starts]
 
     def _boxes_of(self, shape: Shape) -> Boxes:
-        """The boxes for the kernels, and what they are made of."""
+        """Return the boxes for the kernels, and the parts that they consist of."""
         if shape not in self._boxes:
             traffic = self._traffic
             parts = parts_of(shape, traffic.cls, traffic.size_m)
@@ -180,7 +180,7 @@ class _Cells:
             self.filled[:] = 0
 
     def joined(self) -> Ids:
-        """All cells; `starts` are places in these from now on."""
+        """Return all cells and make `starts` places among them."""
         return np.concatenate([*self._full, *self._rows()])
 
     def _rows(self) -> list[Ids]:

@@ -42,7 +42,8 @@ def _require(field: str, value: float, least: float, most: float) -> None:
 
 
 def around(count: int) -> tuple[float, ...]:
-    """So many bearings in degrees, evenly around the car, ahead first, then to the left; within (-180, 180]."""
+    """Return a number of bearings in degrees, evenly around the car, ahead first, then to the left; within (-180,
+    180]."""
     _require("directions", count, 1, MAX_BEARINGS)
     turns = (360.0 * k / count for k in range(count))
     return tuple(turn if turn <= 180.0 else turn - 360.0 for turn in turns)
@@ -90,7 +91,7 @@ class RangePlan:
             _require("speeds_kmh", speed, 1.0, 500.0)
 
     def cases(self) -> tuple[Case, ...]:
-        """Everything that is put somewhere: class by class, heading by heading, bearing by bearing."""
+        """Return every case of an object in a place: class by class, heading by heading, bearing by bearing."""
         return tuple(
             Case(cls, heading, bearing)
             for cls in CLASSES
@@ -113,7 +114,7 @@ class RangePlan:
         return plan.get(kind.name, kind.hits.threshold)
 
     def with_body(self, body: Body) -> RangePlan:
-        """This plan with rays that end at the car's own body, or do not."""
+        """Return this plan with rays that end at the car's own body, or do not."""
         return replace(self, settings=replace(self.settings, body=body))
 
     def stopping_m(self, speed_kmh: float) -> float:

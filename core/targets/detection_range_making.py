@@ -102,7 +102,8 @@ def reach_of(distances_m: Doubles, enough: NDArray[np.bool_]) -> Reach:
 
 
 def lattice_steps_deg(lidars: Sequence[Lidar]) -> tuple[float, float]:
-    """Widest gap between beams near the horizon, at most WIDEST_GAP_DEG, and widest step between azimuths."""
+    """Return the widest gap between beams near the horizon, at most WIDEST_GAP_DEG, and widest step between
+    azimuths."""
     gap_deg, step_deg = 0.0, 0.0
     for lidar in lidars:
         beams = np.unique(lidar.elevations())

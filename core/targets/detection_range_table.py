@@ -59,7 +59,7 @@ def _finite(value: float) -> float | None:
 
 
 def range_lines(ranges: DetectionRange) -> list[dict[str, object]]:
-    """One line per class, heading, bearing and kind of sensor; empty: still enough at the farthest distance."""
+    """Return a line per class, heading, bearing and kind of sensor; empty: still enough at the farthest distance."""
     lines: list[dict[str, object]] = []
     for row in ranges.rows:
         for kind in (kind for kind in kinds() if kind.name in row.reaches):

@@ -11,7 +11,7 @@ _NAMES = {0: "ahead", 90: "left", 180: "behind", -90: "right"}
 
 
 def bearing_text(bearing_deg: float) -> str:
-    """A direction from the car: its name, or degrees to the left."""
+    """Return a direction from the car as text: its name, or degrees to the left."""
     turned = math.remainder(bearing_deg, 360.0)
     named = _NAMES.get(round(turned)) if turned == round(turned) else None
     return named or ("behind" if turned == -180.0 else f"{turned:g}°")

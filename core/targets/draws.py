@@ -19,7 +19,7 @@ _SECOND = np.uint64(0x94D049BB133111EB)
 
 
 def mixed(key: int | Keys, counters: NDArray[np.int64]) -> Keys:
-    """Keys (n,) that belong to counters (n,) under a key, or under keys (n,)."""
+    """Return keys (n,) that belong to counters (n,) under a key, or under keys (n,)."""
     word = np.asarray(key, np.uint64) + (np.atleast_1d(counters).astype(np.uint64) + np.uint64(1)) * _GOLDEN
     word = (word ^ (word >> np.uint64(30))) * _FIRST
     word = (word ^ (word >> np.uint64(27))) * _SECOND
@@ -27,7 +27,7 @@ def mixed(key: int | Keys, counters: NDArray[np.int64]) -> Keys:
 
 
 def units(keys: Keys) -> NDArray[np.float64]:
-    """Numbers in [0, 1), one for each key."""
+    """Return numbers in [0, 1), one for each key."""
     return (keys >> np.uint64(11)).astype(np.float64) / (1 << 53)
 
 

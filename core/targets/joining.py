@@ -71,13 +71,13 @@ def _returns(rig: Rig, by_sensor: Mapping[str, Contribution], objects: int) -> d
 
 
 def _rows(images: tuple[Contribution, ...], objects: int) -> Counts:
-    """Rows of the lattice from the first to the last that meets an object, (objects, images)."""
+    """Return the rows of the lattice from the first to the last that meets an object, (objects, images)."""
     first, last = (_column(images, column, objects) for column in (FIRST_ROW, LAST_ROW))
     return np.where(first >= 0, last - first + 1, 0)
 
 
 def _native(camera: Camera) -> tuple[float, float]:
-    """Native pixels per ray of the lattice, across and down."""
+    """Return native pixels per ray of the lattice, across and down."""
     (width, height), (columns, rows) = camera.image, camera.resolution
     return width / columns, height / rows
 
@@ -90,7 +90,7 @@ def heights_px(camera: Camera, found: NDArray[np.int32]) -> Doubles:
 
 
 def _by_lidars(lidars: Lidars, objects: int, cells: JoinedCells) -> tuple[Counts, Counts, Counts]:
-    """Points (objects, lidars), points of all alone and distinct cells (objects,)."""
+    """Return points (objects, lidars), points of all LiDARs without occlusion, and unique cells, both (objects,)."""
     alone = _column(lidars, ALONE, objects).sum(axis=1)
     return _column(lidars, RAYS, objects), alone, cells.of(lidars, objects)
 
@@ -98,7 +98,8 @@ def _by_lidars(lidars: Lidars, objects: int, cells: JoinedCells) -> tuple[Counts
 def _by_cameras(
     cameras: tuple[Contribution, ...], objects: int, native: Doubles
 ) -> tuple[Doubles, Doubles, Doubles]:
-    """Pixels (objects, cameras), pixels of all alone (objects,), heights (objects, cameras) in pixels."""
+    """Return pixels (objects, cameras), pixels of all cameras without occlusion (objects,), and heights (objects,
+    cameras) in pixels."""
     area = native.prod(axis=1)
     first, last = (_column(cameras, column, objects) for column in (FIRST_ROW, LAST_ROW))
     heights_px = np.where(first >= 0, last - first + 1, 0) * native[:, 1]
@@ -107,7 +108,7 @@ def _by_cameras(
 
 
 def _column(contributions: tuple[Contribution, ...], column: int, objects: int) -> Counts:
-    """A column of what sensors found on the first objects, (objects, sensors)."""
+    """Return a column of the sensors' figures for the first objects, (objects, sensors)."""
     found = np.empty((len(contributions), objects), np.int64)
     for place, one in enumerate(contributions):
         found[place] = one.found[column, :objects]
@@ -201,5 +202,5 @@ def _marks(lists: unique_cells.Lists, objects: int) -> unique_cells.Marks:
 
 
 def _most(lists: unique_cells.Lists) -> int:
-    """Cells of all LiDARs on any object, at most."""
+    """Return the highest number of cells of all LiDARs on any object."""
     return int(lists.counts.sum(axis=0).max(initial=0))

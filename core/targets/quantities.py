@@ -188,7 +188,7 @@ class PredictedCells:
     outside: str
 
     def anchored(self, exact: PredictedCells) -> PredictedCells:
-        """As `Cells.anchored`."""
+        """Return the cells anchored, as `Cells.anchored` does."""
         return replace(self, cells=self.cells.anchored(exact.cells))
 
     @property

@@ -26,8 +26,8 @@ _NONE = np.zeros(0)
 
 
 def law_of(sensor: Sensor, settings: TargetSettings) -> NDArray[np.float64]:
-    """R for the three classes in metres and the relative width, (4,), for the kernels; (0,) where all rays return:
-    without the law, for cameras, and for a LiDAR that states no range."""
+    """Return R for the three classes in metres and the relative width, (4,), for the kernels; (0,) where all rays
+    return: without the law, for cameras, and for a LiDAR that states no range."""
     if not settings.range_law or not kind_of(sensor).has_range_law:
         return _NONE
     anchors = anchors_of(sensor)

@@ -35,7 +35,7 @@ class Returns:
     is_image: bool = False
 
     def without(self, failed: Collection[str]) -> Counts:
-        """Of all sensors together but those that failed, or of the best of them, (k,)."""
+        """Return the counts of all sensors together but those that failed, or of the best of them for images, (k,)."""
         left = self.counts[:, np.array([name not in failed for name in self.names], np.bool_)]
         return np.asarray(left.max(axis=1, initial=0) if self.is_image else left.sum(axis=1))
 
@@ -240,13 +240,13 @@ class Groups:
         self._bounds = np.searchsorted(group[self._order], np.arange(len(CLASSES) * rings + 1))
 
     def slices(self, number: int) -> list[slice]:
-        """The places of a class among `sorted` values: all of them, then ring by ring."""
+        """Return the places of a class among `sorted` values: all of them, then ring by ring."""
         rings = len(self.edges_m) - 1
         bounds = self._bounds[number * rings : (number + 1) * rings + 1].tolist()
         return [slice(bounds[0], bounds[-1]), *(slice(*pair) for pair in pairwise(bounds))]
 
     def sorted(self, values: NDArray[Any]) -> NDArray[Any]:
-        """Values of objects (k,), class by class and ring by ring."""
+        """Return values of objects (k,), class by class and ring by ring."""
         return values[self._order]
 
     def inside(self, domain: Domain) -> NDArray[np.bool_]:

@@ -43,7 +43,7 @@ class TargetSettings:
             raise InputError(f"must be an integer ≥ 1 (got {self.min_points})", "min_points")
 
     def as_dict(self) -> dict[str, object]:
-        """The settings as plain data, by the names of the JSON."""
+        """Return the settings as plain data, by the names of the JSON."""
         found: dict[str, object] = to_plain(self, "body", "shape", "range_law", "phase", "seed", "min_points")
         return found
 

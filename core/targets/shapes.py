@@ -73,7 +73,7 @@ class Parts(NamedTuple):
 
 
 def parts_of(shape: Shape, cls: NDArray[np.uint8], size_m: Doubles) -> Parts:
-    """Parts of boxes of classes (n,), as in Traffic, and sizes (n, 3) in metres."""
+    """Return parts of boxes of classes (n,), as in Traffic, and sizes (n, 3) in metres."""
     height_m = size_m[:, 2]
     if shape == "box":
         return parts_by_kind((WHOLE,), np.zeros(len(cls), np.int64), size_m)
@@ -87,7 +87,7 @@ def parts_of(shape: Shape, cls: NDArray[np.uint8], size_m: Doubles) -> Parts:
 
 
 def parts_by_kind(shapes: Sequence[tuple[Part, ...]], kind: NDArray[np.int64], size_m: Doubles) -> Parts:
-    """Parts of boxes of kinds (n,), places in `shapes`, and sizes (n, 3) in metres."""
+    """Return parts of boxes of kinds (n,), places in `shapes`, and sizes (n, 3) in metres."""
     number = np.array([len(parts) for parts in shapes])[kind]
     starts = np.concatenate([[0], np.cumsum(number)])
     box = np.repeat(np.arange(len(kind)), number)
@@ -106,7 +106,7 @@ def parts_by_kind(shapes: Sequence[tuple[Part, ...]], kind: NDArray[np.int64], s
 
 @lru_cache(maxsize=8)
 def _tables(shapes: tuple[tuple[Part, ...], ...]) -> tuple[Doubles, NDArray[np.bool_]]:
-    """Bounds (shapes, parts, 3, 2) and which parts are glass (shapes, parts)."""
+    """Return bounds (shapes, parts, 3, 2) and which parts are glass (shapes, parts)."""
     most = max(len(parts) for parts in shapes)
     bounds, glass = np.zeros((len(shapes), most, 3, 2)), np.zeros((len(shapes), most), np.bool_)
     for number, parts in enumerate(shapes):

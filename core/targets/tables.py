@@ -140,7 +140,7 @@ class _Sample:
     frames: int
 
     def means(self, values: Doubles) -> tuple[Doubles, Doubles]:
-        """Means of values (k,) by group, and their standard errors."""
+        """Return means of values (k,) by group, and their standard errors."""
         count = np.bincount(self.group, minlength=self.groups).astype(np.float64)
         count[count == 0.0] = math.nan
         mean = np.bincount(self.group, values, self.groups) / count

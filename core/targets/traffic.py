@@ -86,7 +86,8 @@ class Traffic:
         return replace(self.frames_alone(np.array([place])), within_m=EVERYWHERE_M)
 
     def within(self, within_m: float) -> Traffic:
-        """The same boxes, of which those within another distance count; raise InputError unless it is above 0."""
+        """Return the same boxes, of which those within another distance count; raise InputError unless it is above
+        0."""
         if not 0.0 < within_m <= 1e6:
             raise InputError(f"must be above 0 and at most 1e6 m (got {within_m:g})", "within_m")
         return self if within_m == self.within_m else replace(self, within_m=within_m)
@@ -180,7 +181,7 @@ def traffic_of(
     rotation: Doubles,
     standing: Standing | None = None,
 ) -> Traffic:
-    """Traffic of boxes in the order of the data; frame (n,) non-decreasing, below data.frames."""
+    """Make traffic of boxes in the order of the data; frame (n,) non-decreasing, below data.frames."""
     row = np.arange(len(frame))
     if standing is not None:
         count = len(standing.frame)

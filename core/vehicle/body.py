@@ -53,7 +53,7 @@ class BodyPart:
 
 
 def body_parts(vehicle: Vehicle) -> tuple[BodyPart, ...]:
-    """Surfaces of the vehicle in its own frame (metres), one per material, with exactly the vehicle's size.
+    """Return surfaces of the vehicle in its own frame (metres), one per material, with exactly the vehicle's size.
 
     Door mirrors stick out beyond `width`, as in a registration document. InputError for an unknown body.
     """
@@ -126,13 +126,13 @@ def _section(station: Station) -> Points:
 
 
 def _cabin(profile: BodyProfile) -> Painted:
-    """Greenhouse: horizontal outlines lofted upwards, with its windows."""
+    """Make the greenhouse: horizontal outlines lofted upwards, with its windows."""
     net = np.array([_outline(level, profile.cabin_bow_m) for level in profile.cabin])
     return _engrave(_paint(loft(net, 36, 113), profile.cabin_decals), profile.cabin_shut_lines)
 
 
 def _blocks(blocks: tuple[RoundedBlock, ...]) -> Painted:
-    """Boxes with rounded edges: a cargo box, rails, a tank."""
+    """Make boxes with rounded edges: a cargo box, rails, a tank."""
     painted: Painted = []
     for block in blocks:
         painted += _block(block, 1.0)
@@ -207,7 +207,8 @@ def _flat(mesh: Surface, plane: Plane) -> Points:
 
 
 def _away(mesh: Surface, facing: Facing) -> Points:
-    """Positive where the surface does not face along `facing`, in metres for the sake of a smooth cut."""
+    """Return values that are positive where the surface faces away from `facing`, in metres for the sake of a smooth
+    cut."""
     normals = mesh.normals
     share = {
         "+x": normals[:, 0],
@@ -220,7 +221,7 @@ def _away(mesh: Surface, facing: Facing) -> Points:
 
 
 def _fit(painted: Painted, vehicle: Vehicle) -> Painted:
-    """All parts stretched together to the vehicle's length and width, centred, and its height."""
+    """Stretch all parts together to the vehicle's length and width, centred, and its height."""
     points = np.concatenate([mesh.points for _, mesh in painted])
     low, high = points.min(axis=0), points.max(axis=0)
     scale = np.array([vehicle.length, vehicle.width, vehicle.height]) / (high - [low[0], low[1], 0.0])

@@ -78,15 +78,15 @@ class FolderResolver(Resolver):
         raise PermissionError(why)
 
     def keys(self) -> list[str]:
-        """Names of the files there are; parsers never need the list."""
+        """Return the names of the available files; parsers never need the list."""
         return []
 
     def namespaced(self, namespace: str) -> FolderResolver:
-        """The same rules hold below a subfolder."""
+        """Return this resolver, since the same rules hold below a subfolder."""
         return self
 
     def write(self, name: str, data: Any) -> None:
-        """Reading writes nothing."""
+        """Raise PermissionError, since reading writes nothing."""
         raise PermissionError(name)
 
 
@@ -115,7 +115,7 @@ def parse_mesh(path: Path) -> Arrays:
 
 
 def _parts(scene: Any, merges: bool) -> list[tuple[Any, NDArray[np.float64]]]:
-    """Every mesh of the scene with its place in it, (4, 4); instances count as often as they are drawn.
+    """Return every mesh of the scene with its place in it, (4, 4); instances count as often as they are drawn.
 
     merges: whether vertices of the same place become one, as formats need that write a vertex for each triangle.
     """
@@ -147,7 +147,7 @@ def _check_indices(mesh: Any, name: str) -> None:
 
 
 def _joined(parts: list[tuple[Any, NDArray[np.float64]]], upright: bool) -> Arrays:
-    """All parts as one mesh; glTF's y up, z ahead and x left become z up, x ahead and y left."""
+    """Return all parts as one mesh; glTF's y up, z ahead and x left become z up, x ahead and y left."""
     pieces: dict[str, list[NDArray[Any]]] = {"points": [], "normals": [], "triangles": [], "colours": []}
     count, coloured = 0, any(_colours(mesh) is not None for mesh, _ in parts)
     for mesh, place in parts:

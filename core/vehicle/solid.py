@@ -164,7 +164,7 @@ def _tree(corners: NDArray[np.float64]) -> Tree:
 
 @lru_cache(maxsize=2)
 def _standing(solid: Solid, stance: Pose) -> Solid:
-    """The same solid, moved and turned."""
+    """Return the same solid, moved and turned."""
     return Solid.of(stance.transform(solid.triangles_m), solid.materials, solid.through_glass)
 
 

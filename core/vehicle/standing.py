@@ -80,7 +80,7 @@ class MountStatus:
 
 
 def problems_in_short(stands: Mapping[str, MountStatus]) -> list[str]:
-    """One line for each thing that is wrong with places, with the names of all sensors of which it is true."""
+    """Return a line for each problem with mounting places, with the names of all sensors that have it."""
     named: dict[str, list[str]] = {}
     for name, found in stands.items():
         if found.problem:
@@ -194,7 +194,7 @@ def skin_of(solid: Solid) -> Skin:
 
 
 def _cross(a: Points, b: Points) -> Points:
-    """As np.cross of (n, 3), which takes longer than the products for few rows."""
+    """Return np.cross of (n, 3) by products, which are faster for few rows."""
     (ax, ay, az), (bx, by, bz) = a.T, b.T
     return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=1)
 

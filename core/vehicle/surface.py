@@ -23,7 +23,7 @@ class Surface:
     triangles: Corners
 
     def placed(self, points: Points, normals: Points | None = None) -> Surface:
-        """The same triangles over other points (n, 3), and other normals if there are any."""
+        """Return the same triangles over other points (n, 3), with other normals if any are given."""
         return Surface(points, self.normals if normals is None else normals, self.triangles)
 
     def turned_inside_out(self) -> Surface:
@@ -69,7 +69,7 @@ def loft(net: Points, rows: int, columns: int) -> Surface:
 
 
 def grid_surface(points: Points, normals: Points | None = None) -> Surface:
-    """Two triangles for each cell of a lattice of points (rows, columns, 3); smooth normals unless some are given."""
+    """Return two triangles for each cell of a lattice of points (rows, columns, 3); normals are smooth unless given."""
     rows, columns, _ = points.shape
     index = np.arange(rows * columns).reshape(rows, columns)
     a, b, c, d = index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]
@@ -81,7 +81,7 @@ def grid_surface(points: Points, normals: Points | None = None) -> Surface:
 
 
 def join(surfaces: Sequence[Surface]) -> Surface:
-    """All surfaces as one, with their normals."""
+    """Join all surfaces to one, with their normals."""
     full = [surface for surface in surfaces if len(surface.triangles)]
     if not full:
         return NO_SURFACE
@@ -155,7 +155,7 @@ def _is_line(outline: Points) -> bool:
 
 
 def lathe(profile: Points, sectors: int) -> Surface:
-    """Surface of revolution about the y axis: profile (n, 2) of (radius, y), metres."""
+    """Return the surface of revolution about the y axis: profile (n, 2) of (radius, y), metres."""
     angle = np.linspace(0.0, 2.0 * np.pi, sectors + 1)
     radius, y = profile[:, 0][:, None], profile[:, 1][:, None]
     points = np.stack(
@@ -165,7 +165,7 @@ def lathe(profile: Points, sectors: int) -> Surface:
 
 
 def polygon_distance(points: Points, polygon: Sequence[tuple[float, float]]) -> Points:
-    """Signed distance of points (n, 2) to a closed polygon; negative inside."""
+    """Return the signed distance of points (n, 2) to a closed polygon; negative inside."""
     corners = np.asarray(polygon, dtype=np.float64)
     distance = np.full(len(points), np.inf)
     inside = np.zeros(len(points), dtype=bool)
@@ -207,7 +207,7 @@ def cut_convex(
 def _cut(
     surface: Surface, distance: Points, more: Points
 ) -> tuple[tuple[Surface, Surface], tuple[Points, Points]]:
-    """Inside and outside of a surface, and values (n, k) at its points, for the points of both."""
+    """Return inside and outside of a surface, and values (n, k) at its points, for the points of both."""
     if not len(surface.triangles) or distance.min() >= 0.0:
         return (NO_SURFACE, surface), (more[:0], more)
     if distance.max() <= 0.0:
@@ -262,7 +262,7 @@ def _compact(values: Points, triangles: Corners) -> tuple[Surface, Points]:
 
 
 def _sides(polygon: Sequence[tuple[float, float]]) -> list[tuple[Points, Points]]:
-    """Sides (start, end) of a polygon, once round to the left."""
+    """Return the sides (start, end) of a polygon, once round to the left."""
     corners = np.asarray(polygon, dtype=np.float64)
     after = np.roll(corners, -1, axis=0)
     if float((corners[:, 0] * after[:, 1] - corners[:, 1] * after[:, 0]).sum()) < 0.0:

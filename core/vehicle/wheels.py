@@ -22,7 +22,7 @@ def housing_reach_m(profile: BodyProfile, vehicle: Vehicle, front: bool, scale: 
 
 
 def axle(profile: BodyProfile, vehicle: Vehicle, front: bool, x: float, scale: float) -> Painted:
-    """Both wheels of an axle and the dark wheel housings behind them."""
+    """Return both wheels of an axle and the dark wheel housings behind them."""
     radius, width = profile.wheel_radius_m * scale, profile.wheel_width_m[front] * scale
     outer_y = vehicle.width / 2 - OUTER_M
     painted: Painted = []
@@ -88,7 +88,7 @@ def _spoke(rim: float, angle: float) -> Surface:
 
 
 def _creased(points: Points) -> Surface:
-    """Lengthwise strips over a lattice (rows, columns, 3), each smooth along itself, with edges between them."""
+    """Return lengthwise strips over a lattice (rows, columns, 3), each smooth along itself, with edges between them."""
     strips = []
     for column in range(points.shape[1] - 1):
         strip = points[:, column : column + 2]

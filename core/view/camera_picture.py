@@ -89,7 +89,7 @@ def _ground_m() -> Points:
 
 
 def _grid_lines_m(grid: VoxelGrid) -> tuple[Points, Points]:
-    """Lines on the ground every GRID_STEP_M metres of x and of y, within the ROI."""
+    """Return lines on the ground every GRID_STEP_M metres of x and of y, within the ROI."""
     half_x, half_y = grid.roi_m[0] / 2, grid.roi_m[1] / 2
     x, y = _steps(half_x), _steps(half_y)
     starts = [*((at, -half_y, 0.0) for at in x), *((-half_x, at, 0.0) for at in y)]
@@ -98,7 +98,7 @@ def _grid_lines_m(grid: VoxelGrid) -> tuple[Points, Points]:
 
 
 def _steps(half_m: float) -> Points:
-    """Whole steps within the ROI; wider ones where there would be more than a hundred."""
+    """Return whole steps within the ROI; wider ones where there would be more than a hundred."""
     step_m = GRID_STEP_M
     while half_m / step_m > 50:
         step_m *= 2

@@ -73,7 +73,7 @@ class DisplayGrid:
         return result
 
     def entropy(self, cls: int) -> NDArray[np.float32]:
-        """Entropy of each cell in nat: the sum over its voxels, (m,)."""
+        """Return the entropy of each cell in nat: the sum over its voxels, (m,)."""
         return (self._entropies_of(cls).total_q / QUANTA_PER_NAT).astype(np.float32)
 
     def seen_share(self, cls: int, words: Words) -> NDArray[np.float32]:
@@ -82,7 +82,7 @@ class DisplayGrid:
         return np.divide(seen_q, total_q, out=np.zeros(len(seen_q)), where=total_q > 0).astype(np.float32)
 
     def seen_entropy(self, cls: int, words: Words) -> NDArray[np.float32]:
-        """Entropy of each cell that lies in a set of voxels, nat, (m,)."""
+        """Return the entropy of each cell that lies in a set of voxels, nat, (m,)."""
         return (self._seen_q(cls, words) / QUANTA_PER_NAT).astype(np.float32)
 
     def _seen_q(self, cls: int, words: Words) -> NDArray[np.int64]:
@@ -91,7 +91,7 @@ class DisplayGrid:
         return seen_q
 
     def prevailing(self, cls: int, levels: NDArray[np.uint64]) -> NDArray[np.float32]:
-        """In which of nested sets most of each cell's entropy lies: 0 none, 1 the first only, ..., (m,).
+        """Return in which of nested sets most of each cell's entropy lies: 0 none, 1 the first only, ..., (m,).
 
         `levels` (n, words): sets of voxels, each a part of the one before. Where two are equal the lower counts.
         """

@@ -73,7 +73,7 @@ class Projection:
         return rotate(self.camera.pose.rotation(), local)
 
     def polygons(self, corners_m: Points) -> list[Points]:
-        """Convex polygons (n, k, 3) of the vehicle frame as pixels, (m, 2) each, empty where out of view."""
+        """Return convex polygons (n, k, 3) of the vehicle frame as pixels, (m, 2) each, empty where out of view."""
         from riglens.core.kernels.rays import clip  # the compiler, only when a picture is computed
 
         inside = np.ascontiguousarray(self.to_camera(corners_m))
@@ -104,7 +104,7 @@ class Projection:
         )
 
     def _pixels(self, parts: list[Points]) -> list[Points]:
-        """Pixels of paths (m, 3) in the camera frame, without the points that the lens does not image."""
+        """Return pixels of paths (m, 3) in the camera frame, without the points that the lens does not image."""
         if not parts:
             return []
         pixels = project_px(self.camera, np.concatenate(parts))

@@ -117,7 +117,7 @@ def _nearest(falling: NDArray[np.float64], angles_deg: NDArray[np.float64]) -> N
 
 
 def wrapped_deg(angles_deg: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Angles within (-180, 180] degrees."""
+    """Return angles within (-180, 180] degrees."""
     return 180.0 - np.mod(180.0 - angles_deg, 360.0)
 
 
