@@ -125,7 +125,7 @@ def palette(dark: bool) -> Palette:
 
 
 def rgb(colour: str) -> tuple[float, float, float]:
-    """Red, green, blue in 0..1 of a `#rrggbb` colour."""
+    """Return red, green, blue in 0..1 of a `#rrggbb` colour."""
     return int(colour[1:3], 16) / 255, int(colour[3:5], 16) / 255, int(colour[5:7], 16) / 255
 
 

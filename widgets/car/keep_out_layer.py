@@ -85,7 +85,7 @@ def _clipped(mesh: pv.PolyData, inside: vtkImplicitFunction) -> pv.PolyData:
 
 
 def _lifted(pieces: list[pv.PolyData]) -> pv.PolyData | None:
-    """Pieces as one surface a little off the skin, so that they are seen; None if there are none."""
+    """Return pieces as one surface slightly above the skin, so that they are visible; None if there are none."""
     full = [piece for piece in pieces if piece.n_cells]
     if not full:
         return None

@@ -64,7 +64,7 @@ class BodyLayer:
         self.set_quick(self._quick)
 
     def set_quick(self, quick: bool) -> None:
-        """While something moves, show a car that is faster to draw: its light painted on, or fewer triangles."""
+        """Show a car that is faster to draw while something moves: its light painted on, or fewer triangles."""
         self._quick = quick
         hidden, shown = (self._actors, self._quick_actors) if quick else (self._quick_actors, self._actors)
         for actor in hidden:

@@ -40,7 +40,7 @@ _SEEN_INSIDE = "dark"
 
 
 def baked_actors(parts: Sequence[DrawnPart], palette: Palette) -> list[pv.Actor]:
-    """Unlit actors that show the parts as the lights would, without highlights."""
+    """Return unlit actors that show the parts as the lights would, without highlights."""
     materials = car_materials(palette)
     baked = {part.material: baked_mesh(part.mesh, materials[part.material]) for part in parts}
     inside = baked.pop(_SEEN_INSIDE, None)

@@ -52,7 +52,7 @@ def _short_name(body: str) -> str:
 
 
 def _words(text: str) -> pv.PolyData:
-    """Letters in the plane of x and y, centred; VTK's letters are those of ASCII."""
+    """Return letters in the plane of x and y, centred; VTK's letters are those of ASCII."""
     words = pv.Text3D(text.encode("ascii", "replace").decode(), depth=0.0)
     words.points = np.asarray(words.points) - np.asarray(words.center)
     return words
@@ -61,7 +61,7 @@ def _words(text: str) -> pv.PolyData:
 def _written(
     words: pv.PolyData, right: Points, up: Points, centre_m: Points, room_m: tuple[float, float]
 ) -> pv.PolyData:
-    """Letters on a face: as large as fits into most of its room along `right` and `up`."""
+    """Return letters on a face: as large as fits into most of its room along `right` and `up`."""
     width, height = np.ptp(np.asarray(words.points)[:, :2], axis=0)
     scale = min(_WIDE * room_m[0] / float(width), _HIGH * room_m[1] / float(height))
     flat = scale * np.asarray(words.points, dtype=np.float64)

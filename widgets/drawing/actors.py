@@ -43,7 +43,8 @@ def surface_actor(mesh: pv.PolyData, material: Material, colours: str = "") -> p
 
 
 def surface_colours(mesh: pv.PolyData, material: Material) -> NDArray[np.float64]:
-    """Colours of the points of a mesh before any light falls on them, 0 to 1: (n, 3), or (1, 3) if all are alike.
+    """Return the colours of the points of a mesh before any light falls on them, 0 to 1: (n, 3), or (1, 3) if all are
+    alike.
 
     What looks up is brightened towards the colour of the sky: a reflection that costs nothing per frame.
     """
@@ -97,7 +98,7 @@ def _colour_by_array(actor: pv.Actor, array: str) -> None:
 
 
 def line_mesh(starts_m: NDArray[Any], ends_m: NDArray[Any]) -> pv.PolyData:
-    """Line segments between points (n, 3) and (n, 3); point 2k starts segment k."""
+    """Return line segments between points (n, 3) and (n, 3); point 2k starts segment k."""
     count = len(starts_m)
     points = np.stack([starts_m, ends_m], axis=1).reshape(-1, 3).astype(np.float32)
     ends = np.arange(2 * count).reshape(-1, 2)

@@ -94,7 +94,7 @@ class OrbitCamera:
         return ViewRay(self.position_m(), direction / np.linalg.norm(direction))
 
     def project(self, points_m: Points, size: Size) -> Points:
-        """Pixels and depth (n, 3) of points (n, 3): right, down, metres in front of the camera."""
+        """Return pixels and depth (n, 3) of points (n, 3): right, down, metres in front of the camera."""
         offset = np.atleast_2d(points_m) - self.position_m()
         right, up, forward = self.axes()
         depth = offset @ forward

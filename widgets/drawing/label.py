@@ -59,7 +59,7 @@ def place_text(actor: vtkTextActor, x: float, y: float, font_px: float) -> None:
 
 
 def text_width_px(actor: vtkTextActor) -> float:
-    """Width in pixels of a text at the font size it was placed with."""
+    """Return the width in pixels of a text at the font size it was placed with."""
     box = [0, 0, 0, 0]
     vtkTextRenderer.GetInstance().GetBoundingBox(actor.GetTextProperty(), actor.GetInput(), box, DPI)
     return float(box[1] - box[0] + 1)
@@ -101,7 +101,7 @@ class ColourBar:
         self._place = (0.0, 0.0, 0.0, 0.0)
 
     def set_colours(self, colours: NDArray[np.float64]) -> None:
-        """Colours (n, 3) from 0 to 1, from left to right; the bar stays where it is."""
+        """Set colours (n, 3) from 0 to 1, from left to right; the bar stays where it is."""
         count = len(colours)
         self._shares = np.repeat(np.arange(count + 1) / max(1, count), 2)
         first = 2 * np.arange(count)

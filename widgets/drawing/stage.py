@@ -183,7 +183,7 @@ class Stage:
             kept.PopulateFramebuffer(*size, True, 1, VTK_UNSIGNED_CHAR, has_depth, _DEPTH_BITS, 0)
 
     def _make_room(self) -> None:
-        """Before the haze is drawn in the lower left: keep the backdrop, if it has been drawn."""
+        """Keep the backdrop, if it has been drawn, before the haze is drawn in the lower left."""
         if self._coarse_size is None:
             return
         window = opengl_window(self.haze)
@@ -197,7 +197,7 @@ class Stage:
         window.GetState().PopFramebufferBindings()
 
     def _stretch(self) -> None:
-        """After it: take the haze out of its corner, bring back the backdrop, and spread the haze over it."""
+        """Take the haze out of its corner, restore the backdrop, and spread the haze over it."""
         if self._coarse_size is None:
             return
         window = opengl_window(self.haze)
@@ -252,6 +252,6 @@ def opengl_window(renderer: vtkRenderer) -> vtkOpenGLRenderWindow:
 
 
 def props_of(renderer: vtkRenderer) -> list[vtkProp]:
-    """Everything that a renderer may show, visible or not."""
+    """Return everything that a renderer may show, visible or not."""
     props = renderer.GetViewProps()
     return [cast(vtkProp, props.GetItemAsObject(row)) for row in range(props.GetNumberOfItems())]

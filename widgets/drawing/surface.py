@@ -28,7 +28,7 @@ def set_normals(mesh: pv.PolyData, normals: Points) -> None:
 
 
 def join(meshes: Sequence[pv.PolyData]) -> pv.PolyData:
-    """All meshes as one, with their normals."""
+    """Return all meshes as one, with their normals."""
     full = [mesh for mesh in meshes if mesh.n_cells]
     joined = full[0].append_polydata(*full[1:]) if len(full) > 1 else full[0]
     joined.point_data.active_normals_name = "Normals"

@@ -49,7 +49,7 @@ def gizmo_axes(pose: Pose, space: Space) -> Vector:
 
 
 def along_axis_m(origin_m: Vector, axis: Vector, ray: ViewRay) -> float | None:
-    """Metres along a line (origin, unit axis) to the point nearest to a view ray.
+    """Return the metres along a line (origin, unit axis) to the point nearest to a view ray.
 
     None when the line is seen end on or its nearest point lies behind the viewer: neither defines a place on it.
     """
@@ -105,17 +105,18 @@ def turned(start: Pose, axis: Vector, angle_rad: float) -> Pose:
 
 
 def moved_by_steps(start: Pose, axis: Vector, distance_m: float) -> Pose:
-    """Like `moved`, by a multiple of SNAP_M."""
+    """Return the pose of `moved`, by a multiple of SNAP_M."""
     return moved(start, axis, _round_to(distance_m, SNAP_M))
 
 
 def turned_by_steps(start: Pose, axis: Vector, angle_rad: float) -> Pose:
-    """Like `turned`, by a multiple of SNAP_DEG."""
+    """Return the pose of `turned`, by a multiple of SNAP_DEG."""
     return turned(start, axis, math.radians(_round_to(math.degrees(angle_rad), SNAP_DEG)))
 
 
 def moved_snapped(start: Pose, axis: Vector, distance_m: float) -> Pose:
-    """Like `moved`, ending on a multiple of SNAP_M: the coordinate along an axis of the car, else the distance."""
+    """Return the pose of `moved`, to a multiple of SNAP_M: of the coordinate along an axis of the car, else of the
+    distance."""
     along = np.flatnonzero(axis)
     if len(along) != 1:
         return moved_by_steps(start, axis, distance_m)
@@ -125,7 +126,8 @@ def moved_snapped(start: Pose, axis: Vector, distance_m: float) -> Pose:
 
 
 def turned_snapped(start: Pose, axis: Vector, angle_rad: float) -> Pose:
-    """Like `turned`, ending on a multiple of SNAP_DEG: the one angle that changes, else the angle turned by."""
+    """Return the pose of `turned`, to a multiple of SNAP_DEG: of the one angle that changes, else of the angle
+    turned by."""
     free = turned(start, axis, angle_rad).rpy_deg
     changed = [place for place in range(3) if free[place] != start.rpy_deg[place]]
     if len(changed) != 1:

@@ -72,5 +72,5 @@ def _angle_between_deg(start: Pose, now: Pose) -> float:
 
 
 def _signed(value: float, digits: int) -> str:
-    """With its sign, and no minus before a zero."""
+    """Return a number with its sign, and no minus before a zero."""
     return f"{round(value, digits) + 0.0:+.{digits}f}"

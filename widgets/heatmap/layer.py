@@ -88,7 +88,7 @@ class _Cells:
         self.rows_behind = RowsBehind(level)
 
     def write(self, rgba: NDArray[np.uint8], order: NDArray[np.int64]) -> None:
-        """Colours (n, 4) of all cells, and the numbers (k,) of those that are drawn, the last on top."""
+        """Write colours (n, 4) of all cells, and the numbers (k,) of those that are drawn, the last on top."""
         if not len(rgba):
             return
         numpy_of(self._rgba)[:] = np.repeat(rgba, 4, axis=0)
@@ -205,7 +205,8 @@ class HeatmapLayer:
 
 
 def _cell_mapper() -> vtkPolyDataMapper:
-    """Colours straight from the array, coordinates in metres for the shader (VTK would scale them)."""
+    """Return a mapper with colours straight from the array and coordinates in metres for the shader (VTK would scale
+    them)."""
     mapper = vtkPolyDataMapper()
     mapper.SetVBOShiftScaleMethod(0)
     mapper.SetColorModeToDirectScalars()

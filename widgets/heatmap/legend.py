@@ -79,7 +79,7 @@ class LegendLayer:
             renderer.AddViewProp(prop)
 
     def _props(self) -> list[vtkActor2D]:
-        """Everything the legend consists of, from back to front."""
+        """Return the props of the legend from back to front."""
         return [self._plate.actor, self._bar.actor, self._marks, *self._texts()]
 
     def _texts(self) -> list[vtkTextActor]:
@@ -164,7 +164,7 @@ class LegendLayer:
             number.SetVisibility(not spot.is_folded or self._data.scale == "steps")
 
     def _place_ticks(self, x: float, y: float, width: float, bar: float, unit: float) -> None:
-        """A frame around the bar, marks under it and their numbers; numbers at the ends stay under the bar."""
+        """Place a frame around the bar, marks under it and their numbers; numbers at the ends stay under the bar."""
         assert self._data is not None
         high, right = y + bar * unit, x + width
         corners = [(x, y), (right, y), (right, high), (x, high)]
@@ -189,7 +189,7 @@ class LegendLayer:
 
 
 def _says(data: HeatmapData, look: HeatLook, palette: Palette) -> object:
-    """All that a legend is made from."""
+    """Return all values that a legend is made from."""
     words = data.title, data.unit, data.note if len(data.values) else NO_CELLS, data.scale, slice_text(look)
     return *words, bar_ticks(data, look), bar_colours(data, look, palette.background).tobytes(), palette
 

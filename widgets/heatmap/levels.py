@@ -33,7 +33,8 @@ class DetailLevel:
         return own if self.first is None else np.maximum.reduceat(own, self.first)
 
     def merged(self, data: HeatmapData) -> tuple[Values, Values | None]:
-        """Values and weights of the cells: the largest of a block, of changes by size; of steps the most frequent."""
+        """Return merged values and weights of the cells: the largest of a block, for changes by size, for steps the
+        most frequent."""
         weights = data.weights if data.weights is None else self.largest(data.weights)
         if self.first is None or data.scale in ("ramp", "level"):
             return self.largest(data.values), weights
@@ -53,7 +54,7 @@ def full_level(centres_m: Values, cell_m: float, rows: NDArray[np.int64] | None 
 
 
 def coarse_level(level: DetailLevel, most: int = DRAG_CELLS) -> DetailLevel:
-    """Blocks of 2, 3, ... cells per edge until there are at most `most`."""
+    """Merge cells into blocks of 2, 3, ... cells per edge until at most `most` are left."""
     coarse, factor = level, 1
     while len(coarse.centres_m) > most:
         factor += 1
@@ -117,7 +118,8 @@ _CORNERS_PX = 20.0
 
 
 def cell_scale_px(cell_m: float, camera: OrbitCamera, size: Size) -> float:
-    """Edge of a cell's square in pixels: of a parallel view, else of a cell one metre in front of the eye."""
+    """Return the edge of a cell's square in pixels: of a parallel view, else of a cell one metre in front of the
+    eye."""
     at_1m = cell_m * size[1] / 2 / math.tan(math.radians(camera.view_angle_deg) / 2)
     return at_1m / camera.distance_m if camera.parallel else SLANTED * at_1m
 

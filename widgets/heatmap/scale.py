@@ -78,7 +78,7 @@ class Tick:
 
 @lru_cache(maxsize=4)
 def colours(scale: Scale = "ramp") -> NDArray[np.uint8]:
-    """Colours of a scale from its lowest to its highest value, (256, 3); or one row per step."""
+    """Return the colours of a scale from its lowest to its highest value, (256, 3); or one row per step."""
     if scale == "steps":
         table = np.array([rgb(colour) for colour in STEP_COLOURS])
     elif scale == "change":

@@ -57,7 +57,7 @@ class Appearance:
 
 
 def _lidar_shape(lidar: Lidar) -> Shape:
-    """A LiDAR that sees nearly all round spins; one that does not is solid-state."""
+    """Return the shape of a LiDAR: spinning if it sees nearly all round, else solid-state."""
     azimuths = lidar.azimuths()
     span_deg = float(azimuths.max() - azimuths.min()) * (1.0 + 1.0 / max(1, len(azimuths) - 1))
     return "puck" if span_deg >= ALL_ROUND_DEG or len(azimuths) == 1 else "box"

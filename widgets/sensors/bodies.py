@@ -46,12 +46,12 @@ class SensorBody:
     scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
 
     def box_m(self) -> NDArray[np.float64]:
-        """Lowest and highest corner (2, 3) in the sensor's own frame, metres."""
+        """Return lowest and highest corner (2, 3) in the sensor's own frame, metres."""
         return np.array(_BOXES[self.shape]) * self.scale
 
 
 def sensor_body(sensor: Sensor) -> SensorBody:
-    """The body of a sensor, in its true size when the library knows it."""
+    """Return the body of a sensor, in its true size when the library knows it."""
     look, known = appearance_of(sensor.kind), body_of(sensor.model)
     if known is None:
         return SensorBody(look.shape(sensor), (look.scale,) * 3)
@@ -84,12 +84,12 @@ def sensor_mesh(
 
 @lru_cache(maxsize=16)
 def _shape(shape: Shape, colour: str) -> pv.PolyData:
-    """The unscaled mesh, to be copied: the cameras of a rig differ only in their poses."""
+    """Return the unscaled mesh, to be copied: the cameras of a rig differ only in their poses."""
     return {"puck": _puck, "box": _solid_state, "lens": _camera}[shape](colour)
 
 
 def _puck(colour: str) -> pv.PolyData:
-    """A spinning LiDAR: base, dark window ring, cap and a forward mark; the origin is in the window's middle."""
+    """Return a spinning LiDAR: base, dark window ring, cap and a forward mark; the origin is in the window's middle."""
     r = LIDAR_RADIUS_M
     base = [(0.0, -0.085), (0.94 * r, -0.085), (r, -0.075), (r, -0.040), (0.95 * r, -0.036)]
     window = [(0.95 * r, -0.036), (0.90 * r, 0.036)]
@@ -103,7 +103,7 @@ def _puck(colour: str) -> pv.PolyData:
 
 
 def _solid_state(colour: str) -> pv.PolyData:
-    """A LiDAR that looks one way: a flat box with cooling fins behind and a wide dark window in front."""
+    """Return a LiDAR that looks one way: a flat box with cooling fins behind and a wide dark window in front."""
     low, high = np.array(_BOXES["box"])
     body = drawn(rounded_box(low, high - [0.012, 0.0, 0.0], 0.012))
     window = pv.Cube(center=(0.002, 0.0, 0.0), x_length=0.016, y_length=0.165, z_length=0.082)
@@ -116,7 +116,7 @@ def _solid_state(colour: str) -> pv.PolyData:
 
 
 def _camera(colour: str) -> pv.PolyData:
-    """A camera: body behind the origin, lens barrel with dark glass ahead; a small fin marks its top."""
+    """Return a camera: body behind the origin, lens barrel with dark glass ahead; a small fin marks its top."""
     body = pv.Cube(center=(-0.070, 0.0, 0.0), x_length=0.12, y_length=0.13, z_length=0.10)
     fin = pv.Cube(center=(-0.07, 0.0, 0.058), x_length=0.08, y_length=0.03, z_length=0.018)
     barrel = [(0.052, -0.02), (0.052, 0.035), (0.060, 0.040), (0.060, 0.060), (0.048, 0.060)]
@@ -129,12 +129,12 @@ def _camera(colour: str) -> pv.PolyData:
 
 
 def _upright(profile: list[tuple[float, float]]) -> pv.PolyData:
-    """A lathe about z from (radius, z) pairs."""
+    """Return a lathe about z from (radius, z) pairs."""
     return drawn(lathe(np.array(profile), 28)).rotate_x(90, inplace=False)
 
 
 def _forward(profile: list[tuple[float, float]]) -> pv.PolyData:
-    """A lathe about x from (radius, x) pairs."""
+    """Return a lathe about x from (radius, x) pairs."""
     return drawn(lathe(np.array(profile), 24)).rotate_z(-90, inplace=False)
 
 

@@ -29,7 +29,8 @@ _OPACITY = {"ground": (0.06, 0.18), "frusta": (0.05, 0.12)}
 
 
 def fill_mesh(sensor: Sensor, grid: VoxelGrid, fill: Fill, colour: str, opacity: float) -> pv.PolyData:
-    """The footprint ("ground") or the outside of the field of view ("frusta") with an `rgba` array; or nothing."""
+    """Return the footprint ("ground") or the outside of the field of view ("frusta") with an `rgba` array; or
+    nothing."""
     sensor = appearance_of(sensor.kind).outline(sensor)
     blocks, is_closed = _nodes(sensor)
     parts = []
@@ -52,7 +53,8 @@ def fill_mesh(sensor: Sensor, grid: VoxelGrid, fill: Fill, colour: str, opacity:
 
 
 def _nodes(sensor: Sensor) -> tuple[list[Quads], bool]:
-    """Ray numbers of coarse lattices, (beams upwards, azimuths) or (rows, columns) of each block; if they go round."""
+    """Return ray numbers of coarse lattices, (beams upwards, azimuths) or (rows, columns) of each block, and whether
+    they go round."""
     columns, rows = sensor.resolution
     beams = appearance_of(sensor.kind).beams(sensor)
     if beams is None:
@@ -71,7 +73,7 @@ def _spread(count: int, most: int) -> Quads:
 
 
 def _footprint(rays: Rays, shape: tuple[int, ...], grid: VoxelGrid) -> tuple[Points, Quads]:
-    """Corners on the ground, and those squares of neighbouring rays of which one at least reaches the ground."""
+    """Return corners on the ground, and the squares of neighbouring rays of which at least one reaches the ground."""
     x_m, y_m, height_m = rays.origin_m
     low, high = np.array(grid.origin_m), np.array(grid.origin_m) + np.array(grid.roi_m)
     inside = low[0] < x_m < high[0] and low[1] < y_m < high[1]
@@ -91,7 +93,7 @@ def _footprint(rays: Rays, shape: tuple[int, ...], grid: VoxelGrid) -> tuple[Poi
 
 
 def _outside(rays: Rays, shape: tuple[int, ...], grid: VoxelGrid, is_closed: bool) -> tuple[Points, Quads]:
-    """Triangles from the sensor along the lattice's edge, (lowest and highest beam if it goes round)."""
+    """Return triangles from the sensor along the lattice's edge (lowest and highest beam if it goes round)."""
     index = np.arange(shape[0] * shape[1]).reshape(shape)
     edges = [index[0], index[-1]] if is_closed else [_once_round(index)]
     t0, t1 = clip_to_roi(grid, rays)
@@ -109,7 +111,7 @@ def _once_round(index: Quads) -> Quads:
 
 
 def _squares(shape: tuple[int, ...]) -> Quads:
-    """Corners (n, 4) of the squares between neighbouring rays."""
+    """Return corners (n, 4) of the squares between neighbouring rays."""
     index = np.arange(shape[0] * shape[1]).reshape(shape)
     corners = (index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:])
     return np.stack([corner.ravel() for corner in corners], axis=1)

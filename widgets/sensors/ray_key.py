@@ -37,7 +37,7 @@ class KeyEntry(NamedTuple):
 
 
 def entries_of(casting: list[Sensor], selected: Sensor | None, palette: Palette) -> list[KeyEntry]:
-    """The colours in which the rays of some sensors are drawn, of which one may be selected."""
+    """Return the colours in which the rays of some sensors are drawn, of which one may be selected."""
     others = {sensor.kind for sensor in casting if sensor is not selected}
     shown = [kind for kind in kinds() if kind.name in others]
     found = [KeyEntry(kind.title, ray_colour(kind.name, palette)) for kind in shown]

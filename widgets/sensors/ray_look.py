@@ -40,7 +40,7 @@ class RayLook:
     fill: Fill = "none"
 
     def of_selected(self, quick: bool = False) -> Strokes:
-        """The fan of the selected sensor."""
+        """Return the strokes of the fan of the selected sensor."""
         return self._strokes(round(SELECTED_LINES * self.density), QUICK_LINES, self.opacity, quick)
 
     def of_others(self, sensors: int, quick: bool = False) -> Strokes:

@@ -39,7 +39,7 @@ Bools = NDArray[np.bool_]
 
 
 def fan_rows(sensor: Sensor, most: int) -> _Index:
-    """Row numbers of at most about `most` rays, evenly spread over beams and azimuths or over the image."""
+    """Return row numbers of at most about `most` rays, evenly spread over beams and azimuths or over the image."""
     columns, rows = sensor.resolution
     if appearance_of(sensor.kind).is_fan:
         blocks = kind_of(sensor).blocks(sensor)
@@ -55,7 +55,7 @@ def fan_rows(sensor: Sensor, most: int) -> _Index:
 
 
 def _spread(slow: int, fast: int, slow_wanted: int, most: int, closed: bool) -> _Index:
-    """Rows of a (slow, fast) lattice: `slow_wanted` lines with both ends, most / slow_wanted places each."""
+    """Return rows of a (slow, fast) lattice: `slow_wanted` lines with both ends, most / slow_wanted places each."""
     first = np.unique(np.linspace(0, slow - 1, min(slow, slow_wanted)).round().astype(np.int64))
     count = max(1, min(fast, most // len(first)))
     second = np.linspace(0, fast - 1 if closed else fast, count, endpoint=closed).round().astype(np.int64)
@@ -64,7 +64,7 @@ def _spread(slow: int, fast: int, slow_wanted: int, most: int, closed: bool) -> 
 
 
 def frame_rows(sensor: Sensor) -> _Index:
-    """Row numbers of the rays in the corners of the image, once round."""
+    """Return row numbers of the rays in the corners of the image, once round."""
     columns, rows = sensor.resolution
     return np.array([0, columns - 1, rows * columns - 1, (rows - 1) * columns])
 
@@ -84,7 +84,7 @@ def fan_of(
     framed: bool = False,
     solid: Solid | None = None,
 ) -> Fan:
-    """The rays of a sensor inside the ROI, up to the solid where one stops them.
+    """Return the rays of a sensor inside the ROI, up to the solid where one stops them.
 
     Rays are faint at the sensor, where they crowd, and strongest where they leave the ROI; there LiDAR beams
     are joined to rings, and a camera's corner rays are drawn stronger to show the frustum. `framed` adds a frame
@@ -111,7 +111,7 @@ def fan_of(
 
 
 def _beam_rings(beam: _Index, goes_round: bool, ends: Points, colour: str, alpha: float) -> pv.PolyData:
-    """Lines that join the ends of neighbouring rays of a beam where both leave through floor or ceiling."""
+    """Return lines that join the ends of neighbouring rays of a beam where both leave through floor or ceiling."""
     here = np.arange(len(beam))
     after = np.roll(here, -1)
     if goes_round:
@@ -127,7 +127,8 @@ def _beam_rings(beam: _Index, goes_round: bool, ends: Points, colour: str, alpha
 def _range_arcs(
     starts: Points, ends: Points, line: _Index, is_whole: Bools, colour: str, alpha: float
 ) -> pv.PolyData:
-    """The first and the last ray of each row, and arcs that join the ends of neighbours that end with the range."""
+    """Return the first and the last ray of each row, and arcs that join the ends of neighbours that end with the
+    range."""
     joined = np.flatnonzero((line[1:] == line[:-1]) & is_whole[1:] & is_whole[:-1])
     sides = np.flatnonzero(np.diff(line, prepend=-1, append=-1)[:-1] | np.diff(line, append=-1))
     arcs = _tinted(ends[joined], ends[joined + 1], colour, alpha, alpha)
@@ -172,7 +173,7 @@ def _frustum(
 
 
 def _tinted(starts: Points, ends: Points, colour: str, alpha: float, alpha_end: float) -> pv.PolyData:
-    """Segments with an `rgba` array: one colour, opacity from `alpha` at the start to `alpha_end`."""
+    """Return segments with an `rgba` array: one colour, opacity from `alpha` at the start to `alpha_end`."""
     mesh = line_mesh(starts, ends)
     rgba = np.empty((2 * len(starts), 4), dtype=np.uint8)
     rgba[:, :3] = np.array(rgb(colour)) * 255
@@ -183,7 +184,7 @@ def _tinted(starts: Points, ends: Points, colour: str, alpha: float, alpha_end: 
 
 
 def _joined(meshes: list[pv.PolyData]) -> pv.PolyData:
-    """All segments in one mesh (no filter: this runs on every mouse move)."""
+    """Return all segments in one mesh (no filter: this runs on every mouse move)."""
     full = [mesh for mesh in meshes if mesh.n_points]
     if not full:
         return pv.PolyData()
@@ -204,7 +205,7 @@ class RaysLayer:
         self._others, self._selected = (_FanLines(renderer, width_px) for width_px in _WIDTHS_PX)
 
     def set_line_width(self, width_px: float) -> None:
-        """Width of the lines, for pictures of higher resolution."""
+        """Set the width of the lines, for pictures of higher resolution."""
         for fan in (self._others, self._selected):
             fan.set_width(width_px)
 

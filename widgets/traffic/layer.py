@@ -59,7 +59,7 @@ def box_colours(frame: ShownFrame, palette: Palette) -> list[str]:
 
 
 def _solids(frame: ShownFrame, palette: Palette) -> list[pv.Actor]:
-    """All boxes as one mesh of flat triangles, shaded by hand: their colours have to be read."""
+    """Return all boxes as one mesh of flat triangles, shaded by hand: their colours have to be read."""
     if not len(frame.cls):
         return []
     corners, colours = [], []
@@ -77,7 +77,7 @@ def _solids(frame: ShownFrame, palette: Palette) -> list[pv.Actor]:
 
 
 def _shaded(faces: NDArray[np.float64], colour: str) -> NDArray[np.uint8]:
-    """Colours (t, 3) of triangles (t, 3, 3) in a light from above, ahead and left; both sides alike."""
+    """Return colours (t, 3) of triangles (t, 3, 3) in a light from above, ahead and left; both sides alike."""
     normal = np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0])
     length = np.linalg.norm(normal, axis=1, keepdims=True)
     facing = np.abs(normal @ _LIGHT)[:, None] / (np.where(length > 0.0, length, 1.0) * np.linalg.norm(_LIGHT))

@@ -54,7 +54,7 @@ def shape_of(cls: int) -> Solid:
 
 
 def _filled(outline: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Triangles (k - 2, 3) that fill a simple outline (k, 2), by cutting off ears."""
+    """Return triangles (k - 2, 3) that fill a simple outline (k, 2), by cutting off ears."""
     left, found = list(range(len(outline))), []
     sign = np.sign(_area(outline))
     while len(left) > 3:

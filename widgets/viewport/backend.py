@@ -33,7 +33,7 @@ def create_viewport(parent: QWidget | None = None, palette: Palette = DARK) -> V
 
 
 def driver_name() -> str:
-    """The name of the OpenGL driver that Qt draws with; empty if it has none."""
+    """Return the name of the OpenGL driver that Qt draws with; empty if it has none."""
     context, surface = QOpenGLContext(), QOffscreenSurface()
     surface.create()
     if not (context.create() and context.makeCurrent(surface)):

@@ -108,11 +108,12 @@ class ViewController:
         return key in _TYPED and drag is not None and drag.handle.kind != "plane"
 
     def set_snap(self, snap: bool) -> None:
-        """Drags end on round numbers; Ctrl does the opposite of this while it is held."""
+        """Set whether drags end on round numbers; holding Ctrl inverts this."""
         self._snap = snap
 
     def set_measuring(self, is_on: bool) -> None:
-        """Clicks choose places to measure between and no sensors, and no handle can be grasped."""
+        """Set whether clicks choose places to measure between; they then choose no sensors, and no handle can be
+        grasped."""
         self._is_measuring = is_on
 
     def set_painting(self, is_on: bool) -> None:
@@ -121,7 +122,7 @@ class ViewController:
         self._is_painting = is_on
 
     def press(self, pixel: Pixel, button: Button, shift: bool = False) -> None:
-        """A mouse button went down."""
+        """Handle a press of a mouse button."""
         if self.busy:
             return
         self._button, self._pressed, self._last, self._moved = button, pixel, pixel, False
@@ -136,7 +137,7 @@ class ViewController:
             self._grasp(pixel)
 
     def move(self, pixel: Pixel, inverted: bool = False) -> None:
-        """The mouse moved, with or without a button; `inverted` is Ctrl."""
+        """Handle a move of the mouse, with or without a button; `inverted` is Ctrl."""
         dx, dy = pixel[0] - self._last[0], pixel[1] - self._last[1]
         self._last, self._inverted = pixel, inverted
         if self._held is not None and (self._held.drag is not None or not self.busy):
@@ -151,7 +152,7 @@ class ViewController:
             self._move_camera(dx, dy)
 
     def invert(self, inverted: bool) -> None:
-        """Ctrl went down or up: a drag continues with or without snapping, even while the mouse rests."""
+        """Continue a drag with or without snapping when Ctrl is pressed or released, even while the mouse rests."""
         if self._held is not None and inverted != self._inverted:
             self._inverted = inverted
             self._drag_to(self._last)
@@ -210,7 +211,7 @@ class ViewController:
         return "" if self.busy or self._held is not None else self._scene.under_mouse.words(pixel)
 
     def leave(self) -> None:
-        """The mouse left the view."""
+        """Handle the mouse leaving the view."""
         if not self.busy and (self._scene.set_hovered(None) | self._scene.aim_at(None)):
             self._changed()
 

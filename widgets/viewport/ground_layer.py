@@ -80,7 +80,7 @@ def _plane(half_x: float, half_y: float) -> pv.PolyData:
 
 
 def _grid_lines(half_x: float, half_y: float) -> tuple[pv.PolyData, pv.PolyData]:
-    """Lines every 2 m and, apart from them, every 10 m."""
+    """Return lines every 2 m and, separately, every 10 m."""
     fine: list[tuple[tuple[float, float, float], tuple[float, float, float]]] = []
     strong: list[tuple[tuple[float, float, float], tuple[float, float, float]]] = []
     for x in np.arange(-half_x, half_x + 1e-6, 2.0):
@@ -127,7 +127,8 @@ def _label_places(half_x: float, half_y: float) -> Iterator[tuple[str, float, fl
 
 
 def _triad(palette: Palette) -> list[pv.Actor]:
-    """Axes of the vehicle frame, flat on the ground, with their letters: nothing to take hold of, unlike a gizmo."""
+    """Return axes of the vehicle frame, flat on the ground, with their letters; unlike a gizmo they cannot be
+    grasped."""
     actors, above = [], np.array([0.0, 0.0, _AXIS_M])
     for axis, (letter, length_m) in enumerate(_AXES.items()):
         along = np.eye(3)[axis]
@@ -202,7 +203,7 @@ class GroundMapLayer:
 
 
 def _rectangle(shown: GroundMap) -> pv.PolyData:
-    """The ground that a map covers, with the corners of its picture."""
+    """Return the ground that a map covers, with the corners of its picture."""
     (x, y), (nx, ny) = shown.origin_m, shown.steps.shape
     right, top = x + nx * shown.cell_m, y + ny * shown.cell_m
     corners = np.array([(x, y), (right, y), (right, top), (x, top)])

@@ -34,7 +34,8 @@ class GroundMap:
     title: str
 
     def pixels(self) -> NDArray[np.uint8]:
-        """Colours (ny, nx, 4) of the cells, red, green, blue and opacity: rows from right to left, as y grows."""
+        """Return colours (ny, nx, 4) of the cells, red, green, blue and opacity: rows from right to left, as y
+        grows."""
         table = np.zeros((256, 4), np.uint8)
         for step, (_, colour, opacity) in enumerate(self.meanings):
             table[step] = np.rint(255.0 * np.array([*rgb(colour), opacity]))

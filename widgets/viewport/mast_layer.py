@@ -55,7 +55,7 @@ class StubsLayer:
             self._actor.mapper.SetInputData(line_mesh(starts, stubs.ends_m))
 
     def set_line_width(self, pixel_ratio: float) -> None:
-        """Width of the lines, for dense screens and large pictures."""
+        """Set the width of the lines, for dense screens and large pictures."""
         self._actor.prop.line_width = _STUB_PX * pixel_ratio
 
 
@@ -146,7 +146,7 @@ def _placed(
     font_px: float,
     is_hidden: IsHidden,
 ) -> list[tuple[str, Rectangle]]:
-    """Words and rectangles (left, low, right, high), pixels from the lower left, none over another."""
+    """Return words and rectangles (left, low, right, high) in pixels from the lower left, without overlap."""
     order = sorted(shown, key=lambda item: (not item[2], -float(np.linalg.norm(item[1][0] - item[1][1]))))
     found: list[tuple[str, Rectangle]] = []
     for mast, ends, is_selected in order[:MOST_LABELS]:
@@ -183,7 +183,7 @@ def _meet(one: Rectangle, other: Rectangle) -> bool:
 
 
 def _lines(ends: Points) -> pv.PolyData:
-    """Lines (n, 2, 3) with a flat ring around the second end of each."""
+    """Return lines (n, 2, 3) with a flat ring around the second end of each."""
     turn = 2.0 * math.pi * np.arange(_CORNERS + 1) / _CORNERS
     ring = _FOOT_M * np.stack([np.cos(turn), np.sin(turn), np.zeros_like(turn)], axis=1)
     corners = ends[:, 1, None, :] + ring

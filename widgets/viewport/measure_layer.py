@@ -95,7 +95,7 @@ class MeasureLayer:
 
 
 def _segments(found: Measured | None) -> list[Points]:
-    """Ends (n, 2, 3) of the line, of lines to the ground, of parts along x, y and z; metres."""
+    """Return the ends (n, 2, 3) of the line, of lines to the ground, of parts along x, y and z; metres."""
     nothing = np.zeros((0, 2, 3))
     if found is None:
         return [nothing] * 5

@@ -70,5 +70,5 @@ def measured_lines(found: Measured) -> tuple[str, ...]:
 
 
 def _signed(length_m: float) -> str:
-    """Metres with a sign, without one where they round to nothing."""
+    """Return metres with a sign, without one where they round to zero."""
     return "0.000" if abs(length_m) < LEAST_M else f"{length_m:+.3f}".replace("-", _MINUS)

@@ -81,7 +81,7 @@ class Redraw(QObject):
             self._rest.start()
 
     def postpone_rest(self) -> None:
-        """Somebody is doing something: wait longer with the rested frame, if one is due."""
+        """Postpone the rested frame, if one is due, while the user is active."""
         if self._rest.isActive():
             self._rest.start()
 

@@ -38,7 +38,7 @@ class RigLayer:
         self.set_line_width(1.0)
 
     def set_line_width(self, width_px: float) -> None:
-        """Width of the rays, for pictures of higher resolution."""
+        """Set the width of the rays, for pictures of higher resolution."""
         self._rays.set_line_width(width_px)
         self._links.prop.line_width = _LINK_PX * width_px
 

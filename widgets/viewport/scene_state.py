@@ -103,7 +103,7 @@ class SceneState:
     palette: Palette = DARK
 
     def changed(self, after: SceneState) -> frozenset[str]:
-        """Names of the fields in which another state differs from this one."""
+        """Return the names of the fields in which another state differs from this one."""
         return frozenset(name for name in ALL_FIELDS if getattr(self, name) != getattr(after, name))
 
     @property

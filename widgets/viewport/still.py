@@ -75,7 +75,7 @@ def staged(
 
 
 def png_of(image: NDArray[np.uint8]) -> bytes:
-    """Pixels (h, w, 3 or 4) as a PNG file."""
+    """Return pixels (h, w, 3 or 4) as a PNG file."""
     file = io.BytesIO()
     matplotlib.image.imsave(file, image, format="png")
     return file.getvalue()

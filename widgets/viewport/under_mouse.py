@@ -33,14 +33,14 @@ class UnderMouse:
         return place_gizmo(pose, state.gizmo_space, state.camera, self.size, self.pixel_ratio)
 
     def handle(self, pixel: Pixel) -> Handle | None:
-        """The gizmo handle under a pixel."""
+        """Return the gizmo handle under a pixel."""
         place, state = self.gizmo(), self.state
         if place is None:
             return None
         return hit_handle(pixel, state.gizmo_mode, place, state.camera, self.size, self.pixel_ratio)
 
     def sensor(self, pixel: Pixel) -> str | None:
-        """The sensor under a pixel; of several the one nearest to the viewer."""
+        """Return the sensor under a pixel, the nearest to the viewer if there are several."""
         sensors, camera = self.state.shown, self.state.camera
         if not sensors:
             return None
@@ -70,7 +70,7 @@ class UnderMouse:
         return tuple(sensor.name for sensor, found in zip(sensors, is_in, strict=True) if found)
 
     def cell(self, pixel: Pixel) -> PickedCell | None:
-        """The cell of the heatmap under a pixel, the nearest of those that are drawn."""
+        """Return the cell of the heatmap under a pixel, the nearest of those that are drawn."""
         state = self.state
         if state.heatmap is None:
             return None

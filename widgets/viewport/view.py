@@ -74,7 +74,7 @@ class View(QWidget):
 
     @abstractmethod
     def chosen_camera(self) -> OrbitCamera | None:
-        """The camera that somebody chose; None while the first view is fitted to the size of the widget."""
+        """Return the camera that the user chose; None while the first view is fitted to the size of the widget."""
 
     @abstractmethod
     def set_view(self, name: str, wide: bool = False) -> None:

@@ -50,7 +50,7 @@ class Viewport(ViewportBase):
         )
 
     def _prepare_first(self) -> None:
-        """Qt may paint the canvas before the timer draws: make that picture the one that would be drawn next."""
+        """Prepare the next picture, since Qt may paint the canvas before the timer draws."""
         self._forget_first()
         self._redraw.taken_over()
         self._adapt(smooth=False)
@@ -62,7 +62,7 @@ class Viewport(ViewportBase):
             self._before_first = None
 
     def _count_in_pixels(self) -> None:
-        """Font sizes are in pixels of the screen: the widget would make VTK enlarge them once more."""
+        """Count font sizes in pixels of the screen, since the widget would make VTK enlarge them once more."""
         render_window(self._plotter).SetDPI(DPI)
 
     def _draw(self) -> None:

@@ -110,7 +110,7 @@ class ViewportBase(View):
         self.request_render()
 
     def chosen_camera(self) -> OrbitCamera | None:
-        """The camera that somebody chose; None while the first view is fitted to the size of the widget."""
+        """Return the camera that the user chose; None while the first view is fitted to the size of the widget."""
         camera = self._scene.state.camera
         return None if camera is self._home else camera
 
@@ -185,7 +185,7 @@ class ViewportBase(View):
     # ---- models of the library dragged onto the car; everything else is left to the window
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
-        """A model of the library may be dropped here; files are left to the window."""
+        """Accept a model dragged from the library; leave files to the window."""
         self._dropped = dragged_sensor(event.mimeData())
         event.setAccepted(self._dropped is not None)
 
@@ -196,7 +196,7 @@ class ViewportBase(View):
         event.setAccepted(pose is not None)
 
     def dragLeaveEvent(self, event: QDragLeaveEvent) -> None:
-        """The drag went elsewhere."""
+        """Remove the preview when the drag leaves."""
         self._show_drop(None)
 
     def dropEvent(self, event: QDropEvent) -> None:
@@ -252,7 +252,7 @@ class ViewportBase(View):
             self.drawn.emit()
 
     def _draw_rested(self) -> Parts:
-        """Nothing has changed for a while: one more frame, of everything and with smooth edges."""
+        """Draw one more frame when nothing has changed for a while, of everything and with smooth edges."""
         if self._closed:
             return
         if self._controller.busy:
@@ -264,7 +264,7 @@ class ViewportBase(View):
         self.drawn.emit()
 
     def _held_still(self) -> None:
-        """The mouse holds something, but has not moved for a while."""
+        """Handle a mouse that holds something but has not moved for a while."""
 
     def _draw_whole(self) -> Parts:
         """Draw everything; each yield gives the event loop a turn."""
@@ -278,14 +278,14 @@ class ViewportBase(View):
         self._fit_home()
 
     def _fit_home(self) -> None:
-        """Until somebody looks elsewhere, keep the first view fitted to the size of the widget."""
+        """Keep the first view fitted to the size of the widget until the user moves the camera."""
         if self._scene.state.camera is self._home:
             self._scene.set_view("iso")
             self._home = self._scene.state.camera
 
 
 def dragged_sensor(data: QMimeData) -> Sensor | None:
-    """The sensor of the library that is being dragged, at the origin; None for anything else."""
+    """Return the sensor of the library that is being dragged, at the origin; None for anything else."""
     if not data.hasFormat(MODEL_MIME):
         return None
     name = bytes(data.data(MODEL_MIME).data())[:_MAX_NAME_BYTES].decode("utf-8", "replace")

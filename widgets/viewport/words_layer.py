@@ -206,7 +206,7 @@ class WordsLayer:
         self._show_key(state.palette)
 
     def _show_key(self, palette: Palette) -> None:
-        """The key of the rays gives way where the legend is folded."""
+        """Hide the key of the rays where the legend is folded."""
         self._key.set_entries([] if self._spot.is_folded else self._entries, palette)
 
     def show_caption(self, state: SceneState) -> None:

@@ -92,7 +92,7 @@ class RangeBar(QWidget):
         self.update()
 
     def grey(self) -> None:
-        """The range belongs to an earlier rig."""
+        """Grey out the range, which belongs to an earlier rig."""
         self._is_stale = True
         self.update()
 
@@ -252,6 +252,6 @@ def below_text(below: Below) -> str:
 
 
 def points_text(points: float, digits: int = 2) -> str:
-    """Percentage points with a sign."""
+    """Return percentage points with a sign."""
     size = f"{abs(points):.{digits}f}"
     return size if float(size) == 0.0 else ("+" if points > 0.0 else MINUS) + size

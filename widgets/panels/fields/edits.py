@@ -143,7 +143,7 @@ class ValueEdit(QLineEdit, Generic[Value]):
         return self._short(value)
 
     def keep_room_for(self, text: str) -> None:
-        """Never get narrower than this text needs."""
+        """Keep at least the width that this text needs."""
         around_px = self.width() - self._room().width()
         self.setMinimumWidth(self.fontMetrics().horizontalAdvance(text) + around_px)
 

@@ -244,7 +244,7 @@ class Form(QWidget):
         return reason
 
     def _forget(self, widget: QWidget) -> None:
-        """The value that was refused is gone, so is the reason."""
+        """Clear the reason for rejecting a value that is gone."""
         if self._reasons.pop(widget, None) is not None:
             self._show_reasons()
 

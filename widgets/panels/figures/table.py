@@ -357,5 +357,5 @@ class TwoLines(QStyledItemDelegate):
         painter.drawText(room, bottom, figure.error)
 
     def sizeHint(self, option: QStyleOptionViewItem, index: Index) -> QSize:
-        """Room for two lines."""
+        """Return room for two lines."""
         return super().sizeHint(option, index).expandedTo(self._least)

@@ -74,7 +74,7 @@ def stairs_of(found: OptimiseResult) -> list[Offer]:
 
 # ---------------------------------------------------------------------- charts
 def bracket_plot(history: Sequence[Bracket]) -> Plot:
-    """Best value and bound over time, which close in on each other."""
+    """Plot best value and bound over time, which converge."""
     best = tuple((s, value) for s, value, _ in history if value is not None)
     bound = tuple((s, high) for s, _, high in history if high is not None)
     lines = [Line(points, tone) for points, tone in ((best, _BEST), (bound, _BOUND)) if points]
@@ -82,7 +82,7 @@ def bracket_plot(history: Sequence[Bracket]) -> Plot:
 
 
 def stairs_plot(found: OptimiseResult | None) -> Plot:
-    """Best value by number of additions; the rig itself is the level at the left."""
+    """Plot the best value by number of additions; the rig itself is the level at the left."""
     title = "Best by number added"
     if found is None:
         return Plot(title, "added", empty=SEARCHING)
@@ -96,7 +96,7 @@ def stairs_plot(found: OptimiseResult | None) -> Plot:
 
 
 def front_plot(found: OptimiseResult | None) -> Plot:
-    """Value against unseen ground: none of the proposals is better than another in both."""
+    """Plot value against unseen ground: none of the proposals is better than another in both."""
     title = "Value against unseen ground"
     if found is None or found.before_blind_m2 is None:
         return Plot(title, "m²", empty=SEARCHING)
@@ -124,7 +124,7 @@ CHECKS = (
 
 
 def signed(value: float) -> str:
-    """A difference with its sign."""
+    """Return a difference with its sign."""
     return f"{value:+.4f}".replace("-", MINUS)
 
 

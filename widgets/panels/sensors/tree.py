@@ -365,7 +365,7 @@ class SensorTree(SensorList):
         self.selected.emit(self._selection)
 
     def _on_title(self, column: int) -> None:
-        """A click on the title of the losses offers the measures, under it."""
+        """Emit `measure_menu_wanted`, with the place below the title of the losses, when that is clicked."""
         if column == LOSS:
             header = self.header()
             left = header.sectionViewportPosition(LOSS)

@@ -97,7 +97,7 @@ class TargetsPanel(QWidget):
         return row
 
     def _frame_controls(self) -> tuple[QWidget, ...]:
-        """Choice of the frame in the 3D view; off until there is one."""
+        """Return the controls that choose the frame in the 3D view; disabled until there is one."""
         self._frame_on, self._frame, self._next = QToolButton(), QSpinBox(), QToolButton()
         self._play = QToolButton()
         self._play.setObjectName("play_frames")

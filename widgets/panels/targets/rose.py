@@ -91,7 +91,7 @@ class RoseView(QWidget):
         return math.log1p(value) / math.log1p(largest)
 
     def _wedge(self, ring: int, sector: int) -> QPainterPath:
-        """The outline of a wedge; Qt counts degrees from the right, to the left."""
+        """Return the outline of a wedge; Qt counts degrees from the right, to the left."""
         inner, outer = self._radius(ring), self._radius(ring + 1)
         start, step = 90.0 + (sector - 0.5) * 360.0 / SECTORS, 360.0 / SECTORS
         centre, path = QPointF(self._centre()), QPainterPath()
@@ -155,7 +155,7 @@ class RoseView(QWidget):
         return QPointF(self.width() / 2.0, self.height() / 2.0 + 2.0)
 
     def _radius(self, edge: int) -> float:
-        """Radius of an edge between rings: in proportion to its distance."""
+        """Return the radius of an edge between rings, in proportion to its distance."""
         assert self._rose is not None
         room = min(self.width(), self.height()) / 2.0 - MARGIN_PX
         return room * self._rose.edges_m[edge] / self._rose.edges_m[-1]
