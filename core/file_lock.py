@@ -29,8 +29,8 @@ class FileLock:
     def __init__(self, path: Path) -> None:
         """Make and lock the file; a file that a killed process left is taken over.
 
-        Raise BlockingIOError when somebody holds the lock, another OSError when the folder or the file system does not
-        allow one.
+        Raise BlockingIOError when another process holds the lock, another OSError when the folder or the file system
+        does not allow one.
         """
         self._path = path
         while True:

@@ -255,7 +255,7 @@ def _flat(row: Row) -> dict[str, Any]:
 class AuditResult(ByName[SensorAudit]):
     """Outcomes of the rays of a rig's enabled sensors, by sensor: `result["LIDAR_1"].shares["hits_car"]`.
 
-    Each has `rays`, `counts` and `shares` by what becomes of a ray (shares add up to one), `lost_nat` and `lost_share`
+    Each has `rays`, `counts` and `shares` by outcome (shares add up to one), `lost_nat` and `lost_share`
     by class, the entropy that the car's body takes from the sensor on its own, and `stand`, how it is mounted.
     """
 
@@ -279,7 +279,7 @@ class AuditResult(ByName[SensorAudit]):
         return audit_document(self._audit)
 
     def rows(self) -> Rows:
-        """Return a row per sensor: its rays, and the share of them by what becomes of them."""
+        """Return a row per sensor: its rays, and their shares by outcome."""
         return [
             {"sensor": name, "kind": found.kind, "rays": found.rays, **found.shares}
             for name, found in self.items()

@@ -77,7 +77,7 @@ def make_pictures(parent: QObject | None = None, close_s: float = CLOSE_S) -> Pi
 
 
 class FramePictures:
-    """Draws what sensors see of single frames, which are kept once read; called by one thread."""
+    """Pictures of what sensors see in single frames, which are kept once read; called by one thread."""
 
     def __init__(self) -> None:
         self._frames: tuple[SceneOptions, FrameStore] | None = None

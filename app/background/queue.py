@@ -63,7 +63,7 @@ class Job(Generic[Request]):
 
     @property
     def key(self) -> Hashable:
-        """Of one priority and key only the newest request waits."""
+        """Key of the request: only the newest request of a priority and key waits."""
         request = self.request
         return (request.group, request.name) if isinstance(request, BackgroundRequest) else None
 

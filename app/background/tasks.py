@@ -133,7 +133,7 @@ class Tasks(QObject):
         self._running.clear()
 
     def _forget_ended(self) -> None:
-        """Keep only what runs: a connection that named its own task would keep it for ever, with what it worked on."""
+        """Keep only what runs: a connection that named its own task would keep it, and the data it worked on, alive."""
         over = [task for task in self._running if task.is_over]
         self._running = [task for task in self._running if task not in over]
         for task in over:

@@ -133,7 +133,7 @@ class Session(QObject):
 
     @property
     def voxel(self) -> Voxel | None:
-        """The voxel that is to be explained, None when none is picked."""
+        """The voxel to explain, None when none is picked."""
         return self._voxel
 
     @property
@@ -176,7 +176,7 @@ class Session(QObject):
             self.settings_changed.emit()
 
     def set_settings(self, settings: MetricSettings) -> None:
-        """Score by another method, reading or camera weight; whether the body blocks is not changed by it."""
+        """Score by another method, reading or camera weight; the setting of the body stays the same."""
         settings = replace(settings, body=self._settings.body)
         if settings != self._settings:
             self._settings = settings

@@ -41,7 +41,7 @@ class ReportDocument:
 
 
 def document_of(plan: ReportPlan, report: Report) -> ReportDocument:
-    """Draw what belongs to the figures of a report."""
+    """Return the figures of a report with its drawings."""
     drawings = tuple(
         Drawings(
             range_png=picture(range_figure(ranges)),

@@ -117,8 +117,8 @@ def add_panels(bench: Workbench) -> None:
 def build_features(bench: Workbench) -> Features:
     """Build every feature on a workbench.
 
-    `Follow` comes first: when the others hear of an edit, list and view show it already. `Layout` takes note of
-    where docks are at first, so it comes after all that add some.
+    `Follow` comes first, so that list and view are up to date when the others receive an edit. `Layout` records the
+    initial places of the docks, so it comes after all features that add docks.
     """
     return Features(
         follow=(follow := Follow(bench)),

@@ -2,8 +2,8 @@
 
 Each file says {parent frame: {child frame: {x, y, z, roll, pitch, yaw}}} in metres and radians about the fixed
 axes of the parent, x forward, y left, z up. base_link lies on the ground under the rear axle. Camera frames
-(.../camera_link) look along x; names with "optical" have z forward. What stands at a frame is told by the macro
-that the kit's xacro calls there, else by the frame's name; frames of which neither tells are left out.
+(.../camera_link) look along x; names with "optical" have z forward. The sensor at a frame follows from the
+macro that the kit's xacro calls there, else from the frame's name; frames with neither are left out.
 Source: Autoware documentation, "Creating sensor and vehicle models"; individual_params.
 """
 

@@ -104,7 +104,7 @@ def _calls(root: Element) -> Iterator[tuple[str, str]]:
 
 
 def kind_of_macro(macro: str) -> SensorKind | None:
-    """Return the kind of sensor that a macro makes, None when it is another thing."""
+    """Return the kind of sensor that a macro makes, None for any other macro."""
     return kind_of(macro) or ("lidar" if find_model(macro) is not None else None)
 
 

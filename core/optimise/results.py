@@ -103,7 +103,7 @@ class Problem:
             raise InputError(f"needs a scene of voxels for {self.objective}", "objective")
 
     def _check_sensors(self) -> None:
-        """Raise InputError unless sensors that the objective is of are to be added or moved, each once."""
+        """Raise InputError unless the search adds or moves sensors that the objective measures, each once."""
         models = self.additions.models
         if not models and not self.moves:
             raise InputError("must name at least one sensor model, or a sensor to move", "add")

@@ -1,8 +1,7 @@
 """Run workers on a Dask cluster, on as many machines as it has.
 
 The cluster that a user names is trusted, as Dask is made for: every participant can run code on all the others
-(docs/security.md). A piece whose worker dies is given to another one by Dask itself. Nothing here waits for ever: each
-wait has its limit.
+(docs/security.md). Dask gives a piece whose worker dies to another one. Every wait has a time limit.
 """
 
 from __future__ import annotations

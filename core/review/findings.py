@@ -46,7 +46,7 @@ class Verdict:
 
     @property
     def status(self) -> Status:
-        """An estimate is met when both of its bounds are, not met when neither is, and else not shown."""
+        """Status of the requirement; an estimate meets it if both bounds do, and shows nothing if only one does."""
         if self.finding.value is None:
             return "not applicable"
         one = self.item.requirement

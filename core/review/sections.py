@@ -47,7 +47,7 @@ class Waiver(Frozen):
     until: Annotated[date, BeforeValidator(_day)]
 
     def holds_on(self, day: date) -> bool:
-        """Return whether the waiver has not expired on a day."""
+        """Return whether the waiver is still valid on a day."""
         return day <= self.until
 
 

@@ -35,8 +35,8 @@ class BoxBatch:
 
 @dataclass(frozen=True)
 class FrameLabels:
-    """Frame labels of a table: `names` of the sequences; of each frame (T,) its sequence, an index into them, and its
-    number within it."""
+    """Frame labels of a table: `names` of the sequences, and for each frame (T,) its sequence, an index into `names`,
+    and its number within the sequence."""
 
     names: tuple[str, ...]
     sequence: NDArray[np.int64]

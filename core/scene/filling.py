@@ -95,7 +95,7 @@ def _is_heavy(voxels: NDArray[np.int64]) -> bool:
 
 
 def _runs_of_frames(frame: NDArray[np.int64], voxels: NDArray[np.int64]) -> Iterator[tuple[int, int]]:
-    """Yield (start, end) of runs of whole frames, each for one call; a heavy frame is a run by itself."""
+    """Yield (start, end) of runs of whole frames, each for one call; a heavy frame is a run of its own."""
     starts = np.flatnonzero(np.diff(frame, prepend=frame[0] - 1))
     sizes = np.diff(starts, append=frame.size)
     work = np.add.reduceat(voxels, starts)

@@ -59,7 +59,7 @@ class Swing(Frozen):
 
 
 class Scan(Frozen):
-    """Shots at even times by one laser after the other, along the sum of some swings."""
+    """Scan pattern: lasers that fire in turn at even intervals, along a sum of swings."""
 
     points_per_s: Annotated[
         float,

@@ -58,7 +58,7 @@ KINDS = (
 
 
 class Clutter(NamedTuple):
-    """Things on a flat ground: kind (n,), index into KINDS; foot_m (n, 2), their places; size_m (n, 3); yaw_rad
+    """Clutter on a flat ground: kind (n,), index into KINDS; foot_m (n, 2), their places; size_m (n, 3); yaw_rad
     (n,)."""
 
     kind: NDArray[np.int64]
@@ -80,7 +80,7 @@ class Footprints(NamedTuple):
 
 
 def scattered(rng: np.random.Generator, number: int, users: Footprints) -> Clutter:
-    """Draw things uniformly over the disc around the car, except in objects or the car."""
+    """Draw clutter uniformly over the disc around the car, except in objects or the car."""
     shares = np.array([kind.share for kind in KINDS])
     kind = np.searchsorted(np.cumsum(shares / shares.sum()), rng.random(number), side="right")
     least, most = np.array([one.least_m for one in KINDS]), np.array([one.most_m for one in KINDS])

@@ -246,7 +246,7 @@ class DatasetFolder:
             raise InputError(f"{self.path / PLAN}: cannot be read ({error.strerror})") from error
 
     def _difference(self) -> str:
-        """Name the first thing in which the plans differ."""
+        """Name the first difference between the plans."""
         try:
             there, here = json.loads(self._said()), json.loads(self._text)
             for group in ("rig", "simulated", "data"):

@@ -67,8 +67,8 @@ class Wrong(NamedTuple):
 
 
 class ScoreError(NamedTuple):
-    """Of a class, None if H(Omega) or the reference is 0: -S-MS / H(Omega), the errors of grid and shortcut as parts of
-    the reference's share, and |S-MS - reference| / |reference| in nats, as it stands."""
+    """Errors of a class, None if H(Omega) or the reference is 0: -S-MS / H(Omega), the errors of grid and shortcut as
+    parts of the reference's share, and the raw |S-MS - reference| / |reference| in nats."""
 
     share: float | None
     grid_error: float | None

@@ -42,7 +42,7 @@ class GridRays(NamedTuple):
 
 
 def grid_rays(sensor: Sensor, grid: VoxelGrid, real: type[np.floating[Any]] = np.float64) -> GridRays:
-    """Return the rays of a sensor in the float type that they are to be walked in."""
+    """Return the rays of a sensor in the float type of the walk."""
     rays = sensor_rays(sensor)
     near, far = (metres / grid.voxel_m if math.isfinite(metres) else math.inf for metres in rays.range_m)
     origin = np.array(grid.to_grid(rays.origin_m)).astype(real)

@@ -136,7 +136,7 @@ class StoredBoxes:
 
 
 class ResampledFrames:
-    """As many frames as the data set has, drawn with replacement; frames without boxes are drawn too."""
+    """Sample of as many frames as the data set has, drawn with replacement; frames without boxes are drawn too."""
 
     def __init__(self, stored: StoredBoxes, seed: int) -> None:
         self._stored, self._seed = stored, seed

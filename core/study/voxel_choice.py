@@ -112,7 +112,7 @@ def choose(
     """Return the coarsest edge that agrees with the finest, together with all edges in between.
 
     An edge agrees when no `seen` of any rig and class differs by more than `tolerance` and every two rigs
-    stand in the same order of S-MS, for every class. Edges may come in any order; at least one is needed.
+    have the same order of S-MS, for every class. Edges may come in any order; at least one is needed.
     """
     finest, *coarser = sorted(tried, key=lambda one: one.voxel_m)
     rungs = [Rung(finest.voxel_m, None, None, True)]

@@ -45,7 +45,7 @@ class _Scratch(NamedTuple):
 
 @dataclass(frozen=True)
 class Contribution:
-    """Of the objects that count in the first `frames` frames, m of them: found int32 (COLUMNS, m) as in
+    """Hits on the m objects that count in the first `frames` frames: found int32 (COLUMNS, m) as in
     `kernels.objects.counts`; cells of object o, for LiDARs: found[CELLS, o] of them, from cells[cell_starts[o]]
     on.
     """

@@ -165,7 +165,7 @@ def _stays_wanted(tell: Callable[[], None]) -> bool:
 
 
 def _alone(cls: str, places: Sequence[_Poses]) -> Traffic:
-    """Return each object in a frame by itself."""
+    """Return each object in a frame of its own."""
     centre = np.concatenate([place.centre_m for place in places])
     turn = rotations_from_yaw(np.concatenate([place.yaw_rad for place in places]))
     codes, sizes = np.full(len(centre), CLASSES.index(cls), np.uint8), np.tile(SIZES_M[cls], (len(centre), 1))
@@ -180,8 +180,8 @@ def heights_px(
     solid: Solid | None = None,
 ) -> Doubles:
     """Return the native pixels (n,) from the highest to the lowest corner of a box within the image of the camera that
-    shows it tallest, less the rows that the own car hides above and below; 0 where no camera shows it, and where a part
-    of it is outside the valid range of the lens."""
+    shows it tallest, less the rows that the own car hides above and below; 0 if no camera shows it, or a part of
+    it is outside the valid range of the lens."""
     corners = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]) * np.array(size_m) / 2
     points = _placed(poses, corners)
     tallest = np.zeros(len(points))

@@ -32,7 +32,7 @@ def units(keys: Keys) -> NDArray[np.float64]:
 
 
 def sensor_key(seed: int, name: str) -> int:
-    """Key of a sensor: the first 8 bytes of the SHA-256 of seed and name."""
+    """Return the key of a sensor: the first 8 bytes of the SHA-256 of seed and name."""
     digest = hashlib.sha256(f"{seed} {name}".encode()).digest()
     return int.from_bytes(digest[:8], "little")
 

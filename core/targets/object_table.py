@@ -75,7 +75,7 @@ def _places(traffic: Traffic, box: NDArray[np.int64]) -> dict[str, Any]:
 
 
 def rounded(values: NDArray[np.float64], digits: int = _DIGITS) -> NDArray[np.float64]:
-    """Round to so many decimals as Python's `round` does, to the last bit; numpy's own is off where ties are near.
+    """Round to a number of decimals as Python's `round` does, to the last bit; numpy's own is off where ties are near.
 
     A whole number over a power of ten is the double next to that decimal, as `round` gives. Only which whole number
     is in doubt where the product, itself rounded, comes to lie near a tie: Python decides there.

@@ -42,7 +42,7 @@ class Returns:
 
 @dataclass(frozen=True)
 class ObjectCounts:
-    """Of k objects that count, in the order of the sampled frames.
+    """Counts of the k objects that count, in the order of the sampled frames.
 
     box (k,): their places in the traffic; points (k, lidars) rays that reach them first, pixels (k, cameras) native
     pixels that show them, of the enabled sensors by name; points_alone and pixels_alone (k,): of all of them together

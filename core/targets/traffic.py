@@ -82,7 +82,7 @@ class Traffic:
         return replace(self, frame=self.frame[places], starts=starts, **columns)
 
     def frame_alone(self, place: int) -> Traffic:
-        """Return one frame by itself, by its index; all its objects count, at any distance."""
+        """Return a single frame by its index; all its objects count, at any distance."""
         return replace(self.frames_alone(np.array([place])), within_m=EVERYWHERE_M)
 
     def within(self, within_m: float) -> Traffic:

@@ -18,7 +18,7 @@ MAX_CELLS = 200_000
 
 @dataclass(frozen=True)
 class _ClassEntropies:
-    """Of one class in fixed point: h of every informative voxel (n,), and its sum over each cell (m,)."""
+    """Entropies of one class in fixed point: h of every informative voxel (n,), and its sum over each cell (m,)."""
 
     h_q: NDArray[np.uint32]
     total_q: NDArray[np.int64]

@@ -40,7 +40,7 @@ class FrameBoxes:
         return cls(np.zeros(0, np.uint8), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 3, 3)))
 
     def only(self, number: int) -> FrameBoxes:
-        """Return one of the boxes by itself."""
+        """Return a single box."""
         one = slice(number, number + 1)
         return FrameBoxes(self.cls[one], self.centre_m[one], self.size_m[one], self.rotation[one])
 

@@ -17,7 +17,7 @@ __all__ = ["BODY", "GROUND", "NOTHING", "Hits", "cast"]
 
 @dataclass(frozen=True)
 class Hits:
-    """Of n rays: range_m (n,), inf where nothing is hit; what (n,) int32: number of a box, GROUND, BODY or
+    """Hits of n rays: range_m (n,), inf where nothing is hit; what (n,) int32: number of a box, GROUND, BODY or
     NOTHING; facing (n,): 0 to 1, how squarely a ray meets the body, 0 elsewhere."""
 
     range_m: NDArray[np.float64]

@@ -75,7 +75,7 @@ def widest_gap(display: DisplayGrid) -> Gap | None:
 
 
 def _widest_run(weights: NDArray[np.float64], most: float) -> tuple[int, int]:
-    """Start and length of the longest run of a circle (n,) with a sum of at most `most`; of several the lightest."""
+    """Return start and length of the longest run of a circle (n,) with a sum up to `most`; of several the lightest."""
     count = len(weights)
     sums = np.concatenate([[0.0], np.cumsum(np.tile(weights, 2))])
     ends = np.searchsorted(sums, sums[:count] + most, side="right") - 1

@@ -128,7 +128,7 @@ def ring_labels(view: PlaneView, roi: QRectF, radii_m: Sequence[float], size: QS
 
 
 def draw_gap(painter: QPainter, view: PlaneView, grid: VoxelGrid, gap: Gap, tones: Tones) -> None:
-    """Hatch the sector of the ROI in which the data hold no boxes, and say so in it."""
+    """Hatch the sector of the ROI in which the data hold no boxes, and label it."""
     reach_m = math.hypot(grid.roi_m[0], grid.roi_m[1])
     angles = [math.radians(gap.from_deg + share * (gap.to_deg - gap.from_deg) / 60) for share in range(61)]
     sector = QPolygonF([view.to_px(0.0, 0.0)])

@@ -96,7 +96,7 @@ class MapPanel(QWidget):
         return str(self.choice.currentData())
 
     def choose(self, shown: str) -> None:
-        """Show something else, and say so; nothing happens for what there is not, or is shown."""
+        """Show another map and emit the choice; ignore one that does not exist or is shown already."""
         place = self.choice.findData(shown)
         if shown and place >= 0 and place != self.choice.currentIndex():
             self.choice.setCurrentIndex(place)

@@ -216,7 +216,7 @@ class Exchange(Feature):
         files.foreign_chosen.connect(self.read)
 
     def _fill(self) -> None:
-        """List the formats, the first time that somebody looks."""
+        """List the formats when the menu is first opened."""
         from riglens.core.formats.exchange import FORMATS, WRITABLE
 
         if not self.menu.isEmpty():

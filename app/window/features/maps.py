@@ -121,7 +121,7 @@ class Map(Feature):
         self._show_ground()
 
     def _show_ground(self) -> None:
-        """Lay the same on the ground of the 3D view if it is to be there."""
+        """Show the same map on the ground of the 3D view, if that is enabled."""
         state, ground, shown = self.viewport.state, self.panel.ground, None
         if ground is not None and self._blind is not None:
             from riglens.app.evaluation.ground_map import ground_map  # the compiler, loaded by now

@@ -62,7 +62,7 @@ class Objects(LiveCheck[ObjectsPanel, RigRequest[Body], "tuple[ProfileVerdict, .
         self._point_out()
 
     def _go_to(self, profile: int, place: int) -> None:
-        """Look at an object from outside, with the car behind it, and point it out."""
+        """Point the view at an object from outside, with the car behind it, and highlight the object."""
         self._chosen = (profile, place)
         state, post = self.viewport.state, self._post()
         if post is not None:

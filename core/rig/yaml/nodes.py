@@ -83,7 +83,7 @@ class _NotPlain(MarkedYAMLError):
 
 
 class _PlainComposer(Composer):
-    """Stops at the first thing that is not plain data, before the parser has read on."""
+    """Composer that stops at the first value that is not plain data, before the parser has read on."""
 
     count = 0
 

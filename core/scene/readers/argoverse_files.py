@@ -15,7 +15,7 @@ _FEATHER_MAGIC = b"ARROW1"
 
 
 def is_feather(path: Path) -> bool:
-    """Return whether the file's first bytes or its name say so."""
+    """Return whether a file is a Feather file, by its first bytes or its name."""
     if path.suffix.lower() == ".feather":
         return True
     with path.open("rb") as file:

@@ -246,7 +246,7 @@ def _by_preference(channels: Iterable[str]) -> list[str]:
 def tables_folder(path: Path) -> Path | None:
     """Return the folder with the tables of boxes: the path itself or one inside it; None when it is not nuScenes.
 
-    Raise InputError when there are several versions to choose from, or when tables are there but not all.
+    Raise InputError when there are several versions to choose from, or when some of the tables are missing.
     """
     found = version_folder(path, ("sample_annotation",))
     if found is None and _has(path, ("sample", "instance")):

@@ -193,13 +193,13 @@ class ParquetFile(RowFile):
 
 
 def open_rows(path: Path, columns: Columns) -> RowFile:
-    """Open a table file, of whichever kind; raise InputError when it has not these columns."""
+    """Open a table file, of whichever kind; raise InputError when it lacks one of these columns."""
     with readable(path):
         return ParquetFile(path, columns) if is_parquet(path) else CsvFile(path, columns)
 
 
 def is_parquet(path: Path) -> bool:
-    """Return whether the file's first bytes or its name say so."""
+    """Return whether a file is a Parquet file, by its first bytes or its name."""
     if path.suffix.lower() in (".parquet", ".pq"):
         return True
     with open_regular(path, "a table") as file:

@@ -34,7 +34,7 @@ StandardKey = QKeySequence.StandardKey
 
 
 class OwnKeys(QObject):
-    """Calls a function per key. A QShortcut of the panel would conflict with an action of the window."""
+    """Event filter with a function per key. A QShortcut of the panel would conflict with an action of the window."""
 
     def __init__(self, panel: QWidget, slots: Mapping[StandardKey, Callable[[], object]]) -> None:
         super().__init__(panel)

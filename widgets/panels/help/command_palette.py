@@ -28,7 +28,7 @@ class Command:
 
     @property
     def words(self) -> str:
-        """The whole way to it."""
+        """The menus that lead to the command, and its title."""
         return " › ".join((*self.menus, self.title))
 
 

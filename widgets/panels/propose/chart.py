@@ -180,7 +180,7 @@ class Plots(QWidget):
         return font
 
     def _draw_ticks(self, painter: QPainter, frame: _Frame) -> None:
-        """Draw a rule for each round value, with its number; only so many that the numbers stay apart."""
+        """Draw a labelled line for each round value, as many as fit without their numbers touching."""
         look, area, metrics = tones(), frame.area, painter.fontMetrics()
         for value in apart(tick_values(*frame.y, log=False), frame.y, area.height(), _LINE_PX):
             y = frame.at(frame.x[0], value).y()

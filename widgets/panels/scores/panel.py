@@ -35,7 +35,7 @@ READING_NOTES = {
 
 
 class ScoresPanel(QWidget):
-    """Shows one evaluation next to that of the baseline. Outdated numbers are greyed."""
+    """Scores of one evaluation next to those of the baseline. Outdated numbers are greyed."""
 
     settings_wanted = Signal(object)
     """Request for other MetricSettings."""

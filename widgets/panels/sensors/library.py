@@ -176,7 +176,7 @@ class _Models(QTreeWidget):
         self.viewport().update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Say so when nothing matches the search."""
+        """Show a message when nothing matches the search."""
         super().paintEvent(event)
         if self._groups() and all(group.isHidden() for group in self._groups()):
             painter = QPainter(self.viewport())

@@ -185,7 +185,7 @@ def show_sensor(row: QTreeWidgetItem, sensor: Sensor, state: RowState) -> None:
 
 
 def _show_failed(row: QTreeWidgetItem, failed: bool) -> None:
-    """Strike the name of a sensor that is taken as failed out, and say so in place of its loss."""
+    """Strike out the name of a sensor that is set as failed, and show that in place of its loss."""
     font = row.font(NAME)
     font.setStrikeOut(failed)
     row.setFont(NAME, font)
