@@ -63,8 +63,8 @@ PIECES, MAP = "pieces", "mAP"
 
 @dataclass(frozen=True)
 class Plan:
-    """Plan of a study; None for seeds is the protocol's number. cameras: quality of the segmentation whose classes
-    points get; None: cameras are left out."""
+    """Plan of a study; None for seeds is the protocol's number. cameras: quality of the segmentation that gives
+    points their classes; None: cameras are left out."""
 
     quick: bool = False
     per_rig: bool = False

@@ -84,7 +84,7 @@ def _add(name: str, row: Value, lens: Value | None, mounting: Mounting) -> None:
 
 
 def _lens(row: Value, name: str, notes: Notes) -> dict[str, Any]:
-    """Return image and pinhole; the radial distortion is that of images which were not published."""
+    """Return image and pinhole; ignore the radial distortion, which published images do not have."""
     fx, fy, cx, cy = row.field_numbers(*_PIXELS)
     if any(row.field_numbers(*_RADIAL)):
         notes.ignored("k1 k2 k3: published images are without distortion", name)

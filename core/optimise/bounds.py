@@ -170,7 +170,7 @@ class _Branches:
             self.best, self._value = sorted(chosen), value
 
     def _most(self, chosen: list[int], ids: Ids, gains: Ids, room: int) -> int:
-        """Return a limit of what sets of up to `room` candidates add, by gains that fall."""
+        """Return an upper bound of the gain of sets of up to `room` candidates; gains are in descending order."""
         parts = self._limits.of_slots(chosen, ids, room)
         return sum(int(gains[places][:most].sum()) for places, most in parts)
 

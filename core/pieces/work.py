@@ -1,6 +1,6 @@
 """Work in resumable pieces: their definition, computation, storage, and the loop over all of them.
 
-A job is a list of pieces, each with a key that everything in its content decides and a pure function that returns the
+A job is a list of pieces, each with a key that depends on all of its content and a pure function that returns the
 content as bytes. Whatever the order, the split or the number of workers, the store ends with the same bytes.
 """
 
@@ -86,7 +86,7 @@ class OwnProcess:
 def results(pieces: Sequence[Piece], store: Store[Result], workers: Workers) -> Iterator[Finished[Result]]:
     """Yield every piece with its result: first those in the store, then the others as they are computed and stored.
 
-    Raise what a piece raised, after those that are done by then were yielded.
+    Re-raise the exception of a piece after yielding all pieces that are done by then.
     """
     missing = list[Piece]()
     for piece in pieces:

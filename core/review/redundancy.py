@@ -137,8 +137,8 @@ class _Shares(NamedTuple):
         """Return the shares after a sensor has moved; `move`: its changes as counted by `change_views`, by the other
         sensors that see them.
 
-        Voxels that it sees newly and alone are its own; what one other sees is of both and no longer that one's own;
-        and so on. What it no longer sees is counted with a minus.
+        Voxels that only it has come to see are its own; those that one other sensor sees move from that sensor's own to
+        the pair, and so on. Voxels that it no longer sees count negative.
         """
         n = self.alone.shape[1]
         after = _Shares.of(self.sums - move.sums, n)

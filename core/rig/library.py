@@ -436,7 +436,7 @@ def _same_field(name: str, one: Sensor, other: Sensor) -> bool:
 
 @lru_cache(maxsize=256)
 def _model_sensor(files: tuple[Path, ...], model: str) -> Sensor | None:
-    """Return a sensor as the library with these files has it, None when it has none of that name."""
+    """Return a sensor as the library with these files has it, None for an unknown model."""
     try:
         return _library(files).entry(model).sensor(model, Pose())
     except InputError:

@@ -86,7 +86,7 @@ class SensorResult:
 
     @property
     def is_exact(self) -> bool:
-        """Return whether RigLens' way finds the voxels of the exact walk, all and only these."""
+        """Return whether RigLens' method finds exactly the voxels of the exact walk."""
         return self.point("fast").error == 0.0
 
 

@@ -21,7 +21,9 @@ HEIGHT_PX = 25
 
 @dataclass(frozen=True)
 class TargetSettings:
-    """shape: plain boxes, or what objects of a class are made of. range_law: whether far and oblique rays of LiDARs
+    """Settings of the counts on objects.
+
+    shape: plain boxes, or the parts of objects of a class. range_law: whether far and oblique rays of LiDARs
     get lost. phase: `random` turns each LiDAR in each frame by a part of its azimuth step, drawn by `seed`, its name
     and the frame; `0` casts the azimuths as they are listed. min_points: an object with this many points of LiDARs is
     detectable. body: whether rays end at the car's own body; None: as each rig says. calibration: of predicted

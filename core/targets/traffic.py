@@ -29,8 +29,8 @@ class Traffic:
 
     data: what was read. frame (T,): number in the data of each frame held; starts (T + 1,): its first box; row (n,):
     place of each box in the data; cls (n,) uint8 index into CLASSES; centre_m, size_m (n, 3); rotation (n, 3, 3) box
-    to vehicle frame. Occluders have the class NO_CLASS, stand after the objects of their
-    frame, and their `row` is their place in the table of occluders. Every box hides what is behind it; objects
+    to vehicle frame. Occluders have the class NO_CLASS and come after the objects of their
+    frame; their `row` is their place in the table of occluders. Every box hides what is behind it; objects
     `within_m` of the car, from the vehicle frame's origin to the box's centre along the ground,
     are objects that count. surroundings_sha256: of the tables of occluders, empty without.
     """
