@@ -16,7 +16,7 @@ MAX_BOXES_S = 4 * 3600.0
 
 
 class ReadingTime:
-    """Measures reading time; `check` raises beyond the limit."""
+    """Limit of reading time; `check` raises beyond the limit."""
 
     def __init__(self, where: str, most_s: float, clock: Clock = time.monotonic) -> None:
         self._where, self._most_s, self._clock = where, most_s, clock

@@ -221,7 +221,8 @@ def with_blocking_mesh(rig: Rig, body: Body | None, folder: StrPath) -> Rig:
 
 
 class SceneEngine:
-    """Scores rigs one after the other and casts only the sensors that changed; the scores are those of `score`.
+    """Engine that scores rigs one after the other and casts only the sensors that changed; the scores are those of
+    `score`.
 
     Made by `scene.engine()`, for one thread. It holds the voxels of each sensor until the `with` block ends.
     """

@@ -91,7 +91,8 @@ def load_traffic(
 
 
 class TrafficEngine:
-    """Counts rigs one after the other and casts only the sensors that changed; the counts are those of `targets`.
+    """Engine that counts rigs one after the other and casts only the sensors that changed; the counts are those of
+    `targets`.
 
     Made by `traffic.engine()`, for one thread. It holds what each sensor hits until the `with` block ends.
     """

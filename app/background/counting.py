@@ -127,7 +127,7 @@ class _Data:
 
 
 class Counting:
-    """Counts in samples of frames; called by one thread."""
+    """Counter of objects in samples of frames; called by one thread."""
 
     def __init__(self, budget_ms: float) -> None:
         self._budget_ms = budget_ms

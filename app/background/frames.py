@@ -77,7 +77,7 @@ def _as_counted(found: Missed, counts: ObjectCounts, number: int, enough: int) -
 
 
 class FrameCasting:
-    """Casts single frames; the counts of the last one are kept for the next edit. Called by one thread."""
+    """Caster of single frames; the counts of the last one are kept for the next edit. Called by one thread."""
 
     def __init__(self) -> None:
         self._counted: tuple[ref[Traffic], int, TargetEngine] | None = None

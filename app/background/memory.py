@@ -17,7 +17,7 @@ WAIT_MS = 5000
 
 
 class FreedMemory(QObject):
-    """Gives freed memory back soon after `note` was called, but not while `is_busy`."""
+    """Timer that releases freed memory soon after `note` was called, but not while `is_busy`."""
 
     def __init__(self, is_busy: Callable[[], bool], parent: QObject | None = None) -> None:
         super().__init__(parent)

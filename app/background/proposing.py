@@ -177,7 +177,7 @@ def read_answer(stream: IO[bytes]) -> Answer:
 
 
 class _Unpickler(pickle.Unpickler):
-    """Reads the answers of the own process: what stays there is None."""
+    """Reader of the answers of the program's own process, in which objects that stay there are None."""
 
     def persistent_load(self, pid: object) -> None:
         return None

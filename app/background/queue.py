@@ -69,7 +69,7 @@ class Job(Generic[Request]):
 
 
 class RequestQueue(Generic[Request]):
-    """Hands out the newest request of each key, urgent ones first, in the order in which they were put.
+    """Queue that returns the newest request of each key, urgent ones first, in the order in which they were put.
 
     Background jobs begin when nothing was edited for `rest_s` by the clock. All methods are safe in any thread.
     """

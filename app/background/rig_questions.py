@@ -47,7 +47,7 @@ def object_verdicts(
 
 
 class MountCheck:
-    """Lists violated limits of mounts; of a rig in which one sensor moves, only that one is checked again."""
+    """Checker of mounts that lists violated limits; if one sensor of a rig moves, only that one is checked again."""
 
     def __init__(self) -> None:
         self._footings: Footings | None = None

@@ -92,7 +92,7 @@ class Task(QObject):
 
 
 class Tasks(QObject):
-    """Starts tasks and keeps them until they end; `close` before the window goes."""
+    """Running tasks, kept until they end; `close` before the window goes."""
 
     started = Signal(object)
     """A Task is about to run."""

@@ -98,7 +98,7 @@ class Context(Generic[Answer]):
 
 
 class BackgroundWorker(QObject, Generic[Request, Answer]):
-    """Calls `answer` with the latest request in a thread of its own, which may call serial kernels only.
+    """Worker that calls `answer` with the latest request in a thread of its own, which may call serial kernels only.
 
     `answer` raises InputError if there is no answer, or Cancelled if it was given up. The thread starts with the
     first request. Every public method is called by the interface thread.

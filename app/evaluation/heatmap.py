@@ -89,7 +89,7 @@ class _Base:
 
 
 class Heatmaps:
-    """Makes heatmaps on a display grid.
+    """Maker of heatmaps on a display grid.
 
     Which cells are shown depends on mode and class only, and they come back as the same array, so that a view
     has to change nothing but values in a drag. What does not depend on the rig at all comes back as the same object, so

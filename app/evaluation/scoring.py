@@ -216,7 +216,7 @@ class VoxelRequest(NamedTuple):
 
 
 class VoxelReporter:
-    """Looks at one voxel again and again while the rig changes; reasons are kept for sensors that stay."""
+    """Reporter of one voxel while the rig changes; reasons are kept for sensors that stay."""
 
     def __init__(self, pog: Pog) -> None:
         self._pog = pog

@@ -9,7 +9,7 @@ from riglens.core.rig.model import Vehicle
 
 
 class Surroundings:
-    """Finds what `riglens blind` finds with its usual settings. For the thread of the parallel kernels."""
+    """Blind zones with the usual settings of `riglens blind`. For the thread of the parallel kernels."""
 
     def __init__(self, threads: int | None) -> None:
         self._threads = threads

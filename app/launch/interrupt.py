@@ -120,7 +120,7 @@ def leaving_on_interrupt() -> Iterator[None]:
 
 
 class Grace:
-    """Ends the process when threads outlive the window for too long."""
+    """Watchdog that ends the process when threads outlive the window for too long."""
 
     def __init__(self) -> None:
         self._timer: threading.Timer | None = None

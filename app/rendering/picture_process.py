@@ -35,7 +35,7 @@ class PictureJob:
 
 
 class PictureMaker(BackgroundWorker[PictureJob, bytes]):
-    """Has one picture drawn at a time, a PNG file; a job that still waits gives way to a newer one."""
+    """Maker of pictures, one PNG file at a time; a newer job replaces one that still waits."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__("drawing of pictures", self._drawn, parent)

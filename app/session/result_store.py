@@ -10,7 +10,8 @@ from riglens.app.session.session import Session
 
 
 class ResultStore(QObject):
-    """Requests scores after every change of the session and keeps the last result, in the order of the edits.
+    """Store that requests scores after every change of the session and keeps the last result, in the order of the
+    edits.
 
     Nothing is requested before `ask` was called once.
     """

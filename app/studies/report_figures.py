@@ -62,7 +62,7 @@ _SECONDS = {
 
 
 class Stages:
-    """Reports the stages of a report and the share that is done, by what each stage usually takes."""
+    """Progress of a report: its stages and the share that is done, by what each stage usually takes."""
 
     def __init__(self, tell: Stage, plan: ReportPlan) -> None:
         self._tell, self._rigs, self._draws = tell, len(plan.rigs), plan.draws

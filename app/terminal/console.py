@@ -56,7 +56,8 @@ def _console(stderr: bool = False, width: int | None = None) -> Console:
 
 
 class _WritesOut(RenderHook):
-    """Keeps names and notes of files from steering the terminal: only what rich itself adds may do so."""
+    """Console output that names and notes of files cannot use to steer the terminal: only what rich itself adds may
+    do so."""
 
     def process_renderables(self, renderables: list[ConsoleRenderable]) -> list[ConsoleRenderable]:
         """Escape control characters in everything printed."""

@@ -30,7 +30,7 @@ Unsaved = Literal["save", "discard", "cancel"]
 
 
 class Dialogs:
-    """Asks the user with Qt's dialogs; None means that they changed their mind."""
+    """Questions to the user in Qt's dialogs; None means that they changed their mind."""
 
     def open_rig(self, parent: QWidget, folder: Path | None) -> Path | None:
         """Ask for the rig file to open."""

@@ -66,7 +66,7 @@ def dock_spec(title: str, number: int) -> Spec:
 
 
 class DockTitles:
-    """Shows and hides title bars as docks come together and part: a dock among tabs is named by its tab."""
+    """Title bars of docks, hidden among tabs and shown otherwise: a dock among tabs is named by its tab."""
 
     def __init__(self, window: QMainWindow) -> None:
         self._window = window

@@ -16,7 +16,7 @@ _WINDOW_EVENTS = (QEvent.Type.Resize, QEvent.Type.Move, QEvent.Type.WindowStateC
 
 
 class Keeping(QObject):
-    """Makes every feature write its settings, by listening to the window, its docks and actions.
+    """Observer of the window, its docks and actions that makes every feature write its settings.
 
     What is not heard of, such as a turn of the camera, is written with the next thing that is, or at the end.
     """

@@ -22,7 +22,7 @@ LOG_BYTES = 500_000
 
 
 class _Teller(QObject):
-    """Brings a failure of any thread to the interface thread."""
+    """Bridge that brings a failure of any thread to the interface thread."""
 
     failed = Signal(str, str)
 

@@ -103,7 +103,7 @@ def never_stale() -> bool:
 
 
 class Caster:
-    """Casts sensors against one entropy field with a number of workers."""
+    """Caster of sensors against one entropy field with a number of workers."""
 
     def __init__(self, field: EntropyField, workers: int = 1) -> None:
         self.workers = workers

@@ -59,7 +59,7 @@ class ReadOptions:
 
 @dataclass
 class Mounting:
-    """Collects the sensors of a file: `origin_m` is where the file's root frame lies in the vehicle frame."""
+    """Collector of the sensors of a file: `origin_m` is where the file's root frame lies in the vehicle frame."""
 
     where: str
     notes: Notes

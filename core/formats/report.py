@@ -68,7 +68,7 @@ def _remedy(remark: Remark, name: Callable[[str], str]) -> str:
 
 @dataclass
 class Notes:
-    """Collects remarks while a file is read or written; the same text about several parts becomes one remark."""
+    """Collector of remarks while a file is read or written; the same text about several parts becomes one remark."""
 
     _about: dict[tuple[Kind, str, str], list[str]] = data_field(default_factory=dict)
 

@@ -49,7 +49,7 @@ BLIND_M = 0.3
 
 
 class CameraTableMaker(ObjectTableMaker):
-    """Finds the objects that are 25 px tall or more in a camera's picture, each worth its share."""
+    """Table maker that finds the objects that are 25 px tall or more in a camera's picture, each worth its share."""
 
     def _numbers(self) -> int:
         return len(self._objects[1])
@@ -63,7 +63,7 @@ class CameraTableMaker(ObjectTableMaker):
 
 
 class SeenTableMaker(TableMaker):
-    """Finds the voxels that LiDARs traverse, each worth its share of the entropy of its classes.
+    """Table maker that finds the voxels that LiDARs traverse, each worth its share of the entropy of its classes.
 
     Shares are averaged over classes, by their weights; for S-MS, entropies of all classes are added up.
     """

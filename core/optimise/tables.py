@@ -208,7 +208,7 @@ def _hull(worth: Ids) -> Ids:
 
 
 class TableMaker(ABC):
-    """Finds what sensors cover, numbered below `size`, and makes tables of it: row (objects,) and worth as there."""
+    """Maker of tables from what sensors cover, numbered below `size`: row (objects,) and worth as there."""
 
     def __init__(self, size: int, row: NDArray[np.uint8], worth: Ids, workers: int) -> None:
         self.size, self._row, self._worth, self._workers = size, row, worth, workers
@@ -300,7 +300,8 @@ def hit_shares() -> Doubles:
 
 
 class ObjectTableMaker(TableMaker):
-    """Casts LiDARs or cameras into traffic and finds what they cover of the objects that count in its first frames.
+    """Table maker that casts LiDARs or cameras into traffic and finds what they cover of the objects in its first
+    frames that count.
 
     shares: worth of an object by class and number of cells, (classes, most + 1); which: the objects that count here, of
     those that count in the traffic.
@@ -374,7 +375,7 @@ class ObjectTableMaker(TableMaker):
 
 
 class HitTableMaker(ObjectTableMaker):
-    """Finds the cells that LiDARs hit on objects."""
+    """Table maker that finds the cells that LiDARs hit on objects."""
 
     def _numbers(self) -> int:
         self._space = CellSpace(self._traffic, self._frames)
@@ -389,8 +390,8 @@ class HitTableMaker(ObjectTableMaker):
 
 
 class GroundTableMaker(TableMaker):
-    """Finds the ground next to the car that sensors cover: columns where any sees an object of a height. All of it is
-    one object, each column worth 1; as a share, all of them together."""
+    """Table maker that finds the ground next to the car that sensors cover: columns where any sees an object of a
+    height. All of it is one object, each column worth 1; as a share, all of them together."""
 
     def __init__(
         self, rig: Rig, engine: BlindEngine, height_m: float, workers: int = 1, is_share: bool = False

@@ -67,7 +67,7 @@ class Workers(Protocol):
 
 
 class OwnProcess:
-    """Computes in the calling process, one piece after another."""
+    """Workers that compute in the calling process, one piece after another."""
 
     ahead = 1
     threads: int | None = None

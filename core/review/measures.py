@@ -21,7 +21,7 @@ SEEN, ON_TARGET = "seen", "on_target"
 
 
 class Measures:
-    """Measures rigs one after another: `seen CLASS` by any sensor and, where there is traffic, `on_target CLASS`.
+    """Measurement of rigs one after another: `seen CLASS` by any sensor and, where there is traffic, `on_target CLASS`.
 
     With `designed`, objects are counted in the first `frames` frames and in all of them for that rig alone: `on_target`
     is then its figure plus the change that the sample shows, so that the rig as designed has one figure everywhere.

@@ -48,7 +48,7 @@ def method_rows(
 
 
 class Editor:
-    """Makes one random edit after another; undo returns to an earlier rig."""
+    """Source of random edits, one after another; undo returns to an earlier rig."""
 
     def __init__(self, rng: np.random.Generator) -> None:
         self.rig, self.settings = Rig(), MetricSettings()

@@ -43,7 +43,7 @@ class Figures:
 
 
 class Sweeper:
-    """Computes rows; only the sensors that differ from the rig before are cast. For one thread.
+    """Computer of rows; only the sensors that differ from the rig before are cast. For one thread.
 
     `reference` is the rig that changes are measured against, object by object, so that most of the sampling error
     cancels. `is_serial`: for a thread that must not call parallel kernels; for hits on objects alone.

@@ -73,8 +73,8 @@ def phases_rad(sensor: Sensor, settings: TargetSettings, frame: Ids) -> NDArray[
 
 
 class TargetCaster:
-    """Casts sensors into one set of traffic with a number of workers; `is_serial` for a thread that must not call
-    parallel kernels."""
+    """Caster of sensors into one set of traffic with a number of workers; `is_serial` for a thread that must not
+    call parallel kernels."""
 
     def __init__(self, traffic: Traffic, workers: int = 1, is_serial: bool = False) -> None:
         self._traffic, self._workers, self._is_serial = traffic, 1 if is_serial else workers, is_serial

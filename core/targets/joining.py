@@ -23,8 +23,8 @@ T = TypeVar("T")
 
 
 class Gatherer:
-    """Joins the sensors' hits on the same objects, over successive calls, with a number of workers; with one of them in
-    any thread."""
+    """Collector of the sensors' hits on the same objects, over successive calls, with a number of workers; with one
+    of them in any thread."""
 
     def __init__(self, workers: int = 1) -> None:
         self._cells = JoinedCells(workers)
@@ -149,7 +149,7 @@ class _Rest:
 
 
 class JoinedCells:
-    """Counts cells that LiDARs hit, each once; what does not change from one edit to the next is kept."""
+    """Counter of cells that LiDARs hit, each once; what does not change from one edit to the next is kept."""
 
     def __init__(self, workers: int = 1) -> None:
         self._workers = workers

@@ -48,7 +48,8 @@ Arrays = dict[str, NDArray[Any]]
 
 
 class FolderResolver(Resolver):
-    """Gives a parser the files that a mesh names, if they lie in its folder or below; textures are not read.
+    """Resolver that gives a parser the files that a mesh names, if they lie in its folder or below; textures are not
+    read.
 
     Parsers silently skip files that they are refused, so the first refusal is kept in `refused`.
     """

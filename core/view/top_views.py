@@ -24,8 +24,8 @@ class _Sums:
 
 
 class TopViews:
-    """Makes top views of one field. A view follows the one before by what changed, in integers, so that it is
-    the same as one made from scratch. Called by one thread only."""
+    """Maker of top views of one field. A view follows the one before by what changed, in integers, so that it is the
+    same as one made from scratch. Called by one thread only."""
 
     def __init__(self, entropies: EntropyField, max_cells: int = MAX_CELLS) -> None:
         self._field = entropies

@@ -22,7 +22,7 @@ _PAUSE = 2.0
 
 
 class Standing:
-    """Draws frames of a stage while something moves; between two of them only the scene may touch the stage.
+    """Frames of a stage while something moves; between two of them only the scene may touch the stage.
 
     The static part takes several times as long as the moving one. With another haze it is therefore drawn in `parts`,
     beside the picture that frames in between are laid over; haze that follows closely waits (`is_due`), so that it gets

@@ -23,7 +23,7 @@ _RAY_PX = 5.0
 
 
 class CameraView(ImageView):
-    """Draws a CameraPicture as large as fits; the border is that of the native image."""
+    """View of a CameraPicture as large as fits; the border is that of the native image."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)

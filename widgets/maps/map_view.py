@@ -52,7 +52,7 @@ MANY = {"car": "cars", "bicycle": "bicycles", "pedestrian": "pedestrians"}
 
 
 class MapPicture(QWidget):
-    """Draws a TopView with car, sensors and rings, and describes the place under the mouse."""
+    """Drawing of a TopView with car, sensors and rings; describes the place under the mouse."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)

@@ -36,7 +36,7 @@ _TICK_STEPS = (0.5, 1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 45.0, 90.0, 180.0)
 
 
 class RangeView(ImageView):
-    """Draws a RangeImage over the whole widget: one row per beam, evenly spaced whatever the elevations."""
+    """View of a RangeImage over the whole widget: one row per beam, evenly spaced whatever the elevations."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)

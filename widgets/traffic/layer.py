@@ -22,7 +22,7 @@ _PALE = 0.6
 
 
 class TrafficLayer:
-    """Adds and takes away the actors of a frame; they take no part in picking."""
+    """Layer that adds and removes the actors of a frame; they take no part in picking."""
 
     def __init__(self, renderer: vtkRenderer) -> None:
         self._renderer = renderer

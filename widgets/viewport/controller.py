@@ -56,7 +56,8 @@ class _Held:
 
 
 class ViewController:
-    """Turns mouse and keys into changes of a scene and signals of the view; pixels count from the upper left.
+    """Controller that turns mouse and keys into changes of a scene and signals of the view; pixels count from the upper
+    left.
 
     `changed` draws the scene again, `boxing` shows the box drawn between two pixels, or none, `ask_menu` opens a menu
     for the sensor at a pixel.

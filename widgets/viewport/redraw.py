@@ -15,7 +15,7 @@ Parts = Generator[None, None, None]
 
 
 class Redraw(QObject):
-    """Schedules frames: `draw` after each change, `draw_rested` some time after the last of them.
+    """Scheduler of frames: `draw` after each change, `draw_rested` some time after the last of them.
 
     A rested frame takes longest, so it waits while the mouse is moving, and the event loop gets a turn wherever it
     yields. With `in_parts`, what changes while nothing moves is drawn like that at once. Motion abandons

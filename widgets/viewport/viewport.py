@@ -23,7 +23,7 @@ with pyside_as_qtpy():
 
 
 class _OpenGLCanvas(QtInteractor):
-    """Draws nothing before its window is on the screen: Qt also paints when it first sizes the widget."""
+    """Canvas that draws nothing before its window is on the screen: Qt also paints when it first sizes the widget."""
 
     def paintGL(self) -> None:
         window = self.window().windowHandle()

@@ -135,7 +135,7 @@ class Layout(Feature):
 
 
 class Units(Feature):
-    """Remembers what was chosen in the inspector; files and exact values stay in metres and degrees."""
+    """Units chosen in the inspector, remembered; files and exact values stay in metres and degrees."""
 
     def restore(self, settings: Settings) -> None:
         found = [

@@ -21,7 +21,7 @@ GROUP = "audit"
 
 
 class Audit(Feature):
-    """Shows the audit of the rig that was followed last; after an edit greyed, until rays are followed again."""
+    """Audit of the rig that was followed last; after an edit greyed, until rays are followed again."""
 
     specs = (
         check_spec(

@@ -20,7 +20,8 @@ DELAY_MS = 1000
 
 
 class Autosave(Feature):
-    """Writes the rig a second after the first change that is not written yet, never on the interface thread."""
+    """Autosave that writes the rig a second after the first change that is not written yet, never on the interface
+    thread."""
 
     def __init__(self, bench: Workbench, files: Files) -> None:
         super().__init__(bench)

@@ -37,7 +37,7 @@ def add_check(bench: Workbench, key: str, page: QWidget) -> InSight:
 
 
 class LiveCheck(Feature, Generic[Page, Request, Answer]):
-    """Asks a thread with every change while its page is in sight; the same is not asked twice."""
+    """Check in a background thread after every change while its page is visible; the same is not requested twice."""
 
     def __init__(
         self, bench: Workbench, key: str, page: Page, worker: BackgroundWorker[Request, Answer]

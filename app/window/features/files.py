@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 class Files(Feature):
-    """Opens and saves the document."""
+    """Commands that open and save the document."""
 
     foreign_chosen = Signal(object)
     """The path of a file or folder that another program may have written was chosen to be opened."""
@@ -205,7 +205,7 @@ HEADINGS: dict[Kind, str] = {
 
 
 class Exchange(Feature):
-    """Reads and writes rigs in the formats of other programs."""
+    """Import and export of rigs in the formats of other programs."""
 
     def __init__(self, bench: Workbench, files: Files) -> None:
         super().__init__(bench)

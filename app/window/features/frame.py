@@ -40,7 +40,7 @@ class _Shown(NamedTuple):
 
 
 class FrameView(Feature):
-    """Shows nothing until a frame is chosen in the Targets panel, and costs nothing until then."""
+    """View of a frame, empty and without cost until a frame is chosen in the Targets panel."""
 
     specs = (
         Spec(

@@ -18,7 +18,7 @@ NOTE = "at each place on the car, given the rig"
 
 
 class GainOnCar(Feature):
-    """Shows the gains of the search that cast its candidates last; one request is under way at a time."""
+    """Display of the gains of the search that cast its candidates last; one request is under way at a time."""
 
     def __init__(self, bench: Workbench, propose: Propose) -> None:
         super().__init__(bench)

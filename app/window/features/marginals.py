@@ -34,7 +34,7 @@ GROUP = "marginal"
 
 
 class Marginals(Feature):
-    """Requests the rig without each sensor after every exact result, and discards it with the next edit.
+    """Requests for the rig without each sensor after every exact result, discarded with the next edit.
 
     `losses` are the scores without a sensor known so far, of the rig in `result`; `figures` those of objects
     of such rigs, of the rig in `answer`. `measure` is what the list shows.

@@ -13,7 +13,7 @@ NOTE = "Compiling code for other sensors, maps and checks; you can keep working.
 
 
 class Preparing(Feature):
-    """Shows the progress of the compiling process in the status bar until it ends."""
+    """Display of the progress of the compiling process in the status bar until it ends."""
 
     def __init__(self, bench: Workbench, timers: Timers = single_shot) -> None:
         super().__init__(bench)

@@ -277,7 +277,7 @@ class Placing(Feature):
 
 
 class Locks(Feature):
-    """Keeps the names of locked sensors by the path of the rig file, in the settings: a rig file holds no locks.
+    """Locked sensors by the path of the rig file, in the settings: a rig file holds no locks.
 
     A rig that was never saved has no path, so its locks end with the session.
     """

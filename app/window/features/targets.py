@@ -21,7 +21,7 @@ PAUSE_MS = 200
 
 
 class Targets(Feature):
-    """Asks for counts after every change of rig, baseline, settings or traffic, and shows what comes back."""
+    """Requests for counts after every change of rig, baseline, settings or traffic, and the display of the results."""
 
     counted = Signal()
     """There is another answer, or none any more."""

@@ -94,7 +94,7 @@ ANY_TABLE = {**KITTI, **NUSCENES, **ARGOVERSE, **SUMO, **WAYMO, **NUPLAN, **PAND
 
 @dataclass(frozen=True)
 class ClassTable:
-    """Maps object names to indices into CLASSES; case does not matter, the user's `overrides` take precedence.
+    """Map of object names to indices into CLASSES; case does not matter, the user's `overrides` take precedence.
 
     `names` and `overrides` are {source name: class name}; an override may also be "ignore". In both, * stands for
     any letters and ? for one; a name without them goes before one with, and of several such overrides the last one

@@ -30,7 +30,7 @@ class RowError(Exception):
 
 
 class FrameCounter:
-    """Numbers the distinct (sequence, frame) pairs of a table grouped by sequence and sorted by frame."""
+    """Counter that numbers the distinct (sequence, frame) pairs of a table grouped by sequence and sorted by frame."""
 
     def __init__(self) -> None:
         self.count = 0
@@ -87,7 +87,7 @@ class FrameCounter:
 
 
 class WholeFrames:
-    """Holds back the last frame of each piece until the next one shows that it is complete."""
+    """Filter that holds back the last frame of each piece until the next one shows that it is complete."""
 
     def __init__(self, path: Path) -> None:
         self._path = path

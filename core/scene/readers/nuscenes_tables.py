@@ -115,7 +115,7 @@ class Samples:
 
 
 class NuscenesTables:
-    """Finds the tables of a folder, plain or gzip-compressed; raise InputError when one is missing."""
+    """Tables of a folder, plain or gzip-compressed; raise InputError when one is missing."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder

@@ -18,7 +18,7 @@ _ROW = np.dtype([("cls", "u1"), ("centre", "f8", 3), ("size", "f8", 3), ("rotati
 
 
 class BoxSpool(AbstractContextManager["BoxSpool"]):
-    """Takes batches with frames in any order; holds four bytes per box in memory, the rest on the disk.
+    """Store for batches with frames in any order; holds four bytes per box in memory, the rest on disk.
 
     Raise InputError when the folder of temporary files has no room.
     """

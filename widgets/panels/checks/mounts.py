@@ -27,7 +27,7 @@ SENSOR = Qt.ItemDataRole.UserRole
 
 
 class MountsPanel(QWidget):
-    """Shows violations and requests other limits; computes nothing itself."""
+    """Panel that shows violations and requests other limits; computes nothing itself."""
 
     chosen = Signal(str)
     """A line about this sensor was clicked."""

@@ -25,7 +25,7 @@ COLUMNS = ("Objects", "Seen", "Rays", "In view")
 
 
 class ObjectsPanel(QWidget):
-    """Shows verdicts; profiles of which an object is not seen are open, the first time they are shown."""
+    """Panel of verdicts; profiles of which an object is not seen are open, the first time they are shown."""
 
     chosen = Signal(int, int)
     """The numbers of the profile and of its object that was chosen, in the order in which they are shown."""

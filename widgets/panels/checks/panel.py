@@ -13,7 +13,7 @@ _MARGIN_PX = 24
 
 
 class ChecksPanel(QWidget):
-    """Shows one page at a time; each page belongs to the feature that adds it."""
+    """Panel of several pages, of which it shows one at a time; each page belongs to the feature that adds it."""
 
     page_changed = Signal()
 

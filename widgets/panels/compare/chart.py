@@ -75,7 +75,7 @@ _WAITING = "Scores follow"
 
 
 class CompareChart(QWidget):
-    """Draws the given rigs, in that order, by the columns of a model."""
+    """Chart of the given rigs, in that order, by the columns of a model."""
 
     open_wanted = Signal(str)
     """Key of the rig that was double clicked."""

@@ -47,7 +47,7 @@ _NARROW_PX = 1600
 
 
 class CompareTable(FigureTable):
-    """Shows a CompareModel; the visible rows share its height, so that none is cut off."""
+    """Table of a CompareModel; the visible rows share its height, so that none is cut off."""
 
     open_wanted = Signal(str)
     """Key of the rig to open, or of the snapshot to restore."""
@@ -179,7 +179,7 @@ BESIDE_PX, BELOW_PX = 1500, 420
 
 
 class ComparePanel(QWidget):
-    """Follows a list of rows; emits the user's requests."""
+    """Panel that follows a list of rows; emits the user's requests."""
 
     open_wanted = Signal(str)
     """Key of the rig to open, or of the snapshot to restore."""

@@ -61,7 +61,7 @@ _BODIES = {
 
 
 class _LineIcon(QIconEngine):
-    """Draws one body at any size; disabled icons are faint, icons on a selection take its text colour."""
+    """Icon of one body at any size; disabled icons are faint, icons on a selection take its text colour."""
 
     def __init__(self, body: str, colour: str | None) -> None:
         super().__init__()

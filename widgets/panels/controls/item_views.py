@@ -64,7 +64,7 @@ _BAR_PX, _MARGIN_PX = 3, 5
 
 
 class BarDelegate(QStyledItemDelegate):
-    """Draws the cell as usual, then a bar from the right, where the numbers end."""
+    """Delegate that draws the cell as usual, then a bar from the right, where the numbers end."""
 
     def paint(
         self,

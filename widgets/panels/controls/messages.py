@@ -107,7 +107,7 @@ RECENT = 0.3
 
 
 class TimeLeft:
-    """Takes fractions of the work done (0..1) and estimates the seconds left, None until there is a basis for it."""
+    """Estimator of the seconds left from fractions of the work done (0..1); None until there is a basis for it."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock

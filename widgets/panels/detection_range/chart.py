@@ -35,7 +35,7 @@ def edge_m(ranges: DetectionRange) -> float:
 
 
 class RangeChart(QWidget):
-    """Draws one class turned one way: for each kind of sensor a line, and a band where luck decides; ahead is up."""
+    """Chart of one class turned one way: for each kind of sensor a line, and a band where luck decides; ahead is up."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -39,7 +39,7 @@ STOP_TIP = "Braking model (our choice): enter your own. Stopping distance: v t +
 
 
 class RangePanel(QWidget):
-    """Shows detection ranges and the rig they belong to, and edits the thresholds and the braking model."""
+    """Panel that shows detection ranges and the rig they belong to, and edits the thresholds and the braking model."""
 
     plan_wanted = Signal(object)
     """Request for another RangePlan."""

@@ -77,7 +77,7 @@ def _metres(distance_m: float, to_m: float) -> str:
 
 
 class RangeTable(FigureTable):
-    """Shows detection ranges; the current row selects the chart."""
+    """Table of detection ranges; the current row selects the chart."""
 
     def __init__(self) -> None:
         super().__init__("Detection range: first distance with too little, in metres")

@@ -47,7 +47,7 @@ class Pages(QWidget):
 
 
 class ReportDialog(QDialog):
-    """Shows pages and requests an action on them; writes nothing itself."""
+    """Dialog that shows pages and requests an action on them; writes nothing itself."""
 
     save_wanted = Signal(str)
     """The report is to be saved, as ".html" or ".pdf"."""

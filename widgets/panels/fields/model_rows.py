@@ -98,7 +98,7 @@ def _edit(plain: Any, kind: _Kind) -> ValueEdit[Any]:
 
 
 class ModelRows:
-    """Adds rows to a form; `words` are the titles of the fields that have one."""
+    """Builder of rows in a form; `words` are the titles of the fields that have one."""
 
     def __init__(self, form: Form, is_shared: bool = False) -> None:
         self._form, self._is_shared = form, is_shared

@@ -249,7 +249,7 @@ def delimited(lines: Iterable[Iterable[object]], delimiter: str) -> str:
 
 
 class FigureTable(QTableView):
-    """Shows a FigureModel; Ctrl+C copies it. The current row selects the chart next to it."""
+    """Table of a FigureModel; Ctrl+C copies it. The current row selects the chart next to it."""
 
     row_chosen = Signal()
 
@@ -312,7 +312,8 @@ _PAD_PX, _SMALL = 8, 0.86
 
 
 class TwoLines(QStyledItemDelegate):
-    """Draws the number, and under it in small type its error and its change; cells are at least `least` in size."""
+    """Delegate that draws the number, and under it in small type its error and its change; cells are at least
+    `least` in size."""
 
     def __init__(self, least: QSize, high_px: int, parent: QWidget) -> None:
         super().__init__(parent)

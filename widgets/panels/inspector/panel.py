@@ -60,7 +60,7 @@ class MeshRows:
 
 
 class Inspector(QStackedWidget):
-    """Follows rig and selection; emits the user's changes, always as a validated copy."""
+    """Inspector that follows rig and selection; emits the user's changes, always as a validated copy."""
 
     sensors_edited = Signal(object)
     """Edited sensors, a dict by their previous names."""

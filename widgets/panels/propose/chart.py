@@ -89,7 +89,7 @@ def apart(ticks: list[float], of: tuple[float, float], length_px: float, least_p
 
 
 class Plots(QWidget):
-    """Draws charts of equal width."""
+    """Row of charts of equal width."""
 
     hovered = Signal(str)
     """Key of the rig under the mouse, empty for none."""

@@ -38,7 +38,7 @@ SKIN_TIP = "Colour the car by the gain of one more sensor at each place; follows
 
 
 class ProposePanel(QWidget):
-    """Emits requests, and shows what it is given. `columns`: the fields of the options that are shown side by side."""
+    """Panel that emits requests and shows results. `columns`: the fields of the options that are shown side by side."""
 
     start_wanted = Signal()
     pause_wanted = Signal(bool)

@@ -62,7 +62,7 @@ def _described(sensor: Sensor) -> tuple[str, tuple[str, ...]]:
 
 
 class LibraryList(QWidget):
-    """Shows library entries; emits the one that the user adds."""
+    """List of library entries; emits the one that the user adds."""
 
     add_wanted = Signal(str)
     """Name of a model to be added at a free place."""

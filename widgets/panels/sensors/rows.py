@@ -54,7 +54,7 @@ TIPS = (
 
 
 class NameDelegate(QStyledItemDelegate):
-    """Draws a name, and behind it a warning sign where something is wrong with the sensor's place."""
+    """Delegate that draws a name, and behind it a warning sign where something is wrong with the sensor's place."""
 
     def paint(
         self,

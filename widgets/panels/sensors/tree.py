@@ -68,7 +68,7 @@ def _look_alike(line: _Line, before: _Line | None) -> bool:
 
 
 class SensorList(QTreeWidget):
-    """Shows a rig, and which of its sensors are selected, hidden and locked; not interactive by itself."""
+    """List of a rig's sensors, and which of them are selected, hidden and locked; not interactive by itself."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -255,7 +255,7 @@ class SensorList(QTreeWidget):
 
 
 class SensorTree(SensorList):
-    """Follows a rig; emits the user's requests and changes nothing itself."""
+    """Tree that follows a rig; emits the user's requests and changes nothing itself."""
 
     selected = Signal(tuple)
     """Names of the sensors to select, the one to edit last."""

@@ -37,7 +37,7 @@ POINTS_TIP = (
 
 
 class TargetsPanel(QWidget):
-    """Shows counts of one rig next to those of the baseline. Outdated numbers are greyed."""
+    """Panel with the counts of one rig next to those of the baseline. Outdated numbers are greyed."""
 
     settings_wanted = Signal(object)
     """Request for other TargetSettings."""

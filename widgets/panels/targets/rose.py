@@ -29,7 +29,7 @@ def bearing_word(bearing_rad: float) -> str:
 
 
 class RoseView(QWidget):
-    """Draws one `Rose`: the stronger the colour, the larger the quantity; empty without objects."""
+    """Chart of one `Rose`: the stronger the colour, the larger the quantity; empty without objects."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -26,7 +26,7 @@ LOW_ROW_PX = 30
 
 
 class TargetTable(FigureTable):
-    """Shows one `Table`; the current row selects the rose."""
+    """Table of one `Table`; the current row selects the rose."""
 
     def __init__(self) -> None:
         super().__init__("Targets: figures by class and distance")
