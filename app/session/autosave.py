@@ -181,7 +181,7 @@ def _path(said: object) -> Path | None:
 
 
 def _is_live(file: Path, owner: _Owner) -> bool:
-    """Return whether the window that wrote a file still runs: by its lock, which no change of the clock opens."""
+    """Return whether the window that wrote a file still runs: by its lock, which changes of the clock do not affect."""
     with contextlib.suppress(FileNotFoundError):
         return is_locked(_lock_of(file))
     try:

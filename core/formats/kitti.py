@@ -177,7 +177,7 @@ def raw_lens(table: Table, number: str, name: str, notes: Notes) -> dict[str, An
 
 
 def image_size(table: Table, name: str) -> tuple[int, int]:
-    """Return width and height in pixels, which stand in a line as numbers with a point."""
+    """Return width and height in pixels, which a line holds as floating-point numbers."""
     value, ((wide, high),) = table_matrix(table, (name,), 1, 2)
     width, height = (Value(float(side), *value.place).whole(1, MAX_PIXELS) for side in (wide, high))
     return width, height

@@ -174,7 +174,7 @@ def _nearest_radial(camera: Camera, found: BrownConrady) -> tuple[float, float, 
 def _farthest(camera: Camera, radial: Radial) -> float:
     """Return the lens's input at the image's farthest corner: a radius at distance 1, or an angle in radians.
 
-    Where the lens does not reach the corner, return nearly all that it reaches.
+    If the lens does not reach the corner, return a value just below its limit.
     """
     fx_px, fy_px, cx_px, cy_px = camera.intrinsics_px()
     x = max(abs(cx_px), abs(camera.image[0] - cx_px)) / fx_px

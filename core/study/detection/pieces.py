@@ -70,7 +70,7 @@ class Study:
         return tuple(Net(seed, (one,), (one,)) for seed in seeds for one in self.compared)
 
     def sweeps_key(self, entrant: Entrant) -> str:
-        """Return the hash of what decides the sweeps of a rig."""
+        """Return the hash of all inputs that determine the sweeps of a rig."""
         return self._sweeps_keys[entrant.key]
 
     @cached_property

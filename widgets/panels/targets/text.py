@@ -37,7 +37,7 @@ def change_text(quantity: Quantity, change: float) -> str:
 
 
 def is_better(quantity: Quantity, change: float) -> bool:
-    """Return whether a change that is not zero is one to the better."""
+    """Return whether a nonzero change is an improvement."""
     return change * quantity.sign > 0.0
 
 
