@@ -219,7 +219,7 @@ def requirements_of_figures(path: Path) -> Requirements:
 def below_of(
     spread: Spread, required: Requirements | None, profile: ToleranceProfile, figure: str, cls: str
 ) -> Below | None:
-    """Return the number of draws below the required figure of a class, preferably the one required under the profile."""
+    """Return the number of draws below the required figure of a class, preferably that required under the profile."""
     if required is None:
         return None
     for asked in required.tolerance:
