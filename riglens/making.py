@@ -105,7 +105,7 @@ def simulate(
     """Simulate what rigs measure in traffic, as data sets in nuScenes' format; return their folders.
 
     Boxes as for `load_traffic`, settings as for `riglens simulate`; `points` also writes the points of each frame with
-    the object that each is on. After an interruption the same call goes on where it was. With `carla`, "HOST:PORT",
+    the object that each is on. After an interruption the same call resumes. With `carla`, "HOST:PORT",
     `frames` frames of one rig are collected from that simulator instead.
     """
     from riglens.app.commands import simulate as command

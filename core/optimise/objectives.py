@@ -151,7 +151,7 @@ Maker = Callable[["Problem", Solid | None, int], TableMaker]
 @dataclass(frozen=True)
 class Objective:
     """A figure that a search maximises: its words, the maker of its table, the kind of sensors that make it, and the
-    same figure of single objects, None where it is not one of objects."""
+    same figure of single objects; None for a figure of voxels or of the ground."""
 
     name: str
     title: str

@@ -70,7 +70,7 @@ class Lowest:
 
 
 def lowest_colours(shown: Lowest) -> NDArray[np.uint32]:
-    """Return the colour of each column (nx, ny), 0xAARRGGBB, darker along contours; nothing where no ground counts."""
+    """Return the colour of each column (nx, ny), 0xAARRGGBB, darker along contours; 0 off the ground that counts."""
     counts = shown.found.ground.counts
     steps = shown.steps
     table = np.array([argb(colour) for colour in shown.colours], np.uint32)

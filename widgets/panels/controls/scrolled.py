@@ -20,6 +20,7 @@ def breakable(text: str) -> str:
 
 
 _SLACK_PX = 60
+"""Room that a shorter text may leave unused."""
 
 
 class ElidedLabel(QLabel):
