@@ -261,6 +261,7 @@ class Engine:
         there = {held.kind for held in (*self._state.held, *leaving)}
         for kind in sorted(there):
             self._settle(kind, there, arrived, leaving)
+        self._give_back(is_quiet=not arrived)
         return True
 
     def _forget(self) -> None:
@@ -363,6 +364,26 @@ class Engine:
             for held in self._state.held:
                 more[held.slot] = self._state.stack[held.slot]
             self._state.stack = more
+
+    def _give_back(self, is_quiet: bool) -> None:
+        """Give back what the rig has no use for: others of a kind that has none, and rows that nobody holds.
+
+        Moving the rows in use takes a few milliseconds, so that it waits for a moment in which nothing was cast, the
+        end of a drag, unless most rows are free.
+        """
+        state = self._state
+        state.others = {kind: others for kind, others in state.others.items() if others.windows}
+        rows, room = len(state.stack), len(state.held) + SPARE_SLOTS
+        if not self._for_edits or rows <= (room if is_quiet else 2 * room):
+            return
+        stack = np.zeros((room, self._field.index.words.size), np.uint64)
+        places = {held.slot: place for place, held in enumerate(state.held)}
+        for slot, place in places.items():
+            stack[place] = state.stack[slot]
+        state.stack = stack
+        state.held = [replace(held, slot=places[held.slot]) for held in state.held]
+        for others in state.others.values():
+            others.windows = {places[slot]: window for slot, window in others.windows.items()}
 
     def _free_slots(self) -> Iterator[int]:
         used = {held.slot for held in self._state.held}

@@ -50,6 +50,30 @@ def test_what_the_others_see_is_found_anew_when_a_slot_has_changed_hands(field: 
         assert_same(engine.evaluate(rig), evaluate(field, rig))
 
 
+def test_a_rig_that_shrinks_gives_its_memory_back_and_scores_the_same(field: EntropyField) -> None:
+    lidars = [spinning((0.3 * i - 1.0, 0.2 * i - 0.4, 0.9 + i), beams=4 + i) for i in range(9)]
+    eyes = [camera((0.4 * i, 0.2, 1.0)) for i in range(3)]
+    engine, rows = Engine(field, 1), []
+    for names, count in (
+        (range(9), 3),
+        ((0, 7), 1),
+        ((0, 7), 1),
+        ((7, 5), 1),
+        ((5, 7, 8), 0),
+        ((5, 7, 8), 0),
+    ):
+        rig = rig_of(*(lidars[i] for i in names), *eyes[:count])
+        assert_same(engine.evaluate(rig), evaluate(field, rig))
+        rows.append(len(engine.stack_of(rig.sensors, "exact")[0]))
+    assert rows == [14, 5, 5, 5, 5, 5]
+    engine.evaluate(rig_of(*lidars, *eyes))
+    moved = rig_of(*(one.replace(position=(0.1, 0.2, 0.3 + i)) for i, one in enumerate(lidars)), *eyes)
+    for _ in range(2):
+        assert_same(engine.evaluate(moved), evaluate(field, moved))
+        rows.append(len(engine.stack_of(moved.sensors, "exact")[0]))
+    assert rows[-2:] == [23, 14]
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_random_edits_end_where_an_evaluation_from_scratch_does(field: EntropyField, seed: int) -> None:
     editor = Editor(np.random.default_rng(seed), GRID)
