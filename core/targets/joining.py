@@ -23,11 +23,10 @@ T = TypeVar("T")
 
 
 class Gatherer:
-    """Collector of the sensors' hits on the same objects, over successive calls, with a number of workers; with one
-    of them in any thread."""
+    """Collector of the sensors' hits on the same objects, over successive calls."""
 
-    def __init__(self, workers: int = 1) -> None:
-        self._cells = JoinedCells(workers)
+    def __init__(self, cells: JoinedCells) -> None:
+        self._cells = cells
         self._lidars = _Kept[tuple[Counts, Counts, Counts]]()
         self._cameras = _Kept[tuple[Doubles, Doubles, Doubles]]()
 
@@ -149,7 +148,8 @@ class _Rest:
 
 
 class JoinedCells:
-    """Counter of cells that LiDARs hit, each once; what does not change from one edit to the next is kept."""
+    """Counter of cells that LiDARs hit, each once, with a number of workers, with one of them in any thread; what does
+    not change from one edit to the next is kept."""
 
     def __init__(self, workers: int = 1) -> None:
         self._workers = workers
@@ -160,8 +160,8 @@ class JoinedCells:
         """Count the distinct cells of all LiDARs together on each of the first objects, (objects,)."""
         lidars = tuple({id(one): one for one in lidars}.values())  # twins share theirs
         if len(lidars) < 2:
-            if not any(one is other for one in lidars for other in self._last):  # another rig: release 100 MB
-                self._rest, self._last = None, ()
+            if not any(one is other for one in lidars for other in self._last):  # another rig
+                self.forget()
             return (
                 lidars[0].found[CELLS, :objects].astype(np.int64) if lidars else np.zeros(objects, np.int64)
             )
@@ -175,6 +175,10 @@ class JoinedCells:
         else:
             unique_cells.join_cells(rest.lists, rest.marks, more, most, self._workers, found)
         return found
+
+    def forget(self) -> None:
+        """Release what is kept, up to 100 MB."""
+        self._rest, self._last = None, ()
 
     def _rest_of(self, lidars: Lidars, objects: int) -> _Rest:
         if self._rest is None or not self._rest.is_of(lidars, objects):
