@@ -38,7 +38,7 @@ class ComparedRigs(QObject):
         self._rows: dict[str, CompareRow] = {}
         self._numbers = count(1)
         self._scored_on: tuple[LoadedScene, MetricSettings] | None = None
-        self._counted: CountAnswer | None = None
+        self._counted: tuple[CountRequest, Figures] | None = None
         """Of the rig being edited, in all frames: what else is counted is of the same traffic, in the same way."""
         self.is_given_up = False
         self._asked: set[str] = set()
@@ -97,27 +97,29 @@ class ComparedRigs(QObject):
             self.drop_scores(result.scene)
             self._scored_on = scored_on
         rig = result.request.rig
-        is_counted = self._counted is not None and self._counted.request.rig == rig
-        figures = figures_of(self._counted.scores) if self._counted is not None and is_counted else None
+        counted, figures = self._counted or (None, None)
+        if counted is None or counted.rig != rig:
+            figures = None
         now = CompareRow(CURRENT, name, "current", rig, "", result.evaluation.scores, figures)
         self._rows = {CURRENT: now} | {key: row for key, row in self._rows.items() if key != CURRENT}
         self._ask()
 
     def take_count(self, answer: CountAnswer) -> None:
         """Store the counts of a rig; another way of counting discards all other counts."""
-        before, self._counted = self._counted, answer
-        if before is None or _way(before) != _way(answer):
+        request, figures, before = answer.request, figures_of(answer.scores), self._counted
+        self._counted = request, figures
+        if before is None or _way(before[0]) != _way(request):
             self._drop_figures()
         now = self._rows.get(CURRENT)
-        if now is not None and now.rig == answer.request.rig:
-            self._rows[CURRENT] = replace(now, figures=figures_of(answer.scores))
+        if now is not None and now.rig == request.rig:
+            self._rows[CURRENT] = replace(now, figures=figures)
         self._ask()
 
     def drop_scores(self, scene: LoadedScene | None) -> None:
         """Discard all scores, and all counts of other traffic than the current one."""
         self._scored_on = None
         self._rows = {key: replace(row, scores=None) for key, row in self._rows.items()}
-        if self._counted is not None and self._counted.request.scene is not scene:
+        if self._counted is not None and self._counted[0].scene is not scene:
             self._counted = None
             self._drop_figures()
         self._forget()
@@ -146,7 +148,7 @@ class ComparedRigs(QObject):
                 [ScoreRequest(GROUP, row.key, row.rig, settings, scene) for row in new]
             )
         if self._counted is not None and not self.is_given_up:
-            self._ask_counts(self._counted.request)
+            self._ask_counts(self._counted[0])
         self.changed.emit()
 
     def _take_meshes(self) -> None:
@@ -175,7 +177,7 @@ class ComparedRigs(QObject):
         row = self._rows.get(request.name) if request.group == GROUP else None
         if row is None or counted is None or row.rig is not request.rig:
             return
-        if (request.scene, request.settings) == _way(counted):
+        if (request.scene, request.settings) == _way(counted[0]):
             self._rows[row.key] = replace(row, figures=figures or {})
             self.changed.emit()
 
@@ -188,6 +190,6 @@ class ComparedRigs(QObject):
             self.changed.emit()
 
 
-def _way(answer: CountAnswer) -> tuple[LoadedScene, TargetSettings]:
+def _way(counted: CountRequest) -> tuple[LoadedScene, TargetSettings]:
     """Return what figures side by side must have in common: the traffic and the counting settings."""
-    return answer.request.scene, answer.request.settings
+    return counted.scene, counted.settings

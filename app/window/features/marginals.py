@@ -9,7 +9,7 @@ from PySide6.QtGui import QActionGroup
 from PySide6.QtWidgets import QMenu
 
 from riglens.app.background.background_requests import ScoreRequest
-from riglens.app.background.counting import CountAnswer, OtherCount
+from riglens.app.background.counting import CountRequest, OtherCount
 from riglens.app.background.queue import BackgroundRequest
 from riglens.app.evaluation.requests import Result
 from riglens.app.window.feature import Feature
@@ -37,7 +37,7 @@ class Marginals(Feature):
     """Requests for the rig without each sensor after every exact result, discarded with the next edit.
 
     `losses` are the scores without a sensor known so far, of the rig in `result`; `figures` those of objects
-    of such rigs, of the rig in `answer`. `measure` is what the list shows.
+    of such rigs, of the rig in `counted`. `measure` is what the list shows.
     """
 
     specs = (check_spec("redundancy", "Redundancy", "Show what the rig loses when each sensor fails."),)
@@ -50,7 +50,7 @@ class Marginals(Feature):
         self.answers, self._targets = bench.answers, targets
         self.result: Result | None = None
         self.losses: dict[str, Scores] = {}
-        self.answer: CountAnswer | None = None
+        self.counted: CountRequest | None = None
         self.figures: dict[str, Figures] = {}
         self._now: Figures | None = None
         self.measure: Measure = "seen"
@@ -99,11 +99,11 @@ class Marginals(Feature):
         answer = self._targets.answer
         if answer is None or not self._targets.is_current or self.document.is_dragging:
             return
-        if self.answer is not None and self.answer.request.asks_same(answer.request):
+        asked = answer.request
+        if self.counted is not None and self.counted.asks_same(asked):
             return
         self._forget_figures()
-        self.answer, self._now = answer, figures_of(answer.scores)
-        asked = answer.request
+        self.counted, self._now = asked, figures_of(answer.scores)
         self.bench.counter.ask_in_background(
             [
                 OtherCount(
@@ -136,9 +136,9 @@ class Marginals(Feature):
             or self.result.request.settings != self.session.settings
         ):
             self._forget_scores()
-        if self.answer is not None and (
-            not _same_sensors(self.answer.request.rig, rig)
-            or self.answer.request.settings.body != self.session.settings.body
+        if self.counted is not None and (
+            not _same_sensors(self.counted.rig, rig)
+            or self.counted.settings.body != self.session.settings.body
         ):
             self._forget_figures()
 
@@ -153,7 +153,7 @@ class Marginals(Feature):
 
     def _forget_figures(self) -> None:
         self.bench.counter.drop_group(GROUP)
-        self.answer, self._now, self.figures = None, None, {}
+        self.counted, self._now, self.figures = None, None, {}
         self._grey()
 
     def _grey(self) -> None:
@@ -175,10 +175,9 @@ class Marginals(Feature):
         self._show_all()
 
     def _take_count(self, request: OtherCount, figures: Figures | None) -> None:
-        answer = self.answer
-        if request.group != GROUP or answer is None or figures is None:
+        asked = self.counted
+        if request.group != GROUP or asked is None or figures is None:
             return
-        asked = answer.request
         if request.scene is not asked.scene or request.settings != asked.settings:
             return
         if request.rig == with_enabled(asked.rig, (request.name,), False):
@@ -188,7 +187,7 @@ class Marginals(Feature):
     # ------------------------------------------------------------------ showing
     def _known_now(self) -> Known:
         scores = None if self.result is None else self.result.evaluation.scores
-        settings = self.session.targets if self.answer is None else self.answer.request.settings
+        settings = self.session.targets if self.counted is None else self.counted.settings
         return Known(scores, self._now, settings.min_points)
 
     def _known_without(self, name: str) -> Known:

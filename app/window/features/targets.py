@@ -32,8 +32,8 @@ class Targets(Feature):
         self.panel, self.counter = TargetsPanel(self.session.targets), bench.counter
         self.answer: CountAnswer | None = None
         """The last answer that was shown."""
-        self._exact: CountAnswer | None = None
-        """The last answer from all frames."""
+        self._exact: tuple[CountRequest, Cells, PredictedCells] | None = None
+        """The last request answered from all frames, with its figures next to the scores."""
         self._asked: CountRequest | None = None
         self.dock = bench.docks.add(
             "Targets", scrolled(self.panel), Qt.DockWidgetArea.BottomDockWidgetArea, beside="Scores"
@@ -100,7 +100,7 @@ class Targets(Feature):
             return
         self.answer = answer
         if answer.is_whole:
-            self._exact = answer
+            self._exact = answer.request, answer.on_target, answer.predicted
         if self.document.is_dragging and self._pause.isActive():
             self._is_behind = True
         else:
@@ -130,13 +130,13 @@ class Targets(Feature):
         """Return the figures next to the scores: of a sample, the last exact value plus the change in the same
         frames."""
         exact, asked = self._exact, answer.request
-        if exact is None or answer.is_whole or exact.request.scene is not asked.scene:
+        if exact is None or answer.is_whole or exact[0].scene is not asked.scene:
             return answer.on_target, answer.predicted
-        known = exact.request
+        known, on_target, predicted = exact
         is_same = (known.settings, known.baseline_rig) == (asked.settings, asked.baseline_rig)
         if not is_same:
             return answer.on_target, answer.predicted
-        return answer.on_target.anchored(exact.on_target), answer.predicted.anchored(exact.predicted)
+        return answer.on_target.anchored(on_target), answer.predicted.anchored(predicted)
 
     def _grey(self) -> None:
         self.panel.set_stale()
