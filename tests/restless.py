@@ -325,6 +325,7 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--rig", default="nuScenes car")
     parser.add_argument("--trace", action="store_true", help="say which lines of Python hold memory")
     options = parser.parse_args(arguments)
+    sys.modules["mypy"] = None  # type: ignore[assignment]  # users have none, and pyvista loads it where it is
     folder = Path(tempfile.mkdtemp(prefix="riglens-restless-"))
     os.environ["RIGLENS_CONFIG_DIR"], os.environ["RIGLENS_STATE_DIR"] = str(folder / "c"), str(folder / "s")
     if options.trace:
