@@ -30,6 +30,10 @@ class Feature(QObject):
         self.actions = bench.actions
         bench.actions.add(self.specs)
         bench.gestures.extend(self.mouse)
+        self.session.scene_changed.connect(self.forget_scene)
+
+    def forget_scene(self) -> None:
+        """Release what is held of the scene before: requests, answers; called once there is another scene."""
 
     def restore(self, settings: Settings) -> None:
         """Apply the settings of an earlier session; called once all features exist. Expect any value."""

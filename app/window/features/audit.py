@@ -43,7 +43,6 @@ class Audit(Feature):
         self.document.rig_settled.connect(self._show)
         self.document.failed_changed.connect(self._show)
         self.session.settings_changed.connect(self._show)
-        self.session.scene_changed.connect(lambda _: self._forget())
         self._show()
 
     def follow_rays(self) -> None:
@@ -61,7 +60,8 @@ class Audit(Feature):
             self.answer = (request, found) if found is not None else None
             self._show()
 
-    def _forget(self) -> None:
+    def forget_scene(self) -> None:
+        """Forget the audit of earlier traffic."""
         self.answer, self._asked = None, None
         self._show()
 

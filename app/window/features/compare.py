@@ -87,7 +87,6 @@ class Compare(Feature):
         panel.score_wanted.connect(self._rigs.go_on)
         panel.export_wanted.connect(self._export)
         bench.answers.answered.connect(self._on_result)
-        self.session.scene_changed.connect(self._on_scene)
         self._targets.counted.connect(self._on_count)
         self._rigs.changed.connect(self._show)
         self.session.baseline_changed.connect(self._show_pinned)
@@ -182,7 +181,8 @@ class Compare(Feature):
             self._show_baseline()
             self._rigs.take_count(answer)
 
-    def _on_scene(self) -> None:
+    def forget_scene(self) -> None:
+        """Forget the scores and counts of earlier traffic."""
         self._baseline_figures = None
         self._rigs.drop_scores(self.session.scene)
 

@@ -90,7 +90,6 @@ class FrameView(Feature):
         )
         self.serve(self.caster, self._take)
         targets.counted.connect(self._on_counts)
-        self.session.scene_changed.connect(lambda _: self._forget())
         self._on_counts()
 
     @property
@@ -118,7 +117,7 @@ class FrameView(Feature):
         else:
             self._show(_Shown(int(np.flatnonzero(traffic.frame == frame)[0]), None))
 
-    def _forget(self) -> None:
+    def forget_scene(self) -> None:
         """Show no frame of other traffic, and release it."""
         self._missed = None
         self._choose(None)

@@ -190,10 +190,13 @@ class SensorView(Feature):
         self.panel.choose_frame(number)
         self._ask()
 
+    def forget_scene(self) -> None:
+        """Forget a request, which holds the scene before, also out of sight."""
+        self._asked = None
+
     def _on_scene(self, scene: LoadedScene) -> None:
         has_boxes = scene.options.pog is None
         self.panel.set_frames(scene.field.data.frames if has_boxes else 0)
-        self._asked = None  # releases the scene before, also out of sight
         self._ask()
 
     def _on_load_ended(self, problem: str) -> None:

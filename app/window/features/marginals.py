@@ -59,7 +59,6 @@ class Marginals(Feature):
         bench.counter.answered_in_background.connect(self._take_count, queued)
         self.answers.answered.connect(lambda _: self._start())
         targets.counted.connect(self._start_count)
-        self.session.scene_changed.connect(lambda _: self._forget())
         self.session.settings_changed.connect(self._drop_if_changed)
         bench.theme_changed.connect(lambda _: self._show_all())
         self.document.rig_changed.connect(self._on_rig)
@@ -142,7 +141,8 @@ class Marginals(Feature):
         ):
             self._forget_figures()
 
-    def _forget(self) -> None:
+    def forget_scene(self) -> None:
+        """Forget the losses on earlier traffic."""
         self._forget_scores()
         self._forget_figures()
 

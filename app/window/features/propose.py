@@ -154,7 +154,6 @@ class Propose(Feature):
         self.proposer.answered.connect(self._take, queued)
         self.proposer.failed.connect(self._fail, queued)
         self.in_sight.changed.connect(self._turn)
-        self.session.scene_changed.connect(lambda _: self._forget())
         self.document.rig_settled.connect(self._show_sentence)
         bench.theme_changed.connect(lambda _: panel.plots.update())
         self.bind(improve=bench.guarded(self.improve))
@@ -309,7 +308,7 @@ class Propose(Feature):
             self._rest()
         self.bench.report_error(f"Propose: {line}")
 
-    def _forget(self) -> None:
+    def forget_scene(self) -> None:
         """Forget everything: other traffic."""
         self.begun.emit()
         self.proposer.end()

@@ -48,7 +48,6 @@ class SweepField(Feature):
         self.curve.chosen.connect(self._set)
         self.curve.closed.connect(self._forget)
         bench.closing.connect(self.maker.close)
-        self.session.scene_changed.connect(lambda _: self._release())
         for edit in bench.panels.inspector.findChildren(NumberEdit):
             if edit.path is not None:
                 edit.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
@@ -110,6 +109,6 @@ class SweepField(Feature):
     def _forget(self) -> None:
         self.maker.drop()
 
-    def _release(self) -> None:
+    def forget_scene(self) -> None:
         """Forget a request, which holds the traffic before."""
         self._asked = None

@@ -33,7 +33,6 @@ class TargetMaps(Feature):
         self._ground: tuple[GroundView, ...] = ()
         self._shown: tuple[object, ...] = ()
         targets.counted.connect(self._take)
-        self.session.scene_changed.connect(lambda _: self._forget())
         self.session.heat_changed.connect(self._show)
         self._map.shown_chosen.connect(self._show)
 
@@ -46,7 +45,7 @@ class TargetMaps(Feature):
             self._ground = answer.ground
         self._show()
 
-    def _forget(self) -> None:
+    def forget_scene(self) -> None:
         """Forget the maps of earlier traffic."""
         self._ground, self._shown = (), ()
         self._show()

@@ -63,7 +63,6 @@ class Tolerance(Feature):
         self.session.heat_changed.connect(self._show_ghost)
         for changed in (bench.answers.answered, self.document.rig_settled, targets.counted):
             changed.connect(lambda *_: self._ask())
-        self.session.scene_changed.connect(lambda _: self._forget())
         bench.theme_changed.connect(lambda _: self._show())
 
     # ------------------------------------------------------------------ the choice
@@ -75,7 +74,7 @@ class Tolerance(Feature):
         elif before is not None and self.profile is None:
             self.session.asked_changed.disconnect(self._drop_if_changed)
         self.strip.show_profile(name)
-        self._forget()
+        self.forget_scene()
         self._ask()
 
     def _choose_requirements(self) -> None:
@@ -133,9 +132,10 @@ class Tolerance(Feature):
         if self._asked is not None:
             request = self._request()
             if request is None or not request.asks_same(self._asked):
-                self._forget()
+                self.forget_scene()
 
-    def _forget(self) -> None:
+    def forget_scene(self) -> None:
+        """Forget the request and its answer: other traffic, or another rig."""
         self.bench.recompute.drop_group(GROUP)
         self._asked = self.answer = None
         self._grey()
