@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from functools import cached_property
-from typing import Any
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from typing import Any, TypeVar
 
 from riglens.core.engine.engine import Engine
 from riglens.core.errors import InputError
@@ -50,7 +50,7 @@ from riglens.core.review.sections import (
     WorstCase,
     kinds_of,
 )
-from riglens.core.review.tolerance import Figures, standing
+from riglens.core.review.tolerance import Figures, moves, standing
 from riglens.core.review.verdicts import ObjectVisibility, ProfileVerdict
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES, Progress
@@ -59,6 +59,8 @@ from riglens.core.targets.scores import Row, TargetScores
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import Traffic
 
+T = TypeVar("T")
+NOTHING_MOVES = "errors of '{}' move nothing of this rig"
 NO_ROAD_USERS = "requirements ask for objects, and a stored POG has none: name a box data set"
 
 
@@ -75,6 +77,34 @@ class Subject:
     threads: int | None = None
 
 
+@dataclass(frozen=True)
+class _Around:
+    """What a rig sees around its solid car, in a stance of it; objects of profiles once each."""
+
+    engine: BlindEngine
+    rig: Rig
+    stance: Pose
+    threads: int | None
+
+    def blind(self, failed: tuple[str, ...] = ()) -> BlindMap:
+        """Return the blind zones without the sensors that have failed."""
+        return self.engine.evaluate(self.rig, failed, self.stance)
+
+    def verdict(self, profile: Profile) -> ProfileVerdict:
+        """Return which objects of a profile the rig sees."""
+        if profile.name not in self._verdicts:
+            self._verdicts[profile.name] = self._visibility.verdict(profile)
+        return self._verdicts[profile.name]
+
+    @cached_property
+    def _visibility(self) -> ObjectVisibility:
+        return ObjectVisibility(self.rig, "blocks", jit.use_threads(self.threads), self.stance)
+
+    @cached_property
+    def _verdicts(self) -> dict[str, ProfileVerdict]:
+        return {}
+
+
 class Check:
     """The verdicts on one rig. Call it from the thread of the parallel kernels.
 
@@ -84,7 +114,8 @@ class Check:
         for place, message in asked.problems([subject.rig], subject.profiles):
             raise InputError(f"{' '.join(str(part) for part in place)}: {message}")
         self._subject, self._asked = subject, asked
-        self._drawn: dict[tuple[str, str], Draws] = {}
+        self._drawn: dict[str, Draws[Figures]] = {}
+        self._drawn_around: dict[str, Draws[dict[str, Finding]]] = {}
 
     def verdicts(self, progress: Progress | None = None) -> tuple[Verdict, ...]:
         """Return every requirement's verdict in the order of the sections."""
@@ -160,20 +191,8 @@ class Check:
         return BlindEngine(subject.rig.vehicle, settings, subject.threads)
 
     @cached_property
-    def _map(self) -> BlindMap:
-        return self._blind_engine.evaluate(self._subject.rig)
-
-    @cached_property
-    def _visibility(self) -> ObjectVisibility:
-        return self._visibility_of(self._subject.rig, Pose())
-
-    def _designed(self, rig: Rig) -> ObjectVisibility:
-        """Return the visibility in a rig on level ground, that of the rig as designed from before."""
-        return self._visibility if rig is self._subject.rig else self._visibility_of(rig, Pose())
-
-    def _visibility_of(self, rig: Rig, stance: Pose) -> ObjectVisibility:
-        subject = self._subject
-        return ObjectVisibility(rig, "blocks", jit.use_threads(subject.threads), stance)
+    def _around(self) -> _Around:
+        return _Around(self._blind_engine, self._subject.rig, Pose(), self._subject.threads)
 
     @cached_property
     def _voxels(self) -> Coverage:
@@ -194,15 +213,6 @@ class Check:
 
     def _tries_halves(self, of: str) -> bool:
         return any(one.of == of and one.failure == "half" for one in self._asked.losses)
-
-    def _failing(self, what: What) -> list[tuple[str, Rig, tuple[str, ...]]]:
-        """Return the failures of a kind that the rig's enabled sensors may have: names, the rig, and what fails in
-        it."""
-        rig = self._subject.rig
-        if what == "half":
-            return [(name, other, ()) for name, other in halves_of(rig)]
-        sensors = [sensor for sensor in rig.sensors if sensor.enabled]
-        return [(name, rig, members) for kind, name, members in failing_of(sensors) if kind == what]
 
     def _none_failing(self, what: What) -> Finding:
         enabled = sum(sensor.enabled for sensor in self._subject.rig.sensors)
@@ -256,59 +266,58 @@ class Check:
 
     # ------------------------------------------------------------ blind zones and objects
     def _blind_area(self, one: BlindArea) -> Finding:
-        if not _in_place(self._map.ground_m2(), self._map, one):
+        found = self._around.blind()
+        if not _in_place(found.ground_m2(), found, one):
             return missing("there is no such ground around the car")
-        if one.failing is not None:
-            cases = [
-                (_area(self._blind_engine.evaluate(rig, members), one), f"{name} {STATE[one.failing]}")
-                for name, rig, members in self._failing(one.failing)
-            ]
-            return _worst(cases) or self._none_failing(one.failing)
-        if one.under is not None:
-            return self._worst_draw(one, one.under)
-        return Finding(_area(self._map, one))
+        return self._in_worst_case(one)
 
     def _blind_objects(self, one: BlindObjects) -> Finding:
-        profile = self._profile(one)
-        lack = self._lacking(() if profile.by == "any" else (profile.by,))
-        if lack is not None:
-            return missing(lack)
-        if one.under is not None:
-            return self._worst_draw(one, one.under)
-        designed = self._visibility.verdict(profile)
-        if one.failing is None:
-            return Finding(len(designed.failed), details=_unseen(designed))
-        judged = [
-            (self._designed(rig).verdict(profile).without(members), name)
-            for name, rig, members in self._failing(one.failing)
-        ]
-        if not judged:
-            return self._none_failing(one.failing)
-        worst, name = max(judged, key=lambda case: len(case[0].failed))
-        return Finding(len(worst.failed), details=(f"{name} {STATE[one.failing]}", *_unseen(worst)))
+        by = self._profile(one).by
+        lack = self._lacking(() if by == "any" else (by,))
+        return self._in_worst_case(one) if lack is None else missing(lack)
 
     def _profile(self, one: BlindObjects) -> Profile:
         return next(profile for profile in self._subject.profiles if profile.name == one.profile)
 
-    def _worst_draw(self, one: WorstCase, profile: str) -> Finding:
-        drawn = self._draws("blind", profile).first(one.draws)
-        worst = _worst([(figures[_key(one)], f"draw {place}") for place, figures in enumerate(drawn)])
-        assert worst is not None  # there is at least one draw
-        return worst
+    def _in_worst_case(self, one: WorstCase) -> Finding:
+        """Return the figure of the rig as designed, or the worst of its failures, of its draws, or of both."""
+        if one.failing is not None and not _failing(self._subject.rig, one.failing):
+            return self._none_failing(one.failing)
+        if one.under is None:
+            return self._around_finding(one, self._around)
+        if not moves(self._asked.errors[one.under], self._subject.rig):
+            return missing(NOTHING_MOVES.format(one.under))
+        around = self._draws(one.under, partial(self._findings_around, one.under))
+        draws = self._drawn_around.setdefault(one.under, around)
+        drawn = [found[_key(one)] for found in draws.first(one.draws)]
+        place, worst = max(enumerate(drawn), key=lambda case: _value(case[1]))
+        return replace(worst, details=(f"draw {place}", *worst.details))
 
-    def _blind_figures(self, profile: str, rig: Rig, stance: Pose) -> Figures:
-        """Return all figures of blind zones and objects that are required under a profile, of a rig with errors."""
-        moved = standing(rig, stance)
-        found: dict[str, float] = {}
-        areas = [one for one in self._asked.blind_areas if one.under == profile]
-        objects = [one for one in self._asked.blind_objects if one.under == profile]
-        if areas:
-            blind = self._blind_engine.evaluate(moved, stance=stance)
-            found |= {_key(one): _area(blind, one) for one in areas}
-        if objects:
-            visibility = self._visibility_of(moved, stance)
-            found |= {_key(one): len(visibility.verdict(self._profile(one)).failed) for one in objects}
-        return found
+    def _findings_around(self, profile: str, rig: Rig, stance: Pose) -> dict[str, Finding]:
+        """Return the figures required under a profile of errors, of a rig with such errors."""
+        asked = [*self._asked.blind_areas, *self._asked.blind_objects]
+        around = _Around(self._blind_engine, standing(rig, stance), stance, self._subject.threads)
+        return {_key(one): self._around_finding(one, around) for one in asked if one.under == profile}
+
+    def _around_finding(self, one: WorstCase, around: _Around) -> Finding:
+        """Return the figure of a rig, or the worst of its failures."""
+        if one.failing is None:
+            return self._around_case(one, around, ())
+        state, findings = STATE[one.failing], []
+        for name, rig, members in _failing(around.rig, one.failing):
+            there = around if rig is around.rig else replace(around, rig=rig)
+            found = self._around_case(one, there, members)
+            findings.append(replace(found, details=(f"{name} {state}", *found.details)))
+        return max(findings, key=_value)
+
+    def _around_case(self, one: WorstCase, around: _Around, failed: tuple[str, ...]) -> Finding:
+        if isinstance(one, BlindArea):
+            found = around.blind(failed)
+            return Finding(_in_place(found.area_m2(one.height_m, one.by, one.sensors), found, one))
+        assert isinstance(one, BlindObjects)
+        unseen = around.verdict(self._profile(one)).without(failed).failed
+        names = ", ".join(each.target.name for each in unseen)
+        return Finding(len(unseen), details=(f"unseen: {names}",) if names else ())
 
     # ------------------------------------------------------------ redundancy
     def _coverage(self, of: str) -> Coverage:
@@ -327,7 +336,7 @@ class Check:
         total, detected = int(coverage.total[rows, cls].sum()), int(coverage.covered[rows, 0, cls].sum())
         if not total:
             return missing(f"there is nothing of {one.cls} there")
-        if one.share_of == "detected" and not detected:
+        if not detected:
             return missing(f"the rig detects nothing of {one.cls} there")
         named = [f for f in coverage.failures if f.what == one.failure and one.name in (None, f.name)]
         if not named:
@@ -341,23 +350,17 @@ class Check:
         return Finding(shares[one.share_of], one.text_of(failure.name), details=(detail,))
 
     # ------------------------------------------------------------ tolerance
-    def _draws(self, kind: str, profile: str) -> Draws:
-        """Return the draws of a profile for the figures that tolerances are of, or for those of blind zones."""
-        if (kind, profile) not in self._drawn:
-            subject, asked = self._subject, self._asked
-            if kind == "blind":
-                self._drawn[kind, profile] = Draws(
-                    subject.rig, asked.errors[profile], asked.seed,
-                    lambda rig, stance: self._blind_figures(profile, rig, stance),
-                )  # fmt: skip
-            else:
-                users = subject.traffic if any(one.figure == "on_target" for one in asked.tolerance) else None
-                measure = Measures(
-                    self._field, users, self._settings, asked.sample_frames, subject.threads,
-                    TargetSettings(min_points=asked.min_points), subject.rig,
-                )  # fmt: skip
-                self._drawn[kind, profile] = Draws(subject.rig, asked.errors[profile], asked.seed, measure)
-        return self._drawn[kind, profile]
+    def _draws(self, profile: str, measure: Callable[[Rig, Pose], T]) -> Draws[T]:
+        return Draws(self._subject.rig, self._asked.errors[profile], self._asked.seed, measure)
+
+    @cached_property
+    def _measures(self) -> Measures:
+        subject, asked = self._subject, self._asked
+        users = subject.traffic if any(one.figure == "on_target" for one in asked.tolerance) else None
+        return Measures(
+            self._field, users, self._settings, asked.sample_frames, subject.threads,
+            TargetSettings(min_points=asked.min_points), subject.rig,
+        )  # fmt: skip
 
     def _chance(self, one: Tolerated) -> Finding:
         if one.figure == "seen" and not self._scores.classes[one.cls].h_total:
@@ -366,10 +369,13 @@ class Check:
             lack = self._lacking(kinds_of(one.figure)) or self._no_road_users(one)
             if lack is not None:
                 return missing(lack)
+        if not moves(self._asked.errors[one.profile], self._subject.rig):
+            return missing(NOTHING_MOVES.format(one.profile))
+        drawn = self._drawn.setdefault(one.profile, self._draws(one.profile, self._measures))
         last = max(one.draws, one.max_draws)
         limit = f", after {last:,} draws, the most"
         for draws in _raised(one.draws, last):
-            figures = self._draws("figures", one.profile).first(draws)
+            figures = drawn.first(draws)
             below = sum(found[f"{one.figure} {one.cls}"] < one.limit for found in figures)
             bounds = chance_bounds(below, draws)
             if bounds[1] <= one.at_most or bounds[0] > one.at_most:
@@ -400,16 +406,17 @@ def _raised(draws: int, last: int) -> Iterator[int]:
     yield last
 
 
-def _worst(cases: Sequence[tuple[float, str]]) -> Finding | None:
-    """Return the largest figure of some cases, the first of equals, and its case; None without any."""
-    if not cases:
-        return None
-    value, case = max(cases, key=lambda found: found[0])
-    return Finding(value, details=(case,))
+def _failing(rig: Rig, what: What) -> list[tuple[str, Rig, tuple[str, ...]]]:
+    """Return the failures of a kind that a rig's enabled sensors may have: names, the rig, and what fails in it."""
+    if what == "half":
+        return [(name, other, ()) for name, other in halves_of(rig)]
+    sensors = [sensor for sensor in rig.sensors if sensor.enabled]
+    return [(name, rig, members) for kind, name, members in failing_of(sensors) if kind == what]
 
 
-def _area(found: BlindMap, one: BlindArea) -> float:
-    return _in_place(found.area_m2(one.height_m, one.by, one.sensors), found, one)
+def _value(found: Finding) -> float:
+    assert found.value is not None
+    return found.value
 
 
 def _in_place(table: Any, found: BlindMap, one: BlindArea) -> float:
@@ -422,11 +429,6 @@ def _in_place(table: Any, found: BlindMap, one: BlindArea) -> float:
 def _key(one: WorstCase) -> str:
     """Distinguish figures of blind zones under one profile."""
     return repr(sorted((name, repr(value)) for name, value in one.scope().items()))
-
-
-def _unseen(found: ProfileVerdict) -> tuple[str, ...]:
-    names = [one.target.name for one in found.failed]
-    return (f"unseen: {', '.join(names)}",) if names else ()
 
 
 def _rows(sector: str | None) -> slice:

@@ -2,30 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Generic, TypeVar
 
-from riglens.core.review.tolerance import (
-    Figures,
-    Measure,
-    ToleranceProfile,
-    disturbed,
-    errors_count,
-    unit_draws,
-)
+from riglens.core.geometry import Pose
+from riglens.core.review.tolerance import ToleranceProfile, disturbed, errors_count, unit_draws
 from riglens.core.rig.model import Rig
 
+T = TypeVar("T")
 CONFIDENCE = 0.95
 
 
-class Draws:
-    """Figures of a rig under errors of a profile, draw by draw. More draws begin with those of fewer."""
+class Draws(Generic[T]):
+    """Measurements of a rig under errors of a profile, draw by draw. More draws begin with those of fewer."""
 
-    def __init__(self, rig: Rig, profile: ToleranceProfile, seed: int, measure: Measure) -> None:
+    def __init__(
+        self, rig: Rig, profile: ToleranceProfile, seed: int, measure: Callable[[Rig, Pose], T]
+    ) -> None:
         self._rig, self._profile, self._seed, self._measure = rig, profile, seed, measure
-        self._found: list[Figures] = []
+        self._found: list[T] = []
 
-    def first(self, count: int) -> Sequence[Figures]:
-        """Return the figures of the first draws."""
+    def first(self, count: int) -> Sequence[T]:
+        """Return the measurements of the first draws."""
         if count > len(self._found):
             units = unit_draws(count, errors_count(self._rig), self._seed)
             for errors in units[len(self._found) :]:

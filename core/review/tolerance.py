@@ -94,16 +94,6 @@ class Spread:
         worst = int(np.argmin(values))
         return cls(nominal, middle, low, high, float(values[worst]), worst, tuple(values))
 
-    def below(self, limit: float) -> tuple[float, float]:
-        """Return the share of the draws below a limit, and its standard error as of independent draws; less is better.
-
-        The error is that of (k + 1) / (n + 2), the rule of succession: none of 64 draws is no proof of none at all.
-        """
-        count = len(self.values)
-        below = int((np.array(self.values) < limit).sum())
-        chance = (below + 1) / (count + 2)
-        return below / count, math.sqrt(chance * (1.0 - chance) / count)
-
 
 @dataclass(frozen=True)
 class Sensitivity:
@@ -170,6 +160,13 @@ def disturbed(rig: Rig, profile: ToleranceProfile, errors: Doubles) -> tuple[Rig
     roll, pitch, heave = (float(e) * limit for e, limit in zip(errors[-3:], limits, strict=True))
     stance = Pose((0.0, 0.0, heave), (roll, pitch, 0.0))
     return rig.model_copy(update={"sensors": tuple(sensors.values())}), stance
+
+
+def moves(profile: ToleranceProfile, rig: Rig) -> bool:
+    """Return whether errors of a profile move the car or any enabled sensor of a rig."""
+    moved, stance = disturbed(rig, profile, np.ones(errors_count(rig)))
+    pairs = zip(rig.sensors, moved.sensors, strict=True)
+    return stance != Pose() or any(one.enabled and one != other for one, other in pairs)
 
 
 def _limits(position_mm: float, angle_deg: float) -> Doubles:

@@ -149,10 +149,6 @@ def test_annotations_and_json_do_not_share_standard_output(riglens, tmp_path):
             "2: blind_objects[0].profile: profile 'un-r158-detecton' "
             "is unknown (did you mean 'un-r158-detection'?)",
         ),
-        (
-            HEAD + "blind_areas: [{height_m: 1, under: load, failing: pair, at_most_m2: 1}]",
-            "failing or under, not both",
-        ),
         (HEAD + "on_target: [{class: car, ring_m: [50, 70], at_least: 0}]", "at most 60"),
         (
             HEAD + "seen:\n  - {class: car,\n     at_lest: 0.5}",

@@ -165,6 +165,33 @@ def test_pairs_of_a_rig_that_is_too_large_for_them_are_not_met_by_default() -> N
     assert not verdict.passes and "up to 40 enabled sensors" in verdict.lines()[0]
 
 
+def test_a_rig_that_detects_nothing_has_nothing_to_lose() -> None:
+    up = camera((0.0, 0.0, 6.0)).replace(rpy_deg=(0.0, -90.0, 0.0))
+    text = "losses: [{of: voxels, class: car, at_most: 1}, {of: road_users, class: car, at_most: 1}]"
+    for verdict in verdicts(Rig(sensors=(up,)), text):
+        assert (verdict.status, verdict.passes) == ("not applicable", False)
+        assert "detects nothing of car" in verdict.lines()[0]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "tolerance: [{profile: joint, class: car, limit: 0, draws: 8, at_most: 1}]",
+        "blind_areas: [{height_m: 0.3, under: joint, draws: 2, at_most_m2: 1000000}]",
+        "blind_objects: [{profile: adults-around, under: joint, draws: 2, at_most_unseen: 1000}]",
+    ],
+)
+def test_errors_that_a_rig_cannot_have_prove_nothing(text: str) -> None:
+    rig = some_rig(4)
+    own = "tolerance_profiles: [{name: joint, source: a test, bracket_position_mm: 5}]\n"
+    (without_brackets,) = verdicts(rig, own + text)
+    assert (without_brackets.status, without_brackets.passes) == ("not applicable", False)
+    assert "'joint' move nothing" in without_brackets.lines()[0]
+    assert verdicts(grouped(rig), own + text)[0].passes
+    off = tuple(one.replace(enabled=one.fails_with is None) for one in grouped(rig).sensors)
+    assert not verdicts(Rig(sensors=off), own + text)[0].passes
+
+
 def test_a_rig_of_one_beam_loses_all_that_it_detects() -> None:
     beam = dense_lidar(1.2, 2, 90).replace(name="beam")
     of_all, of_detected = verdicts(
@@ -205,7 +232,7 @@ def test_a_clean_handful_of_draws_proves_little_and_more_are_made_until_it_is_de
 
 def test_a_chance_is_that_of_the_figure_of_all_frames_whatever_the_sample() -> None:
     text = "on_target: [{class: car, at_least: 0}]"
-    rig, none = some_rig(2), "tolerance_profiles: [{name: none, source: a test}]\n"
+    rig, none = some_rig(2), "tolerance_profiles: [{name: none, source: a test, position_mm: 1e-9}]\n"
     designed = verdicts(rig, text)[0].finding.value
     chance = (
         f"sample_frames: 3\n{none}tolerance: [{{profile: none, figure: on_target, class: car, limit: %.17g}}]"
@@ -302,6 +329,36 @@ def test_blind_zones_and_objects_at_the_worst_draw_are_those_of_a_rig_and_car_wi
     assert area.finding.value == pytest.approx(max(areas)) and len(set(areas)) > 1
     assert objects_found.finding.value == max(unseen)
     assert "worst of 4 draws under load" in area.text
+
+
+def test_the_worst_failure_at_the_worst_draw_is_that_of_every_draw_without_every_sensor() -> None:
+    rig = grouped(some_rig(4))
+    text = (
+        "blind_areas: [{height_m: 0.8, failing: WHAT, under: load, draws: 3, at_most_m2: 1}]\n"
+        "blind_objects: [{profile: adults-around, failing: WHAT, under: load, draws: 3}]"
+    )
+    names = [sensor.name for sensor in rig.sensors]
+    profile = next(profile for profile in bundled_profiles() if profile.name == "adults-around")
+    for what in ("sensor", "half"):
+        asked = required(text.replace("WHAT", what))
+        areas, unseen = [], []
+        for errors in unit_draws(3, errors_count(rig), 0):
+            moved, stance = disturbed(rig, profile_called("load"), errors)
+            stood = standing(moved, stance)
+            rigs = [without(stood, (name,)) for name in names]
+            if what == "half":
+                rigs = [damaged(stood, [f"{name}={half}"]) for name in names for half in HALVES]
+            for one in rigs:
+                found = BlindEngine(rig.vehicle, asked.blind_settings).evaluate(one, stance=stance)
+                areas.append(found.area_m2(0.8).sum())
+                unseen.append(len(ObjectVisibility(one, "blocks", stance=stance).verdict(profile).failed))
+        area, objects = Check(subject(rig), asked).verdicts()
+        assert area.finding.value == pytest.approx(max(areas)) and len(set(areas)) > 1
+        assert objects.finding.value == max(unseen)
+        place, members = int(np.argmax(areas)) // len(rigs), int(np.argmax(areas)) % len(rigs)
+        failed = names[members] if what == "sensor" else f"{names[members // 4]}={list(HALVES)[members % 4]}"
+        state = "failed" if what == "sensor" else "blocked"
+        assert area.lines() == (f"draw {place}", f"{failed} {state}")
 
 
 # ---------------------------------------------------------------- ids, ties, waivers
