@@ -14,10 +14,10 @@ from riglens.core.errors import InputError
 from riglens.core.formats.base import Format
 from riglens.core.formats.carla_lidar import azimuth_count
 from riglens.core.formats.frames import Matrix, se3_from_rpy_deg
-from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions
+from riglens.core.formats.mounts import MAX_PIXELS, Mounting, Origin
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import MAX_ANGLE, Source, Value
-from riglens.core.rig.model import LinearAngles, Rig, Vehicle
+from riglens.core.rig.model import LinearAngles, Rig
 from riglens.core.rig.yaml.nodes import shortened
 
 _LIDAR_TYPE = 6
@@ -38,20 +38,13 @@ _FULL_TURN_DEG = 359.0
 
 def recognises(source: Source) -> bool:
     """Return whether this is a JSON mapping with the vehicles of AirSim's settings."""
-    return (
-        source.suffix == ".json"
-        and not source.is_folder
-        and "Vehicles" in source.json
-        and ("SettingsVersion" in source.json or "SimMode" in source.json)
-    )
+    root = source.json
+    return "Vehicles" in root and ("SettingsVersion" in root or "SimMode" in root)
 
 
-def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
+def read(source: Source, mounting: Mounting) -> Rig:
     """Return the sensors of one vehicle: `options.token`, or the first that has some."""
-    mounting = Mounting(
-        source.where, notes, options.vehicle_or(Vehicle()), options.origin_m or (0.0, 0.0, 0.0)
-    )
-    name, vehicle = _vehicle(source, options.token, notes)
+    name, vehicle = _vehicle(source, mounting.options.token, mounting.notes)
     defaults = source.json.get("CameraDefaults")
     for camera, value in _named(vehicle, "Cameras"):
         image = _numbers(_IMAGE, _capture(value), None if defaults is None else _capture(defaults))
@@ -59,8 +52,7 @@ def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
         mounting.add_camera(camera, _pose(value), image=(width, height), hfov_deg=image["FOV_Degrees"])
     for sensor, value in _named(vehicle, "Sensors"):
         _add_sensor(sensor, value, mounting)
-    notes.converted("from y right, z down to y left, z up: y, z, pitch and yaw change sign")
-    mounting.report_assumptions(options)
+    mounting.notes.converted("from y right, z down to y left, z up: y, z, pitch and yaw change sign")
     return mounting.rig(f"AirSim {shortened(name, 80)}")
 
 
@@ -137,4 +129,5 @@ def _rays(value: Value, name: str, notes: Notes) -> dict[str, Any]:
     }
 
 
-AIRSIM = Format("airsim", "AirSim settings", recognises, read)
+_PAWN = Origin("the origin", lambda _: (0.0, 0.0, 0.0))
+AIRSIM = Format("airsim", "AirSim settings", (".json",), recognises, read, origin=_PAWN)

@@ -10,11 +10,9 @@ Source: Apollo, docs "Apollo coordinate systems"; modules/calibration/data.
 from __future__ import annotations
 
 import re
-from typing import Any
 
 import numpy as np
 
-from riglens.core.errors import InputError
 from riglens.core.formats.base import Format
 from riglens.core.formats.frames import (
     FrameTree,
@@ -24,11 +22,10 @@ from riglens.core.formats.frames import (
     rotation_from_wxyz,
     se3,
 )
-from riglens.core.formats.mounts import Mounting, ReadOptions, rear_axle_on_ground
+from riglens.core.formats.mounts import ON_ROOF, Mounting, Origin, rear_axle_on_ground
 from riglens.core.formats.opencv_yaml import read_lens
-from riglens.core.formats.report import Notes
-from riglens.core.formats.source import Source, Value
-from riglens.core.rig.model import Rig, Vehicle
+from riglens.core.formats.source import YAML, Source, Value
+from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.nodes import shortened
 
 VEHICLE_R_ROOT: Matrix = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
@@ -42,7 +39,7 @@ def recognises(source: Source) -> bool:
     """Return whether this is an extrinsic file, or a folder with such files in it or in its folders *_params."""
     if source.is_folder:
         return any(_is_transform(file) for file in _files(source, "extrinsics")[:8])
-    return source.suffix in (".yaml", ".yml") and _is_transform(source)
+    return _is_transform(source)
 
 
 def _is_transform(file: Source) -> bool:
@@ -62,13 +59,13 @@ def _files(source: Source, what: str) -> list[Source]:
     return [*top.siblings(f"*_{what}*.yaml"), *top.siblings(f"*_params/*_{what}*.yaml")]
 
 
-def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
+def read(source: Source, mounting: Mounting) -> Rig:
     """Return the cameras and LiDARs of all files, chained to their root."""
     tree = FrameTree(source.where)
     kinds: dict[str, str | None] = {}
     for file in _files(source, "extrinsics") or [source]:
         if not _is_transform(file):
-            notes.ignored("it does not name its frames", file.path.name)
+            mounting.notes.ignored("it does not name its frames", file.path.name)
             continue
         parent, child = (file.yaml.item(key) for key in ("header", "child_frame_id"))
         name = child.text()
@@ -76,13 +73,10 @@ def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
         group = file.path.resolve().parent.name.removesuffix("_params")
         kinds[name] = _KINDS.get(group) or kind_of(name)
     lenses = {_frame(file): file.yaml for file in _files(source, "intrinsics") if file.yaml.is_mapping}
-    vehicle = options.vehicle_or(Vehicle())
-    mounting = Mounting(source.where, notes, vehicle, options.origin_m or rear_axle_on_ground(vehicle))
-    turn = _root_axes(tree, mounting, options)
+    turn = _root_axes(tree, mounting)
     for frame in tree.frames():
         _add(frame, turn @ tree.root_SE3(frame), kinds[frame], lenses, tree, mounting)
-    notes.converted("cameras from optical axes; quaternions to roll, pitch, yaw")
-    mounting.report_assumptions(options)
+    mounting.notes.converted("cameras from optical axes; quaternions to roll, pitch, yaw")
     return mounting.rig(f"Apollo {source.name}")
 
 
@@ -99,18 +93,15 @@ def _frame(file: Source) -> str:
     return (said.text() if said is not None else "") or re.sub(r"_intrinsics.*", "", file.name)
 
 
-def _root_axes(tree: FrameTree, mounting: Mounting, options: ReadOptions) -> Matrix:
+def _root_axes(tree: FrameTree, mounting: Mounting) -> Matrix:
     """Return the transform from the root's axes; a root that is a LiDAR stands on the roof and has its own."""
-    roots = sorted({tree.root_of(frame) for frame in tree.frames()})
-    if len(roots) != 1:
-        said = shortened(", ".join(roots), 160) or "none"
-        raise InputError(f"{tree.where}: frames must have one root (got {said})")
-    if kind_of(roots[0]) == "lidar":
-        mounting.origin_m = options.origin_m or (0.0, 0.0, mounting.vehicle.height)
-        mounting.notes.approximated(f"the root {roots[0]} is a LiDAR: x forward, y left, z up on the roof")
-        mounting.add_lidar(roots[0], np.eye(4), said=_model(roots[0]))
+    root = tree.root()
+    if kind_of(root) == "lidar":
+        mounting.origin = ON_ROOF
+        mounting.notes.approximated(f"the root {root} is a LiDAR: x forward, y left, z up on the roof")
+        mounting.add_lidar(root, np.eye(4), said=_model(root))
         return np.eye(4)
-    mounting.notes.converted(f"axes of {shortened(roots[0], 40)}, x right, y forward, to x forward, y left")
+    mounting.notes.converted(f"axes of {shortened(root, 40)}, x right, y forward, to x forward, y left")
     return se3(VEHICLE_R_ROOT, np.zeros(3))
 
 
@@ -128,11 +119,10 @@ def _add(
     mounting: Mounting,
 ) -> None:
     if frame in lenses or kind == "camera":
-        lens: dict[str, Any] = {"image": (1920, 1080), "hfov_deg": 70.0}
         if frame in lenses:
             lens = read_lens(lenses[frame], frame, mounting.notes)
         else:
-            mounting.notes.approximated("no intrinsics beside it: 1920 x 1080 pixels, 70 degrees wide", frame)
+            lens = mounting.unknown_lens(frame, "no intrinsics beside it", (1920, 1080))
         mounting.add_camera(frame, from_optical(vehicle_SE3_frame), **lens)
     elif kind == "lidar":
         mounting.add_lidar(frame, vehicle_SE3_frame, said=_model(frame))
@@ -140,4 +130,5 @@ def _add(
         mounting.notes.ignored("neither camera nor LiDAR, judging by its folder or name", frame)
 
 
-APOLLO = Format("apollo", "Apollo calibration", recognises, read)
+_AXLE = Origin("the origin", rear_axle_on_ground)
+APOLLO = Format("apollo", "Apollo calibration", YAML, recognises, read, has_folders=True, origin=_AXLE)

@@ -16,7 +16,7 @@ import numpy as np
 from riglens.core.errors import InputError
 from riglens.core.formats.base import Format
 from riglens.core.formats.frames import from_optical, kind_of, rotation_from_wxyz, se3
-from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions
+from riglens.core.formats.mounts import MAX_PIXELS, Mounting, Origin
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source, Value
 from riglens.core.rig.model import Rig, Vehicle
@@ -44,22 +44,21 @@ def _folder(source: Source) -> Path | None:
     return next((place for place in places if (place / POSES).is_file()), None)
 
 
-def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
+def read(source: Source, mounting: Mounting) -> Rig:
     """Return cameras and LiDARs."""
     folder = _folder(source)
     if folder is None:
         raise InputError(f"{source.where}: a calibration needs {POSES} in the same folder")
-    vehicle = options.vehicle_or(FUSION)
-    origin_m = options.origin_m or (vehicle.rear_axle_x, 0.0, REAR_AXLE_M[2])
-    mounting = Mounting(source.where, notes, vehicle, origin_m)
     has_lenses = (folder / LENSES).is_file()
     lenses = _rows(folder / LENSES, (*_PIXELS, *_RADIAL, "width_px", "height_px")) if has_lenses else {}
     poses = _rows(folder / POSES, (*_QUATERNION, *_POSITION))
     for name, row in poses.items():
         _add(name, row, lenses.get(name), mounting)
     for name in lenses.keys() - poses.keys():
-        notes.ignored(f"not in {POSES}: its pose is unknown", name)
-    _remark_on_frames(notes, origin_m, options)
+        mounting.notes.ignored(f"not in {POSES}: its pose is unknown", name)
+    mounting.notes.converted(
+        "cameras from optical axes and quaternions w x y z to roll, pitch, yaw of the body"
+    )
     return mounting.rig(f"Argoverse 2 {_log(folder)}")
 
 
@@ -92,16 +91,6 @@ def _lens(row: Value, name: str, notes: Notes) -> dict[str, Any]:
     return {"image": image, "fx": fx, "fy": fy, "cx": cx, "cy": cy}
 
 
-def _remark_on_frames(notes: Notes, origin_m: tuple[float, float, float], options: ReadOptions) -> None:
-    x, y, z = origin_m
-    notes.converted("cameras from optical axes and quaternions w x y z to roll, pitch, yaw of the body")
-    notes.converted(
-        f"origin from the middle of the rear axle to the ground under the body: added {x:g} {y:g} {z:g} m"
-    )
-    if options.vehicle is None:
-        notes.approximated("vehicle not in the file: a Ford Fusion, the car of Argoverse", field="vehicle")
-
-
 def _rows(path: Path, numbers: tuple[str, ...]) -> _Rows:
     """Return the rows of a Feather file by their `sensor_name`, each with these numbers; raise InputError."""
     # imported late: loading pyarrow takes longer than reading any other format
@@ -121,4 +110,8 @@ def _rows(path: Path, numbers: tuple[str, ...]) -> _Rows:
     return rows
 
 
-ARGOVERSE = Format("argoverse", "Argoverse 2 calibration", recognises, read)
+ARGOVERSE = Format(
+    "argoverse", "Argoverse 2 calibration", (".feather",), recognises, read, has_folders=True, vehicle=FUSION,
+    car="a Ford Fusion, the car of Argoverse",
+    origin=Origin("the rear axle", lambda car: (car.rear_axle_x, 0.0, REAR_AXLE_M[2]), is_known=True),
+)  # fmt: skip

@@ -14,9 +14,7 @@ import re
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from riglens.core.errors import InputError
 from riglens.core.formats.autoware_kit import (
-    VEHICLE_INFO,
     find_macros,
     find_vehicle,
     kind_of_macro,
@@ -34,17 +32,18 @@ from riglens.core.formats.frames import (
     without_ending,
 )
 from riglens.core.formats.mounts import (
+    ON_ROOF,
+    REAR_AXLE,
     Mounting,
-    ReadOptions,
     rear_axle_on_ground,
     root_SE3_body,
     sensors_to_write,
 )
 from riglens.core.formats.opencv_yaml import camera_info_text, read_lens
 from riglens.core.formats.report import Notes
-from riglens.core.formats.source import MAX_ANGLE, Source, Value
+from riglens.core.formats.source import MAX_ANGLE, YAML, Source, Value
 from riglens.core.geometry import Vec3
-from riglens.core.rig.model import Camera, Rig, Vehicle
+from riglens.core.rig.model import Camera, Rig
 from riglens.core.rig.yaml.nodes import shortened, value_text
 from riglens.core.sensors.registry import kind_named
 
@@ -62,11 +61,9 @@ def recognises(source: Source) -> bool:
     """Return whether this is a folder with such files (or with a config/ that has them), or one such file."""
     if source.is_folder:
         return any(source.sibling(name, f"config/{name}") for name in _PLACES)
-    if source.suffix not in (".yaml", ".yml") or not source.yaml.is_mapping:
-        return False
-    parents = list(source.yaml.raw.values())
-    if source.path.name in _PLACES and all(parent is None or parent == {} for parent in parents):
-        return True
+    parents = list(source.yaml.raw.values()) if source.yaml.is_mapping else []
+    if source.path.name in _PLACES and source.yaml.is_mapping:
+        return all(parent is None or parent == {} or _is_parent(parent) for parent in parents)
     return bool(parents) and all(_is_parent(parent) for parent in parents)
 
 
@@ -77,29 +74,21 @@ def _is_parent(parent: object) -> bool:
     )
 
 
-def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
+def read(source: Source, mounting: Mounting) -> Rig:
     """Return the sensors of all calibration files of the folder, chained to base_link."""
-    files = _files(source)
-    tree = FrameTree(source.where)
+    files, tree, notes = _files(source), FrameTree(source.where), mounting.notes
     for file in files:
         for parent, child, pose in _rows(file, notes):
             tree.add(parent, child, pose)
     notes.read(f"{len(tree.frames())} frames of {', '.join(file.path.name for file in files)}")
-    vehicle = options.vehicle_or(find_vehicle(source, notes) or Vehicle())
-    origin_m = options.origin_m or rear_axle_on_ground(vehicle)
-    mounting = Mounting(source.where, notes, vehicle, _root_place(tree, origin_m, vehicle, options, notes))
-    macros, inner = find_macros(source, notes, options.kit), tree.inner_frames()
+    mounting.found(find_vehicle(source, notes))
+    if tree.frames() and (root := tree.root()) != BASE and mounting.options.origin_m is None:
+        mounting.origin = ON_ROOF._replace(what=f"{root}, the root of the frames,")
+    macros, inner = find_macros(source, notes, mounting.options.kit), tree.inner_frames()
     leaves = [frame for frame in tree.frames() if frame not in inner]
     for frame in leaves:
         _add(frame, tree.root_SE3(frame), macros.get(frame), source, mounting)
-    x, y, z = mounting.origin_m
-    notes.converted(
-        f"angles from radians to degrees; origin moved to the body centre: added {x:g} {y:g} {z:g} m"
-    )
-    if options.vehicle is None and options.rear_axle_x is None and not notes.has(VEHICLE_INFO):
-        notes.approximated(
-            f"vehicle not in the files: rear axle at x = {vehicle.rear_axle_x:g} m", field="rear_axle_x"
-        )
+    notes.converted("angles from radians to degrees")
     is_empty = all(_MOUNT.search(frame) for frame in leaves)
     return mounting.rig(kit_name(source), may_be_empty=is_empty)
 
@@ -133,30 +122,13 @@ def _transform(value: Value) -> Matrix:
     return se3_from_rpy_deg((x, y, z), (roll, pitch, yaw))
 
 
-def _root_place(tree: FrameTree, base_m: Vec3, vehicle: Vehicle, options: ReadOptions, notes: Notes) -> Vec3:
-    """Return where the root of the frames lies in the vehicle frame; without base_link, a kit on the roof."""
-    roots = {tree.root_of(frame) for frame in tree.frames()}
-    if not roots:
-        return base_m
-    if len(roots) > 1:
-        raise InputError(
-            f"{tree.where}: frames must form one tree (got roots {shortened(', '.join(sorted(roots)), 160)})"
-        )
-    if roots == {BASE} or options.origin_m is not None:
-        return base_m
-    notes.approximated(
-        f"{BASE} not in the files: {', '.join(roots)} is placed on the middle of the roof", field="origin_m"
-    )
-    return 0.0, 0.0, vehicle.height
-
-
 def _add(frame: str, root_SE3_frame: Matrix, macro: str | None, source: Source, mounting: Mounting) -> None:
     """Add the sensor of a frame: the one of the kit's xacro, or else the one that its name suggests."""
     kind = kind_of(frame) if macro is None else kind_of_macro(macro)
     if kind == "camera":
         body = from_optical(root_SE3_frame) if is_optical(frame) else root_SE3_frame
         name = without_ending(frame)
-        mounting.add_camera(name, body, **_lens(name, source, mounting.notes))
+        mounting.add_camera(name, body, **_lens(name, source, mounting))
     elif kind == "lidar":
         if frame.endswith(FOOT):
             mounting.notes.approximated(
@@ -171,15 +143,14 @@ def _add(frame: str, root_SE3_frame: Matrix, macro: str | None, source: Source, 
         mounting.notes.ignored("neither camera nor LiDAR, judging by its name", frame)
 
 
-def _lens(name: str, source: Source, notes: Notes) -> dict[str, Any]:
+def _lens(name: str, source: Source, mounting: Mounting) -> dict[str, Any]:
     """Return image and lens of a camera_info file next to the calibration, or assumed ones."""
     is_plain = _PLAIN_NAME.fullmatch(name) is not None
     found = source.sibling(*(place.format(name) for place in _CAMERA_INFOS)) if is_plain else None
     if found is None:
-        notes.approximated("lens and image not in the files: 1600 x 900 pixels, 70 degrees wide", name)
-        return {"image": (1600, 900), "hfov_deg": 70.0}
-    notes.read("image and lens from its camera_info file", name)
-    return read_lens(found.yaml, name, notes)
+        return mounting.unknown_lens(name)
+    mounting.notes.read("image and lens from its camera_info file", name)
+    return read_lens(found.yaml, name, mounting.notes)
 
 
 def write(rig: Rig, notes: Notes) -> dict[str, str]:
@@ -235,4 +206,7 @@ def _file_text(parent: str, children: dict[str, str]) -> str:
     return "\n".join([*lines, ""])
 
 
-AUTOWARE = Format("autoware", "Autoware sensor kit calibration", recognises, read, write, is_folder=True)
+AUTOWARE = Format(
+    "autoware", "Autoware sensor kit calibration", YAML, recognises, read, write, is_folder=True, has_folders=True,
+    origin=REAR_AXLE,
+)  # fmt: skip

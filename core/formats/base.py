@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from riglens.core.formats.mounts import ReadOptions
+from riglens.core.formats.mounts import ON_ROOF, SEDAN, Mounting, Origin, ReadOptions
 from riglens.core.formats.report import Notes, Report
 from riglens.core.formats.source import Source
-from riglens.core.rig.model import Rig
+from riglens.core.rig.model import Rig, Vehicle
 
 
 @dataclass(frozen=True)
@@ -31,22 +31,34 @@ class Exported:
 class Format:
     """A format by its name on the command line; `reads` or `writes` is None if it is not supported.
 
-    endings: file name endings that belong to this format only; is_folder: whether it is written as a folder.
+    suffixes: those of its files, of which `recognises` is asked, and of folders where has_folders. endings: file name
+    endings that belong to this format only; is_folder: whether it is written as a folder. Where files do not say it:
+    vehicle, described by `car`, and origin.
     """
 
     name: str
     title: str
+    suffixes: tuple[str, ...]
     recognises: Callable[[Source], bool]
-    reads: Callable[[Source, ReadOptions, Notes], Rig] | None = None
+    reads: Callable[[Source, Mounting], Rig] | None = None
     writes: Callable[[Rig, Notes], Mapping[str, str]] | None = None
     endings: tuple[str, ...] = ()
     is_folder: bool = False
+    has_folders: bool = False
+    vehicle: Vehicle = SEDAN
+    car: str = "a sedan"
+    origin: Origin = ON_ROOF
+
+    def fits(self, source: Source) -> bool:
+        """Return whether a file or folder is in this format."""
+        is_asked = self.has_folders if source.is_folder else source.suffix in self.suffixes
+        return is_asked and self.recognises(source)
 
     def read(self, source: Source, options: ReadOptions) -> Imported:
         """Read a rig; raise InputError with file, field, what was found and what is accepted."""
         assert self.reads is not None
-        notes = Notes()
-        return Imported(self.reads(source, options, notes), notes.report(self.title))
+        mounting = Mounting(source.where, Notes(), options, self.vehicle, self.car, self.origin)
+        return Imported(self.reads(source, mounting), mounting.notes.report(self.title))
 
     def write(self, rig: Rig) -> Exported:
         """Return the files of a rig; raise InputError when it cannot be written."""

@@ -15,7 +15,7 @@ from riglens.core.formats.base import Format
 from riglens.core.formats.frames import Matrix, from_optical, inverse, se3
 from riglens.core.formats.lenses import pinhole
 from riglens.core.formats.matrices import quoted_matrix, rotation_of
-from riglens.core.formats.mounts import Mounting, ReadOptions
+from riglens.core.formats.mounts import Mounting
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source
 from riglens.core.rig.model import Rig
@@ -31,20 +31,18 @@ _LIDAR, _CAMERA, _RADAR, _LENS = (
 
 def recognises(source: Source) -> bool:
     """Return whether this is the folder, the sequence around it, or one of its files."""
-    return (
-        _beside(source, _LIDAR) is not None
-        if source.is_folder
-        else source.path.name in (_LIDAR, _CAMERA, _LENS)
-    )
+    if source.is_folder:
+        return _beside(source, _LIDAR) is not None
+    return source.path.name in (_LIDAR, _CAMERA, _LENS)
 
 
 def _beside(source: Source, name: str) -> Source | None:
-    return source.sibling(name, f"calib/{name}") if source.is_folder else source.sibling(name)
+    return source.sibling(name, f"calib/{name}")
 
 
-def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
+def read(source: Source, mounting: Mounting) -> Rig:
     """Return the LiDAR and the camera around the Applanix frame."""
-    mounting = Mounting.on_roof(source.where, notes, options)
+    notes = mounting.notes
     lidar = _beside(source, _LIDAR)
     if lidar is None:
         raise InputError(f"{source.where}: {_LIDAR} is missing beside it")
@@ -63,7 +61,6 @@ def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
     if _beside(source, _RADAR):
         notes.ignored("neither camera nor LiDAR", "radar")
     notes.converted("from x right, y forward, and optical axes, through the LiDAR")
-    mounting.report_assumptions(options)
     return mounting.rig(f"Boreas {source.name}")
 
 
@@ -72,4 +69,4 @@ def _transform(file: Source, notes: Notes) -> Matrix:
     return se3(rotation_of(value, matrix[:3, :3], notes, file.path.name), matrix[:3, 3])
 
 
-BOREAS = Format("boreas", "Boreas calibration", recognises, read)
+BOREAS = Format("boreas", "Boreas calibration", (".txt",), recognises, read, has_folders=True)

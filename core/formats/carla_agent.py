@@ -18,10 +18,10 @@ from riglens.core.errors import InputError
 from riglens.core.formats.base import Format
 from riglens.core.formats.carla_objects import KNOWN, RADAR_TYPE, lidar_fields
 from riglens.core.formats.carla_toml import right_handed
-from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions
+from riglens.core.formats.mounts import ACTOR, MAX_PIXELS, Mounting
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source, Value
-from riglens.core.rig.model import Rig, Vehicle
+from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.nodes import shortened
 from riglens.core.sensors.radar import RADAR
 
@@ -44,22 +44,18 @@ _Names = dict[str, Any]
 
 def recognises(source: Source) -> bool:
     """Return whether this is a Python file that speaks of CARLA's sensors."""
-    return not source.is_folder and source.suffix == ".py" and "sensor." in source.text
+    return "sensor." in source.text
 
 
-def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
+def read(source: Source, mounting: Mounting) -> Rig:
     """Return the sensors of one agent: that of the class `options.token`, or the first that has some."""
-    mounting = Mounting(
-        source.where, notes, options.vehicle_or(Vehicle()), options.origin_m or (0.0, 0.0, 0.0)
-    )
-    entries, agent = _entries(source, options.token, notes)
+    notes = mounting.notes
+    entries, agent = _entries(source, mounting.options.token, notes)
     notes.read(f"sensors of {agent}", field="token")
     names = _names_beside(source, notes)
     for entry in entries:
         _add(entry, names, source, mounting)
     notes.converted("left-handed axes to right-handed: y, pitch and yaw change sign")
-    if options.vehicle is None:
-        notes.approximated("vehicle not in the file: a sedan", field="vehicle")
     return mounting.rig(source.name)
 
 
@@ -221,4 +217,4 @@ def _radar_fields(value: Value) -> dict[str, Any]:
     return {"scans": ({"azimuth_deg": ends, "elevation_deg": ends, "range_m": 100.0},)}
 
 
-CARLA_AGENT = Format("carla-agent", "CARLA leaderboard agent", recognises, read)
+CARLA_AGENT = Format("carla-agent", "CARLA leaderboard agent", (".py",), recognises, read, origin=ACTOR)

@@ -17,11 +17,11 @@ from riglens.core.formats.base import Format
 from riglens.core.formats.carla_lidar import azimuth_count, rays_to_write
 from riglens.core.formats.frames import pose_from_se3, se3_from_rpy_deg
 from riglens.core.formats.lens_export import centred_pinhole, report_lens
-from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions, root_SE3_body, sensors_to_write
+from riglens.core.formats.mounts import ACTOR, MAX_PIXELS, Mounting, root_SE3_body, sensors_to_write
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source, Value
 from riglens.core.geometry import Vec3
-from riglens.core.rig.model import Camera, LinearAngles, Rig, Sensor, Vehicle
+from riglens.core.rig.model import Camera, LinearAngles, Rig, Sensor
 from riglens.core.rig.yaml.nodes import shortened
 from riglens.core.sensors.radar import RADAR, Radar
 
@@ -43,23 +43,18 @@ KNOWN = {
 
 def recognises(source: Source) -> bool:
     """Return whether this is a JSON object with a list of objects."""
-    if source.is_folder or source.suffix != ".json":
-        return False
     objects = source.json.get("objects") if source.json.is_mapping else None
     return objects is not None and objects.is_list
 
 
-def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
+def read(source: Source, mounting: Mounting) -> Rig:
     """Return the cameras and LiDARs of the first vehicle that has any sensor; token: the id of another vehicle."""
-    vehicle = _vehicle(source, options.token, notes)
-    mounting = Mounting(source.where, notes, options.vehicle_or(Vehicle()), options.origin_m or ORIGIN)
+    vehicle = _vehicle(source, mounting.options.token, mounting.notes)
     for sensor in vehicle.item("sensors").elements():
         _add(sensor, mounting)
-    notes.converted(
+    mounting.notes.converted(
         "spawn points are in ROS axes already, relative to the actor: on the ground under the body centre"
     )
-    if options.vehicle is None:
-        notes.approximated("size of the vehicle not in the file: a sedan", field="vehicle")
     return mounting.rig(_text(vehicle, "id", source.name))
 
 
@@ -213,4 +208,4 @@ _WRITERS: dict[str, tuple[str, Callable[[Any, Notes], dict[str, Any]]]] = {
     "radar": (RADAR_TYPE, _fields_of_radar),
 }
 """CARLA's type of each kind, and how its fields are written."""
-CARLA = Format("carla", "CARLA ROS bridge objects.json", recognises, read, write)
+CARLA = Format("carla", "CARLA ROS bridge objects.json", (".json",), recognises, read, write, origin=ACTOR)

@@ -20,12 +20,12 @@ from riglens.core.formats.carla_lidar import TURNS_PER_SECOND, azimuth_count, ra
 from riglens.core.formats.carla_objects import PINHOLE
 from riglens.core.formats.frames import Matrix, pose_from_se3, se3_from_rpy_deg
 from riglens.core.formats.lens_export import centred_pinhole, report_lens
-from riglens.core.formats.mounts import Mounting, ReadOptions, root_SE3_body, sensors_to_write
+from riglens.core.formats.mounts import ACTOR, Mounting, root_SE3_body, sensors_to_write
 from riglens.core.formats.ray_export import FULL_TURN_DEG, turn_ends_deg
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import MAX_ANGLE, Source, Value
 from riglens.core.geometry import Vec3
-from riglens.core.rig.model import Camera, Lidar, LinearAngles, Rig, Sensor, Vehicle
+from riglens.core.rig.model import Camera, Lidar, LinearAngles, Rig, Sensor
 from riglens.core.rig.yaml.nodes import shortened, value_text
 
 ORIGIN: Vec3 = (0.0, 0.0, 0.0)
@@ -41,13 +41,13 @@ _MAX_LIDARS = 255
 
 def recognises(source: Source) -> bool:
     """Return whether this is a TOML file with a table [lidar]."""
-    return not source.is_folder and source.suffix == ".toml" and "lidar" in source.toml
+    return "lidar" in source.toml
 
 
-def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
+def read(source: Source, mounting: Mounting) -> Rig:
     """Return the LiDARs, and the cameras where the file has any."""
-    mounting = Mounting(source.where, notes, options.vehicle_or(Vehicle()), options.origin_m or ORIGIN)
-    lidars, chosen = _lidars(source.toml.item("lidar"), options.token, notes)
+    notes = mounting.notes
+    lidars, chosen = _lidars(source.toml.item("lidar"), mounting.options.token, notes)
     for index, fields in enumerate(lidars):
         _add_lidar(f"lidar_{index}", fields, mounting)
     camera = source.toml.get("camera")
@@ -57,8 +57,6 @@ def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
         if key not in ("lidar", "camera"):
             notes.ignored("table that is neither [lidar] nor [camera]", key)
     notes.converted("left-handed axes to right-handed: y, pitch and yaw change sign")
-    if options.vehicle is None:
-        notes.approximated("vehicle not in the file: a sedan whose body centre is the actor", field="vehicle")
     return mounting.rig(f"{source.name}{chosen}")
 
 
@@ -237,5 +235,6 @@ def _text(number: float) -> str:
 
 
 CARLA_TOML = Format(
-    "carla-toml", "CARLA TOML of the published placement code", recognises, read, write, endings=(".toml",)
-)
+    "carla-toml", "CARLA TOML of the published placement code", (".toml",), recognises, read, write, (".toml",),
+    origin=ACTOR,
+)  # fmt: skip

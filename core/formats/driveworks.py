@@ -20,8 +20,8 @@ from riglens.core.formats.lens_export import ftheta_polynomial, most_off_deg, ra
 from riglens.core.formats.lenses import FTheta, brown_conrady, ftheta_fields
 from riglens.core.formats.mounts import (
     MAX_PIXELS,
+    REAR_AXLE,
     Mounting,
-    ReadOptions,
     rear_axle_on_ground,
     root_SE3_body,
     sensors_to_write,
@@ -45,21 +45,17 @@ _BACKWARD, _FORWARD = "pixeldistance-to-angle", "angle-to-pixeldistance"
 
 def recognises(source: Source) -> bool:
     """Return whether this is a JSON object with rig.sensors."""
-    if source.is_folder or source.suffix != ".json" or not source.json.is_mapping:
-        return False
-    rig = source.json.get("rig")
-    return rig is not None and rig.is_mapping and "sensors" in rig
+    rig = source.json.get("rig") if source.json.is_mapping else None
+    return rig is not None and "sensors" in rig
 
 
-def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
+def read(source: Source, mounting: Mounting) -> Rig:
     """Return cameras and LiDARs with their corrections applied, and the vehicle's size where it is given."""
     rig = source.json.item("rig")
-    vehicle = options.vehicle_or(_vehicle(rig, options, notes))
-    mounting = Mounting(source.where, notes, vehicle, options.origin_m or rear_axle_on_ground(vehicle))
+    if mounting.options.vehicle is None:
+        mounting.found(_vehicle(rig, mounting.notes))
     for index, sensor in enumerate(rig.item("sensors").elements()):
         _add(sensor, f"sensor {index}", mounting)
-    x, y, z = mounting.origin_m
-    notes.converted(f"origin from the rear axle on the ground to the body centre: added {x:g} {y:g} {z:g} m")
     return mounting.rig(_name(source))
 
 
@@ -70,19 +66,13 @@ def _name(source: Source) -> str:
     return f"{source.path.resolve().parent.name} {stem}".strip() if stem.lower() in _PLAIN_NAMES else stem
 
 
-def _vehicle(rig: Value, options: ReadOptions, notes: Notes) -> Vehicle:
-    """Return the vehicle: its box without mirrors where the file knows that, and the rear axle."""
+def _vehicle(rig: Value, notes: Notes) -> Vehicle | None:
+    """Return the vehicle: its box without mirrors where the file knows that, and the rear axle; None if absent."""
     found = rig.get("vehicle")
     value = found.get("value") if found is not None and found.is_mapping else None
     sizes = (value.get("body") or value) if value is not None and value.is_mapping else None
-    if (
-        options.vehicle is not None
-        or sizes is None
-        or not all(key in sizes for key in ("length", "width", "height"))
-    ):
-        if options.vehicle is None:
-            notes.approximated("vehicle not in the file: a sedan", field="vehicle")
-        return Vehicle()
+    if sizes is None or not all(key in sizes for key in ("length", "width", "height")):
+        return None
     length, width, height = (sizes.item(key).number(0.1, 100.0) for key in ("length", "width", "height"))
     notes.read("length, width and height of the vehicle")
     body_width = sizes.get("widthWithoutMirrors")
@@ -133,7 +123,7 @@ def _add(sensor: Value, default_name: str, mounting: Mounting) -> None:
     elif (other := kind_named(kind)) is not None and kind != "camera":
         mounting.add_other(other, name, pose, said=_model_words(sensor, properties))
     else:
-        mounting.add_camera(name, pose, **_lens(properties, name, mounting.notes))
+        mounting.add_camera(name, pose, **_lens(properties, name, mounting))
 
 
 def _pose(sensor: Value, name: str, notes: Notes) -> Matrix:
@@ -165,11 +155,11 @@ def _model_words(sensor: Value, properties: Value | None) -> str | None:
     return next((pair.removeprefix("device=") for pair in pairs if pair.startswith("device=")), None)
 
 
-def _lens(properties: Value | None, name: str, notes: Notes) -> dict[str, Any]:
+def _lens(properties: Value | None, name: str, mounting: Mounting) -> dict[str, Any]:
     """Return image and lens of a camera; an f-theta lens becomes the nearest Kannala-Brandt lens."""
     if properties is None or "width" not in properties or "height" not in properties:
-        notes.approximated("lens and image not in the file: 1600 x 900 pixels, 70 degrees wide", name)
-        return {"image": (1600, 900), "hfov_deg": 70.0}
+        return mounting.unknown_lens(name)
+    notes = mounting.notes
     image = tuple(properties.item(side).whole(1, MAX_PIXELS, quoted=True) for side in ("width", "height"))
     model = properties.item("Model").text().lower() if "Model" in properties else "unknown"
     size = (image[0], image[1])
@@ -332,4 +322,6 @@ def _radial(camera: Camera, notes: Notes) -> str:
     return _words(getattr(written.distortion, key) for key in _RADIAL)
 
 
-DRIVEWORKS = Format("driveworks", "NVIDIA DriveWorks rig JSON", recognises, read, write)
+DRIVEWORKS = Format(
+    "driveworks", "NVIDIA DriveWorks rig JSON", (".json",), recognises, read, write, origin=REAR_AXLE
+)

@@ -16,9 +16,9 @@ from riglens.core.formats.base import Format
 from riglens.core.formats.frames import FrameTree, Matrix
 from riglens.core.formats.lenses import named_lens
 from riglens.core.formats.matrices import add_by_imu, rigid
-from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions
+from riglens.core.formats.mounts import MAX_PIXELS, Mounting
 from riglens.core.formats.report import Notes
-from riglens.core.formats.source import Source, Value
+from riglens.core.formats.source import YAML, Source, Value
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.nodes import shortened
 
@@ -32,10 +32,8 @@ def recognises(source: Source) -> bool:
     """Return whether this is such a file, or a folder with files of cameras."""
     if source.is_folder:
         return any("T_BS" in file.yaml for file in _files(source)[:1])
-    if source.suffix not in (".yaml", ".yml") or not source.yaml.is_mapping:
-        return False
     root = source.yaml
-    entries = root.raw.get("sensors" if "extrinsics" in root else "cameras", ())
+    entries = root.raw.get("sensors" if "extrinsics" in root else "cameras", ()) if root.is_mapping else ()
     is_list = isinstance(entries, (list, tuple)) and bool(entries)
     return "T_BS" in root or (
         is_list and all(isinstance(entry, dict) and _KEYS & entry.keys() for entry in entries)
@@ -53,10 +51,10 @@ def _files(source: Source) -> list[Source]:
     )
 
 
-def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
+def read(source: Source, mounting: Mounting) -> Rig:
     """Return the cameras, and maplab's LiDARs."""
-    mounting = Mounting.on_roof(source.where, notes, options)
     cameras: _Cameras = {}
+    notes = mounting.notes
     lidars: dict[str, Matrix] = {}
     for file in _files(source):
         root = file.yaml
@@ -70,7 +68,6 @@ def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
     for name, pose in lidars.items():
         mounting.add_lidar(name, turn @ pose)
     notes.converted("cameras from optical axes")
-    mounting.report_assumptions(options)
     return mounting.rig(source.name)
 
 
@@ -147,4 +144,4 @@ def _free(name: str, taken: dict[str, Any]) -> str:
     return next(new for number in range(len(taken) + 1) if (new := name + "_" * number) not in taken)
 
 
-EUROC = Format("euroc", "EuRoC, Kimera-VIO or maplab calibration", recognises, read)
+EUROC = Format("euroc", "EuRoC, Kimera-VIO or maplab calibration", YAML, recognises, read, has_folders=True)

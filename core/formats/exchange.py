@@ -32,7 +32,7 @@ from riglens.core.formats.opening import ENDINGS, FOREIGN_ENDINGS
 from riglens.core.formats.osi import OSI
 from riglens.core.formats.pandaset import PANDASET
 from riglens.core.formats.riglens import RIGLENS
-from riglens.core.formats.source import Source
+from riglens.core.formats.source import YAML, Source
 from riglens.core.formats.urdf import URDF
 from riglens.core.reading_time import MAX_RIG_S, Clock, ReadingTime
 from riglens.core.rig.model import Rig
@@ -72,10 +72,10 @@ def detect(source: Source) -> Format:
     """
     if not source.path.exists():
         raise InputError(f"{source.where}: no such file or folder")
-    if RIGLENS.recognises(source):
+    if RIGLENS.fits(source):
         return RIGLENS
     if source.is_folder or source.suffix in ENDINGS:
-        found = next((format_ for format_ in FORMATS.values() if format_.recognises(source)), None)
+        found = next((format_ for format_ in FORMATS.values() if format_.fits(source)), None)
         if found is not None:
             return found
     if not source.is_folder and source.suffix not in FOREIGN_ENDINGS and not _is_other_yaml(source):
@@ -85,19 +85,15 @@ def detect(source: Source) -> Format:
 
 def _is_other_yaml(source: Source) -> bool:
     """Return whether this is a YAML mapping without any field that identifies a rig."""
-    is_yaml = source.suffix in (".yaml", ".yml")
-    return (
-        is_yaml
-        and source.yaml.is_mapping
-        and not {"riglens", "vehicle", "sensors", "name"} & source.yaml.raw.keys()
-    )
+    own = {"riglens", "vehicle", "sensors", "name"}
+    return source.suffix in YAML and source.yaml.is_mapping and not own & source.yaml.raw.keys()
 
 
 def may_be_foreign(path: Path) -> bool:
     """Return whether an existing file or folder may hold a rig of another program, without reading it whole."""
     source = Source(path)
     is_data = source.is_folder or source.suffix in ENDINGS
-    return source.path.exists() and is_data and not RIGLENS.recognises(source)
+    return source.path.exists() and is_data and not RIGLENS.fits(source)
 
 
 def read_rig(

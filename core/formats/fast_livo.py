@@ -16,9 +16,9 @@ from riglens.core.formats.base import Format
 from riglens.core.formats.frames import Matrix, inverse, se3
 from riglens.core.formats.lenses import brown_conrady, kannala_brandt
 from riglens.core.formats.matrices import add_by_imu, rotation_of
-from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions
+from riglens.core.formats.mounts import MAX_PIXELS, Mounting
 from riglens.core.formats.report import Notes
-from riglens.core.formats.source import Source, Value
+from riglens.core.formats.source import YAML, Source, Value
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.nodes import shortened
 
@@ -33,20 +33,18 @@ _LIDARS = {1: "Livox Avia", 2: "Velodyne VLP-16", 5: "Hesai XT32", 6: "Hesai Pan
 
 def recognises(source: Source) -> bool:
     """Return whether this is a YAML mapping with extrin_calib."""
-    return source.suffix in (".yaml", ".yml") and not source.is_folder and _CALIBRATION in source.yaml
+    return _CALIBRATION in source.yaml
 
 
-def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
+def read(source: Source, mounting: Mounting) -> Rig:
     """Return the LiDAR and the camera around the IMU."""
-    mounting = Mounting.on_roof(source.where, notes, options)
-    found = source.yaml.item(_CALIBRATION)
+    found, notes = source.yaml.item(_CALIBRATION), mounting.notes
     imu_SE3_lidar = _transform(found, "extrinsic_R", "extrinsic_T", notes)
     camera_SE3_lidar = _transform(found, "Rcl", "Pcl", notes)
-    camera = {"camera": (imu_SE3_lidar @ inverse(camera_SE3_lidar), _lens(source, notes))}
+    camera = {"camera": (imu_SE3_lidar @ inverse(camera_SE3_lidar), _lens(source, mounting))}
     turn = add_by_imu(camera, mounting)
     mounting.add_lidar("lidar", turn @ imu_SE3_lidar, said=_model(source.yaml))
     notes.converted("camera from optical axes, through the LiDAR")
-    mounting.report_assumptions(options)
     return mounting.rig(source.name)
 
 
@@ -61,16 +59,13 @@ def _model(root: Value) -> str | None:
     return None if kind is None else _LIDARS.get(kind.whole(0, 1000))
 
 
-def _lens(source: Source, notes: Notes) -> dict[str, Any]:
+def _lens(source: Source, mounting: Mounting) -> dict[str, Any]:
     files = source.siblings("camera*.yaml")
     own = [file for file in files if source.name.lower() in file.name.lower()] or files
     if len(own) != 1:
         said = ", ".join(shortened(file.path.name, 40) for file in own) or "no camera*.yaml"
-        notes.approximated(
-            f"lens and image not in one file beside it ({said}): 1600 x 900 pixels, 70 degrees wide", "camera"
-        )
-        return {"image": (1600, 900), "hfov_deg": 70.0}
-    root = own[0].yaml
+        return mounting.unknown_lens("camera", f"lens and image not in one file beside it ({said})")
+    root, notes = own[0].yaml, mounting.notes
     notes.read(f"image and lens from {shortened(own[0].path.name, 40)}", "camera")
     image = tuple(root.item(f"cam_{side}").whole(1, MAX_PIXELS) for side in ("width", "height"))
     fx, fy, cx, cy = root.field_numbers("cam_fx", "cam_fy", "cam_cx", "cam_cy")
@@ -83,4 +78,4 @@ def _lens(source: Source, notes: Notes) -> dict[str, Any]:
     return lens | brown_conrady(root, numbers, "camera", notes)
 
 
-FAST_LIVO = Format("fast-livo", "FAST-LIVO2 configuration", recognises, read)
+FAST_LIVO = Format("fast-livo", "FAST-LIVO2 configuration", YAML, recognises, read)

@@ -192,6 +192,14 @@ class FrameTree:
             found.append(place)
         return found
 
+    def root(self) -> str:
+        """Return the root of all frames; raise InputError unless there is one."""
+        roots = sorted({self.root_of(frame) for frame in self._parents})
+        if len(roots) != 1:
+            said = shortened(", ".join(roots), 160) or "none"
+            raise InputError(f"{self.where}: frames must form one tree (got roots: {said})")
+        return roots[0]
+
     def root_of(self, frame: str) -> str:
         """Return the frame at the other end of the chain."""
         return [frame, *self.above(frame)][-1]

@@ -21,9 +21,9 @@ from riglens.core.formats.base import Format
 from riglens.core.formats.frames import Matrix, from_optical, inverse, to_optical
 from riglens.core.formats.lenses import named_lens
 from riglens.core.formats.matrices import level_axes, rigid
-from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions
+from riglens.core.formats.mounts import MAX_PIXELS, Mounting
 from riglens.core.formats.report import Notes
-from riglens.core.formats.source import Source, Value
+from riglens.core.formats.source import YAML, Source, Value
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.nodes import shortened
 
@@ -48,15 +48,13 @@ _SAME_M, _SAME_DEG = 1e-4, 0.01
 
 def recognises(source: Source) -> bool:
     """Return whether this is a YAML mapping with a cam0 that has intrinsics."""
-    if source.is_folder or source.suffix not in (".yaml", ".yml") or not source.yaml.is_mapping:
-        return False
-    first = source.yaml.get("cam0")
-    return first is not None and first.is_mapping and "intrinsics" in first
+    first = source.yaml.get("cam0") if source.yaml.is_mapping else None
+    return first is not None and "intrinsics" in first
 
 
-def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
+def read(source: Source, mounting: Mounting) -> Rig:
     """Return the cameras of the chain."""
-    mounting = Mounting.on_roof(source.where, notes, options)
+    notes = mounting.notes
     cameras = {name: value for name, value in source.yaml.items() if _CAMERA.fullmatch(name)}
     for name, _ in source.yaml.items():
         if name not in cameras:
@@ -65,7 +63,6 @@ def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
     for name, pose in _poses(chain, notes).items():
         mounting.add_camera(name, from_optical(pose), **_lens(chain[name], name, notes))
     notes.converted("cameras from optical axes and inverse transforms")
-    mounting.report_assumptions(options)
     return mounting.rig(source.name)
 
 
@@ -136,4 +133,4 @@ def _lens(value: Value, name: str, notes: Notes) -> dict[str, Any]:
     return named_lens(model, value.item("intrinsics"), kind, coefficients, (width, height), name, notes)
 
 
-KALIBR = Format("kalibr", "Kalibr camchain", recognises, read)
+KALIBR = Format("kalibr", "Kalibr camchain", YAML, recognises, read)

@@ -17,7 +17,7 @@ from riglens.core.formats.base import Format
 from riglens.core.formats.frames import Matrix, from_optical, inverse, se3
 from riglens.core.formats.lenses import brown_conrady, pinhole
 from riglens.core.formats.matrices import quoted_numbers, rotation_of
-from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions
+from riglens.core.formats.mounts import MAX_PIXELS, Mounting, Origin
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source, Value
 from riglens.core.geometry import Vec3
@@ -26,6 +26,7 @@ from riglens.core.rig.yaml.nodes import shortened
 
 VELODYNE_M: Vec3 = (0.4, 0.0, 1.73)
 PASSAT = Vehicle(body="sedan", length=4.77, width=1.82, height=1.52, rear_axle_x=-1.35)
+PASSAT_WORDS = "size of a VW Passat, the car of KITTI"
 RECTIFIED_IMAGE = (1242, 375)
 CAM_TO_CAM, VELO_TO_CAM = "calib_cam_to_cam.txt", "calib_velo_to_cam.txt"
 _VELO, _RECT = ("Tr_velo_to_cam", "Tr_velo_cam"), ("R0_rect", "R_rect")
@@ -37,31 +38,22 @@ def recognises(source: Source) -> bool:
     """Return whether this is a folder with calib_cam_to_cam.txt, or a .txt file with the lines of a calibration."""
     if source.is_folder:
         return source.sibling(CAM_TO_CAM) is not None
-    if source.suffix != ".txt":
-        return False
     if source.path.name in (CAM_TO_CAM, VELO_TO_CAM):
         return True
     return any(line.startswith(("P2:", "P_rect_02:")) for line in source.text[:100_000].splitlines())
 
 
-def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
+def read(source: Source, mounting: Mounting) -> Rig:
     """Return the four cameras and the Velodyne."""
-    vehicle = options.vehicle_or(PASSAT)
-    mounting = Mounting(source.where, notes, vehicle, options.origin_m or VELODYNE_M)
     is_raw = source.is_folder or source.path.name in (CAM_TO_CAM, VELO_TO_CAM)
     if is_raw:
         _read_raw(source, mounting)
     else:
         _read_benchmark(table_of(source), mounting)
     mounting.add_lidar("velodyne", np.eye(4), said="Velodyne HDL-64E")
-    x, y, z = mounting.origin_m
-    notes.converted("cameras from optical axes, through the calibration, to the axes of the Velodyne")
-    if options.origin_m is None:
-        notes.approximated(
-            f"position of the Velodyne not in the file:  {x:g} {y:g} {z:g} m", field="origin_m"
-        )
-    if options.vehicle is None:
-        notes.approximated("vehicle not in the file: size of a VW Passat, the car of KITTI", field="vehicle")
+    mounting.notes.converted(
+        "cameras from optical axes, through the calibration, to the axes of the Velodyne"
+    )
     return mounting.rig(f"KITTI {source.name}")
 
 
@@ -183,4 +175,7 @@ def image_size(table: Table, name: str) -> tuple[int, int]:
     return width, height
 
 
-KITTI = Format("kitti", "KITTI calibration", recognises, read)
+KITTI = Format(
+    "kitti", "KITTI calibration", (".txt",), recognises, read, has_folders=True, vehicle=PASSAT, car=PASSAT_WORDS,
+    origin=Origin("the Velodyne", lambda _: VELODYNE_M),
+)  # fmt: skip

@@ -16,10 +16,18 @@ import numpy as np
 from riglens.core.errors import InputError
 from riglens.core.formats.base import Format
 from riglens.core.formats.frames import Matrix, from_optical, inverse, se3
-from riglens.core.formats.kitti import PASSAT, Table, image_size, raw_lens, table_matrix, table_of
+from riglens.core.formats.kitti import (
+    PASSAT,
+    PASSAT_WORDS,
+    Table,
+    image_size,
+    raw_lens,
+    table_matrix,
+    table_of,
+)
 from riglens.core.formats.lenses import pinhole
 from riglens.core.formats.matrices import quoted_matrix, rotation_of
-from riglens.core.formats.mounts import Mounting, ReadOptions
+from riglens.core.formats.mounts import Mounting, Origin
 from riglens.core.formats.opencv_yaml import read_lens
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source
@@ -42,14 +50,12 @@ def recognises(source: Source) -> bool:
 
 
 def _beside(source: Source, name: str) -> Source | None:
-    return source.sibling(name, f"calibration/{name}") if source.is_folder else source.sibling(name)
+    return source.sibling(name, f"calibration/{name}")
 
 
-def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
+def read(source: Source, mounting: Mounting) -> Rig:
     """Return the four cameras and the Velodyne."""
-    vehicle = options.vehicle_or(PASSAT)
-    origin_m = options.origin_m or (vehicle.rear_axle_x, 0.0, IMU_HEIGHT_M)
-    mounting = Mounting(source.where, notes, vehicle, origin_m)
+    notes = mounting.notes
     found = _beside(source, _POSES)
     if found is None:
         raise InputError(f"{source.where}: {_POSES} is missing")
@@ -72,7 +78,6 @@ def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
             "laser scanners that look at the street's sides: their beams are not in the files", "SICK"
         )
     notes.converted("from the axes of the IMU, y right, z down, and optical axes")
-    mounting.report_assumptions(options)
     return mounting.rig(f"KITTI-360 {source.name}")
 
 
@@ -101,4 +106,7 @@ def _add(name: str, pose: Matrix, table: Table, lens: Source | None, mounting: M
     mounting.add_camera(name, from_optical(pose), **fields)
 
 
-KITTI_360 = Format("kitti-360", "KITTI-360 calibration", recognises, read)
+KITTI_360 = Format(
+    "kitti-360", "KITTI-360 calibration", (".txt",), recognises, read, has_folders=True, vehicle=PASSAT,
+    car=PASSAT_WORDS, origin=Origin("the IMU", lambda car: (car.rear_axle_x, 0.0, IMU_HEIGHT_M)),
+)  # fmt: skip

@@ -18,30 +18,27 @@ from riglens.core.formats.base import Format
 from riglens.core.formats.frames import Matrix, from_optical, inverse, se3
 from riglens.core.formats.lenses import pinhole
 from riglens.core.formats.matrices import rigid
-from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions, rear_axle_on_ground
+from riglens.core.formats.mounts import MAX_PIXELS, ON_ROOF, REAR_AXLE, Mounting
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source, Value
-from riglens.core.rig.model import Rig, Vehicle
+from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.nodes import shortened
 
 
 def recognises(source: Source) -> bool:
     """Return whether this is a JSON mapping with a data_list whose entries have images or LiDAR points."""
-    if source.is_folder or source.suffix != ".json":
-        return False
     entries = source.json.raw.get("data_list") if source.json.is_mapping else None
     first = entries[0] if isinstance(entries, list) and entries else None
     return isinstance(first, dict) and bool({"images", "lidar_points"} & first.keys())
 
 
-def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
+def read(source: Source, mounting: Mounting) -> Rig:
     """Return the cameras and the LiDAR of one entry: that of the index `options.token`, or the first."""
-    info = _entry(source, options.token, notes)
+    notes = mounting.notes
+    info = _entry(source, mounting.options.token, notes)
     points = info.get("lidar_points")
     has_ego = points is not None and "lidar2ego" in points
-    vehicle = options.vehicle_or(Vehicle())
-    known_m = rear_axle_on_ground(vehicle) if has_ego else (0.0, 0.0, vehicle.height)
-    mounting = Mounting(source.where, notes, vehicle, options.origin_m or known_m)
+    mounting.origin = REAR_AXLE if has_ego else ON_ROOF
     root_SE3_lidar = (
         rigid(points.item("lidar2ego"), "lidar", notes) if points is not None and has_ego else np.eye(4)
     )
@@ -50,7 +47,6 @@ def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
     if points is not None:
         mounting.add_lidar("lidar", root_SE3_lidar)
     notes.converted("cameras from optical axes")
-    mounting.report_assumptions(options)
     return mounting.rig(source.name)
 
 
@@ -93,4 +89,4 @@ def _image(name: str, value: Value, notes: Notes) -> dict[str, Any]:
     return {"image": (1600, 900)}
 
 
-MMDET3D = Format("mmdet3d", "MMDetection3D infos", recognises, read)
+MMDET3D = Format("mmdet3d", "MMDetection3D infos", (".json",), recognises, read)

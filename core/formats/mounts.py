@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, NamedTuple
 
 import numpy as np
 from pydantic import ValidationError
@@ -57,21 +57,54 @@ class ReadOptions:
         return found.replace(rear_axle_x=self.rear_axle_x)
 
 
+def rear_axle_on_ground(vehicle: Vehicle) -> Vec3:
+    """Return where the middle of the rear axle, dropped to the ground, lies in the vehicle frame."""
+    return vehicle.rear_axle_x, 0.0, 0.0
+
+
+class Origin(NamedTuple):
+    """The origin of a file: what is there, where that is in the vehicle frame, and whether the format says so."""
+
+    what: str
+    place_m: Callable[[Vehicle], Vec3]
+    is_known: bool = False
+
+
+SEDAN = Vehicle()
+ON_ROOF = Origin("the origin", lambda vehicle: (0.0, 0.0, vehicle.height))
+REAR_AXLE = Origin("the rear axle on the ground", rear_axle_on_ground, is_known=True)
+ACTOR = Origin("the vehicle's actor in CARLA", lambda _: (0.0, 0.0, 0.0), is_known=True)
+
+
 @dataclass
 class Mounting:
-    """Collector of the sensors of a file: `origin_m` is where the file's root frame lies in the vehicle frame."""
+    """Collector of the sensors of a file, with what the options, else the file, else its format say of the vehicle.
+
+    `car` describes the vehicle that is assumed, empty where the file has one.
+    """
 
     where: str
     notes: Notes
-    vehicle: Vehicle
-    origin_m: Vec3
+    options: ReadOptions
+    known: Vehicle
+    car: str
+    origin: Origin
     sensors: list[Sensor] = field(default_factory=list)
 
-    @classmethod
-    def on_roof(cls, where: str, notes: Notes, options: ReadOptions) -> Self:
-        """Return one for a file without a vehicle: its origin is the middle of the roof, or where the options say."""
-        vehicle = options.vehicle_or(Vehicle())
-        return cls(where, notes, vehicle, options.origin_m or (0.0, 0.0, vehicle.height))
+    @property
+    def vehicle(self) -> Vehicle:
+        """The vehicle that the sensors are on."""
+        return self.options.vehicle_or(self.known)
+
+    @property
+    def origin_m(self) -> Vec3:
+        """Where the file's root frame lies in the vehicle frame, metres."""
+        return self.options.origin_m or self.origin.place_m(self.vehicle)
+
+    def found(self, vehicle: Vehicle | None) -> None:
+        """Take the vehicle that the file has, if any."""
+        if vehicle is not None:
+            self.known, self.car = vehicle, ""
 
     def pose(self, root_SE3_sensor: Matrix) -> Pose:
         """Return the pose in the vehicle frame from that in the file's root frame."""
@@ -97,19 +130,28 @@ class Mounting:
         """Add a camera at the pose of its body frame (x forward, y left, z up)."""
         self._add(Camera, name, root_SE3_sensor, **fields)
 
-    def report_assumptions(self, options: ReadOptions) -> None:
-        """Report the assumptions for a file with nothing but sensors, where the options do not replace them."""
-        if options.origin_m is None:
-            x, y, z = self.origin_m
-            self.notes.approximated(
-                f"position of the origin on the vehicle not in the file:  {x:g} {y:g} {z:g} m",
-                field="origin_m",
-            )
-        if options.vehicle is None:
-            self.notes.approximated("vehicle not in the file: a sedan", field="vehicle")
+    def unknown_lens(
+        self, name: str, why: str = "lens and image not in the file", image: tuple[int, int] = (1600, 900)
+    ) -> dict[str, Any]:
+        """Return an assumed lens for a camera of which the file has the pose alone."""
+        self.notes.approximated(f"{why}: {image[0]} x {image[1]} pixels, 70 degrees wide", name)
+        return {"image": image, "hfov_deg": 70.0}
 
     def rig(self, name: str, may_be_empty: bool = False) -> Rig:
-        """Return the rig of all sensors so far; raise InputError when there is none and that is not allowed."""
+        """Return the rig of all sensors so far, and report what is assumed of vehicle and origin.
+
+        Raise InputError when there is no sensor and that is not allowed.
+        """
+        x, y, z = self.origin_m
+        if self.origin.is_known and any(self.origin_m):
+            self.notes.converted(
+                f"origin from {self.origin.what} to the body centre: added {x:g} {y:g} {z:g} m"
+            )
+        elif not self.origin.is_known and self.options.origin_m is None:
+            where = f"position of {self.origin.what} on the vehicle not in the file: {x:g} {y:g} {z:g} m"
+            self.notes.approximated(where, field="origin_m")
+        if self.car and self.options.vehicle is None:
+            self.notes.approximated(f"vehicle not in the file: {self.car}", field="vehicle")
         if not self.sensors and not may_be_empty:
             raise InputError(f"{self.where}: a rig needs at least one sensor")
         shown = sorted(shown_kinds(s.kind for s in self.sensors), key=lambda kind: kind.name)
@@ -229,8 +271,3 @@ def sensors_to_write(rig: Rig, notes: Notes, kinds: Collection[str]) -> list[Sen
 def root_SE3_body(sensor: Sensor, origin_m: Vec3) -> Matrix:
     """Return the transform of a sensor in a frame whose origin is at `origin_m` in the vehicle frame."""
     return inverse(se3(np.eye(3), origin_m)) @ sensor.pose.vehicle_SE3_sensor()
-
-
-def rear_axle_on_ground(vehicle: Vehicle) -> Vec3:
-    """Return where the middle of the rear axle, dropped to the ground, lies in the vehicle frame."""
-    return vehicle.rear_axle_x, 0.0, 0.0

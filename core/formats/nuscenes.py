@@ -27,8 +27,8 @@ from riglens.core.formats.lens_export import report_lens, without_distortion
 from riglens.core.formats.lidar_points import Rings, rings_of, sweep_file
 from riglens.core.formats.mounts import (
     MAX_PIXELS,
+    REAR_AXLE,
     Mounting,
-    ReadOptions,
     find_model,
     rear_axle_on_ground,
     root_SE3_body,
@@ -60,22 +60,17 @@ def recognises(source: Source) -> bool:
     """Return whether this is one of the tables, or a folder with one of them, or with both in one folder inside."""
     if source.is_folder:
         return any(table_file(source.path, name) for name in _TABLES) or _home(source) is not None
-    if source.suffix != ".json" or not source.json.is_list or not source.json.raw:
-        return False
-    first = source.json.raw[0]
+    first = source.json.raw[0] if source.json.is_list and source.json.raw else None
     return isinstance(first, dict) and ("sensor_token" in first or "modality" in first)
 
 
-def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
+def read(source: Source, mounting: Mounting) -> Rig:
     """Return one rig of the tables: that of `options.token` (any row of the rig), or the first."""
     source = (_home(source) or source) if source.is_folder else source
     channels = _channels(_table(source, "sensor").json)
     rigs = _rigs(_table(source, "calibrated_sensor").json, channels)
-    rows, which = _chosen(rigs, options.token, source.where)
-    notes.read(which, field="token")
-    vehicle = options.vehicle_or(ZOE)
-    origin_m = options.origin_m or rear_axle_on_ground(vehicle)
-    mounting = Mounting(source.where, notes, vehicle, origin_m)
+    rows, which = _chosen(rigs, mounting.options.token, source.where)
+    mounting.notes.read(which, field="token")
     recorded = _recorded(source, [row.item("token").text() for row in rows])
     sizes = {token: _size(fields) for token, fields in recorded.items()}
     names = {
@@ -87,7 +82,9 @@ def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
         fields = recorded.get(row.item("token").text(), {})
         sweep = None if is_own else sweep_file(roots, fields.get("filename"))
         _add(row, *_named(row, channels), _Recorded(_size(fields), is_own, sweep), mounting)
-    _remark_on_frames(notes, origin_m, options)
+    mounting.notes.converted(
+        "cameras from optical axes and quaternions w x y z to roll, pitch, yaw of the body"
+    )
     return mounting.rig(f"nuScenes {rows[0].item('token').text()[:8]}")
 
 
@@ -231,14 +228,6 @@ def _add_unknown_lidar(channel: str, pose: Matrix, sweep: Path | None, mounting:
     mounting.add_lidar(channel, pose)
 
 
-def _remark_on_frames(notes: Notes, origin_m: Vec3, options: ReadOptions) -> None:
-    x, y, z = origin_m
-    notes.converted(f"origin from the rear axle on the ground to the body centre: added {x:g} {y:g} {z:g} m")
-    notes.converted("cameras from optical axes and quaternions w x y z to roll, pitch, yaw of the body")
-    if options.vehicle is None:
-        notes.approximated("vehicle not in the file: a Renault Zoe, the car of nuScenes", field="vehicle")
-
-
 def write(rig: Rig, notes: Notes) -> dict[str, str]:
     """Return the tables, in a folder; tokens follow from the rig's name and the sensors' names."""
     origin_m = rear_axle_on_ground(rig.vehicle)
@@ -315,4 +304,7 @@ def _token(rig: Rig, table: str, sensor: str) -> str:
     return hashlib.sha256("\0".join((rig.name, table, sensor)).encode()).hexdigest()[:32]
 
 
-NUSCENES = Format("nuscenes", "nuScenes tables", recognises, read, write, is_folder=True)
+NUSCENES = Format(
+    "nuscenes", "nuScenes tables", (".json",), recognises, read, write, is_folder=True, has_folders=True,
+    vehicle=ZOE, car="a Renault Zoe, the car of nuScenes", origin=REAR_AXLE,
+)  # fmt: skip

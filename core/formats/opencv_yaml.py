@@ -25,9 +25,9 @@ from riglens.core.formats.lenses import (
     sphere_fields,
 )
 from riglens.core.formats.matrices import add_by_imu, rigid
-from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions
+from riglens.core.formats.mounts import MAX_PIXELS, Mounting
 from riglens.core.formats.report import Notes
-from riglens.core.formats.source import Source, Value
+from riglens.core.formats.source import YAML, Source, Value
 from riglens.core.rig.model import Camera, KannalaBrandt, Rig
 from riglens.core.rig.yaml.nodes import shortened, value_text
 
@@ -41,10 +41,10 @@ _FISHEYE_FIELDS = ("k2", "k3", "k4", "k5")
 
 def recognises(source: Source) -> bool:
     """Return whether this is a YAML mapping with the intrinsics of a camera, or with extrinsics as VINS names them."""
-    if source.is_folder or source.suffix not in (".yaml", ".yml") or not source.yaml.is_mapping:
-        return False
     root = source.yaml
-    return _is_camera(root) or any(_EXTRINSIC.fullmatch(name) for name, _ in root.items())
+    return _is_camera(root) or (
+        root.is_mapping and any(_EXTRINSIC.fullmatch(name) for name, _ in root.items())
+    )
 
 
 def _is_camera(root: Value) -> bool:
@@ -56,16 +56,13 @@ def _is_camera(root: Value) -> bool:
     return _MATRIX in root or _PROJECTION in root or is_message
 
 
-def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
+def read(source: Source, mounting: Mounting) -> Rig:
     """Return the one camera, or those of a configuration."""
-    mounting = Mounting.on_roof(source.where, notes, options)
-    root = source.yaml
-    if _is_camera(root):
-        _add_one(root, source, mounting)
+    if _is_camera(source.yaml):
+        _add_one(source.yaml, source, mounting)
     else:
         _add_chain(source, mounting)
-    notes.converted("cameras from optical axes")
-    mounting.report_assumptions(options)
+    mounting.notes.converted("cameras from optical axes")
     return mounting.rig(source.name)
 
 
@@ -213,4 +210,4 @@ def camera_info_text(camera: Camera) -> str:
     return "\n".join([*lines, ""])
 
 
-OPENCV = Format("opencv", "OpenCV, ROS or VINS camera", recognises, read)
+OPENCV = Format("opencv", "OpenCV, ROS or VINS camera", YAML, recognises, read)

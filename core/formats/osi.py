@@ -18,11 +18,11 @@ from typing import Any
 from riglens.core.formats.base import Format
 from riglens.core.formats.frames import Matrix, pose_from_se3, se3_from_rpy_deg
 from riglens.core.formats.lens_export import SMALLEST_TOLD_DEG, extent
-from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions, root_SE3_body, sensors_to_write
+from riglens.core.formats.mounts import MAX_PIXELS, Mounting, Origin, root_SE3_body, sensors_to_write
 from riglens.core.formats.ray_export import FULL_TURN_DEG, report_pattern, report_symmetric, turn_ends_deg
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import MAX_ANGLE, Source, Value
-from riglens.core.rig.model import Camera, KannalaBrandt, Lidar, LinearAngles, Rig, Sensor, Vehicle
+from riglens.core.rig.model import Camera, KannalaBrandt, Lidar, LinearAngles, Rig, Sensor
 from riglens.core.sensing.rays import farthest_m
 from riglens.core.sensors.radar import RADAR, Scan
 from riglens.core.sensors.sectors import Sectored
@@ -42,7 +42,7 @@ WIDEST_PINHOLE_DEG = 170.0
 
 def recognises(source: Source) -> bool:
     """Return whether this is a JSON file with a message SensorViewConfiguration, or with a list of them."""
-    return not source.is_folder and source.suffix == ".json" and bool(_messages(source.json))
+    return bool(_messages(source.json))
 
 
 def _messages(root: Value) -> list[Value]:
@@ -66,12 +66,9 @@ def _get(message: Value, name: str) -> Value | None:
     return message.get(first + "".join(word.capitalize() for word in rest)) if found is None else found
 
 
-def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
+def read(source: Source, mounting: Mounting) -> Rig:
     """Return the sensors of all messages; names come from our own index, or from kind and sensor_id."""
     root = source.json
-    vehicle = options.vehicle_or(Vehicle())
-    axle = (vehicle.rear_axle_x, 0.0, WHEEL_RADIUS_M)
-    mounting = Mounting(source.where, notes, vehicle, options.origin_m or axle)
     names = _get(root, "sensor_names") if root.is_mapping else None
     messages = _messages(root)
     if not messages:
@@ -83,11 +80,10 @@ def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
                 named = names.get(said) if names is not None else None
                 name = f"{kind} {said}" if named is None else named.text()
                 if kind == "generic":
-                    notes.ignored("generic sensor: OSI does not say what it is", name)
+                    mounting.notes.ignored("generic sensor: OSI does not say what it is", name)
                 else:
                     _READERS[kind](name, _Views(view, message), mounting)
-    notes.converted("angles from radians")
-    mounting.report_assumptions(options)
+    mounting.notes.converted("angles from radians")
     return mounting.rig(source.name)
 
 
@@ -319,4 +315,7 @@ _VIEWS: dict[str, Callable[[Any, Notes], tuple[float, float, dict[str, int]]]] =
     "ultrasonic": _sectored,
 }
 """Writers of a sensor, by kind."""
-OSI = Format("osi", "ASAM OSI sensor view configuration (JSON)", recognises, read, write)
+_AXLE = Origin("the rear axle", lambda vehicle: (vehicle.rear_axle_x, 0.0, WHEEL_RADIUS_M))
+OSI = Format(
+    "osi", "ASAM OSI sensor view configuration (JSON)", (".json",), recognises, read, write, origin=_AXLE
+)

@@ -15,9 +15,9 @@ import numpy as np
 from riglens.core.formats.base import Format
 from riglens.core.formats.frames import Matrix, from_optical, inverse, rotation_from_wxyz, se3
 from riglens.core.formats.lenses import brown_conrady
-from riglens.core.formats.mounts import Mounting, ReadOptions
+from riglens.core.formats.mounts import Mounting, Origin
 from riglens.core.formats.report import Notes
-from riglens.core.formats.source import Source, Value
+from riglens.core.formats.source import YAML, Source, Value
 from riglens.core.geometry import Vec3
 from riglens.core.rig.model import Rig, Vehicle
 
@@ -37,8 +37,6 @@ _MODELS = {"main_pandar64": "Hesai Pandar64", FRONT_GT: "Hesai PandarGT"}
 
 def recognises(source: Source) -> bool:
     """Return whether this is a YAML or JSON mapping whose entries have an extrinsic.transform."""
-    if source.is_folder or source.suffix not in (".yaml", ".yml", ".json"):
-        return False
     root = source.json if source.suffix == ".json" else source.yaml
     entries = list(root.raw.values()) if root.is_mapping else []
     return bool(entries) and all(_has_transform(entry) for entry in entries)
@@ -49,21 +47,14 @@ def _has_transform(entry: object) -> bool:
     return isinstance(extrinsic, dict) and "transform" in extrinsic
 
 
-def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
+def read(source: Source, mounting: Mounting) -> Rig:
     """Return cameras and LiDARs around the Pandar64."""
-    vehicle = options.vehicle_or(PACIFICA)
-    mounting = Mounting(source.where, notes, vehicle, options.origin_m or MAIN_LIDAR_M)
     root = source.json if source.suffix == ".json" else source.yaml
     for name, value in root.items():
         _add(name, value, mounting)
-    notes.converted("from x left, y backwards and optical axes, quaternions w x y z and inverse transforms")
-    x, y, z = mounting.origin_m
-    if options.origin_m is None:
-        notes.approximated(
-            f"position of the Pandar64 not in the file:  {x:g} {y:g} {z:g} m", field="origin_m"
-        )
-    if options.vehicle is None:
-        notes.approximated("vehicle not in the file: size of a Chrysler Pacifica, the car of PandaSet")
+    mounting.notes.converted(
+        "from x left, y backwards and optical axes, quaternions w x y z and inverse transforms"
+    )
     return mounting.rig("PandaSet")
 
 
@@ -97,4 +88,7 @@ def _lens(intrinsic: Value, name: str, notes: Notes) -> dict[str, Any]:
     return lens | brown_conrady(distortion, distortion.numbers(), name, notes)
 
 
-PANDASET = Format("pandaset", "PandaSet calibration", recognises, read)
+PANDASET = Format(
+    "pandaset", "PandaSet calibration", (*YAML, ".json"), recognises, read, vehicle=PACIFICA,
+    car="size of a Chrysler Pacifica, the car of PandaSet", origin=Origin("the Pandar64", lambda _: MAIN_LIDAR_M),
+)  # fmt: skip

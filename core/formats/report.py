@@ -97,10 +97,6 @@ class Notes:
         found = [Remark(kind, text, tuple(about), way) for (kind, text, way), about in self._about.items()]
         return Report(title, tuple(sorted(found, key=lambda remark: KINDS.index(remark.kind))))
 
-    def has(self, words: str) -> bool:
-        """Return whether any remark so far holds these words."""
-        return any(words in text for _, text, _ in self._about)
-
     def _add(self, kind: Kind, text: str, about: Sequence[str], field: str = "") -> None:
         parts = self._about.setdefault((kind, text, field), [])
         parts.extend(part for part in about if part not in parts)

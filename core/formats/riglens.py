@@ -7,9 +7,9 @@ import re
 from riglens.core.errors import InputError
 from riglens.core.files import open_regular
 from riglens.core.formats.base import Format
-from riglens.core.formats.mounts import ReadOptions
+from riglens.core.formats.mounts import Mounting
 from riglens.core.formats.report import Notes
-from riglens.core.formats.source import Source
+from riglens.core.formats.source import YAML, Source
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.file import dumps, load_rig
 from riglens.core.rig.yaml.nodes import MAX_BYTES
@@ -19,8 +19,6 @@ _HEAD = re.compile(r"^['\"]?riglens['\"]?\s*:", re.MULTILINE)
 
 def recognises(source: Source) -> bool:
     """Return whether this is a YAML file with the key riglens, or an unreadable one, for its error message."""
-    if source.is_folder or source.suffix not in (".yaml", ".yml"):
-        return False
     try:
         with open_regular(source.path, "a rig file") as stream:
             return _HEAD.search(stream.read(MAX_BYTES).decode("utf-8", "replace")) is not None
@@ -28,9 +26,9 @@ def recognises(source: Source) -> bool:
         return True
 
 
-def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
+def read(source: Source, mounting: Mounting) -> Rig:
     """Return the rig unchanged, except for a vehicle or rear axle that the user names."""
-    rig = load_rig(source.path).rig
+    rig, notes, options = load_rig(source.path).rig, mounting.notes, mounting.options
     vehicle = options.vehicle_or(rig.vehicle)
     if vehicle != rig.vehicle:
         notes.converted("vehicle replaced by the one given")
@@ -49,4 +47,4 @@ def write(rig: Rig, notes: Notes) -> dict[str, str]:
     return {"rig.yaml": dumps(rig)}
 
 
-RIGLENS = Format("riglens", "RigLens rig YAML", recognises, read, write, endings=(".yaml", ".yml"))
+RIGLENS = Format("riglens", "RigLens rig YAML", YAML, recognises, read, write, endings=YAML)

@@ -129,10 +129,7 @@ def _whole(root: Element, *path: str, most: int) -> int:
 def _camera_fields(sensor: Element, name: str, mounting: Mounting) -> dict[str, Any]:
     camera = sensor.first("camera")
     if camera is None:
-        mounting.notes.approximated(
-            "lens and image not in the file: 1600 x 900 pixels, 70 degrees wide", name
-        )
-        return {"image": (1600, 900), "hfov_deg": 70.0}
+        return mounting.unknown_lens(name)
     size = tuple(_whole(camera, "image", side, most=MAX_PIXELS) for side in ("width", "height"))
     fields: dict[str, Any] = {"image": size}
     intrinsics = camera.first("lens", "intrinsics")

@@ -25,6 +25,7 @@ from riglens.core.geometry import Vec3
 from riglens.core.reading_time import MAX_RIG_S, ReadingTime
 from riglens.core.rig.yaml.nodes import parse_yaml, plain_value, shortened, shown_path
 
+YAML = (".yaml", ".yml")
 MAX_METRES = 1e6
 MAX_ANGLE = 1e6
 
@@ -270,8 +271,7 @@ MAX_DOTS = 500
 """In a line of TOML; the parser's time grows with the square of a key's parts."""
 MAX_BYTES = {
     ".json": MAX_JSON_BYTES,
-    ".yaml": MAX_YAML_BYTES,
-    ".yml": MAX_YAML_BYTES,
+    **dict.fromkeys(YAML, MAX_YAML_BYTES),
     ".py": MAX_CODE_BYTES,
     ".toml": MAX_TOML_BYTES,
 }

@@ -35,7 +35,7 @@ from riglens.core.formats.frames import (
 from riglens.core.formats.lens_export import equidistant, extent, pinhole_with_edges, report_lens
 from riglens.core.formats.mounts import (
     Mounting,
-    ReadOptions,
+    Origin,
     rear_axle_on_ground,
     root_SE3_body,
     sensors_to_write,
@@ -56,7 +56,7 @@ from riglens.core.formats.sdf_sensor import (
 from riglens.core.formats.source import Element, Source
 from riglens.core.formats.xacro import expanded, is_xacro
 from riglens.core.geometry import Vec3
-from riglens.core.rig.model import Camera, KannalaBrandt, Lidar, Rig, Sensor, Vehicle
+from riglens.core.rig.model import Camera, KannalaBrandt, Lidar, Rig, Sensor
 from riglens.core.rig.yaml.nodes import shortened
 from riglens.core.sensors.registry import kind_named
 
@@ -200,28 +200,27 @@ class _Found:
 
 def recognises(source: Source) -> bool:
     """Return whether this is an XML file whose root is <robot>."""
-    if source.is_folder or source.suffix not in (".urdf", ".xacro", ".xml"):
-        return False
     return source.suffix != ".xml" or source.xml.tag == "robot"
 
 
-def read(source: Source, options: ReadOptions, notes: Notes) -> Rig:
+def read(source: Source, mounting: Mounting) -> Rig:
     """Return the sensors of a robot, chained to base_link."""
-    root = source.xml
+    root, notes = source.xml, mounting.notes
     if root.tag != "robot":
         raise root.error("the root must be <robot>")
     if is_xacro(root):
         root = expanded(source, notes)
     tree = _joints(root, notes)
     base = _base(root, tree)
-    vehicle = options.vehicle_or(Vehicle())
-    mounting = Mounting(source.where, notes, vehicle, options.origin_m or rear_axle_on_ground(vehicle))
+    mounting.origin = Origin(f"{base}, on the ground under the rear axle,", rear_axle_on_ground)
     for found in _sensors(root, tree, notes):
         if tree.root_of(found.link) != tree.root_of(base):
             notes.ignored(f"is not attached to {base}", found.link)
             continue
         _add(found, inverse(tree.root_SE3(base)) @ tree.root_SE3(found.link), mounting)
-    _remark(root, base, mounting, options)
+    notes.converted("angles from radians to degrees")
+    if meshes := sum(element.tag == "mesh" for element in root.walk()):
+        notes.ignored(f"{meshes} meshes: they are not opened")
     return mounting.rig(root.attributes.get("name", source.name))
 
 
@@ -347,23 +346,7 @@ def _add(found: _Found, base_SE3_link: Matrix, mounting: Mounting) -> None:
         mounting.add_other(other, name, base_SE3_link)
     else:
         body = from_optical(base_SE3_link) if is_optical(found.link) else base_SE3_link
-        mounting.notes.approximated(
-            "lens and image not in the file: 1600 x 900 pixels, 70 degrees wide", name
-        )
-        mounting.add_camera(name, body, image=(1600, 900), hfov_deg=70.0)
+        mounting.add_camera(name, body, **mounting.unknown_lens(name))
 
 
-def _remark(root: Element, base: str, mounting: Mounting, options: ReadOptions) -> None:
-    notes, (x, y, z) = mounting.notes, mounting.origin_m
-    notes.converted(f"{base} lies at {x:g} {y:g} {z:g} m in the vehicle frame; angles to degrees")
-    if options.origin_m is None:
-        notes.approximated(
-            f"position of {base} on the vehicle not in the file: on the ground under the rear axle",
-            field="origin_m",
-        )
-    meshes = sum(element.tag == "mesh" for element in root.walk())
-    if meshes:
-        notes.ignored(f"{meshes} meshes: they are not opened")
-
-
-URDF = Format("urdf", "ROS URDF", recognises, read, write, endings=(".urdf",))
+URDF = Format("urdf", "ROS URDF", (".urdf", ".xacro", ".xml"), recognises, read, write, endings=(".urdf",))
