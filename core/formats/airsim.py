@@ -14,7 +14,7 @@ from riglens.core.errors import InputError
 from riglens.core.formats.base import Format
 from riglens.core.formats.carla_lidar import azimuth_count
 from riglens.core.formats.frames import Matrix, se3_from_rpy_deg
-from riglens.core.formats.mounts import MAX_PIXELS, Mounting, Origin
+from riglens.core.formats.mounts import Mounting, Origin
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import MAX_ANGLE, Source, Value
 from riglens.core.rig.model import LinearAngles, Rig
@@ -48,8 +48,8 @@ def read(source: Source, mounting: Mounting) -> Rig:
     defaults = source.json.get("CameraDefaults")
     for camera, value in _named(vehicle, "Cameras"):
         image = _numbers(_IMAGE, _capture(value), None if defaults is None else _capture(defaults))
-        width, height = (Value(image[key], *value.place).whole(1, MAX_PIXELS) for key in ("Width", "Height"))
-        mounting.add_camera(camera, _pose(value), image=(width, height), hfov_deg=image["FOV_Degrees"])
+        size = Value(image, *value.place).image("Width", "Height")
+        mounting.add_camera(camera, _pose(value), image=size, hfov_deg=image["FOV_Degrees"])
     for sensor, value in _named(vehicle, "Sensors"):
         _add_sensor(sensor, value, mounting)
     mounting.notes.converted("from y right, z down to y left, z up: y, z, pitch and yaw change sign")
@@ -77,7 +77,7 @@ def _named(vehicle: Value, key: str) -> list[tuple[str, Value]]:
 def _capture(camera: Value) -> Value | None:
     """Return the capture settings of pictures (ImageType 0), else the first."""
     listed = camera.item("CaptureSettings").elements() if "CaptureSettings" in camera else []
-    scene = (one for one in listed if "ImageType" not in one or one.item("ImageType").number() == 0.0)
+    scene = (one for one in listed if one.item("ImageType", 0.0).number() == 0.0)
     return next(scene, listed[0] if listed else None)
 
 
@@ -90,10 +90,9 @@ def _numbers(defaults: dict[str, float], *said: Value | None) -> dict[str, float
 
 
 def _pose(value: Value) -> Matrix:
-    x, y, z = (value.item(key).number() if key in value else 0.0 for key in ("X", "Y", "Z"))
+    x, y, z = (value.item(key, 0.0).number() for key in ("X", "Y", "Z"))
     roll, pitch, yaw = (
-        value.item(key).number(-MAX_ANGLE, MAX_ANGLE) if key in value else 0.0
-        for key in ("Roll", "Pitch", "Yaw")
+        value.item(key, 0.0).number(-MAX_ANGLE, MAX_ANGLE) for key in ("Roll", "Pitch", "Yaw")
     )
     return se3_from_rpy_deg((x, -y, -z), (roll, -pitch, -yaw))
 

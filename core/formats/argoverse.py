@@ -16,7 +16,7 @@ import numpy as np
 from riglens.core.errors import InputError
 from riglens.core.formats.base import Format
 from riglens.core.formats.frames import from_optical, kind_of, rotation_from_wxyz, se3
-from riglens.core.formats.mounts import MAX_PIXELS, Mounting, Origin
+from riglens.core.formats.mounts import Mounting, Origin
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source, Value
 from riglens.core.rig.model import Rig, Vehicle
@@ -87,8 +87,7 @@ def _lens(row: Value, name: str, notes: Notes) -> dict[str, Any]:
     fx, fy, cx, cy = row.field_numbers(*_PIXELS)
     if any(row.field_numbers(*_RADIAL)):
         notes.ignored("k1 k2 k3: published images are without distortion", name)
-    image = (row.item("width_px").whole(1, MAX_PIXELS), row.item("height_px").whole(1, MAX_PIXELS))
-    return {"image": image, "fx": fx, "fy": fy, "cx": cx, "cy": cy}
+    return {"image": row.image("width_px", "height_px"), "fx": fx, "fy": fy, "cx": cx, "cy": cy}
 
 
 def _rows(path: Path, numbers: tuple[str, ...]) -> _Rows:

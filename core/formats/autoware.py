@@ -28,7 +28,7 @@ from riglens.core.formats.frames import (
     is_optical,
     kind_of,
     pose_from_se3,
-    se3_from_rpy_deg,
+    se3_from_rpy_rad,
     without_ending,
 )
 from riglens.core.formats.mounts import (
@@ -116,10 +116,8 @@ def _rows(file: Source, notes: Notes) -> Iterator[tuple[str, str, Matrix]]:
 
 
 def _transform(value: Value) -> Matrix:
-    x, y, z = value.field_numbers(*POSITION)
-    angles = [value.item(name).number(-MAX_ANGLE, MAX_ANGLE) for name in ANGLES]
-    roll, pitch, yaw = (math.degrees(angle) for angle in angles)
-    return se3_from_rpy_deg((x, y, z), (roll, pitch, yaw))
+    angles = (value.item(name).number(-MAX_ANGLE, MAX_ANGLE) for name in ANGLES)
+    return se3_from_rpy_rad(value.field_numbers(*POSITION), angles)
 
 
 def _add(frame: str, root_SE3_frame: Matrix, macro: str | None, source: Source, mounting: Mounting) -> None:

@@ -10,17 +10,18 @@ Source: CARLA leaderboard, autoagents/autonomous_agent.py and agent_wrapper.py (
 from __future__ import annotations
 
 import ast
-import operator
 import warnings
+from collections.abc import Mapping
 from typing import Any
 
 from riglens.core.errors import InputError
 from riglens.core.formats.base import Format
 from riglens.core.formats.carla_objects import KNOWN, RADAR_TYPE, lidar_fields
 from riglens.core.formats.carla_toml import right_handed
-from riglens.core.formats.mounts import ACTOR, MAX_PIXELS, Mounting
+from riglens.core.formats.mounts import ACTOR, Mounting
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source, Value
+from riglens.core.formats.xacro_sums import Names, evaluated
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.nodes import shortened
 from riglens.core.sensors.radar import RADAR
@@ -35,9 +36,8 @@ LIDAR_RAYS = {
 }
 """Attributes that the leaderboard gives to every LiDAR."""
 _POSITION, _ANGLES = ("x", "y", "z"), ("roll", "pitch", "yaw")
-_SUMS = {ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv}
 _COMPUTED = object()
-_CONFIG, _CONFIG_FILE, _MOST_ELEMENTS = "config", "config.py", 100
+_CONFIG, _CONFIG_FILE = "config", "config.py"
 _Names = dict[str, Any]
 """Literal values of the names of a configuration."""
 
@@ -124,41 +124,17 @@ def _fields(node: ast.Dict, names: _Names) -> dict[str, Any]:
     }
 
 
-def _literal(node: ast.expr, names: _Names, depth: int = 0) -> Any:
-    """Return a text, a number, a sum or product of numbers, or a list of them; also by its name in the configuration.
+def _literal(node: ast.expr, names: _Names) -> Any:
+    """Return what numbers and texts, lists of them, and names of the configuration add up to; else _COMPUTED."""
 
-    _COMPUTED for anything else.
-    """
-    if isinstance(node, ast.Constant):
-        return node.value
-    if depth > 20:
+    def known(name: str) -> Any:
+        return {"self": {_CONFIG: names}, _CONFIG: names}[name]
+
+    try:
+        found = evaluated(node, Names(known, known, known, lambda _: None))
+        return _COMPUTED if isinstance(found, Mapping) else found
+    except (ArithmeticError, LookupError, RecursionError, TypeError, ValueError):
         return _COMPUTED
-    if isinstance(node, ast.Attribute) and _CONFIG in (
-        getattr(node.value, "attr", ""),
-        getattr(node.value, "id", ""),
-    ):
-        return names.get(node.attr, _COMPUTED)
-    if isinstance(node, ast.List | ast.Tuple) and len(node.elts) <= _MOST_ELEMENTS:
-        elements = [_literal(element, names, depth + 1) for element in node.elts]
-        return _COMPUTED if any(element is _COMPUTED for element in elements) else elements
-    if isinstance(node, ast.Subscript):
-        listed, index = _literal(node.value, names, depth + 1), _literal(node.slice, names, depth + 1)
-        is_there = isinstance(listed, list) and type(index) is int and -len(listed) <= index < len(listed)
-        return listed[index] if is_there else _COMPUTED
-    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub | ast.UAdd):
-        value = _literal(node.operand, names, depth + 1)
-        return _COMPUTED if not _is_number(value) else -value if isinstance(node.op, ast.USub) else value
-    if isinstance(node, ast.BinOp) and type(node.op) in _SUMS:
-        parts = _literal(node.left, names, depth + 1), _literal(node.right, names, depth + 1)
-        if all(_is_number(part) and abs(part) < 1e12 for part in parts) and (
-            parts[1] or not isinstance(node.op, ast.Div)
-        ):
-            return _SUMS[type(node.op)](*parts)
-    return _COMPUTED
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _add(node: ast.Dict, names: _Names, source: Source, mounting: Mounting) -> None:
@@ -185,7 +161,7 @@ def _add(node: ast.Dict, names: _Names, source: Source, mounting: Mounting) -> N
     )
     for key in computed:
         notes.ignored(f"'{shortened(key, 30)}' would have to be computed by running the code", name)
-    place = [value.item(key).number() if key in value else 0.0 for key in (*_POSITION, *_ANGLES)]
+    place = [value.item(key, 0.0).number() for key in (*_POSITION, *_ANGLES)]
     pose = right_handed((place[0], place[1], place[2]), (place[3], place[4], place[5]))
     if family == "lidar":
         _add_lidar(name, pose, value, mounting)
@@ -195,8 +171,7 @@ def _add(node: ast.Dict, names: _Names, source: Source, mounting: Mounting) -> N
         return
     if kind != "sensor.camera.rgb":
         notes.read("camera of another kind, imported for its view", name)
-    image = (value.item("width").whole(1, MAX_PIXELS), value.item("height").whole(1, MAX_PIXELS))
-    mounting.add_camera(name, pose, image=image, hfov_deg=value.item("fov").number())
+    mounting.add_camera(name, pose, image=value.image(), hfov_deg=value.item("fov").number())
 
 
 def _add_lidar(name: str, pose: Any, value: Value, mounting: Mounting) -> None:

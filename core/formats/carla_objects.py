@@ -17,9 +17,9 @@ from riglens.core.formats.base import Format
 from riglens.core.formats.carla_lidar import azimuth_count, rays_to_write
 from riglens.core.formats.frames import pose_from_se3, se3_from_rpy_deg
 from riglens.core.formats.lens_export import centred_pinhole, report_lens
-from riglens.core.formats.mounts import ACTOR, MAX_PIXELS, Mounting, root_SE3_body, sensors_to_write
+from riglens.core.formats.mounts import ACTOR, Mounting, root_SE3_body, sensors_to_write
 from riglens.core.formats.report import Notes
-from riglens.core.formats.source import Source, Value
+from riglens.core.formats.source import MAX_PIXELS, Source, Value
 from riglens.core.geometry import Vec3
 from riglens.core.rig.model import Camera, LinearAngles, Rig, Sensor
 from riglens.core.rig.yaml.nodes import shortened
@@ -55,14 +55,14 @@ def read(source: Source, mounting: Mounting) -> Rig:
     mounting.notes.converted(
         "spawn points are in ROS axes already, relative to the actor: on the ground under the body centre"
     )
-    return mounting.rig(_text(vehicle, "id", source.name))
+    return mounting.rig(vehicle.item("id", source.name).text())
 
 
 def _vehicle(source: Source, token: str | None, notes: Notes) -> Value:
     """Return the vehicle to read; what else the file holds is reported."""
     chosen: Value | None = None
     for value in source.json.item("objects").elements():
-        kind, name = _text(value, "type", ""), _text(value, "id", "?")
+        kind, name = value.item("type", "").text(), value.item("id", "?").text()
         fits = kind.startswith("vehicle.") and "sensors" in value and token in (None, name)
         if fits and chosen is None:
             chosen = value
@@ -75,16 +75,11 @@ def _vehicle(source: Source, token: str | None, notes: Notes) -> Value:
     return chosen
 
 
-def _text(value: Value, key: str, default: str) -> str:
-    found = value.get(key)
-    return default if found is None else found.text()
-
-
 def _add(sensor: Value, mounting: Mounting) -> None:
     kind, name = sensor.item("type").text(), sensor.item("id").text()
     family, _, model = kind.removeprefix("sensor.").partition(".")
     if kind == RADAR_TYPE:
-        mounting.add_other(RADAR, name, _pose(sensor.get("spawn_point")), **_radar_fields(sensor))
+        mounting.add_other(RADAR, name, _pose(sensor.item("spawn_point", {})), **_radar_fields(sensor))
         return
     if family not in ("camera", "lidar"):
         mounting.notes.ignored(f"neither camera nor LiDAR: {shortened(kind, 40)}", name)
@@ -93,21 +88,22 @@ def _add(sensor: Value, mounting: Mounting) -> None:
         mounting.notes.approximated(
             f"unknown type '{shortened(kind, 40)}', read as a sensor.{family} of CARLA", name
         )
-    pose = _pose(sensor.get("spawn_point"))
+    pose = _pose(sensor.item("spawn_point", {}))
     if family == "lidar":
         mounting.add_lidar(name, pose, **lidar_fields(sensor, name, mounting.notes))
         return
     if model != "rgb":
         mounting.notes.read("camera of another kind, imported for its view", name)
-    width, height = (_whole(sensor, f"image_size_{axis}", size) for axis, size in (("x", 800), ("y", 600)))
+    width, height = (
+        sensor.item(f"image_size_{axis}", size).whole(1, MAX_PIXELS, quoted=True)
+        for axis, size in (("x", 800), ("y", 600))
+    )
     mounting.add_camera(name, pose, image=(width, height), hfov_deg=_number(sensor, "fov", 90.0))
     if any(key.startswith("lens_") for key, _ in sensor.items()):
         mounting.notes.ignored("lens distortion", name)
 
 
-def _pose(spawn: Value | None) -> Any:
-    if spawn is None:
-        return se3_from_rpy_deg((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+def _pose(spawn: Value) -> Any:
     x, y, z = (_number(spawn, key, 0.0) for key in _POSITION)
     roll, pitch, yaw = (_number(spawn, key, 0.0) for key in _ANGLES)
     return se3_from_rpy_deg((x, y, z), (roll, pitch, yaw))
@@ -144,13 +140,7 @@ def _radar_fields(sensor: Value) -> dict[str, Any]:
 
 
 def _number(value: Value, key: str, default: float, low: float = -1e6, high: float = 1e6) -> float:
-    found = value.get(key)
-    return default if found is None else found.number(low, high, quoted=True)
-
-
-def _whole(value: Value, key: str, default: int) -> int:
-    found = value.get(key)
-    return default if found is None else found.whole(1, MAX_PIXELS, quoted=True)
+    return value.item(key, default).number(low, high, quoted=True)
 
 
 def write(rig: Rig, notes: Notes) -> dict[str, str]:

@@ -19,7 +19,6 @@ from riglens.core.formats.frames import Matrix, pose_from_se3, se3
 from riglens.core.formats.lens_export import ftheta_polynomial, most_off_deg, radial_only
 from riglens.core.formats.lenses import FTheta, brown_conrady, ftheta_fields
 from riglens.core.formats.mounts import (
-    MAX_PIXELS,
     REAR_AXLE,
     Mounting,
     rear_axle_on_ground,
@@ -106,10 +105,8 @@ def _rear_axle_x(sizes: Value, length: float, notes: Notes) -> float:
 
 
 def _add(sensor: Value, default_name: str, mounting: Mounting) -> None:
-    name_value, protocol = sensor.get("name"), sensor.get("protocol")
-    name = default_name if name_value is None else name_value.text()
-    words = name if protocol is None else protocol.text()
-    kind = words.lower().replace(":", ".").split(".")[0]
+    name = sensor.item("name", default_name).text()
+    kind = sensor.item("protocol", name).text().lower().replace(":", ".").split(".")[0]
     if kind not in _PROPERTIES:
         mounting.notes.ignored("neither camera nor LiDAR", name)
         return
@@ -160,9 +157,8 @@ def _lens(properties: Value | None, name: str, mounting: Mounting) -> dict[str, 
     if properties is None or "width" not in properties or "height" not in properties:
         return mounting.unknown_lens(name)
     notes = mounting.notes
-    image = tuple(properties.item(side).whole(1, MAX_PIXELS, quoted=True) for side in ("width", "height"))
-    model = properties.item("Model").text().lower() if "Model" in properties else "unknown"
-    size = (image[0], image[1])
+    size = properties.image(quoted=True)
+    model = properties.item("Model", "unknown").text().lower()
     if model == "pinhole" and "fx" in properties:
         lens = {key: properties.item(key).number(quoted=True) for key in _LENS}
         return {"image": size, **lens, **_pinhole_distortion(properties, name, notes)}
@@ -172,12 +168,12 @@ def _lens(properties: Value | None, name: str, mounting: Mounting) -> dict[str, 
         ftheta = FTheta(cx_px, cy_px, coefficients, is_backward, _stretch(properties, name, notes))
         return ftheta_fields(ftheta, size, properties, name, notes)
     notes.approximated(f"lens of model '{shortened(model, 30)}' is not read: 90 degrees wide", name)
-    return {"image": image, "hfov_deg": 90.0}
+    return {"image": size, "hfov_deg": 90.0}
 
 
 def _stretch(properties: Value, name: str, notes: Notes) -> float:
     """Return linear-c, pixels along u for one along v; all three of linear-c, -d, -e zero mean none."""
-    c, d, e = (_number(properties, key, usual) for key, usual in _LINEAR)
+    c, d, e = (properties.item(key, usual).number(quoted=True) for key, usual in _LINEAR)
     if d != 0.0 or e != 0.0:
         notes.ignored(f"skew of the image (linear-d {d:g}, linear-e {e:g})", name)
     if (c, d, e) == (0.0, 0.0, 0.0):
@@ -192,21 +188,11 @@ def _pinhole_distortion(properties: Value, name: str, notes: Notes) -> dict[str,
     radial = _coefficients(properties, "distortion")
     if not any(radial):
         return {}
-    if len(radial) > 3 or "pixel" in _text(properties, "polynomial-type").split("-to-")[0]:
+    if len(radial) > 3 or "pixel" in properties.item("polynomial-type", "").text().split("-to-")[0]:
         notes.ignored("lens distortion in another form than k1 k2 k3 from ray to pixel", name)
         return {}
     k1, k2, k3 = [*radial, 0.0, 0.0][:3]
     return brown_conrady(properties, (k1, k2, 0.0, 0.0, k3), name, notes)
-
-
-def _text(value: Value, key: str) -> str:
-    found = value.get(key)
-    return "" if found is None else found.text()
-
-
-def _number(value: Value, key: str, default: float) -> float:
-    found = value.get(key)
-    return default if found is None else found.number(quoted=True)
 
 
 def _polynomial(properties: Value) -> tuple[list[float], bool]:

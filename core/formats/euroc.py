@@ -16,9 +16,9 @@ from riglens.core.formats.base import Format
 from riglens.core.formats.frames import FrameTree, Matrix
 from riglens.core.formats.lenses import named_lens
 from riglens.core.formats.matrices import add_by_imu, rigid
-from riglens.core.formats.mounts import MAX_PIXELS, Mounting
+from riglens.core.formats.mounts import Mounting
 from riglens.core.formats.report import Notes
-from riglens.core.formats.source import YAML, Source, Value
+from riglens.core.formats.source import MAX_PIXELS, YAML, Source, Value
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.nodes import shortened
 
@@ -73,14 +73,15 @@ def read(source: Source, mounting: Mounting) -> Rig:
 
 def _add_plain(root: Value, file: Source, cameras: _Cameras, notes: Notes) -> None:
     """Add the one camera of a file of EuRoC or Kimera-VIO, named by itself or by its folder."""
-    name = root.item("camera_id").text() if "camera_id" in root else ""
-    name = name or (file.path.resolve().parent.name if file.name == "sensor" else file.name)
+    name = root.item("camera_id", "").text() or (
+        file.path.resolve().parent.name if file.name == "sensor" else file.name
+    )
     if "intrinsics" not in root:
         notes.ignored("no camera: a T_BS without intrinsics", name)
         return
     width, height = (side.whole(1, MAX_PIXELS) for side in root.item("resolution").elements(2))
     model, kind = (
-        root.item(key).text().lower() if key in root else absent
+        root.item(key, absent).text().lower()
         for key, absent in (("camera_model", "pinhole"), ("distortion_model", "none"))
     )
     bend = root.get("distortion_coefficients")
@@ -120,14 +121,12 @@ def _ncamera(listed: Value, base_SE3_body: Matrix, notes: Notes) -> _Cameras:
 
 
 def _lens(camera: Value, name: str, notes: Notes) -> dict[str, Any]:
-    width, height = (camera.item(f"image_{side}").whole(1, MAX_PIXELS) for side in ("width", "height"))
-    model = camera.item("type").text()
-    distortion = camera.get("distortion")
-    kind = "none" if distortion is None else distortion.item("type").text()
-    parameters = distortion.get("parameters") if distortion is not None else None
+    model, size = camera.item("type").text(), camera.image("image_width", "image_height")
+    distortion = camera.item("distortion", {"type": "none"})
+    kind, parameters = distortion.item("type").text(), distortion.get("parameters")
     bend = None if parameters is None else parameters.item("data")
     numbers = camera.item("intrinsics").item("data")
-    return named_lens(_MODELS.get(model, model), numbers, kind, bend, (width, height), name, notes)
+    return named_lens(_MODELS.get(model, model), numbers, kind, bend, size, name, notes)
 
 
 def _name(entry: Value) -> str:

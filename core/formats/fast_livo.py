@@ -16,7 +16,7 @@ from riglens.core.formats.base import Format
 from riglens.core.formats.frames import Matrix, inverse, se3
 from riglens.core.formats.lenses import brown_conrady, kannala_brandt
 from riglens.core.formats.matrices import add_by_imu, rotation_of
-from riglens.core.formats.mounts import MAX_PIXELS, Mounting
+from riglens.core.formats.mounts import Mounting
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import YAML, Source, Value
 from riglens.core.rig.model import Rig
@@ -67,14 +67,13 @@ def _lens(source: Source, mounting: Mounting) -> dict[str, Any]:
         return mounting.unknown_lens("camera", f"lens and image not in one file beside it ({said})")
     root, notes = own[0].yaml, mounting.notes
     notes.read(f"image and lens from {shortened(own[0].path.name, 40)}", "camera")
-    image = tuple(root.item(f"cam_{side}").whole(1, MAX_PIXELS) for side in ("width", "height"))
     fx, fy, cx, cy = root.field_numbers("cam_fx", "cam_fy", "cam_cx", "cam_cy")
-    lens = {"image": image, "fx": fx, "fy": fy, "cx": cx, "cy": cy}
-    if "scale" in root and root.item("scale").number() != 1.0:
+    lens = {"image": root.image("cam_width", "cam_height"), "fx": fx, "fy": fy, "cx": cx, "cy": cy}
+    if root.item("scale", 1.0).number() != 1.0:
         notes.ignored("scale: the image is read at its full size", "camera")
     if root.item("cam_model").text().lower().startswith("equidistant"):
         return lens | kannala_brandt(root, root.field_numbers(*_FISHEYE), "camera", notes)
-    numbers = [root.item(key).number() if key in root else 0.0 for key in _RADIAL]
+    numbers = [root.item(key, 0.0).number() for key in _RADIAL]
     return lens | brown_conrady(root, numbers, "camera", notes)
 
 

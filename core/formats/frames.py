@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterable
 from typing import Literal
 
 import numpy as np
@@ -102,6 +103,12 @@ def se3(rotation: Matrix, position_m: Vec3 | Matrix) -> Matrix:
 def se3_from_rpy_deg(position_m: Vec3, rpy_deg: Vec3) -> Matrix:
     """Return the transform with that position and fixed-axis roll, pitch, yaw in degrees."""
     return se3(rotation_from_rpy_deg(rpy_deg), position_m)
+
+
+def se3_from_rpy_rad(position_m: Iterable[float], rpy_rad: Iterable[float]) -> Matrix:
+    """Return the transform with that position and fixed-axis roll, pitch, yaw in radians."""
+    (x, y, z), (roll, pitch, yaw) = position_m, map(math.degrees, rpy_rad)
+    return se3_from_rpy_deg((x, y, z), (roll, pitch, yaw))
 
 
 def inverse(transform: Matrix) -> Matrix:

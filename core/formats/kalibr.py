@@ -21,9 +21,9 @@ from riglens.core.formats.base import Format
 from riglens.core.formats.frames import Matrix, from_optical, inverse, to_optical
 from riglens.core.formats.lenses import named_lens
 from riglens.core.formats.matrices import level_axes, rigid
-from riglens.core.formats.mounts import MAX_PIXELS, Mounting
+from riglens.core.formats.mounts import Mounting
 from riglens.core.formats.report import Notes
-from riglens.core.formats.source import YAML, Source, Value
+from riglens.core.formats.source import MAX_PIXELS, YAML, Source, Value
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.nodes import shortened
 
@@ -126,7 +126,7 @@ def _remark_apart(taken: Matrix, other: Matrix, what: str, name: str, notes: Not
 def _lens(value: Value, name: str, notes: Notes) -> dict[str, Any]:
     width, height = (side.whole(1, MAX_PIXELS) for side in value.item("resolution").elements(2))
     model, kind = (
-        value.item(key).text() if key in value else absent
+        value.item(key, absent).text()
         for key, absent in (("camera_model", "pinhole"), ("distortion_model", "none"))
     )
     coefficients = value.get("distortion_coeffs")

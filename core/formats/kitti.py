@@ -17,7 +17,7 @@ from riglens.core.formats.base import Format
 from riglens.core.formats.frames import Matrix, from_optical, inverse, se3
 from riglens.core.formats.lenses import brown_conrady, pinhole
 from riglens.core.formats.matrices import quoted_numbers, rotation_of
-from riglens.core.formats.mounts import MAX_PIXELS, Mounting, Origin
+from riglens.core.formats.mounts import Mounting, Origin
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source, Value
 from riglens.core.geometry import Vec3
@@ -170,9 +170,8 @@ def raw_lens(table: Table, number: str, name: str, notes: Notes) -> dict[str, An
 
 def image_size(table: Table, name: str) -> tuple[int, int]:
     """Return width and height in pixels, which a line holds as floating-point numbers."""
-    value, ((wide, high),) = table_matrix(table, (name,), 1, 2)
-    width, height = (Value(float(side), *value.place).whole(1, MAX_PIXELS) for side in (wide, high))
-    return width, height
+    value, ((width, height),) = table_matrix(table, (name,), 1, 2)
+    return Value({"width": float(width), "height": float(height)}, *value.place).image()
 
 
 KITTI = Format(

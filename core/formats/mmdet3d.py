@@ -18,7 +18,7 @@ from riglens.core.formats.base import Format
 from riglens.core.formats.frames import Matrix, from_optical, inverse, se3
 from riglens.core.formats.lenses import pinhole
 from riglens.core.formats.matrices import rigid
-from riglens.core.formats.mounts import MAX_PIXELS, ON_ROOF, REAR_AXLE, Mounting
+from riglens.core.formats.mounts import ON_ROOF, REAR_AXLE, Mounting
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source, Value
 from riglens.core.rig.model import Rig
@@ -84,7 +84,7 @@ def _add_camera(name: str, value: Value, root_SE3_lidar: Matrix, mounting: Mount
 
 def _image(name: str, value: Value, notes: Notes) -> dict[str, Any]:
     if "width" in value and "height" in value:
-        return {"image": tuple(value.item(key).whole(1, MAX_PIXELS) for key in ("width", "height"))}
+        return {"image": value.image()}
     notes.approximated("image size not in the file: 1600 x 900 pixels", name)
     return {"image": (1600, 900)}
 

@@ -26,7 +26,6 @@ from riglens.core.sensors.registry import AnyKind, kind_of, shown_kinds
 DEFAULT_LIDAR = "generic-16"
 _ASSUMED = {"lidar": DEFAULT_LIDAR, "radar": "generic-radar", "ultrasonic": "generic-ultrasonic"}
 """The library model of each kind that stands for an unknown one."""
-MAX_PIXELS = 20_000
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,6 @@ from riglens.core.formats.frames import (
 from riglens.core.formats.lens_export import report_lens, without_distortion
 from riglens.core.formats.lidar_points import Rings, rings_of, sweep_file
 from riglens.core.formats.mounts import (
-    MAX_PIXELS,
     REAR_AXLE,
     Mounting,
     find_model,
@@ -35,7 +34,7 @@ from riglens.core.formats.mounts import (
     sensors_to_write,
 )
 from riglens.core.formats.report import Notes
-from riglens.core.formats.source import Source, Value
+from riglens.core.formats.source import MAX_PIXELS, Source, Value
 from riglens.core.geometry import Vec3
 from riglens.core.rig.model import Camera, Rig, Sensor, Vehicle
 from riglens.core.rig.yaml.nodes import shortened

@@ -25,7 +25,7 @@ from riglens.core.formats.lenses import (
     sphere_fields,
 )
 from riglens.core.formats.matrices import add_by_imu, rigid
-from riglens.core.formats.mounts import MAX_PIXELS, Mounting
+from riglens.core.formats.mounts import Mounting
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import YAML, Source, Value
 from riglens.core.rig.model import Camera, KannalaBrandt, Rig
@@ -109,10 +109,9 @@ def _beside(source: Source, key: str) -> Value | None:
 
 def read_lens(root: Value, name: str, notes: Notes) -> dict[str, Any]:
     """Return image and lens of a YAML mapping as OpenCV, ROS or VINS write it; raise InputError."""
-    keys = next((keys for keys in _SIZES if keys[0] in root), _SIZES[0])
-    width, height = (root.item(key).whole(1, MAX_PIXELS) for key in keys)
-    lens = _vins(root, (width, height), name, notes) if _PROJECTION in root else _ros(root, name, notes)
-    return {"image": (width, height)} | lens
+    image = root.image(*next((keys for keys in _SIZES if keys[0] in root), _SIZES[0]))
+    lens = _vins(root, image, name, notes) if _PROJECTION in root else _ros(root, name, notes)
+    return {"image": image} | lens
 
 
 def _ros(root: Value, name: str, notes: Notes) -> dict[str, Any]:
@@ -127,8 +126,7 @@ def _ros(root: Value, name: str, notes: Notes) -> dict[str, Any]:
     coefficients = _numbers(root, ("distortion_coefficients", "D", "d"))
     if coefficients is None or not coefficients.elements():
         return lens
-    said = root.get("distortion_model")
-    model = "plumb_bob" if said is None else said.text().lower()
+    model = root.item("distortion_model", "plumb_bob").text().lower()
     return lens | _distortion(model, coefficients, name, notes)
 
 

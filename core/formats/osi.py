@@ -16,12 +16,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from riglens.core.formats.base import Format
-from riglens.core.formats.frames import Matrix, pose_from_se3, se3_from_rpy_deg
+from riglens.core.formats.frames import Matrix, pose_from_se3, se3_from_rpy_rad
 from riglens.core.formats.lens_export import SMALLEST_TOLD_DEG, extent
-from riglens.core.formats.mounts import MAX_PIXELS, Mounting, Origin, root_SE3_body, sensors_to_write
+from riglens.core.formats.mounts import Mounting, Origin, root_SE3_body, sensors_to_write
 from riglens.core.formats.ray_export import FULL_TURN_DEG, report_pattern, report_symmetric, turn_ends_deg
 from riglens.core.formats.report import Notes
-from riglens.core.formats.source import MAX_ANGLE, Source, Value
+from riglens.core.formats.source import MAX_ANGLE, MAX_PIXELS, Source, Value
 from riglens.core.rig.model import Camera, KannalaBrandt, Lidar, LinearAngles, Rig, Sensor
 from riglens.core.sensing.rays import farthest_m
 from riglens.core.sensors.radar import RADAR, Scan
@@ -111,9 +111,7 @@ class _Views:
         position, turn = (
             None if mounting is None else mounting.get(name) for name in ("position", "orientation")
         )
-        x, y, z = _three(position, "xyz")
-        roll, pitch, yaw = _three(turn, ("roll", "pitch", "yaw"))
-        return se3_from_rpy_deg((x, y, z), (math.degrees(roll), math.degrees(pitch), math.degrees(yaw)))
+        return se3_from_rpy_rad(_three(position, "xyz"), _three(turn, ("roll", "pitch", "yaw")))
 
     def angle_deg(
         self, name: str, most_deg: float, default_deg: float, mounting: Mounting, who: str

@@ -8,9 +8,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from riglens.core.formats.frames import Matrix, SensorKind, se3_from_rpy_deg
-from riglens.core.formats.mounts import MAX_PIXELS, Mounting
-from riglens.core.formats.source import Element
+from riglens.core.formats.frames import Matrix, SensorKind, se3_from_rpy_rad
+from riglens.core.formats.mounts import Mounting
+from riglens.core.formats.source import MAX_PIXELS, Element
 from riglens.core.rig.model import KannalaBrandt, LinearAngles
 from riglens.core.rig.yaml.nodes import shortened
 from riglens.core.sensors.ultrasonic import ULTRASONIC
@@ -97,9 +97,8 @@ def add_sdf_sensor(
     name = sensor.attributes.get("name") or name
     pose = sensor.first("pose")
     if pose is not None:
-        x, y, z, roll, pitch, yaw = numbers_in(pose, pose.text, 6)
-        on_link = se3_from_rpy_deg((x, y, z), (math.degrees(roll), math.degrees(pitch), math.degrees(yaw)))
-        base_SE3_link = base_SE3_link @ on_link
+        numbers = numbers_in(pose, pose.text, 6)
+        base_SE3_link = base_SE3_link @ se3_from_rpy_rad(numbers[:3], numbers[3:])
     if kind == "camera":
         mounting.add_camera(name, base_SE3_link, **_camera_fields(sensor, name, mounting))
     elif kind == "ultrasonic":

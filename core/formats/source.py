@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import gzip
 import json
 import math
 import os
 import re
 import tomllib
-import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -20,14 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
-from riglens.core.files import open_regular
 from riglens.core.geometry import Vec3
 from riglens.core.reading_time import MAX_RIG_S, ReadingTime
-from riglens.core.rig.yaml.nodes import parse_yaml, plain_value, shortened, shown_path
+from riglens.core.rig.yaml.nodes import parse_yaml, plain_value, read_text, shortened, shown_path
 
 YAML = (".yaml", ".yml")
 MAX_METRES = 1e6
 MAX_ANGLE = 1e6
+MAX_PIXELS = 20_000
 
 
 class Value:
@@ -69,13 +67,13 @@ class Value:
         found = self.raw.get(key)
         return None if found is None else self._inner(found, key)
 
-    def item(self, key: str) -> Value:
-        """Return the field of that name; raise InputError when it is missing."""
+    def item(self, key: str, default: Any = None) -> Value:
+        """Return the field of that name, or a default; raise InputError when it is missing and has none."""
         found = self.get(key)
-        if found is None:
+        if found is None and default is None:
             place = f"{self._path}.{key}" if self._path else key
             raise InputError(f"{self._where}: {shortened(place, 120)}: missing")
-        return found
+        return self._inner(default, key) if found is None else found
 
     def items(self) -> Iterator[tuple[str, Value]]:
         """Yield the names and values of a mapping, in the order of the file."""
@@ -126,6 +124,13 @@ class Value:
     def matrix(self, rows: int, columns: int) -> NDArray[np.float64]:
         """Return a matrix as a list of rows."""
         return np.array([row.numbers(columns) for row in self.elements(rows)])
+
+    def image(self, *names: str, quoted: bool = False) -> tuple[int, int]:
+        """Return the width and height in named fields, pixels."""
+        width, height = (
+            self.item(name).whole(1, MAX_PIXELS, quoted) for name in names or ("width", "height")
+        )
+        return width, height
 
     def field_numbers(self, *names: str) -> list[float]:
         """Return the numbers in named fields, one for each name; all must be there."""
@@ -328,15 +333,8 @@ class Source:
     def text(self) -> str:
         """The text of the file, UTF-8; raise InputError when it is missing, too large or not text."""
         self.time.check()
-        content = _content(self.path, self.where, self.is_packed, MAX_BYTES.get(self.suffix, MAX_TEXT_BYTES))
-        if b"\0" in content:
-            raise InputError(f"{self.where}: must be a text file in UTF-8")
-        try:
-            return content.decode("utf-8").removeprefix(_BOM)
-        except UnicodeDecodeError as error:
-            line = content.count(b"\n", 0, error.start) + 1
-            found = f"got byte 0x{content[error.start]:02x}"
-            raise InputError(f"{self.where}:{line}: must be UTF-8 text ({found})") from error
+        limit = MAX_BYTES.get(self.suffix, MAX_TEXT_BYTES)
+        return read_text(self.path, "a rig file", limit, self.is_packed).removeprefix(_BOM)
 
     @cached_property
     def json(self) -> Value:
@@ -374,23 +372,6 @@ class Source:
             raise InputError(f"{self.where}: nested too deeply for a rig file") from error
         except ValueError as error:
             raise InputError(f"{self.where}: {shortened(str(error), 160)}") from error
-
-
-def _content(path: Path, where: str, is_packed: bool, limit: int) -> bytes:
-    try:
-        with open_regular(path, "a rig file") as file, gzip.open(file) if is_packed else file as stream:
-            content: bytes = stream.read(limit + 1)
-    except FileNotFoundError as error:
-        raise InputError(f"{where}: no such file") from error
-    except IsADirectoryError as error:
-        raise InputError(f"{where}: must be a file (got a folder)") from error
-    except (gzip.BadGzipFile, EOFError, zlib.error) as error:
-        raise InputError(f"{where}: not a complete gzip file") from error
-    except OSError as error:
-        raise InputError(f"{where}: cannot be read: {error.strerror or error}") from error
-    if len(content) > limit:
-        raise InputError(f"{where}: too large for a rig file (at most {limit / 1e6:g} MB)")
-    return content
 
 
 def _load_json(text: str) -> Any:

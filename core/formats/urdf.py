@@ -29,7 +29,7 @@ from riglens.core.formats.frames import (
     is_optical,
     kind_of,
     pose_from_se3,
-    se3_from_rpy_deg,
+    se3_from_rpy_rad,
     without_ending,
 )
 from riglens.core.formats.lens_export import equidistant, extent, pinhole_with_edges, report_lens
@@ -244,9 +244,9 @@ def _origin(element: Element) -> Matrix:
     origin = element.first("origin")
     if origin is None:
         return np.eye(4)
-    x, y, z = numbers_in(origin, origin.attributes.get("xyz", "0 0 0"), 3)
-    roll, pitch, yaw = numbers_in(origin, origin.attributes.get("rpy", "0 0 0"), 3)
-    return se3_from_rpy_deg((x, y, z), (math.degrees(roll), math.degrees(pitch), math.degrees(yaw)))
+    return se3_from_rpy_rad(
+        *(numbers_in(origin, origin.attributes.get(of, "0 0 0"), 3) for of in ("xyz", "rpy"))
+    )
 
 
 def _base(root: Element, tree: FrameTree) -> str:

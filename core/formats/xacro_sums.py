@@ -1,4 +1,4 @@
-"""Evaluate the ${...} expressions of a xacro file without running any code.
+"""Evaluate the ${...} expressions of a xacro file, and numbers in Python files, without running any code.
 
 Expressions are parsed by `ast`, and only what is named here has a meaning: numbers, texts, names, arithmetic,
 comparisons, the functions of FUNCTIONS, lists and dictionaries with their entries. Source: ROS wiki "xacro".
@@ -70,7 +70,7 @@ class Names:
 
 def worked_out(expression: str, names: Names) -> Worked:
     """Return the value of an expression; raise ValueError, TypeError, LookupError or ArithmeticError for others."""
-    value = _evaluated(_parsed(expression.strip()), names)
+    value = evaluated(_parsed(expression.strip()), names)
     is_large = isinstance(value, str) and len(value) > MAX_LETTERS
     if is_large or (isinstance(value, (int, float)) and not abs(value) <= MAX_SIZE):
         raise ValueError
@@ -135,8 +135,8 @@ def _shown(value: Worked, left: list[int], depth: int) -> Iterator[str]:
     yield from pieces
 
 
-def _evaluated(node: ast.expr, names: Names) -> Worked:
-    """Evaluate one node; KeyError or TypeError for unsupported ones."""
+def evaluated(node: ast.expr, names: Names) -> Worked:
+    """Return the value of one node of a parsed expression; KeyError or TypeError for unsupported ones."""
     if isinstance(node, ast.Constant) and isinstance(node.value, (int, float, str)):
         return node.value
     if isinstance(node, ast.Name):
@@ -144,18 +144,18 @@ def _evaluated(node: ast.expr, names: Names) -> Worked:
     if isinstance(node, (ast.UnaryOp, ast.BinOp)):
         return _summed(node, names)
     if isinstance(node, ast.BoolOp):
-        return _first_that(isinstance(node.op, ast.Or), (_evaluated(part, names) for part in node.values))
+        return _first_that(isinstance(node.op, ast.Or), (evaluated(part, names) for part in node.values))
     if isinstance(node, ast.Compare) and len(node.ops) == 1:
         return _compared(node, names)
     if isinstance(node, ast.IfExp):
-        return _evaluated(node.body if _evaluated(node.test, names) else node.orelse, names)
+        return evaluated(node.body if evaluated(node.test, names) else node.orelse, names)
     if isinstance(node, ast.Call):
         return _called(node, names)
     if isinstance(node, (ast.List, ast.Tuple)):
-        return tuple(_evaluated(part, names) for part in node.elts)
+        return tuple(evaluated(part, names) for part in node.elts)
     if isinstance(node, ast.Dict):
         pairs = zip(node.keys, node.values, strict=True)
-        return {_key(key, names): _evaluated(value, names) for key, value in pairs}
+        return {_key(key, names): evaluated(value, names) for key, value in pairs}
     if isinstance(node, (ast.Subscript, ast.Attribute)):
         return _entry(node, names)
     raise TypeError
@@ -163,9 +163,9 @@ def _evaluated(node: ast.expr, names: Names) -> Worked:
 
 def _summed(node: ast.UnaryOp | ast.BinOp, names: Names) -> Worked:
     if isinstance(node, ast.UnaryOp):
-        inner = _evaluated(node.operand, names)
+        inner = evaluated(node.operand, names)
         return not inner if isinstance(node.op, ast.Not) else _SIGNS[type(node.op)] * _number(inner)
-    left, right = _evaluated(node.left, names), _evaluated(node.right, names)
+    left, right = evaluated(node.left, names), evaluated(node.right, names)
     if isinstance(node.op, ast.Pow):
         return math.pow(_number(left), _number(right))
     if isinstance(node.op, ast.Add) and isinstance(left, str) and isinstance(right, str):
@@ -175,7 +175,7 @@ def _summed(node: ast.UnaryOp | ast.BinOp, names: Names) -> Worked:
 
 def _compared(node: ast.Compare, names: Names) -> bool:
     """Compare plain values, or look one up among the entries of a list or the keys of a dictionary."""
-    left, right = _plain(_evaluated(node.left, names)), _evaluated(node.comparators[0], names)
+    left, right = _plain(evaluated(node.left, names)), evaluated(node.comparators[0], names)
     if isinstance(node.ops[0], (ast.In, ast.NotIn)):
         if not isinstance(right, (tuple, Mapping)):
             raise TypeError
@@ -186,7 +186,7 @@ def _compared(node: ast.Compare, names: Names) -> bool:
 
 def _called(node: ast.Call, names: Names) -> Worked:
     """Call one of the functions that are known by name, also as `math.` and `xacro.` have them."""
-    function, values = _function(node.func), [_evaluated(part, names) for part in node.args]
+    function, values = _function(node.func), [evaluated(part, names) for part in node.args]
     if function == "dict":
         return _dictionary(values, node.keywords, names)
     if node.keywords:
@@ -223,7 +223,7 @@ def _dictionary(values: list[Worked], keywords: list[ast.keyword], names: Names)
     for keyword in keywords:
         if keyword.arg is None:
             raise TypeError
-        made[keyword.arg] = _evaluated(keyword.value, names)
+        made[keyword.arg] = evaluated(keyword.value, names)
     return made
 
 
@@ -231,7 +231,7 @@ def _entry(node: ast.Subscript | ast.Attribute, names: Names) -> Worked:
     """Return an entry of a list or a dictionary, or a piece of a list; dots are another way to write a key."""
     if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "math":
         return _CONSTANTS[node.attr]
-    inside = _evaluated(node.value, names)
+    inside = evaluated(node.value, names)
     if isinstance(node, ast.Attribute):
         if not isinstance(inside, Mapping):
             raise TypeError
@@ -240,14 +240,14 @@ def _entry(node: ast.Subscript | ast.Attribute, names: Names) -> Worked:
         if not isinstance(inside, tuple) or node.slice.step is not None:
             raise TypeError
         ends = (node.slice.lower, node.slice.upper)
-        first, last = (None if end is None else _whole(_evaluated(end, names)) for end in ends)
+        first, last = (None if end is None else _whole(evaluated(end, names)) for end in ends)
         names.spend(len(inside))
         return inside[first:last]
     if isinstance(inside, Mapping):
         key = _key(node.slice, names)
         return inside[key] if key in inside else inside[str(key)]  # a YAML file's keys are texts
     if isinstance(inside, tuple):
-        return inside[_whole(_evaluated(node.slice, names))]
+        return inside[_whole(evaluated(node.slice, names))]
     raise TypeError
 
 
@@ -263,7 +263,7 @@ def _first_that(is_true: bool, values: Iterator[Worked]) -> Worked:
 def _key(node: ast.expr | None, names: Names) -> Key:
     if node is None:
         raise TypeError
-    return _plain(_evaluated(node, names))
+    return _plain(evaluated(node, names))
 
 
 def _plain(value: Worked) -> Key:

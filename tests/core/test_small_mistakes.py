@@ -202,7 +202,7 @@ def test_a_pose_far_behind_is_too_far_as_well(text: str) -> None:
 
 def test_a_text_with_a_nul_is_told_as_no_text(tmp_path: Path) -> None:
     (tmp_path / "a.json").write_bytes(b'{"a": "\0"}')
-    with pytest.raises(InputError, match=r"a\.json: must be a text file in UTF-8"):
+    with pytest.raises(InputError, match=r"a\.json: must be a rig file in UTF-8"):
         _ = Source(tmp_path / "a.json").json
 
 

@@ -7,9 +7,11 @@ Numbers are those of the YAML 1.2 core schema; they read back to the same bits, 
 
 from __future__ import annotations
 
+import gzip
 import math
 import os
 import re
+import zlib
 from collections.abc import Mapping
 from typing import Any, NoReturn, TypeAlias
 
@@ -222,13 +224,16 @@ def _one_line(problem: object) -> str:
     return shortened(str(problem), 200)
 
 
-def read_text(path: str | os.PathLike[str], accepted: str) -> str:
+def read_text(
+    path: str | os.PathLike[str], accepted: str, limit: int = MAX_BYTES, is_packed: bool = False
+) -> str:
     """Return the text of a file; raise InputError when it is missing, unreadable, too large or not text.
 
-    `accepted` describes in messages what the file should have been: "a rig YAML file".
+    `accepted` describes in messages what the file should have been: "a rig YAML file"; `is_packed`: whether it is
+    gzip-compressed.
     """
     where = shown_path(path)
-    content = _content(path, where, accepted)
+    content = _content(path, where, accepted, limit, is_packed)
     if b"\0" in content:
         raise InputError(f"{where}: must be {accepted} in UTF-8 (got a file that is not text)")
     try:
@@ -244,16 +249,18 @@ def shown_path(path: str | os.PathLike[str]) -> str:
     return shortened(os.fspath(path), 200)
 
 
-def _content(path: str | os.PathLike[str], where: str, accepted: str) -> bytes:
+def _content(path: str | os.PathLike[str], where: str, accepted: str, limit: int, is_packed: bool) -> bytes:
     try:
-        with open_regular(path, accepted) as stream:
-            content = stream.read(MAX_BYTES + 1)
+        with open_regular(path, accepted) as file, gzip.open(file) if is_packed else file as stream:
+            content: bytes = stream.read(limit + 1)
     except FileNotFoundError as error:
         raise InputError(f"{where}: no such file") from error
     except IsADirectoryError as error:
         raise InputError(f"{where}: must be {accepted} (got a folder)") from error
+    except (gzip.BadGzipFile, EOFError, zlib.error) as error:
+        raise InputError(f"{where}: not a complete gzip file") from error
     except OSError as error:
-        raise InputError(f"{where}: cannot be read: {error.strerror}") from error
-    if len(content) > MAX_BYTES:
-        raise InputError(f"{where}: too large for {accepted} (at most {MAX_BYTES / 1e6:g} MB)")
+        raise InputError(f"{where}: cannot be read: {error.strerror or error}") from error
+    if len(content) > limit:
+        raise InputError(f"{where}: too large for {accepted} (at most {limit / 1e6:g} MB)")
     return content
