@@ -82,8 +82,7 @@ def render(
     ground, legend
         Draw the ground with its grid, and the colour bar.
     mesh_folder
-        The folder from which a car body in a mesh file is named; that of the rig file, as a rule. A mesh that cannot
-        be read is warned of, and a plain box is drawn instead.
+        As for `score`; a mesh that cannot be read is warned of, and a plain box is drawn instead.
 
     Raises InputError when a value is not accepted or the file cannot be written.
     """

@@ -70,6 +70,17 @@ class Result(ABC):
         return html_table(repr(self).strip("<>"), self.rows())
 
 
+@dataclass(frozen=True, eq=False)
+class Documented(Result):
+    """A result that keeps the JSON of its command."""
+
+    _document: Mapping[str, Any]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the JSON of the command."""
+        return dict(self._document)
+
+
 class ByName(Result, Mapping[str, T], Generic[T]):
     """A result that is a mapping too, by class of objects or by sensor."""
 
@@ -352,20 +363,15 @@ class RangeResult(Result):
 
 
 @dataclass(frozen=True, eq=False)
-class RedundancyResult(Result):
+class RedundancyResult(Documented):
     """Coverage by one, two and three sensors of a rig, and what is lost when sensors fail: `voxels`, `targets`."""
 
     rig: Rig
     voxels: Coverage
     targets: Coverage | None
-    _document: Mapping[str, Any]
 
     def __repr__(self) -> str:
         return f"<RedundancyResult of {self.rig.name}: {len(self.voxels.failures)} failures>"
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the JSON of `riglens redundancy RIG`."""
-        return dict(self._document)
 
     def rows(self) -> Rows:
         """Return a row per failure: the share of the entropy, and of the objects, that is lost, by class."""
@@ -383,11 +389,10 @@ class RedundancyResult(Result):
 
 
 @dataclass(frozen=True, eq=False)
-class ToleranceResult(Result):
+class ToleranceResult(Documented):
     """Spread of a rig's figures under errors of its mounts or of the car's stance: `spreads`, `floor` by figure."""
 
     tolerances: Tolerances
-    _document: Mapping[str, Any]
 
     def __repr__(self) -> str:
         found = self.tolerances
@@ -407,32 +412,23 @@ class ToleranceResult(Result):
         """Return the rig of the draw in which a figure is worst."""
         return worst_rig(self.tolerances, figure)
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return the JSON of `riglens tolerance RIG`."""
-        return dict(self._document)
-
     def rows(self) -> Rows:
         """Return a row per figure."""
         return [{"figure": name} | to_plain(spread, *SPREAD) for name, spread in self.spreads.items()]
 
 
 @dataclass(frozen=True, eq=False)
-class MountsResult(Result):
-    """Mounts of a rig's enabled sensors, and `violations` of the usual limits."""
+class MountsResult(Documented):
+    """Mounts of a rig's enabled sensors, and `violations` of the usual limits: that part of `riglens review` alone."""
 
     rig: Rig
     mounts: tuple[Mount, ...]
     violations: tuple[Violation, ...]
-    _document: Mapping[str, Any]
 
     def __repr__(self) -> str:
         return (
             f"<MountsResult of {self.rig.name}: {len(self.mounts)} mounts, {len(self.violations)} violations>"
         )
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the JSON of `riglens review RIG --only mounts`, that part alone."""
-        return dict(self._document)
 
     def rows(self) -> Rows:
         """Return a row per sensor."""
@@ -451,11 +447,10 @@ class MountsResult(Result):
 
 
 @dataclass(frozen=True, eq=False)
-class CheckResult(Result):
+class CheckResult(Documented):
     """Verdicts on rigs by a file of requirements: `passes`, and the `verdicts` by name of the rig."""
 
     verdicts: Mapping[str, tuple[Verdict, ...]]
-    _document: Mapping[str, Any]
 
     def __repr__(self) -> str:
         return f"<CheckResult of {', '.join(self.verdicts)}: {'passes' if self.passes else 'does not pass'}>"
@@ -464,10 +459,6 @@ class CheckResult(Result):
     def passes(self) -> bool:
         """Return whether every requirement is met or waived today."""
         return bool(self._document["passes"])
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the JSON of `riglens check RIG...`."""
-        return dict(self._document)
 
     def rows(self) -> Rows:
         """Return a row per rig and requirement."""

@@ -66,21 +66,16 @@ def blind(
         Edge of a voxel.
     profiles
         Files of profiles of your own, instead of those that ship with the program.
-    threads
-        Threads to use, all processors by default. The result does not depend on it.
-    mesh_folder
-        The folder from which a car body in a mesh file is named; that of the rig file, as a rule.
     """
     from riglens.app.commands.blind import blind_zones, profiles_of
 
     ScoreOptions(threads=threads)
     settings, judged = (
         BlindSettings(voxel_m, width_m, within_m=within_m),
-        profiles_of([Path(one) for one in profiles]),
+        profiles_of(list(map(Path, profiles))),
     )
-    return BlindResult(
-        *blind_zones(with_blocking_mesh(rig, "blocks", mesh_folder), settings, judged, threads)
-    )
+    rig = with_blocking_mesh(rig, "blocks", mesh_folder)
+    return BlindResult(*blind_zones(rig, settings, judged, threads))
 
 
 def detection_range(
@@ -144,7 +139,7 @@ def redundancy(
     options = ScoreOptions(method, threads=threads, body=body)
     rig = with_blocking_mesh(rig, options.body_of(rig), mesh_folder)
     found = redundancy_of(rig, scene.field, traffic, options, TargetSettings(min_points=min_points), halves)
-    return RedundancyResult(rig, found.voxels, found.targets, found.document())
+    return RedundancyResult(found.document(), rig, found.voxels, found.targets)
 
 
 def tolerance(
@@ -181,7 +176,7 @@ def tolerance(
     rig = with_blocking_mesh(rig, options.body_of(rig), mesh_folder)
     measure = Measures(scene.field, traffic, settings_of(options), sample, threads, designed=rig)
     found = tolerance_of(rig, profile, measure, draws, seed, sensitivities, progress)
-    return ToleranceResult(found, tolerance_document(found, options.body_of(rig), measure))
+    return ToleranceResult(tolerance_document(found, options.body_of(rig), measure), found)
 
 
 def mounts(rig: Rig, *, mesh_folder: StrPath = ".") -> MountsResult:
@@ -189,7 +184,7 @@ def mounts(rig: Rig, *, mesh_folder: StrPath = ".") -> MountsResult:
     from riglens.app.commands.mounts import mounts_document
 
     rig = with_blocking_mesh(rig, "blocks", mesh_folder)
-    return MountsResult(rig, mounts_of(rig), violations(rig, USUAL_LIMITS), mounts_document(rig))
+    return MountsResult(mounts_document(rig), rig, mounts_of(rig), violations(rig, USUAL_LIMITS))
 
 
 def check(
@@ -219,7 +214,7 @@ def check(
         traffic = load_traffic()
     needed = command.Scene(None if scene is None else scene.field, traffic)
     found = command.checked(several, score, needed, asked)
-    return CheckResult({one.rig.name: one.verdicts for one in found.checks}, found.document())
+    return CheckResult(found.document(), {one.rig.name: one.verdicts for one in found.checks})
 
 
 PARTS = ("blind", "range", "redundancy", "tolerance", "audit", "mounts")

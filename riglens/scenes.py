@@ -197,18 +197,7 @@ def audit(
 ) -> AuditResult:
     """Return the ray outcomes of each enabled sensor: at the car, past the region, at the ground, in uncertain space.
 
-    Parameters
-    ----------
-    rig, scene
-        Whose rays to follow, and what is informative.
-    body
-        "blocks": the car is always solid here.
-    threads
-        Threads to use, all processors by default. The result does not depend on it.
-    mesh_folder
-        The folder from which a car body in a mesh file is named; that of the rig file, as a rule.
-
-    Raises InputError when a number is out of its range, or when the mesh of the body cannot be read.
+    Arguments as for `score`; the car is always solid here (`body="blocks"`).
     """
     ScoreOptions(threads=threads).solid(body)
     rig = with_blocking_mesh(rig, "blocks", mesh_folder)
@@ -220,7 +209,21 @@ def with_blocking_mesh(rig: Rig, body: Body | None, folder: StrPath) -> Rig:
     return with_mesh_read(rig, Path(folder), warn) if body == "blocks" else rig
 
 
-class SceneEngine:
+class ForManyRigs:
+    """Context of an engine: leaving the `with` block closes it."""
+
+    _engine: object
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._engine = None
+
+
+class SceneEngine(ForManyRigs):
     """Engine that scores rigs one after the other and casts only the sensors that changed; the scores are those of
     `score`.
 
@@ -232,14 +235,6 @@ class SceneEngine:
         self._scene = scene
         self._engine: Engine | None = Engine(scene.field, threads)
         self._meshes: dict[tuple[str, Path], BodyMesh] = {}
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._engine = None
 
     def evaluate(
         self,

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import fields, replace
 from pathlib import Path
-from types import TracebackType
-from typing import Self
 
 from numpy.typing import ArrayLike
 
@@ -25,7 +23,7 @@ from riglens.core.targets.shapes import Shape
 from riglens.core.targets.traffic import WITHIN_M
 from riglens.core.targets.traffic import Traffic as Boxes
 from riglens.results import TargetResult
-from riglens.scenes import with_blocking_mesh
+from riglens.scenes import ForManyRigs, with_blocking_mesh
 
 
 class Traffic(Boxes):
@@ -90,7 +88,7 @@ def load_traffic(
     return Traffic(**{one.name: getattr(found, one.name) for one in fields(found)})
 
 
-class TrafficEngine:
+class TrafficEngine(ForManyRigs):
     """Engine that counts rigs one after the other and casts only the sensors that changed; the counts are those of
     `targets`.
 
@@ -100,14 +98,6 @@ class TrafficEngine:
     def __init__(self, traffic: Boxes, threads: int | None = None) -> None:
         ScoreOptions(threads=threads)
         self._engine: TargetEngine | None = TargetEngine(traffic, threads)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._engine = None
 
     def evaluate(
         self,
@@ -165,17 +155,11 @@ def targets(
         LiDAR points that detect an object.
     sample
         Number of frames to use, drawn fairly, or a range of them: `range(100, 1100)` are held out from `100`.
-    threads
-        Threads to use, all processors by default. The counts do not depend on it.
-    body
-        Whether rays pass through the car's own body ("ignored", as in the paper) or end at it ("blocks"); as
-        `rig.self_occlusion` says by default.
-    mesh_folder
-        The folder from which a car body in a mesh file is named; that of the rig file, as a rule.
     calibration
         Calibration of predicted detection, made by `calibrate`; the bundled one by default.
 
-    Raises InputError when a number is out of its range, or when the mesh of a body that blocks cannot be read.
+    The other arguments are those of `score`. Raises InputError when a number is out of its range, or when the mesh of a
+    body that blocks cannot be read.
     """
     with TrafficEngine(traffic, threads) as engine:
         return engine.evaluate(
