@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
@@ -114,24 +115,20 @@ def simulate(
     from riglens.core.simulate.settings import SimulationSettings
     from riglens.core.simulate.units import Extras
 
-    command.require_counts(every, sequences)
     options = scene_options(
         boxes, origin_m=origin_m, frames=frames, classes=classes, find_ground=find_ground, occluders=occluders
     )
     settings = SimulationSettings(seed, shape, range_law, phase, noise_m, dropout, clutter, road)
     score = ScoreOptions(body=body)
     several = [with_blocking_mesh(rig, score.body_of(rig), mesh_folder) for rig in _several(rigs)]
-    extras, elsewhere = Extras(pictures, points), {"dask": dask, "workers": workers}
-    if carla is not None:
-        with called_from_python(warn):
-            command.collect_in_carla(several, Path(out), carla, options, every, settings, extras, elsewhere)
-        return (Path(out),)
+    extras, where = Extras(pictures, points), Where(workers, dask)
+    job = command.DataSetJob(Path(out), options, settings, extras, where, every, sequences)
     with called_from_python(warn):
-        paths = command.make_data_sets(
-            several, Path(out), command.with_surroundings(options, surroundings), score, settings,
-            extras, Where(workers, dask), every or 1, sequences,
-        )  # fmt: skip
-    return tuple(paths)
+        if carla is None:
+            job = replace(job, scene=command.with_surroundings(options, surroundings))
+            return tuple(command.make_data_sets(several, score, job))
+        command.collect_in_carla(several, carla, job)
+    return (job.out,)
 
 
 def report(
@@ -181,15 +178,7 @@ def report(
     several = [with_blocking_mesh(rig, "blocks", mesh_folder) for rig in _several(rigs)]
     labels = labels_of(project, revision, author)
     with called_from_python(warn):
-        write_report(
-            several,
-            path,
-            options,
-            score,
-            _path(requirements),
-            (draws, seed),
-            labels,
-        )
+        write_report(several, path, options, score, _path(requirements), (draws, seed), labels)
     return path
 
 

@@ -39,8 +39,6 @@ def calibrate(
 ) -> None:
     """Fit a detector's recall by points and class, for predicted detection of rigs.
 
-    Use the file with --calibration. See docs/predicted-detection.md.
-
     Parameters
     ----------
     detections
@@ -68,7 +66,7 @@ def calibrate(
         stream.write(found.text())
     console = results()
     console.print(_table(found))
-    console.print(f"{out}: objects {found.domain.region}", soft_wrap=True, markup=False)
+    console.print(f"{out}: objects {found.domain.region}", soft_wrap=True)
 
 
 def _table(found: Calibration) -> Table:

@@ -15,26 +15,13 @@ from riglens.core.simulate.dataset import require_channels, require_own
 from riglens.core.simulate.settings import SimulationSettings
 from riglens.core.simulate.units import Extras
 
-USUAL = (200, 10)
-"""Number of frames, and ticks per frame."""
-
 
 def collect(
-    rig: Rig,
-    out: Path,
-    address: str,
-    frames_and_every: tuple[int | None, int | None],
-    settings: SimulationSettings,
-    extras: Extras,
+    rig: Rig, out: Path, address: str, wanted: Wanted, settings: SimulationSettings, extras: Extras
 ) -> None:
     """Collect a data set; when it is interrupted, or the simulator goes away, the frames so far are kept as one."""
-    at = Address.of(address)
-    frames, every = (
-        usual if said is None else said for said, usual in zip(frames_and_every, USUAL, strict=True)
-    )
-    wanted = Wanted(frames, every)
+    at, notes = Address.of(address), Notes()
     settings = SimulationSettings(noise_m=settings.noise_m, dropout=settings.dropout)
-    notes = Notes()
     rig = castable(rig, notes)
     require_channels(rig, extras)
     if require_own(out):
@@ -42,7 +29,8 @@ def collect(
     with session(at) as opened:
         note_report(notes.report("CARLA"))
         opened.mount(rig, settings.noise_m, settings.dropout, extras.pictures)
-        to = Collection(rig, settings, extras, out, _plain(opened.map_name), every)
+        town = "".join(sign if sign.isascii() and sign.isalnum() else "-" for sign in opened.map_name)[:40]
+        to = Collection(rig, settings, extras, out, town or "town", wanted.every)
         try:
             with progress_bar("Collecting") as progress:
                 collect_frames(opened, to, wanted, progress)
@@ -56,15 +44,9 @@ def collect(
             if to.ticks:
                 to.finish()
     results().print(
-        f"{out}: {len(to.ticks):,} frames of {to.sequence}, boxes also in boxes.csv",
-        soft_wrap=True,
-        markup=False,
+        f"{out}: {len(to.ticks):,} frames of {to.sequence}, boxes also in boxes.csv", soft_wrap=True
     )
 
 
 def _kept(out: Path, to: Collection) -> str:
     return f"{out}: the {len(to.ticks)} frames so far are kept"
-
-
-def _plain(name: str) -> str:
-    return "".join(sign if sign.isascii() and sign.isalnum() else "-" for sign in name)[:40] or "town"

@@ -80,7 +80,7 @@ def convert(
             file.write("\n".join(texts).encode("utf-8"))
     count = len(rig.sensors)
     line = f"{out}: {count} sensor{'' if count == 1 else 's'} as {target.title}"
-    results(out).print(line, soft_wrap=True, markup=False)
+    results(out).print(line, soft_wrap=True)
 
 
 def read_source(

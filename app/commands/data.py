@@ -55,9 +55,6 @@ def build(
 ) -> None:
     """Build the POG of one or more box data sets together and store it for --pog.
 
-    A build of many logs or tables works on several of them at once. After an interruption, the same command
-    resumes.
-
     Parameters
     ----------
     boxes
@@ -112,10 +109,8 @@ def _print_pog(pog: Pog, out: Path) -> None:
     for line in remarks_on(pog.data):
         note(line)
     console = results(out)
-    console.print(data_line(pog.data, pog.data.short_source), soft_wrap=True, markup=False)
-    console.print(
-        f"{out}: {pog.index.count:,} occupied voxels of {pog.grid.voxel_m:g} m", soft_wrap=True, markup=False
-    )
+    console.print(data_line(pog.data, pog.data.short_source), soft_wrap=True)
+    console.print(f"{out}: {pog.index.count:,} occupied voxels of {pog.grid.voxel_m:g} m", soft_wrap=True)
 
 
 # ---------------------------------------------------------------- riglens data show

@@ -63,7 +63,7 @@ def rigs(name: Name = None, /, *, out: Annotated[Path | None, Parameter(metavar=
         return
     with atomic_write(out, "w") as stream:
         stream.write(text)
-    results(out).print(f"{out}: preset {name}", soft_wrap=True, markup=False)
+    results(out).print(f"{out}: preset {name}", soft_wrap=True)
 
 
 # ---------------------------------------------------------------- riglens list sensors

@@ -126,7 +126,7 @@ def render(
     pog, field = load_scene(scene, [opened], score)
     score_and_draw(opened, pog, field, picture, baseline, settings_of(score))
     width, height = (side * picture.scale for side in picture.size_px)
-    results(out).print(f"{out}: {width} x {height} pixels", soft_wrap=True, markup=False)
+    results(out).print(f"{out}: {width} x {height} pixels", soft_wrap=True)
 
 
 def _parse_size(text: str) -> tuple[int, int]:

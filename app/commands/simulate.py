@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack, suppress
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -108,10 +108,6 @@ def simulate(
 ) -> None:
     """Simulate what rigs measure in traffic, as data sets in nuScenes' format.
 
-    Sweeps of all LiDARs together and of each, pictures of the cameras with labels and depth, and the tables that the
-    official development kit loads and evaluates. After an interruption, the same command resumes and gives the
-    same files. See docs/simulate.md.
-
     Parameters
     ----------
     rigs
@@ -133,54 +129,54 @@ def simulate(
     carla
         Collect from the CARLA simulator at this address instead: --frames N (200), one in --every N ticks of 0.05 s.
     """
-    extras = Extras(pictures == "on", points is not None)
-    require_counts(every, sequences)
+    extras, where = Extras(pictures == "on", points is not None), Where(workers, dask)
+    job = DataSetJob(out, scene, sweeps.settings, extras, where, every, sequences)
     if carla is not None:
         use_libraries(libraries)
-        elsewhere = {"dask": dask, "workers": workers}
-        collect_in_carla(rigs, out, carla, scene, every, sweeps.settings, extras, elsewhere)
+        collect_in_carla(rigs, carla, job)
         return
-    where, settings, scene = Where(workers, dask), sweeps.settings, with_surroundings(scene, surroundings)
-    loaded = load_rigs(rigs, score, libraries, housings)
-    make_data_sets(loaded, out, scene, score, settings, extras, where, every or 1, sequences)
+    job = replace(job, scene=with_surroundings(scene, surroundings))
+    make_data_sets(load_rigs(rigs, score, libraries, housings), score, job)
 
 
-def make_data_sets(
-    rigs: Sequence[Rig],
-    out: Path,
-    scene: SceneOptions,
-    score: ScoreOptions,
-    settings: SimulationSettings,
-    extras: Extras,
-    where: Where,
-    every: int = 1,
-    sequences: int | None = None,
-) -> list[Path]:
+@dataclass(frozen=True)
+class DataSetJob:
+    """Data sets to make: the folder, the traffic, what is measured and written, one frame in `every` of the first
+    sequences, and where that is computed. InputError for numbers below 1."""
+
+    out: Path
+    scene: SceneOptions
+    settings: SimulationSettings
+    extras: Extras
+    where: Where
+    every: int | None = None
+    sequences: int | None = None
+
+    def __post_init__(self) -> None:
+        for name, value in (("every", self.every), ("sequences", self.sequences)):
+            if value is not None and value < 1:
+                raise InputError(f"must be an integer ≥ 1 (got {value})", name)
+
+
+def make_data_sets(rigs: Sequence[Rig], score: ScoreOptions, job: DataSetJob) -> list[Path]:
     """Make a data set of each rig and return their folders."""
-    paths = _paths(out, rigs)
+    paths = _paths(job.out, rigs)
     for rig, path in zip(rigs, paths, strict=True):
-        require_channels(rig, extras)
+        require_channels(rig, job.extras)
         require_own(path)
-    traffic, scenes = _load(scene, every, sequences)
-    poses = _poses(scene, traffic)
+    traffic, scenes = _load(job.scene, job.every or 1, job.sequences)
+    poses = _poses(job.scene, traffic)
     sets = [
-        Dataset(rig, replace(settings, body=score.body_of(rig)), extras, traffic, scenes, poses)
+        Dataset(rig, replace(job.settings, body=score.body_of(rig)), job.extras, traffic, scenes, poses)
         for rig in rigs
     ]
     for one in sets:
         _remark_on(one)
-    _make_all(sets, paths, out, where)
+    _make_all(sets, paths, job)
     return paths
 
 
-def require_counts(every: int | None, sequences: int | None) -> None:
-    """Raise InputError for a number of frames or sequences below 1."""
-    for name, value in (("every", every), ("sequences", sequences)):
-        if value is not None and value < 1:
-            raise InputError(f"must be an integer ≥ 1 (got {value})", name)
-
-
-def _make_all(sets: Sequence[Dataset], paths: Sequence[Path], out: Path, where: Where) -> None:
+def _make_all(sets: Sequence[Dataset], paths: Sequence[Path], job: DataSetJob) -> None:
     """Make the missing parts of data sets, after checking that they fit on the disk."""
     folders = [DatasetFolder(path, one) for path, one in zip(paths, sets, strict=True)]
     with ExitStack() as locks:
@@ -190,13 +186,13 @@ def _make_all(sets: Sequence[Dataset], paths: Sequence[Path], out: Path, where: 
                 locks.enter_context(sole_run(folder.work))
         with progress_bar("Checking existing parts") as progress:
             todo = [[] if folder.is_complete else folder.missing(progress) for folder in folders]
-        require_room(sum(bytes_needed(one, keys) for one, keys in zip(sets, todo, strict=True)), out)
+        require_room(sum(bytes_needed(one, keys) for one, keys in zip(sets, todo, strict=True)), job.out)
         try:
             for one, folder, keys in zip(sets, folders, todo, strict=True):
-                _make(one, folder, keys, where)
+                _make(one, folder, keys, job.where)
         except KeyboardInterrupt as error:
             kept = error.args or (
-                f"finished parts are kept in {out}: run the same command again to continue",
+                f"finished parts are kept in {job.out}: run the same command again to continue",
             )
             raise KeyboardInterrupt(*kept) from error
 
@@ -206,30 +202,23 @@ def _remove_if_empty(folder: Path) -> None:
         folder.rmdir()
 
 
-def collect_in_carla(
-    rigs: Sequence[Rig | str],
-    out: Path,
-    address: str,
-    scene: SceneOptions,
-    every: int | None,
-    settings: SimulationSettings,
-    extras: Extras,
-    elsewhere: Mapping[str, object],
-) -> None:
+def collect_in_carla(rigs: Sequence[Rig | str], address: str, job: DataSetJob) -> None:
     """Collect a data set of one rig; InputError for options of other data, or of processes, that are not None."""
     from riglens.app.commands.carla import collect  # a program of its own
+    from riglens.core.simulate.carla_collection import Wanted
 
-    for name, value in {"boxes": scene.boxes, "occluders": scene.occluders, **elsewhere}.items():
+    scene = job.scene
+    for name, value in {"boxes": scene.boxes, "occluders": scene.occluders, **asdict(job.where)}.items():
         if value is not None:
             raise InputError(
                 "does not apply to a simulator with its own traffic: omit it with", name, "carla"
             )
     if len(rigs) != 1:
         raise InputError(f"is for one rig (got {len(rigs)} rigs)", "carla")
-    (rig,) = rigs
-    collect(
-        rig if isinstance(rig, Rig) else load_rig(rig), out, address, (scene.frames, every), settings, extras
-    )
+    rig = rigs[0] if isinstance(rigs[0], Rig) else load_rig(rigs[0])
+    said = {"frames": scene.frames, "every": job.every}
+    wanted = Wanted(**{name: value for name, value in said.items() if value is not None})
+    collect(rig, job.out, address, wanted, job.settings, job.extras)
 
 
 def with_surroundings(scene: SceneOptions, said: str | None) -> SceneOptions:
@@ -312,7 +301,7 @@ def _folder_name(rig: Rig) -> str:
 def _make(one: Dataset, folder: DatasetFolder, keys: Sequence[str], where: Where) -> None:
     console = results()
     if folder.is_complete:
-        console.print(f"{folder.path}: already complete", soft_wrap=True, markup=False)
+        console.print(f"{folder.path}: already complete", soft_wrap=True)
         return
     if len(keys) < len(one.spans):
         note(f"{folder.path}: resuming; {len(one.spans) - len(keys)} of {len(one.spans)} parts exist")
@@ -331,5 +320,4 @@ def _make(one: Dataset, folder: DatasetFolder, keys: Sequence[str], where: Where
         f"{', '.join(channel.name for channel in one.channels)}; tables in {VERSION}, "
         f"scenes: {', '.join(f'{count} in {name}' for name, count in splits.items())}",
         soft_wrap=True,
-        markup=False,
     )

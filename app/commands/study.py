@@ -49,8 +49,6 @@ def table1(
 ) -> None:
     """Score the paper's eight rigs next to its Tables I and II, and to published detection.
 
-    Detection is compared with Place3D's published figures as well.
-
     Parameters
     ----------
     csv
@@ -144,9 +142,6 @@ def detection(
     out: Folder = Path("out"),
 ) -> None:
     """Compare scores with detection: simulate the rigs' LiDARs and train a small detector on them.
-
-    Simulated LiDAR, small detector trained here: compares rigs, does not predict the AP of your stack. Takes about an
-    hour of one core for two rigs; after an interruption, the same command resumes.
 
     Parameters
     ----------

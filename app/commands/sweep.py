@@ -198,9 +198,7 @@ def run_sweep(sweep: LoadedSweep, out: Path, where: Where) -> Table:
 def _print(found: Table, out: Path) -> None:
     """Print the least and the greatest of the main figures."""
     console = results(out)
-    console.print(
-        f"{out}: {found.num_rows:,} rigs, {found.num_columns} columns", soft_wrap=True, markup=False
-    )
+    console.print(f"{out}: {found.num_rows:,} rigs, {found.num_columns} columns", soft_wrap=True)
     printed = Printed(box=box.SIMPLE_HEAD, pad_edge=False)
     for title in ("figure", "least", "greatest", "noise floor ±", "greatest with"):
         printed.add_column(title, justify="left" if title in ("figure", "greatest with") else "right")
