@@ -14,7 +14,7 @@ from riglens.core.kernels.objects.sweeps import GROUND, STATIC
 from riglens.core.rig.model import Lidar, Rig
 from riglens.core.simulate.own_body import own_solid, stopped_m
 from riglens.core.simulate.settings import USUAL_SIMULATION, SimulationSettings
-from riglens.core.simulate.world import TrueBoxes, World, Worlds
+from riglens.core.simulate.world import TrueBoxes, World, Worlds, earlier
 from riglens.core.targets.beams import beams_of
 from riglens.core.targets.contribution import phases_rad
 from riglens.core.targets.draws import mixed, sensor_key
@@ -27,6 +27,8 @@ __all__ = ["GROUND", "STATIC", "Simulator", "Sweep"]
 
 STATIC_REFLECTIVITY, ROAD_REFLECTIVITY = 0.2, 0.2
 """Reflectivities of occluders and of the road, besides those of objects; our choice."""
+_EARLIER = 1 << 40
+"""Between the counters of the draws of two sweeps of a frame."""
 
 
 @dataclass(frozen=True)
@@ -119,16 +121,22 @@ class Simulator:
         """Return the objects of a frame."""
         return self.worlds.truth(frame)
 
-    def sweep(self, frame: int) -> Sweep:
-        """Return the LiDAR points of a frame."""
+    def sweep(self, frame: int, ago: int = 0) -> Sweep:
+        """Return the LiDAR points of a frame, or those of some sweeps ago as they lie in its vehicle frame: the car's
+        motion is compensated, that of objects is not."""
         world = self.worlds.world(frame)
+        then = self.worlds.before(frame, ago) if ago else None
+        if then is not None:
+            world = earlier(world, then)
         users, boxes = world.looks.users, len(world.boxes.centres)
         reached, alone = np.zeros(users, np.int64), np.zeros(boxes, np.int64)
         points, intensity, rays, what = self._columns
         sensor = [np.zeros(0, np.int16)]
         parts = [(points[:0], intensity[:0], np.zeros(0, np.int16), np.zeros(0, np.float32), what[:0])]
         for number, source in enumerate(self._sources):
-            count = self._cast(source, frame, world, alone, kernel.Returns(*self._columns, reached))
+            count = self._cast(
+                source, frame + ago * _EARLIER, world, alone, kernel.Returns(*self._columns, reached)
+            )
             ray = rays[:count]
             ring = (ray // source.beams.columns).astype(np.int16)
             parts.append(
@@ -142,12 +150,13 @@ class Simulator:
             )
             sensor.append(np.full(count, number, np.int16))
         points_m, bright, ring, time_s, on = (np.concatenate(columns) for columns in zip(*parts, strict=True))
+        points_m = points_m if then is None else then.to_frame(points_m)
         return Sweep(points_m, bright, ring, time_s, np.concatenate(sensor), on, reached, alone[:users])
 
     def _cast(
-        self, source: _Source, frame: int, world: World, alone: NDArray[np.int64], to: kernel.Returns
+        self, source: _Source, counter: int, world: World, alone: NDArray[np.int64], to: kernel.Returns
     ) -> int:
-        settings, now = self.settings, np.array([frame])
+        settings, now = self.settings, np.array([counter])
         returns, noise, losses = (mixed(key, now)[0] for key in source.keys)
         draws = kernel.Chances(returns, noise, losses, settings.noise_m, settings.dropout, source.law)
         phase = phases_rad(source.lidar, settings.targets(), now)[0]

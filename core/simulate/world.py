@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from riglens.core.kernels.objects.box_frames import Traffic as Boxes
 from riglens.core.kernels.objects.sweeps import Looks, Surface
 from riglens.core.simulate.clutter import KINDS, Clutter, Footprints, scattered
+from riglens.core.simulate.motion import SWEEP_S, Before, Motion, before
 from riglens.core.simulate.settings import SimulationSettings
 from riglens.core.targets.shapes import Parts, Shape, parts_by_kind, parts_of
 from riglens.core.targets.traffic import NO_CLASS, Traffic
@@ -61,11 +62,11 @@ class World(NamedTuple):
 
 
 class Worlds:
-    """Frames of traffic, by their number in the data, for a seed and settings. For one thread: the last frame is cached
-    for the LiDARs and cameras of a rig."""
+    """Frames of traffic, by their number in the data, for a seed and settings; with motion, earlier sweeps too. For one
+    thread: the last frame is cached for the LiDARs and cameras of a rig."""
 
-    def __init__(self, traffic: Traffic, settings: SimulationSettings) -> None:
-        self.traffic, self.settings = traffic, settings
+    def __init__(self, traffic: Traffic, settings: SimulationSettings, motion: Motion | None = None) -> None:
+        self.traffic, self.settings, self.motion = traffic, settings, motion
         self._place = {number: place for place, number in enumerate(traffic.frame.tolist())}
         self._last: tuple[int, World] | None = None
 
@@ -85,6 +86,12 @@ class Worlds:
         if self._last is None or self._last[0] != frame:
             self._last = frame, self._made(frame)
         return self._last[1]
+
+    def before(self, frame: int, sweeps: int) -> Before:
+        """Return where the car was some sweeps before a frame; needs motion."""
+        assert self.motion is not None
+        place, (given, _) = self._place[frame], self._places(frame)
+        return before(self.motion, place, given, sweeps * SWEEP_S)
 
     def _made(self, frame: int) -> World:
         given, users = self._places(frame)
@@ -129,6 +136,19 @@ class Worlds:
         ahead = t.rotation[users][:, :2, 0]
         length = np.maximum(np.hypot(ahead[:, 0], ahead[:, 1]), 1e-9)[:, None]
         return Footprints(t.centre_m[users][:, :2], t.size_m[users][:, :2] / 2.0, ahead / length)
+
+
+def earlier(world: World, then: Before) -> World:
+    """Return a frame as it was before, in the vehicle frame of that moment."""
+    centres, turn = world.boxes.centres.copy(), then.rotation
+    centres[: len(then.moved_m), :2] -= then.moved_m
+    boxes = world.boxes._replace(
+        centres=(centres - then.place_m) @ turn, rotations=turn.T @ world.boxes.rotations
+    )
+    waves = world.surface.waves.copy()
+    waves[:, 3] += waves[:, 1:3] @ then.place_m[:2]
+    waves[:, 1:3] = waves[:, 1:3] @ turn[:2, :2]
+    return world._replace(boxes=boxes, surface=world.surface._replace(waves=waves))
 
 
 def _surface(rng: np.random.Generator, settings: SimulationSettings, height_m: float) -> Surface:
