@@ -1,4 +1,5 @@
-"""Detector: a small U-Net over pillars that marks the centres of objects. The only module that uses PyTorch.
+"""Detectors: a small U-Net over pillars, or over a range image, that marks the centres of objects. The only module
+that uses PyTorch.
 
 PyTorch is an extra; it is imported when it is needed, and `require_torch` says what to install. Training on the CPU
 is the same to the last bit for the same seed, samples and machine: one thread, deterministic algorithms, and no draw
@@ -15,6 +16,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from riglens.core.detect.panorama import PLACE_M, RANGE, Panorama
 from riglens.core.detect.pillars import ACROSS_X, ACROSS_Y, FEATURES, Region, Sample, Samples, wanted
 from riglens.core.detect.precision import Detections
 from riglens.core.errors import InputError
@@ -88,12 +90,14 @@ def train(
     on: Machine,
     state: State | None = None,
     until: int | None = None,
+    panorama: Panorama | None = None,
 ) -> State:
     """Train one net on all samples of all sets and return it.
 
-    state: start of a resumed training. until: after which pass it stops, None for the last one.
+    state: start of a resumed training. until: after which pass it stops, None for the last one. panorama: of samples
+    that are range images; None for pillars.
     """
-    run = _Run(sets, region, training, on)
+    run = _Run(sets, region, training, on, panorama)
     if state is not None:
         run.restore(state)
     while run.epoch < (training.epochs if until is None else until):
@@ -101,10 +105,16 @@ def train(
     return run.state()
 
 
-def detect(state: Mapping[str, NDArray[Any]], samples: Samples, region: Region, on: Machine) -> Detections:
+def detect(
+    state: Mapping[str, NDArray[Any]],
+    samples: Samples,
+    region: Region,
+    on: Machine,
+    panorama: Panorama | None = None,
+) -> Detections:
     """Return the detections of a trained net in all samples, frames numbered by their place among them."""
     torch = require_torch()
-    net = _net(0, samples.features.shape[1])
+    net = _net(0, samples.features.shape[1], panorama is not None)
     weights = net.state_dict()
     net.load_state_dict({name: torch.from_numpy(state[f"net.{name}"].copy()) for name in weights})
     net.to(on.device, memory_format=torch.channels_last).eval()
@@ -112,7 +122,7 @@ def detect(state: Mapping[str, NDArray[Any]], samples: Samples, region: Region, 
     with torch.no_grad():
         for start in range(0, len(samples), at_once):
             part = [samples[place] for place in range(start, min(start + at_once, len(samples)))]
-            answer = _answer(net, _images(part, region).to(on.device), on)
+            answer = _answer(net, _images(part, panorama or region).to(on.device), on, region)
             found.append(_peaks(answer, region, start))
     empty = Detections(np.zeros(0, np.int64), np.zeros(0, np.uint8), np.zeros((0, 2)), np.zeros(0))
     frame, cls, centre_m, score = (np.concatenate(column) for column in zip(empty, *found, strict=True))
@@ -122,12 +132,19 @@ def detect(state: Mapping[str, NDArray[Any]], samples: Samples, region: Region, 
 class _Run:
     """Training in progress."""
 
-    def __init__(self, sets: Sequence[Samples], region: Region, training: Training, on: Machine) -> None:
+    def __init__(
+        self,
+        sets: Sequence[Samples],
+        region: Region,
+        training: Training,
+        on: Machine,
+        panorama: Panorama | None,
+    ) -> None:
         self.torch = torch = require_torch()
         self.sets, self.region, self.training, self.on = sets, region, training, on
-        self.net = _net(training.seed, sets[0].features.shape[1]).to(
-            on.device, memory_format=torch.channels_last
-        )
+        self.grid = panorama or region
+        net = _net(training.seed, sets[0].features.shape[1], panorama is not None)
+        self.net = net.to(on.device, memory_format=torch.channels_last)
         self.optimiser = torch.optim.AdamW(self.net.parameters(), lr=training.rate, weight_decay=0.01)
         self.items = np.array([(s, i) for s, one in enumerate(sets) for i in range(len(one))]).reshape(-1, 2)
         self.epoch = 0
@@ -149,10 +166,10 @@ class _Run:
         for group in self.optimiser.param_groups:
             group["lr"] = self.training.rate * _rate(done)
         turned = [
-            _mirrored(sample, mirror, self.region) for sample, mirror in zip(samples, mirrors, strict=True)
+            _mirrored(sample, mirror, self.grid) for sample, mirror in zip(samples, mirrors, strict=True)
         ]
-        images = _images(turned, self.region).to(self.on.device)
-        loss = _loss(_answer(self.net, images, self.on), turned, self.region)
+        images = _images(turned, self.grid).to(self.on.device)
+        loss = _loss(_answer(self.net, images, self.on, self.region), turned, self.region)
         self.optimiser.zero_grad()
         loss.backward()
         self.torch.nn.utils.clip_grad_norm_(self.net.parameters(), 10.0)
@@ -191,8 +208,9 @@ def _rate(done: float) -> float:
     return float(0.5 + 0.5 * np.cos(np.pi * (done - 0.1) / 0.9)) + 1e-3
 
 
-def _net(seed: int, features: int = FEATURES) -> Any:
-    """Return a new net for `features` figures of each cell; its first weights are drawn from the seed."""
+def _net(seed: int, features: int = FEATURES, is_range: bool = False) -> Any:
+    """Return a new net for `features` figures of each cell, or pixel of a range image; its first weights are drawn from
+    the seed."""
     torch = require_torch()
     nn = torch.nn
     with torch.random.fork_rng(devices=[]):
@@ -206,7 +224,8 @@ def _net(seed: int, features: int = FEATURES) -> Any:
                 "up_wide": nn.ConvTranspose2d(c, b, 2, 2),
                 "join_wide": nn.Sequential(*_block(nn, 2 * b, b)),
                 "up_near": nn.ConvTranspose2d(b, a, 2, 2),
-                "join_near": nn.Sequential(*_block(nn, 2 * a, b)),
+                "join_near": nn.Sequential(*_block(nn, 2 * a, a if is_range else b)),
+                **(_ground(nn, a + features + 1, b) if is_range else {}),
                 "head": nn.Conv2d(b, _ANSWERS, 1),
             }
         )
@@ -218,22 +237,57 @@ def _block(nn: Any, into: int, out: int, stride: int = 1) -> tuple[Any, ...]:
     return nn.Conv2d(into, out, 3, stride, 1, bias=False), nn.BatchNorm2d(out), nn.ReLU(inplace=True)
 
 
-def _answer(net: Any, images: Any, on: Machine) -> Any:
-    """Return the net's output for images (n, features, x, y): (n, classes and two places, x / 2, y / 2), single
-    precision."""
+def _ground(nn: Any, into: int, out: int) -> dict[str, Any]:
+    """Return the layers on the ground behind those on the range image."""
+    deep = 3 * out // 2
+    return {
+        "ground": nn.Sequential(*_block(nn, into, out)),
+        "deep": nn.Sequential(*_block(nn, out, deep, 2), *_block(nn, deep, deep)),
+        "up_deep": nn.ConvTranspose2d(deep, out, 2, 2),
+    }
+
+
+def _answer(net: Any, images: Any, on: Machine, region: Region) -> Any:
+    """Return the net's output for images (n, features, x, y), or range images: (n, classes and two places, x / 2,
+    y / 2), single precision."""
     torch = require_torch()
     with torch.autocast(on.device, torch.bfloat16, enabled=on.bf16):
         near = net["near"](images)
         wide = net["wide"](near)
         wide = net["join_wide"](torch.cat([net["up_wide"](net["far"](wide)), wide], 1))
         near = net["join_near"](torch.cat([net["up_near"](wide), near], 1))
+        if "ground" in net:
+            ground = net["ground"](_on_ground(images, near, region))
+            near = torch.relu(ground + net["up_deep"](net["deep"](ground)))
         return net["head"](near).float()
 
 
-def _images(samples: Sequence[Sample], region: Region) -> Any:
+def _on_ground(images: Any, context: Any, region: Region) -> Any:
+    """Return what the net knows of each pixel, beside its own figures, as means over the cells of the answer that the
+    points lie in: (n, features, x / 2, y / 2); the last feature is the log of the count."""
+    torch = require_torch()
+    rows, columns = (cells // 2 for cells in region.shape)
+    frame, row, column = torch.nonzero(images[:, RANGE] > 0.0, as_tuple=True)
+    pixel = images.permute(0, 2, 3, 1)[frame, row, column]
+    held = context.permute(0, 2, 3, 1)
+    block = (frame * held.shape[1] + row // 2) * held.shape[2] + column // 2
+    about = torch.cat([held.reshape(-1, held.shape[3]).index_select(0, block).float(), pixel], 1)
+    x, y = (pixel[:, which] * unit for which, unit in zip((ACROSS_X, ACROSS_Y), PLACE_M, strict=True))
+    wide_m = 2.0 * region.cell_m
+    at_x = ((x + region.length_m / 2) / wide_m).long().clamp(0, rows - 1)
+    at_y = ((y + region.width_m / 2) / wide_m).long().clamp(0, columns - 1)
+    cell = (frame * rows + at_x) * columns + at_y
+    cells = len(images) * rows * columns
+    sums = torch.zeros(cells, about.shape[1], device=about.device).index_add(0, cell, about)
+    count = torch.zeros(cells, 1, device=about.device).index_add(0, cell, torch.ones_like(about[:, :1]))
+    known = torch.cat([sums / count.clamp(min=1.0), torch.log1p(count) / 4.0], 1)
+    return known.reshape(len(images), rows, columns, -1).permute(0, 3, 1, 2)
+
+
+def _images(samples: Sequence[Sample], grid: Region | Panorama) -> Any:
     """Return samples as images, channels last in memory."""
     torch = require_torch()
-    rows, columns = region.shape
+    rows, columns = grid.shape
     figures = samples[0].features.shape[1]
     images = np.zeros((len(samples), rows * columns, figures), np.float32)
     for image, sample in zip(images, samples, strict=True):
@@ -241,22 +295,16 @@ def _images(samples: Sequence[Sample], region: Region) -> Any:
     return torch.from_numpy(images.reshape(len(samples), rows, columns, figures)).permute(0, 3, 1, 2)
 
 
-def _mirrored(sample: Sample, mirror: int, region: Region) -> Sample:
+def _mirrored(sample: Sample, mirror: int, grid: Region | Panorama) -> Sample:
     """Return the sample with x (bit 1) and y (bit 0) mirrored."""
     if not mirror:
         return sample
-    rows, columns = region.shape
-    row, column = np.divmod(sample.cell, columns)
     features, centre_m = sample.features.copy(), sample.centre_m.copy()
-    if mirror & 2:
-        row, features[:, ACROSS_X], centre_m[:, 0] = (
-            rows - 1 - row, -features[:, ACROSS_X], np.nextafter(-centre_m[:, 0], -np.inf)
-        )  # fmt: skip
-    if mirror & 1:
-        column, features[:, ACROSS_Y], centre_m[:, 1] = (
-            columns - 1 - column, -features[:, ACROSS_Y], np.nextafter(-centre_m[:, 1], -np.inf)
-        )  # fmt: skip
-    return sample._replace(cell=row * columns + column, features=features, centre_m=centre_m)
+    for axis, (bit, across) in enumerate(((2, ACROSS_X), (1, ACROSS_Y))):
+        if mirror & bit:
+            features[:, across] = -features[:, across]
+            centre_m[:, axis] = np.nextafter(-centre_m[:, axis], -np.inf)
+    return sample._replace(cell=grid.mirrored(sample.cell, mirror), features=features, centre_m=centre_m)
 
 
 def _loss(answer: Any, samples: Sequence[Sample], region: Region) -> Any:

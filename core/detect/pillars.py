@@ -23,7 +23,7 @@ SLICES_M = (0.2, 0.6, 1.1, 1.7, 3.0)
 FEATURES = 7 + len(SLICES_M) - 1
 ACROSS_X, ACROSS_Y = 5, 6
 """The features that change their sign in a mirror."""
-_HIGHEST_M = 4.0
+HIGHEST_M = 4.0
 _RADIUS_CELLS = (1.6, 1.0, 0.8)
 """Width of the peaks that the net learns, of car, bicycle and pedestrian, cells of the answer."""
 
@@ -40,6 +40,14 @@ class Region:
     def shape(self) -> tuple[int, int]:
         """Cells along x and along y."""
         return round(self.length_m / self.cell_m), round(self.width_m / self.cell_m)
+
+    def mirrored(self, cell: NDArray[np.int32], mirror: int) -> NDArray[np.int32]:
+        """Return cells with x (bit 1) and y (bit 0) mirrored."""
+        rows, columns = self.shape
+        row, column = np.divmod(cell, columns)
+        row = rows - 1 - row if mirror & 2 else row
+        column = columns - 1 - column if mirror & 1 else column
+        return np.asarray(row * columns + column, np.int32)
 
     def holds(self, centre_m: Doubles) -> NDArray[np.bool_]:
         """Return which of the centres (n, 2) lie in the region, lower ends included."""
@@ -78,7 +86,7 @@ def pillars(
     """
     more = np.zeros((len(points_m), 0)) if painted is None else painted
     points = points_m.astype(np.float64)
-    inside = region.holds(points[:, :2]) & (points[:, 2] < _HIGHEST_M)
+    inside = region.holds(points[:, :2]) & (points[:, 2] < HIGHEST_M)
     points, bright, more = points[inside], intensity[inside].astype(np.float64), more[inside]
     place = region.places(points[:, :2])
     corner = np.floor(place).astype(np.int64)

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 
+from riglens.core.detect.panorama import Panorama
 from riglens.core.detect.pillars import Region, Sample, Samples, pillars
 from riglens.core.detect.precision import Truth
 
 REGION = Region(16.0, 16.0)
+PANORAMA = Panorama(16, 128)
 _SIZES = np.array([[4.0, 2.0, 1.5], [1.8, 0.6, 1.7], [0.5, 0.5, 1.8]])
 
 
-def samples(frames: int, seed: int) -> Samples:
-    """Frames with two to four road users and ground."""
+def samples(frames: int, seed: int, panorama: Panorama | None = None) -> Samples:
+    """Frames with two to four road users and ground, as pillars or as range images."""
     rng = np.random.default_rng(seed)
-    return Samples.of(range(frames), iter([_sample(rng) for _ in range(frames)]))
+    return Samples.of(range(frames), iter([_sample(rng, panorama) for _ in range(frames)]))
 
 
 def truth_of(held: Samples) -> Truth:
@@ -23,7 +25,7 @@ def truth_of(held: Samples) -> Truth:
     return Truth(frame, held.cls, held.centre_m, held.points)
 
 
-def _sample(rng: np.random.Generator) -> Sample:
+def _sample(rng: np.random.Generator, panorama: Panorama | None) -> Sample:
     count = int(rng.integers(2, 5))
     cls, centre = rng.integers(0, 3, count).astype(np.uint8), rng.uniform(-7, 7, (count, 2))
     size = _SIZES[cls]
@@ -32,4 +34,8 @@ def _sample(rng: np.random.Generator) -> Sample:
     ground = np.stack([*rng.uniform(-8, 8, (2, 300)), rng.normal(0, 0.02, 300)], axis=1)
     points = np.concatenate([users.reshape(-1, 3), ground]).astype(np.float32)
     bright = np.full(len(points), 50, np.float32)
-    return Sample(*pillars(points, bright, REGION), cls, centre, np.full(count, 60))
+    more = np.zeros((len(points), 0))
+    image = (
+        pillars(points, bright, REGION) if panorama is None else panorama.pixels(points, bright, REGION, more)
+    )
+    return Sample(*image, cls, centre, np.full(count, 60))
