@@ -134,6 +134,9 @@ def detection(
     quick: bool = False,
     per_rig: bool = False,
     published: bool = False,
+    second: Annotated[
+        Literal["pillars", "range", "one-sweep", "painted"] | None, Parameter(show_default=False)
+    ] = None,
     cameras: Annotated[Literal["good", "usual", "poor"] | None, Parameter(show_default=False)] = None,
     seeds: Whole = None,
     workers: Workers = None,
@@ -153,6 +156,8 @@ def detection(
         A net for each rig, as in the paper, instead of one that all rigs share.
     published
         The rigs and the protocol of docs/study-detection.md instead of RIG; with --cameras its rigs with cameras.
+    second
+        A part of the study of docs/study-detection-2.md instead of RIG, with its rigs and protocol.
     cameras
         Give points the classes that the cameras show, by a simulated segmentation of this quality.
     seeds
@@ -166,7 +171,7 @@ def detection(
     """
     use_libraries(libraries)
     where = Where(1 if workers is None and dask is None else workers, dask)
-    plan = study_detection.Plan(quick, per_rig, published, seeds, where, device, score.body, cameras)
+    plan = study_detection.Plan(quick, per_rig, published, second, seeds, where, device, score.body, cameras)
     study_detection.study(rigs, scene, plan, out)
 
 

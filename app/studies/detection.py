@@ -14,7 +14,7 @@ from rich.text import Text
 
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.scenario import load_scenario, remarks_on
-from riglens.app.evaluation.traffic import load_traffic
+from riglens.app.evaluation.traffic import car_poses, load_traffic
 from riglens.app.studies.detection_chart import chart, correlation, painted_words, pair_chart
 from riglens.app.studies.detection_files import (
     as_json,
@@ -40,12 +40,14 @@ from riglens.core.pieces.work import Workers
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.shown_text import visible
+from riglens.core.simulate.motion import motion_of
 from riglens.core.simulate.painting import Quality
 from riglens.core.study.detection.pieces import Pieces, Study, jobs
 from riglens.core.study.detection.protocol import WORDING, Protocol, entrants
 from riglens.core.study.detection.published import CAMERA_PROTOCOL, PROTOCOL, camera_rigs, published_rigs
 from riglens.core.study.detection.result import Result, assemble, finished_seeds
 from riglens.core.study.detection.run import StudyProgress, run
+from riglens.core.study.detection.second import PERIOD_S, PROTOCOLS, Arm, rigs_of
 from riglens.core.study.detection.statistics import COLUMNS, LEAST_DIFFERENCE, MEAN, Estimate
 from riglens.core.study.detection.surrogates import Surrogates, surrogates
 from riglens.core.study.ranks import FEWEST_RIGS
@@ -63,12 +65,13 @@ PIECES, MAP = "pieces", "mAP"
 
 @dataclass(frozen=True)
 class Plan:
-    """Plan of a study; None for seeds is the protocol's number. cameras: quality of the segmentation that gives
-    points their classes; None: cameras are left out."""
+    """Plan of a study; None for seeds is the protocol's number. second: a part of the second published study. cameras:
+    quality of the segmentation that gives points their classes; None: cameras are left out."""
 
     quick: bool = False
     per_rig: bool = False
     published: bool = False
+    second: Arm | None = None
     seeds: int | None = None
     where: Where = field(default_factory=lambda: Where(1))
     device: Device | None = None
@@ -77,6 +80,8 @@ class Plan:
 
     def rigs(self, names: Sequence[str]) -> tuple[Rig, ...]:
         """Return the rigs that are compared: those named, or those of the published study."""
+        if self.second is not None:
+            return rigs_of(self.second)
         if not self.published:
             return tuple(open_rig(name).rig for name in names)
         return published_rigs() if self.cameras is None else camera_rigs()
@@ -84,10 +89,13 @@ class Plan:
     def protocol(self) -> Protocol:
         """Return the protocol of the study; raise InputError for seeds that are none."""
         protocol = Protocol()
-        if self.published:
+        if self.second is not None:
+            protocol = PROTOCOLS[self.second]
+        elif self.published:
             protocol = PROTOCOL if self.cameras is None else CAMERA_PROTOCOL
-        protocol = replace(protocol, cameras=self.cameras)
-        if not self.published:
+        if self.second is None:
+            protocol = replace(protocol, cameras=self.cameras)
+        if not self.published and self.second is None:
             protocol = replace(protocol, simulation=replace(protocol.simulation, body=self.body))
         protocol = protocol.per_rig() if self.per_rig else protocol
         protocol = protocol.quick() if self.quick else protocol
@@ -96,8 +104,8 @@ class Plan:
 
 def study(rigs: Sequence[str], scene: SceneOptions, plan: Plan, out: Path) -> None:
     """Run the missing parts of a study, print the results, and write tables and charts."""
-    if plan.published == bool(rigs):
-        raise InputError("specify rigs to compare, or --published for those of the published study")
+    if (plan.published, plan.second is not None, bool(rigs)).count(True) != 1:
+        raise InputError("specify rigs to compare, or --published or --second for those of a published study")
     machine(plan.device)  # what it lacks is reported first
     compare(plan.rigs(rigs), rigs, scene, plan, out)
 
@@ -112,13 +120,15 @@ def compare(
     """Run a study of rigs; a mesh file is found next to the rig file of that name."""
     protocol = plan.protocol()
     rigs = with_meshes(rigs, names or ["."] * len(rigs), protocol.simulation.body)
-    compared = entrants(rigs, plan.cameras is not None)
+    compared = entrants(rigs, protocol.cameras is not None)
+    scene = scene if plan.second is None else replace(scene, surroundings=True)
     require_folder(out, NAMES)
     with progress_bar("Reading boxes") as progress:
         traffic = load_traffic(scene, WITHIN_M, progress)
     for line in remarks_on(traffic.data):
         note(line)
-    asked = Study(compared, protocol, traffic, machine(plan.device))
+    motion = motion_of(traffic, car_poses(scene), PERIOD_S) if protocol.sweeps > 1 else None
+    asked = Study(compared, protocol, traffic, machine(plan.device), motion)
     _ = asked.split  # says in one line what the data lack, before anything takes time
     # a cluster that is not there is reported before anything takes time
     with resumable(out / PIECES, plan.where, len(jobs(asked))) as workers:
@@ -195,6 +205,10 @@ def _say(result: Result, console: Console) -> None:
         words = painted_words(result.study.protocol.cameras)
         console.print(f"{words.capitalize()}; S-MS and seen are of all sensors.", soft_wrap=True)
     console.print(_pairs_text(result), soft_wrap=True)
+    missed = ", ".join(
+        f"{MAP if name == MEAN else name} {value:.1f}" for name, value in result.missed.items()
+    )
+    console.print(f"Mean error of AP predicted by the bundled calibration, points: {missed}.", soft_wrap=True)
     if len(every.rigs) < FEWEST_RIGS:
         console.print(f"Rank correlations need {FEWEST_RIGS} rigs or more; there are {len(every.rigs)}.")
     else:

@@ -85,6 +85,7 @@ def as_json(result: Result) -> dict[str, Any]:
         "ranks": list(rank_lines(result)),
         "pairs": list(pair_lines(result)),
         "orders": list(order_lines(result)),
+        "predicted_missed": {column: _short(value) for column, value in result.missed.items()},
     }
 
 

@@ -13,14 +13,14 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
-from numpy.typing import NDArray
 
 from riglens.core.detect.net import State, detect, machine, train, use_one_thread
-from riglens.core.detect.pillars import Sample, Samples, pillars
+from riglens.core.detect.panorama import Panorama
+from riglens.core.detect.pillars import Region, Sample, Samples, pillars
 from riglens.core.errors import InputError
-from riglens.core.simulate.painting import QUALITIES, Painter, Quality
-from riglens.core.simulate.sweeps import Simulator, Sweep
-from riglens.core.simulate.world import TrueBoxes, Worlds
+from riglens.core.simulate.painting import QUALITIES, Painter
+from riglens.core.simulate.sweeps import Simulator
+from riglens.core.simulate.world import Worlds
 from riglens.core.study.detection.pieces import (
     Columns,
     Job,
@@ -48,15 +48,17 @@ def make(study: Study, job: Job, folder: Path, state: State | None) -> bytes:
     if job.rig is None:
         return packed(_pass(study, job.net, job.epoch, folder, state))
     assert state is not None
-    samples = samples_of(_sweeps_at_hand(study, job.rig, folder), "test")
-    return packed(detect(state, samples, study.protocol.region, study.machine)._asdict())
+    samples, how = samples_of(_sweeps_at_hand(study, job.rig, folder), "test"), study.protocol
+    return packed(detect(state, samples, how.region, study.machine, how.panorama)._asdict())
 
 
 def _pass(study: Study, net: Net, epoch: int, folder: Path, state: State | None) -> State:
     """Train a net for one pass over its samples."""
     sets = [samples_of(_sweeps_at_hand(study, one, folder), "train") for one in net.trains]
-    training = study.protocol.training(net.seed)
-    return train(sets, study.protocol.region, training, study.machine, state, until=epoch)
+    how = study.protocol
+    return train(
+        sets, how.region, how.training(net.seed), study.machine, state, until=epoch, panorama=how.panorama
+    )
 
 
 # ---------------------------------------------------------------- sweeps
@@ -64,46 +66,52 @@ def _pass(study: Study, net: Net, epoch: int, folder: Path, state: State | None)
 
 @dataclass(frozen=True)
 class _Looks:
-    """A rig's data of a frame: objects, a sweep, and camera scores of its points where cameras take part."""
+    """A rig's data of a frame: its sweeps, the last one first, and camera scores of points where cameras take part."""
 
     simulator: Simulator
     painter: Painter | None
+    sweeps: int
 
     @classmethod
-    def of(cls, entrant: Entrant, worlds: Worlds, cameras: Quality | None) -> _Looks:
-        how = None if cameras is None else QUALITIES[cameras]
-        painter = None if how is None else Painter(entrant.rig, worlds, how)
-        return cls(Simulator(entrant.rig, worlds), painter)
+    def of(cls, entrant: Entrant, study: Study) -> _Looks:
+        worlds = Worlds(study.traffic, study.protocol.simulation, study.motion)
+        cameras = study.protocol.cameras
+        painter = None if cameras is None else Painter(entrant.rig, worlds, QUALITIES[cameras])
+        return cls(Simulator(entrant.rig, worlds), painter, study.protocol.sweeps)
 
-    def at(self, frame: int) -> tuple[TrueBoxes, Sweep, NDArray[np.float64] | None]:
-        sweep = self.simulator.sweep(frame)
-        painted = None if self.painter is None else self.painter.scores(frame, sweep.points_m)
-        return self.simulator.truth(frame), sweep, painted
+    def sample(self, frame: int, region: Region, panorama: Panorama | None) -> Sample:
+        """Return the frame as the net sees it; with several sweeps, the age of points is one more figure of theirs."""
+        truth = self.simulator.truth(frame)
+        inside = region.holds(truth.centre_m[:, :2])
+        sweeps = [self.simulator.sweep(frame, ago) for ago in range(self.sweeps)]
+        points_m, intensity = (
+            np.concatenate([getattr(one, name) for one in sweeps]) for name in ("points_m", "intensity")
+        )
+        more = np.zeros((len(points_m), 0))
+        if self.sweeps > 1:
+            more = np.repeat(np.linspace(0.0, 1.0, self.sweeps), [len(one.points_m) for one in sweeps])[
+                :, None
+            ]
+        if self.painter is not None:
+            more = np.column_stack([more, self.painter.scores(frame, points_m)])
+        if panorama is None:
+            image = pillars(points_m, intensity, region, more)
+        else:
+            image = panorama.pixels(points_m, intensity, region, more)
+        hits = np.sum([one.hits(len(truth.cls)) for one in sweeps], axis=0)
+        return Sample(*image, truth.cls[inside].astype(np.uint8), truth.centre_m[inside, :2], hits[inside])
 
 
 def sweeps_of(study: Study, entrant: Entrant) -> Columns:
     """Simulate a rig in its frames for training and in those of the test."""
-    worlds = Worlds(study.traffic, study.protocol.simulation)
-    looks = _Looks.of(entrant, worlds, study.protocol.cameras)
+    looks, how = _Looks.of(entrant, study), study.protocol
     held: Columns = {}
-    parts = {"train": train_frames(entrant, study.split, study.protocol), "test": study.split.test}
+    parts = {"train": train_frames(entrant, study.split, how), "test": study.split.test}
     for name, frames in parts.items():
-        samples = Samples.of(frames.tolist(), _samples(study, looks, frames))
+        drawn = (looks.sample(frame, how.region, how.panorama) for frame in frames.tolist())
+        samples = Samples.of(frames.tolist(), drawn)
         held |= {f"{name}.{field.name}": getattr(samples, field.name) for field in fields(Samples)}
     return held
-
-
-def _samples(study: Study, looks: _Looks, frames: NDArray[np.int64]) -> Iterator[Sample]:
-    region = study.protocol.region
-    for frame in frames.tolist():
-        truth, sweep, painted = looks.at(frame)
-        inside = region.holds(truth.centre_m[:, :2])
-        yield Sample(
-            *pillars(sweep.points_m, sweep.intensity, region, painted),
-            truth.cls[inside].astype(np.uint8),
-            truth.centre_m[inside, :2],
-            sweep.hits(len(truth.cls))[inside],
-        )
 
 
 def _sweeps_at_hand(study: Study, entrant: Entrant, folder: Path) -> Columns:

@@ -22,6 +22,7 @@ from riglens.core.detect.precision import Detections, Matched, Truth
 from riglens.core.errors import InputError
 from riglens.core.pieces.folder import PieceFolder
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.simulate.motion import Motion
 from riglens.core.study.detection.protocol import Entrant, Protocol, Split, key_of, references, split
 from riglens.core.targets.traffic import Traffic
 
@@ -30,12 +31,14 @@ Columns = dict[str, NDArray[Any]]
 
 @dataclass(frozen=True)
 class Study:
-    """Everything that determines the figures: the rigs, their order, the protocol, the traffic, and the machine."""
+    """Everything that determines the figures: the rigs, their order, the protocol, the traffic, the machine, and the
+    motion in the traffic where there are several sweeps."""
 
     compared: tuple[Entrant, ...]
     protocol: Protocol
     traffic: Traffic
     machine: Machine
+    motion: Motion | None = None
 
     @cached_property
     def split(self) -> Split:
@@ -76,6 +79,7 @@ class Study:
     @cached_property
     def _sweeps_keys(self) -> dict[str, str]:
         data = {"boxes": self.traffic.data.sha256, "around": self.traffic.surroundings_sha256}
+        data |= {} if self.motion is None else {"motion": self.motion.sha256}
         decides = {k: v for k, v in self.protocol.as_dict().items() if k in _OF_SWEEPS}
         return {one.key: key_of(rig=one.key, data=data, **decides) for one in self.trained_on}
 
@@ -90,7 +94,7 @@ class Study:
         return key_of(net=self.net_key(net), sweeps=self.sweeps_key(entrant))
 
 
-_OF_SWEEPS = ("train_frames", "test_frames", "region", "simulation", "painting")
+_OF_SWEEPS = ("train_frames", "test_frames", "region", "simulation", "painting", "sweeps", "panorama")
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.detect.net import Training
+from riglens.core.detect.panorama import Panorama
 from riglens.core.detect.pillars import Region
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
@@ -25,6 +26,7 @@ from riglens.core.simulate.painting import QUALITIES, Quality
 from riglens.core.simulate.settings import SimulationSettings
 
 Mode = Literal["shared", "per-rig"]
+Detector = Literal["pillars", "range"]
 Ids = NDArray[np.int64]
 
 WORDING = "simulated LiDAR, small detector trained here: compares rigs, does not predict the AP of your stack"
@@ -42,7 +44,8 @@ class Protocol:
     """mode: one net for all rigs and the reference rigs, or one for each rig as in the paper. train_frames: of each
     rig, a draw of its own from the sequences for training; test_frames: the same for all rigs, spread evenly over the
     other sequences. Seeds are of the training: first weights, order, mirroring; sweeps are the same for all of them.
-    cameras: how well they are segmented whose classes points get; None: cameras are left out.
+    cameras: how well they are segmented whose classes points get; None: cameras are left out. sweeps: how many of a
+    rig make a sample, the last one at the frame. detector: a net over pillars, or over a range image.
     """
 
     mode: Mode = "shared"
@@ -53,6 +56,8 @@ class Protocol:
     region: Region = field(default_factory=Region)
     simulation: SimulationSettings = field(default_factory=lambda: SimulationSettings(clutter=CLUTTER))
     cameras: Quality | None = None
+    sweeps: int = 1
+    detector: Detector = "pillars"
 
     def __post_init__(self) -> None:
         if not 1 <= self.seeds <= MOST_SEEDS:
@@ -67,6 +72,11 @@ class Protocol:
     def per_rig(self) -> Protocol:
         """Return a net for each rig, which sees as many frames as it can get."""
         return replace(self, mode="per-rig", train_frames=5 * self.train_frames)
+
+    @property
+    def panorama(self) -> Panorama | None:
+        """Return the range image of the detector; None for pillars."""
+        return Panorama() if self.detector == "range" else None
 
     def training(self, seed: int) -> Training:
         """Return the training settings of a seed."""
@@ -83,6 +93,10 @@ class Protocol:
         plain |= {"test_frames": self.test_frames}
         if self.cameras is not None:
             plain |= {"painting": {"quality": self.cameras} | QUALITIES[self.cameras].as_dict()}
+        if self.sweeps > 1:
+            plain |= {"sweeps": self.sweeps}
+        if self.panorama is not None:
+            plain |= {"panorama": asdict(self.panorama)}
         return plain | {"region": asdict(self.region), "simulation": self.simulation.as_dict()}
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from riglens.core.study.detection.pieces import Pieces, Study
 from riglens.core.study.detection.published import equal_rays, families
+from riglens.core.study.detection.second import budgets
 from riglens.core.study.detection.statistics import COLUMNS, Precisions, precisions
 from riglens.core.study.detection.surrogates import SURROGATES, Surrogates
 from riglens.core.study.ranks import STATISTICS, RankCorrelation, Statistic, rank_correlation
@@ -57,10 +58,11 @@ class Result:
     surrogates: Surrogates
 
     def groups(self) -> dict[str, list[int]]:
-        """Return the groups of rigs that are analysed together: all, equal ray counts, and families."""
+        """Return the groups of rigs that are analysed together: all, equal ray counts, families, and budgets."""
         rays = [one.rays for one in self.study.compared]
         every = {"all rigs": list(range(len(rays)))}
-        same = {"equal ray count": equal_rays(rays), **families([one.name for one in self.study.compared])}
+        names = [one.name for one in self.study.compared]
+        same = {"equal ray count": equal_rays(rays), **families(names), **budgets(names)}
         return every | {name: places for name, places in same.items() if 0 < len(places) < len(rays)}
 
     @cached_property
@@ -73,6 +75,15 @@ class Result:
             for name in SURROGATES
             for kind in STATISTICS
         ]
+
+    @cached_property
+    def missed(self) -> dict[str, float]:
+        """Return the mean over rigs of how far predicted AP is from what was measured, by column, percentage points."""
+        found = {}
+        for number, column in enumerate(COLUMNS):
+            apart = 100.0 * self.surrogates.of("predicted", column) - self.every.value[:, number]
+            found[column] = float(np.abs(apart).mean())
+        return found
 
     @cached_property
     def orders(self) -> list[Order]:

@@ -13,6 +13,7 @@ from riglens.core.metric.scores import PAPER_SETTINGS, Reading
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.study.detection.protocol import Entrant
 from riglens.core.study.detection.statistics import COLUMNS
+from riglens.core.targets.calibration import shipped
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.scores import TargetScores
 from riglens.core.targets.settings import TargetSettings
@@ -25,6 +26,7 @@ SURROGATES = {
     "residual": "S-MS, reading residual, nats: higher where more is seen",
     "hits": "S-MS, reading hits, nats: lower where more rays meet entropy",
     "seen": "share of the entropy seen, 0 to 1",
+    "predicted": "AP that the bundled calibration predicts from one sweep, 0 to 1",
     "on_target": "mean over objects of 1 - exp(-cells/5), 0 to 1",
     "share_5": "share of objects with 5 LiDAR points or more, 0 to 1",
     "share_1": "share of objects with a LiDAR point, 0 to 1",
@@ -94,6 +96,7 @@ def _of_objects(
     if judged is None:
         totals = [counted.classes[cls].total for cls in CLASSES]
         return {
+            "predicted": _predicted(counted, traffic, traffic.cls[counted.objects.box]),
             "on_target": [row.on_target.value for row in totals],
             "share_5": [row.share_5.value for row in totals],
             "share_1": [row.share_1.value for row in totals],
@@ -105,7 +108,18 @@ def _of_objects(
         "share_5": objects.all_points >= 5,
         "share_1": objects.all_points >= 1,
     }
-    return {
+    found = {
         name: [float(values[cls == k].mean()) if (cls == k).any() else 0.0 for k in range(len(CLASSES))]
         for name, values in figures.items()
     }
+    return {"predicted": _predicted(counted, traffic, cls)} | found
+
+
+def _predicted(counted: TargetScores, traffic: Traffic, cls: NDArray[np.uint8]) -> list[float]:
+    """Return the AP by class that the bundled calibration predicts for objects of classes (k,), in its domain."""
+    calibration, objects = shipped(), counted.objects
+    n = objects.cells if calibration.unit == "cells" else objects.all_points
+    inside = calibration.domain.holds(traffic.centre_m[objects.box]) & (cls != NO_CLASS)
+    g = calibration.of_objects(np.minimum(cls, len(CLASSES) - 1), inside, n)
+    mine = [inside & (cls == k) for k in range(len(CLASSES))]
+    return [float(g[chosen].mean()) if chosen.any() else 0.0 for chosen in mine]
