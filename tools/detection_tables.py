@@ -83,7 +83,7 @@ def _spread(line: Line, name: str) -> float:
 
 def renew(prefix: str, study: Study, engine: Engine) -> Result:
     """Compute the figures of a study's rigs, and write its table of rigs; return what is known of it."""
-    targets, settings = TargetEngine(study.traffic), TargetSettings(body=study.protocol.simulation.body)
+    targets, settings = TargetEngine(study.tested), TargetSettings(body=study.protocol.simulation.body)
     found = surrogates(study.compared, engine, targets, settings, lambda share: None, study.judged)
     table = lines(f"{prefix}.csv")
     for number, line in enumerate(table):

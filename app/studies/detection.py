@@ -162,7 +162,7 @@ def _result(asked: Study, scores: Surrogates, workers: Workers, out: Path) -> Re
 def _surrogates(asked: Study, scene: SceneOptions) -> Surrogates:
     """Return the scores of the rigs; objects are those that average precision is over."""
     with progress_bar("Scores of the rigs") as progress:
-        engine, counts = Engine(load_scenario(scene).field), TargetEngine(asked.traffic)
+        engine, counts = Engine(load_scenario(scene).field), TargetEngine(asked.tested)
         settings = TargetSettings(body=asked.protocol.simulation.body)
         return surrogates(asked.compared, engine, counts, settings, progress, asked.judged)
 

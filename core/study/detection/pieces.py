@@ -46,10 +46,14 @@ class Study:
         return split(self.traffic.data, self.protocol)
 
     @cached_property
+    def tested(self) -> Traffic:
+        """The frames of the test alone."""
+        return self.traffic.frames_alone(np.flatnonzero(np.isin(self.traffic.frame, self.split.test)))
+
+    @cached_property
     def judged(self) -> NDArray[np.bool_]:
-        """Return the boxes that average precision is over, (n,): those in the region, in frames of the test."""
-        tested = np.isin(self.traffic.frame, self.split.test)[self.traffic.frame_of_box]
-        return np.asarray(tested & self.protocol.region.holds(self.traffic.centre_m[:, :2]))
+        """Return the boxes of `tested` that average precision is over, (n,): those in the region."""
+        return self.protocol.region.holds(self.tested.centre_m[:, :2])
 
     @property
     def has_cameras(self) -> bool:

@@ -85,7 +85,7 @@ PROTOCOL = Protocol(
 )
 PROTOCOLS: dict[Arm, Protocol] = {
     "pillars": PROTOCOL,
-    "range": replace(PROTOCOL, detector="range"),
+    "range": replace(PROTOCOL, detector="range", train_frames=75),
     "one-sweep": replace(PROTOCOL, sweeps=1),
     "painted": replace(PROTOCOL, sweeps=1, cameras="usual"),
 }
