@@ -49,7 +49,7 @@ def read(source: Source, mounting: Mounting) -> Rig:
     for camera, value in _named(vehicle, "Cameras"):
         image = _numbers(_IMAGE, _capture(value), None if defaults is None else _capture(defaults))
         size = Value(image, *value.place).image("Width", "Height")
-        mounting.add_camera(camera, _pose(value), image=size, hfov_deg=image["FOV_Degrees"])
+        mounting.add("camera", camera, _pose(value), image=size, hfov_deg=image["FOV_Degrees"])
     for sensor, value in _named(vehicle, "Sensors"):
         _add_sensor(sensor, value, mounting)
     mounting.notes.converted("from y right, z down to y left, z up: y, z, pitch and yaw change sign")
@@ -103,7 +103,7 @@ def _add_sensor(name: str, value: Value, mounting: Mounting) -> None:
     elif "Enabled" in value and value.item("Enabled").raw is not True:
         mounting.notes.ignored("switched off in the file", name)
     else:
-        mounting.add_lidar(name, _pose(value), **_rays(value, name, mounting.notes))
+        mounting.add("lidar", name, _pose(value), **_rays(value, name, mounting.notes))
 
 
 def _rays(value: Value, name: str, notes: Notes) -> dict[str, Any]:

@@ -99,7 +99,7 @@ def _root_axes(tree: FrameTree, mounting: Mounting) -> Matrix:
     if kind_of(root) == "lidar":
         mounting.origin = ON_ROOF
         mounting.notes.approximated(f"the root {root} is a LiDAR: x forward, y left, z up on the roof")
-        mounting.add_lidar(root, np.eye(4), said=_model(root))
+        mounting.add("lidar", root, np.eye(4), said=_model(root))
         return np.eye(4)
     mounting.notes.converted(f"axes of {shortened(root, 40)}, x right, y forward, to x forward, y left")
     return se3(VEHICLE_R_ROOT, np.zeros(3))
@@ -123,9 +123,9 @@ def _add(
             lens = read_lens(lenses[frame], frame, mounting.notes)
         else:
             lens = mounting.unknown_lens(frame, "no intrinsics beside it", (1920, 1080))
-        mounting.add_camera(frame, from_optical(vehicle_SE3_frame), **lens)
+        mounting.add("camera", frame, from_optical(vehicle_SE3_frame), **lens)
     elif kind == "lidar":
-        mounting.add_lidar(frame, vehicle_SE3_frame, said=_model(frame))
+        mounting.add("lidar", frame, vehicle_SE3_frame, said=_model(frame))
     elif frame not in tree.inner_frames():
         mounting.notes.ignored("neither camera nor LiDAR, judging by its folder or name", frame)
 

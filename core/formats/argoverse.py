@@ -72,9 +72,9 @@ def _add(name: str, row: Value, lens: Value | None, mounting: Mounting) -> None:
     wxyz = row.field_numbers(*_QUATERNION)
     pose = se3(rotation_from_wxyz(row, wxyz), np.array(row.field_numbers(*_POSITION)))
     if lens is not None:
-        mounting.add_camera(name, from_optical(pose), **_lens(lens, name, mounting.notes))
+        mounting.add("camera", name, from_optical(pose), **_lens(lens, name, mounting.notes))
     elif kind_of(name) == "lidar":
-        mounting.add_lidar(name, pose, said="Velodyne VLP-32C")
+        mounting.add("lidar", name, pose, said="Velodyne VLP-32C")
         mounting.notes.approximated(
             "LiDAR model not in the file: a Velodyne VLP-32C, as on the cars of Argoverse", name
         )

@@ -45,7 +45,6 @@ from riglens.core.formats.source import MAX_ANGLE, YAML, Source, Value
 from riglens.core.geometry import Vec3
 from riglens.core.rig.model import Camera, Rig
 from riglens.core.rig.yaml.nodes import shortened, value_text
-from riglens.core.sensors.registry import kind_named
 
 BASE, KIT = "base_link", "sensor_kit_base_link"
 POSITION, ANGLES = ("x", "y", "z"), ("roll", "pitch", "yaw")
@@ -126,15 +125,13 @@ def _add(frame: str, root_SE3_frame: Matrix, macro: str | None, source: Source, 
     if kind == "camera":
         body = from_optical(root_SE3_frame) if is_optical(frame) else root_SE3_frame
         name = without_ending(frame)
-        mounting.add_camera(name, body, **_lens(name, source, mounting))
-    elif kind == "lidar":
-        if frame.endswith(FOOT):
+        mounting.add("camera", name, body, **_lens(name, source, mounting))
+    elif kind is not None:
+        if kind == "lidar" and frame.endswith(FOOT):
             mounting.notes.approximated(
                 "the base of the LiDAR is taken as its centre, which is a few cm higher", frame
             )
-        mounting.add_lidar(without_ending(frame), root_SE3_frame, said=macro)
-    elif (other := kind_named(kind)) is not None:
-        mounting.add_other(other, without_ending(frame), root_SE3_frame, said=macro)
+        mounting.add(kind, without_ending(frame), root_SE3_frame, said=macro)
     elif macro is not None:
         mounting.notes.ignored(f"neither camera nor LiDAR: {shortened(macro, 40)} in the kit's xacro", frame)
     else:

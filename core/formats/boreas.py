@@ -47,7 +47,7 @@ def read(source: Source, mounting: Mounting) -> Rig:
     if lidar is None:
         raise InputError(f"{source.where}: {_LIDAR} is missing beside it")
     vehicle_SE3_lidar = se3(VEHICLE_R_ROOT, np.zeros(3)) @ _transform(lidar, notes)
-    mounting.add_lidar("lidar", vehicle_SE3_lidar, said="Velodyne VLS-128")
+    mounting.add("lidar", "lidar", vehicle_SE3_lidar, said="Velodyne VLS-128")
     camera, lens = _beside(source, _CAMERA), _beside(source, _LENS)
     if camera is None or lens is None:
         notes.ignored(f"{_CAMERA} or {_LENS} is missing", "camera")
@@ -57,7 +57,7 @@ def read(source: Source, mounting: Mounting) -> Rig:
             value.refuse("a projection without skew and offset", "another one")
         notes.approximated("image size not in the file: 2448 x 2048 pixels", "camera")
         pose = vehicle_SE3_lidar @ inverse(_transform(camera, notes))
-        mounting.add_camera("camera", from_optical(pose), image=IMAGE, **pinhole(p))
+        mounting.add("camera", "camera", from_optical(pose), image=IMAGE, **pinhole(p))
     if _beside(source, _RADAR):
         notes.ignored("neither camera nor LiDAR", "radar")
     notes.converted("from x right, y forward, and optical axes, through the LiDAR")

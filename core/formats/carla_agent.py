@@ -24,7 +24,6 @@ from riglens.core.formats.source import Source, Value
 from riglens.core.formats.xacro_sums import Names, evaluated
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.nodes import shortened
-from riglens.core.sensors.radar import RADAR
 
 LIDAR_RAYS = {
     "range": 85.0,
@@ -167,11 +166,11 @@ def _add(node: ast.Dict, names: _Names, source: Source, mounting: Mounting) -> N
         _add_lidar(name, pose, value, mounting)
         return
     if kind == RADAR_TYPE:
-        mounting.add_other(RADAR, name, pose, **_radar_fields(value))
+        mounting.add("radar", name, pose, **_radar_fields(value))
         return
     if kind != "sensor.camera.rgb":
         notes.read("camera of another kind, imported for its view", name)
-    mounting.add_camera(name, pose, image=value.image(), hfov_deg=value.item("fov").number())
+    mounting.add("camera", name, pose, image=value.image(), hfov_deg=value.item("fov").number())
 
 
 def _add_lidar(name: str, pose: Any, value: Value, mounting: Mounting) -> None:
@@ -182,7 +181,7 @@ def _add_lidar(name: str, pose: Any, value: Value, mounting: Mounting) -> None:
             "rays not in the list: as the leaderboard fixes them (64 beams, -30 to 10 degrees)", name
         )
     told = Value(LIDAR_RAYS | value.raw, *value.place)
-    mounting.add_lidar(name, pose, **lidar_fields(told, name, mounting.notes))
+    mounting.add("lidar", name, pose, **lidar_fields(told, name, mounting.notes))
 
 
 def _radar_fields(value: Value) -> dict[str, Any]:

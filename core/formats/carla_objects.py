@@ -23,7 +23,7 @@ from riglens.core.formats.source import MAX_PIXELS, Source, Value
 from riglens.core.geometry import Vec3
 from riglens.core.rig.model import Camera, LinearAngles, Rig, Sensor
 from riglens.core.rig.yaml.nodes import shortened
-from riglens.core.sensors.radar import RADAR, Radar
+from riglens.core.sensors.radar import Radar
 
 ORIGIN: Vec3 = (0.0, 0.0, 0.0)
 PINHOLE = "a pinhole of one focal length in the middle of its image"
@@ -79,7 +79,7 @@ def _add(sensor: Value, mounting: Mounting) -> None:
     kind, name = sensor.item("type").text(), sensor.item("id").text()
     family, _, model = kind.removeprefix("sensor.").partition(".")
     if kind == RADAR_TYPE:
-        mounting.add_other(RADAR, name, _pose(sensor.item("spawn_point", {})), **_radar_fields(sensor))
+        mounting.add("radar", name, _pose(sensor.item("spawn_point", {})), **_radar_fields(sensor))
         return
     if family not in ("camera", "lidar"):
         mounting.notes.ignored(f"neither camera nor LiDAR: {shortened(kind, 40)}", name)
@@ -90,7 +90,7 @@ def _add(sensor: Value, mounting: Mounting) -> None:
         )
     pose = _pose(sensor.item("spawn_point", {}))
     if family == "lidar":
-        mounting.add_lidar(name, pose, **lidar_fields(sensor, name, mounting.notes))
+        mounting.add("lidar", name, pose, **lidar_fields(sensor, name, mounting.notes))
         return
     if model != "rgb":
         mounting.notes.read("camera of another kind, imported for its view", name)
@@ -98,7 +98,7 @@ def _add(sensor: Value, mounting: Mounting) -> None:
         sensor.item(f"image_size_{axis}", size).whole(1, MAX_PIXELS, quoted=True)
         for axis, size in (("x", 800), ("y", 600))
     )
-    mounting.add_camera(name, pose, image=(width, height), hfov_deg=_number(sensor, "fov", 90.0))
+    mounting.add("camera", name, pose, image=(width, height), hfov_deg=_number(sensor, "fov", 90.0))
     if any(key.startswith("lens_") for key, _ in sensor.items()):
         mounting.notes.ignored("lens distortion", name)
 

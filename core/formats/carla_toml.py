@@ -133,7 +133,8 @@ def _add_lidar(name: str, fields: dict[str, Value], mounting: Mounting) -> None:
         mounting.notes.approximated(
             f"points not in the file: {_POINTS_PER_CHANNEL:g} a second and beam", name
         )
-    mounting.add_lidar(
+    mounting.add(
+        "lidar",
         name,
         right_handed((x, y, z), (roll, pitch, 0.0)),
         elevations_deg=LinearAngles(from_=lower, to=upper, count=channels),
@@ -161,7 +162,7 @@ def _add_cameras(table: Value, mounting: Mounting) -> None:
         pose = right_handed(value.vector(), (roll, pitch, yaw))
         fov = table.item(f"FOV_{name}").number(1e-3, 179.9)
         mounting.notes.approximated("image size not in the file: 1600 x 900 pixels", name)
-        mounting.add_camera(name, pose, image=IMAGE, hfov_deg=fov)
+        mounting.add("camera", name, pose, image=IMAGE, hfov_deg=fov)
 
 
 def write(rig: Rig, notes: Notes) -> dict[str, str]:

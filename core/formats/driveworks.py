@@ -14,10 +14,12 @@ import json
 from collections.abc import Callable, Iterable
 from typing import Any
 
+import numpy as np
+
 from riglens.core.formats.base import Format
 from riglens.core.formats.frames import Matrix, pose_from_se3, se3
 from riglens.core.formats.lens_export import ftheta_polynomial, most_off_deg, radial_only
-from riglens.core.formats.lenses import FTheta, brown_conrady, ftheta_fields
+from riglens.core.formats.lenses import RoundLens, brown_conrady, ftheta_fields
 from riglens.core.formats.mounts import (
     REAR_AXLE,
     Mounting,
@@ -30,7 +32,6 @@ from riglens.core.formats.source import MAX_ANGLE, Source, Value
 from riglens.core.geometry import rotation_from_rpy_deg
 from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt, Rig, Sensor, Vehicle
 from riglens.core.rig.yaml.nodes import shortened
-from riglens.core.sensors.registry import kind_named
 
 VERSION = 2
 NOMINAL, CORRECTION_R, CORRECTION_T = "nominalSensor2Rig_FLU", "correction_sensor_R_FLU", "correction_rig_T"
@@ -115,12 +116,10 @@ def _add(sensor: Value, default_name: str, mounting: Mounting) -> None:
         return
     pose = _pose(sensor, name, mounting.notes)
     properties = sensor.get("properties")
-    if kind == "lidar":
-        mounting.add_lidar(name, pose, said=_model_words(sensor, properties))
-    elif (other := kind_named(kind)) is not None and kind != "camera":
-        mounting.add_other(other, name, pose, said=_model_words(sensor, properties))
+    if kind == "camera":
+        mounting.add(kind, name, pose, **_lens(properties, name, mounting))
     else:
-        mounting.add_camera(name, pose, **_lens(properties, name, mounting))
+        mounting.add(kind, name, pose, said=_model_words(sensor, properties))
 
 
 def _pose(sensor: Value, name: str, notes: Notes) -> Matrix:
@@ -165,8 +164,9 @@ def _lens(properties: Value | None, name: str, mounting: Mounting) -> dict[str, 
     if model == "ftheta":
         cx_px, cy_px = (properties.item(key).number(quoted=True) for key in ("cx", "cy"))
         coefficients, is_backward = _polynomial(properties)
-        ftheta = FTheta(cx_px, cy_px, coefficients, is_backward, _stretch(properties, name, notes))
-        return ftheta_fields(ftheta, size, properties, name, notes)
+        polynomial = np.polynomial.Polynomial(coefficients or (0.0,))
+        bent = RoundLens(cx_px, cy_px, _stretch(properties, name, notes), polynomial, is_backward)
+        return ftheta_fields(bent, coefficients, size, properties, name, notes)
     notes.approximated(f"lens of model '{shortened(model, 30)}' is not read: 90 degrees wide", name)
     return {"image": size, "hfov_deg": 90.0}
 

@@ -66,7 +66,7 @@ def read(source: Source, mounting: Mounting) -> Rig:
             cameras |= _ncamera(root.item("cameras"), np.eye(4), notes)
     turn = add_by_imu(cameras, mounting)
     for name, pose in lidars.items():
-        mounting.add_lidar(name, turn @ pose)
+        mounting.add("lidar", name, turn @ pose)
     notes.converted("cameras from optical axes")
     return mounting.rig(source.name)
 

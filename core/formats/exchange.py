@@ -41,24 +41,10 @@ from riglens.core.rig.yaml.nodes import shortened, shown_path
 FORMATS = {
     format_.name: format_
     for format_ in (
-        *(RIGLENS, NUSCENES, AUTOWARE, URDF, CARLA, CARLA_TOML, DRIVEWORKS),
-        *(
-            PANDASET,
-            ARGOVERSE,
-            KALIBR,
-            EUROC,
-            FAST_LIVO,
-            APOLLO,
-            OPENCV,
-            KITTI,
-            KITTI_360,
-            BOREAS,
-            AIRSIM,
-            MMDET3D,
-        ),
-        *(CARLA_AGENT, OSI),
+        RIGLENS, NUSCENES, AUTOWARE, URDF, CARLA, CARLA_TOML, DRIVEWORKS, PANDASET, ARGOVERSE, KALIBR, EUROC,
+        FAST_LIVO, APOLLO, OPENCV, KITTI, KITTI_360, BOREAS, AIRSIM, MMDET3D, CARLA_AGENT, OSI,
     )
-}
+}  # fmt: skip
 """Every format by its name on the command line; RigLens' own comes first."""
 
 READABLE = tuple(name for name, format_ in FORMATS.items() if format_.reads)

@@ -43,7 +43,7 @@ def read(source: Source, mounting: Mounting) -> Rig:
     camera_SE3_lidar = _transform(found, "Rcl", "Pcl", notes)
     camera = {"camera": (imu_SE3_lidar @ inverse(camera_SE3_lidar), _lens(source, mounting))}
     turn = add_by_imu(camera, mounting)
-    mounting.add_lidar("lidar", turn @ imu_SE3_lidar, said=_model(source.yaml))
+    mounting.add("lidar", "lidar", turn @ imu_SE3_lidar, said=_model(source.yaml))
     notes.converted("camera from optical axes, through the LiDAR")
     return mounting.rig(source.name)
 

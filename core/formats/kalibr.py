@@ -61,7 +61,7 @@ def read(source: Source, mounting: Mounting) -> Rig:
             notes.ignored("entry that is not a camera", name)
     chain = dict(sorted(cameras.items(), key=lambda item: int(item[0].removeprefix("cam"))))
     for name, pose in _poses(chain, notes).items():
-        mounting.add_camera(name, from_optical(pose), **_lens(chain[name], name, notes))
+        mounting.add("camera", name, from_optical(pose), **_lens(chain[name], name, notes))
     notes.converted("cameras from optical axes and inverse transforms")
     return mounting.rig(source.name)
 

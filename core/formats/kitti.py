@@ -50,7 +50,7 @@ def read(source: Source, mounting: Mounting) -> Rig:
         _read_raw(source, mounting)
     else:
         _read_benchmark(table_of(source), mounting)
-    mounting.add_lidar("velodyne", np.eye(4), said="Velodyne HDL-64E")
+    mounting.add("lidar", "velodyne", np.eye(4), said="Velodyne HDL-64E")
     mounting.notes.converted(
         "cameras from optical axes, through the calibration, to the axes of the Velodyne"
     )
@@ -110,7 +110,7 @@ def _add_projection(
         value.refuse("a projection matrix K [I | t]", "another matrix")
     centre = -np.linalg.solve(k, projection[:, 3])
     pose = velo_SE3_rectified @ se3(np.eye(3), centre)
-    mounting.add_camera(name, from_optical(pose), image=image, **pinhole(k))
+    mounting.add("camera", name, from_optical(pose), image=image, **pinhole(k))
 
 
 def _read_raw(source: Source, mounting: Mounting) -> None:
@@ -155,7 +155,7 @@ def _add_raw(table: Table, number: str, velo_SE3_camera0: Matrix, mounting: Moun
     _, position = table_matrix(table, (f"T_{number}",), 3, 1)
     camera_SE3_camera0 = se3(rotation_of(value, rotation, notes), position[:, 0])
     pose = velo_SE3_camera0 @ inverse(camera_SE3_camera0)
-    mounting.add_camera(name, from_optical(pose), **raw_lens(table, number, name, notes))
+    mounting.add("camera", name, from_optical(pose), **raw_lens(table, number, name, notes))
 
 
 def raw_lens(table: Table, number: str, name: str, notes: Notes) -> dict[str, Any]:

@@ -72,7 +72,7 @@ def read(source: Source, mounting: Mounting) -> Rig:
         value, matrix = quoted_matrix(velo, 3, 4)
         velo_SE3_camera0 = se3(rotation_of(value, matrix[:, :3], notes, _VELO), matrix[:, 3])
         pose = _pose(poses, "image_00", notes) @ inverse(velo_SE3_camera0)
-        mounting.add_lidar("velodyne", pose, said="Velodyne HDL-64E")
+        mounting.add("lidar", "velodyne", pose, said="Velodyne HDL-64E")
     if _beside(source, _SICK):
         notes.ignored(
             "laser scanners that look at the street's sides: their beams are not in the files", "SICK"
@@ -103,7 +103,7 @@ def _add(name: str, pose: Matrix, table: Table, lens: Source | None, mounting: M
     else:
         notes.ignored("its intrinsics are missing", name)
         return
-    mounting.add_camera(name, from_optical(pose), **fields)
+    mounting.add("camera", name, from_optical(pose), **fields)
 
 
 KITTI_360 = Format(

@@ -28,7 +28,7 @@ _SAMPLES = 400
 _POWERS = (1, 3, 5, 7, 9)
 
 
-def pinhole(matrix: Doubles) -> dict[str, float]:
+def pinhole(matrix: Doubles) -> dict[str, Any]:
     """Return focal lengths and principal point of a camera matrix, (3, 3) or more."""
     return {
         "fx": float(matrix[0, 0]),
@@ -65,73 +65,53 @@ def _distortion(
 
 
 @dataclass(frozen=True)
-class FTheta:
-    """Principal point in pixels, coefficients lowest first; is_backward: from pixels to radians.
+class RoundLens:
+    """Lens that is round about its principal point (pixels), stretched by `stretch` pixels along u for one along v.
 
-    stretch: pixels along u for one along v.
+    `project`: from angles off the axis in radians to distances from the principal point in pixels along v, or
+    backwards where `is_backward`.
     """
 
     cx_px: float
     cy_px: float
-    coefficients: Sequence[float]
-    is_backward: bool
-    stretch: float = 1.0
-
-    def is_kannala_brandt(self) -> bool:
-        """Return whether the polynomial leads from angles to pixels by odd powers, which a fisheye has as well."""
-        parts = dict(enumerate(self.coefficients))
-        odd_only = all(part == 0.0 for power, part in parts.items() if power not in _POWERS)
-        return not self.is_backward and odd_only and 0.0 < parts.get(1, 0.0) <= _LIMIT
-
-    def samples(self, image: tuple[int, int]) -> tuple[Doubles, Doubles]:
-        """Return angles in radians and distances in pixels of points between principal point and farthest corner."""
-        polynomial = np.polynomial.Polynomial(self.coefficients or (0.0,))
-        if not self.is_backward:
-            return _sampled(self, image, polynomial)
-        distances = np.linspace(0.0, _farthest_px(self, image), _SAMPLES)
-        with np.errstate(all="ignore"):
-            return np.asarray(polynomial(distances)), distances
-
-
-@dataclass(frozen=True)
-class SphereLens:
-    """Principal point and focal length along v in pixels; `plane`: from the angle off the axis to the distance from
-    the principal point in focal lengths; stretch: pixels along u for one along v."""
-
-    cx_px: float
-    cy_px: float
-    focal_px: float
     stretch: float
-    plane: Callable[[Doubles], Doubles]
+    project: Callable[[Doubles], Doubles]
+    is_backward: bool = False
 
+    def farthest_px(self, image: tuple[int, int]) -> float:
+        """Return how far the farthest corner of the image is from the principal point, in pixels along v."""
+        centre = (self.cx_px, self.cy_px)
+        far_x, far_y = (max(abs(c), abs(s - c)) for c, s in zip(centre, image, strict=True))
+        return math.hypot(far_x / self.stretch, far_y)
+
+    @np.errstate(all="ignore")
     def samples(self, image: tuple[int, int]) -> tuple[Doubles, Doubles]:
         """Return angles in radians and distances in pixels of points between principal point and farthest corner."""
-        return _sampled(self, image, lambda angles: self.focal_px * self.plane(angles))
-
-
-def _farthest_px(lens: FTheta | SphereLens, image: tuple[int, int]) -> float:
-    """Return how far the farthest corner of the image is from the principal point, in pixels along v."""
-    far_x, far_y = (max(abs(c), abs(s - c)) for c, s in zip((lens.cx_px, lens.cy_px), image, strict=True))
-    return math.hypot(far_x / lens.stretch, far_y)
-
-
-def _sampled(
-    lens: FTheta | SphereLens, image: tuple[int, int], forward: Callable[[Doubles], Doubles]
-) -> tuple[Doubles, Doubles]:
-    angles = np.linspace(0.0, math.pi, 4 * _SAMPLES)
-    with np.errstate(all="ignore"):
-        distances = np.asarray(forward(angles))
-    reached = np.flatnonzero(distances > _farthest_px(lens, image))
-    end = int(reached[0]) + 1 if reached.size else len(angles)
-    return angles[:end], distances[:end]
+        if self.is_backward:
+            distances = np.linspace(0.0, self.farthest_px(image), _SAMPLES)
+            return np.asarray(self.project(distances)), distances
+        angles = np.linspace(0.0, math.pi, 4 * _SAMPLES)
+        distances = np.asarray(self.project(angles))
+        reached = np.flatnonzero(distances > self.farthest_px(image))
+        end = int(reached[0]) + 1 if reached.size else len(angles)
+        return angles[:end], distances[:end]
 
 
 def ftheta_fields(
-    lens: FTheta, image: tuple[int, int], where: Value, name: str, notes: Notes
+    lens: RoundLens,
+    coefficients: Sequence[float],
+    image: tuple[int, int],
+    where: Value,
+    name: str,
+    notes: Notes,
 ) -> dict[str, Any]:
-    """Return image and lens of the Kannala-Brandt camera nearest to an f-theta lens; report the difference."""
-    if lens.is_kannala_brandt():
-        parts = [*lens.coefficients, *([0.0] * len(_POWERS) * 2)]
+    """Return image and lens of the Kannala-Brandt camera nearest to an f-theta lens; report the difference.
+
+    coefficients: of the polynomial that the lens projects by, lowest first.
+    """
+    parts = [*coefficients, *([0.0] * len(_POWERS) * 2)]
+    is_odd = all(part == 0.0 for power, part in enumerate(parts) if power not in _POWERS)
+    if not lens.is_backward and is_odd and 0.0 < parts[1] <= _LIMIT:
         focal_px, *rest = (parts[power] for power in _POWERS)
         notes.converted("f-theta polynomial of odd powers: a Kannala-Brandt lens", name)
     else:
@@ -163,15 +143,15 @@ def sphere_fields(
 
     def plane(angles: Doubles) -> Doubles:
         across = project(numbers, np.sin(angles), np.cos(angles))
-        return across * (1.0 + k1 * across**2 + k2 * across**4)
+        return fy * (across * (1.0 + k1 * across**2 + k2 * across**4))
 
-    said = SphereLens(cx, cy, fy, fx / fy, plane)
+    said = RoundLens(cx, cy, fx / fy, plane)
     focal_px, rest, off_px = _nearest_kannala_brandt(said, image, where)
     notes.approximated(
         f"lens of model '{model}' as the nearest Kannala-Brandt lens, at most {off_px:.2g} pixels off", name
     )
     if p1 or p2:
-        aside_px = 3.0 * math.hypot(p1, p2) * _farthest_px(said, image) ** 2 / fy
+        aside_px = 3.0 * math.hypot(p1, p2) * said.farthest_px(image) ** 2 / fy
         notes.ignored(f"tangential distortion: at most {aside_px:.2g} pixels", name)
     return _fitted(said, image, focal_px, rest, where)
 
@@ -241,7 +221,7 @@ SPHERE_MODELS: dict[str, tuple[int, Callable[[Sequence[float], Doubles, Doubles]
 
 
 def _fitted(
-    lens: FTheta | SphereLens, image: tuple[int, int], focal_px: float, rest: list[float], where: Value
+    lens: RoundLens, image: tuple[int, int], focal_px: float, rest: list[float], where: Value
 ) -> dict[str, Any]:
     """Return image and lens of a fitted camera."""
     if any(abs(number) > _LIMIT * focal_px for number in rest):
@@ -268,7 +248,7 @@ def _rising(angles: Doubles, distances: Doubles) -> tuple[Doubles, Doubles]:
 
 
 def _nearest_kannala_brandt(
-    lens: FTheta | SphereLens, image: tuple[int, int], where: Value
+    lens: RoundLens, image: tuple[int, int], where: Value
 ) -> tuple[float, list[float], float]:
     """Return the focal length in pixels, the coefficients of the higher powers, and the error in pixels."""
     angles, distances = _rising(*lens.samples(image))

@@ -59,7 +59,7 @@ def add_by_imu(cameras: Mapping[str, tuple[Matrix, dict[str, Any]]], mounting: M
     """Add cameras by their optical frames in an IMU's axes, with their fields; return how those axes are turned."""
     turn = level_axes((pose for pose, _ in cameras.values()), mounting.notes)
     for name, (pose, fields) in cameras.items():
-        mounting.add_camera(name, from_optical(turn @ pose), **fields)
+        mounting.add("camera", name, from_optical(turn @ pose), **fields)
     return turn
 
 

@@ -45,7 +45,7 @@ def read(source: Source, mounting: Mounting) -> Rig:
     for name, value in info.item("images").items() if "images" in info else ():
         _add_camera(name, value, root_SE3_lidar, mounting)
     if points is not None:
-        mounting.add_lidar("lidar", root_SE3_lidar)
+        mounting.add("lidar", "lidar", root_SE3_lidar)
     notes.converted("cameras from optical axes")
     return mounting.rig(source.name)
 
@@ -79,7 +79,7 @@ def _add_camera(name: str, value: Value, root_SE3_lidar: Matrix, mounting: Mount
         value.item("cam2img").refuse("a camera matrix with focal lengths", "another one")
     if projection[:, 3:].size:
         pose = pose @ se3(np.eye(3), -np.linalg.solve(k, projection[:, 3]))
-    mounting.add_camera(name, from_optical(pose), **_image(name, value, notes), **pinhole(k))
+    mounting.add("camera", name, from_optical(pose), **_image(name, value, notes), **pinhole(k))
 
 
 def _image(name: str, value: Value, notes: Notes) -> dict[str, Any]:

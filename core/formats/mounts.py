@@ -17,11 +17,11 @@ from riglens.core.formats.frames import Matrix, inverse, pose_from_se3, se3
 from riglens.core.formats.report import Notes
 from riglens.core.geometry import Pose, Vec3
 from riglens.core.rig.library import Entry, default_library
-from riglens.core.rig.model import MAX_SENSORS, Camera, Lidar, Rig, Sensor, Vehicle
+from riglens.core.rig.model import MAX_SENSORS, Rig, Sensor, Vehicle
 from riglens.core.rig.yaml.nodes import shortened
 from riglens.core.rig.yaml.problems import problem_text, problems
 from riglens.core.sensors.lidar import LIDAR
-from riglens.core.sensors.registry import AnyKind, kind_of, shown_kinds
+from riglens.core.sensors.registry import AnyKind, kind_named, kind_of, shown_kinds
 
 DEFAULT_LIDAR = "generic-16"
 _ASSUMED = {"lidar": DEFAULT_LIDAR, "radar": "generic-radar", "ultrasonic": "generic-ultrasonic"}
@@ -109,25 +109,28 @@ class Mounting:
         """Return the pose in the vehicle frame from that in the file's root frame."""
         return pose_from_se3(se3(np.eye(3), self.origin_m) @ root_SE3_sensor)
 
-    def add_lidar(self, name: str, root_SE3_sensor: Matrix, said: str | None = None, **fields: Any) -> None:
-        """Add a LiDAR at a pose; beams from `fields`, or from the library model named by `said`, or a default."""
-        entry = None if "elevations_deg" in fields else self._entry(LIDAR, name, said)
-        supplied = entry.fields if entry else {}
-        model = {"model": entry.name} if entry else {}
-        self._add(Lidar, name, root_SE3_sensor, **(supplied | model | fields))
-
-    def add_other(
-        self, kind: AnyKind, name: str, root_SE3_sensor: Matrix, said: str | None = None, **fields: Any
+    def add(
+        self, kind: str, name: str, root_SE3_sensor: Matrix, said: str | None = None, **fields: Any
     ) -> None:
-        """Add a radar or an ultrasonic sensor at a pose, with `fields` or as `add_lidar` finds its model."""
-        if not fields:
-            entry = self._entry(kind, name, said)
-            fields = entry.fields | {"model": entry.name}
-        self._add(kind.model, name, root_SE3_sensor, **fields)
+        """Add a sensor at the pose of its body (x forward, y left, z up), with `fields`.
 
-    def add_camera(self, name: str, root_SE3_sensor: Matrix, **fields: Any) -> None:
-        """Add a camera at the pose of its body frame (x forward, y left, z up)."""
-        self._add(Camera, name, root_SE3_sensor, **fields)
+        Rays that these do not give are those of the library model that `said` or the name tells, or assumed ones.
+        """
+        if len(self.sensors) >= MAX_SENSORS:
+            raise InputError(f"{self.where}: too many sensors (at most {MAX_SENSORS})")
+        found = kind_named(kind)
+        assert found is not None
+        if kind in _ASSUMED and not ("elevations_deg" in fields if kind == "lidar" else fields):
+            entry = self._entry(found, name, said)
+            fields = entry.fields | {"model": entry.name} | fields
+        pose = self.pose(root_SE3_sensor)
+        unique = self._unique(name)
+        data = {"name": unique, "position": pose.position_m, "rpy_deg": pose.rpy_deg, **fields}
+        try:
+            self.sensors.append(found.model(**data))
+        except ValidationError as error:
+            complaint = problem_text(problems(error, data)[0], data)
+            raise InputError(f"{self.where}: sensor '{shortened(unique)}': {complaint}") from error
 
     def unknown_lens(
         self, name: str, why: str = "lens and image not in the file", image: tuple[int, int] = (1600, 900)
@@ -174,18 +177,6 @@ class Mounting:
             f"unknown {part}, {kind.title} model {what}: assumed those of {assumed}", name
         )
         return default_library().entry(assumed)
-
-    def _add(self, kind: type[Sensor], name: str, root_SE3_sensor: Matrix, **fields: Any) -> None:
-        if len(self.sensors) >= MAX_SENSORS:
-            raise InputError(f"{self.where}: too many sensors (at most {MAX_SENSORS})")
-        pose = self.pose(root_SE3_sensor)
-        unique = self._unique(name)
-        data = {"name": unique, "position": pose.position_m, "rpy_deg": pose.rpy_deg, **fields}
-        try:
-            self.sensors.append(kind(**data))
-        except ValidationError as error:
-            complaint = problem_text(problems(error, data)[0], data)
-            raise InputError(f"{self.where}: sensor '{shortened(unique)}': {complaint}") from error
 
     def _unique(self, name: str) -> str:
         """Return the name as a rig accepts it: not empty, not too long, not taken."""

@@ -24,6 +24,7 @@ from riglens.core.formats.frames import (
     wxyz_from_rotation,
 )
 from riglens.core.formats.lens_export import report_lens, without_distortion
+from riglens.core.formats.lenses import pinhole
 from riglens.core.formats.lidar_points import Rings, rings_of, sweep_file
 from riglens.core.formats.mounts import (
     REAR_AXLE,
@@ -40,7 +41,6 @@ from riglens.core.rig.model import Camera, Rig, Sensor, Vehicle
 from riglens.core.rig.yaml.nodes import shortened
 from riglens.core.scene.readers.json_records import json_records
 from riglens.core.scene.readers.nuscenes_tables import table_file, version_folder
-from riglens.core.sensors.radar import RADAR
 
 ZOE = Vehicle(body="sedan", length=4.084, width=1.73, height=1.562, rear_axle_x=-1.35)
 IMAGE = (1600, 900)
@@ -192,21 +192,20 @@ def _add(row: Value, channel: str, modality: str, recorded: _Recorded, mounting:
     wxyz = rotation.numbers(4, limit=2.0)
     pose = se3(rotation_from_wxyz(rotation, wxyz), row.item("translation").vector())
     if modality == "radar":
-        mounting.add_other(RADAR, channel, pose, said="Continental ARS 408-21" if recorded.is_own else None)
+        mounting.add("radar", channel, pose, said="Continental ARS 408-21" if recorded.is_own else None)
         return
     if modality == "lidar":
         if recorded.is_own:
-            mounting.add_lidar(channel, pose, said=OWN_LIDAR)
+            mounting.add("lidar", channel, pose, said=OWN_LIDAR)
         else:
             _add_unknown_lidar(channel, pose, recorded.sweep, mounting)
         return
     k = row.item("camera_intrinsic").matrix(3, 3)
     if k[0, 1] != 0.0:
         mounting.notes.ignored("skew of the image axes", channel)
-    lens = {"fx": float(k[0, 0]), "fy": float(k[1, 1]), "cx": float(k[0, 2]), "cy": float(k[1, 2])}
     if recorded.size is None:
         mounting.notes.approximated("image size not in the tables: 1600 x 900 pixels", channel)
-    mounting.add_camera(channel, from_optical(pose), image=recorded.size or IMAGE, **lens)
+    mounting.add("camera", channel, from_optical(pose), image=recorded.size or IMAGE, **pinhole(k))
 
 
 def _add_unknown_lidar(channel: str, pose: Matrix, sweep: Path | None, mounting: Mounting) -> None:
@@ -220,11 +219,11 @@ def _add_unknown_lidar(channel: str, pose: Matrix, sweep: Path | None, mounting:
         mounting.notes.approximated(
             "azimuths and range not in the tables: those of a LiDAR of RigLens", channel
         )
-        mounting.add_lidar(channel, pose, elevations_deg=rings.elevations_deg)
+        mounting.add("lidar", channel, pose, elevations_deg=rings.elevations_deg)
         return
     if isinstance(rings, str):
         mounting.notes.approximated(f"the sweep of its points {rings}", channel)
-    mounting.add_lidar(channel, pose)
+    mounting.add("lidar", channel, pose)
 
 
 def write(rig: Rig, notes: Notes) -> dict[str, str]:

@@ -70,7 +70,7 @@ def _add_one(root: Value, source: Source, mounting: Mounting) -> None:
     named = next((root.item(key) for key in ("camera_name", "frame_id") if key in root), None)
     name = source.name if named is None else named.text()
     mounting.notes.approximated("pose of the camera not in the file: it faces straight ahead", name)
-    mounting.add_camera(name, np.eye(4), **read_lens(root, name, mounting.notes))
+    mounting.add("camera", name, np.eye(4), **read_lens(root, name, mounting.notes))
 
 
 def _add_chain(source: Source, mounting: Mounting) -> None:

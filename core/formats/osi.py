@@ -24,9 +24,8 @@ from riglens.core.formats.report import Notes
 from riglens.core.formats.source import MAX_ANGLE, MAX_PIXELS, Source, Value
 from riglens.core.rig.model import Camera, KannalaBrandt, Lidar, LinearAngles, Rig, Sensor
 from riglens.core.sensing.rays import farthest_m
-from riglens.core.sensors.radar import RADAR, Scan
+from riglens.core.sensors.radar import Scan
 from riglens.core.sensors.sectors import Sectored
-from riglens.core.sensors.ultrasonic import ULTRASONIC
 
 WHEEL_RADIUS_M = 0.33
 """Assumed height of the rear axle, which a rig does not contain; 0.33 m is a 215/55 R17 tyre."""
@@ -158,13 +157,13 @@ def _read_camera(name: str, view: _Views, mounting: Mounting) -> None:
         mounting.notes.approximated("lens not in the file: an equidistant one", name)
     else:
         mounting.notes.approximated("lens not in the file: a pinhole, with square pixels", name)
-    mounting.add_camera(name, view.pose(), image=(width, height), range_m=(0.0, view.range_m()), **lens)
+    mounting.add("camera", name, view.pose(), image=(width, height), range_m=(0.0, view.range_m()), **lens)
 
 
 def _read_lidar(name: str, view: _Views, mounting: Mounting) -> None:
     """Add a LiDAR: even beams and azimuths over its fields of view, or those of a library model by its name."""
     if view.get("number_of_rays_vertical") is None:
-        mounting.add_lidar(name, view.pose(), range_m=(0.0, view.range_m()))
+        mounting.add("lidar", name, view.pose(), range_m=(0.0, view.range_m()))
         return
     if view.get("directions") is not None:
         mounting.notes.ignored("listed directions of rays: even ones over the field of view", name)
@@ -173,7 +172,8 @@ def _read_lidar(name: str, view: _Views, mounting: Mounting) -> None:
     columns = view.count("number_of_rays_horizontal", MOST_RAYS, 1800, mounting, name)
     rows = view.count("number_of_rays_vertical", MOST_RAYS, 16, mounting, name)
     mounting.notes.read("fields of view and numbers of rays", name)
-    mounting.add_lidar(
+    mounting.add(
+        "lidar",
         name,
         view.pose(),
         elevations_deg=LinearAngles(from_=-high_deg / 2.0, to=high_deg / 2.0, count=rows),
@@ -201,7 +201,7 @@ def _read_radar(name: str, view: _Views, mounting: Mounting) -> None:
     sector = _sector(name, view, mounting, 90.0, 20.0)
     scan = Scan(range_m=_far_m(name, view, mounting, 100.0), **sector)
     mounting.notes.approximated("one scan; resolution and reference cross section are not in OSI", name)
-    mounting.add_other(RADAR, name, view.pose(), scans=(scan,))
+    mounting.add("radar", name, view.pose(), scans=(scan,))
 
 
 def _read_ultrasonic(name: str, view: _Views, mounting: Mounting) -> None:
@@ -210,7 +210,7 @@ def _read_ultrasonic(name: str, view: _Views, mounting: Mounting) -> None:
     fields = _sector(name, view, mounting, 120.0, 60.0)
     wall_m = max(5.5, pole_m)
     mounting.notes.approximated(f"OSI has one range: that for a pole; for a wall {wall_m:g} m", name)
-    mounting.add_other(ULTRASONIC, name, view.pose(), pole_range_m=pole_m, wall_range_m=wall_m, **fields)
+    mounting.add("ultrasonic", name, view.pose(), pole_range_m=pole_m, wall_range_m=wall_m, **fields)
 
 
 _READERS: dict[str, Callable[[str, _Views, Mounting], None]] = {

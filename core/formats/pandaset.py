@@ -70,11 +70,11 @@ def _add(name: str, value: Value, mounting: Mounting) -> None:
         if name == FRONT_GT:
             root_SE3_sensor = root_SE3_sensor @ se3(GT_R_BODY, (0.0, 0.0, 0.0))
             mounting.notes.converted("its own x right and y forward to x forward and y left", name)
-        mounting.add_lidar(name, root_SE3_sensor, said=_MODELS.get(name))
+        mounting.add("lidar", name, root_SE3_sensor, said=_MODELS.get(name))
         return
     mounting.notes.approximated("image size not in the file: 1920 x 1080 pixels", name)
-    mounting.add_camera(
-        name, from_optical(root_SE3_sensor), image=IMAGE, **_lens(intrinsic, name, mounting.notes)
+    mounting.add(
+        "camera", name, from_optical(root_SE3_sensor), image=IMAGE, **_lens(intrinsic, name, mounting.notes)
     )
 
 

@@ -13,7 +13,6 @@ from riglens.core.formats.mounts import Mounting
 from riglens.core.formats.source import MAX_PIXELS, Element
 from riglens.core.rig.model import KannalaBrandt, LinearAngles
 from riglens.core.rig.yaml.nodes import shortened
-from riglens.core.sensors.ultrasonic import ULTRASONIC
 
 WIDE_ANGLE, EQUIDISTANT, PINHOLE = "wideanglecamera", "equidistant", "gnomonical"
 KINDS: dict[str, SensorKind] = {
@@ -99,12 +98,8 @@ def add_sdf_sensor(
     if pose is not None:
         numbers = numbers_in(pose, pose.text, 6)
         base_SE3_link = base_SE3_link @ se3_from_rpy_rad(numbers[:3], numbers[3:])
-    if kind == "camera":
-        mounting.add_camera(name, base_SE3_link, **_camera_fields(sensor, name, mounting))
-    elif kind == "ultrasonic":
-        mounting.add_other(ULTRASONIC, name, base_SE3_link, **_sonar_fields(sensor, name, mounting))
-    else:
-        mounting.add_lidar(name, base_SE3_link, **_lidar_fields(sensor))
+    read = {"camera": _camera_fields, "ultrasonic": _sonar_fields}.get(kind, _lidar_fields)
+    mounting.add(kind, name, base_SE3_link, **read(sensor, name, mounting))
 
 
 def _number(root: Element, *path: str, default: float | None = None) -> float:
@@ -164,7 +159,7 @@ def _lens_of_type(
     return {"fx": focal_px, "fy": focal_px, **centre, "distortion": KannalaBrandt()}
 
 
-def _lidar_fields(sensor: Element) -> dict[str, Any]:
+def _lidar_fields(sensor: Element, _name: str, _mounting: Mounting) -> dict[str, Any]:
     lidar = sensor.first("lidar") or sensor.first("ray")
     scan = lidar.first("scan") if lidar is not None else None
     if lidar is None or scan is None:

@@ -338,15 +338,11 @@ def _add(found: _Found, base_SE3_link: Matrix, mounting: Mounting) -> None:
     name = without_ending(found.link)
     if found.sensor is not None:
         add_sdf_sensor(found.sensor, found.kind, name, base_SE3_link, mounting)
-    elif found.kind == "lidar":
-        mounting.add_lidar(name, base_SE3_link)
     elif found.kind != "camera":
-        other = kind_named(found.kind)
-        assert other is not None
-        mounting.add_other(other, name, base_SE3_link)
+        mounting.add(found.kind, name, base_SE3_link)
     else:
         body = from_optical(base_SE3_link) if is_optical(found.link) else base_SE3_link
-        mounting.add_camera(name, body, **mounting.unknown_lens(name))
+        mounting.add("camera", name, body, **mounting.unknown_lens(name))
 
 
 URDF = Format("urdf", "ROS URDF", (".urdf", ".xacro", ".xml"), recognises, read, write, endings=(".urdf",))
