@@ -13,7 +13,7 @@ from riglens.core.errors import InputError
 from riglens.core.optimise.objectives import HIT_COVERAGE, Objective, sensors_for
 from riglens.core.optimise.weights import EVEN, Weights
 from riglens.core.review.tolerance import disturbed, errors_count, profile_called, unit_draws
-from riglens.core.rig.edits import without_sensor
+from riglens.core.rig.edits import without
 from riglens.core.rig.library import default_library
 from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.boxes import CLASSES
@@ -140,7 +140,7 @@ def with_worst_failure(sampler: Sampler) -> Sampler:
     """Return the sampler of rigs with the one LiDAR failed that they miss most."""
 
     def sample(rig: Rig, settings: TargetSettings, frames: tuple[int, int]) -> Sample:
-        left = [without_sensor(rig, lidar.name) for lidar in rig.enabled_lidars()]
+        left = [without(rig, (lidar.name,)) for lidar in rig.enabled_lidars()]
         return min((sampler(one, settings, frames) for one in left or [rig]), key=lambda one: one.value)
 
     return sample

@@ -103,12 +103,6 @@ def unlinked(rig: Rig, name: str) -> Rig:
     return _with(rig, [_follower(sensor, None) for sensor in rig.sensors if sensor.name in pair])
 
 
-def without_sensor(rig: Rig, name: str) -> Rig:
-    """Return the rig without a sensor; its mirror image stays, unlinked."""
-    rig = unlinked(rig, name)
-    return rig.model_copy(update={"sensors": tuple(s for s in rig.sensors if s.name != name)})
-
-
 def in_step(before: Rig, after: Rig) -> Rig:
     """Return `after` with its mirror pairs in step: a change of one sensor changes the other.
 
@@ -187,21 +181,15 @@ def damaged(rig: Rig, said: Iterable[str]) -> Rig:
 
 def with_enabled(rig: Rig, names: Collection[str], enabled: bool) -> Rig:
     """Return the rig with these sensors counted in the scores, or not."""
-    return rig.model_copy(
-        update={
-            "sensors": tuple(
-                sensor.model_copy(update={"enabled": enabled}) if sensor.name in names else sensor
-                for sensor in rig.sensors
-            )
-        }
-    )
+    chosen = (sensor for sensor in rig.sensors if sensor.name in names)
+    return _with(rig, [sensor.model_copy(update={"enabled": enabled}) for sensor in chosen])
 
 
 def without(rig: Rig, names: Collection[str]) -> Rig:
     """Return the rig without these sensors; a mirror image whose partner goes stays, unlinked."""
     for name in names:
-        rig = without_sensor(rig, name)
-    return rig
+        rig = unlinked(rig, name)
+    return rig.model_copy(update={"sensors": tuple(s for s in rig.sensors if s.name not in names)})
 
 
 def duplicated(rig: Rig, names: Collection[str], left_m: float) -> tuple[Rig, tuple[str, ...]]:

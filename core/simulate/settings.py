@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Literal
 
 from riglens.core.errors import InputError
@@ -52,17 +52,7 @@ class SimulationSettings:
 
     def as_dict(self) -> dict[str, object]:
         """Return the settings as plain data."""
-        return {
-            "seed": self.seed,
-            "shape": self.shape,
-            "range_law": self.range_law,
-            "phase": self.phase,
-            "noise_m": self.noise_m,
-            "dropout": self.dropout,
-            "clutter": self.clutter,
-            "ground": self.ground,
-            "body": self.body,
-        }
+        return asdict(self)
 
 
 USUAL_SIMULATION = SimulationSettings()

@@ -58,15 +58,8 @@ class Sweep:
     def of(self, sensor: int) -> Sweep:
         """Return the points of one LiDAR."""
         mine = self.sensor == sensor
-        return replace(
-            self,
-            points_m=self.points_m[mine],
-            intensity=self.intensity[mine],
-            ring=self.ring[mine],
-            time_s=self.time_s[mine],
-            sensor=self.sensor[mine],
-            object=self.object[mine],
-        )
+        columns = ("points_m", "intensity", "ring", "time_s", "sensor", "object")
+        return replace(self, **{name: getattr(self, name)[mine] for name in columns})
 
 
 class _Source(NamedTuple):
@@ -139,15 +132,14 @@ class Simulator:
             )
             ray = rays[:count]
             ring = (ray // source.beams.columns).astype(np.int16)
-            parts.append(
-                (
-                    points[:count].copy(),
-                    intensity[:count].copy(),
-                    ring,
-                    source.time_s(ray),
-                    what[:count].copy(),
-                )
+            kept = (
+                points[:count].copy(),
+                intensity[:count].copy(),
+                ring,
+                source.time_s(ray),
+                what[:count].copy(),
             )
+            parts.append(kept)
             sensor.append(np.full(count, number, np.int16))
         points_m, bright, ring, time_s, on = (np.concatenate(columns) for columns in zip(*parts, strict=True))
         points_m = points_m if then is None else then.to_frame(points_m)

@@ -47,15 +47,8 @@ class Gap:
         """Return the directions of the boxes in words, such as "boxes only ahead (-45° to 45°)"."""
         start, end = self.boxes_deg
         middle = ((start + end) / 2 + 180.0) % 360.0 - 180.0
-        side = (
-            "ahead"
-            if abs(middle) <= 45
-            else "behind"
-            if abs(middle) >= 135
-            else "left"
-            if middle > 0
-            else "right"
-        )
+        across = "left" if middle > 0 else "right"
+        side = "ahead" if abs(middle) <= 45 else "behind" if abs(middle) >= 135 else across
         return f"boxes only {side} ({start:.0f}° to {end:.0f}°)".replace("-", "\u2212")
 
 

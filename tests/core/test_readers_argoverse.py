@@ -107,8 +107,8 @@ def test_columns_and_numbers_that_do_not_fit_are_named(tmp_path: Path) -> None:
         return refused(write_log(tmp_path, kept))  # type: ignore[arg-type]
 
     assert "column 'qw' is missing" in change(qw=None)
-    assert "column 'category' must hold text (got int64)" in change(category=[1] * 6)
-    assert "column 'timestamp_ns' must hold integers (got double)" in change(timestamp_ns=[0.5] * 6)
+    assert "column 'category': must be text (got type int64)" in change(category=[1] * 6)
+    assert "column 'timestamp_ns': must be integers (got type double)" in change(timestamp_ns=[0.5] * 6)
     assert "column 'tx_m' must have a value in every row" in change(tx_m=[1.0, None, 2.0, 3.0, 4.0, 5.0])
     assert re.search("row 4: column 'length_m': .*got -1", change(length_m=[1.0, 1.0, 1.0, -1.0, 1.0, 1.0]))
     assert re.search("row 2: column 'tz_m': .*got nan", change(tz_m=[1.0, float("nan"), 1.0, 1.0, 1.0, 1.0]))

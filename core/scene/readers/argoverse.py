@@ -15,20 +15,19 @@ from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
 from riglens.core.scene.boxes import BoxBatch, Progress, rotations_from_quaternions
-from riglens.core.scene.limits import MAX_NAME_CHARS, one_line, require_few_names
+from riglens.core.scene.limits import MAX_NAME_CHARS, require_few_names
 from riglens.core.scene.readers.classes import UNMAPPED
 from riglens.core.scene.readers.common import (
-    ACCEPTED_POSITION,
-    ACCEPTED_SIZE,
-    BATCH_BOXES,
     FileBoxSource,
     Tally,
-    end_of_frame,
+    accepted_number,
     first_bad_box,
     readable,
     select,
+    whole_frames,
 )
 from riglens.core.scene.readers.feather import FeatherLimits, read_feather
+from riglens.core.scene.readers.rows import TypeName, require_type
 
 NUMBERS = ("tx_m", "ty_m", "tz_m", "length_m", "width_m", "height_m", "qw", "qx", "qy", "qz")
 LOG = FeatherLimits("the annotations of one log", file_bytes=1 << 26, memory_bytes=1 << 28, rows=500_000)
@@ -54,21 +53,22 @@ class ArgoverseSource(FileBoxSource):
         tally.miss({name: int(n) for name, n in zip(names, missed, strict=True) if n}, self.path)
         rows = np.flatnonzero(cls != UNMAPPED)
         boxes = _boxes(self.path, table, frame, cls, rows[np.argsort(frame[rows], kind="stable")])
-        start = 0
-        while start < rows.size:
-            end = end_of_frame(boxes.frame, start + BATCH_BOXES)
-            yield select(boxes, slice(start, end))
-            progress(end / rows.size)
-            start = end
+        for run in whole_frames(boxes.frame):
+            yield select(boxes, run)
+            progress(run.stop / rows.size)
 
 
 def _table(path: Path) -> pa.Table:
     """Return the columns that are needed, complete and of a type that fits; raise InputError otherwise."""
-    needed = ["timestamp_ns", "category", *NUMBERS]
+    kinds: dict[str, TypeName] = {
+        "timestamp_ns": "integers",
+        "category": "text",
+        **dict.fromkeys(NUMBERS, "numbers"),
+    }
     with readable(path):
-        table = read_feather(path, needed, LOG)
-    for name in needed:
-        _check_type(path, table.schema.field(name))
+        table = read_feather(path, list(kinds), LOG)
+    for name, kind in kinds.items():
+        require_type(path, table.schema.field(name), kind)
         if table[name].null_count:
             raise InputError(f"{path}: column {name!r} must have a value in every row")
     return table
@@ -85,22 +85,6 @@ def category_names(path: Path, column: pa.ChunkedArray) -> tuple[list[str], NDAr
     return names, code.astype(np.intp)
 
 
-def _check_type(path: Path, column: pa.Field) -> None:
-    """Raise InputError when a column is of another type than it should be."""
-    kind = column.type
-    if column.name == "category":
-        value = kind.value_type if pa.types.is_dictionary(kind) else kind
-        good, accepted = pa.types.is_string(value) or pa.types.is_large_string(value), "text"
-    elif column.name == "timestamp_ns":
-        good, accepted = pa.types.is_integer(kind), "integers"
-    else:
-        good, accepted = pa.types.is_floating(kind), "numbers"
-    if not good:
-        raise InputError(
-            f"{path}: column {column.name!r} must hold {accepted} (got {one_line(str(kind), 60)})"
-        )
-
-
 def _boxes(
     path: Path,
     table: pa.Table,
@@ -113,9 +97,8 @@ def _boxes(
     numbers = np.column_stack(columns)[rows].reshape(-1, len(NUMBERS))
     bad = first_bad_box(numbers[:, 0:3], numbers[:, 3:6])
     if bad is not None:
-        accepted = ACCEPTED_POSITION if bad.column < 3 else ACCEPTED_SIZE
         place = f"{path}: row {rows[bad.row] + 1}: column {NUMBERS[bad.column]!r}"
-        raise InputError(f"{place}: must be {accepted} (got {bad.value:g})")
+        raise InputError(f"{place}: must be {accepted_number(bad.column)} (got {bad.value:g})")
     with np.errstate(over="ignore"):
         length = np.linalg.norm(numbers[:, 6:10], axis=1)
     wrong = ~(np.abs(length - 1.0) <= _QUATERNION_TOLERANCE)

@@ -22,15 +22,14 @@ from riglens.core.scene.limits import require_few_files
 from riglens.core.scene.readers.classes import UNMAPPED
 from riglens.core.scene.readers.common import (
     ACCEPTED_POSITION,
-    BATCH_BOXES,
     MAX_POSITION_M,
     BoxOptions,
     FileBoxSource,
     Tally,
     accepted_number,
-    end_of_frame,
     first_bad_box,
     readable,
+    whole_frames,
 )
 
 FOLDERS = ("vehicle", "pedestrian", "cyclist")
@@ -63,12 +62,9 @@ class CarlaSource(FileBoxSource):
         tally.notes.append(
             f"frames {numbers[0]} to {numbers[-1]} in steps of {step}; those without a file are empty"
         )
-        start = 0
-        while start < len(self._entries):
-            end = end_of_frame(frames, start + BATCH_BOXES)
-            yield self._boxes(slice(start, end), frames, tally)
-            start = end
-            progress(end / len(self._entries))
+        for run in whole_frames(frames):
+            yield self._boxes(run, frames, tally)
+            progress(run.stop / len(self._entries))
 
     def _boxes(self, rows: slice, frames: NDArray[np.int64], tally: Tally) -> BoxBatch:
         """Return the mapped boxes of the files in `rows`; unmapped ones are counted without being opened."""

@@ -283,11 +283,14 @@ def join(batches: Sequence[BoxBatch]) -> BoxBatch:
     return BoxBatch(*(np.concatenate(parts) for parts in zip(*map(_columns, batches), strict=True)))
 
 
-def end_of_frame(frames: NDArray[np.integer[Any]], end: int) -> int:
-    """Return the first index from `end` onwards where a new frame begins; frames (n,) are sorted."""
-    if end >= frames.size:
-        return int(frames.size)
-    return int(np.searchsorted(frames, frames[end - 1], side="right"))
+def whole_frames(frames: NDArray[np.integer[Any]]) -> Iterator[slice]:
+    """Yield runs of at least BATCH_BOXES rows, each of whole frames, until none is left; frames (n,) are sorted."""
+    start = 0
+    while start < frames.size:
+        last = min(start + BATCH_BOXES, frames.size) - 1
+        end = int(np.searchsorted(frames, frames[last], side="right"))
+        yield slice(start, end)
+        start = end
 
 
 def _columns(batch: BoxBatch) -> tuple[NDArray[Any], ...]:

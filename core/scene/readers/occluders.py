@@ -62,14 +62,11 @@ def _maps(names: list[str], codes: NDArray[np.int64], numbers: NDArray[np.float6
     """Return the rows of each map; codes (n,): the number of each row's map."""
     order = np.argsort(codes, kind="stable")
     ends = np.cumsum(np.bincount(codes, minlength=len(names)))
-    return (
-        {
-            name: Map.of(rows, numbers[rows, 0:3], numbers[rows, 3:6], numbers[rows, 6])
-            for name, rows in zip(names, np.split(order, ends[:-1]), strict=True)
-        }
-        if names
-        else {}
-    )
+    parts = np.split(order, ends[:-1]) if names else []
+    return {
+        name: Map.of(rows, numbers[rows, 0:3], numbers[rows, 3:6], numbers[rows, 6])
+        for name, rows in zip(names, parts, strict=True)
+    }
 
 
 def _read_poses(path: Path) -> dict[FrameName, MapPose]:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, Literal
 
 import numpy as np
 import pyarrow as pa
@@ -29,6 +29,7 @@ MAX_ROWS = 1_000_000_000
 MAX_FOOTER_BYTES = 1 << 25
 _PARQUET_ROWS = 1 << 14
 _PARQUET_BUFFER_BYTES = 1 << 20
+TypeName = Literal["text", "text or integers", "integers", "numbers"]
 
 
 @dataclass(frozen=True)
@@ -133,7 +134,9 @@ class ParquetFile(RowFile):
             schema = file.schema_arrow
         self.unused = columns.unused(path, list(schema.names))
         for name in columns.needed:
-            self._check_type(name, schema.field(name).type)
+            kind: TypeName = "integers" if name == "frame" else "numbers"
+            kind = "text or integers" if name in columns.texts else kind
+            require_type(path, schema.field(name), kind)
         self._dictionaries = self._text_dictionaries()
 
     def pieces(self, progress: Progress) -> Iterator[Rows]:
@@ -166,22 +169,6 @@ class ParquetFile(RowFile):
             return ()
         return tuple(texts)
 
-    def _check_type(self, name: str, kind: pa.DataType) -> None:
-        """Raise InputError when a Parquet column has the wrong type."""
-        value = kind.value_type if pa.types.is_dictionary(kind) else kind
-        text = pa.types.is_string(value) or pa.types.is_large_string(value)
-        whole = pa.types.is_integer(kind)
-        if name in self.columns.texts:
-            good, accepted = text or whole, "text"
-        elif name == "frame":
-            good, accepted = whole, "integers"
-        else:
-            good, accepted = whole or pa.types.is_floating(kind) or pa.types.is_decimal(kind), "numbers"
-        if not good:
-            raise InputError(
-                f"{self.path}: column {name!r}: must be {accepted} (got type {one_line(str(kind), 60)})"
-            )
-
     def _check_no_nulls(self, batch: pa.RecordBatch, place: Callable[[int], str]) -> None:
         for name in self.columns.needed:
             column = batch.column(name)
@@ -190,6 +177,21 @@ class ParquetFile(RowFile):
                 raise InputError(
                     f"{place(row)}: column {name!r}: must be {ACCEPTED.get(name, 'a name')} (got nothing)"
                 )
+
+
+def require_type(path: Path, column: pa.Field, accepted: TypeName) -> None:
+    """Raise InputError unless a column has one of these types; integers are numbers, too."""
+    kind = column.type
+    value = kind.value_type if pa.types.is_dictionary(kind) else kind
+    good = pa.types.is_integer(kind) and accepted != "text"
+    if accepted.startswith("text"):
+        good |= pa.types.is_string(value) or pa.types.is_large_string(value)
+    elif accepted == "numbers":
+        good |= pa.types.is_floating(kind) or pa.types.is_decimal(kind)
+    if not good:
+        raise InputError(
+            f"{path}: column {column.name!r}: must be {accepted} (got type {one_line(str(kind), 60)})"
+        )
 
 
 def open_rows(path: Path, columns: Columns) -> RowFile:

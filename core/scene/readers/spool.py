@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
 from riglens.core.scene.boxes import BoxBatch
-from riglens.core.scene.readers.common import BATCH_BOXES, end_of_frame
+from riglens.core.scene.readers.common import whole_frames
 
 _ROW = np.dtype([("cls", "u1"), ("centre", "f8", 3), ("size", "f8", 3), ("rotation", "f8", (3, 3))])
 
@@ -56,11 +56,9 @@ class BoxSpool(AbstractContextManager["BoxSpool"]):
             return
         frame = np.concatenate(self._frames)
         order = np.argsort(frame, kind="stable")
-        frame, start = frame[order], 0
-        while start < frame.size:
-            end = end_of_frame(frame, start + BATCH_BOXES)
-            yield self._rows(frame[start:end], order[start:end])
-            start = end
+        frame = frame[order]
+        for run in whole_frames(frame):
+            yield self._rows(frame[run], order[run])
 
     def _rows(self, frame: NDArray[np.int32], rows: NDArray[np.intp]) -> BoxBatch:
         """Return the boxes at these places; the file is mapped again each time, so that its pages do not accumulate."""

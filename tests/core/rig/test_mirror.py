@@ -17,7 +17,7 @@ from riglens.core.rig.edits import (
     partner_of,
     unlinked,
     with_mirror_image,
-    without_sensor,
+    without,
 )
 from riglens.core.rig.model import Camera, Lidar, LinearAngles, Rig
 from riglens.core.rig.yaml.file import dumps, loads, new_rig_file, rig_sha256
@@ -99,7 +99,7 @@ def test_a_renamed_sensor_stays_in_its_pair(name):
 @pytest.mark.parametrize("name", ["left", "right"])
 def test_deleting_one_leaves_the_other_alone_where_it_is(name):
     other = partner_of(PAIR, name)
-    after = without_sensor(PAIR, name)
+    after = without(PAIR, (name,))
     assert [sensor.name for sensor in after.sensors] == [other, "front"]
     assert after.sensor(other).mirror_of is None and after.sensor(other).pose == PAIR.sensor(other).pose
     bare = PAIR.model_copy(update={"sensors": tuple(s for s in PAIR.sensors if s.name != name)})
