@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import os
 from dataclasses import dataclass
+from functools import cache
 from typing import Annotated, Literal, Self
 
 import numpy as np
@@ -197,6 +198,7 @@ def read_profiles(path: str | os.PathLike[str]) -> tuple[Profile, ...]:
     ).profiles
 
 
+@cache
 def bundled_profiles() -> tuple[Profile, ...]:
     """Return the profiles that ship with the program."""
     return read_profiles(asset_path("review/blind.yaml"))
