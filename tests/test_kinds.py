@@ -441,6 +441,7 @@ MAY_NAME_KINDS = {
 }
 """Files and folders that may compare kinds of sensor, and why."""
 BUILT_IN = {kind.name: kind.model.__name__ for kind in kinds()}
+NAMES = re.compile("|".join({*BUILT_IN, *BUILT_IN.values(), *map(str.upper, BUILT_IN)}))
 
 
 def compares_kinds(source: str) -> bool:
@@ -449,8 +450,9 @@ def compares_kinds(source: str) -> bool:
     A sensor may be called so (`name="camera"`), and functions for one kind may be registered by its class, since those
     have no branch for all others.
     """
-    tree = ast.parse(source)
-    every = list(ast.walk(tree))
+    if not NAMES.search(source):
+        return False
+    every = list(ast.walk(ast.parse(source)))
     descriptors, models, names_of_sensors = set(), set(BUILT_IN.values()), set()
     for node in every:
         if isinstance(node, ast.ImportFrom):

@@ -13,11 +13,17 @@ NOT_OPTIONS = {"bearings_deg", "speeds_kmh", "name", "field"}
 """Arguments of Python alone, and variables."""
 
 
+def nodes(floor: str, containing: str) -> Iterator[tuple[Path, ast.AST]]:
+    """Yield the syntax of the files of a floor that contain a text."""
+    for path in (ROOT / floor).glob("**/*.py" if floor != "riglens" else "*.py"):
+        if containing in (source := path.read_text(encoding="utf-8")):
+            yield from ((path, node) for node in ast.walk(ast.parse(source)))
+
+
 def test_core_names_no_option_of_the_command_line() -> None:
     named = [
         f"{path.relative_to(ROOT)}:{node.lineno}: {word[0]}"
-        for path in (ROOT / "core").rglob("*.py")
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        for path, node in nodes("core", "--")
         if isinstance(node, ast.Constant) and isinstance(node.value, str)
         for word in [re.search(r"(?<![\w-])--[a-z][\w-]*", node.value)]
         if word and word[0] not in ("--index-url", "--fans-first")  # of pip, and of our own child process
@@ -28,12 +34,9 @@ def test_core_names_no_option_of_the_command_line() -> None:
 def fields() -> Iterator[str]:
     """Yield the field of every InputError in the sources that names one."""
     for floor in ("core", "app", "riglens"):
-        for path in (ROOT / floor).glob("**/*.py" if floor != "riglens" else "*.py"):
-            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-                if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "InputError":
-                    for argument in node.args[1:]:
-                        if isinstance(argument, ast.Constant):
-                            yield argument.value
+        for _, node in nodes(floor, "InputError("):
+            if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "InputError":
+                yield from (one.value for one in node.args[1:] if isinstance(one, ast.Constant))
 
 
 def options(of: object = app) -> Iterator[str]:
