@@ -9,7 +9,7 @@ import pytest
 import riglens as rl
 from riglens.core.rig.yaml.file import load_rig
 
-FEW = ("--add", "generic-16", "--spots", "0.9", "--frames", "6", "--held-out", "12", "--threads", "1")
+FEW = ("--add", "generic-16", "--spots", "1.4", "--frames", "4", "--held-out", "12", "--threads", "1")
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +37,7 @@ def test_the_json_the_folder_and_python_say_the_same(riglens, town, tmp_path):
     found = riglens("optimise", "KITTI car", *FEW, "--boxes", town, "--out", out, "--json", "-")
     assert found.code == 0
     document = json.loads(found.out)
-    assert document["riglens"] == 1 and document["objective"] == "on_target" and document["frames"] == 6
+    assert document["riglens"] == 1 and document["objective"] == "on_target" and document["frames"] == 4
     best = document["proposals"][0]
     assert document["before"] < best["value"] <= document["bound"]["value"]
     assert len(best["sensors"]) == 2 and best["verdict"] in ("resolved", "not resolved")
@@ -46,11 +46,11 @@ def test_the_json_the_folder_and_python_say_the_same(riglens, town, tmp_path):
     assert (out / "proposals.csv").is_file()
     traffic = rl.load_traffic(town)
     result = rl.optimise(
-        rl.open_rig("KITTI car"), traffic, add="generic-16", spots_m=0.9, frames=6, held_out=12, threads=2
+        rl.open_rig("KITTI car"), traffic, add="generic-16", spots_m=1.4, frames=4, held_out=12, threads=2
     )
     assert result.to_dict() == document
     assert result.proposals[0].rig == rig
-    assert rl.targets(rig, traffic, sample=6)["car"].total.on_target.value > 0.0
+    assert rl.targets(rig, traffic, sample=4)["car"].total.on_target.value > 0.0
 
 
 def test_the_table_says_the_bound_and_the_verdict(riglens, town):
