@@ -235,7 +235,7 @@ def _proposals_html(found: OptimiseResult) -> str:
         {"proposal": one.rig.name, "value": one.value, "cost": one.cost, "verdict": one.verdict}
         for one in found.proposals
     ]
-    title = f"{found.problem.rig.name}: hit coverage {found.before:.3f}; {found.sentence()}"
+    title = f"{found.problem.rig.name}: on target {found.before:.3f}; {found.sentence()}"
     return html_table(title, rows, _proposals_png(found))
 
 

@@ -223,7 +223,7 @@ def print_proposals(found: OptimiseResult) -> None:
         missed = ", ".join(found.unmet)
         said = f"Requirements not met by any set tried: {missed}." if missed else "All requirements are met."
         console.print(Text(f"Every mount keeps the limits of mounts. {said}"), soft_wrap=True)
-    other = "" if problem.goal.is_guarded else " in hit coverage"
+    other = "" if problem.goal.is_guarded else " on target"
     console.print(Text(f"Gain over {visible(found.reference.name)}{other}:"), soft_wrap=True)
     console.print(_checks(found))
     weak = ", ".join(f"{one.case} ({one.share:.0%})" for one in found.best.weak)

@@ -105,7 +105,7 @@ def sweep(
     chart
         Also draw the figures over the one or two varied fields, with their noise.
     figure
-        Column to draw, such as car.lidar.seen; may be repeated (hit coverage of the classes).
+        Column to draw, such as car.lidar.seen; may be repeated (on target of the classes).
     surroundings
         block: houses, walls and poles of the bundled scenario hide objects too (ignored).
     workers

@@ -19,7 +19,7 @@ if TYPE_CHECKING:  # loads the compiler
     from riglens.core.targets.traffic import Traffic
 
 OBJECTIVES = {
-    "on_target": "Hit coverage",
+    "on_target": "On target",
     "predicted": "Predicted AP",
     "worst_failure": "Worst single failure",
     "seen": "Entropy seen",
@@ -61,8 +61,8 @@ class SearchOptions:
         Literal["on_target", "predicted", "worst_failure", "seen", "blind", "cameras", "s_ms"],
         Said(
             "NAME",
-            "Figure to maximise: on_target (hit coverage), predicted (detection by the calibration that ships), "
-            "worst_failure (hit coverage with any one LiDAR failed), seen (entropy of voxels seen by LiDARs), blind "
+            "Figure to maximise: on_target (mean over classes), predicted (detection by the calibration that ships), "
+            "worst_failure (on target with any one LiDAR failed), seen (entropy of voxels seen by LiDARs), blind "
             "(ground where a low object is seen), cameras (objects of 25 px or more).",
             OBJECTIVES,
         ),

@@ -221,13 +221,13 @@ BY_CAMERAS = next(one for one in QUANTITIES if one.key == CAMERA.name)
 WORST = "worst_failure"
 OF_VOXELS = ("seen", "s_ms")
 """Objectives of a scene of voxels."""
-HIT_COVERAGE = Objective("on_target", "hit coverage", _hits)
+HIT_COVERAGE = Objective("on_target", "on target", _hits)
 OBJECTIVES = {
     one.name: one
     for one in (
         HIT_COVERAGE,
         Objective("predicted", "predicted AP", _predicted, quantity=PREDICTED),
-        Objective(WORST, "hit coverage with any one LiDAR failed", _hits),
+        Objective(WORST, "on target with any one LiDAR failed", _hits),
         Objective("seen", "entropy seen by LiDARs", _seen(False), quantity=None),
         Objective("s_ms", "S-MS, as a share of all entropy,", _seen(True), quantity=None),
         Objective("blind", "share of the ground where a low object is seen", _ground, "any", None),

@@ -24,7 +24,7 @@ ENTRY = "Sweep this field"
 CHANGE = "change of {what} in pp ± {noise}, {frames} frames"
 NOISE = ("1 SE", "noise floor + 1 SE")
 """Of the band before mounts off by 1 mm and 0.01° are known, and with them."""
-FIGURES = {CAMERA.name: "objects at least 25 px tall", LIDAR.name: "hit coverage"}
+FIGURES = {CAMERA.name: "objects at least 25 px tall", LIDAR.name: "on target"}
 OTHER = "detected objects"
 
 

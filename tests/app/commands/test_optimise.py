@@ -56,7 +56,7 @@ def test_the_json_the_folder_and_python_say_the_same(riglens, town, tmp_path):
 def test_the_table_says_the_bound_and_the_verdict(riglens, town):
     found = riglens("optimise", "KITTI car", *FEW, "--boxes", town, "--blind", "0.3")
     assert found.code == 0
-    for said in ("No pair on these", "held-out frames", "Verdict:", "Front of hit coverage"):
+    for said in ("No pair on these", "held-out frames", "Verdict:", "Front of on target"):
         assert said in found.out
 
 

@@ -168,7 +168,7 @@ def test_the_process_searches_for_figures_of_other_sensors_and_voxels(town: Path
     *_, end = read(sink)
     assert end.problem == "" and end.result.best.value > end.result.before
     assert end.result.sentence() in sentence_of(end.result)
-    assert ("in hit coverage" in verdict_of(end.result)) == (objective != "cameras")
+    assert ("on target over" in verdict_of(end.result)) == (objective != "cameras")
     assert len(check_cells(end.result)[0]) == len(end.result.best.guard) + (objective == "cameras")
 
 

@@ -112,7 +112,7 @@ def test_only_the_latest_field_is_shown(desk, feature):
     feature._take(first, Curve(points(1.0, 2.0)))
     assert feature.curve.note == "computing"
     feature._take(second, Curve(points(1.0, 2.0)))
-    assert "hit coverage" in feature.curve.note and second.field.path == ("rpy_deg", 2)
+    assert "on target" in feature.curve.note and second.field.path == ("rpy_deg", 2)
 
 
 def test_there_is_no_sweep_without_a_value_or_objects(desk, feature, targets):

@@ -176,6 +176,6 @@ def verdict_of(found: OptimiseResult) -> str:
     """Return what the checks say about the gain over the reference."""
     weak = ", ".join(f"{one.case} ({one.share:.0%})" for one in found.best.weak)
     word = found.best.verdict
-    what = "gain" if found.problem.goal.is_guarded else "gain in hit coverage"
+    what = "gain" if found.problem.goal.is_guarded else "gain on target"
     against = f"{word[0].upper()}{word[1:]}: {what} over {visible(found.reference.name)}."
     return f"{against} Less than half is left with: {weak}." if weak else against
