@@ -25,7 +25,7 @@ from riglens.app.window.status import StatusBar
 from riglens.app.window.workbench import Bars, Panels, Workbench
 from riglens.core.metric.scores import MetricSettings
 from riglens.widgets.panels.checks.panel import ChecksPanel
-from riglens.widgets.panels.controls.building import filled
+from riglens.widgets.panels.controls.building import filled, room_around
 from riglens.widgets.panels.controls.messages import MessageBar
 from riglens.widgets.panels.inspector.panel import Inspector
 from riglens.widgets.panels.scene.scene_panel import ScenePanel
@@ -57,7 +57,7 @@ class MainWindow(QMainWindow):
     ) -> None:
         super().__init__()
         self.setWindowTitle("RigLens")
-        self.resize(fitting_size(DEFAULT_SIZE, self.screen().availableSize()))
+        self.resize(fitting_size(DEFAULT_SIZE, room_around(self).size()))
         self.session = Session(document, settings)
         panels = Panels(
             SensorTree(), Inspector(), ScenePanel(choice_of(scene)), ScoresPanel(settings), ChecksPanel()

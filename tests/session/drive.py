@@ -232,7 +232,7 @@ def main(part: str, folder: Path) -> int:
             parts[part](person)
         except BaseException:
             traceback.print_exc()
-            window.screen().grabWindow(0).save(str(folder / f"{part}-failed.png"))
+            QApplication.primaryScreen().grabWindow(0).save(str(folder / f"{part}-failed.png"))
             os._exit(1)
         (folder / f"{part}.json").write_text(json.dumps(person.notes, indent=1))
         if part == "work":

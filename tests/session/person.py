@@ -89,7 +89,7 @@ class Person:
         """Keep a picture of the whole screen."""
         self.settle()
         self._pictures += 1
-        screen = self.window.screen().grabWindow(0)
+        screen = QApplication.primaryScreen().grabWindow(0)
         assert screen.save(str(self.folder / f"{self.part}-{self._pictures:02d}-{name}.png"))
 
     def seen(self, class_name: str = "car") -> float:

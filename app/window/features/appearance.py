@@ -13,6 +13,7 @@ from riglens.app.window.feature import Feature
 from riglens.app.window.features.follow import Follow
 from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
+from riglens.widgets.panels.controls.building import room_around
 from riglens.widgets.panels.controls.style import apply_style, is_dark, shows_dark
 from riglens.widgets.panels.fields.quantity import DEGREES, METRES, MILLIMETRES, RADIANS
 from riglens.widgets.theme import palette
@@ -120,13 +121,13 @@ class Layout(Feature):
         window = self.bench.window
         window.restoreState(self._first_state, VERSION)
         if not (window.isMaximized() or window.isFullScreen()):
-            window.resize(fitting_size(self._first_size, window.screen().availableSize()))
+            window.resize(fitting_size(self._first_size, room_around(window).size()))
 
     def restore(self, settings: Settings) -> None:
         window = self.bench.window
         window.restoreGeometry(settings.read_bytes("window/geometry"))
         if not (window.isMaximized() or window.isFullScreen()):
-            window.resize(fitting_size(window.size(), window.screen().availableSize()))
+            window.resize(fitting_size(window.size(), room_around(window).size()))
         window.restoreState(settings.read_bytes("window/state"), VERSION)
 
     def keep(self, settings: Settings) -> None:

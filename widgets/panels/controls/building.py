@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeVar
 
-from PySide6.QtCore import Qt, SignalInstance
-from PySide6.QtGui import QIcon
+from PySide6.QtCore import QRect, Qt, SignalInstance
+from PySide6.QtGui import QGuiApplication, QIcon
 from PySide6.QtWidgets import QBoxLayout, QLabel, QLayout, QPushButton, QSizePolicy, QToolButton, QWidget
 
 Box = TypeVar("Box", bound=QBoxLayout)
@@ -76,3 +76,14 @@ def tool(icon: QIcon, clicked: Clicked | None = None, tip: str = "", name: str =
     made = button(QToolButton(), clicked, tip, name)
     made.setIcon(icon)
     return made
+
+
+def room_around(widget: QWidget) -> QRect:
+    """Return the usable part of the screen that shows a widget, or its parent as long as it is hidden.
+
+    QWidget.screen() must not be called: PySide makes the screen of the application a child of the widget, and with a
+    widget that garbage collection finds the screen goes, after which Qt crashes anywhere.
+    """
+    place = widget if widget.isVisible() else widget.parentWidget() or widget
+    middle = place.mapToGlobal(place.rect().center())
+    return (QGuiApplication.screenAt(middle) or QGuiApplication.primaryScreen()).availableGeometry()

@@ -7,7 +7,7 @@ from pathlib import Path
 from PySide6.QtCore import Qt, QUrl
 from PySide6.QtWidgets import QDialog, QHBoxLayout, QPushButton, QTextBrowser, QVBoxLayout, QWidget
 
-from riglens.widgets.panels.controls.building import filled
+from riglens.widgets.panels.controls.building import filled, room_around
 from riglens.widgets.panels.controls.style import MARGIN
 
 WIDTH_PX, HEIGHT_PX = 760, 720
@@ -32,6 +32,6 @@ class Guide(QDialog):
         self.text.backwardAvailable.connect(back.setEnabled)
         row = filled(QHBoxLayout(), back, start, None, close, margins=(MARGIN, 0, MARGIN, MARGIN))
         filled(QVBoxLayout(self), self.text, 1, row)
-        room = self.screen().availableSize()
+        room = room_around(self)
         self.resize(min(WIDTH_PX, room.width()), min(HEIGHT_PX, room.height()))
         self.text.setSource(QUrl.fromLocalFile(str(page)))

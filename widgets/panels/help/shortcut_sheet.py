@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from riglens.widgets.panels.controls.building import room_around
 from riglens.widgets.panels.controls.style import MARGIN, as_panel, tones
 
 GAP_PX = 18
@@ -55,7 +56,7 @@ class ShortcutSheet(QDialog):
         columns = QHBoxLayout(sheet)
         columns.setContentsMargins(GAP_PX // 2, MARGIN, GAP_PX // 2, MARGIN)
         columns.setSpacing(GAP_PX)
-        room = self.screen().availableSize()
+        room = room_around(self)
         beside_last = (room.width() - LAST_PX - 2 * GAP_PX) // (COLUMN_PX + GAP_PX)
         for column in in_columns(groups[:-1], min(max(beside_last, 1), MOST_COLUMNS)):
             columns.addWidget(_column(column, COLUMN_PX, KEYS_PX))

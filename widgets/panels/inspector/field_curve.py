@@ -10,6 +10,7 @@ from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPaintEvent,
 from PySide6.QtWidgets import QWidget
 
 from riglens.core.scene.boxes import CLASSES
+from riglens.widgets.panels.controls.building import room_around
 from riglens.widgets.panels.controls.style import tones
 from riglens.widgets.panels.fields.quantity import Unit, short_text
 from riglens.widgets.theme import CLASS_COLOURS
@@ -43,7 +44,7 @@ class FieldCurve(QWidget):
         """Open under a field with this value, still without a curve."""
         self._points, self._title, self._now, self._unit, self._at = (), title, now, unit, None
         self._note = "computing"
-        room, corner = place.screen().availableGeometry(), place.mapToGlobal(place.rect().bottomLeft())
+        room, corner = room_around(place), place.mapToGlobal(place.rect().bottomLeft())
         self.move(
             max(room.left(), min(corner.x(), room.right() - self.width())),
             min(corner.y() + 2, room.bottom() - self.height()),
