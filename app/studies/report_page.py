@@ -73,6 +73,11 @@ def whole(value: Any) -> str:
     return f"{value:,}"
 
 
+def in_brackets(write: Callable[[Any], str]) -> Callable[[Any], str]:
+    """Return what writes a figure that is outside of what it was shown for."""
+    return lambda value: f"({write(value)})"
+
+
 def minus(text: str) -> str:
     """Return a number with a true minus sign."""
     return text.replace("-", "−")
@@ -134,7 +139,7 @@ def at(figures: Figures, path: str) -> Any:
 
 def report_page(document: ReportDocument) -> str:
     """Return the page for browsers; equal documents give equal text."""
-    return _filled("report.html", document=document, figures=document.figures, printed=False)
+    return _report(document, printed=False)
 
 
 def printed_page(document: ReportDocument) -> tuple[str, dict[str, bytes]]:
@@ -145,8 +150,29 @@ def printed_page(document: ReportDocument) -> tuple[str, dict[str, bytes]]:
         pictures[f"plans{number}"] = _filled("plans.svg", plans=drawn.plans, printed=True, alt="").encode(
             "utf-8"
         )
-    text = _filled("report.html", document=document, figures=document.figures, printed=True)
-    return text, pictures
+    return _report(document, printed=True), pictures
+
+
+def _report(document: ReportDocument, printed: bool) -> str:
+    figures = document.figures
+    classes = classes_in(figures)
+    return _filled(
+        "report.html",
+        document=document,
+        figures=figures,
+        printed=printed,
+        classes=classes,
+        absent=[name for name in CLASSES if name not in classes],
+        lost_titles=[f"lost: {name}" for name in classes],
+        entropy_titles=[title for name in classes for title in (f"{name} seen", "S-MS")],
+    )
+
+
+def classes_in(figures: Figures) -> list[str]:
+    """Return the classes that the data have: shares of the others would be those of nothing."""
+    scored, targets = figures["evaluation"]["rigs"][0]["classes"], figures["targets"]
+    counted = scored if targets is None else targets["rigs"][0]["classes"]
+    return [name for name in CLASSES if scored[name]["h_total"] or counted[name].get("objects")]
 
 
 def _filled(template: str, **context: Any) -> str:
@@ -175,15 +201,14 @@ def _templates() -> Environment:
     made.globals |= {write.__name__: write for write in writers} | {
         function.__name__: function
         for function in (
-            at, body_text, range_lines, difference_text, few_words, limit_texts, missed_objects, origin, smallest_range,
-            verdict_text, view_text, worst_failure, worst_profile, zone_places,
+            at, body_text, range_lines, difference_text, few_words, in_brackets, limit_texts, missed_objects,
+            origin, smallest_range, verdict_text, view_text, worst_failure, worst_profile, zone_places,
         )
     } | {
         "first_within": lambda to_m: partial(first_text, to_m=to_m),
-        "classes": list(CLASSES), "heights_m": HEIGHTS_M, "few_rows": FEW_ROWS, "short": SHORT,
-        "most_missed": MOST_MISSED, "lost_titles": [f"lost: {name}" for name in CLASSES],
+        "heights_m": HEIGHTS_M, "few_rows": FEW_ROWS, "short": SHORT,
+        "most_missed": MOST_MISSED,
         "kinds": kinds, "outcomes": OUTCOMES, "sides": SIDES, "usual_gap_m": USUAL_LIMITS.gap_m,
-        "entropy_titles": [title for name in CLASSES for title in (f"{name} seen", "S-MS")],
         "page_px": PAGE_PX, "picture_px": PICTURE_PX,
     }  # fmt: skip
     return made

@@ -55,13 +55,13 @@ def missed_objects(rig: Figures) -> Iterator[Missed]:
 
 
 def worst_failure(rig: Figures) -> Found | None:
-    """Return the most that the failure of one sensor costs of a class: of objects where they were counted, else of
-    entropy; None for a rig without sensors."""
+    """Return the most that the failure of one sensor or one group costs of a class: of objects where they were counted,
+    else of entropy; None for a rig without sensors."""
     of = "voxels" if rig["redundancy"]["road_users"] is None else "road_users"
     cases = [
         (failure["lost"][name], -place, -cls)
         for place, failure in enumerate(rig["redundancy"][of]["failures"])
-        if failure["what"] == "sensor"
+        if failure["what"] in ("sensor", "group")
         for cls, name in enumerate(CLASSES)
     ]
     if not cases:

@@ -384,7 +384,7 @@ def test_page_one_names_the_worst_of_each_kind_and_what_is_missed(document):
         lost = [
             one["lost"][name]
             for one in rig["redundancy"]["road_users"]["failures"]
-            if one["what"] == "sensor"
+            if one["what"] in ("sensor", "group")
             for name in CLASSES
         ]
         assert at(rig, worst_failure(rig).path) == max(lost) > 0.0
@@ -412,6 +412,44 @@ def test_page_one_names_the_worst_of_each_kind_and_what_is_missed(document):
         for profile in seen["blind"]["profiles"]:
             profile["passes"] = True
         assert worst_profile(seen) is None
+
+
+def test_a_group_that_fails_is_a_single_failure(document):
+    rig = copy.deepcopy(document.figures["rigs"][0])
+    failures = rig["redundancy"]["road_users"]["failures"]
+    group = next(one for one in failures if one["what"] == "group")
+    group["lost"]["bicycle"] = 1.5  # more than any sensor
+    found = worst_failure(rig)
+    assert at(rig, found.path) == 1.5 and found.words.endswith("lost when bracket fails")
+
+
+def test_a_class_without_objects_has_no_figures_and_is_named(document):
+    figures = copy.deepcopy(document.figures)
+    assert "The data have no" not in report_page(document) and "pedestrian seen" in report_page(document)
+    for rig in figures["evaluation"]["rigs"]:
+        rig["classes"]["pedestrian"]["h_total"] = 0.0
+    for rig in figures["targets"]["rigs"]:
+        rig["classes"]["pedestrian"]["objects"] = 0
+    absent = ReportDocument(figures, document.rigs, document.drawings)
+    for page in (report_page(absent), printed_page(absent)[0]):
+        shown = page.split("<script")[0]
+        assert "The data have no pedestrian." in shown and "bicycle seen" in shown
+        assert not re.search(
+            r"pedestrian seen|Objects: pedestrian|lost: pedestrian|on target pedestrian", shown
+        )
+        assert not re.search(r'data-from="[^"]*pedestrian', shown)
+
+
+def test_a_prediction_outside_its_domain_stands_in_brackets(document):
+    figures = copy.deepcopy(document.figures)
+    first = figures["targets"]["rigs"][0]["classes"]["car"]["predicted"]["value"]
+    cell = 'data-from="targets/rigs/0/classes/car/predicted/value">%s<'
+    assert cell % percent(first) in report_page(document)
+    figures["targets"]["rigs"][0]["predicted_outside"] = "too many rays"
+    page = report_page(ReportDocument(figures, document.rigs, document.drawings))
+    assert cell % f"({percent(first)})" in page
+    assert cell.replace("rigs/0", "rigs/1") % percent(first) in page, "the other is within its domain"
+    assert "is outside its domain, therefore in brackets: too many rays." in page
 
 
 def test_verdicts_have_the_digits_that_decide_and_waivers_that_do_not_count():
