@@ -15,10 +15,11 @@ from rich.table import Table
 from rich.text import Text
 
 from riglens.app.commands.blind import profiles_of
+from riglens.app.commands.evaluate import wrong_places
 from riglens.app.commands.options import Housings, Json, Libraries, Profiles, RunArguments, SceneArguments
 from riglens.app.commands.output import deliver, require_outputs
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
-from riglens.app.terminal.console import progress_bar, results
+from riglens.app.terminal.console import note, progress_bar, results
 from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic
 from riglens.app.terminal.tables import table
 from riglens.assets import asset_path
@@ -114,7 +115,11 @@ def check(
     required = asked.required
     score = score.as_required(required.body, requirements)
     require_outputs((*rigs, requirements, *profiles, *scene.files), json, junit)
-    found = checked(loaded, score, scene_for(scene, loaded, score, required), asked)
+    traffic = scene_for(scene, loaded, score, required)
+    if required.mounts is None:  # which has verdicts on them
+        for line in wrong_places(loaded):
+            note(line)
+    found = checked(loaded, score, traffic, asked)
     if junit is not None:
         _write_junit(junit, found)
     deliver(found.document(), json, lambda: _print(found.checks, required, asked.day))

@@ -32,16 +32,17 @@ def junit_xml(
 ) -> bytes:
     """Return one test suite per rig and one test case per requirement; waived or optional ones are skipped.
 
-    file: of the requirements; lines: of each by its id; properties: of every suite."""
+    file: of the requirements; lines: of each by its id; properties: of every suite. Valid by junit-10.xsd of Jenkins'
+    xUnit plugin."""
     root = ET.Element("testsuites", name="riglens check")
     for check in checks:
-        suite = ET.SubElement(root, "testsuite", _counts(check, day))
+        suite = ET.SubElement(root, "testsuite", _counts(check, day), file=visible(file))
         own = {"body": check.body, "rig sha256": rig_sha256(check.rig)}
         listed = ET.SubElement(suite, "properties")
         for name, value in (own | dict(properties)).items():
             ET.SubElement(listed, "property", name=name, value=visible(value))
         for verdict in check.verdicts:
-            _case(suite, check, verdict, {"file": visible(file), "line": str(lines[verdict.item.id])}, day)
+            _case(suite, check, verdict, f"{file}:{lines[verdict.item.id]}", day)
     ET.indent(root)
     return bytes(ET.tostring(root, encoding="utf-8", xml_declaration=True)) + b"\n"
 
@@ -62,10 +63,10 @@ def _skips(verdict: Verdict, day: date) -> bool:
     return verdict.holds_on(day) and verdict.status != "met"
 
 
-def _case(suite: ET.Element, check: RigCheck, verdict: Verdict, place: dict[str, str], day: date) -> None:
+def _case(suite: ET.Element, check: RigCheck, verdict: Verdict, place: str, day: date) -> None:
     name = f"{verdict.item.id}: {verdict.item.requirement.label or verdict.text}"
-    attributes = {"name": visible(name), "classname": visible(check.rig.name), "time": "0", **place}
-    case = ET.SubElement(suite, "testcase", attributes)
+    attributes = {"name": visible(name), "classname": visible(check.rig.name), "time": "0"}
+    case = ET.SubElement(suite, "testcase", attributes)  # which has no file or line in Jenkins' schema
     if verdict.status == "met":
         return
     message = f"{verdict.status}: {verdict.text}: {verdict.found_text}, {verdict.accepted_text}"
@@ -73,4 +74,4 @@ def _case(suite: ET.Element, check: RigCheck, verdict: Verdict, place: dict[str,
     note = ET.SubElement(case, tag, message=visible(message))
     if tag == "failure":
         note.set("type", verdict.status)
-    note.text = "\n".join(visible(line) for line in verdict.lines(day))
+    note.text = "\n".join(visible(line) for line in (place, *verdict.lines(day)))

@@ -17,7 +17,7 @@ from riglens.core.review.blind import BlindEngine, BlindMap, by_names, called
 from riglens.core.review.draws import Draws, chance_bounds
 from riglens.core.review.findings import Finding, Verdict, amounts, missing
 from riglens.core.review.measures import Measures
-from riglens.core.review.mounts import violations
+from riglens.core.review.mounts import USUAL_KEEP_OUT, violations
 from riglens.core.review.outline import SECTORS
 from riglens.core.review.profiles import Profile
 from riglens.core.review.redundancy import (
@@ -394,8 +394,16 @@ class Check:
 
     # ------------------------------------------------------------ mounts
     def _mounted(self, one: Mounts) -> Finding:
-        found = violations(self._subject.rig, one)
-        return Finding(len(found), details=tuple(f"{line.sensor}: {line.text}" for line in found))
+        rig = self._subject.rig
+        lines = tuple(f"{line.sensor}: {line.text}" for line in violations(rig, one))
+        zones = USUAL_KEEP_OUT if one.keep_out is None else one.keep_out
+        of_material = [zone.name for zone in zones if zone.material is not None]
+        if not of_material or not rig.vehicle.has_mesh_file:
+            return Finding(len(lines), details=lines)
+        note = f"not judged, as a mesh file has no materials: {', '.join(of_material)}"
+        if one.keep_out is not None and not lines:
+            return missing(note)
+        return Finding(len(lines), details=(*lines, note))
 
 
 def _raised(draws: int, last: int) -> Iterator[int]:

@@ -29,9 +29,10 @@ from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.sensors.base import HALVES
 from riglens.core.sensors.radar import Radar, Scan
+from riglens.core.shown_text import visible
 from riglens.core.targets.engine import TargetEngine
 from tests.core.builders import random_field, synthetic_pog
-from tests.core.review.scenes import camera, dense_lidar, random_rig
+from tests.core.review.scenes import BOX, box_mesh, camera, dense_lidar, random_rig
 from tests.core.review.test_redundancy import grouped, some_traffic, without
 
 HEAD = "riglens_requirements: 1\nblind_voxel_m: 0.5\n"
@@ -163,6 +164,19 @@ def test_pairs_of_a_rig_that_is_too_large_for_them_are_not_met_by_default() -> N
         Rig(sensors=sensors), "losses: [{of: voxels, class: car, failure: pair, at_most: 1}]"
     )
     assert not verdict.passes and "up to 40 enabled sensors" in verdict.lines()[0]
+
+
+def test_zones_of_a_material_that_a_mesh_file_lacks_are_not_kept_out_by_default() -> None:
+    lidar = dense_lidar(1.55, 4, 8)
+    rig = Rig(sensors=(lidar,), vehicle=BOX.with_body_mesh(box_mesh(4.0, 1.8)))
+    zone = "mounts: {gap_m: 0.1, keep_out: [{name: panes, material: glass}]}"
+    for text, status in ((zone, "not applicable"), ("mounts: {gap_m: 0.1}", "met")):
+        (verdict,) = verdicts(rig, text)
+        assert (verdict.status, verdict.passes) == (status, status == "met")
+        assert "a mesh file has no materials: " in verdict.lines()[0]
+    far = rig.replace(sensors=(lidar.replace(position=(0.0, 0.0, 3.0)),))
+    (verdict,) = verdicts(far, zone)
+    assert verdict.status == "not met" and len(verdict.lines()) == 2
 
 
 def test_a_rig_that_detects_nothing_has_nothing_to_lose() -> None:
@@ -423,4 +437,8 @@ def test_junit_is_well_formed_for_hostile_names_and_counts_what_holds() -> None:
     assert "\\x1b[31m" in (suite.get("name") or "") and "\\ufffe" in (suite.get("name") or "")
     cases = suite.findall("testcase")
     assert [[child.tag for child in case] for case in cases] == [[], ["failure"], ["skipped"], ["skipped"]]
-    assert cases[1].get("name") == "seen-bicycle: a ]]> <b>" and cases[1].get("line") == "2"
+    assert cases[1].get("name") == "seen-bicycle: a ]]> <b>" and suite.get("file") == visible(hostile)
+    assert (cases[1][0].text or "").splitlines()[0] == f"{visible(hostile)}:2"
+    assert all(set(case.attrib) == {"name", "classname", "time"} for case in cases), (
+        "all that Jenkins accepts"
+    )
