@@ -187,8 +187,7 @@ class Marginals(Feature):
     # ------------------------------------------------------------------ showing
     def _known_now(self) -> Known:
         scores = None if self.result is None else self.result.evaluation.scores
-        settings = self.session.targets if self.counted is None else self.counted.settings
-        return Known(scores, self._now, settings.min_points)
+        return Known(scores, self._now)
 
     def _known_without(self, name: str) -> Known:
         return Known(self.losses.get(name), self.figures.get(name))

@@ -1,4 +1,4 @@
-"""Show what the rig loses without one sensor, per class: change of hit coverage, detected, seen, and S-MS."""
+"""Show what the rig loses without one sensor, per class: change of on target, seen and S-MS."""
 
 from __future__ import annotations
 
@@ -7,11 +7,10 @@ from PySide6.QtGui import QColor, QPalette
 from PySide6.QtWidgets import QGridLayout, QLabel, QWidget
 
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.targets.settings import USUAL
 from riglens.widgets.panels.controls.building import plain_label
 from riglens.widgets.panels.controls.style import numbers_font, tones
 from riglens.widgets.panels.scores.text import NONE
-from riglens.widgets.panels.sensors.losses import COLUMNS, Known, class_change, titles
+from riglens.widgets.panels.sensors.losses import MEASURES, Known, Measure, class_change
 
 WAITING, NOT_COUNTED = "computed between edits", "disabled: no loss"
 FAILED = "failed: the scores are those without it"
@@ -34,24 +33,21 @@ class MarginalView(QWidget):
         grid.setContentsMargins(0, 0, 0, 0)
         grid.setHorizontalSpacing(_GAP_PX)
         grid.setVerticalSpacing(2)
-        self._titles = [_label(title, muted=True) for title in titles(USUAL.min_points)]
-        for place, title in enumerate(self._titles, 1):
+        for place, (title, _) in enumerate(MEASURES.values(), 1):
             grid.setColumnStretch(place, 1)
-            grid.addWidget(title, 0, place)
-        self._cells: dict[tuple[str, str], QLabel] = {}
+            grid.addWidget(_label(title, muted=True), 0, place)
+        self._cells: dict[tuple[str, Measure], QLabel] = {}
         for row, name in enumerate(CLASSES, 1):
             grid.addWidget(QLabel(name), row, 0)
-            for place, key in enumerate(COLUMNS, 1):
+            for place, key in enumerate(MEASURES, 1):
                 self._cells[name, key] = _label(NONE)
                 grid.addWidget(self._cells[name, key], row, place)
         self._note = plain_label(WAITING, "hint", wraps=True)
-        grid.addWidget(self._note, len(CLASSES) + 1, 0, 1, 1 + len(COLUMNS))
+        grid.addWidget(self._note, len(CLASSES) + 1, 0, 1, 1 + len(MEASURES))
         self.setToolTip(NOTE)
 
     def show_loss(self, now: Known, without: Known) -> None:
         """Show the known figures of the rig with and without the sensor."""
-        for title, text in zip(self._titles, titles(now.min_points), strict=True):
-            title.setText(text)
         for (name, key), cell in self._cells.items():
             text, exact = class_change(key, name, now, without)
             cell.setText(text.removesuffix(" pp"))
@@ -72,8 +68,8 @@ class MarginalView(QWidget):
         for cell in self._cells.values():
             _colour(cell, tones().muted if stale else tones().text)
 
-    def text_of(self, class_name: str, key: str) -> str:
-        """Return the text of a cell; `key` is one of COLUMNS."""
+    def text_of(self, class_name: str, key: Measure) -> str:
+        """Return the text of a cell."""
         return self._cells[class_name, key].text()
 
     @property

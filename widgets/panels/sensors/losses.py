@@ -9,7 +9,6 @@ from typing import Literal
 from riglens.core.metric.scores import Scores
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.targets.quantities import Figures
-from riglens.core.targets.settings import USUAL
 from riglens.widgets.panels.scores.text import NONE, ON_TARGET, change_text, column_of, share_text
 
 Measure = Literal["on_target", "seen", "s_ms"]
@@ -39,7 +38,6 @@ class Known:
 
     scores: Scores | None = None
     figures: Figures | None = None
-    min_points: int = USUAL.min_points
 
 
 @dataclass(frozen=True)
@@ -99,24 +97,16 @@ def lost_share(now: Scores, without: Scores) -> float:
     return lost / total if total else 0.0
 
 
-COLUMNS = ("on_target", "detected", "seen", "s_ms")
-
-
-def titles(min_points: int) -> tuple[str, ...]:
-    """Return the titles of COLUMNS."""
-    return "On target", f"≥ {min_points} pts", "Seen", "S-MS"
-
-
-def class_change(key: str, class_name: str, now: Known, without: Known) -> tuple[str, str]:
-    """Return the change of one of COLUMNS in a class without the sensor, in short and exactly."""
-    if key in ("on_target", "detected"):
+def class_change(key: Measure, class_name: str, now: Known, without: Known) -> tuple[str, str]:
+    """Return the change of a measure in a class without the sensor, in short and exactly."""
+    if key == "on_target":
         if now.figures is None or without.figures is None:
             return FOLLOWS, ""
         one, other = now.figures[class_name], without.figures[class_name]
-        change = getattr(other, key) - getattr(one, key)
+        change = other.on_target - one.on_target
         if math.isnan(change):
             return NONE, "no objects of this class"
-        exact = f"{change!r} of {one.objects:,} objects, now {share_text(getattr(one, key))}"
+        exact = f"{change!r} of {one.objects:,} objects, now {share_text(one.on_target)}"
         return change_text(change, ON_TARGET), exact
     if now.scores is None or without.scores is None:
         return FOLLOWS, ""
@@ -131,7 +121,6 @@ def class_change(key: str, class_name: str, now: Known, without: Known) -> tuple
 
 
 def _class_line(name: str, now: Known, without: Known) -> str:
-    parts = zip(COLUMNS, titles(now.min_points), strict=True)
     return f"{name}: " + ", ".join(
-        f"{title} {class_change(key, name, now, without)[0]}" for key, title in parts
+        f"{title} {class_change(key, name, now, without)[0]}" for key, (title, _) in MEASURES.items()
     )
