@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QSize, Qt
-from PySide6.QtWidgets import QCheckBox
+from PySide6.QtWidgets import QCheckBox, QToolButton
 from pytestqt.qtbot import QtBot
 
 from riglens.app.window import main_window
@@ -25,13 +25,19 @@ def low(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterat
 
 def test_scores_take_no_more_than_their_rows_in_a_low_window(low: Bench) -> None:
     scores, dock = low.panels.scores, low.workbench.docks["Scores"]
-    details = scores.findChild(QCheckBox, "paper_details")
-    assert low.window.height() < COMPACT_PX and details is not None
+    details, below = (
+        scores.findChild(QCheckBox, "paper_details"),
+        scores.findChild(QToolButton, "figures_help"),
+    )
+    assert low.window.height() < COMPACT_PX and details is not None and below is not None
     needed_px = scores.minimumSizeHint().height()
     low.qtbot.waitUntil(lambda: scores.height() <= needed_px + 24, timeout=TIMEOUT_MS)
-    assert not details.isVisible()
+    assert details.isVisible() and not below.isVisible()
+    place = details.mapTo(scores.table, details.rect().center())
+    assert place.x() < scores.table.verticalHeader().width()
+    assert place.y() < scores.table.horizontalHeader().height()
     low.window.resizeDocks([dock], [needed_px + 120], Qt.Orientation.Vertical)
-    low.qtbot.waitUntil(details.isVisible, timeout=TIMEOUT_MS)
+    low.qtbot.waitUntil(below.isVisible, timeout=TIMEOUT_MS)
 
 
 def test_the_car_and_the_selected_sensor_are_in_sight_in_a_small_window(low: Bench) -> None:

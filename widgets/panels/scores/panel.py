@@ -11,6 +11,7 @@ from typing import Any
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
+    QAbstractButton,
     QCheckBox,
     QHBoxLayout,
     QLabel,
@@ -57,6 +58,9 @@ class ScoresPanel(QWidget):
         self._details.setObjectName("paper_details")
         self._details.setToolTip("Show S-MIG of cameras and LiDARs, the weight λ and the reading of S-MIG.")
         self._details.toggled.connect(self._show_details)
+        corner = self.table.findChild(QAbstractButton)  # between the headers, where the switch costs no row
+        assert corner is not None
+        filled(QHBoxLayout(corner), self._details, margins=(6, 0, 0, 0))
         self._below = self._controls()
         filled(QVBoxLayout(self), self.table, 1, self._below, spacing=0)
         self._show_details(False)
@@ -79,7 +83,7 @@ class ScoresPanel(QWidget):
         tip = f"<b>{FIGURES_TITLE}</b>{FIGURES_HELP}"
         which = button(QToolButton(), self.help_wanted, tip, "figures_help", "Which figure?")
         filled(
-            QHBoxLayout(below), self._details, *self._of_paper, self._note, 1, which,
+            QHBoxLayout(below), *self._of_paper, self._note, 1, which,
             margins=(MARGIN, 5, MARGIN, 6), spacing=SPACING,
         )  # fmt: skip
         self._weight.setToolTip("Weight of the cameras in S-MS, 0.1 in the paper.")
