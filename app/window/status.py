@@ -15,6 +15,8 @@ from riglens.widgets.panels.controls.scrolled import ElidedLabel
 from riglens.widgets.panels.controls.style import plain_tip
 
 UPDATING = "updating…"
+TOLD_MS = 10_000
+"""How long a message about something done is shown."""
 NO_DATA = "no box data, no scores"
 COARSE_NOTE = (
     "Exact scores take too long for a drag here.\nScores marked ≈ are estimated on larger voxels; "

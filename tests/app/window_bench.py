@@ -260,7 +260,6 @@ class Hands:
         for feature in features:
             feature.restore(self.workbench.kept)
         features.views.look(SceneState().camera)
-        features.help.card.hide()
         self.workbench.errors.clear()
         self.workbench.notes.clear()
         self.workbench.status.clearMessage()

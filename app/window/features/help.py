@@ -1,4 +1,4 @@
-"""Help: guide, tips, the shortcut sheet, every command by its name, and the purpose of the program."""
+"""Help: guide, the shortcut sheet, every command by its name, and the purpose of the program."""
 
 from __future__ import annotations
 
@@ -14,13 +14,12 @@ from PySide6.QtWidgets import QMenu
 from riglens import core
 from riglens.app.window.actions import Actions, Spec, shortcut_text
 from riglens.app.window.feature import Feature
-from riglens.app.window.features.views import TOLD_MS
 from riglens.app.window.places import MENUS, Places
+from riglens.app.window.status import TOLD_MS
 from riglens.app.window.workbench import Workbench
 from riglens.version import installed_version
 from riglens.widgets.panels.help.command_palette import Command, CommandPalette
 from riglens.widgets.panels.help.shortcut_sheet import Group
-from riglens.widgets.panels.help.tips_card import TipsCard
 from riglens.widgets.panels.scores.text import SIGN_NOTE
 
 ABOUT = (
@@ -38,28 +37,14 @@ SHORT = 38
 """Tooltips up to this length say what an action does; of others the name is enough."""
 
 
-TIPS = (
-    "Drag next to the sensors to orbit, with the middle button to pan; wheel and right "
-    "button zoom. F frames the selection, Home the whole car.",
-    (
-        "Click a sensor, here or in the list, and drag its arrows and rings. The scores below "
-        "follow while you drag; Ctrl+Z undoes."
-    ),
-    (
-        "Press P and click on the car to put the selected sensor there. Drag models from the "
-        "library onto the car."
-    ),
-    "Shift-drag to select several sensors. Arrows, fields and every action then apply to all of them.",
-    "Alt-click on the heatmap to see which sensors cover that place, and why the others do not.",
-    "Ctrl+K finds every command, sensor model and preset by a few letters. F1 opens the guide, ? lists all keys.",
-)
-TIPS_KEY = "tips/closed"
+GREETING = "F1 opens the guide, ? lists keys and mouse, Ctrl+K finds every command."
+GREETED_KEY = "tips/closed"
 PARTS_NAMED = ("PySide6-Essentials", "vtk", "numba", "numpy")
 """Packages whose versions a problem report should name."""
 
 
 class Help(Feature):
-    """Texts to read, tips for the first steps, and every command by its name."""
+    """Texts to read, and every command by its name."""
 
     specs = (
         Spec(
@@ -67,34 +52,24 @@ class Help(Feature):
             "search", "help/texts",
         ),
         Spec("guide", "Guide", "Read the first five minutes, and the pages linked from there.", "F1", "", "help/texts"),
-        Spec("tips", "Tips", "Show short tips for the first steps, in a corner of the view.", "", "", "help/texts"),
         Spec("help", "Shortcuts and mouse", "List the keys and mouse buttons.", "?", "", "help/texts"),
         Spec("about", "About RigLens", "Show the version and what is computed.", "Shift+F1", "", "help/texts"),
     )  # fmt: skip
 
     def __init__(self, bench: Workbench) -> None:
         super().__init__(bench)
-        self.card = TipsCard(TIPS, self.viewport)
-        self.card.closed.connect(self.close_tips)
         self.bind(
             commands=self.show_commands,
             guide=self.show_guide,
-            tips=self.card.begin,
             help=self.show_help,
             about=self.show_about,
         )
 
     def start(self) -> None:
-        """Show the tips, unless they were closed for good."""
-        if not self.bench.kept.read(TIPS_KEY, False):
-            self.card.begin(in_any_room=False)
-
-    def close_tips(self) -> None:
-        """Hide the tips, in later sessions too."""
-        self.card.end()
-        self.bench.kept.write(TIPS_KEY, True)
-        self.bench.kept.sync()
-        self.bench.status.showMessage("Show the tips again by Help > Tips.", TOLD_MS)
+        """Say where help is, at the first start."""
+        if not self.bench.kept.read(GREETED_KEY, False):
+            self.bench.kept.write(GREETED_KEY, True)
+            self.bench.status.showMessage(GREETING, TOLD_MS)
 
     def show_commands(self) -> None:
         """Show every command in a list that can be searched by name."""

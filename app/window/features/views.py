@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QMenu
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.settings import Settings
+from riglens.app.window.status import TOLD_MS
 from riglens.app.window.workbench import Workbench
 from riglens.core.shown_text import visible
 from riglens.widgets.drawing.camera import OrbitCamera
@@ -22,7 +23,6 @@ VIEWS = ("iso", "top", "front", "left", "rear", "right")
 GIZMOS: tuple[GizmoMode, ...] = ("move", "rotate", "both")
 FAR_M = 2000.0
 FAR_AWAY = "Not in this view: {names}, {away_m:,.0f} m away. Select it and press F to go there."
-TOLD_MS = 10_000
 
 
 def _view(key: str, text: str, tip: str, shortcut: str, icon: str = "") -> Spec:

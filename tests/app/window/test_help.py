@@ -1,4 +1,4 @@
-"""Commands by their names, guide, tips that can be closed for good, version, and notes that explain moving scores."""
+"""Commands by their names, guide, greeting, version, and notes that explain moving scores."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QApplication, QDialog, QMainWindow, QPushButton, Q
 from pytestqt.qtbot import QtBot
 
 from riglens.app.window.dialogs import Dialogs
-from riglens.app.window.features.help import TIPS, commands_of, guide_page
+from riglens.app.window.features.help import GREETING, commands_of, guide_page
 from riglens.app.window.features.scene_data import why_scores_move
 from riglens.app.window.settings import Settings
 from riglens.core.rig.yaml.file import new_rig_file
@@ -119,7 +119,7 @@ def test_f1_opens_the_guide_and_its_links_lead_to_other_pages(unscored: Bench, q
     assert not guide.isVisible()
 
 
-# ---------------------------------------------------------------------- tips
+# ---------------------------------------------------------------------- texts
 def test_what_was_read_is_gone_once_it_is_closed(qapp: QApplication, qtbot: QtBot) -> None:
     window = QMainWindow()
     qtbot.addWidget(window)
@@ -130,45 +130,12 @@ def test_what_was_read_is_gone_once_it_is_closed(qapp: QApplication, qtbot: QtBo
     assert not window.findChildren(QDialog)
 
 
-def test_tips_are_shown_until_they_are_closed_for_good(qtbot: QtBot) -> None:
+def test_the_first_start_says_where_help_is_and_no_other(qtbot: QtBot) -> None:
     kept = Settings()
-    with full_desk(qtbot, kept=kept) as bench:
-        bench.viewport.resize(800, 600)
-        bench.viewport.show()
-        card = bench.features.help.card
-        assert card.isHidden()
-        bench.features.help.start()
-        assert not card.isHidden() and card.title.text() == f"Tip 1 of {len(TIPS)}"
-        assert (card.x(), card.y() + card.height()) == (10, 590)
-        for number, tip in enumerate(TIPS, 1):
-            assert card.text.text() == tip and card.title.text().startswith(f"Tip {number} ")
-            QTest.mouseClick(card.next, Qt.MouseButton.LeftButton)
-        assert not card.next.isEnabled()
-        QTest.mouseClick(card.back, Qt.MouseButton.LeftButton)
-        assert card.text.text() == TIPS[-2]
-        bench.viewport.resize(700, 500)
-        assert card.y() + card.height() == 490
-        QTest.mouseClick(card.close_button, Qt.MouseButton.LeftButton)
-        assert card.isHidden()
-    with full_desk(qtbot, kept=kept) as bench:
-        bench.features.help.start()
-        assert bench.features.help.card.isHidden()
-        bench.act("tips")
-        assert not bench.features.help.card.isHidden()
-
-
-def test_tips_wait_until_they_cover_no_legend_unless_somebody_asks(bench: FullDesk) -> None:
-    card = bench.features.help.card
-    bench.viewport.resize(500, 400)
-    bench.viewport.show()
-    bench.features.help.start()
-    assert card.isHidden()
-    bench.viewport.resize(900, 600)
-    assert not card.isHidden()
-    bench.viewport.resize(500, 400)
-    assert card.isHidden()
-    bench.act("tips")
-    assert not card.isHidden()
+    for greeting in (GREETING, ""):
+        with full_desk(qtbot, kept=kept) as bench:
+            bench.features.help.start()
+            assert bench.workbench.status.currentMessage() == greeting
 
 
 def test_a_message_and_the_state_never_stand_on_each_other(unscored: Bench) -> None:
@@ -192,8 +159,7 @@ def test_the_pick_tool_is_in_the_toolbar_at_every_width(unscored: Bench) -> None
         wait_for(lambda: button.isVisible() and toolbar.rect().contains(button.geometry()))
 
 
-def test_tips_are_only_for_those_who_open_the_program_not_for_every_window(bench: FullDesk) -> None:
-    assert bench.features.help.card.isHidden()
+def test_no_card_covers_the_view_unasked(bench: FullDesk) -> None:
     assert bench.viewport.findChild(VoxelCard).isHidden()
 
 

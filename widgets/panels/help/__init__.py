@@ -1,1 +1,1 @@
-"""Guide, tips, shortcuts and the command palette."""
+"""Guide, shortcuts and the command palette."""
