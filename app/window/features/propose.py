@@ -29,6 +29,7 @@ from riglens.app.window.feature import Feature
 from riglens.app.window.features.compare import Compare
 from riglens.app.window.features.sensors import follow_marks
 from riglens.app.window.settings import Settings
+from riglens.app.window.status import TOLD_MS
 from riglens.app.window.workbench import Workbench
 from riglens.core.errors import InputError
 from riglens.core.rig.library import default_library
@@ -399,7 +400,7 @@ class Propose(Feature):
         )
         if chosen is not None and self.result is not None:
             self.result.save(chosen)
-            self.bench.status.showMessage(f"Proposals written: {chosen}")
+            self.bench.status.showMessage(f"Proposals written: {chosen}", TOLD_MS)
 
     def why(self) -> dict[str, Any] | None:
         """Return the reasons for the rig's proposed sensors, for a report; None if it has no proposed sensor."""

@@ -19,6 +19,7 @@ from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.compare import Compare
 from riglens.app.window.features.propose import Propose
+from riglens.app.window.status import TOLD_MS
 from riglens.app.window.workbench import Workbench
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
@@ -91,7 +92,7 @@ class Report(Feature):
         name = PDF if chosen.suffix.lower() == ".pdf" else PAGE
         with open(made / name, "rb") as source, atomic_write(chosen) as stream:
             shutil.copyfileobj(source, stream)
-        self.bench.status.showMessage(f"Report written: {chosen}")
+        self.bench.status.showMessage(f"Report written: {chosen}", TOLD_MS)
 
     def _forget_unseen(self, made: Path) -> None:
         if made not in self.dialogs:

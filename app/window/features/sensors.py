@@ -15,6 +15,7 @@ from riglens.app.session.document import Document
 from riglens.app.window.actions import Spec, menu_button
 from riglens.app.window.feature import Feature
 from riglens.app.window.settings import Settings
+from riglens.app.window.status import TOLD_MS
 from riglens.app.window.workbench import Workbench
 from riglens.core.geometry import Pose, Vec3
 from riglens.core.rig.edits import partner_of
@@ -118,7 +119,7 @@ class Sensors(Feature):
             self.bench.guarded(self.document.duplicate)(self.document.chosen)
             rig = self.document.rig
             if any(partner_of(rig, name) in self.document.selection for name in self.document.selection):
-                self.bench.status.showMessage(IN_PLACE)
+                self.bench.status.showMessage(IN_PLACE, TOLD_MS)
 
     def delete(self) -> None:
         """Delete the selected sensors as one step."""

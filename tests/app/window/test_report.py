@@ -119,7 +119,9 @@ def preview(desk: FullDesk) -> ReportDialog:
     return next(iter(report.dialogs.values()))
 
 
-def test_a_report_needs_data_and_is_seen_before_anything_is_written(desk: FullDesk, tmp_path: Path) -> None:
+def test_a_report_needs_data_and_is_seen_before_anything_is_written(
+    desk: FullDesk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     desk.act("report")
     assert "no box data" in desk.workbench.errors.message
     dialog, report = preview(desk), desk.features.report
@@ -133,11 +135,17 @@ def test_a_report_needs_data_and_is_seen_before_anything_is_written(desk: FullDe
     assert shown == [made / PAGE]
     dialog.html.click()
     assert desk.dialogs.suggested == Path("report.html") and desk.workbench.status.currentMessage() == ""
+    told: list[int] = []
+    show = desk.workbench.status.showMessage
+    monkeypatch.setattr(
+        desk.workbench.status, "showMessage", lambda text, ms=0: (told.append(ms), show(text, ms))
+    )
     for button, name in ((dialog.html, PAGE), (dialog.pdf, PDF)):
         desk.dialogs.path = tmp_path / name
         button.click()
         assert desk.dialogs.path.read_text("utf-8") == name and name in desk.workbench.status.currentMessage()
     assert desk.workbench.notes.isHidden(), "nothing covers the view"
+    assert len(told) == 2 and min(told) > 0, "the message goes away"
     assert desk.dialogs.suggested == Path("report.pdf")
     dialog.close()
     assert report.dialogs == {} and not made.exists()
