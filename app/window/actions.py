@@ -99,7 +99,8 @@ def menu_button(name: str, picture: str, tip: str, menu: QMenu, text: str = "") 
     """Return a toolbar button that opens a menu."""
     button = QToolButton()
     button.setObjectName(name)
-    button.setIcon(icon(picture))
+    if picture:
+        button.setIcon(icon(picture))
     button.setText(text)
     if text:
         button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)

@@ -9,7 +9,7 @@ from typing import Any
 
 from PySide6.QtWidgets import QMenu
 
-from riglens.app.window.actions import Spec
+from riglens.app.window.actions import Spec, menu_button
 from riglens.app.window.feature import Feature
 from riglens.app.window.settings import Settings
 from riglens.app.window.status import TOLD_MS
@@ -25,8 +25,8 @@ FAR_M = 2000.0
 FAR_AWAY = "Not in this view: {names}, {away_m:,.0f} m away. Select it and press F to go there."
 
 
-def _view(key: str, text: str, tip: str, shortcut: str, icon: str = "") -> Spec:
-    return Spec(key, text, tip, shortcut, icon, "view", "views")
+def _view(key: str, text: str, tip: str, shortcut: str) -> Spec:
+    return Spec(key, text, tip, shortcut, menu="view")
 
 
 def _gizmo(key: str, text: str, tip: str, shortcut: str, icon: str) -> Spec:
@@ -97,12 +97,11 @@ class Views(Feature):
             **dict.fromkeys((*GIZMOS, "local"), self.set_gizmo),
             **{view: partial(self.viewport.set_view, view) for view in VIEWS},
         )
-
-        for title, section, keys in (
-            ("View from", "looks", VIEWS),
-            ("Handles", "gizmo", (*GIZMOS, "local", "snap")),
-        ):
-            bench.places.add_submenu(f"view/{section}", title, [self.actions[key] for key in keys])
+        views = bench.places.add_submenu("view/looks", "View from", [self.actions[key] for key in VIEWS])
+        handles = [self.actions[key] for key in (*GIZMOS, "local", "snap")]
+        bench.places.add_submenu("view/gizmo", "Handles", handles)
+        tip = "Choose from where the car is seen (keys 1 to 6)."
+        bench.places.add_to_toolbar("views", menu_button("view_from", "", tip, views, "View from ▾"))
 
     def set_gizmo(self) -> None:
         """Show the ticked handles in the view."""
