@@ -39,6 +39,7 @@ from riglens.widgets.panels.controls.scrolled import scrolled
 from riglens.widgets.panels.propose.panel import ProposePanel
 from riglens.widgets.panels.propose.shown import (
     NO_SEARCH,
+    RUNNING,
     Bracket,
     Offer,
     bracket_plot,
@@ -229,6 +230,7 @@ class Propose(Feature):
         self.proposer.send(request)
         self.panel.show_state("running")
         self.panel.show_progress("Loading", 0.0)
+        self.panel.show_sentence(RUNNING)
         self._show()
 
     def pause(self, is_wanted: bool) -> None:

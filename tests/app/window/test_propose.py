@@ -44,6 +44,7 @@ from riglens.core.rig.yaml.file import load_rig
 from riglens.widgets.panels.fields.edits import ValueEdit
 from riglens.widgets.panels.propose.chart import apart
 from riglens.widgets.panels.propose.shown import (
+    RUNNING,
     check_cells,
     front_plot,
     sentence_of,
@@ -273,7 +274,7 @@ def test_pause_stop_and_a_process_that_does_not_stop(desk: FullDesk, result: rl.
     click(panel.start, Qt.MouseButton.LeftButton)
     click(panel.pause, Qt.MouseButton.LeftButton)
     click(panel.pause, Qt.MouseButton.LeftButton)
-    assert sent[1:] == ["pause", "go on"]
+    assert sent[1:] == ["pause", "go on"] and panel.sentence.text() == RUNNING
     best = SearchProgress(sent[0].number, 1.0, "searching", 0.0, result.best.rig, 0.5, 0.6, None)
     propose.proposer.answered.emit(best)
     desk.qtbot.waitUntil(lambda: "0.600" in panel.sentence.text(), timeout=TIMEOUT_MS)

@@ -18,6 +18,7 @@ if TYPE_CHECKING:  # loads the compiler
     from riglens.core.optimise.results import OptimiseResult
 
 SEARCHING, NO_SEARCH = "Follows with the search.", "Choose what to add and press Start."
+RUNNING = "Searching…"
 _BEST: Tone = "accent"
 _BOUND: Tone = "less"
 Bracket = tuple[float, float | None, float | None]
