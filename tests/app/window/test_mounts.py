@@ -14,6 +14,7 @@ from riglens.app.background.worker import BackgroundWorker
 from riglens.app.window.features.mounts import Mounts
 from riglens.core.review.mounts import USUAL_LIMITS, violations
 from riglens.core.review.requirements import read_requirements
+from riglens.widgets.panels.checks.panel import COMPUTING
 from tests.app.window.desk import Desk, open_desk
 from tests.waiting import TIMEOUT_S
 
@@ -41,6 +42,7 @@ def lines(mounts: Mounts) -> list[str]:
 def test_the_lines_are_those_of_the_command_and_follow_a_drag_while_in_sight(
     desk: Desk, mounts: Mounts
 ) -> None:
+    assert mounts.page.head.text() == COMPUTING
     desk.open_page("mounts", mounts)
     wanted = [f"{one.sensor}: {one.text}" for one in violations(desk.document.rig, USUAL_LIMITS)]
     assert lines(mounts) == wanted and any("roof: " in line and "over the skin" in line for line in wanted)

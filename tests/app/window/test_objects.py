@@ -17,6 +17,7 @@ from riglens.app.background.worker import BackgroundWorker
 from riglens.app.window.features.objects import Objects
 from riglens.core.review.profiles import bundled_profiles
 from riglens.core.review.verdicts import ProfileVerdict, verdicts
+from riglens.widgets.panels.checks.panel import COMPUTING
 from riglens.widgets.viewport.scene_state import Post
 from tests.app.window.desk import Desk, open_desk
 from tests.waiting import TIMEOUT_S
@@ -52,6 +53,8 @@ def shown(objects: Objects) -> list[tuple[str, str]]:
 def test_the_list_says_what_the_command_says_and_follows_an_edit_while_in_sight(
     desk: Desk, objects: Objects
 ) -> None:
+    waiting = objects.page.tree.topLevelItem(0)
+    assert waiting is not None and waiting.text(0) == COMPUTING
     desk.open_page("test_objects", objects)
     settle(objects)
     assert objects.page.isVisible()

@@ -15,6 +15,7 @@ from PySide6.QtWidgets import (
 )
 
 from riglens.core.shown_text import visible
+from riglens.widgets.panels.checks.panel import COMPUTING
 from riglens.widgets.panels.controls.building import button, filled, plain_label
 from riglens.widgets.panels.controls.style import MARGIN, as_panel
 
@@ -37,7 +38,7 @@ class MountsPanel(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         as_panel(self)
-        self.head, self.source, self.lines = plain_label(), plain_label(style="hint"), QListWidget()
+        self.head, self.source, self.lines = plain_label(COMPUTING), plain_label(style="hint"), QListWidget()
         self.lines.setWordWrap(True)
         self.lines.itemClicked.connect(self._choose)
         self.lines.itemActivated.connect(self._choose)

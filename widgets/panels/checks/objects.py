@@ -10,6 +10,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHeaderView, QLabel, QTreeWidget, QTreeWidgetItem, QVBoxLayout, QWidget
 
 from riglens.core.shown_text import visible
+from riglens.widgets.panels.checks.panel import COMPUTING
 from riglens.widgets.panels.controls.building import filled
 from riglens.widgets.panels.controls.style import MARGIN, as_panel
 
@@ -43,6 +44,7 @@ class ObjectsPanel(QWidget):
             self.tree.header().setSectionResizeMode(column, QHeaderView.ResizeMode.ResizeToContents)
         self.tree.itemClicked.connect(self._choose)
         self.tree.itemActivated.connect(self._choose)
+        QTreeWidgetItem(self.tree, [COMPUTING])
         self.note = QLabel(NOTE)
         self.note.setWordWrap(True)
         filled(QVBoxLayout(self), self.note, self.tree, margins=(MARGIN, 4, MARGIN, 4))

@@ -9,6 +9,7 @@ from riglens.widgets.panels.controls.building import filled
 from riglens.widgets.panels.controls.scrolled import scrolled
 from riglens.widgets.panels.controls.style import as_panel
 
+COMPUTING = "computing…"
 _MARGIN_PX = 24
 
 
