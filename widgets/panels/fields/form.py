@@ -9,8 +9,19 @@ from typing import Any
 
 from pydantic import ValidationError
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QWheelEvent
-from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
+from PySide6.QtGui import QPaintEvent, QWheelEvent
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QComboBox,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QStyle,
+    QStyleOptionComboBox,
+    QStylePainter,
+    QVBoxLayout,
+    QWidget,
+)
 
 from riglens.core.errors import InputError
 from riglens.core.rig.edits import replaced
@@ -20,6 +31,8 @@ from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel
 from riglens.widgets.panels.fields.edits import MIXED, ListEdit, NumberEdit, ValueEdit
 from riglens.widgets.panels.fields.quantity import Change, Unit
 
+TEXT_MARGIN_PX = 4
+
 
 class ChoiceBox(QComboBox):
     """A list of choices that the wheel does not change: a scrolled panel must not edit the rig."""
@@ -27,6 +40,20 @@ class ChoiceBox(QComboBox):
     def wheelEvent(self, event: QWheelEvent) -> None:
         """Leave the wheel to the surrounding panel."""
         event.ignore()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw the choice, with an ellipsis where it is too long: Qt cuts it off within a letter."""
+        painter, option = QStylePainter(self), QStyleOptionComboBox()
+        self.initStyleOption(option)
+        painter.drawComplexControl(QStyle.ComplexControl.CC_ComboBox, option)
+        field = self.style().subControlRect(
+            QStyle.ComplexControl.CC_ComboBox, option, QStyle.SubControl.SC_ComboBoxEditField, self
+        )
+        if self.currentIndex() < 0:
+            option.currentText = self.placeholderText()
+        elide, room_px = Qt.TextElideMode.ElideRight, field.width() - TEXT_MARGIN_PX
+        option.currentText = self.fontMetrics().elidedText(option.currentText, elide, room_px)
+        painter.drawControl(QStyle.ControlElement.CE_ComboBoxLabel, option)
 
 
 Read = Callable[[Any], Any]
