@@ -24,6 +24,7 @@ from riglens.core.pieces.cluster import cluster_workers
 from riglens.core.pieces.where import Where, workers_at
 from riglens.core.pieces.work import OwnProcess
 from riglens.core.rig.model import Camera
+from riglens.core.simulate.motion import Motion
 from riglens.core.simulate.painting import SCORES
 from riglens.core.study.detection.making import make
 from riglens.core.study.detection.pieces import Job, Pieces, Study, jobs, samples_of
@@ -191,6 +192,17 @@ def test_cameras_tell_the_net_of_points(tmp_path: Path) -> None:
     ).all()
     assert one.features[:, FEATURES + 1 :].any() and not other.features[:, FEATURES:].any()
     assert np.isfinite(assemble(pieces, 1)[0].value).all()
+
+
+def test_range_images_of_several_sweeps(tmp_path: Path) -> None:
+    still = traffic()
+    motion = Motion(np.zeros((still.frames, 2)), np.zeros(still.frames), np.ones((len(still.cls), 2)))
+    protocol = replace(PROTOCOL, seeds=1, epochs=1, sweeps=2, detector="range")
+    asked = Study(entrants([rig("a")]), protocol, still, machine("cpu"), motion)
+    other = replace(motion, boxes_m_s=2.0 * motion.boxes_m_s)
+    assert asked.sweeps_key(asked.compared[0]) != replace(asked, motion=other).sweeps_key(asked.compared[0])
+    found = assemble(with_processes(asked, tmp_path, 1), 1)[0]
+    assert np.isfinite(found.value).all()
 
 
 def test_seeds_count_once_every_rig_is_judged(
