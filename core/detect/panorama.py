@@ -19,6 +19,7 @@ RANGE, RANGE_M = 0, 40.0
 """The feature that is above 0 in each pixel with a point, and its unit."""
 PLACE_M = (30.0, 20.0)
 """Units of the places across x and y, features ACROSS_X and ACROSS_Y."""
+_STEPS_PER_M, _STEPS = 1 << 17, 1 << 24
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,8 @@ class Panorama:
         flat_m = np.hypot(x, y)
         away_m = np.maximum(np.hypot(flat_m, z - self.height_m), 1e-3)
         pixel = self._row(np.arctan2(z - self.height_m, flat_m)) * self.columns + self._column(y, x)
-        order = np.lexsort((away_m, pixel))
+        steps = np.minimum(away_m * _STEPS_PER_M, _STEPS - 1).astype(np.int64)  # one sort is faster than two
+        order = np.argsort(pixel * _STEPS + steps, kind="stable")
         cell, start, count = np.unique(pixel[order], return_index=True, return_counts=True)
         first, last = order[start], order[start + count - 1]
         figures = [
