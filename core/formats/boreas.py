@@ -14,7 +14,7 @@ from riglens.core.formats.apollo import VEHICLE_R_ROOT
 from riglens.core.formats.base import Format
 from riglens.core.formats.frames import Matrix, from_optical, inverse, se3
 from riglens.core.formats.lenses import pinhole
-from riglens.core.formats.matrices import quoted_matrix, rotation_of
+from riglens.core.formats.matrices import quoted_matrix, rigid_of
 from riglens.core.formats.mounts import Mounting
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source
@@ -65,8 +65,7 @@ def read(source: Source, mounting: Mounting) -> Rig:
 
 
 def _transform(file: Source, notes: Notes) -> Matrix:
-    value, matrix = quoted_matrix(file, 4, 4)
-    return se3(rotation_of(value, matrix[:3, :3], notes, file.path.name), matrix[:3, 3])
+    return rigid_of(*quoted_matrix(file, 4, 4), notes, file.path.name)
 
 
 BOREAS = Format("boreas", "Boreas calibration", (".txt",), recognises, read, has_folders=True)

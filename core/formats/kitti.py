@@ -16,7 +16,7 @@ from riglens.core.errors import InputError
 from riglens.core.formats.base import Format
 from riglens.core.formats.frames import Matrix, from_optical, inverse, se3
 from riglens.core.formats.lenses import brown_conrady, pinhole
-from riglens.core.formats.matrices import quoted_numbers, rotation_of
+from riglens.core.formats.matrices import quoted_numbers, rigid_of, rotation_of
 from riglens.core.formats.mounts import Mounting, Origin
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source, Value
@@ -84,10 +84,9 @@ def table_matrix(table: Table, names: tuple[str, ...], rows: int, columns: int) 
 def _read_benchmark(table: Table, mounting: Mounting) -> None:
     """Read the rectified cameras of the tracking and object benchmarks."""
     notes = mounting.notes
-    velo_value, velo = table_matrix(table, _VELO, 3, 4)
-    rect_value, rect = table_matrix(table, _RECT, 3, 3)
-    camera_SE3_velo = se3(rotation_of(velo_value, velo[:, :3], notes), velo[:, 3])
-    velo_SE3_rectified = inverse(se3(rotation_of(rect_value, rect, notes), (0.0, 0.0, 0.0)) @ camera_SE3_velo)
+    velo, rect = table_matrix(table, _VELO, 3, 4), table_matrix(table, _RECT, 3, 3)
+    camera_SE3_velo = rigid_of(*velo, notes)
+    velo_SE3_rectified = inverse(rigid_of(*rect, notes) @ camera_SE3_velo)
     for index in range(4):
         if f"P{index}" in table:
             mounting.notes.approximated(
@@ -138,8 +137,8 @@ def _read_raw(source: Source, mounting: Mounting) -> None:
 def _add_rectified(table: Table, number: str, velo_SE3_camera0: Matrix, mounting: Mounting) -> None:
     """Add a camera for which a raw drive has only the rectified projection."""
     name, notes = f"cam{int(number)}", mounting.notes
-    value, rotation = table_matrix(table, ("R_rect_00", "R_rect_0"), 3, 3)
-    velo_SE3_rectified = velo_SE3_camera0 @ inverse(se3(rotation_of(value, rotation, notes), (0.0, 0.0, 0.0)))
+    rectify = rigid_of(*table_matrix(table, ("R_rect_00", "R_rect_0"), 3, 3), notes)
+    velo_SE3_rectified = velo_SE3_camera0 @ inverse(rectify)
     notes.approximated(f"K_{number} not in the file: the rectified camera of P_rect_{number}", name)
     image = RECTIFIED_IMAGE
     if f"S_rect_{number}" in table:

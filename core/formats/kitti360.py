@@ -15,7 +15,7 @@ import numpy as np
 
 from riglens.core.errors import InputError
 from riglens.core.formats.base import Format
-from riglens.core.formats.frames import Matrix, from_optical, inverse, se3
+from riglens.core.formats.frames import Matrix, from_optical, inverse
 from riglens.core.formats.kitti import (
     PASSAT,
     PASSAT_WORDS,
@@ -26,7 +26,7 @@ from riglens.core.formats.kitti import (
     table_of,
 )
 from riglens.core.formats.lenses import pinhole
-from riglens.core.formats.matrices import quoted_matrix, rotation_of
+from riglens.core.formats.matrices import quoted_matrix, rigid_of
 from riglens.core.formats.mounts import Mounting, Origin
 from riglens.core.formats.opencv_yaml import read_lens
 from riglens.core.formats.report import Notes
@@ -69,8 +69,7 @@ def read(source: Source, mounting: Mounting) -> Rig:
             _add(name, _pose(poses, name, notes), table, lens, mounting)
     velo = _beside(source, _VELO)
     if velo is not None and "image_00" in poses:
-        value, matrix = quoted_matrix(velo, 3, 4)
-        velo_SE3_camera0 = se3(rotation_of(value, matrix[:, :3], notes, _VELO), matrix[:, 3])
+        velo_SE3_camera0 = rigid_of(*quoted_matrix(velo, 3, 4), notes, _VELO)
         pose = _pose(poses, "image_00", notes) @ inverse(velo_SE3_camera0)
         mounting.add("lidar", "velodyne", pose, said="Velodyne HDL-64E")
     if _beside(source, _SICK):
@@ -82,8 +81,7 @@ def read(source: Source, mounting: Mounting) -> Rig:
 
 
 def _pose(poses: Table, name: str, notes: Notes) -> Matrix:
-    value, matrix = table_matrix(poses, (name,), 3, 4)
-    return VEHICLE_SE3_IMU @ se3(rotation_of(value, matrix[:, :3], notes), matrix[:, 3])
+    return VEHICLE_SE3_IMU @ rigid_of(*table_matrix(poses, (name,), 3, 4), notes)
 
 
 def _add(name: str, pose: Matrix, table: Table, lens: Source | None, mounting: Mounting) -> None:
@@ -95,8 +93,7 @@ def _add(name: str, pose: Matrix, table: Table, lens: Source | None, mounting: M
     elif f"K_{number}" in table:
         fields = raw_lens(table, number, name, notes)
     elif f"P_rect_{number}" in table:
-        value, rectified = table_matrix(table, (f"R_rect_{number}",), 3, 3)
-        pose = pose @ inverse(se3(rotation_of(value, rectified, notes), np.zeros(3)))
+        pose = pose @ inverse(rigid_of(*table_matrix(table, (f"R_rect_{number}",), 3, 3), notes))
         _, p = table_matrix(table, (f"P_rect_{number}",), 3, 4)
         fields = {"image": image_size(table, f"S_rect_{number}"), **pinhole(p)}
         notes.approximated(f"K_{number} not in the file: the rectified camera of P_rect_{number}", name)

@@ -30,7 +30,13 @@ def rigid(value: Value, about: str, notes: Notes) -> Matrix:
         matrix = np.array(data.numbers(16)).reshape(4, 4)
     else:
         matrix = data.matrix(4, 4)
-    return se3(rotation_of(value, matrix[:3, :3], notes, about), matrix[:3, 3])
+    return rigid_of(value, matrix, notes, about)
+
+
+def rigid_of(value: Value, matrix: Matrix, notes: Notes, about: str = "") -> Matrix:
+    """Return the transform (4, 4) of a matrix (3, 3), (3, 4) or (4, 4), whose rotation is the nearest one."""
+    position = matrix[:3, 3] if matrix.shape[1] > 3 else np.zeros(3)
+    return se3(rotation_of(value, matrix[:3, :3], notes, about), position)
 
 
 def quoted_matrix(file: Source, rows: int, columns: int) -> tuple[Value, Matrix]:

@@ -81,7 +81,8 @@ def read(source: Source, mounting: Mounting) -> Rig:
                 if kind == "generic":
                     mounting.notes.ignored("generic sensor: OSI does not say what it is", name)
                 else:
-                    _READERS[kind](name, _Views(view, message), mounting)
+                    found = _Views(view, message, name, mounting.notes)
+                    mounting.add(kind, name, found.pose(), **_READERS[kind](found))
     mounting.notes.converted("angles from radians")
     return mounting.rig(source.name)
 
@@ -95,10 +96,12 @@ def _id(message: Value) -> str:
 
 @dataclass(frozen=True)
 class _Views:
-    """The message of one sensor, and the one that holds it: fields that the first lacks are those of the second."""
+    """The message of a named sensor, and the one that holds it: fields that the first lacks are those of the second."""
 
     own: Value
     outer: Value
+    name: str
+    notes: Notes
 
     def get(self, name: str) -> Value | None:
         found = _get(self.own, name)
@@ -112,24 +115,22 @@ class _Views:
         )
         return se3_from_rpy_rad(_three(position, "xyz"), _three(turn, ("roll", "pitch", "yaw")))
 
-    def angle_deg(
-        self, name: str, most_deg: float, default_deg: float, mounting: Mounting, who: str
-    ) -> float:
+    def angle_deg(self, name: str, most_deg: float, default_deg: float) -> float:
         """Return a field of view in degrees; one that is left out is assumed and reported."""
         found = self.get(name)
         if found is None:
-            mounting.notes.approximated(f"{name} not in the file: assumed {default_deg:g} deg", who)
+            self.notes.approximated(f"{name} not in the file: assumed {default_deg:g} deg", self.name)
             return default_deg
         angle_deg = round(math.degrees(found.number(0.0, 2.0 * math.pi * (1.0 + 1e-9))), 9)
         if not 0.0 < angle_deg <= most_deg:
             found.refuse(f"above 0 and at most {most_deg:g} deg", f"{angle_deg:g} deg")
         return angle_deg
 
-    def count(self, name: str, most: int, default: int, mounting: Mounting, who: str) -> int:
+    def count(self, name: str, most: int, default: int) -> int:
         """Return a number of rays or pixels; one that is left out is assumed and reported."""
         found = self.get(name)
         if found is None:
-            mounting.notes.approximated(f"{name} not in the file: assumed {default}", who)
+            self.notes.approximated(f"{name} not in the file: assumed {default}", self.name)
             return default
         return found.whole(1, most, quoted=True)
 
@@ -144,82 +145,77 @@ def _three(value: Value | None, names: Sequence[str]) -> list[float]:
     return [0.0 if one is None else one.number(-MAX_ANGLE, MAX_ANGLE) for one in found]
 
 
-def _read_camera(name: str, view: _Views, mounting: Mounting) -> None:
-    """Add a camera: a centred pinhole, or for a wide image an equidistant lens."""
-    wide_deg = view.angle_deg("field_of_view_horizontal", 360.0, 70.0, mounting, name)
-    width = view.count("number_of_pixels_horizontal", MAX_PIXELS, 1600, mounting, name)
-    height = view.count("number_of_pixels_vertical", MAX_PIXELS, 900, mounting, name)
+def _read_camera(view: _Views) -> dict[str, Any]:
+    """Return a centred pinhole, or for a wide image an equidistant lens."""
+    wide_deg = view.angle_deg("field_of_view_horizontal", 360.0, 70.0)
+    width = view.count("number_of_pixels_horizontal", MAX_PIXELS, 1600)
+    height = view.count("number_of_pixels_vertical", MAX_PIXELS, 900)
     lens: dict[str, Any] = {"hfov_deg": wide_deg}
     if wide_deg > WIDEST_PINHOLE_DEG:
         focal_px = width / math.radians(wide_deg)
         lens = {"fx": focal_px, "fy": focal_px, "cx": width / 2.0, "cy": height / 2.0}
         lens["distortion"] = KannalaBrandt()
-        mounting.notes.approximated("lens not in the file: an equidistant one", name)
+        view.notes.approximated("lens not in the file: an equidistant one", view.name)
     else:
-        mounting.notes.approximated("lens not in the file: a pinhole, with square pixels", name)
-    mounting.add("camera", name, view.pose(), image=(width, height), range_m=(0.0, view.range_m()), **lens)
+        view.notes.approximated("lens not in the file: a pinhole, with square pixels", view.name)
+    return {"image": (width, height), "range_m": (0.0, view.range_m()), **lens}
 
 
-def _read_lidar(name: str, view: _Views, mounting: Mounting) -> None:
-    """Add a LiDAR: even beams and azimuths over its fields of view, or those of a library model by its name."""
+def _read_lidar(view: _Views) -> dict[str, Any]:
+    """Return even beams and azimuths over the fields of view; without them those of a library model count."""
+    found: dict[str, Any] = {"range_m": (0.0, view.range_m())}
     if view.get("number_of_rays_vertical") is None:
-        mounting.add("lidar", name, view.pose(), range_m=(0.0, view.range_m()))
-        return
+        return found
     if view.get("directions") is not None:
-        mounting.notes.ignored("listed directions of rays: even ones over the field of view", name)
-    wide_deg = view.angle_deg("field_of_view_horizontal", 360.0, 360.0, mounting, name)
-    high_deg = view.angle_deg("field_of_view_vertical", 180.0, 30.0, mounting, name)
-    columns = view.count("number_of_rays_horizontal", MOST_RAYS, 1800, mounting, name)
-    rows = view.count("number_of_rays_vertical", MOST_RAYS, 16, mounting, name)
-    mounting.notes.read("fields of view and numbers of rays", name)
-    mounting.add(
-        "lidar",
-        name,
-        view.pose(),
-        elevations_deg=LinearAngles(from_=-high_deg / 2.0, to=high_deg / 2.0, count=rows),
-        azimuths_deg=LinearAngles(from_=-wide_deg / 2.0, to=wide_deg / 2.0, count=columns),
-        range_m=(0.0, view.range_m()),
-    )
+        view.notes.ignored("listed directions of rays: even ones over the field of view", view.name)
+    wide_deg = view.angle_deg("field_of_view_horizontal", 360.0, 360.0)
+    high_deg = view.angle_deg("field_of_view_vertical", 180.0, 30.0)
+    columns = view.count("number_of_rays_horizontal", MOST_RAYS, 1800)
+    rows = view.count("number_of_rays_vertical", MOST_RAYS, 16)
+    view.notes.read("fields of view and numbers of rays", view.name)
+    found["elevations_deg"] = LinearAngles(from_=-high_deg / 2.0, to=high_deg / 2.0, count=rows)
+    found["azimuths_deg"] = LinearAngles(from_=-wide_deg / 2.0, to=wide_deg / 2.0, count=columns)
+    return found
 
 
-def _sector(name: str, view: _Views, mounting: Mounting, wide_deg: float, high_deg: float) -> dict[str, Any]:
-    wide = view.angle_deg("field_of_view_horizontal", 360.0, wide_deg, mounting, name) / 2.0
-    high = view.angle_deg("field_of_view_vertical", 180.0, high_deg, mounting, name) / 2.0
+def _sector(view: _Views, wide_deg: float, high_deg: float) -> dict[str, Any]:
+    wide = view.angle_deg("field_of_view_horizontal", 360.0, wide_deg) / 2.0
+    high = view.angle_deg("field_of_view_vertical", 180.0, high_deg) / 2.0
     return {"azimuth_deg": (-wide, wide), "elevation_deg": (-high, high)}
 
 
-def _far_m(name: str, view: _Views, mounting: Mounting, default_m: float) -> float:
+def _far_m(view: _Views, default_m: float) -> float:
     """Return the range of a radar or an ultrasonic sensor, which needs one."""
     if view.get("range") is None:
-        mounting.notes.approximated(f"range not in the file: assumed {default_m:g} m", name)
+        view.notes.approximated(f"range not in the file: assumed {default_m:g} m", view.name)
         return default_m
     return min(view.range_m(), 1000.0)
 
 
-def _read_radar(name: str, view: _Views, mounting: Mounting) -> None:
-    """Add a radar with one scan; resolution and cross sections are assumed."""
-    sector = _sector(name, view, mounting, 90.0, 20.0)
-    scan = Scan(range_m=_far_m(name, view, mounting, 100.0), **sector)
-    mounting.notes.approximated("one scan; resolution and reference cross section are not in OSI", name)
-    mounting.add("radar", name, view.pose(), scans=(scan,))
+def _read_radar(view: _Views) -> dict[str, Any]:
+    """Return one scan; resolution and cross sections are assumed."""
+    sector = _sector(view, 90.0, 20.0)
+    scan = Scan(range_m=_far_m(view, 100.0), **sector)
+    view.notes.approximated("one scan; resolution and reference cross section are not in OSI", view.name)
+    return {"scans": (scan,)}
 
 
-def _read_ultrasonic(name: str, view: _Views, mounting: Mounting) -> None:
-    """Add an ultrasonic sensor, whose one range is that for a pole."""
-    pole_m = _far_m(name, view, mounting, 2.5)
-    fields = _sector(name, view, mounting, 120.0, 60.0)
+def _read_ultrasonic(view: _Views) -> dict[str, Any]:
+    """Return the one range as that for a pole."""
+    pole_m = _far_m(view, 2.5)
+    fields = _sector(view, 120.0, 60.0)
     wall_m = max(5.5, pole_m)
-    mounting.notes.approximated(f"OSI has one range: that for a pole; for a wall {wall_m:g} m", name)
-    mounting.add("ultrasonic", name, view.pose(), pole_range_m=pole_m, wall_range_m=wall_m, **fields)
+    view.notes.approximated(f"OSI has one range: that for a pole; for a wall {wall_m:g} m", view.name)
+    return {"pole_range_m": pole_m, "wall_range_m": wall_m, **fields}
 
 
-_READERS: dict[str, Callable[[str, _Views, Mounting], None]] = {
+_READERS: dict[str, Callable[[_Views], dict[str, Any]]] = {
     "camera": _read_camera,
     "lidar": _read_lidar,
     "radar": _read_radar,
     "ultrasonic": _read_ultrasonic,
 }
-"""Readers of a sensor, by kind."""
+"""Readers of a sensor's fields, by kind."""
 
 
 def write(rig: Rig, notes: Notes) -> dict[str, str]:

@@ -61,6 +61,11 @@ class _Scope:
             found = found.outside
         return found
 
+    @property
+    def outermost(self) -> _Scope:
+        """The scope around all others."""
+        return self if self.outside is None else self.outside.outermost
+
     def block(self, name: str) -> list[Element] | None:
         """Return the elements of a name."""
         found: _Scope | None = self
@@ -124,10 +129,8 @@ class _Expander:
 
     def define_property(self, element: Element, scope: _Scope) -> None:
         """Keep a property: a text that is worked out where it is used, or a block of elements."""
-        name, place = element.attribute("name"), scope
-        if element.attributes.get("scope") in ("global", "parent"):
-            while place.outside is not None:
-                place = place.outside
+        name, said = element.attribute("name"), element.attributes.get("scope")
+        place = scope.outermost if said in ("global", "parent") else scope
         value = element.attributes.get("value", element.attributes.get("default"))
         if value is None:
             place.blocks[name] = element.children
@@ -160,10 +163,7 @@ class _Expander:
         if macro is None:
             self._notes.ignored("macro that no file in the rig's folder defines", shortened(name, 60))
             return
-        outermost = scope
-        while outermost.outside is not None:
-            outermost = outermost.outside
-        inner, blocks = _Scope(outermost), list(element.children)
+        inner, blocks = _Scope(scope.outermost), list(element.children)
         for stars, parameter, default, is_outer in macro.parameters:
             if stars:
                 block = blocks.pop(0) if blocks else None

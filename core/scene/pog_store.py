@@ -71,23 +71,20 @@ def write_pog(pog: Pog, file: IO[bytes], level: int = 6) -> None:
                 np.lib.format.write_array(member, array, allow_pickle=False)
 
 
-def load_pog(path: Path | str, is_part: bool = False) -> Pog:
-    """Read a POG file; InputError when it is missing, damaged, or not a POG (nothing is ever unpickled).
-
-    is_part: whether it belongs to a larger set, so that it may hold no frame.
-    """
+def load_pog(path: Path | str) -> Pog:
+    """Read a POG file; InputError when it is missing, damaged, or not a POG (nothing is ever unpickled)."""
     try:
         with open_regular(Path(path), _ACCEPTED) as file:
-            return _read_named(file, path, is_part)
+            return _read_named(file, path)
     except FileNotFoundError as error:
         raise InputError(f"{path}: no such file (must be {_ACCEPTED})") from error
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from error
 
 
-def _read_named(file: IO[bytes], path: Path | str, is_part: bool) -> Pog:
+def _read_named(file: IO[bytes], path: Path | str) -> Pog:
     try:
-        return read_pog(file, is_part)
+        return read_pog(file)
     except OSError:
         raise
     except Exception as error:  # damaged bytes make numpy, zipfile and zlib raise a dozen kinds of error
@@ -96,7 +93,7 @@ def _read_named(file: IO[bytes], path: Path | str, is_part: bool) -> Pog:
 
 
 def read_pog(file: IO[bytes], is_part: bool = False) -> Pog:
-    """Return the POG in an open file; damaged bytes may raise any error."""
+    """Return the POG in an open file; damaged bytes may raise any error. is_part: whether it may hold no frame."""
     if not zipfile.is_zipfile(file):
         raise ValueError("no archive of numpy")
     file.seek(0)

@@ -16,7 +16,7 @@ from riglens.core.scene import pog_store
 from riglens.core.scene.columns import VoxelIndex, empty_words, unpack
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import Pog, PogSum, build_pog
-from riglens.core.scene.pog_store import cached_pog, load_pog, pog_key, save_pog
+from riglens.core.scene.pog_store import cached_pog, load_pog, pog_key, read_pog, save_pog
 from tests.core.builders import boxes_of
 
 GRID = VoxelGrid(0.5, (4.0, 3.0, 2.0))
@@ -257,7 +257,8 @@ def test_only_a_part_may_hold_no_frame(tmp_path: Path) -> None:
     index = VoxelIndex.of(GRID, empty_words(GRID))
     empty = Pog(GRID, boxes_of(frames=0).report(), index, sound.counts[:0])
     save_pog(empty, tmp_path / "part.npz")
-    assert load_pog(tmp_path / "part.npz", is_part=True).data.frames == 0
+    with (tmp_path / "part.npz").open("rb") as file:
+        assert read_pog(file, is_part=True).data.frames == 0
     assert "frames must be" in refused(tmp_path / "part.npz")
 
 
