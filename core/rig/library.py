@@ -402,11 +402,6 @@ def use_libraries(files: Iterable[Path]) -> None:
         os.environ[LIBRARY_VARIABLE] = os.pathsep.join([*([before] if before else []), *named])
 
 
-def load_library(path: Path) -> Library:
-    """Read and check one library file; raise InputError with file, line and model when an entry is wrong."""
-    return Library(read_entries(path, path.name))
-
-
 def sensor_from_model(model: str, name: str, pose: Pose) -> Sensor:
     """Return a sensor called `name` of a library model at that pose; raise InputError for an unknown model."""
     return default_library().entry(model).sensor(name, pose)

@@ -16,7 +16,7 @@ from riglens.core.engine.caster import Caster
 from riglens.core.engine.engine import Engine
 from riglens.core.geometry import Pose
 from riglens.core.metric.entropy import EntropyField
-from riglens.core.rig.library import Library, load_library
+from riglens.core.rig.library import Library, read_entries
 from riglens.core.rig.model import Camera, LinearAngles, Rig, Sensor
 from riglens.core.rig.presets import preset
 from riglens.core.scene.boxes import CLASSES
@@ -165,7 +165,7 @@ def competent_edit(scene: Scene, move: Move) -> list[float]:
 @lru_cache(maxsize=1)
 def models() -> Library:
     """The sensor models that ship with the program, and no others."""
-    return load_library(asset_path("library.yaml"))
+    return Library(read_entries(asset_path("library.yaml"), "library.yaml"))
 
 
 def with_model(model: str, pose: str) -> tuple[Rig, str]:

@@ -10,10 +10,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from riglens.assets import asset_path
 from riglens.core.engine.caster import Caster
 from riglens.core.geometry import Pose, Vec3
-from riglens.core.rig.library import Entry, load_library
+from riglens.core.rig.library import Entry, default_library
 from riglens.core.rig.model import Camera, Lidar, Sensor
 from riglens.core.scene.columns import unpack
 from riglens.core.scene.grid import VoxelGrid
@@ -30,7 +29,7 @@ MOST_RAYS = 120_000
 @lru_cache(maxsize=1)
 def models() -> tuple[Entry, ...]:
     """Every model of the library, LiDARs and cameras."""
-    library = load_library(asset_path("library.yaml"))
+    library = default_library()
     return (*library.entries("lidar"), *library.entries("camera"))
 
 

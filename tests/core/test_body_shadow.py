@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from riglens.assets import asset_path
 from riglens.core.geometry import Pose
 from riglens.core.kernels.body.solid import ends_by_tree
 from riglens.core.kernels.runtime.jit import use_threads
-from riglens.core.rig.library import load_library
+from riglens.core.rig.library import default_library
 from riglens.core.rig.model import BrownConrady, Camera, Lidar, LinearAngles, Sensor
 from riglens.core.sensing.body_ends import (
     NO_EMPTY_BOX,
@@ -24,7 +23,7 @@ from riglens.core.vehicle.profiles import reference_vehicle
 from riglens.core.vehicle.solid import Barrier, Solid, solid_of
 from tests.core.vehicle.solids import box, soup
 
-LIBRARY = load_library(asset_path("library.yaml"))
+LIBRARY = default_library()
 MODELS = [entry.name for kind in ("lidar", "camera") for entry in LIBRARY.entries(kind)]
 
 

@@ -8,13 +8,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from riglens.assets import asset_path
 from riglens.core.engine.caster import Caster
 from riglens.core.engine.fans import by_offset, is_plain
 from riglens.core.engine.frustums import make_frustum
 from riglens.core.geometry import Pose
 from riglens.core.metric.scores import MetricSettings
-from riglens.core.rig.library import load_library
+from riglens.core.rig.library import default_library
 from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt, Lidar, LinearAngles
 from riglens.core.scene.columns import unpack
 from riglens.core.sensing.rays import lattice, lattices_by_offset, sensor_rays
@@ -194,11 +193,7 @@ def test_beams_with_too_many_offsets_or_tilted_are_no_fans() -> None:
 def test_planes_of_steep_beams_and_many_offsets_are_not_worth_it(model: str, fans: int) -> None:
     """OS1-128 has as many beams to an offset as VLP-32C; but most of them leave the region soon."""
     field = field_of(grid_of(160, 100, 10, 0.4))
-    sensor = (
-        load_library(asset_path("library.yaml"))
-        .entry(model)
-        .sensor("L", Pose((1.0, 2.0, 2.0), (0.0, 0.0, 7.0)))
-    )
+    sensor = default_library().entry(model).sensor("L", Pose((1.0, 2.0, 2.0), (0.0, 0.0, 7.0)))
     assert isinstance(sensor, Lidar)
     assert len(by_offset(sensor, Caster(field).rays(sensor, "exact"))) == fans
 
@@ -211,11 +206,7 @@ def test_an_abandoned_cast_of_several_fans_says_so() -> None:
 
 @pytest.mark.parametrize("model", ["velodyne-vlp-32c", "hesai-pandar64", "velodyne-vls-128"])
 def test_rays_by_offset_are_the_listed_ones_to_the_last_bit(model: str) -> None:
-    sensor = (
-        load_library(asset_path("library.yaml"))
-        .entry(model)
-        .sensor("L", Pose((1.0, 2.0, 3.0), (0.0, 0.0, 7.0)))
-    )
+    sensor = default_library().entry(model).sensor("L", Pose((1.0, 2.0, 3.0), (0.0, 0.0, 7.0)))
     assert isinstance(sensor, Lidar) and sensor.azimuth_offsets_deg is not None
     listed = lattice(sensor).rows.reshape(sensor.beam_count, -1, 3)
     parts = lattices_by_offset(sensor)

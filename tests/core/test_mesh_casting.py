@@ -8,12 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from riglens.assets import asset_path
 from riglens.core.engine.caster import Caster
 from riglens.core.engine.meshes import make_mesh, outermost_directions, ray_mesh
 from riglens.core.geometry import Pose
 from riglens.core.metric.entropy import EntropyField
-from riglens.core.rig.library import load_library
+from riglens.core.rig.library import default_library
 from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt
 from riglens.core.scene.columns import unpack
 from riglens.core.scene.grid import VoxelGrid
@@ -40,7 +39,7 @@ def models() -> tuple[Camera, ...]:
     """
     made = (
         entry.sensor("C", Pose((0.0, 0.0, 1.0), (0.0, 0.0, 0.0)))
-        for entry in load_library(asset_path("library.yaml")).entries("camera")
+        for entry in default_library().entries("camera")
     )
     return tuple(
         sensor.replace(cast=(352, 128))

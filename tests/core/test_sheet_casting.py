@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from riglens.assets import asset_path
 from riglens.core.engine.caster import Caster
 from riglens.core.engine.sheets import WORTH, make_sheets
 from riglens.core.geometry import Pose
-from riglens.core.rig.library import Entry, load_library
+from riglens.core.rig.library import Entry, default_library
 from riglens.core.rig.model import Lidar
 from riglens.core.scene.columns import unpack
 from riglens.core.scene.grid import VoxelGrid
@@ -25,7 +24,7 @@ LARGE = ((0.10, (30.0, 20.0, 4.0)), (0.05, (12.0, 10.0, 4.0)), (0.37, (59.2, 37.
 @lru_cache(maxsize=1)
 def models() -> tuple[Entry, ...]:
     """Every LiDAR of the library."""
-    return load_library(asset_path("library.yaml")).entries("lidar")
+    return default_library().entries("lidar")
 
 
 def any_lidar(rng: np.random.Generator, grid: VoxelGrid) -> Lidar:

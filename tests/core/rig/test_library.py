@@ -13,7 +13,7 @@ from riglens.core.rig.library import (
     Entry,
     changed_fields,
     default_library,
-    load_library,
+    read_entries,
     sensor_from_model,
     user_library_files,
 )
@@ -113,7 +113,7 @@ def test_a_wrong_library_is_refused_with_line_and_model(tmp_path: Path, entry: s
     path = tmp_path / "library.yaml"
     path.write_text(f"# models\n{entry}\n")
     with pytest.raises(InputError) as caught:
-        load_library(path)
+        read_entries(path, path.name)
     assert str(caught.value).startswith(f"library.yaml:2: {complaint}") and str(caught.value).isprintable()
 
 

@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-from riglens.core.rig.library import Entry, load_library
+from riglens.core.rig.library import Entry, read_entries
 from riglens.core.rig.model import Camera, Lidar
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -24,7 +24,7 @@ NOT_OF_MODELS = {
 def test_the_example_is_a_library(tmp_path: Path) -> None:
     (example,) = re.findall(r"```yaml\n(.*?)```", PAGE, re.DOTALL)
     (tmp_path / "own.yaml").write_text(example)
-    assert [entry.kind for entry in load_library(tmp_path / "own.yaml").entries()] == ["lidar", "camera"]
+    assert [entry.kind for entry in read_entries(tmp_path / "own.yaml", "own.yaml")] == ["lidar", "camera"]
 
 
 def test_every_field_is_explained() -> None:
