@@ -6,6 +6,8 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from riglens.core.optimise.results import OptimiseResult, Problem
+from riglens.core.optimise.run import optimise
 from riglens.core.optimise.search import Limits
 from riglens.core.optimise.tables import CoverTable, hit_shares, worth_of
 from riglens.core.optimise.weights import EVEN
@@ -21,6 +23,11 @@ def done(steps: Generator[Y, None, T], see: Callable[[Y], object] = lambda _: No
             see(next(steps))
         except StopIteration as end:
             return end.value  # type: ignore[no-any-return]
+
+
+def proposed(problem: Problem) -> OptimiseResult:
+    """The result of one thread once its gain is checked in held-out frames, without the cases after them."""
+    return next(one.result for one in optimise(problem, 1) if one.result is not None)
 
 
 def hit_worth(cls: NDArray[np.uint8]) -> NDArray[np.int64]:

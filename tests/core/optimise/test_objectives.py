@@ -12,7 +12,6 @@ from riglens.core.optimise.guard import Evaluator, with_worst_failure
 from riglens.core.optimise.mounts import Additions
 from riglens.core.optimise.objectives import OBJECTIVES, OF_VOXELS, WORST, sensors_for
 from riglens.core.optimise.results import Problem
-from riglens.core.optimise.run import finished
 from riglens.core.optimise.tables import UNIT, CoverTable, TableMaker
 from riglens.core.optimise.weights import EVEN, Weights
 from riglens.core.rig.model import Rig
@@ -20,6 +19,7 @@ from riglens.core.scene.boxes import CLASSES
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.traffic import Traffic
 from tests.core.builders import grid_of, random_field
+from tests.core.optimise.problems import proposed
 from tests.core.targets.cases import random_rig, random_traffic
 
 NONE = np.zeros(0, np.int32)
@@ -132,7 +132,7 @@ def test_the_worst_failure_is_that_of_the_engine_and_its_bound_holds(traffic: Tr
     own = random_rig(np.random.default_rng(1), 3).enabled_lidars()[:1]
     problem = problem_of(WORST, traffic, Rig(sensors=own))
     problem = replace(problem, additions=replace(problem.additions, count=2, spots_m=1.2))
-    found = finished(problem, 1)
+    found = proposed(problem)
     sampler = with_worst_failure(Evaluator(traffic, 1))
     plain = Evaluator(traffic, 1)
     best = found.best.rig
@@ -152,17 +152,17 @@ def test_the_worst_failure_is_that_of_the_engine_and_its_bound_holds(traffic: Tr
 
 def test_a_floor_comes_first(traffic: Traffic) -> None:
     problem = problem_of("on_target", traffic, Rig())
-    free = finished(problem, 1)
+    free = proposed(problem)
     by_class = {}
     for name in CLASSES:
         weights = Weights({other: float(other == name) for other in CLASSES})
-        by_class[name] = finished(replace(problem, weights=weights), 1).best.value
+        by_class[name] = proposed(replace(problem, weights=weights)).best.value
     name = "pedestrian"
-    floored = finished(replace(problem, floors={name: by_class[name] - 1e-6}), 1)
+    floored = proposed(replace(problem, floors={name: by_class[name] - 1e-6}))
     assert floored.floors[name] == pytest.approx(by_class[name], abs=1e-5)
     assert floored.best.value <= free.best.value
     assert "that keeps the floors" in floored.sentence()
-    missed = finished(replace(problem, floors={name: 1.0}), 1)
+    missed = proposed(replace(problem, floors={name: 1.0}))
     assert missed.floors[name] == pytest.approx(by_class[name], abs=1e-3)
     assert missed.bound.kind == "cuts"
 
