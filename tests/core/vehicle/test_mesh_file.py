@@ -197,16 +197,13 @@ def damaged(index: int) -> np.ndarray:
         ("a.obj", OBJ + "f 1 2 99\n", "not a readable .obj file (IndexError: index 98 is out of bounds"),
         ("a.obj", OBJ + "f a b c\n", "not a readable .obj file (ValueError: "),
         ("a.gltf", gltf("nowhere.bin"), "not a readable .gltf file (FileNotFoundError: nowhere.bin)"),
-        ("a.gltf", gltf(nodes=[{"mesh": 0, "name": HALF}]), "not a readable .gltf file (UnicodeEncodeError: "),
     ],
 )  # fmt: skip
 def test_a_damaged_mesh_says_why(tmp_path, name, content, said):
-    path = written(tmp_path, name, content)
     with pytest.raises(InputError) as caught:
-        read_mesh(path)
+        parse_mesh(written(tmp_path, name, content))
     line = str(caught.value)
-    assert line.startswith(f"vehicle.body: {path}: ") and said in line
-    assert line.isprintable() and len(line) < 400
+    assert said in line and line.isprintable() and len(line) < 250
 
 
 def test_a_parser_that_crashes_is_told_with_its_signal(tmp_path, monkeypatch):
@@ -234,10 +231,16 @@ def test_reading_happens_elsewhere_and_gives_the_arrays_back(tmp_path):
     asked = []
     mesh = read_mesh(written(tmp_path, "a.ply", PLY), lambda: asked.append(1))
     assert mesh.points.dtype == np.float32 and mesh.triangles.shape == (4, 3) and mesh.colours is not None
-    with pytest.raises(
-        InputError, match=r"^vehicle\.body: .*bad\.glb: not a readable \.glb file \(NotImplementedError: "
+    half = gltf(nodes=[{"mesh": 0, "name": HALF}])
+    for name, content, said in (
+        ("bad.glb", b"glTF" + bytes(40), "not a readable .glb file (NotImplementedError: "),
+        ("a.gltf", half, "not a readable .gltf file (UnicodeEncodeError: "),
     ):
-        read_mesh(written(tmp_path, "bad.glb", b"glTF" + bytes(40)))
+        path = written(tmp_path, name, content)
+        with pytest.raises(InputError) as caught:
+            read_mesh(path)
+        line = str(caught.value)
+        assert line.startswith(f"vehicle.body: {path}: {said}") and line.isprintable() and len(line) < 400
 
 
 def test_a_reading_that_nobody_wants_any_more_stops(tmp_path):
