@@ -20,7 +20,7 @@ from riglens.core.rig.yaml.file import load_rig
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import NO_CLASS, Traffic
-from tests.core.optimise.problems import done
+from tests.core.optimise.problems import done, proposed
 from tests.core.targets.cases import random_traffic
 
 ADDED = Additions(("generic-16",), 2, spots_m=0.7, tilts_deg=(0.0, 15.0))
@@ -117,24 +117,24 @@ def test_a_run_ends_when_nobody_waits_any_more(traffic: Traffic) -> None:
 
 def test_gains_over_a_rig_of_ones_own(traffic: Traffic) -> None:
     problem = Problem(RIG, traffic, replace(ADDED, count=1), frames=8, held_out=10, reference=RIG)
-    found = finished(problem, 1)
+    found = proposed(problem)
     assert found.reference_value == found.before
     assert found.best.guard[0].gain > 0.0
 
 
 def test_requirements_are_met_by_another_set_where_there_is_one(traffic: Traffic) -> None:
     problem = Problem(RIG, traffic, replace(ADDED, count=1), frames=8, held_out=10)
-    free = finished(problem, 1)
+    free = proposed(problem)
     best = free.best.added[0].places_m[0]
 
     def unmet(rig: Rig) -> tuple[str, ...]:
         return ("elsewhere",) if np.allclose(rig.sensors[-2].position, best) else ()
 
-    found = finished(replace(problem, unmet=unmet), 1)
+    found = proposed(replace(problem, unmet=unmet))
     assert free.unmet is None and found.unmet == ()
     assert not np.allclose(found.best.added[0].places_m[0], best)
     assert found.best.value < free.best.value == pytest.approx(found.bound_value)
-    never = finished(replace(problem, unmet=lambda _: ("a", "b")), 1)
+    never = proposed(replace(problem, unmet=lambda _: ("a", "b")))
     assert never.unmet == ("a", "b")
     assert never.best == replace(free.best)
 
@@ -149,7 +149,7 @@ def pair(x_m: float) -> Rig:
 def test_a_sensor_improves_with_its_partner_and_no_other_sensor_moves(traffic: Traffic) -> None:
     rig = pair(-1.0)
     problem = improvement(rig, traffic, "right", 0.8, frames=8, held_out=10)
-    found = finished(problem, 1)
+    found = proposed(problem)
     best = found.best.rig
     assert [one.name for one in best.sensors] == ["own", "left", "right"]
     assert best.sensor("own") == OWN
@@ -164,8 +164,8 @@ def test_a_sensor_improves_with_its_partner_and_no_other_sensor_moves(traffic: T
 
 def test_a_sensor_without_a_better_mount_stays(traffic: Traffic) -> None:
     rig = pair(-1.0)
-    first = finished(improvement(rig, traffic, "left", 0.8, frames=8, held_out=10), 1).best.rig
-    again = finished(improvement(first, traffic, "left", 0.0, frames=8, held_out=10), 1)
+    first = proposed(improvement(rig, traffic, "left", 0.8, frames=8, held_out=10)).best.rig
+    again = proposed(improvement(first, traffic, "left", 0.0, frames=8, held_out=10))
     assert again.best.value >= again.before
     stays = Problem(first, traffic, frames=8, moves=(Move("left", 0.0, (), (0.0,)),))
     with pytest.raises(InputError, match="no mount"):
@@ -175,7 +175,7 @@ def test_a_sensor_without_a_better_mount_stays(traffic: Traffic) -> None:
 def test_sensors_move_are_exchanged_and_added_at_once(traffic: Traffic) -> None:
     moves = (Move("own", models=("generic-16",)), Move("left", 0.0, ("generic-16",), (0.0,)))
     problem = Problem(pair(-1.0), traffic, replace(ADDED, count=1), frames=8, held_out=10, moves=moves)
-    found = finished(problem, 1)
+    found = proposed(problem)
     best = found.best.rig
     assert [one.name for one in best.sensors][:3] == ["own", "left", "right"]
     assert len(best.sensors) == 5
@@ -334,15 +334,15 @@ def test_the_cheapest_set_reaches_the_value_and_no_cheaper_one_does(traffic: Tra
     costs = {"generic-16": 1.0, "velodyne-vlp-16": 3.0}
     several = replace(ADDED, models=tuple(costs), costs=costs, count=2, spots_m=1.0, tilts_deg=(0.0,))
     problem = Problem(RIG, traffic, several, frames=6, held_out=6)
-    stairs = {one.count: one for one in done(optimise(problem, 1)).stairs}
+    stairs = {one.count: one for one in proposed(problem).stairs}
     wanted = 0.999 * stairs[2].value
-    found = done(optimise(replace(problem, at_least=wanted), 1))
+    found = proposed(replace(problem, at_least=wanted))
     assert found.cheapest is not None and found.best.cost <= found.cheapest.cost
     assert found.best.value >= wanted - 1e-9 and f"{found.cheapest.cost:g}" in found.sentence()
     less = replace(several, budget=found.cheapest.cost - 0.5)
     if less.budget > less.cost_of("generic-16"):
-        assert done(optimise(replace(problem, additions=less), 1)).best.value < wanted
-    already = done(optimise(replace(problem, at_least=0.5 * found.before), 1))
+        assert proposed(replace(problem, additions=less)).best.value < wanted
+    already = proposed(replace(problem, at_least=0.5 * found.before))
     assert already.cheapest is not None and already.cheapest.cost == 0.0 and already.best.added == ()
     with pytest.raises(InputError, match="must be at most"):
         done(optimise(replace(problem, at_least=0.999), 1))
