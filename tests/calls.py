@@ -1,7 +1,8 @@
 """Note which functions of the product each test calls, for `mutation.py`: pytest -p tests.calls.
 
 RIGLENS_CALLS names the folder that gets a JSON file per process: the seconds of each test, and by function those
-tests that call the fewest others. Compiled kernels show no calls, unless they run as plain Python.
+tests that call the fewest others, one case of each before the next. Compiled kernels show no calls, unless they run as
+plain Python.
 """
 
 from __future__ import annotations
@@ -10,7 +11,8 @@ import json
 import os
 import sys
 import threading
-from collections.abc import Generator
+from collections import Counter
+from collections.abc import Generator, Iterable, Mapping
 from pathlib import Path
 from types import CodeType, FrameType
 
@@ -18,7 +20,7 @@ import pytest
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 ROOMS = tuple(f"{REPOSITORY / room}{os.sep}" for room in ("app", "core", "riglens", "widgets"))
-MOST_TESTS = 12
+MOST_TESTS = 24
 """Kept for one function."""
 
 
@@ -60,12 +62,20 @@ class Calls:
     def pytest_sessionfinish(self) -> None:
         """Write what was noted."""
         self._folder.mkdir(parents=True, exist_ok=True)
-        kept = {
-            name: sorted(tests, key=self.tests.__getitem__)[:MOST_TESTS]
-            for name, tests in self.callers.items()
-        }
+        kept = {name: nearest(tests, self.tests) for name, tests in self.callers.items()}
         text = json.dumps({"tests": self.tests, "callers": kept})
         (self._folder / f"{os.getpid()}.json").write_text(text, encoding="utf-8")
+
+
+def nearest(tests: Iterable[str], noted: Mapping[str, tuple[int, float]]) -> list[str]:
+    """Return the tests that call few functions; a second case of one comes after the first of all others."""
+    cases = Counter[str]()
+    turns = list[tuple[int, tuple[int, float], str]]()
+    for noted_of, test in sorted((noted[test], test) for test in set(tests)):
+        name = test.partition("[")[0]
+        cases[name] += 1
+        turns.append((cases[name], noted_of, test))
+    return [test for *_, test in sorted(turns)[:MOST_TESTS]]
 
 
 def function_of(code: CodeType) -> str | None:

@@ -27,7 +27,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from tests.calls import MOST_TESTS
+from tests.calls import nearest
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 COPIED = (
@@ -47,7 +47,7 @@ MOST_S = 40.0
 LONGEST_S = 90.0
 """A run that takes longer hangs: the mistake is noticed."""
 KERNEL_TESTS = "tests/core/kernels"
-PLAIN = {"NUMBA_DISABLE_JIT": "1", "PYTEST_ADDOPTS": "-p tests.core.kernels.plain_kernels"}
+PLAIN = {"NUMBA_DISABLE_JIT": "1", "PYTEST_ADDOPTS": "-p tests.core.kernels.plain_kernels -W ignore"}
 
 # ---------------------------------------------------------------- operators over the syntax tree
 
@@ -212,14 +212,14 @@ class Callers:
                 self._callers.setdefault(function, []).extend(tests)
 
     def of(self, mutation: Mutation) -> list[str]:
-        """Return tests of a function, those first that call few others; of a class or module, tests of all in it."""
+        """Return tests of a function, nearest first; of a class or module, tests of all in it."""
         name = f"{mutation.file}:{mutation.function}"
         inside = f"{name}." if mutation.function else name
         tests = self._callers.get(name) or {
             test for other, tests in self._callers.items() if other.startswith(inside) for test in tests
         }
         chosen, left_s = list[str](), MOST_S
-        for test in sorted(tests, key=self._tests.__getitem__)[:MOST_TESTS]:
+        for test in nearest(tests, self._tests):
             left_s -= self._tests[test][1]
             if chosen and left_s < 0:
                 break

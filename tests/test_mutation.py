@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.calls import nearest
 from tests.mutation import REPOSITORY, Callers, mutations_of, note_calls, sample, score
 
 SOURCE = '''"""A module."""
@@ -77,6 +78,11 @@ def test_those_tests_run_that_call_the_function_and_few_others(tmp_path: Path) -
         for mutation in sample(tmp_path, ["module.py"], 99, 1)
     }
     assert chosen == {"first": ["b"], "Other": ["d"]}, "and no more than fit into the time"
+
+
+def test_of_a_test_with_many_cases_the_first_runs_before_other_tests_and_the_second_after_them() -> None:
+    noted = {f"refused[{case}]": (1, 0.1) for case in range(40)} | {"whole": (9, 2.0)}
+    assert nearest(noted, noted)[:3] == ["refused[0]", "whole", "refused[1]"]
 
 
 @pytest.mark.slow
