@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
@@ -265,19 +264,12 @@ def _in_utc() -> Iterator[None]:
     before = os.environ.get("TZ")
     os.environ["TZ"] = "UTC"
     try:
-        _use_zone()
         yield
     finally:
         if before is None:
             del os.environ["TZ"]
         else:
             os.environ["TZ"] = before
-        _use_zone()
-
-
-def _use_zone() -> None:
-    if hasattr(time, "tzset"):  # not on Windows
-        time.tzset()
 
 
 def _without_time(content: bytes) -> bytes:
