@@ -215,7 +215,10 @@ def test_a_body_in_a_file_is_ignored_until_its_mesh_has_been_read() -> None:
     assert (session.body_wanted, session.body) == ("blocks", "ignored")
     points = np.zeros((3, 3), np.float32)
     mesh = BodyMesh(points, points, np.array([[0, 1, 2]], np.int32))
+    asked = list[str]()
+    session.asked_changed.connect(lambda: asked.append(session.body))
     session.take_mesh("other.glb", mesh)
-    assert session.body == "ignored" and session.request().rig.vehicle.lacks_mesh
+    assert session.body == "ignored" and session.request().rig.vehicle.lacks_mesh and asked == []
     session.take_mesh("car.glb", mesh)
     assert session.body == "blocks" and session.request().rig.vehicle.body_mesh is mesh
+    assert asked == ["blocks"], "and the rig is scored with it"

@@ -76,6 +76,8 @@ def answer(bench: Bench):
 def test_the_rig_its_file_and_its_history_stay_as_they_are(desk: Desk, failing: Failing) -> None:
     document = desk.document
     text = dumps(document.rig)
+    document.select(None)
+    assert not failing.actions["fail"].isEnabled()
     document.select("roof")
     desk.act("fail")
     assert document.failed == {"roof"} and document.rig == RIG and dumps(document.rig) == text

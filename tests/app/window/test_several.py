@@ -50,6 +50,8 @@ def test_values_that_differ_are_shown_as_mixed_and_shared_ones_as_they_are(bench
     assert state(bench).startswith("4 selected: a number sets all of them")
     assert "Model and beams apply to the 2 LiDARs among them." in state(bench)
     assert not field(bench, "name").isEnabled()
+    bench.document.choose(("roof", "low"))
+    assert state(bench).startswith("2 selected") and "among them" not in state(bench)
 
 
 def test_a_number_sets_all_and_is_one_step(bench: FullDesk) -> None:

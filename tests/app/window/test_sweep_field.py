@@ -137,7 +137,9 @@ def test_the_keys_move_along_the_curve(qtbot):
     parent.show()
     curve, chosen = FieldCurve(parent), []
     curve.chosen.connect(chosen.append)
+    parent.setGeometry(40, 60, 100, 20)
     curve.open_at(parent, "top: z", 1.5, METRES)
+    assert curve.x() == parent.x() and 0 <= curve.y() - parent.geometry().bottom() < 10, "under the field"
     curve.show_points(points(1.0, 1.5, 2.0), "done")
     QTest.keyClick(curve, Qt.Key.Key_Right)
     assert curve.note.startswith("2") and "car +2.0" in curve.note

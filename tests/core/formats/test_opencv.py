@@ -4,9 +4,11 @@ import math
 
 import numpy as np
 import pytest
+from ruamel.yaml import YAML
 
 from riglens.core.errors import InputError
 from riglens.core.formats.mounts import ReadOptions
+from riglens.core.formats.opencv_yaml import camera_info_text
 from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt
 from tests.core.formats.cases import (
     OPENCV,
@@ -40,6 +42,17 @@ def test_camera_info_file_of_ros() -> None:
     assert front.distortion == BrownConrady(k1=-0.3, k2=0.1, p1=0.001, p2=-0.002, k3=0.01)
     assert_same_pose(sensor_matrix(front), np.eye(4))
     assert has(read.report, "approximated", "pose of the camera not in the file")
+
+
+def test_the_projection_of_a_written_camera_is_its_matrix() -> None:
+    (front,) = read_files(OPENCV, options=AT_ORIGIN).rig.sensors
+    assert isinstance(front, Camera)
+    written = YAML(typ="safe").load(camera_info_text(front))
+    matrix, projection = (
+        np.reshape(written[name]["data"], (3, -1)) for name in ("camera_matrix", "projection_matrix")
+    )
+    assert matrix.tolist() == [[1000.5, 0.0, 640.25], [0.0, 1001.5, 360.75], [0.0, 0.0, 1.0]]
+    assert np.array_equal(projection, np.column_stack([matrix, np.zeros(3)]))
 
 
 @pytest.mark.parametrize("keys", ["DK", "dk"])

@@ -96,6 +96,11 @@ def test_a_pair_is_mirrored_and_named_as_one() -> None:
         assert one.cost == 2.0
 
 
+def test_a_sensor_without_a_partner_may_stand_on_either_side() -> None:
+    sides = {np.sign(one.places_m[0, 1]) for one in candidates(Rig(), Additions((MODEL,), mirrored=False))}
+    assert {1.0, -1.0} <= sides
+
+
 def test_a_sensor_leans_outwards() -> None:
     found = candidates(Rig(), Additions((MODEL,), spots_m=0.6, tilts_deg=(0.0, 15.0)))
     for one in found:

@@ -135,6 +135,8 @@ def test_another_number_of_points_is_wanted_once(panel: TargetsPanel, qtbot: QtB
 def test_a_problem_stands_in_the_place_of_the_note(panel: TargetsPanel) -> None:
     panel.show_problem("No boxes")
     assert panel._note.text() == "No boxes"
+    panel.say("Counting")
+    assert panel._note.text() == "Counting" and "Counting" in panel._note.toolTip()
 
 
 def test_the_rose_follows_the_row_and_tells_where_a_wedge_is(panel: TargetsPanel) -> None:

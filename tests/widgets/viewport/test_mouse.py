@@ -134,6 +134,10 @@ def test_a_click_selects_the_sensor_under_the_mouse_and_a_click_on_nothing_selec
     )
     QTest.mouseClick(view._canvas, Qt.MouseButton.LeftButton, pos=QPoint(15, 15))
     assert heard.signals == [("sensor_picked", "front"), ("sensor_picked", None)]
+    heard.signals.clear()
+    x, y = pixel_at(view, CAMERA.position).round().astype(int).tolist()
+    sweep(view, LEFT, (x, y), (x + 1, y - 1))
+    assert heard.signals == [("sensor_picked", "front")], "a hand that trembles clicks"
 
 
 @pytest.mark.parametrize("key", [Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier])
