@@ -113,6 +113,18 @@ class Seen(Requirement):
         return f"seen of {self.cls} by {self.by}"
 
 
+SHOWN = {
+    "seen": "seen",
+    "on_target": "on target",
+    "share_5": "share with ≥ 5 points",
+    "visible": "visible",
+    "both": "detected by both",
+    "voxels": "voxels",
+    "road_users": "objects",
+}
+"""Words for the figures of requirements."""
+
+
 def kinds_of(figure: str) -> tuple[str, ...]:
     """Return the kinds of sensors that make a figure of objects."""
     return {"visible": (CAMERA.name,), "both": ()}.get(figure, (LIDAR.name,))
@@ -138,7 +150,7 @@ class OnTarget(Requirement):
 
     @property
     def text(self) -> str:
-        return f"{self.figure} of {self.cls}{self._where}"
+        return f"{SHOWN[self.figure]} of {self.cls}{self._where}"
 
     @property
     def _where(self) -> str:
@@ -246,7 +258,7 @@ class Loss(Requirement):
     def text_of(self, failing: str) -> str:
         """Return the figure in words, for what fails."""
         happens = "is blocked" if self.failure == "half" else "fails"
-        what = f"{self.of} of {self.cls}" if self.share_of == "all" else f"detected {self.of} of {self.cls}"
+        what = f"{'' if self.share_of == 'all' else 'detected '}{SHOWN[self.of]} of {self.cls}"
         return f"{what} lost when {failing} {happens}{_sector_text(self.sector)}"
 
     def scope(self) -> dict[str, object]:
@@ -265,7 +277,7 @@ class Covered(Requirement):
 
     @property
     def text(self) -> str:
-        return f"{self.of} of {self.cls} covered by {self.sensors}{_sector_text(self.sector)}"
+        return f"{SHOWN[self.of]} of {self.cls} covered by {self.sensors}{_sector_text(self.sector)}"
 
 
 class Tolerated(Requirement):
@@ -283,7 +295,7 @@ class Tolerated(Requirement):
 
     @property
     def text(self) -> str:
-        return f"chance of {self.figure} of {self.cls} below {self.limit:g} under {self.profile}"
+        return f"chance of {SHOWN[self.figure]} of {self.cls} below {self.limit:g} under {self.profile}"
 
 
 class Mounts(MountLimits, Requirement):

@@ -44,7 +44,7 @@ def test_what_is_met_ends_with_0_and_every_figure_is_that_of_its_command(riglens
     assert by_text["seen of car by camera"] == scores["camera"]["seen"]
     targets = json.loads(riglens("targets", "W+T", "--boxes", boxes, "--body", "ignored", "--json", "-").out)
     car = targets["rigs"][0]["classes"]["car"]
-    assert by_text["on_target of car (2 objects)"] == pytest.approx(car["lidar"]["on_target"])
+    assert by_text["on target of car (2 objects)"] == pytest.approx(car["lidar"]["on_target"])
     blind = json.loads(riglens("blind", "W+T", "--voxel", "0.25", "--json", "-").out)
     zone = blind["zones"][0]["heights"]
     assert by_text["ground where 1.15 m is unseen by any sensor"] == pytest.approx(zone[3]["unseen_m2"])
@@ -54,7 +54,7 @@ def test_what_is_met_ends_with_0_and_every_figure_is_that_of_its_command(riglens
     pair = lost["voxels"]["classes"]["car"]["worst"]["pair"]
     assert by_text[f"voxels of car lost when {pair['name']} fails"] == pair["lost"]
     assert (
-        by_text["road_users of car covered by two kinds"]
+        by_text["objects of car covered by two kinds"]
         == (lost["road_users"]["classes"]["car"]["covered"]["two kinds"])
     )
 
