@@ -30,9 +30,9 @@ from riglens.core.scene.boxes import BoxBatch, FrameLabels, rotations_from_quate
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import PogSum, build_pog
 from riglens.core.scene.pog_store import read_pog, write_pog
-from riglens.core.scene.readers import frames
+from riglens.core.scene.readers import common, frames
 from riglens.core.scene.readers.classes import ClassTable
-from riglens.core.scene.readers.common import end_of_frame, first_bad_box
+from riglens.core.scene.readers.common import first_bad_box
 from riglens.core.scene.readers.frames import FrameCounter, WholeFrames
 from riglens.core.sensing.rays import lattice, missing_ray_count
 from riglens.core.sensors.lens import distorted
@@ -145,9 +145,16 @@ def test_boxes_of_one_frame_are_counted_across_pieces(monkeypatch: pytest.Monkey
         list(whole.push(piece, 0))
 
 
-def test_a_piece_of_a_table_ends_behind_the_last_row_of_a_frame() -> None:
-    sorted_frames = np.array([0, 0, 1, 1, 1, 2])
-    assert [end_of_frame(sorted_frames, end) for end in (1, 2, 3, 5, 6, 9)] == [2, 2, 5, 5, 6, 6]
+@pytest.mark.parametrize(
+    ("least", "ends"), [(1, [2, 5, 6]), (2, [2, 5, 6]), (3, [5, 6]), (5, [5, 6]), (9, [6])]
+)
+def test_a_piece_of_a_table_ends_behind_the_last_row_of_a_frame(
+    monkeypatch: pytest.MonkeyPatch, least: int, ends: list[int]
+) -> None:
+    monkeypatch.setattr(common, "BATCH_BOXES", least)
+    runs = list(common.whole_frames(np.array([0, 0, 1, 1, 1, 2])))
+    assert [run.stop for run in runs] == ends
+    assert [run.start for run in runs] == [0, *ends[:-1]]
 
 
 def test_a_class_that_there_is_not_is_refused() -> None:

@@ -45,7 +45,7 @@ def test_scores_compare_targets_and_test_objects_are_those_of_the_commands(
         bench.act("test_objects")
         objects = bench.features.objects
         assert objects._worker.wait_until_idle(TIMEOUT_MS / 1000)
-        qtbot.waitUntil(lambda: objects.page.tree.topLevelItemCount() > 0, timeout=TIMEOUT_MS)
+        qtbot.waitUntil(lambda: objects.page.tree.topLevelItemCount() > 1, timeout=TIMEOUT_MS)
         tree = objects.page.tree
         seen = [tree.topLevelItem(place).text(1) for place in range(tree.topLevelItemCount())]
         boxes = tmp_path / "boxes.csv"

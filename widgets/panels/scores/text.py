@@ -29,7 +29,7 @@ SIGN_NOTE = (
 SCORE_FIGURES = (
     (
         "Predicted AP",
-        "is the average precision (0 to 100) that the detector of the detection study would reach with these "
+        "is the average precision, in %, that the detector of the detection study would reach with these "
         "LiDARs in this traffic. It does not predict your stack, ignores cameras, and is grey for rigs unlike "
         "those of the study.",
     ),
