@@ -16,7 +16,7 @@ from riglens.widgets.panels.controls.style import plain_tip
 
 UPDATING = "updating…"
 TOLD_MS = 10_000
-"""How long a message about something done is shown."""
+"""Duration of a message about something done."""
 NO_DATA = "no box data, no scores"
 COARSE_NOTE = (
     "Exact scores take too long for a drag here.\nScores marked ≈ are estimated on larger voxels; "

@@ -366,7 +366,7 @@ class Engine:
             self._state.stack = more
 
     def _give_back(self, is_quiet: bool) -> None:
-        """Give back what the rig has no use for: others of a kind that has none, and rows that nobody holds.
+        """Give back what the rig has no use for: others of a kind that has none, and unused rows.
 
         Moving the rows in use takes a few milliseconds, so that it waits for a moment in which nothing was cast, the
         end of a drag, unless most rows are free.

@@ -97,7 +97,7 @@ class Mounting:
 
     @property
     def origin_m(self) -> Vec3:
-        """Where the file's root frame lies in the vehicle frame, metres."""
+        """Place of the file's root frame in the vehicle frame, metres."""
         return self.options.origin_m or self.origin.place_m(self.vehicle)
 
     def found(self, vehicle: Vehicle | None) -> None:

@@ -79,7 +79,7 @@ class Subject:
 
 @dataclass(frozen=True)
 class _Around:
-    """What a rig sees around its solid car, in a stance of it; objects of profiles once each."""
+    """View of a rig around its solid car, in a stance of it; objects of profiles once each."""
 
     engine: BlindEngine
     rig: Rig
