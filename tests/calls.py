@@ -49,7 +49,8 @@ class Calls:
         finally:
             sys.settrace(None)
             threading.settrace(None)
-            names = {name for name in map(function_of, self._now.values()) if name}
+            # threads of the product may still be at work
+            names = {name for name in map(function_of, list(self._now.values())) if name}
             self.tests[item.nodeid] = (len(names), self.tests.get(item.nodeid, (0, 0.0))[1])
             for name in names:
                 self.callers.setdefault(name, []).append(item.nodeid)
