@@ -33,17 +33,30 @@ def lines(path: Path) -> list[Line]:
         return list(csv.DictReader(stream))
 
 
-def gather(folder: Path) -> None:
-    """Write the tables of all parts that have ended, with a column for the part; pairs and orders of mAP alone."""
+def gather(folder: Path, tables: Path = DATA) -> None:
+    """Renew the lines of all parts that have ended in `folder`, with a column for the part; pairs and orders of mAP
+    alone. Lines of other parts stay."""
     for table in TABLES:
+        name = f"detection2{table}.csv"
+        published = lines(tables / name)
         found = [
-            {"part": part} | line
+            line
             for part in PROTOCOLS
-            if (folder / part / "detection.json").exists()
-            for line in lines(folder / part / f"detection{table}.csv")
-            if (table in ("", "-ranks") or line["class"] == MEAN) and line.get("statistic") != "kendall"
+            for line in (
+                _of_part(folder, part, table)
+                if (folder / part / "detection.json").exists()
+                else [one for one in published if one["part"] == part]
+            )
         ]
-        (DATA / f"detection2{table}.csv").write_text(csv_text(found), encoding="utf-8")
+        (tables / name).write_text(csv_text(found), encoding="utf-8")
+
+
+def _of_part(folder: Path, part: str, table: str) -> list[Line]:
+    return [
+        {"part": part} | line
+        for line in lines(folder / part / f"detection{table}.csv")
+        if (table in ("", "-ranks") or line["class"] == MEAN) and line.get("statistic") != "kendall"
+    ]
 
 
 class Tables:
