@@ -21,7 +21,7 @@ from riglens.core.study.detection.statistics import MEAN
 from riglens.core.study.ranks import spearman
 
 DATA = Path(__file__).resolve().parents[1] / "docs" / "data"
-TABLES = ("", "-ranks", "-pairs", "-orders")
+TABLES = ("", "-ranks", "-pairs", "-orders", "-recall")
 BASELINES = ("seen", "rays", "share_1")
 Line = dict[str, str]
 Doubles = NDArray[np.float64]
@@ -38,7 +38,7 @@ def gather(folder: Path, tables: Path = DATA) -> None:
     alone. Lines of other parts stay."""
     for table in TABLES:
         name = f"detection2{table}.csv"
-        published = lines(tables / name)
+        published = lines(tables / name) if (tables / name).exists() else []
         found = [
             line
             for part in PROTOCOLS
@@ -55,7 +55,8 @@ def _of_part(folder: Path, part: str, table: str) -> list[Line]:
     return [
         {"part": part} | line
         for line in lines(folder / part / f"detection{table}.csv")
-        if (table in ("", "-ranks") or line["class"] == MEAN) and line.get("statistic") != "kendall"
+        if (table not in ("-pairs", "-orders") or line["class"] == MEAN)
+        and line.get("statistic") != "kendall"
     ]
 
 
@@ -64,7 +65,7 @@ class Tables:
 
     def __init__(self) -> None:
         self.rigs, self.ranks, self.pairs, self.orders = (
-            lines(DATA / f"detection2{table}.csv") for table in TABLES
+            lines(DATA / f"detection2{table}.csv") for table in TABLES[:4]
         )
         self.parts = {line["part"] for line in self.rigs}
 

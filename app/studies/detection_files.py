@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict
 from typing import Any
 
 from riglens.core.rig.yaml.file import rig_sha256
 from riglens.core.study.detection.protocol import WORDING
+from riglens.core.study.detection.recall import Recall
 from riglens.core.study.detection.result import Result
 from riglens.core.study.detection.statistics import COLUMNS, Estimate
 from riglens.core.study.detection.surrogates import SURROGATES
@@ -64,6 +65,18 @@ def order_lines(result: Result) -> Iterator[Line]:
     for one in result.orders:
         line: Line = {"surrogate": one.surrogate, "class": one.column, "apart": one.apart}
         yield line | {"pairs": one.pairs, "right": one.right}
+
+
+RECALL_COLUMNS = ("class", "unit", "from", "to", "ring", "objects", "found", "recall")
+
+
+def recall_lines(recalls: Iterable[Recall]) -> Iterator[Line]:
+    """Yield a line per class, ring of distance (m) and number of points: objects, found ones, and their share."""
+    for one in recalls:
+        ring = "all" if one.ring_m is None else "{:g}-{:g}".format(*one.ring_m)
+        most = "" if one.most is None else one.most
+        line: Line = {"class": one.cls, "unit": "points", "from": one.least, "to": most, "ring": ring}
+        yield line | {"objects": one.objects, "found": one.found, "recall": _short(one.found / one.objects)}
 
 
 def as_json(result: Result) -> dict[str, Any]:

@@ -188,12 +188,15 @@ class Pieces:
         """Return whether a rig is judged by a net."""
         return self.store.load(Job(net, entrant).key(self.study)) is not None
 
+    def judged(self, net: Net, entrant: Entrant) -> tuple[Truth, Detections]:
+        """Return the objects of the test frames with a rig's points on them, and what a net detects there."""
+        return self._truth(entrant), Detections(**self.of(Job(net, entrant)))
+
     def matched(self, net: Net, entrant: Entrant, hit_only: bool) -> tuple[Matched, ...]:
         """Return which detections of a net on a rig are right, by class; hit_only: objects without a point do not
         count."""
-        truth = self._truth(entrant)
+        truth, found = self.judged(net, entrant)
         truth = truth.where(truth.points > 0) if hit_only else truth
-        found = Detections(**self.of(Job(net, entrant)))
         sequence = self.study.split.sequence
         return tuple(Matched.of(truth, found, number, sequence) for number in range(len(CLASSES)))
 

@@ -101,7 +101,7 @@ def test_a_class_without_objects_is_empty_in_the_tables(
 
 def test_one_rig_is_shown_without_comparison(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     result = made_up(rigs=1)
-    detection.write(result, tmp_path)
+    detection.write(result, [], tmp_path)
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(detection.NAMES)
     detection._say(result, detection.results())
     said = capsys.readouterr().out
@@ -263,7 +263,12 @@ def test_a_quick_study_from_words_to_files(riglens: object, tmp_path: Path) -> N
     assert first.code == 0, first.err
     assert {path.name for path in out.iterdir()} == {*detection.NAMES, "pieces"}
     assert WORDING in first.out and "Rank correlations need 5 rigs" in first.out
-    assert "bicycle: the test frames hold none" in first.out
+    assert "bicycle: no objects in the region of the test frames" in " ".join(first.out.split())
+    assert (
+        (out / "detection-recall.csv")
+        .read_text()
+        .startswith("class,unit,from,to,ring,objects,found,recall\ncar,")
+    )
     assert "done: net of seed 1" in first.err
     texts = {path: path.read_bytes() for path in out.iterdir() if path.is_file()}
     again = riglens(*words)  # type: ignore[operator]
