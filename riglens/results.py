@@ -22,7 +22,6 @@ from riglens.core.review.blind import HEIGHTS_M, BlindMap
 from riglens.core.review.blind_json import blind_document
 from riglens.core.review.findings import Verdict
 from riglens.core.review.mounts import Mount, Violation
-from riglens.core.review.outline import SECTORS
 from riglens.core.review.redundancy import Coverage
 from riglens.core.review.redundancy_json import lost_share
 from riglens.core.review.tolerance import Spread, worst_rig
@@ -32,11 +31,12 @@ from riglens.core.review.verdicts import ProfileVerdict
 from riglens.core.rig.model import FORMAT_VERSION, Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.pog import Pog
+from riglens.core.scene.sectors import SECTORS
 from riglens.core.shown_text import visible
 from riglens.core.targets.detection_range import DetectionRange
 from riglens.core.targets.detection_range_table import range_document, range_lines
 from riglens.core.targets.object_table import object_table
-from riglens.core.targets.scores import ClassTargets, Row, TargetScores
+from riglens.core.targets.scores import ClassTargets, Row, TargetScores, sectors_of
 from riglens.core.targets.targets_json import targets_document
 from riglens.core.targets.traffic import Traffic
 
@@ -246,6 +246,14 @@ class TargetResult(ByName[ClassTargets]):
             {"class": name} | _flat(row)
             for name, found in self.items()
             for row in (found.total, *found.rings)
+        ]
+
+    def by_sector(self) -> Rows:
+        """Return a row per class and sector of 45 degrees around the car, named as in `riglens check`."""
+        return [
+            {"class": name, "sector": sector} | _flat(row)
+            for name, sectors in sectors_of(self._traffic, self._scores).items()
+            for sector, row in sectors.items()
         ]
 
 

@@ -31,10 +31,10 @@ from riglens.core.files import atomic_write
 from riglens.core.kernels.runtime import jit
 from riglens.core.review.blind import HEIGHTS_M, BlindEngine, BlindMap, BlindSettings, By, unseen_by
 from riglens.core.review.blind_json import SHARE_WITHIN_M, blind_document, share_seen
-from riglens.core.review.outline import SECTORS
 from riglens.core.review.profiles import ONLY_GEOMETRY, Profile, bundled_profiles, read_profiles
 from riglens.core.review.verdicts import ProfileVerdict, verdicts
 from riglens.core.rig.model import Rig
+from riglens.core.scene.sectors import SECTORS
 from riglens.core.shown_text import visible
 
 ZONES = Group("Blind zones", sort_key=20)

@@ -14,6 +14,7 @@ from riglens.app.commands.options import (
     Housings,
     JsonFigures,
     Libraries,
+    Parts,
     RigNames,
     ScoreArguments,
     Surroundings,
@@ -28,6 +29,7 @@ def evaluate(
     targets: Annotated[bool, Parameter(group=COUNT)] = False,
     scene: EverythingArguments = EverythingArguments(),
     surroundings: Surroundings = None,
+    by: Parts = "ring",
     count: CountArguments = CountArguments(),
     libraries: Libraries = (),
     housings: Housings = None,
@@ -44,6 +46,8 @@ def evaluate(
         Also count points and pixels on the objects of the traffic, including occlusion: takes seconds more.
     surroundings
         block: houses, walls and poles of the bundled scenario hide objects too (ignored).
+    by
+        Parts of the table of objects, for one rig: rings of 10 m of distance, or sectors of 45° around the car.
     """
     # --help needs nothing of this
     from riglens.app.commands.output import deliver
@@ -55,9 +59,9 @@ def evaluate(
     from riglens.core.engine.evaluation_json import evaluation_document
 
     if not targets:
-        count.require_unused(scene, surroundings)
+        count.require_unused(scene, surroundings, by)
     loaded = load_rigs(rigs, score, libraries, housings)
-    require_count_outputs(count, loaded, (*rigs, *scene.files), json)
+    require_count_outputs(count, loaded, (*rigs, *scene.files), json, by)
     _, field = load_scene(scene, loaded, score)
     for line in wrong_places(loaded):  # what is refused is refused in one line
         note(line)
@@ -71,7 +75,7 @@ def evaluate(
     def show() -> None:
         print_scores(evaluations, field, score)
         if found is not None:
-            found.show()
+            found.show(by)
 
     deliver(document, json, show)
 

@@ -84,6 +84,8 @@ JsonFigures = Annotated[
 ]
 Profiles = Annotated[tuple[Path, ...], Parameter(name="--profile", metavar="FILE", show_default=False)]
 Surroundings = Annotated[Literal["ignored", "block"] | None, Parameter(name="--surroundings", group=SCENE)]
+Parts = Annotated[Literal["ring", "sector"], Parameter(name="--by", group=COUNT)]
+"""Split of a table of objects, for a single rig."""
 SolidBody = Annotated[Literal["ignored", "blocks"] | None, Parameter(name="--body", show=False)]
 """For commands with a solid car: `blocks` is accepted, `ignored` rejected (`ScoreOptions.solid`)."""
 Housings = Annotated[
@@ -221,9 +223,10 @@ class CountArguments:
         if self.sample is not None and self.sample < 1:
             raise InputError(f"must be an integer ≥ 1 (got {self.sample})", "sample")
 
-    def require_unused(self, scene: SceneOptions, surroundings: str | None) -> None:
+    def require_unused(self, scene: SceneOptions, surroundings: str | None, by: Parts) -> None:
         """Raise InputError when an option was given that means nothing without --targets."""
         said = [one.name for one in fields(self) if getattr(self, one.name) != one.default]
         said += ["surroundings"] * (surroundings is not None) + ["occluders"] * (scene.occluders is not None)
+        said += ["by"] * (by != "ring")
         for name in said[:1]:
             raise InputError("needs", name, "targets")

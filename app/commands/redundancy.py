@@ -28,7 +28,6 @@ from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic
 from riglens.app.terminal.tables import table
 from riglens.core.engine.engine import Engine
 from riglens.core.metric.entropy import EntropyField
-from riglens.core.review.outline import SECTORS
 from riglens.core.review.redundancy import (
     COVERED,
     NO_EVIDENCE,
@@ -42,6 +41,7 @@ from riglens.core.review.redundancy_json import coverage_document, lost_share, s
 from riglens.core.rig.model import FORMAT_VERSION, Rig
 from riglens.core.rig.yaml.file import identity_of
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.scene.sectors import SECTORS
 from riglens.core.shown_text import visible
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import TargetSettings

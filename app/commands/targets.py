@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,6 +16,7 @@ from riglens.app.commands.options import (
     Housings,
     JsonFigures,
     Libraries,
+    Parts,
     RigNames,
     RunArguments,
     Surroundings,
@@ -37,7 +38,7 @@ from riglens.core.shown_text import visible
 from riglens.core.targets.calibration import read_calibration
 from riglens.core.targets.engine import TargetEngine, warm_up
 from riglens.core.targets.object_table import object_table
-from riglens.core.targets.scores import Estimate, Row, TargetScores
+from riglens.core.targets.scores import Estimate, Row, TargetScores, sectors_of
 from riglens.core.targets.settings import HEIGHT_PX, TargetSettings
 from riglens.core.targets.targets_json import targets_document
 from riglens.core.targets.traffic import Traffic
@@ -60,20 +61,33 @@ class HitCoverage:
         """Return the figures as plain data."""
         return targets_document(self.traffic, self.scores)
 
-    def show(self) -> None:
+    def show(self, by: Parts) -> None:
         """Print figures, and what they were counted on, on standard output."""
         console = results()
         for line in _heading(self.traffic, self.scores):
             console.print(line, soft_wrap=True)
-        console.print(_table(self.scores))
+        console.print(_table(self.scores, self._parts(by)))
         for text in _explanation(self.scores):
             console.print(text, soft_wrap=True)
+
+    def _parts(self, by: Parts) -> dict[str, dict[str, Row]]:
+        """Return the rows of parts of each class by their titles; none for several rigs."""
+        if len(self.scores) > 1:
+            return {name: {} for name in CLASSES}
+        only = self.scores[0]
+        if by == "sector":
+            return sectors_of(self.traffic, only)
+        return {
+            name: {f"{ring.from_m:g} to {ring.to_m:g} m": ring for ring in found.rings}
+            for name, found in only.classes.items()
+        }
 
 
 def targets(
     *rigs: RigNames,
     scene: TrafficArguments = TrafficArguments(),
     surroundings: Surroundings = None,
+    by: Parts = "ring",
     count: CountArguments = CountArguments(),
     score: RunArguments = RunArguments(),
     libraries: Libraries = (),
@@ -88,11 +102,13 @@ def targets(
         Rig files or preset names.
     surroundings
         block: houses, walls and poles of the bundled scenario hide objects too (ignored).
+    by
+        Parts of the table, for one rig: rings of 10 m of distance, or sectors of 45° around the car.
     """
     loaded = load_rigs(rigs, score, libraries, housings)
-    require_count_outputs(count, loaded, (*rigs, *scene.files), json)
+    require_count_outputs(count, loaded, (*rigs, *scene.files), json, by)
     found = count_hits(loaded, with_surroundings(scene, surroundings), count, score)
-    deliver(found.document(), json, found.show)
+    deliver(found.document(), json, lambda: found.show(by))
 
 
 def with_surroundings(scene: SceneOptions, said: str | None) -> SceneOptions:
@@ -101,12 +117,13 @@ def with_surroundings(scene: SceneOptions, said: str | None) -> SceneOptions:
 
 
 def require_count_outputs(
-    count: CountArguments, rigs: Sequence[Rig], reads: Sequence[str | Path], json: str | None
+    count: CountArguments, rigs: Sequence[Rig], reads: Sequence[str | Path], json: str | None, by: Parts
 ) -> None:
-    """Raise InputError when a file that is named cannot be written."""
+    """Raise InputError when a file that is named cannot be written, or what is asked for is for one rig."""
     require_ending("objects", count.objects, ".csv", ".parquet")
-    if count.objects is not None and len(rigs) > 1:
-        raise InputError(f"is for one rig (got {len(rigs)} rigs)", "objects")
+    of_one = {"objects": count.objects is not None, "by": by != "ring"}
+    for name in (name for name, said in of_one.items() if said and len(rigs) > 1):
+        raise InputError(f"is for one rig (got {len(rigs)} rigs)", name)
     require_outputs(reads, json, count.objects)
 
 
@@ -208,8 +225,8 @@ def _explanation(every: Sequence[TargetScores]) -> Iterable[str]:
         yield "± of the others is one standard error of the sample of frames."
 
 
-def _table(scores: Sequence[TargetScores]) -> Table:
-    """Rigs as rows, one section per class, with the rings of distance below where there is one rig."""
+def _table(scores: Sequence[TargetScores], parts: Mapping[str, Mapping[str, Row]]) -> Table:
+    """Rigs as rows, one section per class, with its parts below."""
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=0)
     points = scores[0].settings.min_points
     table.add_column("in %, except\nobjects and medians", no_wrap=True, overflow="ellipsis", max_width=20)
@@ -228,10 +245,8 @@ def _table(scores: Sequence[TargetScores]) -> Table:
         table.add_row(Text(name, "bold"))
         for one in scores:
             table.add_row(Text(f"  {visible(one.rig.name)}"), *_figures(one.classes[name].total, further))
-            for ring in one.classes[name].rings if len(scores) == 1 else ():
-                table.add_row(
-                    Text(f"    {ring.from_m:g} to {ring.to_m:g} m", "dim"), *_figures(ring, further)
-                )
+        for title, part in parts[name].items():
+            table.add_row(Text(f"    {title}", "dim"), *_figures(part, further))
         table.add_section()
     return table
 

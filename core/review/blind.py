@@ -26,11 +26,12 @@ from riglens.core.kernels.runtime import jit
 from riglens.core.kernels.voxels.entropy_codes import Runs
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Body
-from riglens.core.review.outline import BANDS_M, SECTORS, Outline, sector_of
+from riglens.core.review.outline import BANDS_M, Outline
 from riglens.core.rig.model import Rig, Sensor, Vehicle
 from riglens.core.scene.boxes import DataReport
 from riglens.core.scene.columns import VoxelIndex, empty_words, words_per_column
 from riglens.core.scene.grid import DEFAULT_VOXEL_M, VoxelGrid
+from riglens.core.scene.sectors import SECTORS, sector_of
 from riglens.core.sensing.body_ends import Obstacle, obstacle_of
 from riglens.core.sensors.registry import kind_named, kind_names, one_of
 from riglens.core.vehicle.housings import car_of

@@ -10,11 +10,11 @@ import numpy as np
 
 from riglens.core.plain import to_plain
 from riglens.core.review.blind import HEIGHTS_M, BlindMap, By, Hole
-from riglens.core.review.outline import SECTORS
 from riglens.core.review.profiles import ONLY_GEOMETRY
 from riglens.core.review.verdicts import ObjectVerdict, ProfileVerdict
 from riglens.core.rig.model import FORMAT_VERSION, Rig
 from riglens.core.rig.yaml.file import identity_of
+from riglens.core.scene.sectors import SECTORS
 from riglens.core.sensors.registry import shown_kinds
 
 SHARE_WITHIN_M = 10.0

@@ -18,7 +18,6 @@ from riglens.core.review.draws import Draws, chance_bounds
 from riglens.core.review.findings import Finding, Verdict, amounts, missing
 from riglens.core.review.measures import Measures
 from riglens.core.review.mounts import USUAL_KEEP_OUT, violations
-from riglens.core.review.outline import SECTORS
 from riglens.core.review.profiles import Profile
 from riglens.core.review.redundancy import (
     COVERED,
@@ -54,8 +53,9 @@ from riglens.core.review.tolerance import Figures, moves, standing
 from riglens.core.review.verdicts import ObjectVisibility, ProfileVerdict
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES, Progress
+from riglens.core.scene.sectors import SECTORS
 from riglens.core.targets.engine import TargetEngine
-from riglens.core.targets.scores import Row, TargetScores
+from riglens.core.targets.scores import Row, TargetScores, sectors_of
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import Traffic
 
@@ -185,6 +185,10 @@ class Check:
         return engine.evaluate(self._subject.rig, how)
 
     @cached_property
+    def _sectors(self) -> dict[str, dict[str, Row]]:
+        return sectors_of(self._traffic, self._targets)
+
+    @cached_property
     def _blind_engine(self) -> BlindEngine:
         subject = self._subject
         settings = self._asked.blind_settings
@@ -231,8 +235,10 @@ class Check:
         return Finding(kinds[one.by])
 
     def _rows(self, one: OnTarget) -> Sequence[Row]:
-        """Return the counts in the rings of a requirement; none if objects are not counted as far out."""
+        """Return the counts in the rings or the sector of a requirement; none if objects are not counted as far out."""
         table = self._targets.classes[one.cls]
+        if one.sector is not None:
+            return [self._sectors[one.cls][one.sector]]
         if one.ring_m is None:
             return [table.total]
         low, high = one.ring_m

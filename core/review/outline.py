@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from riglens.core.rig.model import Vehicle
 
 Doubles = NDArray[np.float64]
-SECTORS = ("front", "front-left", "left", "rear-left", "rear", "rear-right", "right", "front-right")
-"""Sectors of 45 degrees around the origin of the vehicle frame, the first one centred on straight ahead."""
 BANDS_M = (0.0, 1.0, 2.0, 5.0, 10.0, 20.0)
 """Edges of the bands of distance from the car's outline, including the end of the last one: our choice."""
 
@@ -51,9 +49,3 @@ class Outline:
         dx = np.maximum(np.maximum(self.rear_m - x_m, x_m - self.front_m), 0.0)
         dy = np.maximum(np.maximum(self.right_m - y_m, y_m - self.left_m), 0.0)
         return np.hypot(dx, dy)
-
-
-def sector_of(x_m: Doubles, y_m: Doubles) -> NDArray[np.uint8]:
-    """Return the place in SECTORS of points of the vehicle frame."""
-    turn = np.degrees(np.arctan2(y_m, x_m)) / 45.0
-    return np.asarray(np.floor(turn + 0.5) % len(SECTORS), np.uint8)

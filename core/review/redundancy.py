@@ -21,13 +21,13 @@ from riglens.core.kernels.runtime import jit
 from riglens.core.kernels.voxels.entropy_codes import Entropies
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Method, MetricSettings
-from riglens.core.review.outline import SECTORS, sector_of
 from riglens.core.rig.edits import damaged
 from riglens.core.rig.groups import groups_of
 from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.columns import Words, words_per_column
 from riglens.core.scene.grid import VoxelGrid
+from riglens.core.scene.sectors import SECTORS, sector_of
 from riglens.core.sensors.base import HALVES
 from riglens.core.sensors.registry import kind_names
 from riglens.core.targets.engine import TargetEngine

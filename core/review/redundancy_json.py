@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from riglens.core.metric.entropy import nats
-from riglens.core.review.outline import SECTORS
 from riglens.core.review.redundancy import COVERED, Coverage, Failure, What, lost_of
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.scene.sectors import SECTORS
 
 WHAT: tuple[What, ...] = ("sensor", "pair", "group")
 

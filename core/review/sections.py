@@ -9,10 +9,11 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from riglens.core.review.blind import By, unseen_by
 from riglens.core.review.mounts import MountLimits
-from riglens.core.review.outline import BANDS_M, SECTORS
+from riglens.core.review.outline import BANDS_M
 from riglens.core.review.redundancy import What
 from riglens.core.review.tolerance import MAX_DRAWS
 from riglens.core.rig.model import Frozen
+from riglens.core.scene.sectors import SECTORS
 from riglens.core.sensors.camera import CAMERA
 from riglens.core.sensors.lidar import LIDAR
 from riglens.core.targets.traffic import WITHIN_M
@@ -131,16 +132,19 @@ def kinds_of(figure: str) -> tuple[str, ...]:
 
 
 class OnTarget(Requirement):
-    """Least share of objects of a class within distances, or of all: on target, or with 5 points."""
+    """Least share of objects of a class within distances, in a sector, or of all: on target, or with 5 points."""
 
     cls: Annotated[Class, Field(alias="class")]
     ring_m: tuple[Metres, Metres] | None = None
+    sector: Sector | None = None
     figure: Literal["on_target", "share_5", "visible", "both"] = "on_target"
     at_least: Share
 
     @model_validator(mode="after")
     def _rings_of_ten(self) -> Self:
         if self.ring_m is not None:
+            if self.sector is not None:
+                raise ValueError("either ring_m or sector, not both")
             low, high = self.ring_m
             if not low < high <= WITHIN_M or low % 10 or high % 10:
                 raise ValueError(
@@ -154,7 +158,8 @@ class OnTarget(Requirement):
 
     @property
     def _where(self) -> str:
-        return "" if self.ring_m is None else f", {self.ring_m[0]:g} to {self.ring_m[1]:g} m"
+        ring = "" if self.ring_m is None else f", {self.ring_m[0]:g} to {self.ring_m[1]:g} m"
+        return f"{ring}{_sector_text(self.sector)}"
 
     @property
     def kinds(self) -> tuple[str, ...]:
@@ -166,7 +171,7 @@ class OnTarget(Requirement):
 
 
 class PredictedDetection(OnTarget):
-    """Predicted detection of a class within distances, or in its whole domain, at least."""
+    """Predicted detection of a class within distances, in a sector, or in its whole domain, at least."""
 
     figure: Literal["predicted"] = "predicted"  # type: ignore[assignment]
 

@@ -1,4 +1,4 @@
-"""Turn counts per sensor into counts per object, and into tables per class and ring of distance."""
+"""Turn counts per sensor into counts per object, and into tables per class and ring of distance or sector."""
 
 from __future__ import annotations
 
@@ -7,13 +7,14 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import Any, Self
+from typing import Any, Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.scene.sectors import SECTORS, sector_of
 from riglens.core.sensors.camera import CAMERA
 from riglens.core.sensors.lidar import LIDAR
 from riglens.core.sensors.registry import kind_named
@@ -144,7 +145,7 @@ class Predicted(Estimate):
 
 @dataclass(frozen=True)
 class Row:
-    """Objects of one class, in one ring or in all: their number, and the rig's figures for them.
+    """Objects of one class, in one ring, in one sector or in all: their number, and the rig's figures for them.
 
     LiDARs: on_target, shares with at least 1, 5 and `min_points` points, median points. Cameras: mean visible share,
     share at least 25 pixels tall, median height. by_kind: of further kinds, the share with enough returns. By both: by
@@ -178,16 +179,21 @@ class ClassTargets:
 
 @dataclass(frozen=True)
 class TargetScores:
-    """Figures of a rig for the objects of `frames_used` of the `frames` frames."""
+    """Figures of a rig for the objects of the frames `span` of the sampling order, of `frames` frames."""
 
     rig: Rig
     settings: TargetSettings
     frames: int
-    frames_used: int
+    span: range
     within_m: float
     objects: ObjectCounts
     classes: Mapping[str, ClassTargets]
     elapsed_ms: float = 0.0
+
+    @property
+    def frames_used(self) -> int:
+        """Number of frames in which objects were counted."""
+        return len(self.span)
 
     @property
     def calibration(self) -> Calibration:
@@ -216,13 +222,13 @@ class TargetScores:
 
 
 class Groups:
-    """The objects that count in some frames, k of them, by class and ring of distance.
+    """The objects that count in some frames, k of them, by class and ring of distance or sector.
 
     `frames`: the first N of the sampling order, or a range of it. box (k,): their places in the traffic; before:
     how many count in frames before these; edges_m: of the rings. Made once for a range of frames.
     """
 
-    def __init__(self, traffic: Traffic, frames: int | range) -> None:
+    def __init__(self, traffic: Traffic, frames: int | range, by: Literal["ring", "sector"] = "ring") -> None:
         self.span = range(frames) if isinstance(frames, int) else frames
         self.frames, self.of_frames = len(self.span), traffic.frames
         every = np.flatnonzero(traffic.counts[: traffic.starts[self.span.stop]])
@@ -231,22 +237,26 @@ class Groups:
         self.cls, self._centre_m = traffic.cls[self.box], traffic.centre_m[self.box, :2]
         self._inside: dict[Domain, NDArray[np.bool_]] = {}
         self.edges_m = np.array(ring_edges_m(traffic.within_m))
-        # the last ring ends with what counts: its end belongs to it
-        ring = np.searchsorted(self.edges_m[1:-1], traffic.distance_m[self.box], side="right")
-        rings = len(self.edges_m) - 1
-        group = self.cls * rings + ring
+        if by == "ring":
+            # the last ring ends with what counts: its end belongs to it
+            place = np.searchsorted(self.edges_m[1:-1], traffic.distance_m[self.box], side="right")
+            self._places = len(self.edges_m) - 1
+        else:
+            place = sector_of(*self._centre_m.T).astype(np.int64)
+            self._places = len(SECTORS)
+        group = self.cls * self._places + place
         self._order = np.argsort(group, kind="stable")
         self._frame = traffic.frame_of_box[self.box][self._order] - self.span.start
-        self._bounds = np.searchsorted(group[self._order], np.arange(len(CLASSES) * rings + 1))
+        self._bounds = np.searchsorted(group[self._order], np.arange(len(CLASSES) * self._places + 1))
 
     def slices(self, number: int) -> list[slice]:
-        """Return the places of a class among `sorted` values: all of them, then ring by ring."""
-        rings = len(self.edges_m) - 1
-        bounds = self._bounds[number * rings : (number + 1) * rings + 1].tolist()
+        """Return the places of a class among `sorted` values: all of them, then group by group."""
+        first = number * self._places
+        bounds = self._bounds[first : first + self._places + 1].tolist()
         return [slice(bounds[0], bounds[-1]), *(slice(*pair) for pair in pairwise(bounds))]
 
     def sorted(self, values: NDArray[Any]) -> NDArray[Any]:
-        """Return values of objects (k,), class by class and ring by ring."""
+        """Return values of objects (k,), class by class and group by group."""
         return values[self._order]
 
     def inside(self, domain: Domain) -> NDArray[np.bool_]:
@@ -297,7 +307,20 @@ def scores_of(
         for number, name in enumerate(CLASSES)
     }
     within_m = float(groups.edges_m[-1])
-    return TargetScores(rig, settings, groups.of_frames, groups.frames, within_m, objects, classes)
+    return TargetScores(rig, settings, groups.of_frames, groups.span, within_m, objects, classes)
+
+
+def sectors_of(traffic: Traffic, scores: TargetScores) -> dict[str, dict[str, Row]]:
+    """Tabulate the figures of a rig by class and sector, each of all distances."""
+    groups = Groups(traffic, scores.span, "sector")
+    tables = _Sorted.of(groups, scores.objects, scores.settings)
+    return {
+        name: {
+            sector: _row(groups, tables, part, (0.0, scores.within_m), _error(scores.calibration, name))
+            for sector, part in zip(SECTORS, groups.slices(number)[1:], strict=True)
+        }
+        for number, name in enumerate(CLASSES)
+    }
 
 
 def ring_edges_m(within_m: float) -> tuple[float, ...]:
@@ -307,7 +330,7 @@ def ring_edges_m(within_m: float) -> tuple[float, ...]:
 
 @dataclass(frozen=True)
 class _Sorted:
-    """Inputs of the tables, sorted by class and ring."""
+    """Inputs of the tables, sorted by class and ring or sector."""
 
     points: Doubles
     height_px: Doubles
@@ -344,8 +367,7 @@ def _class_targets(
 ) -> ClassTargets:
     whole, *rings = groups.slices(number)
     edges = groups.edges_m.tolist()
-    curve = calibration.classes.of(CLASSES[number])
-    error = 0.0 if curve is None else curve.error
+    error = _error(calibration, CLASSES[number])
     return ClassTargets(
         _row(groups, tables, whole, (0.0, edges[-1]), error),
         tuple(
@@ -354,6 +376,11 @@ def _class_targets(
             if with_rings
         ),
     )
+
+
+def _error(calibration: Calibration, name: str) -> float:
+    curve = calibration.classes.of(name)
+    return 0.0 if curve is None else curve.error
 
 
 def _row(groups: Groups, tables: _Sorted, part: slice, ring_m: tuple[float, float], error: float) -> Row:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from riglens.core.plain import to_plain
 from riglens.core.rig.model import FORMAT_VERSION
 from riglens.core.rig.yaml.file import identity_of
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.targets.scores import ClassTargets, Predicted, Row, TargetScores
+from riglens.core.targets.scores import ClassTargets, Predicted, Row, TargetScores, sectors_of
 from riglens.core.targets.traffic import Traffic
 
 
@@ -23,7 +23,7 @@ def targets_document(traffic: Traffic, scores: Sequence[TargetScores]) -> dict[s
     """
     first, data = scores[0], traffic.data
     body = common_body(one.settings.body for one in scores)
-    used = traffic.counts[: traffic.starts[first.frames_used]]
+    used = traffic.counts[traffic.starts[first.span.start] : traffic.starts[first.span.stop]]
     objects = np.bincount(traffic.cls[: len(used)][used], minlength=len(CLASSES))
     return {
         "riglens": FORMAT_VERSION,
@@ -40,17 +40,26 @@ def targets_document(traffic: Traffic, scores: Sequence[TargetScores]) -> dict[s
             "notes": list(data.notes),
         },
         "calibration": to_plain(first.calibration),
-        "rigs": [_rig(one, body) for one in scores],
+        "rigs": [_rig(traffic, one, body) for one in scores],
     }
 
 
-def _rig(scores: TargetScores, body: Body | None) -> dict[str, Any]:
+def _rig(traffic: Traffic, scores: TargetScores, body: Body | None) -> dict[str, Any]:
     return {
         **identity_of(scores.rig),
         **({} if body else {"body": scores.settings.body}),
         "elapsed_ms": scores.elapsed_ms,
-        **target_figures(scores),
+        **_with_sectors(target_figures(scores), sectors_of(traffic, scores)),
     }
+
+
+def _with_sectors(figures: dict[str, Any], sectors: Mapping[str, Mapping[str, Row]]) -> dict[str, Any]:
+    """Return figures with those by sector beside the rings of each class."""
+    classes = {
+        name: found | {"sectors": [{"sector": sector} | _part(row) for sector, row in sectors[name].items()]}
+        for name, found in figures["classes"].items()
+    }
+    return figures | {"classes": classes}
 
 
 def target_figures(scores: TargetScores) -> dict[str, Any]:
@@ -90,7 +99,7 @@ def _class(found: ClassTargets) -> dict[str, Any]:
         "both_se": total.both.se,
         "neither": total.neither.value,
         "neither_se": total.neither.se,
-        "rings": [_ring(ring) for ring in found.rings],
+        "rings": [{"from_m": ring.from_m, "to_m": ring.to_m} | _part(ring) for ring in found.rings],
     }
 
 
@@ -102,20 +111,18 @@ def _predicted(found: Predicted | None) -> dict[str, Any] | None:
     return None if found is None else to_plain(found, "value", "se", "sample_se", "objects")
 
 
-def _ring(ring: Row) -> dict[str, Any]:
+def _part(row: Row) -> dict[str, Any]:
     return {
-        "from_m": ring.from_m,
-        "to_m": ring.to_m,
-        "objects": ring.objects,
-        "predicted": _predicted(ring.predicted),
-        "on_target": ring.on_target.value,
-        "on_target_se": ring.on_target.se,
-        "share_5": ring.share_5.value,
-        "share_min_points": ring.share_n.value,
-        "median_points": ring.median_points,
-        "visible": ring.visible.value,
-        "share_25px": ring.share_25px.value,
-        **_by_kind(ring),
-        "both": ring.both.value,
-        "neither": ring.neither.value,
+        "objects": row.objects,
+        "predicted": _predicted(row.predicted),
+        "on_target": row.on_target.value,
+        "on_target_se": row.on_target.se,
+        "share_5": row.share_5.value,
+        "share_min_points": row.share_n.value,
+        "median_points": row.median_points,
+        "visible": row.visible.value,
+        "share_25px": row.share_25px.value,
+        **_by_kind(row),
+        "both": row.both.value,
+        "neither": row.neither.value,
     }

@@ -17,10 +17,11 @@ from riglens.core.review.blind import (
     unseen_by,
     whole_field,
 )
-from riglens.core.review.outline import SECTORS, Outline, sector_of
+from riglens.core.review.outline import Outline
 from riglens.core.rig.model import Rig, Vehicle
 from riglens.core.scene.columns import unpack
 from riglens.core.scene.grid import VoxelGrid
+from riglens.core.scene.sectors import SECTORS, sector_of
 from tests.core.review.scenes import BOX, box_mesh, camera, dense_lidar, random_rig
 
 SINGLE = BlindSettings(width_m=0.0, body="ignored", within_m=10.0)

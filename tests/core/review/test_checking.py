@@ -31,6 +31,7 @@ from riglens.core.sensors.base import HALVES
 from riglens.core.sensors.radar import Radar, Scan
 from riglens.core.shown_text import visible
 from riglens.core.targets.engine import TargetEngine
+from riglens.core.targets.scores import sectors_of
 from tests.core.builders import random_field, synthetic_pog
 from tests.core.review.scenes import BOX, box_mesh, camera, dense_lidar, random_rig
 from tests.core.review.test_redundancy import grouped, some_traffic, without
@@ -155,6 +156,29 @@ def test_predicted_detection_is_that_of_the_targets_and_nothing_outside_its_doma
 def test_a_ring_without_road_users_is_not_applicable() -> None:
     (verdict,) = verdicts(some_rig(), "on_target: [{class: car, ring_m: [40, 50], at_least: 0}]")
     assert (verdict.status, verdict.passes) == ("not applicable", False)
+
+
+def test_a_sector_has_the_figure_of_its_objects_and_one_without_them_is_not_applicable() -> None:
+    asked = subject(some_rig())
+    assert asked.traffic is not None
+    sectors = sectors_of(asked.traffic, TargetEngine(asked.traffic, threads=1).evaluate(asked.rig))["car"]
+    text = ", ".join(f"{{class: car, sector: {sector}, at_least: 0}}" for sector in sectors)
+    found = Check(asked, required(f"on_target: [{text}]")).verdicts()
+    assert 0 < sum(row.objects > 0 for row in sectors.values()) < len(sectors)
+    for verdict, row in zip(found, sectors.values(), strict=True):
+        if row.objects:
+            assert verdict.finding.value == pytest.approx(row.on_target.value)
+        else:
+            assert (verdict.status, verdict.passes) == ("not applicable", False)
+
+
+@pytest.mark.parametrize(
+    ("where", "told"),
+    [("sector: ahead", "'front-left'"), ("ring_m: [0, 10], sector: front", "either ring_m or sector")],
+)
+def test_where_a_figure_of_objects_cannot_be_is_told(where: str, told: str) -> None:
+    with pytest.raises(InputError, match=told):
+        required(f"on_target: [{{class: car, {where}, at_least: 0}}]")
 
 
 def test_pairs_of_a_rig_that_is_too_large_for_them_are_not_met_by_default() -> None:

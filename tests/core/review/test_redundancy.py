@@ -8,7 +8,6 @@ import pytest
 from riglens.core.engine.engine import Engine
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Body, MetricSettings
-from riglens.core.review.outline import SECTORS
 from riglens.core.review.redundancy import (
     COVERED,
     Coverage,
@@ -27,6 +26,7 @@ from riglens.core.rig.yaml.file import dumps, loads, rig_sha256
 from riglens.core.scene.boxes import CLASSES, DataReport
 from riglens.core.scene.columns import unpack
 from riglens.core.scene.grid import VoxelGrid
+from riglens.core.scene.sectors import SECTORS
 from riglens.core.sensors.base import HALVES
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import HEIGHT_PX, TargetSettings

@@ -9,9 +9,11 @@ import pytest
 
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.scene.sectors import SECTORS as NAMED
+from riglens.core.scene.sectors import sector_of
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.quantities import QUANTITIES, SECTORS, WHO, Quantity
-from riglens.core.targets.scores import ObjectCounts, TargetScores
+from riglens.core.targets.scores import ObjectCounts, TargetScores, sectors_of
 from riglens.core.targets.settings import EXACT, HEIGHT_PX, USUAL
 from riglens.core.targets.tables import rose_of, table_of
 from riglens.core.targets.traffic import Traffic
@@ -51,6 +53,34 @@ def test_a_table_holds_the_numbers_of_the_scores(key: str, frames: int | None) -
                 assert table.cells.se[number, place] == pytest.approx(se, rel=1e-9, abs=1e-15)
             else:
                 assert math.isnan(table.cells.value[number, place])
+
+
+@pytest.mark.parametrize("frames", [None, 11])
+def test_each_object_counts_in_one_sector_and_sectors_add_up_to_what_rings_do(frames: int | None) -> None:
+    now = scores(NOW, frames)
+    for name, sectors in sectors_of(TRAFFIC, now).items():
+        rings, parts = now.classes[name].rings, list(sectors.values())
+        assert tuple(sectors) == NAMED
+        assert sum(row.objects for row in parts) == sum(row.objects for row in rings)
+        for key in ("on_target", "share_1", "share_5", "share_n", "visible", "share_25px", "both", "neither"):
+            by_sector = sum(row.objects * getattr(row, key).value for row in parts)
+            assert by_sector == pytest.approx(sum(row.objects * getattr(row, key).value for row in rings))
+        known = [[row.predicted for row in rows if row.predicted] for rows in (parts, rings)]
+        by_sector, by_ring = (sum(one.objects * one.value for one in found) for found in known)
+        assert by_sector == pytest.approx(by_ring)
+
+
+def test_a_sector_holds_the_objects_whose_centres_are_in_it() -> None:
+    now = scores(NOW)
+    box = now.objects.box
+    place, cls = sector_of(*TRAFFIC.centre_m[box, :2].T), TRAFFIC.cls[box]
+    for number, sectors in enumerate(sectors_of(TRAFFIC, now).values()):
+        for sector, row in enumerate(sectors.values()):
+            mine = (cls == number) & (place == sector)
+            assert row.objects == mine.sum()
+            assert row.on_target.value == pytest.approx(
+                now.objects.on_target[mine].mean() if mine.any() else 0.0
+            )
 
 
 def test_who_has_just_as_many_points_and_pixels_as_are_asked_for_is_detected() -> None:
