@@ -1,4 +1,4 @@
-"""Compile kernels in another process: the slowest one during the first load, then those that the open rig does not
+"""Compile kernels in other processes: the slowest one during the first load, then those that the open rig does not
 need."""
 
 from __future__ import annotations
@@ -18,58 +18,66 @@ LOOK_S = 0.05
 
 
 class OtherKernels:
-    """A process of low priority that leaves compiled code on disk, started at most once, by any thread."""
+    """Processes of low priority that leave compiled code on disk, one for each share of the steps, each started at
+    most once, by any thread."""
 
     def __init__(
         self, command: Sequence[str] = (sys.executable, "-m", "riglens.app.evaluation.every_kernel")
     ) -> None:
         self._command = list(command)
-        self._process: subprocess.Popen[bytes] | None = None
-        self._is_over = False
-        """True once it has been started, or must not start."""
+        self._processes: dict[int, subprocess.Popen[bytes] | None] = {}
+        """By share; None where there was nothing to compile."""
+        self._is_closed = False
         self._lock = threading.Lock()
 
     def begin(self) -> None:
-        """Start the process, unless all is on disk already; without it kernels are compiled when they are needed."""
-        self._start(())
+        """Start the processes, unless all is on disk; without them kernels are compiled when they are needed."""
+        from riglens.app.evaluation.kernel_steps import shares_of  # the thread has loaded the compiler
+
+        for share, steps in enumerate(shares_of(os.cpu_count() or 1)):
+            self._start(share, steps)
 
     def begin_beside(self) -> None:
-        """Start it at once, with fans first, where there is a second processor and they are not on disk; it then goes
-        on with everything else."""
-        from riglens.app.evaluation.kernel_steps import FANS_FIRST  # as below
+        """Start the first share at once, with fans first, where there is a second processor and they are not on
+        disk."""
+        from riglens.app.evaluation.kernel_steps import FANS_FIRST, shares_of  # as above
         from riglens.core.engine.warm_up import are_fans_compiled
 
-        if (os.cpu_count() or 1) > 1 and not are_fans_compiled():
-            self._start((FANS_FIRST,))
+        processors = os.cpu_count() or 1
+        if processors > 1 and not are_fans_compiled():
+            self._start(0, (FANS_FIRST, *shares_of(processors)[0]))
 
     def wait_for_fans(
         self, is_unwanted: Callable[[], bool], sleep: Callable[[float], None] = time.sleep
     ) -> None:
         """Block until the process has written the fans to disk, has exited, or is no longer needed."""
-        from riglens.core.engine.warm_up import are_fans_compiled  # as below
+        from riglens.core.engine.warm_up import are_fans_compiled  # as above
 
         while self.is_running and not are_fans_compiled() and not is_unwanted():
             sleep(LOOK_S)
 
-    def _start(self, options: Sequence[str]) -> None:
-        from riglens.app.evaluation.kernel_steps import (  # the thread has loaded the compiler
-            STEPS,
-            steps_done,
-        )
+    def _start(self, share: int, arguments: Sequence[str]) -> None:
+        from riglens.app.evaluation.kernel_steps import STEPS, is_done  # as above
 
         with self._lock:
-            if self._is_over:
+            if self._is_closed or share in self._processes:
                 return
-            self._is_over = True
-            nothing, command = subprocess.DEVNULL, [*self._command, *options]
+            self._processes[share] = None
+            nothing, command = subprocess.DEVNULL, [*self._command, *arguments]
             with contextlib.suppress(OSError):
-                if steps_done() < len(STEPS):
-                    self._process = subprocess.Popen(command, stdin=nothing, stdout=nothing, stderr=nothing)
+                if not all(is_done(step) for step in STEPS if step in arguments):
+                    self._processes[share] = subprocess.Popen(
+                        command, stdin=nothing, stdout=nothing, stderr=nothing
+                    )
+
+    def _running(self) -> list[subprocess.Popen[bytes]]:
+        with self._lock:
+            return [one for one in self._processes.values() if one is not None and one.poll() is None]
 
     @property
     def is_running(self) -> bool:
-        """Return whether the process is at work."""
-        return self._process is not None and self._process.poll() is None
+        """Return whether a process is at work."""
+        return bool(self._running())
 
     def progress(self) -> tuple[int, int] | None:
         """Return how many steps are ready and of how many, None while no process is at work."""
@@ -83,9 +91,9 @@ class OtherKernels:
         return steps_done(), len(STEPS)
 
     def close(self) -> None:
-        """End the process; kernels compiled so far stay on disk."""
+        """End the processes; kernels compiled so far stay on disk."""
         with self._lock:
-            self._is_over = True
-        if self._process is not None and self._process.poll() is None:
-            self._process.kill()
-            self._process.wait(END_S)
+            self._is_closed = True
+        for one in self._running():
+            one.kill()
+            one.wait(END_S)

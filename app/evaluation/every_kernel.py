@@ -1,13 +1,14 @@
 """Every kernel that the window may call, compiled step by step before it is needed.
 
-Run as a process of its own, this module compiles what is not yet on disk and ends; the priority is the lowest there is.
-A finished step leaves a mark, so the next process goes on from there and the window can show how many are ready.
+Run as a process of its own, this module compiles the steps that it is given and that are not yet on disk, and ends;
+the priority is the lowest there is. A finished step leaves a mark, so the next process goes on from there and the
+window can show how many are ready.
 """
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 import psutil
@@ -151,9 +152,9 @@ FUNCTIONS: Mapping[str, Callable[[], None]] = {
 }
 
 
-def compile_steps() -> None:
-    """Run every step that is not on disk yet."""
-    for step in STEPS:
+def compile_steps(steps: Sequence[str]) -> None:
+    """Run the steps that are not on disk yet."""
+    for step in steps:
         if not is_done(step):
             FUNCTIONS[step]()
             mark_done(step)
@@ -163,7 +164,7 @@ def _main(arguments: list[str]) -> None:
     if FANS_FIRST in arguments and not are_fans_compiled():
         compile_fans(tiny_field())
     psutil.Process().nice(getattr(psutil, "IDLE_PRIORITY_CLASS", LOWEST_PRIORITY))
-    compile_steps()
+    compile_steps([step for step in STEPS if step in arguments])
 
 
 if __name__ == "__main__":

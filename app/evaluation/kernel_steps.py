@@ -20,8 +20,17 @@ STEPS = (
     "frame",
 )
 """In the order in which a new user is likely to need them; `every_kernel` has a function for each."""
+APART = ("points", "beams")
+"""Steps of a second process: a third of the work, with the fewest kernels in common with the others."""
 FANS_FIRST = "--fans-first"
 """Begins, at the usual priority, with the one kernel that takes longest."""
+
+
+def shares_of(processors: int) -> tuple[tuple[str, ...], ...]:
+    """Return the steps of each process that compiles: two where there is a second processor."""
+    if processors < 2:
+        return (STEPS,)
+    return tuple(step for step in STEPS if step not in APART), APART
 
 
 def is_done(step: str) -> bool:

@@ -1,4 +1,4 @@
-"""What the open rig does not need is compiled by a process of low priority, once, and given up with the window."""
+"""What the open rig does not need is compiled by processes of low priority, once, and given up with the window."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ def test_the_process_is_started_once_and_ends_with_the_window() -> None:
     others = OtherKernels(LONG)
     assert not others.is_running
     others.begin()
-    first = others._process
+    first = dict(others._processes)
     others.begin()
-    assert others.is_running and others._process is first
+    assert others.is_running and others._processes == first
     others.close()
     assert not others.is_running
     others.begin()
@@ -67,8 +67,9 @@ def test_fans_are_compiled_beside_the_first_load_and_the_process_goes_on(
     monkeypatch.setattr(compiling.os, "cpu_count", lambda: 2)
     others = OtherKernels(LONG)
     others.begin_beside()
-    first = others._process
-    assert first is not None and first.args == [*LONG, kernel_steps.FANS_FIRST]
+    first = others._processes[0]
+    assert first is not None
+    assert first.args == [*LONG, kernel_steps.FANS_FIRST, *kernel_steps.shares_of(2)[0]]
     looks: list[float] = []
 
     def sleep(seconds: float) -> None:
@@ -79,8 +80,11 @@ def test_fans_are_compiled_beside_the_first_load_and_the_process_goes_on(
     others.wait_for_fans(lambda: False, sleep)
     assert looks == [compiling.LOOK_S] * 3
     others.begin()
-    assert others._process is first and others.is_running
+    second = others._processes[1]
+    assert others._processes[0] is first and second is not None
+    assert second.args == [*LONG, *kernel_steps.APART]
     others.close()
+    assert first.poll() is not None and second.poll() is not None
 
 
 def test_nobody_waits_for_fans_that_are_unwanted_or_never_come(
@@ -131,7 +135,7 @@ def test_a_finished_step_is_not_done_again_and_none_is_started_when_all_are_on_d
     monkeypatch.setattr(every_kernel, "FUNCTIONS", fakes)
     kernel_steps.mark_done("points")
     assert kernel_steps.steps_done() == 1
-    every_kernel.compile_steps()
+    every_kernel.compile_steps(kernel_steps.STEPS)
     assert done == [step for step in kernel_steps.STEPS if step != "points"]
     assert kernel_steps.steps_done() == len(kernel_steps.STEPS)
     others = OtherKernels(LONG)
@@ -148,6 +152,12 @@ def test_progress_is_counted_in_steps_while_the_process_runs() -> None:
     assert others.progress() == (1, len(kernel_steps.STEPS))
     others.close()
     assert others.progress() is None
+
+
+def test_each_step_is_of_one_process() -> None:
+    assert kernel_steps.shares_of(1) == (kernel_steps.STEPS,)
+    shares = kernel_steps.shares_of(2)
+    assert sorted(step for share in shares for step in share) == sorted(kernel_steps.STEPS)
 
 
 def test_every_step_does_what_its_callers_do() -> None:
