@@ -105,6 +105,8 @@ def test_a_range_of_frames_holds_out_the_others(boxes: str) -> None:
         sum(row["objects"] for row in rest.rows() if row["to_m"] == 60.0 and row["from_m"] == 0.0)
         == rest.objects().num_rows
     )
+    assert sum(row["objects"] for row in rest.by_sector()) == rest.objects().num_rows
+    assert sum(rest.to_dict()["data"]["objects"].values()) == rest.objects().num_rows
     with pytest.raises(RuntimeError, match="closed"):
         engine.evaluate(rig)
     alone = traffic.part(range(1, 3))

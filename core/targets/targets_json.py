@@ -23,8 +23,7 @@ def targets_document(traffic: Traffic, scores: Sequence[TargetScores]) -> dict[s
     """
     first, data = scores[0], traffic.data
     body = common_body(one.settings.body for one in scores)
-    used = traffic.counts[traffic.starts[first.span.start] : traffic.starts[first.span.stop]]
-    objects = np.bincount(traffic.cls[: len(used)][used], minlength=len(CLASSES))
+    objects = np.bincount(traffic.cls[first.objects.box], minlength=len(CLASSES))
     return {
         "riglens": FORMAT_VERSION,
         **(first.settings.as_dict() | {"body": body}),

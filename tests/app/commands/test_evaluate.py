@@ -405,6 +405,7 @@ def test_targets_stand_below_the_scores_as_their_own_command_gives_them(riglens,
 
 def test_options_of_targets_need_them_and_they_need_boxes(riglens, boxes, tmp_path):
     assert "--sample needs --targets" in riglens("evaluate", "Center", "--sample", "2").refused()
+    assert "--by needs --targets" in riglens("evaluate", "Center", "--by", "sector").refused()
     assert "--surroundings needs --targets" in riglens("evaluate", "W+T", "--surroundings", "block").refused()
     riglens("data", "build", boxes, *SMALL_GRID, "--out", tmp_path / "a.npz")
     found = riglens("evaluate", "Center", "--pog", tmp_path / "a.npz", "--targets")

@@ -30,6 +30,19 @@ def test_the_json_holds_every_key_of_the_promise(riglens, boxes):
     assert {"from_m", "to_m", "objects", "on_target", "share_5", "visible"} <= set(car["rings"][0])
     assert sum(ring["objects"] for ring in car["rings"]) == car["objects"] == 2
     assert car["lidar"]["share_1"] == 1.0 and car["lidar"]["on_target_se"] == 0.0
+    held = {part["sector"]: part["objects"] for part in car["sectors"] if part["objects"]}
+    assert held == {"front": 1, "rear-left": 1}
+    assert set(car["sectors"][0]) - {"sector"} == set(car["rings"][0]) - {"from_m", "to_m"}
+
+
+def test_the_table_of_one_rig_has_rings_or_sectors(riglens, boxes):
+    shown = {by: riglens("targets", "Center", "--boxes", boxes, "--by", by).out for by in ("ring", "sector")}
+    assert "0 to 10 m" in shown["ring"] and "front-left" not in shown["ring"]
+    assert "front-left" in shown["sector"] and "0 to 10 m" not in shown["sector"]
+    assert (
+        "--by is for one rig"
+        in riglens("targets", "Center", "W+T", "--boxes", boxes, "--by", "sector").refused()
+    )
 
 
 def test_the_object_table_has_a_row_for_each_road_user_in_the_order_of_the_data(riglens, boxes, tmp_path):
