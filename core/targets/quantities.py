@@ -28,8 +28,6 @@ WHO = (EVERYBODY, *CLASSES)
 RESOLVED = 0.01
 """Smaller changes of on target had the sign of the change of mAP in 16 of 23 pairs (docs/study-detection.md): neither
 better nor worse."""
-SECTORS = 12
-"""Sectors of 30 degrees, the first one centred on straight ahead, counted to the left."""
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.scene.sectors import SECTORS, sector_of
 from riglens.core.targets.quantities import (
     EVERYBODY,
     PREDICTED,
-    SECTORS,
     WHO,
     Cells,
     PredictedCells,
@@ -67,10 +67,10 @@ def rose_of(traffic: Traffic, now: TargetScores, before: TargetScores, quantity:
     """Tabulate a quantity of one of `WHO` by ring and sector."""
     edges_m, box = ring_edges_m(traffic.within_m), now.objects.box
     chosen = np.ones(len(box), np.bool_) if who == EVERYBODY else traffic.cls[box] == CLASSES.index(who)
-    rings = len(edges_m) - 1
-    group = _ring(traffic, now) * SECTORS + _sector(traffic.centre_m[box])
-    flat = _Figures.of(traffic, now, before, quantity).cells(chosen, group, rings * SECTORS)
-    cells = Cells(*(part.reshape(rings, SECTORS) for part in _parts(flat)))
+    rings, sectors = len(edges_m) - 1, len(SECTORS)
+    group = _ring(traffic, now) * sectors + sector_of(*traffic.centre_m[box, :2].T)
+    flat = _Figures.of(traffic, now, before, quantity).cells(chosen, group, rings * sectors)
+    cells = Cells(*(part.reshape(rings, sectors) for part in _parts(flat)))
     return Rose(quantity, who, edges_m, _widened(cells, quantity, now.calibration.errors[WHO.index(who)]))
 
 
@@ -83,11 +83,6 @@ def _ring(traffic: Traffic, scores: TargetScores) -> Counts:
     edges_m = ring_edges_m(traffic.within_m)
     inner = np.searchsorted(edges_m, traffic.distance_m[scores.objects.box], side="right") - 1
     return np.minimum(inner, len(edges_m) - 2)  # the end of the last ring belongs to it
-
-
-def _sector(centre_m: Doubles) -> Counts:
-    turn = np.arctan2(centre_m[:, 1], centre_m[:, 0]) / (2.0 * math.pi / SECTORS)
-    return np.floor(turn + 0.5).astype(np.int64) % SECTORS
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from riglens.app.window.features.targets import Targets
 from riglens.app.window.workbench import Workbench
 from riglens.core.kernels.runtime.codes import BODY, GROUND
 from riglens.core.scene.boxes import CLASSES
-from riglens.widgets.panels.targets.rose import bearing_word
+from riglens.core.scene.sectors import SECTORS, sector_of
 from riglens.widgets.timers import Timers, single_shot
 from riglens.widgets.traffic.frame import ShownFrame
 
@@ -280,4 +280,4 @@ def box_name(cls: int, centre_m: NDArray[np.float64]) -> str:
     """Return a box in words: class, distance and direction."""
     x_m, y_m, _ = centre_m.tolist()
     name = CLASSES[cls] if cls < len(CLASSES) else "an occluder"
-    return f"{name}, {math.hypot(x_m, y_m):.0f} m {bearing_word(math.atan2(y_m, x_m))}"
+    return f"{name}, {math.hypot(x_m, y_m):.0f} m, {SECTORS[int(sector_of(x_m, y_m))]}"

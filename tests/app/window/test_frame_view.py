@@ -247,7 +247,7 @@ SCENE = FrameScene(
     ("missed", "end"),
     [
         (Missed("out of range", 0, 0), "out of range of every LiDAR"),
-        (Missed("hidden", 1, 9, 0), "1 of 9 points reach it, behind car, 13 m ahead, left"),
+        (Missed("hidden", 1, 9, 0), "1 of 9 points reach it, behind car, 13 m, front"),
         (Missed("hidden", 0, 9, BODY), "behind the own car's body"),
         (Missed("hidden", 0, 9, None), "0 of 9 points reach it, behind an object in front of it"),
         (Missed("hidden", 0, 9, GROUND), "behind the ground"),
@@ -256,7 +256,7 @@ SCENE = FrameScene(
 )
 def test_reasons_are_whole_sentences(missed: Missed, end: str) -> None:
     text = missed_text(SCENE, 1, missed)
-    assert text.startswith("Missed: car, 30 m ahead: ") and text.endswith(end)
+    assert text.startswith("Missed: car, 30 m, front: ") and text.endswith(end)
 
 
 def test_the_thread_answers_the_latest_frame_and_ends(qtbot: QtBot) -> None:
@@ -350,11 +350,11 @@ def test_the_card_of_a_voxel_knows_who_stands_before_it(qtbot: QtBot) -> None:
         behind = np.array(sensor.position) + 1.6 * (boxes.centre_m[0] - np.array(sensor.position))
         facts = VoxelFacts((1, 2, 3), tuple(behind.tolist()), (0.1, 0.0, 0.0), (0.3, 0.0, 0.0))
         picked = PickedVoxel(facts, (Sight("roof", "sees", 5.0), Sight("front", "off", 5.0)))
-        assert hidden_from(picked, desk.document.rig, shown) == {"roof": "car, 13 m ahead, left"}
+        assert hidden_from(picked, desk.document.rig, shown) == {"roof": "car, 13 m, front"}
         near = replace(picked, facts=replace(facts, centre_m=(3.0, 0.5, 1.9)))
         assert hidden_from(near, desk.document.rig, shown) == {}
-        text = voxel_text(picked, {"roof": "car, 13 m ahead, left"})
-        assert text.sensors[0].text == "sees it, in this frame behind car, 13 m ahead, left"
+        text = voxel_text(picked, {"roof": "car, 13 m, front"})
+        assert text.sensors[0].text == "sees it, in this frame behind car, 13 m, front"
         assert frame.is_current
 
 

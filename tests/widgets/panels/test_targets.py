@@ -145,7 +145,7 @@ def test_the_rose_follows_the_row_and_tells_where_a_wedge_is(panel: TargetsPanel
     rose = panel.rose
     ahead = rose._centre() - QPointF(0.0, rose._radius(3) - 1.0)
     left = rose._centre() - QPointF(rose._radius(3) - 1.0, 0.0)
-    assert rose.text_at(ahead).startswith("Pedestrians, ahead, 20–30 m")
+    assert rose.text_at(ahead).startswith("Pedestrians, front, 20–30 m")
     assert rose.text_at(left).startswith("Pedestrians, left, 20–30 m")
     assert rose.text_at(QPointF(1.0, 1.0)) == ""
 

@@ -8,24 +8,15 @@ from PySide6.QtCore import QEvent, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QHelpEvent, QPainter, QPainterPath, QPaintEvent, QPen
 from PySide6.QtWidgets import QToolTip, QWidget
 
-from riglens.core.targets.quantities import SECTORS, Rose
+from riglens.core.scene.sectors import SECTORS, sector_of
+from riglens.core.targets.quantities import Rose
 from riglens.widgets.panels.controls.style import plain_tip, tones
 from riglens.widgets.panels.targets.table import TITLES
 from riglens.widgets.panels.targets.text import tip_text
 
 SIDE_PX, LEAST_PX, MARGIN_PX = 212, 120, 16
-WORDS = (
-    "ahead", "ahead, left", "left, ahead", "left", "left, behind", "behind, left",
-    "behind", "behind, right", "right, behind", "right", "right, ahead", "ahead, right",
-)  # fmt: skip
-"""Sectors by number, counted to the left."""
 _CAR = (0.5, 0.22)
 """Length and width of the car in the middle, as parts of the first ring."""
-
-
-def bearing_word(bearing_rad: float) -> str:
-    """Return the sector of a direction, counted from ahead to the left, in words."""
-    return WORDS[math.floor(bearing_rad / (2.0 * math.pi / SECTORS) + 0.5) % SECTORS]
 
 
 class RoseView(QWidget):
@@ -59,7 +50,7 @@ class RoseView(QWidget):
         rings = len(self._rose.edges_m) - 1
         largest = self._largest()
         for ring in range(rings):
-            for sector in range(SECTORS):
+            for sector in range(len(SECTORS)):
                 self._draw_wedge(painter, ring, sector, largest)
         self._draw_car(painter)
         self._draw_distances(painter)
@@ -93,7 +84,7 @@ class RoseView(QWidget):
     def _wedge(self, ring: int, sector: int) -> QPainterPath:
         """Return the outline of a wedge; Qt counts degrees from the right, to the left."""
         inner, outer = self._radius(ring), self._radius(ring + 1)
-        start, step = 90.0 + (sector - 0.5) * 360.0 / SECTORS, 360.0 / SECTORS
+        start, step = 90.0 + (sector - 0.5) * 360.0 / len(SECTORS), 360.0 / len(SECTORS)
         centre, path = QPointF(self._centre()), QPainterPath()
         path.arcMoveTo(_square(centre, outer), start)
         path.arcTo(_square(centre, outer), start, step)
@@ -146,9 +137,8 @@ class RoseView(QWidget):
         ring = next((ring for ring in range(rings) if distance < self._radius(ring + 1)), None)
         if ring is None:
             return ""
-        turn = math.atan2(-away.x(), -away.y()) / (2.0 * math.pi / SECTORS)
-        sector, edges = math.floor(turn + 0.5) % SECTORS, self._rose.edges_m
-        where = f"{TITLES[self._rose.who]}, {WORDS[sector]}, {edges[ring]:g}–{edges[ring + 1]:g} m"
+        sector, edges = int(sector_of(-away.y(), -away.x())), self._rose.edges_m
+        where = f"{TITLES[self._rose.who]}, {SECTORS[sector]}, {edges[ring]:g}–{edges[ring + 1]:g} m"
         return tip_text(self._rose.quantity, where, self._rose.cells, (ring, sector), self._baseline)
 
     def _centre(self) -> QPointF:
