@@ -49,7 +49,6 @@ def first_window(window: MainWindow) -> None:
 def compared_rigs(window: MainWindow) -> None:
     """Show the dark theme, the map, and four of the paper's rigs as bars."""
     window.setGeometry(0, 0, 1280, 800)
-    window.features.help.close_tips()
     window.features.theme.actions["theme_dark"].trigger()
     window.features.compare.add_presets(("W+C", "W+P", "W+L"))
     window.session.document.select("CAM_FRONT")

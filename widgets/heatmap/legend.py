@@ -27,6 +27,8 @@ from riglens.widgets.theme import Palette, rgb
 _WIDTH_PX, _MARGIN_PX, _INSET_PX = 284, 12, 14
 _LINE_PX, _HEAD_PX, _FOOT_PX, _BAR_PX, _TICK_PX = 16, 24, 30, 12, 4
 _TITLE_PX, _SMALL_PX = 13, 11
+_EM_PER_LETTER = 0.6
+"""Width of a letter, in heights of the font."""
 _FOLDED_WIDTH_PX, _FOLDED_BAR_PX, _FOLDED_HEAD_PX, _FOLDED_FOOT_PX = 190, 7, 20, 22
 _MOST_TICKS = 11
 NO_CELLS = "no boxes of this class"
@@ -177,9 +179,10 @@ class LegendLayer:
         self._marks_mesh.lines = np.array([[2, 2 * row, 2 * row + 1] for row in range(len(lines))]).ravel()
         self._marks.GetProperty().SetLineWidth(max(1.0, unit))
         for tick, number in zip(self._ticks, self._numbers, strict=False):
-            place_text(number, x + tick.place * width, y - (_TICK_PX + 14) * unit, _SMALL_PX * unit)
-            justification = 0 if tick.place < 0.04 else 2 if tick.place > 0.93 else 1
-            number.GetTextProperty().SetJustification(justification)
+            half = 0.5 * _EM_PER_LETTER * len(tick.text) * _SMALL_PX * unit
+            middle = max(x + half, min(right - half, x + tick.place * width))
+            place_text(number, middle, y - (_TICK_PX + 14) * unit, _SMALL_PX * unit)
+            number.GetTextProperty().SetJustificationToCentered()
 
     def _style(self, palette: Palette) -> None:
         self._plate.set_colour(palette.background)

@@ -100,3 +100,20 @@ def test_the_legend_unfolds_once_there_is_room(scene: DrawnScene) -> None:
         scene.show(replace(scene.state, heatmap=heat("ramp")))
         scene.prepare()
         assert scene._words._spot.is_folded == is_folded
+
+
+@pytest.mark.parametrize("scale", SCALES)
+@pytest.mark.parametrize("size", [(1600, 1000), (440, 300)], ids=["unfolded", "folded"])
+def test_numbers_and_words_stay_on_the_plate(scene: DrawnScene, scale: Scale, size: tuple[int, int]) -> None:
+    stage, words = scene._stage, scene._words
+    render_window(stage._plotter).SetSize(*(round(side * scene.pixel_ratio) for side in size))
+    scene.show(replace(scene.state, heatmap=replace(heat(scale), vmax=40.0)))
+    scene.prepare()
+    box = words._legend.box(scene.size, scene.pixel_ratio, False, words._spot)
+    shown = [number for number in words._legend._numbers if number.GetVisibility() and number.GetInput()]
+    assert shown
+    for number in shown:
+        width = [0.0, 0.0]
+        number.GetSize(stage._plotter.renderer, width)
+        middle = number.GetPosition()[0]
+        assert box.left < middle - width[0] / 2 and middle + width[0] / 2 < box.left + box.width
