@@ -8,10 +8,13 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console, ConsoleOptions, ConsoleRenderable, RenderableType, RenderHook, RenderResult
+from rich.measure import Measurement
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 from rich.segment import Segment
+from rich.table import Table
 from rich.text import Text
 
 from riglens.app.evaluation.names import option_of
@@ -19,8 +22,8 @@ from riglens.core.files import is_stream
 from riglens.core.formats.report import Report
 from riglens.core.shown_text import visible, visible_lines
 
-PIPE_WIDTH = 140
-"""Columns when standard output is a file or a pipe: wide enough that no number is cut off."""
+PIPE_WIDTH, FEWEST_LETTERS = 140, 12
+"""Columns when standard output is a file or a pipe; letters that words keep in a line where a table is too wide."""
 _listener = ContextVar[Callable[[str], object] | None]("listener", default=None)
 
 
@@ -50,9 +53,36 @@ def remarks() -> Console:
 
 
 def _console(stderr: bool = False, width: int | None = None) -> Console:
-    console = Console(stderr=stderr, width=width, highlight=False, markup=False, emoji=False)
+    console = _WholeLines(stderr=stderr, width=width, highlight=False, markup=False, emoji=False)
     console.push_render_hook(_WritesOut())
     return console
+
+
+class _WholeLines(Console):
+    """Console that breaks words, never numbers, where a table is wider than the terminal."""
+
+    def print(self, *objects: Any, crop: bool = False, **options: Any) -> None:
+        """Print whole lines; tables of many numbers are wider than the terminal."""
+        before = self.width
+        self.width = max([before, *(self._narrowest(made) for made in objects if isinstance(made, Table))])
+        super().print(*objects, crop=crop, **options)
+        self.width = before
+
+    def _narrowest(self, made: Table) -> int:
+        """Let words of a table that is too wide be broken; return how narrow it can be, numbers whole."""
+        whole = self.options.update_width(sys.maxsize)
+        natural = Measurement.get(self, whole, made).maximum
+        if natural <= self.width:
+            return natural
+        for column in made.columns:
+            sizes = [Measurement.get(self, whole, cell) for cell in (column.header, *column.cells)]
+            letters = min(max(size.maximum for size in sizes), column.max_width or sys.maxsize)
+            column.min_width = min(letters, FEWEST_LETTERS)
+            if column.justify == "right":
+                column.min_width = letters if column.no_wrap else max(size.minimum for size in sizes)
+            column.no_wrap &= column.justify == "right"
+            natural -= letters - column.min_width
+        return natural
 
 
 class _WritesOut(RenderHook):

@@ -1,0 +1,24 @@
+"""Tables keep every number whole in any terminal; words are broken where a table is too wide for it."""
+
+import pytest
+
+from riglens.app.terminal.console import results
+from riglens.app.terminal.tables import table
+
+NUMBERS = ("-123,456.78", "45.67 %", "0.57 × 1.70")
+
+
+@pytest.mark.parametrize("width", [20, 60, 80, 140])
+def test_no_number_of_a_table_is_cut_however_narrow_the_terminal(
+    width: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("riglens.app.terminal.console.PIPE_WIDTH", width)
+    made = table("rig", "seen by LiDARs", "median\nsize", "share", "note", words={0, 4}, wraps={1, 4})
+    made.add_row("a rig of some name", *NUMBERS, "said of it in many words")
+    results().print(made)
+    out = capsys.readouterr().out
+    lines = [line.rstrip() for line in out.splitlines()]
+    (row,) = (line for line in lines if NUMBERS[0] in line)
+    assert all(number in row for number in NUMBERS) and "…" not in out
+    assert {"rig", "name", "said", "words"} <= set(out.split())
+    assert max(map(len, lines)) <= max(width, 72)
