@@ -127,6 +127,7 @@ def objects(pairs: Pairs) -> Iterator[dict[str, object]]:
     for place in range(len(pairs.cls)):
         yield {
             "seq": pairs.sequences[pairs.sequence[place]],
+            "frame": int(pairs.frame[place]),
             "cls": CLASSES[pairs.cls[place]],
             "distance_m": round(float(pairs.distance_m[place]), 3),
             "true": int(pairs.true[place]),
@@ -184,10 +185,14 @@ def verdict(pairs: Pairs, variant: str) -> str:
                 if ratio is not None and count >= FEWEST:
                     total += 1
                     good += GOOD_RATIO[0] <= ratio <= GOOD_RATIO[1]
-    said = "–" if rank is None else f"{rank:.3f}"
-    return (
-        f"{variant}: Spearman {said} over all (wanted: {GOOD_RANK:g}); the median ratio lies in "
-        f"{GOOD_RATIO[0]:g} to {GOOD_RATIO[1]:g} in {good} of {total} classes and rings with {FEWEST} objects or more."
+    ranked = (
+        f"{variant}: Spearman {'–' if rank is None else f'{rank:.3f}'} over all (wanted: {GOOD_RANK:g}); "
+    )
+    if not total:
+        return ranked + f"no class has {FEWEST} objects or more in a ring, so no median ratio is judged."
+    return ranked + (
+        f"the median ratio lies in {GOOD_RATIO[0]:g} to {GOOD_RATIO[1]:g} in {good} of {total} classes and rings "
+        f"with {FEWEST} objects or more."
     )
 
 

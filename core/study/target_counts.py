@@ -39,11 +39,12 @@ The last one is its average, without the luck of a draw, which is unrelated to o
 
 @dataclass(frozen=True)
 class Pairs:
-    """k objects: sequence index, class, distance in metres, true points, and predicted ones by variant (k,); those of
-    EXPECTED are means."""
+    """k objects: sequence index, frame number in it, class, distance in metres, true points, and predicted ones by
+    variant (k,); those of EXPECTED are means."""
 
     sequences: tuple[str, ...]
     sequence: NDArray[np.int64]
+    frame: NDArray[np.int64]
     cls: NDArray[np.uint8]
     distance_m: NDArray[np.float64]
     true: NDArray[np.int64]
@@ -100,7 +101,7 @@ def predict(
     names: tuple[str, ...] = ("all",)
     sequence = np.zeros(len(box), np.int64)
     if labels is not None:
-        names, sequence = labels.names, labels.sequence[frame]
+        names, sequence, frame = labels.names, labels.sequence[frame], labels.frame[frame]
     engine = TargetEngine(traffic, threads)
     predicted = {}
     for variant, settings in VARIANTS.items():
@@ -114,7 +115,7 @@ def predict(
                 points[mine] += drawn.objects.all_points[mine]
         predicted[variant] = points / len(seeds)
     row = traffic.row[box]
-    return Pairs(names, sequence, traffic.cls[box], traffic.distance_m[box], true[row], predicted)
+    return Pairs(names, sequence, frame, traffic.cls[box], traffic.distance_m[box], true[row], predicted)
 
 
 def class_masks(pairs: Pairs) -> dict[str, NDArray[np.bool_]]:

@@ -251,11 +251,13 @@ def test_the_targets_study_writes_tables_and_a_chart(riglens, tmp_path):
     assert result.code == 0, result.err
     for way in ("class shapes, range law", "class shapes, range law, mean of 16 draws"):
         assert f"\n{way}: Spearman" in result.out
+    assert "no class has" in result.out and "0 of 0" not in result.out
     assert "car, 2" in result.out
     lines = (out / "targets-objects.csv").read_text().splitlines()
     ways = 'plain boxes,class shapes,"class shapes, range law","class shapes, range law, mean of 16 draws"'
-    assert lines[0] == f"seq,cls,distance_m,true,{ways}"
-    assert sorted(line.split(",")[3] for line in lines[1:]) == ["20", "50", "9"]
+    assert lines[0] == f"seq,frame,cls,distance_m,true,{ways}"
+    rows = [line.split(",") for line in lines[1:]]
+    assert sorted((row[1], row[4]) for row in rows) == [("0", "50"), ("0", "9"), ("1", "20")]
     assert (
         (out / "targets.csv")
         .read_text()

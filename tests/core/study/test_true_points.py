@@ -1,6 +1,7 @@
 """True points of recordings are read in the order of the boxes, and compared as they should be."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -88,15 +89,14 @@ def test_predictions_belong_to_their_boxes_and_rigs(table, rigs):
 
 def test_rank_and_ratio():
     pairs = Pairs(
-        ("all",), np.zeros(5, np.int64), np.array([0, 0, 0, 0, 2], np.uint8), np.array([5.0, 8.0, 9.0, 15.0, 5.0]),
-        np.array([10, 20, 0, 5, 3]), {"way": np.array([5, 60, 9, 0, 6])},
+        ("all",), np.zeros(5, np.int64), np.arange(5), np.array([0, 0, 0, 0, 2], np.uint8),
+        np.array([5.0, 8.0, 9.0, 15.0, 5.0]), np.array([10, 20, 0, 5, 3]), {"way": np.array([5, 60, 9, 0, 6])},
     )  # fmt: skip
     everything = class_masks(pairs)["all"]
     assert pairs.ratio("way", everything) == (2.0, 3)
     assert pairs.ratio("way", pairs.ring(0, (0.0, 10.0))) == (1.75, 2)
     assert pairs.ratio("way", pairs.ring(1, (0.0, 10.0))) == (None, 0)
-    means = Pairs(*(getattr(pairs, name) for name in ("sequences", "sequence", "cls", "distance_m", "true")),
-                  {"way": np.array([5.0, 60.0, 9.0, 0.4, 6.0])})  # fmt: skip
+    means = replace(pairs, predicted={"way": np.array([5.0, 60.0, 9.0, 0.4, 6.0])})
     assert means.ratio("way", everything) == (2.0, 3)  # a mean below 0.5 is nothing
     assert pairs.rank("way", pairs.ring(2, (0.0, 10.0))) is None
     assert pairs.rank("way", everything) == pytest.approx(0.1)
