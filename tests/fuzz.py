@@ -1,8 +1,9 @@
 """Broken input of every kind, as many as one likes: `make fuzz`, or `python -m tests.fuzz --count 1000000`.
 
 Each target breaks something valid and hands it in: rigs of all formats, box data, POGs, meshes, caches, autosave,
-clipboard, command line. What comes out must be a result or an InputError of one printable line, within LONGEST_S;
-anything else is a crash, whose input is kept in a folder. Each crash that is found becomes a test of its own.
+clipboard, command line. What comes out must be a result or an InputError of one printable line, within LONGEST_S and
+without a warning; anything else is a crash, whose input is kept in a folder. Each crash that is found becomes a test
+of its own.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ import sys
 import tempfile
 import time
 import traceback
+import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -358,7 +360,7 @@ def _command(chance: random.Random) -> None:
 def outcome(target: Target, chance: random.Random) -> str:
     """Hand one broken input in; "read", "refused", or what is wrong."""
     try:
-        with _time_limit():
+        with warnings.catch_warnings(action="error"), _time_limit():
             target.attempt(chance)
     except InputError as error:
         line = str(error)
