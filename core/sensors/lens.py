@@ -82,6 +82,7 @@ class Radial:
         dn, dd = _horner(_derived(self.numerator), s), _horner(_derived(self.denominator), s)
         return ((n + 2.0 * s * dn) * d - 2.0 * s * n * dd) / (d * d)
 
+    @np.errstate(all="ignore")  # the limit may be a pole
     def inverse(self, g: Doubles) -> Doubles:
         """Return t in [0, limit) with g(t) = g >= 0, (n,); NaN for missing ones. Newton, kept between two bounds."""
         low, high = np.zeros_like(g), self._above(g)

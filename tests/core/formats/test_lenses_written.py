@@ -158,6 +158,12 @@ def test_driveworks_has_the_nearest_polynomial_of_a_rational_lens() -> None:
     assert has(report_on("driveworks", rig_of(own)), "ignored", "no k4 k5", "deg off", "c")
 
 
+def test_a_rational_lens_that_ends_at_a_pole_is_written_without_a_warning() -> None:
+    """At 30 degrees off the axis the image is infinitely far out, which divides by zero."""
+    own = camera("c", LEVEL, **{**BENT, "distortion": BrownConrady(k1=5.0, k4=-3.0, p1=0.1)})
+    assert has(report_on("driveworks", rig_of(own)), "ignored", "no p1 k4", "c")
+
+
 def test_the_error_of_a_lens_is_the_largest_angle_between_rays_of_one_pixel() -> None:
     own = camera("eye", LEVEL, **MEDIUM)
     pinhole = own.replace(distortion=None)
