@@ -130,7 +130,8 @@ class _Expander:
     def define_property(self, element: Element, scope: _Scope) -> None:
         """Keep a property: a text that is worked out where it is used, or a block of elements."""
         name, said = element.attribute("name"), element.attributes.get("scope")
-        place = scope.outermost if said in ("global", "parent") else scope
+        around = scope.outside or scope
+        place = scope.outermost if said == "global" else around if said == "parent" else scope
         value = element.attributes.get("value", element.attributes.get("default"))
         if value is None:
             place.blocks[name] = element.children
@@ -163,7 +164,10 @@ class _Expander:
         if macro is None:
             self._notes.ignored("macro that no file in the rig's folder defines", shortened(name, 60))
             return
-        inner, blocks = _Scope(scope.outermost), list(element.children)
+        inner, blocks = (
+            _Scope(scope),
+            list(element.children),
+        )  # a macro knows what is known where it is called
         for stars, parameter, default, is_outer in macro.parameters:
             if stars:
                 block = blocks.pop(0) if blocks else None

@@ -152,6 +152,28 @@ def test_a_calibration_is_loaded_from_the_package_of_the_kit(tmp_path: Path) -> 
     assert has(read.report, "read", "xacro, expanded here", "1 files included")
 
 
+def test_a_macro_knows_what_is_known_where_it_is_called(tmp_path: Path) -> None:
+    """Autoware's kits include the files of their sensors, with properties of these, in a macro of their own."""
+    part = HEAD.replace("car", "part").partition("<link")[0] + (
+        '<xacro:property name="half" value="0.5"/><xacro:macro name="lidar" params="name"><link name="${name}"/>'
+        '<joint name="j" type="fixed"><parent link="base_link"/><child link="${name}"/>'
+        '<origin xyz="${2*half + further} 0 1"/></joint><xacro:property name="after" value="7" scope="parent"/>'
+        "</xacro:macro></robot>"
+    )
+    kit = (
+        HEAD + '<xacro:macro name="kit" params="further"><xacro:include filename="part.xacro"/>'
+        '<xacro:lidar name="lidar_${further}"/><link name="made_${after}"/></xacro:macro>'
+        '<xacro:kit further="3"/></robot>'
+    )
+    read = read_rig(write_files(tmp_path, {"kit.xacro": kit, "part.xacro": part}) / "kit.xacro")
+    (lidar,) = read.rig.sensors
+    assert lidar.name == "lidar_3"
+    assert lidar.position[0] - read.rig.vehicle.rear_axle_x == pytest.approx(4.0)
+    write_files(tmp_path, {"kit.xacro": kit.replace("</robot>", '<link name="${after}"/></robot>')})
+    with pytest.raises(InputError, match="'after' has no value here"):
+        read_rig(tmp_path / "kit.xacro")
+
+
 def test_nothing_is_loaded_from_beside_a_package(tmp_path: Path) -> None:
     write_files(tmp_path / "config", {"kit.yaml": CALIBRATION})
     write_files(tmp_path / "kit" / "urdf", {"kit.xacro": KIT})
