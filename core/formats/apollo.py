@@ -43,6 +43,8 @@ def recognises(source: Source) -> bool:
 
 
 def _is_transform(file: Source) -> bool:
+    if not file.text.strip():  # as left by a calibration that was never made
+        return False
     root = file.yaml
     header = root.raw.get("header") if root.is_mapping else None
     return (

@@ -282,6 +282,8 @@ MAX_BYTES = {
 }
 _BOM = "\ufeff"
 _OPENCV_HEADER = re.compile(r"\A%YAML:1\.[0-9][ \t]*(?:#[^\r\n]*)?(?=\r?$)", re.MULTILINE)
+_OPENCV_KEY = re.compile(r"^([ \t]*[A-Za-z_]\w*):(?=[^\s:/\\])", re.MULTILINE)
+"""A key without a space behind its colon, which OpenCV accepts."""
 _OPENCV_MATRIX = re.compile(r"(:[ \t]+)!!opencv-matrix(?=[ \t\r]*(?:[{#]|$))", re.MULTILINE)
 
 
@@ -346,7 +348,8 @@ class Source:
         """The YAML document, plain data only, also as OpenCV writes it; raise InputError with the line."""
         if len(self.text) > MAX_YAML_BYTES:
             raise InputError(f"{self.where}: too large for a rig file (at most {MAX_YAML_BYTES / 1e3:g} kB)")
-        text = _OPENCV_MATRIX.sub(r"\1", _OPENCV_HEADER.sub("", self.text, count=1))
+        text, is_opencv = _OPENCV_HEADER.subn("", self.text, count=1)
+        text = _OPENCV_MATRIX.sub(r"\1", _OPENCV_KEY.sub(r"\1: ", text) if is_opencv else text)
         return Value(plain_value(parse_yaml(text, self.where)), self.where)
 
     @cached_property

@@ -113,6 +113,13 @@ def test_apollo_chains_frames_with_x_right_and_y_forward(tmp_path: Path) -> None
         assert has(imported.report, "ignored", "judging by its folder", "ahead")
 
 
+def test_a_file_of_apollo_without_a_transform_leaves_the_others(tmp_path: Path) -> None:
+    write_files(tmp_path, {**APOLLO, "a_imu_extrinsics.yaml": " \n"})
+    imported = read_rig(tmp_path, options=AT_ORIGIN)
+    assert imported.rig == read_files(APOLLO, options=AT_ORIGIN).rig.replace(name=imported.rig.name)
+    assert has(imported.report, "ignored", "it does not name its frames", "a_imu_extrinsics.yaml")
+
+
 def test_boreas_and_kitti_360_lead_through_the_lidar_and_the_imu() -> None:
     found = poses(BOREAS)
     assert_same_pose(found["lidar"], transform(LEVEL, (0.2, 0.0, 0.45)))

@@ -133,6 +133,15 @@ def test_vins_knows_the_lens_of_each_model() -> None:
     )
 
 
+def test_opencv_needs_no_space_behind_a_key() -> None:
+    close = PINHOLE.replace("image_width: 752", "image_width:752").replace(
+        "---\n", "estimate_extrinsic:0  # a:b\n"
+    )
+    assert camera({"cam.yaml": close}) == camera({"cam.yaml": PINHOLE})
+    with pytest.raises(InputError, match="not valid YAML"):
+        camera({"cam.yaml": close.partition("\n")[2]})
+
+
 ONE = optical(pose_matrix(((0.2, 0.1, -0.3), (3.0, -5.0, 20.0))))
 OTHER = optical(pose_matrix(((0.2, -0.4, -0.3), (1.0, 4.0, -30.0))))
 
