@@ -2,7 +2,8 @@
 
 extrinsic_R and extrinsic_T take points of the LiDAR to the IMU, Rcl and Pcl those of the LiDAR to the camera in optical
 axes; metres. The launch file, which is not read, says which camera file belongs to a configuration: here it is the one
-whose name holds that of the configuration, or the only one. The LiDAR's axes are x forward, y left, z up.
+whose name holds that of the configuration, or the only one, unless the configuration has the camera itself. The LiDAR's
+axes are x forward, y left, z up. Versions for ROS 2 hold all of it as parameters of a node.
 Source: FAST-LIVO2, src/LIVMapper.cpp, src/vio.cpp and include/common_lib.h.
 """
 
@@ -33,17 +34,24 @@ _LIDARS = {1: "Livox Avia", 2: "Velodyne VLP-16", 5: "Hesai XT32", 6: "Hesai Pan
 
 def recognises(source: Source) -> bool:
     """Return whether this is a YAML mapping with extrin_calib."""
-    return _CALIBRATION in source.yaml
+    return _CALIBRATION in _parameters(source.yaml)
+
+
+def _parameters(root: Value) -> Value:
+    """Return the parameters of a node of ROS 2, or the file itself where it is none."""
+    node = next(iter(root.items()), None) if root.is_mapping else None
+    return node[1].item("ros__parameters") if node is not None and "ros__parameters" in node[1] else root
 
 
 def read(source: Source, mounting: Mounting) -> Rig:
     """Return the LiDAR and the camera around the IMU."""
-    found, notes = source.yaml.item(_CALIBRATION), mounting.notes
+    root, notes = _parameters(source.yaml), mounting.notes
+    found = root.item(_CALIBRATION)
     imu_SE3_lidar = _transform(found, "extrinsic_R", "extrinsic_T", notes)
     camera_SE3_lidar = _transform(found, "Rcl", "Pcl", notes)
-    camera = {"camera": (imu_SE3_lidar @ inverse(camera_SE3_lidar), _lens(source, mounting))}
+    camera = {"camera": (imu_SE3_lidar @ inverse(camera_SE3_lidar), _lens(root, source, mounting))}
     turn = add_by_imu(camera, mounting)
-    mounting.add("lidar", "lidar", turn @ imu_SE3_lidar, said=_model(source.yaml))
+    mounting.add("lidar", "lidar", turn @ imu_SE3_lidar, said=_model(root))
     notes.converted("camera from optical axes, through the LiDAR")
     return mounting.rig(source.name)
 
@@ -59,14 +67,19 @@ def _model(root: Value) -> str | None:
     return None if kind is None else _LIDARS.get(kind.whole(0, 1000))
 
 
-def _lens(source: Source, mounting: Mounting) -> dict[str, Any]:
+def _lens(root: Value, source: Source, mounting: Mounting) -> dict[str, Any]:
+    if "cam_fx" in root:
+        return _lens_in(root, mounting.notes)
     files = source.siblings("camera*.yaml")
     own = [file for file in files if source.name.lower() in file.name.lower()] or files
     if len(own) != 1:
         said = ", ".join(shortened(file.path.name, 40) for file in own) or "no camera*.yaml"
         return mounting.unknown_lens("camera", f"lens and image not in one file beside it ({said})")
-    root, notes = own[0].yaml, mounting.notes
-    notes.read(f"image and lens from {shortened(own[0].path.name, 40)}", "camera")
+    mounting.notes.read(f"image and lens from {shortened(own[0].path.name, 40)}", "camera")
+    return _lens_in(_parameters(own[0].yaml), mounting.notes)
+
+
+def _lens_in(root: Value, notes: Notes) -> dict[str, Any]:
     fx, fy, cx, cy = root.field_numbers("cam_fx", "cam_fy", "cam_cx", "cam_cy")
     lens = {"image": root.image("cam_width", "cam_height"), "fx": fx, "fy": fy, "cx": cx, "cy": cy}
     if root.item("scale", 1.0).number() != 1.0:

@@ -95,6 +95,21 @@ def test_fast_livo_places_the_camera_through_the_lidar(tmp_path: Path) -> None:
     assert camera.distortion == KannalaBrandt(k1=0.1)
 
 
+def test_fast_livo_of_ros_2_is_the_same_with_its_camera_beside_or_inside(tmp_path: Path) -> None:
+    lens = "cam_model: Pinhole\ncam_width: 640\ncam_height: 512\ncam_fx: 400\ncam_fy: 401\ncam_cx: 320\ncam_cy: 256\n"
+    plain = {**FAST_LIVO, "camera_avia.yaml": lens}
+    nodes = {
+        name: f"/**:\n  ros__parameters:\n{textwrap.indent(text, '    ')}" for name, text in plain.items()
+    }
+    inside = {"avia.yaml": FAST_LIVO["avia.yaml"] + lens}
+    expected, *others = (
+        read_rig(write_files(tmp_path / str(number), files) / "avia.yaml", options=AT_ORIGIN).rig.sensors
+        for number, files in enumerate((plain, nodes, inside))
+    )
+    assert isinstance(expected[0], Camera) and expected[0].image == (640, 512)
+    assert all(sensors == expected for sensors in others)
+
+
 def test_apollo_chains_frames_with_x_right_and_y_forward(tmp_path: Path) -> None:
     root = transform(Rotation.from_euler("z", -90.0, degrees=True), (0.0, 0.0, 0.0))
     lidar = root @ transform(Rotation.from_euler("z", 90.0, degrees=True), (-0.1, 1.2, 1.8))
