@@ -1,9 +1,9 @@
 """CARLA leaderboard: the list that an agent's sensors() returns, in a Python file (import).
 
-The file is parsed, never executed: what is written out as numbers and texts is read, also under a name of config.py
-beside it (`self.config.camera_pos[0]`, as agents of TransFuser have it); computed values are reported. Poses
-relative to the vehicle's actor, on the ground under its bounding box, in CARLA's left-handed axes: x forward, y to the
-RIGHT, z up; positive pitch looks UP, positive yaw turns RIGHT; metres, degrees.
+The file is parsed, never executed: what is written out as numbers and texts is read, also under a name of the agent
+(`self.cam_config['width']`) or of config.py beside it (`self.config.camera_pos[0]`), as agents of TransFuser have it;
+computed values are reported. Poses relative to the vehicle's actor, on the ground under its bounding box, in CARLA's
+left-handed axes: x forward, y to the RIGHT, z up; positive pitch looks UP, positive yaw turns RIGHT; metres, degrees.
 Source: CARLA leaderboard, autoagents/autonomous_agent.py and agent_wrapper.py (which fixes the LiDAR's rays).
 """
 
@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import ast
 import warnings
+from collections import Counter
 from collections.abc import Mapping
 from typing import Any
 
@@ -38,7 +39,7 @@ _POSITION, _ANGLES = ("x", "y", "z"), ("roll", "pitch", "yaw")
 _COMPUTED = object()
 _CONFIG, _CONFIG_FILE = "config", "config.py"
 _Names = dict[str, Any]
-"""Literal values of the names of a configuration."""
+"""Values of the names that an expression may use."""
 
 
 def recognises(source: Source) -> bool:
@@ -51,7 +52,8 @@ def read(source: Source, mounting: Mounting) -> Rig:
     notes = mounting.notes
     entries, agent = _entries(source, mounting.options.token, notes)
     notes.read(f"sensors of {agent}", field="token")
-    names = _names_beside(source, notes)
+    config = _names_beside(source, notes)
+    names = {"self": {**_names_in(_tree(source), of_self=True), _CONFIG: config}, _CONFIG: config}
     for entry in entries:
         _add(entry, names, source, mounting)
     notes.converted("left-handed axes to right-handed: y, pitch and yaw change sign")
@@ -88,18 +90,35 @@ def _tree(source: Source) -> ast.Module:
 
 
 def _names_beside(source: Source, notes: Notes) -> _Names:
-    """Return what config.py beside an agent that uses a configuration gives to names; none that it gives twice."""
+    """Return the literal values of config.py beside an agent that uses a configuration."""
     beside = source.sibling(_CONFIG_FILE) if f"{_CONFIG}." in source.text else None
-    names: _Names = {}
-    for node in ast.walk(_tree(beside)) if beside is not None else ():
-        targets = node.targets if isinstance(node, ast.Assign) else []
-        target = node.target if isinstance(node, ast.AnnAssign) else targets[0] if len(targets) == 1 else None
-        name = target.attr if isinstance(target, ast.Attribute) else getattr(target, "id", None)
-        if name is not None and isinstance(node, ast.Assign | ast.AnnAssign) and node.value is not None:
-            names[name] = _COMPUTED if name in names else _literal(node.value, {})
+    names = _names_in(_tree(beside)) if beside is not None else {}
     if names:
         notes.read(f"numbers of {_CONFIG_FILE} beside it")
     return names
+
+
+def _names_in(tree: ast.Module, of_self: bool = False) -> _Names:
+    """Return the literal values of names, or only of attributes of self; of none that is changed or given twice."""
+    stored = Counter(
+        _stored(node) for node in ast.walk(tree) if isinstance(getattr(node, "ctx", None), ast.Store)
+    )
+    names: _Names = {}
+    for node in ast.walk(tree):
+        targets = node.targets if isinstance(node, ast.Assign) else []
+        target = node.target if isinstance(node, ast.AnnAssign) else targets[0] if len(targets) == 1 else None
+        name = _stored(target)
+        is_whole = isinstance(target, ast.Attribute if of_self else ast.Attribute | ast.Name)
+        if name is not None and isinstance(node, ast.Assign | ast.AnnAssign) and node.value is not None:
+            names[name] = _value(node.value, {}) if is_whole and stored[name] == 1 else _COMPUTED
+    return names
+
+
+def _stored(node: ast.AST | None) -> str | None:
+    """Return the name of a variable or attribute that is given a value, or one of its entries."""
+    while isinstance(node, ast.Subscript):
+        node = node.value
+    return node.attr if isinstance(node, ast.Attribute) else getattr(node, "id", None)
 
 
 def _sensors_in(tree: ast.AST) -> list[ast.Dict]:
@@ -124,14 +143,14 @@ def _fields(node: ast.Dict, names: _Names) -> dict[str, Any]:
 
 
 def _literal(node: ast.expr, names: _Names) -> Any:
-    """Return what numbers and texts, lists of them, and names of the configuration add up to; else _COMPUTED."""
+    """Return what numbers and texts, lists of them, and names add up to; else _COMPUTED."""
+    found = _value(node, names)
+    return _COMPUTED if isinstance(found, Mapping) else found
 
-    def known(name: str) -> Any:
-        return {"self": {_CONFIG: names}, _CONFIG: names}[name]
 
+def _value(node: ast.expr, names: _Names) -> Any:
     try:
-        found = evaluated(node, Names(known, known, known, lambda _: None))
-        return _COMPUTED if isinstance(found, Mapping) else found
+        return evaluated(node, Names(names.__getitem__, names.__getitem__, names.__getitem__, lambda _: None))
     except (ArithmeticError, LookupError, RecursionError, TypeError, ValueError):
         return _COMPUTED
 
@@ -185,10 +204,11 @@ def _add_lidar(name: str, pose: Any, value: Value, mounting: Mounting) -> None:
 
 
 def _radar_fields(value: Value) -> dict[str, Any]:
-    """Return the scan of the leaderboard's radar: as high as it is wide, up to 100 m."""
-    half_deg = value.item("fov").number(1e-3, 180.0) / 2.0
-    ends = (-half_deg, half_deg)
-    return {"scans": ({"azimuth_deg": ends, "elevation_deg": ends, "range_m": 100.0},)}
+    """Return the scan of a radar, up to 100 m; the leaderboard's is as high as it is wide."""
+    wide = value.get("horizontal_fov") or value.item("fov")
+    high = value.get("vertical_fov") or wide
+    azimuth, elevation = ((-half, half) for half in (one.number(1e-3, 180.0) / 2.0 for one in (wide, high)))
+    return {"scans": ({"azimuth_deg": azimuth, "elevation_deg": elevation, "range_m": 100.0},)}
 
 
 CARLA_AGENT = Format("carla-agent", "CARLA leaderboard agent", (".py",), recognises, read, origin=ACTOR)

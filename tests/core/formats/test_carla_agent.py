@@ -11,6 +11,7 @@ from riglens.core.formats.exchange import read_rig
 from riglens.core.formats.mounts import ReadOptions
 from riglens.core.formats.xacro_sums import worked_out
 from riglens.core.rig.model import Camera, Lidar
+from riglens.core.sensors.radar import Radar
 from tests.core.formats.cases import CARLA_AGENT, assert_same_pose, read_files, sensor_matrix, transform
 from tests.core.formats.test_reports import has
 
@@ -96,6 +97,47 @@ def test_names_of_a_configuration_beside_the_agent_are_read_and_never_run(tmp_pa
     (tmp_path / "config.py").write_text("x = (\n")
     with pytest.raises(InputError, match=r"config\.py:1: not Python"):
         read_rig(tmp_path / "agent.py")
+
+
+def test_literals_of_the_agent_itself_are_read_unless_they_are_changed() -> None:
+    """As in agents of TransFuser: self.cam_config = {'width': 320, ...}."""
+    before = """
+class Base:
+    def setup(self):
+        self.cam = {'width': 320, 'size': [1, 2]}
+        self.x, self.tall = 1, {'height': 7}
+        self.tall['height'] = 8
+        self.high: float = 2.5
+        self.high += 1
+        self.list[0] = 3
+        width = 9
+"""
+    entry = (CAMERA % ("self.cam['size'][1]", SIZE)).replace("800", "self.cam['width']")
+    left_out = (
+        "self.x",
+        "self.high",
+        "self.tall['height']",
+        "self.width",
+        "self.cam",
+        "self.cam['none']",
+        "width",
+    )
+    others = [(CAMERA % (x, SIZE)).replace("'a'", f"'{number}'") for number, x in enumerate(left_out)]
+    (camera,) = read_files(agent(", ".join([entry, *others]), before)).rig.sensors
+    assert isinstance(camera, Camera) and camera.name == "a" and camera.position[0] == 2.0
+    assert camera.image == (320, 600)
+
+
+def test_a_radar_may_be_wider_than_high() -> None:
+    radar = "{'type': 'sensor.other.radar', 'x': 2, 'y': -1.5, 'z': 0.5, %s, 'id': 'r'}"
+    for fov, ends in (
+        ("'horizontal_fov': 130, 'vertical_fov': 20", (65.0, 10.0)),
+        ("'fov': 30", (15.0, 15.0)),
+    ):
+        (found,) = read_files(agent(radar % fov)).rig.sensors
+        assert isinstance(found, Radar)
+        (scan,) = found.scans
+        assert (scan.azimuth_deg[1], scan.elevation_deg[1]) == ends
 
 
 def test_of_several_agents_one_is_chosen() -> None:
