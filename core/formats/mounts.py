@@ -155,7 +155,9 @@ class Mounting:
         if self.car and self.options.vehicle is None:
             self.notes.approximated(f"vehicle not in the file: {self.car}", field="vehicle")
         if not self.sensors and not may_be_empty:
-            raise InputError(f"{self.where}: a rig needs at least one sensor")
+            ignored = "; ".join(one.sentence() for one in self.notes.report("").of_kind("ignored"))
+            why = f"; ignored: {shortened(ignored, 200)}" if ignored else ""
+            raise InputError(f"{self.where}: a rig needs at least one sensor{why}")
         shown = sorted(shown_kinds(s.kind for s in self.sensors), key=lambda kind: kind.name)
         counts = [(sum(s.kind == kind.name for s in self.sensors), kind) for kind in shown]
         self.notes.read(", ".join(f"{n} {kind.title if n == 1 else kind.plural}" for n, kind in counts))

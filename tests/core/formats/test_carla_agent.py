@@ -153,7 +153,11 @@ def test_of_several_agents_one_is_chosen() -> None:
     ("text", "complaint"),
     [
         ("x = 'sensor.camera' +\n", ":1: not Python"),
-        ("# sensor.camera\n", "at least one sensor"),
+        ("# sensor.camera\n", "at least one sensor$"),
+        (
+            agent(CAMERA % ("self.x", SIZE))["agent.py"],
+            "one sensor; ignored: .*x would have to be computed .*[(]a[)]$",
+        ),
         ("x = 'sensor.' + " + "(" * 300 + ")" * 300, "not Python"),
         ("x = 'sensor.' ; y = " + "-" * 5000 + "1", "not Python|no LiDAR"),
         (agent(CAMERA % ("1e999", SIZE))["agent.py"], "x: .*got inf"),
