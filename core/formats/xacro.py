@@ -201,10 +201,10 @@ class _Expander:
         if self.files > MAX_FILES:
             raise element.error(f"too many included files (at most {MAX_FILES})")
 
-    def _spend(self, entries: int) -> None:
+    def _spend(self, entries: int, element: Element) -> None:
         self._entries += entries
         if self._entries > MAX_ENTRIES:
-            raise ValueError
+            raise element.error(f"lists and dictionaries of more than {MAX_ENTRIES} entries in all")
 
     def _load_yaml(self, said: str, element: Element) -> Worked:
         """Return the content of a YAML file, read once."""
@@ -299,7 +299,7 @@ class _Expander:
             known,
             lambda name: self._argument(name, element, scope, depth),
             lambda said: self._load_yaml(said, element),
-            self._spend,
+            lambda entries: self._spend(entries, element),
         )
         try:
             return worked_out(expression, names)

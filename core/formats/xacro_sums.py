@@ -65,7 +65,7 @@ class Names:
     argument: Callable[[str], Worked]
     load_yaml: Callable[[str], Worked]
     spend: Callable[[int], None]
-    """Count entries that are copied or compared; raise ValueError beyond the limit for a file."""
+    """Count entries that are copied or compared; raise InputError beyond the limit for a file."""
 
 
 def worked_out(expression: str, names: Names) -> Worked:
