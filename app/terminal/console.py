@@ -64,9 +64,12 @@ class _WholeLines(Console):
     def print(self, *objects: Any, crop: bool = False, **options: Any) -> None:
         """Print whole lines; tables of many numbers are wider than the terminal."""
         before = self.width
-        self.width = max([before, *(self._narrowest(made) for made in objects if isinstance(made, Table))])
+        width = max((self._narrowest(made) for made in objects if isinstance(made, Table)), default=0)
+        if width > before:
+            self.width = width
         super().print(*objects, crop=crop, **options)
-        self.width = before
+        if width > before:
+            self.width = before
 
     def _narrowest(self, made: Table) -> int:
         """Let words of a table that is too wide be broken; return how narrow it can be, numbers whole."""
