@@ -179,7 +179,9 @@ def _require_greeting(connection: socket.socket) -> None:
     connection.sendall(_NUDGE)
     size = int.from_bytes(_received(connection, 8), "little")
     if not 8 <= size <= _GREETING_BYTES or _GREETING_HOLDS not in _received(connection, size):
-        raise ConnectionError(None, "another program than Dask listens there")
+        raise ConnectionError(
+            None, "another program than Dask listens there, or a scheduler that wants tls://"
+        )
 
 
 def _received(connection: socket.socket, size: int) -> bytes:

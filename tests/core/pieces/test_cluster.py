@@ -358,3 +358,9 @@ def test_a_cluster_with_certificates(build: Build, tmp_path: Path) -> None:
     ):
         assert cluster.address.startswith("tls://")
         assert_same(build.on(workers), build_pog(build.source, GRID))
+        plain = cluster.address.replace("tls://", "tcp://")
+        with (
+            pytest.raises(InputError, match=r"a scheduler that wants tls://|Connection reset"),
+            cluster_workers(plain),
+        ):
+            pass
