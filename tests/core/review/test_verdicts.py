@@ -92,10 +92,13 @@ def test_the_share_in_view_is_that_of_the_surface() -> None:
     assert (
         surface_share(level, half, None) == 0.5
     )  # the lower half, which reaches down to the ground within 30 deg
+    both_ways = level.replace(azimuths_deg=(0.0, 180.0))  # two steps go all the way round
+    assert surface_share(both_ways, Target("right", 0.0, -6.0, 0.2, 2.0), None) == 0.5
     quarter = level.replace(azimuths_deg=(-45.0, 0.0, 45.0))
     assert surface_share(quarter, half, None) == 0.0
     far = ahead.replace(range_m=(0.0, 2.0))
     assert surface_share(far, whole, None) == 0.0
+    assert surface_share(ahead, Target("around", 0.0, 0.0, 0.5, 2.0), None) == 0.0  # none of it faces inwards
     behind = camera((0.0, 0.0, 1.0))  # inside the box of sheet metal
     barrier = barrier_of(behind, solid_of(BOX))
     assert surface_share(behind, whole, barrier) == 0.0 and surface_share(behind, whole, None) == 1.0
