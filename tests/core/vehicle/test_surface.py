@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import BSpline
 
-from riglens.core.vehicle.surface import spline_matrix
+from riglens.core.vehicle.surface import spline_matrix, superellipsoid
 
 
 @pytest.mark.parametrize(
@@ -15,3 +15,10 @@ def test_the_spline_is_the_clamped_uniform_one_of_scipy_to_the_last_bit(controls
     knots = np.concatenate([np.zeros(degree), inner, np.ones(degree)])
     expected = BSpline(knots, np.eye(controls), degree)(np.linspace(0.0, 1.0, samples))
     assert np.array_equal(spline_matrix(controls, samples, degree), expected)
+
+
+def test_an_ellipsoid_is_closed_and_holds_its_volume():
+    surface = superellipsoid((1.0, 2.0, 0.5), 1.0)
+    one, other, third = (surface.points[surface.triangles[:, corner]] for corner in range(3))
+    volume = (np.cross(one, other) * third).sum() / 6.0
+    assert volume == pytest.approx(4.0 / 3.0 * np.pi * 1.0 * 2.0 * 0.5, rel=0.02)
