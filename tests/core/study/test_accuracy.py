@@ -11,6 +11,7 @@ from riglens.core.rig.model import Camera, Lidar, LinearAngles, Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.columns import unpack
 from riglens.core.sensing.rays import sensor_rays
+from riglens.core.study import accuracy_cases
 from riglens.core.study.accuracy import (
     AccuracyStudy,
     Point,
@@ -19,7 +20,7 @@ from riglens.core.study.accuracy import (
     study_accuracy,
     wrong_voxels,
 )
-from riglens.core.study.accuracy_cases import plain_case, voxel_case, with_lattice
+from riglens.core.study.accuracy_cases import Answer, Case, plain_case, timed, voxel_case, with_lattice
 from riglens.core.study.simple_methods import VoxelTests
 from tests.core.builders import camera, evaluate, field_of, grid_of, random_field, rig_of, spinning
 from tests.core.study.small_studies import QUICK, small_accuracy_study
@@ -268,3 +269,14 @@ def test_voxel_cases_time_and_answer_the_same_cover():
     tests = VoxelTests(FIELD, 1)
     answer = voxel_case(tests, rig, 0.1, "rectangles").answered()
     assert np.array_equal(answer.seen, tests.bounding_rectangles(rig))
+
+
+@pytest.mark.parametrize(("slow_ms", "runs"), [(-1.0, 2), (float("inf"), 4)])
+def test_what_takes_long_is_timed_once_after_the_round_that_warms_up(
+    monkeypatch: pytest.MonkeyPatch, slow_ms: float, runs: int
+) -> None:
+    monkeypatch.setattr(accuracy_cases, "SLOW_MS", slow_ms)
+    ran: list[int] = []
+    case = Case(lambda: len(ran), ran.append, lambda _: Answer((0.0,) * len(CLASSES), np.zeros(0, np.uint8)))
+    answers, times = timed([case], 3)
+    assert len(ran) == runs and len(answers) == 1 and len(times[0]) == runs - 1
