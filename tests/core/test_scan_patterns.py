@@ -109,6 +109,7 @@ def test_a_pattern_replaces_beams_and_one_of_the_two_is_needed() -> None:
 
 def test_a_raster_stands_in_for_it_over_the_same_field_of_view() -> None:
     raster = lidar().raster()
+    np.testing.assert_array_equal(lidar().elevations(), raster.elevations())
     assert isinstance(raster.rays, type(None)) and 250 <= raster.ray_count <= 300
     assert raster.azimuths().max() == pytest.approx(PRISMS.shots().azimuth_deg.max())
     assert raster.elevations().min() == pytest.approx(PRISMS.shots().elevation_deg.min())

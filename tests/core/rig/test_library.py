@@ -16,6 +16,7 @@ from riglens.core.rig.library import (
     default_library,
     read_entries,
     sensor_from_model,
+    use_libraries,
     user_library_files,
 )
 from riglens.core.rig.model import Camera, Lidar, LinearAngles, Rig
@@ -329,6 +330,10 @@ def test_models_of_ones_own_are_found_beside_the_bundled_ones(
     assert default_library().entry("my-lidar").maker == "Other"
     assert default_library().origins["my-lidar"] == str(path)
     assert default_library().entry("generic-16")
+    second = tmp_path / "second.yaml"
+    second.write_text(OWN.replace("my-lidar", "second-lidar"))
+    use_libraries([second])
+    assert default_library().entry("my-lidar") and default_library().entry("second-lidar")
     monkeypatch.delenv("RIGLENS_LIBRARY")
     with pytest.raises(InputError, match="unknown sensor model 'my-lidar'"):
         default_library().entry("my-lidar")
