@@ -164,6 +164,14 @@ def test_roi_lines_end_at_its_corners() -> None:
     assert np.linalg.norm(ends - corner, axis=1).min() < 1e-6
 
 
+def test_a_line_out_of_view_on_both_sides_is_cut_off_just_beside_the_image() -> None:
+    places = np.array([[10.0, 90.0, 1.6], [10.0, -50.0, 1.6]])
+    for start, end in (places, places[::-1]):
+        (path,) = Projection(camera()).lines(start[None], end[None])
+        assert -20.0 < path[:, 0].min() <= 0.0 and 640.0 <= path[:, 0].max() < 660.0
+        np.testing.assert_allclose(path[:, 1], 180.0)
+
+
 def test_the_own_body_covers_the_pixels_whose_rays_hit_it() -> None:
     bonnet = np.array(
         [
