@@ -86,11 +86,14 @@ def test_a_renamed_sensor_stays_selected_and_hidden(document: Document) -> None:
 def test_hiding_and_locking_are_steps_that_change_no_rig(document: Document, mark: str) -> None:
     told: list[frozenset[str]] = []
     getattr(document, f"{mark}_changed").connect(lambda: told.append(getattr(document, mark)))
+    labels = [document.undo_label]
+    document.steps_changed.connect(lambda: labels.append(document.undo_label))
     set_mark = getattr(document, f"set_{mark}")
     set_mark(("roof", "front"), True)
     set_mark(("roof", "front"), True)  # nothing new, no step
     set_mark(("front",), False)
     assert not document.is_modified
+    assert labels[-1] == document.undo_label
     document.undo()
     document.undo()
     assert document.undo_label is None
