@@ -75,6 +75,8 @@ def test_the_frustum_of_a_camera_is_its_image_border_and_that_of_a_spinning_lida
     tip = np.array(FRONT.position)
     camera, lidar = filled(FRONT, "frusta"), filled(ROOF, "frusta")
     assert any(np.allclose(point, tip, atol=1e-6) for point in camera.points)
+    border = camera.regular_faces[:, 1]
+    assert len(set(border.tolist())) == len(border)  # once round, ray by ray
     faces = lidar.regular_faces
     slopes = [round(math.degrees(math.atan2(*_rise(lidar.points[face[1]]))), 3) for face in faces]
     assert set(slopes) == {-45.0, 10.0} and camera.n_cells == 2 * (32 + 18)
