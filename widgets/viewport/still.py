@@ -34,7 +34,7 @@ def render_still(
     """
     plotter = staged(state, size, scale, view, transparent)
     try:
-        plotter.show(auto_close=False, interactive=False)
+        plotter.show(auto_close=False)
         image = np.asarray(plotter.screenshot(None, transparent_background=transparent, return_img=True))
         if path is not None:
             write_png(image, path)
