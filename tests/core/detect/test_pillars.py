@@ -96,6 +96,13 @@ def test_of_two_objects_in_a_cell_the_later_says_where() -> None:
     assert len(cells) == 1 and places == pytest.approx(np.array([[0.8, 0.8]]))
 
 
+@pytest.mark.parametrize("mirror", range(4))
+def test_mirrored_cells_are_those_of_the_mirrored_region(mirror: int) -> None:
+    cells = np.arange(np.prod(REGION.shape), dtype=np.int32).reshape(REGION.shape)
+    flipped = cells[:: -1 if mirror & 2 else 1, :: -1 if mirror & 1 else 1]
+    np.testing.assert_array_equal(REGION.mirrored(cells, mirror), flipped)
+
+
 def test_packed_samples_come_back() -> None:
     one, other = sample((0, 1, 1, 3)), sample((1, 2, 2, 5), (2, 0, 0, 0))
     filled = one._replace(cell=np.array([3], np.int32), features=np.ones((1, FEATURES), np.float16))

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from riglens.core.scene.readers import open_boxes
 from riglens.core.simulate.sweeps import Simulator
-from riglens.core.simulate.tables import VISIBLE, visibility_bin
+from riglens.core.simulate.tables import VISIBLE, Scene, visibility_bin
 from riglens.core.targets.traffic import read_traffic
 from tests.core.simulate.small import dataset, points_m
 
@@ -114,6 +114,10 @@ def test_visibility_bins_are_those_of_nuscenes() -> None:
     shares = [None, 0.0, 0.399, 0.4, 0.599, 0.6, 0.799, 0.8, 1.0]
     assert [int(visibility_bin(share)) for share in shares] == [1, 1, 1, 2, 2, 3, 3, 4, 4]
     assert VISIBLE == ("v0-40", "v40-60", "v60-80", "v80-100")
+
+
+def test_one_sequence_in_five_is_for_validation() -> None:
+    assert [n for n in range(12) if Scene(n, f"scene {n}", (), ()).is_val] == [4, 9]
 
 
 def test_our_own_reader_gives_the_boxes_back(folder: Path) -> None:
