@@ -5,8 +5,11 @@ from pathlib import Path
 
 import pytest
 
+from riglens.app.commands.list import _table
+from riglens.core.rig.library import default_library
 from riglens.core.rig.presets import PRESETS, preset
 from riglens.core.rig.yaml.file import load_rig
+from riglens.core.sensors.registry import kinds
 from tests.app.conftest import SMALL_GRID, Run
 from tests.core.formats.cases import AUTOWARE_KIT, DRIVEWORKS, NUSCENES, write_files
 
@@ -230,6 +233,12 @@ def test_what_is_not_there_is_said_in_one_line(riglens, arguments, complaint):
     result = riglens("library", *arguments)
     assert (result.code, result.out) == (2, "")
     assert complaint in result.err and result.err.count("\n") == 1
+
+
+@pytest.mark.parametrize("kind", kinds(), ids=lambda kind: kind.name)
+def test_every_figure_of_a_list_of_models_has_a_heading(kind):
+    shown = _table(default_library(), kind)
+    assert shown.row_count > 1 and all(column.header for column in shown.columns)
 
 
 def test_rigs_find_the_models_of_a_library_of_ones_own(riglens, boxes, tmp_path):
