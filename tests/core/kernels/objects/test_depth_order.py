@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from riglens.core.kernels.objects.depth_order import line_up, new_depth_order
+from riglens.core.kernels.objects.depth_order import DepthOrder, line_up, new_depth_order
 from riglens.core.rig.model import Lidar, LinearAngles
 from riglens.core.targets.beams import beams_of
 from riglens.core.targets.contribution import TargetCaster
@@ -22,24 +22,28 @@ AROUND = Lidar(
 )
 
 
-def groups_of(held: Traffic, frame: int) -> list[list[int]]:
+def groups_of(held: Traffic, frame: int, used: DepthOrder | None = None) -> list[list[int]]:
     boxes = TargetCaster(held)._boxes_of("box")
-    depth_order = new_depth_order(max(1, int(np.diff(held.starts).max())))
+    depth_order = used or new_depth_order(most_of(held))
     count = line_up(boxes, beams_of(AROUND), frame, depth_order)
     begins = np.unique(depth_order.first[:count]).tolist()
     assert depth_order.first[begins].tolist() == begins
     return [depth_order.box[b:e].tolist() for b, e in pairwise([*begins, count])]
 
 
+def most_of(held: Traffic) -> int:
+    return max(1, int(np.diff(held.starts).max()))
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_no_ray_enters_a_later_group_first(seed):
     held = random_traffic(np.random.default_rng(seed), 12, 30).within(1e6)
-    directions, singles = _directions(AROUND, 0.0), 0
+    directions, singles, used = _directions(AROUND, 0.0), 0, new_depth_order(most_of(held))
     for frame in range(held.frames):
         first, end = held.starts[frame : frame + 2].tolist()
         parts = parts_of("box", held.cls[first:end], held.size_m[first:end])
         entry, _, _ = _entries(held, slice(first, end), parts, AROUND, directions)
-        groups, nearest = groups_of(held, frame), np.zeros(len(directions))
+        groups, nearest = groups_of(held, frame, used), np.zeros(len(directions))
         for group in groups:
             mine = entry[:, [box - first for box in group]].min(axis=1)
             assert (mine >= nearest).all(), (frame, group)
