@@ -18,8 +18,7 @@ _LIGHTS = (
 
 
 def set_lights(renderer: vtkRenderer) -> None:
-    """Light a renderer's scene with these lights and no others."""
-    renderer.RemoveAllLights()
+    """Light the scene of a renderer that has no lights."""
     for position, intensity in _LIGHTS:
         light = pv.Light(position=position, focal_point=_AIM_M, intensity=intensity, light_type="scene light")
         light.positional = False
