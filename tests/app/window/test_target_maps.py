@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from PySide6.QtCore import QRectF
+from PySide6.QtGui import QColor, QImage, QPainter
 from PySide6.QtWidgets import QComboBox
 
 from riglens.app.window.features.target_maps import COUNTING
 from riglens.widgets.heatmap.scale import bar_ticks
-from riglens.widgets.maps.ground_items import ground_text, summary_of
+from riglens.widgets.maps.ground_items import draw_ground_legend, ground_text, summary_of
+from riglens.widgets.theme import LIGHT_TONES
 from tests.app.window.counts import count
 from tests.app.window.desk import FullDesk
 from tests.app.window_bench import choose_item
@@ -79,6 +82,19 @@ def test_the_map_shows_road_users_and_goes_back(desk: FullDesk) -> None:
     assert panel.map.readout() == summary_of(ground, "on_target")
     choose_item(combo, "seen by any sensor")
     assert panel.map._ground is None and panel.seen_by == "any"
+
+
+@pytest.mark.parametrize("mode", ["on_target", "missed"])
+def test_the_map_of_road_users_has_a_legend(desk: FullDesk, mode: str) -> None:
+    count(desk)
+    image = QImage(300, 30, QImage.Format.Format_RGB32)
+    image.fill(QColor(LIGHT_TONES.panel))
+    blank, painter = image.copy(), QPainter(image)
+    draw_ground_legend(
+        painter, QRectF(8.0, 4.0, 284.0, 22.0), desk.features.targets.answer.ground[0], mode, LIGHT_TONES
+    )
+    painter.end()
+    assert image != blank
 
 
 def test_a_place_of_the_map_is_told_in_words(desk: FullDesk) -> None:
