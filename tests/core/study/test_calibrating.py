@@ -12,7 +12,9 @@ import pytest
 
 import riglens as rl
 from riglens.app.commands import main
+from riglens.core.errors import InputError
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.study.calibrating import FEWEST
 from riglens.core.targets.calibration import Curve, read_calibration
 from tests.core.nuscenes_folder import random_boxes, write_tables
 
@@ -163,3 +165,20 @@ def test_results_of_a_nuscenes_folder_are_global(tmp_path: Path) -> None:
     for name in CLASSES:
         curve = found.classes.of(name)
         assert curve is not None and curve.at(np.array([5.0]))[0] < 0.2 < 0.8 < curve.at(np.array([15.0]))[0]
+
+
+@pytest.mark.parametrize("count", [FEWEST - 1, FEWEST])
+def test_a_class_with_fewer_objects_has_no_curve(tmp_path: Path, count: int) -> None:
+    """All with 20 points are found, and none of those with 1."""
+    places = [(6.0 * (n % 8) - 21.0, 6.0 * (n // 8) - 12.0, 20 if n % 2 else 1) for n in range(count)]
+    rows = [f"s,0,car,{x},{y},0.9,1,1,1.8,0,{points}" for x, y, points in places]
+    boxes, results = tmp_path / "boxes.csv", tmp_path / "results.json"
+    boxes.write_text("\n".join(["seq,frame,cls,x,y,z,length,width,height,yaw,num_lidar_pts", *rows, ""]))
+    found = [detection("car", x, y, 0.9) for x, y, points in places if points > 1]
+    results.write_text(json.dumps({"meta": {}, "results": {"s/0": found}}))
+    if count < FEWEST:
+        with pytest.raises(InputError, match="no object of a class"):
+            rl.calibrate(results, boxes)
+    else:
+        curve = rl.calibrate(results, boxes).classes.car
+        assert curve is not None and curve.objects == count
