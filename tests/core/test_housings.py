@@ -135,6 +135,12 @@ def test_only_housings_in_view_are_part_of_the_obstacle() -> None:
     assert obstacle_of(high, car_of(rig)).fingerprint != body
     moved = rig.replace(sensors=(low.with_pose(replace(low.pose, position_m=(0.0, 0.1, 0.5))), high, aside))
     assert obstacle_of(high, car_of(moved)) == obstacle_of(high, car_of(rig))
+    narrow = low.replace(azimuths_deg=LinearAngles(from_=-60.0, to=60.0, count=121))
+    for side_deg, is_met in ((45.0, True), (100.0, False)):
+        x, y = np.cos(np.radians(side_deg)), np.sin(np.radians(side_deg))
+        other = aside.model_copy(update={"position": (float(x), float(y), 0.5)})
+        found = obstacle_of(narrow, car_of(housed(narrow, other)))
+        assert (found.fingerprint != body) == is_met
 
 
 def test_every_edit_gives_the_bits_of_an_evaluation_from_scratch() -> None:
