@@ -12,7 +12,7 @@ from pytestqt.qtbot import QtBot
 from riglens.app.background.background_requests import ToleranceProgress
 from riglens.app.window.features.tolerance import DRAWS, Tolerance, magnified, range_of
 from riglens.core.review.draws import chance_bounds
-from riglens.core.review.tolerance import PROFILES, Spread, ToleranceRun, profile_called
+from riglens.core.review.tolerance import PROFILES, Spread, ToleranceProfile, ToleranceRun, profile_called
 from riglens.core.scene.boxes import CLASSES
 from riglens.widgets.panels.checks.tolerance import Below, points_text, range_text
 from tests.app.window.desk import FullDesk, full_desk
@@ -138,6 +138,7 @@ def test_magnified_errors_are_seen_and_the_car_is_not_turned_over() -> None:
     assert {profile.name: magnified(profile) for profile in PROFILES} == {
         "assembly": 50.0, "service": 20.0, "brackets": 50.0, "ride": 5.0, "load": 2.0,
     }  # fmt: skip
+    assert magnified(ToleranceProfile(name="none", source="a test")) == 1.0
 
 
 def test_draws_below_what_a_file_requires_are_told_with_their_error(desk: FullDesk, tmp_path: Path) -> None:
