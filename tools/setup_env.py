@@ -23,7 +23,7 @@ sys.path.insert(0, str(ROOT))
 
 from riglens.app.launch.system_libraries import Purpose, install_command, missing_requirements  # noqa: E402
 
-PURPOSES: dict[str, Purpose] = {"run": "window", "test": "tests"}
+PURPOSES: dict[str, Purpose] = {"run": "run", "test": "tests"}
 
 
 class SetupError(Exception):

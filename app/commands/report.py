@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path, PurePath
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from cyclopts import Group, Parameter
 
@@ -27,7 +27,7 @@ from riglens.app.studies.report_figures import (
     report_of,
     report_profiles,
 )
-from riglens.app.studies.report_page import printed_page, report_page
+from riglens.app.studies.report_page import report_page
 from riglens.app.studies.report_reading import (
     FIGURES_NAME,
     attached_figures,
@@ -49,9 +49,6 @@ from riglens.core.rig.yaml.file import loads
 from riglens.core.rig.yaml.nodes import read_text
 from riglens.core.shown_text import visible
 from riglens.core.vehicle.mesh_file import with_mesh_read
-
-if TYPE_CHECKING:  # Qt
-    from riglens.app.rendering.pdf import Header
 
 SHOWN = 20
 REPORT = Group("Report", sort_key=5)
@@ -118,6 +115,8 @@ def report(
     if not rigs:
         raise InputError("report: no rig named; name one or more")
     require_ending("out", out, ".html", ".pdf")
+    if out.suffix.lower() == ".pdf":
+        _require_pango()
     require_draws(draws, seed, 0)
     loaded = load_rigs(rigs, score.solid(), libraries, housings)
     require_outputs((*rigs, *scene.files, *([requirements] if requirements else [])), out)
@@ -151,17 +150,30 @@ def write_report(
 
 def prepare(job: ReportJob, tell: Tell) -> None:
     """Write page, PDF and pictures of its pages into the folder of a job of the window."""
+    _require_pango()
     rigs = tuple(with_mesh_read(rig, job.folder, note) for rig in job.rigs)
     why = None if job.why is None else WhyHere.model_validate(job.why)
     plan = ReportPlan(rigs, job.scene, job.score, USUAL_DRAWS, 0, why=why)
     document = document_of(plan, report_of(plan, tell))
     tell(1.0, "Drawing the pages")
-    for name in (PAGE, PDF):
-        _write(job.folder / name, rendered(document, PurePath(name).suffix))
-    from riglens.app.rendering.pdf import page_images  # Qt
+    pdf = rendered(document, ".pdf")
+    _write(job.folder / PAGE, rendered(document, ".html"))
+    _write(job.folder / PDF, pdf)
+    from riglens.app.rendering.pdf import page_images  # Pango
 
-    for page, image in enumerate(page_images(*printed_page(document), _header(document)), 1):
-        image.save(str(page_picture(job.folder, page)))
+    for page, image in enumerate(page_images(pdf), 1):
+        image.save(page_picture(job.folder, page))
+
+
+def _require_pango() -> None:
+    """Raise MissingLibraries or InputError unless a PDF can be laid out."""
+    require_system_libraries("pdf")
+    try:
+        import riglens.app.rendering.pdf  # noqa: F401
+    except OSError as error:  # on systems whose packages are not checked
+        raise InputError(
+            f"a PDF needs the library Pango, a page (.html) does not: {str(error).split(chr(10))[0]}"
+        ) from error
 
 
 def _write(path: Path, content: bytes) -> None:
@@ -179,24 +191,19 @@ def rendered(document: ReportDocument, form: str) -> bytes:
         return figures
     if form == ".html":
         return report_page(document).encode("utf-8")
-    require_system_libraries("offscreen")
-    from riglens.app.rendering.pdf import pdf_of  # Qt
+    from riglens.app.rendering.pdf import pdf_of  # Pango
 
     rigs = enumerate(document.figures["inputs"]["rigs"], 1)
     attached = {FIGURES_NAME: figures} | {f"rig{number}.yaml": text.encode("utf-8") for number, text in rigs}
-    return pdf_of(*printed_page(document), _header(document), attached)
-
-
-def _header(document: ReportDocument) -> Header:
-    from riglens.app.rendering.pdf import Header  # Qt
-
-    return Header(visible(document.title), visible(" · ".join(document.labels)))
+    return pdf_of(report_page(document), attached)
 
 
 def verified(path: Path, scene: SceneOptions, score: ScoreOptions, meshes: Path | None) -> int:
     """Recompute a report from its attachment; return 0 when it is the same byte for byte, else 1."""
     content = read_report(path)
     attached = attached_figures(content, str(path))
+    if form_of(content) == ".pdf":
+        _require_pango()
     plan = _plan_of(attached, path, scene, score, meshes or path.parent)
     with stage_bar("Recomputing the figures") as tell:
         document = document_of(plan, report_of(plan, tell))

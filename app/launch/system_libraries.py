@@ -1,4 +1,4 @@
-"""Report the missing system libraries of Qt and VTK, before either is imported.
+"""Report the missing system libraries of Qt, VTK and WeasyPrint, before any is imported.
 
 VTK does not raise when its OpenGL libraries are absent, it crashes; so this check runs first, in the set-up
 and at the start of the program. It is plain standard-library Python, because the set-up runs it before any
@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-Purpose = Literal["offscreen", "window", "tests"]
+Purpose = Literal["offscreen", "window", "pdf", "run", "tests"]
 
 
 class MissingLibraries(RuntimeError):
@@ -99,6 +99,13 @@ _WINDOW = (
     Requirement("libxkbcommon0", soname="libxkbcommon.so.0"),
 )
 
+# WeasyPrint lays out the text of a PDF.
+_PDF = (
+    Requirement("libpango-1.0-0", soname="libpango-1.0.so.0"),
+    Requirement("libpangoft2-1.0-0", soname="libpangoft2-1.0.so.0"),
+    Requirement("libharfbuzz-subset0", soname="libharfbuzz-subset.so.0"),
+)
+
 # The test suite has a display without a screen and a mouse without a hand.
 _TESTS = (
     Requirement("xdotool", program="xdotool"),
@@ -108,7 +115,9 @@ _TESTS = (
 _REQUIREMENTS: dict[Purpose, tuple[Requirement, ...]] = {
     "offscreen": _OFFSCREEN,
     "window": _OFFSCREEN + _WINDOW,
-    "tests": _OFFSCREEN + _WINDOW + _TESTS,
+    "pdf": _PDF,
+    "run": _OFFSCREEN + _WINDOW + _PDF,
+    "tests": _OFFSCREEN + _WINDOW + _PDF + _TESTS,
 }
 
 
@@ -128,7 +137,7 @@ def install_command(packages: Sequence[str]) -> str:
 def require_system_libraries(purpose: Purpose) -> None:
     """Raise MissingLibraries unless everything for `purpose` is installed.
 
-    Call it before the first import of PySide6, vtk, pyvista or pyvistaqt.
+    Call it before the first import of PySide6, vtk, pyvista, pyvistaqt or weasyprint.
     """
     missing = missing_requirements(purpose)
     if not missing:

@@ -1,4 +1,4 @@
-"""The text of a report: the templates in `report/`, filled from one document, for browsers and for print.
+"""The text of a report: the templates in `report/`, filled from one document.
 
 Whatever is put into a template is escaped, and written out where it has no width or steers the terminal or the reader.
 """
@@ -33,8 +33,6 @@ Figures = dict[str, Any]
 FEW_ROWS, SHORT, MOST_MISSED = 14, 40, 40
 """Rows of a table that is not cut by the end of a page, letters of a cell that is not broken into lines, and missed
 objects that are listed."""
-PAGE_PX, PICTURE_PX = 660, 528
-"""Width of printed text and charts in the units of its layout, of which an inch has 96."""
 NEVER = "never"
 OUTCOMES = {
     "hits_car": "hit the car", "never_enters": "outside", "ground": "ground",
@@ -138,33 +136,20 @@ def at(figures: Figures, path: str) -> Any:
 
 
 def report_page(document: ReportDocument) -> str:
-    """Return the page for browsers; equal documents give equal text."""
-    return _report(document, printed=False)
-
-
-def printed_page(document: ReportDocument) -> tuple[str, dict[str, bytes]]:
-    """Return the same for print, and the pictures that it names: PNG and SVG."""
-    pictures = {}
-    for number, drawn in enumerate(document.drawings):
-        pictures[f"card{number}"], pictures[f"blind{number}"] = drawn.range_png, drawn.blind_png
-        pictures[f"plans{number}"] = _filled("plans.svg", plans=drawn.plans, printed=True, alt="").encode(
-            "utf-8"
-        )
-    return _report(document, printed=True), pictures
-
-
-def _report(document: ReportDocument, printed: bool) -> str:
+    """Return the page for browsers and for print; equal documents give equal text."""
     figures = document.figures
     classes = classes_in(figures)
-    return _filled(
-        "report.html",
-        document=document,
-        figures=figures,
-        printed=printed,
-        classes=classes,
-        absent=[name for name in CLASSES if name not in classes],
-        lost_titles=[f"lost: {name}" for name in classes],
-        entropy_titles=[title for name in classes for title in (f"{name} seen", "S-MS")],
+    return (
+        _templates()
+        .get_template("report.html")
+        .render(
+            document=document,
+            figures=figures,
+            classes=classes,
+            absent=[name for name in CLASSES if name not in classes],
+            lost_titles=[f"lost: {name}" for name in classes],
+            entropy_titles=[title for name in classes for title in (f"{name} seen", "S-MS")],
+        )
     )
 
 
@@ -173,10 +158,6 @@ def classes_in(figures: Figures) -> list[str]:
     scored, targets = figures["evaluation"]["rigs"][0]["classes"], figures["targets"]
     counted = scored if targets is None else targets["rigs"][0]["classes"]
     return [name for name in CLASSES if scored[name]["h_total"] or counted[name].get("objects")]
-
-
-def _filled(template: str, **context: Any) -> str:
-    return _templates().get_template(template).render(context)
 
 
 @cache
@@ -209,7 +190,6 @@ def _templates() -> Environment:
         "heights_m": HEIGHTS_M, "few_rows": FEW_ROWS, "short": SHORT,
         "most_missed": MOST_MISSED,
         "kinds": kinds, "outcomes": OUTCOMES, "sides": SIDES, "usual_gap_m": USUAL_LIMITS.gap_m,
-        "page_px": PAGE_PX, "picture_px": PICTURE_PX,
     }  # fmt: skip
     return made
 

@@ -97,18 +97,19 @@ def _around(content: bytes, here: int) -> str:
 
 
 def _part_of_pdf(content: bytes, here: int) -> str:
-    """Return the page, or another object of a PDF, in which a place lies."""
-    heads = re.findall(rb"[\r\n](\d{1,9}) 0 obj", content[:here])
+    """Return the page, or another object of a PDF, in which a place lies: pages come first, in their order."""
+    heads = re.findall(rb"\n(\d{1,9}) 0 obj", content[:here])
     if not heads:
         return "its head"
-    pages = re.findall(rb"/Type /Page\b[^>]{0,500}?/Contents (\d{1,9}) 0 R", content)
+    before_files = content[: content.find(b"/EmbeddedFile")]
+    pages = re.findall(rb"\n(\d{1,9}) 0 obj\n<</Filter /FlateDecode/Length \d{1,9}>>", before_files)
     return f"page {pages.index(heads[-1]) + 1}" if heads[-1] in pages else f"object {heads[-1].decode()}"
 
 
 def figures_in_pdf(content: bytes, where: str) -> str:
     """Return the text of the attached figures; InputError when there are none from this program.
 
-    Qt packs what it attaches: the figures are the stream that begins as they do.
+    What is attached is packed: the figures are the stream that begins as they do.
     """
     for found in re.finditer(rb"stream\r?\n", content):
         with suppress(zlib.error):
