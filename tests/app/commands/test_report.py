@@ -48,6 +48,7 @@ from riglens.core.plain import to_text
 from riglens.core.review.findings import amounts
 from riglens.core.rig.presets import preset
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.shown_text import visible
 from riglens.widgets.viewport.still import png_of
 from tests.app.conftest import BOXES, SMALL_GRID
 
@@ -601,6 +602,27 @@ def test_names_of_columns_are_repeated_on_each_page_of_a_long_table(document):
     found = pages_of(document, TABLE % ("", ROW * 150))
     assert len(found) >= 3 and sum(page.count("one + other") for page in found) == 150
     assert all("fails" in page and "pair" in page for page in found)
+
+
+def test_on_a_phone_the_verdicts_of_two_rigs_are_within_the_screen(document):
+    figures = copy.deepcopy(document.figures)
+    names = [rig.name for rig in document.rigs]
+    for number, rig in enumerate(figures["rigs"]):
+        (verdict,) = rig["check"]["verdicts"]
+        verdict["details"] = [f"a line of many words about what is missed {number}, to its end {number}"]
+    page = report_page(ReportDocument(figures, document.rigs, document.drawings))
+    page = page.replace("@media screen and (max-width: 640px)", "@media all").replace(
+        "@media print", "@media tty"
+    )
+    page = page[: page.index("Coverage of traffic")].replace(
+        "@page {", "@page { size: 400px 3000px !important;"
+    )
+    with PdfDocument(pdf_of(page, {})) as read:
+        assert len(read) == 1 and read[0].get_size()[0] == pytest.approx(300.0)
+        shown = " ".join(read[0].get_textpage().get_text_bounded(right=300.0).split())
+    for number, name in enumerate(names):
+        assert f"to its end {number}" in shown and shown.count(f"{visible(name)}:") == 7, name
+    assert shown.count("NOT MET") == 2 and shown.count("limit: at most 0") == 1
 
 
 def test_origins_of_models_are_told_in_one_line():
