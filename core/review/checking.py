@@ -17,7 +17,7 @@ from riglens.core.review.blind import BlindEngine, BlindMap, by_names, called
 from riglens.core.review.draws import Draws, chance_bounds
 from riglens.core.review.findings import Finding, Verdict, amounts, missing
 from riglens.core.review.measures import Measures
-from riglens.core.review.mounts import USUAL_KEEP_OUT, violations
+from riglens.core.review.mounts import USUAL_KEEP_OUT, mounts_of, violations
 from riglens.core.review.profiles import Profile
 from riglens.core.review.redundancy import (
     COVERED,
@@ -128,6 +128,9 @@ class Check:
 
     def _finding(self, item: Item) -> Finding:
         one = item.requirement
+        if self._below_ground and not isinstance(one, Mounts):
+            line = f"below the ground: {', '.join(self._below_ground)}"
+            return Finding(None, details=(line,), is_impossible=True)
         lack = self._lacking(one.kinds, one.least_kinds)
         if lack is not None:
             return missing(lack)
@@ -151,6 +154,12 @@ class Check:
         if not enabled or absent:
             return f"the rig has no enabled {called(absent[0]) if enabled else 'sensor'}"
         return "all enabled sensors of the rig are of one kind" if len(enabled) < least else None
+
+    @cached_property
+    def _below_ground(self) -> tuple[str, ...]:
+        """Return the sensors below the ground, where none can be: whatever they see proves nothing."""
+        mounts = mounts_of(self._subject.rig, ())
+        return tuple(mount.name for mount in mounts if mount.stand.below_ground)
 
     # ------------------------------------------------------------ what figures are made from
     @property

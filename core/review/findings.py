@@ -18,13 +18,14 @@ class Finding:
     """Figure that a requirement limits; None if rig or scene lack its subject.
 
     `text` says which figure where that is known only now; bounds: of a figure that is an estimate; details: lines
-    that explain the figure.
+    that explain the figure; is_impossible: no such rig can be built, and no permission to be missing counts.
     """
 
     value: float | None
     text: str | None = None
     bounds: tuple[float, float] | None = None
     details: tuple[str, ...] = ()
+    is_impossible: bool = False
 
 
 def missing(reason: str) -> Finding:
@@ -62,7 +63,9 @@ class Verdict:
     def passes(self) -> bool:
         """Return whether it is met, or may be missing; waivers do not count."""
         return self.status == "met" or (
-            self.status == "not applicable" and self.item.requirement.allow_missing
+            self.status == "not applicable"
+            and self.item.requirement.allow_missing
+            and not self.finding.is_impossible
         )
 
     def is_waived_on(self, day: date | None) -> bool:

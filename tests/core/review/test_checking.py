@@ -111,6 +111,26 @@ def test_what_a_rig_of_one_lidar_has_not_is_not_applicable_unless_it_may_be_miss
     assert (allowed.status, allowed.passes) == ("not applicable", True)
 
 
+@pytest.mark.parametrize("text", ABSENT)
+@pytest.mark.parametrize("allowed", [False, True])
+def test_no_figure_of_a_rig_with_a_sensor_below_the_ground_meets_a_requirement(
+    text: str, allowed: bool
+) -> None:
+    rig = some_rig(6)
+    first = rig.sensors[0]
+    low = first.model_copy(update={"position": (*first.position[:2], -0.2)})
+    asked = text.replace("}", ", allow_missing: true}") if allowed else text
+    found = verdicts(rig.model_copy(update={"sensors": (low, *rig.sensors[1:])}), asked)
+    status = "not met" if text.startswith("mounts") else "not applicable"
+    assert [(one.status, one.passes) for one in found] == [(status, False)] * len(found) != []
+    assert all(
+        first.name in " ".join(one.lines()) and "below the ground" in " ".join(one.lines()) for one in found
+    )
+    off = low.model_copy(update={"enabled": False})
+    again = verdicts(rig.model_copy(update={"sensors": (off, *rig.sensors[1:])}), asked)
+    assert not any("below the ground" in line for one in again for line in one.lines())
+
+
 def test_any_two_kinds_detect_an_object_together() -> None:
     far = Scan(azimuth_deg=(-60.0, 60.0), elevation_deg=(-30.0, 30.0), range_m=50.0)
     radar = Radar(name="radar", position=(0.0, 0.0, 1.0), scans=(far,))
