@@ -70,7 +70,7 @@ def calibrate(
 
 
 def _table(found: Calibration) -> Table:
-    """Recall by points, in percent, and its error on sequences left out."""
+    """Recall by points, in percent, and ± two standard errors on sequences left out."""
     shown = table("recall, %", "objects", *(f"{n} pts" for n in SHOWN_AT), "±")
     for class_name in CLASSES:
         curve = found.classes.of(class_name)
@@ -78,7 +78,7 @@ def _table(found: Calibration) -> Table:
             shown.add_row(class_name, *["–"] * (len(SHOWN_AT) + 2))
             continue
         values = [
-            f"{100.0 * value:.1f}" for value in (*curve.at(np.array(SHOWN_AT, np.float64)), curve.error)
+            f"{100.0 * value:.1f}" for value in (*curve.at(np.array(SHOWN_AT, np.float64)), 2.0 * curve.error)
         ]
         shown.add_row(class_name, f"{curve.objects:,}", *values)
     return shown

@@ -254,7 +254,7 @@ def _sensors(found: OptimiseResult) -> Table:
 def _checks(found: OptimiseResult) -> Table:
     table = Table(box=box.SIMPLE_HEAD)
     table.add_column("checked in")
-    for name in ("gain", "± 1 SE", "kept"):
+    for name in ("gain", "SE", "kept"):
         table.add_column(name, justify="right")
     gain = found.best.value - found.reference_value
     if found.problem.goal.is_guarded:

@@ -203,7 +203,7 @@ class CountArguments:
     within_m: Annotated[float, Parameter(name="--within", group=COUNT, metavar="M")] = 60.0
     """Count objects within this distance of the car, in metres."""
     sample: Annotated[int | None, number(COUNT)] = None
-    """Number of frames to use, drawn at random; ± is one standard error (all frames)."""
+    """Number of frames to use, drawn at random; ± is two standard errors (all frames)."""
     shape: Annotated[Literal["class", "box"], Parameter(group=COUNT)] = "class"
     """class: cars have glass and a gap below, cyclists and pedestrians are slim; box: plain boxes."""
     range_law: Annotated[Literal["on", "off"], Parameter(group=COUNT)] = "on"

@@ -55,7 +55,7 @@ class SweepCountArguments(CountArguments):
     """Settings of counting points and pixels on objects, in fewer frames."""
 
     sample: Annotated[int | None, number(COUNT)] = 100
-    """Number of frames to use, sampled evenly; ± shows the error."""
+    """Number of frames to use, sampled evenly."""
     objects: Annotated[Path | None, Parameter(show=False)] = None
 
 

@@ -216,13 +216,13 @@ def _explanation(every: Sequence[TargetScores]) -> Iterable[str]:
     predicted = scores.calibration
     yield (
         f"predicted {predicted.predicts} = what a detector would reach on these objects: "
-        f"{visible(predicted.detector)}; ± is one standard error, of calibration and sample."
+        f"{visible(predicted.detector)}; ± is two standard errors, of calibration and sample."
     )
     for one in every:
         if one.predicted_outside:
             yield f"{visible(one.rig.name)}: outside the domain of the prediction: {one.predicted_outside}."
     if scores.frames_used < scores.frames:
-        yield "± of the others is one standard error of the sample of frames."
+        yield "± of the others is two standard errors of the sample of frames."
 
 
 def _table(scores: Sequence[TargetScores], parts: Mapping[str, Mapping[str, Row]]) -> Table:
@@ -280,10 +280,10 @@ def _figures(row: Row, further: Sequence[AnyKind]) -> list[str]:
 
 
 def _share(found: Estimate) -> str:
-    """Percent, with its standard error where it comes from a sample."""
+    """Percent, with two standard errors where it comes from a sample."""
     if found.se == 0.0:
         return f"{100.0 * found.value:.1f}"
-    return f"{100.0 * found.value:.1f} ±{100.0 * found.se:.1f}"
+    return f"{100.0 * found.value:.1f} ±{200.0 * found.se:.1f}"
 
 
 def _line(label: str, text: str) -> Text:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 Doubles = NDArray[np.float64]
 INK, GREY = "#222222", "#6b6b6b"
 STYLES = ("-", "--", "-.", ":")
-NOISE = "band: noise floor (mounts off by 1 mm and 0.01°) + 1 SE of the change from the given rig"
+NOISE = "band: noise floor (mounts off by 1 mm and 0.01°) + 2 SE of the change from the given rig"
 
 
 def sweep_figure(table: Table, figures: Sequence[str] = ()) -> Figure:
@@ -107,9 +107,9 @@ def _column(table: Table, name: str) -> Doubles:
 
 
 def _noise(table: Table, header: Mapping[str, Any], name: str) -> Doubles:
-    """Return the noise floor of a figure plus the standard error of its change from the given rig, where it has one."""
+    """Return the noise floor of a figure plus, where it has one, two standard errors of its change."""
     column, floor = f"{name}_change_se", float(header["noise_floor"].get(name, 0.0))
-    return floor + (_column(table, column) if column in table.column_names else np.zeros(len(table)))
+    return floor + (2.0 * _column(table, column) if column in table.column_names else np.zeros(len(table)))
 
 
 def _title(name: str, unit: str) -> str:

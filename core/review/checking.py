@@ -266,7 +266,7 @@ class Check:
         return Finding(
             sum(row.objects * row.value for row in found) / count,
             f"{one.text} ({count:,} objects {domain})",
-            details=(f"± {100.0 * error:.1f} %, one standard error of the calibration",),
+            details=(f"± {200.0 * error:.1f} %, two standard errors of the calibration",),
         )
 
     def _on_target(self, one: OnTarget) -> Finding:

@@ -22,8 +22,8 @@ _DIGITS = 9
 
 
 class CurvePoint(NamedTuple):
-    """A value of the field, and by class the change of the figure from the rig as it is and its noise: its standard
-    error, and the noise floor once it is known."""
+    """A value of the field, and by class the change of the figure from the rig as it is and its noise: two standard
+    errors, and the noise floor once it is known."""
 
     value: float
     changes: Mapping[str, tuple[float, float]]
@@ -61,7 +61,7 @@ def curve(rig: Rig, field: RigField, values: Sequence[float], sweeper: Sweeper) 
         yield CurvePoint(
             value,
             {
-                name: (row[one] - before[one], row.get(f"{one}_change_se", 0.0))
+                name: (row[one] - before[one], 2.0 * row.get(f"{one}_change_se", 0.0))
                 for name, one in columns.items()
             },
         )
@@ -75,7 +75,8 @@ def with_floor(
     def noisy(point: CurvePoint) -> CurvePoint:
         changes = point.changes.items()
         return CurvePoint(
-            point.value, {name: (change, se + floor[f"{name}.{figure}"]) for name, (change, se) in changes}
+            point.value,
+            {name: (change, noise + floor[f"{name}.{figure}"]) for name, (change, noise) in changes},
         )
 
     return tuple(map(noisy, points))

@@ -82,12 +82,15 @@ def test_a_table_that_calls_its_frames_by_far_numbers_gets_them_back(riglens, tm
     assert [(row["seq"], row["frame"]) for row in rows_of(out)] == [("b", "7"), ("a", "3"), ("'=a", "5")]
 
 
-def test_a_sample_says_so_and_gives_its_error(riglens, boxes):
-    result = riglens("targets", "Center", "--boxes", boxes, "--sample", "2")
-    assert result.code == 0
-    assert "2 of 3 frames" in result.out and "error of the sample" in result.out
+def test_a_sample_says_so_and_gives_two_standard_errors(riglens, boxes):
+    words = ("targets", "Center", "--sample", "20")
+    result, document = riglens(*words), json.loads(riglens(*words, "--json", "-").out)
+    assert result.code == 0 and "errors of the sample" in result.out
+    for one in document["rigs"][0]["classes"].values():
+        assert one["lidar"]["on_target_se"] > 0.001
+        assert f"±{200 * one['lidar']['on_target_se']:.1f}" in result.out
     whole = riglens("targets", "Center", "--boxes", boxes, "--sample", "9")
-    assert "3 frames" in whole.out and "error of the sample" not in whole.out
+    assert "3 frames" in whole.out and "errors of the sample" not in whole.out
 
 
 def test_the_table_tells_rings_for_one_rig_and_rigs_beside_each_other(riglens, boxes):

@@ -49,6 +49,11 @@ def test_changes_are_those_of_counts_from_scratch(traffic, name):
         after = figures(with_values(far, {field: value}))
         assert {c: changes[c][0] for c in CLASSES} == {c: after[c].value - before[c].value for c in CLASSES}
     assert len({point.changes["car"] for point in points}) > 1
+    if name.startswith("top"):
+        row = sweeper.row(with_values(far, {field: values[0]}))
+        noise = {c: points[0].changes[c][1] for c in CLASSES}
+        assert noise == {c: 2.0 * row[f"{c}.lidar.on_target_change_se"] for c in CLASSES}
+        assert max(noise.values()) > 0.0
 
 
 def test_values_lie_around_that_of_the_rig_and_fit():

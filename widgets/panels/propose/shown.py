@@ -119,7 +119,7 @@ COLUMNS = (
 )
 CHECKS = (
     Heading("Gain", "Gain over the reference, in the frames of the case."),
-    Heading("± 1 SE", "Standard error of the gain, paired by frame."),
+    Heading("SE", "Standard error of the gain, paired by frame."),
     Heading("Kept", "Share of the gain in the frames of choice."),
 )
 
