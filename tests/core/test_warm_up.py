@@ -18,7 +18,11 @@ from tests.core.builders import field_of, grid_of
 def compiled():
     names = [found.name for found in pkgutil.walk_packages(riglens.core.kernels.__path__, "riglens.core.kernels.")]
     things = [thing for name in names for thing in vars(importlib.import_module(name)).values()]
-    return {thing.py_func.__qualname__: len(thing.signatures) for thing in things if hasattr(thing, "py_func")}
+    return {thing.py_func.__qualname__: code_of(thing) for thing in things if hasattr(thing, "py_func")}
+
+
+def code_of(kernel):
+    return {types: made.library.is_only_linked for types, made in kernel.overloads.items()}
 
 
 field = field_of(grid_of(64, 64, 10, 0.5))
@@ -39,7 +43,7 @@ first = rig.sensors[0]
 for x in (0.0, 0.1):
     moved = first.replace(position=(x, *first.position[1:]))
     engine.evaluate(rig.with_sensor(first.name, moved))
-print([name for name, count in compiled().items() if count != before[name]])
+print([name for name, code in compiled().items() if code != before[name]])
 """
 
 

@@ -29,6 +29,7 @@ from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
 
 from riglens.core.cache_folder import cache_folder, tell_damaged
+from riglens.core.kernels.runtime.linked import is_for_a_caller
 
 PREFIX = "riglens-kernels-"
 OLD_S = 14 * 24 * 3600.0
@@ -149,7 +150,7 @@ class KernelFolder:
 class KernelCache:
     """Cache of compiled code for Numba's dispatcher of one kernel, in place of `numba.core.caching.FunctionCache`.
 
-    One file holds the code for one tuple of argument types.
+    One file holds the code for one tuple of argument types, to be called or only to be linked.
     """
 
     def __init__(self, folder: KernelFolder, py_func: Any) -> None:
@@ -166,7 +167,7 @@ class KernelCache:
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the `CompileResult` for these argument types; None when it is not in the cache."""
         target_context.refresh()
-        made_for = (sig, target_context.codegen().magic_tuple())
+        made_for = (sig, target_context.codegen().magic_tuple(), is_for_a_caller())
         stored = self._folder.read(self._file_name(made_for))
         if stored is None:
             return None
@@ -174,14 +175,15 @@ class KernelCache:
         if found != made_for:
             return None
         result = CompileResult._rebuild(target_context, *parts)
-        _, _, (_, bitcode) = parts[0]
-        _parse_when_linked(result.library, bitcode)
+        _, kind, content = parts[0]
+        if kind == "object":
+            _parse_when_linked(result.library, content[1])
         return result
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep a `CompileResult`, unless its code holds addresses of this process."""
         if not data.library.has_dynamic_globals:
-            made_for = (sig, data.codegen.magic_tuple())
+            made_for = (sig, data.codegen.magic_tuple(), is_for_a_caller())
             self._folder.write(self._file_name(made_for), dumps((made_for, data._reduce())))
 
     def flush(self) -> None:

@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 import numba
 
 from riglens.core.kernels.runtime.compiled import KernelCache, KernelFolder
+from riglens.core.kernels.runtime.linked import KernelDispatcher
 
 F = TypeVar("F", bound=Callable[..., Any])
 FOLDER = KernelFolder()
@@ -49,10 +50,12 @@ def parallel_kernel(function: F) -> F:
 
 
 def _compiled(function: F, **options: bool) -> F:
-    """Return a dispatcher that asks our cache for compiled code. Numba has a setting for all functions only."""
-    dispatcher = numba.njit(nogil=True, error_model="numpy", **options)(function)
-    if not numba.config.DISABLE_JIT:  # then it is the function itself
-        dispatcher._cache = KernelCache(FOLDER, function)
+    """Return a dispatcher that asks our cache for compiled code."""
+    if numba.config.DISABLE_JIT:
+        return function
+    usual = {"nopython": True, "nogil": True, "error_model": "numpy", "boundscheck": None}
+    dispatcher = KernelDispatcher(function, targetoptions=usual | options)
+    dispatcher._cache = KernelCache(FOLDER, function)
     return dispatcher  # type: ignore[no-any-return]
 
 

@@ -41,7 +41,7 @@ CALL = (
 LINK = """
 import numba
 from riglens.core.kernels.rays.inner import step
-step(0)
+{}
 thrice = numba.njit(lambda x: step(step(step(x))))
 print(thrice(0), sum(step.stats.cache_hits.values()))
 """
@@ -112,6 +112,7 @@ def test_a_kernel_follows_a_function_of_another_file_that_it_inlines(tmp_path: P
         "kernels/__init__.py",
         "kernels/runtime/jit.py",
         "kernels/runtime/compiled.py",
+        "kernels/runtime/linked.py",
     ):
         shutil.copy(package / name, tmp_path / "riglens" / "core" / name)
     (tmp_path / "riglens" / "__init__.py").touch()
@@ -129,7 +130,12 @@ def test_a_kernel_follows_a_function_of_another_file_that_it_inlines(tmp_path: P
         return done.stdout.split()
 
     assert [call(step) for step in (1, 1, 10)] == [["2", "0"], ["2", "1"], ["20", "0"]]
-    assert call(10, LINK) == ["30", "1"]  # a kernel from disk, inlined into one that is compiled now
+    assert call(10, LINK.format("")) == [
+        "30",
+        "1",
+    ]  # a kernel from disk, inlined into one that is compiled now
+    # the same, of one that Python calls too
+    assert [call(10, LINK.format("step(0)")) for _ in range(2)] == [["30", "0"], ["30", "1"]]
 
 
 def test_they_are_kept_in_the_users_cache_folder(user_cache: Path) -> None:

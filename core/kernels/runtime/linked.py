@@ -1,0 +1,119 @@
+"""Leave a kernel that another one calls as it is lowered; optimise it and make machine code of it in its caller only.
+
+Numba makes optimised machine code and two wrappers of every function, also of one that it then links into its caller
+and optimises there again; a parallel loop is optimised four times. Most of that code never runs, and it took half of
+the time. Here, only what Python calls is made into machine code, when all that it calls is known. That changes no
+result: without fast-math, LLVM keeps every rounding. All of it holds while a kernel is compiled, under Numba's lock,
+and for no other function.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import llvmlite.binding
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.registry import CPUDispatcher
+from numba.core.sigutils import normalize_signature
+from numba.core.targetconfig import ConfigStack
+
+
+def is_for_a_caller() -> bool:
+    """Return whether a function is at this moment compiled, or loaded, for another that is compiled."""
+    return bool(ConfigStack())
+
+
+class LinkedLibrary(JITCodeLibrary):
+    """The code of one function, without machine code if it is only linked into others."""
+
+    def __init__(self, codegen: Any, name: str) -> None:
+        super().__init__(codegen, name)
+        self.is_only_linked = len(ConfigStack()) > 1  # the function's own flags are the first
+
+    def add_linking_library(self, library: Any) -> None:
+        if isinstance(library, LinkedLibrary) and not library._finalized:
+            library.is_only_linked = True
+        super().add_linking_library(library)
+
+    def _optimize_final_module(self) -> None:
+        if not self.is_only_linked:
+            super()._optimize_final_module()
+
+    def _finalize_final_module(self) -> None:
+        if not self.is_only_linked:
+            super()._finalize_final_module()
+            return
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        return 0 if self.is_only_linked else int(super().get_pointer_to_function(name))
+
+    def serialize_using_object_code(self) -> tuple[str, str, Any]:
+        if not self.is_only_linked:
+            return super().serialize_using_object_code()  # type: ignore[no-any-return]
+        return self.name, "bitcode", self._get_module_for_linking().as_bitcode()
+
+    @classmethod
+    def _unserialize(cls, codegen: Any, state: tuple[str, str, Any]) -> Any:
+        name, kind, bitcode = state
+        if kind == "object":
+            return super()._unserialize(codegen, state)
+        library = cls(codegen, name)
+        library.is_only_linked = True
+        library._final_module = llvmlite.binding.parse_bitcode(bitcode)
+        library._finalize_final_module()
+        return library
+
+
+class KernelDispatcher(CPUDispatcher):
+    """Numba's dispatcher, which replaces code that is only linked when Python calls the kernel."""
+
+    def __init__(self, *arguments: Any, **named: Any) -> None:
+        super().__init__(*arguments, **named)
+        self._compiler._customize_flags = _without_wrappers_for_a_caller
+
+    def compile(self, sig: Any) -> Any:
+        with global_compiler_lock, _linked_libraries():
+            types = tuple(normalize_signature(sig)[0])
+            known = self.overloads.get(types)
+            if known is not None and known.library.is_only_linked and not is_for_a_caller():
+                del self.overloads[types]
+            return super().compile(sig)
+
+    def add_overload(self, cres: Any) -> None:
+        if cres.library.is_only_linked:  # then Python does not find it
+            self.overloads[tuple(cres.signature.args)] = cres
+            return
+        super().add_overload(cres)
+        for environment in cres._find_referenced_environments():  # of what is linked into it
+            cres.codegen.set_env(environment.env_name, environment)
+
+
+def _without_wrappers_for_a_caller(flags: Any) -> Any:
+    if is_for_a_caller():
+        flags.no_cpython_wrapper = flags.no_cfunc_wrapper = True
+    return flags
+
+
+@contextmanager
+def _linked_libraries() -> Iterator[None]:
+    """Let Numba make `LinkedLibrary`s; environments of functions without an address are set in their callers."""
+    codegen = CPUDispatcher.targetdescr.target_context.codegen()
+    if "set_env" in vars(codegen):
+        yield
+        return
+    set_env = codegen.set_env
+
+    def set_if_defined(name: str, environment: Any) -> None:
+        if codegen._engine.is_symbol_defined(name):
+            set_env(name, environment)
+
+    codegen._library_class, codegen.set_env = LinkedLibrary, set_if_defined
+    try:
+        yield
+    finally:
+        del codegen._library_class, codegen.set_env
