@@ -190,7 +190,7 @@ class KernelCache:
         """Discard this kernel's code, for `dispatcher.recompile`."""
         self._folder.remove(f"{self._name}-*.nbc")
 
-    def _file_name(self, made_for: tuple[Any, Any]) -> str:
+    def _file_name(self, made_for: tuple[Any, Any, bool]) -> str:
         """Argument types, processor and Python's version in a name of bounded length."""
         key = hashlib.sha256(f"{made_for} {sys.implementation.cache_tag}".encode()).hexdigest()[:20]
         return f"{self._name}-{key}.nbc"

@@ -56,7 +56,7 @@ def _compiled(function: F, **options: bool) -> F:
     usual = {"nopython": True, "nogil": True, "error_model": "numpy", "boundscheck": None}
     dispatcher = KernelDispatcher(function, targetoptions=usual | options)
     dispatcher._cache = KernelCache(FOLDER, function)
-    return dispatcher  # type: ignore[no-any-return]
+    return dispatcher
 
 
 SPIN = "GOMP_SPINCOUNT"

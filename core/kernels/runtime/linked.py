@@ -26,7 +26,7 @@ def is_for_a_caller() -> bool:
     return bool(ConfigStack())
 
 
-class LinkedLibrary(JITCodeLibrary):
+class LinkedLibrary(JITCodeLibrary):  # type: ignore[misc]
     """The code of one function, without machine code if it is only linked into others."""
 
     def __init__(self, codegen: Any, name: str) -> None:
@@ -69,7 +69,7 @@ class LinkedLibrary(JITCodeLibrary):
         return library
 
 
-class KernelDispatcher(CPUDispatcher):
+class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
     """Numba's dispatcher, which replaces code that is only linked when Python calls the kernel."""
 
     def __init__(self, *arguments: Any, **named: Any) -> None:
@@ -87,10 +87,8 @@ class KernelDispatcher(CPUDispatcher):
     def add_overload(self, cres: Any) -> None:
         if cres.library.is_only_linked:  # then Python does not find it
             self.overloads[tuple(cres.signature.args)] = cres
-            return
-        super().add_overload(cres)
-        for environment in cres._find_referenced_environments():  # of what is linked into it
-            cres.codegen.set_env(environment.env_name, environment)
+        else:
+            super().add_overload(cres)
 
 
 def _without_wrappers_for_a_caller(flags: Any) -> Any:
@@ -101,7 +99,7 @@ def _without_wrappers_for_a_caller(flags: Any) -> Any:
 
 @contextmanager
 def _linked_libraries() -> Iterator[None]:
-    """Let Numba make `LinkedLibrary`s; environments of functions without an address are set in their callers."""
+    """Let Numba make `LinkedLibrary`s, and let functions without an address have no environment."""
     codegen = CPUDispatcher.targetdescr.target_context.codegen()
     if "set_env" in vars(codegen):
         yield
