@@ -55,7 +55,7 @@ def _of_camera(camera: Camera) -> Screen | None:
     if camera.distortion is not None:
         return None
     table = image_lattice(camera)
-    z, y = table.rows[:, 0], table.planes[:, 0]
+    z, y = table.rows[:, 0].copy(), table.planes[:, 0]  # in a piece, as a LiDAR's: the same kernels for both
     rows, row_scale = _finder(-z, float(-z[0]), float(-z[-1]))
     columns, column_scale = _finder(-y, float(-y[0]), float(-y[-1]))
     longest = float(np.sqrt(1.0 + np.abs(z).max() ** 2 + np.abs(y).max() ** 2))

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numba
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -46,6 +47,12 @@ FILE = Vehicle(body="soup.glb")
 GRID = grid_of(12, 9, 70, 0.5)
 FINE = grid_of(48, 40, 20, 0.25)
 Mask = NDArray[np.bool_]
+
+
+def test_one_type_of_screen_serves_lidars_and_cameras() -> None:
+    """Another type of an array would compile all of the shadow again."""
+    screens = [screen_of(sensor) for sensor in (spinning((0, 0, 2)), camera((0, 0, 2)))]
+    assert numba.typeof(screens[0]) == numba.typeof(screens[1])
 
 
 def mesh_of(triangles_m: NDArray[np.float64]) -> BodyMesh:
