@@ -125,6 +125,7 @@ def test_a_dropped_group_is_not_answered(bench: Bench) -> None:
 def test_closing_ends_the_thread_and_nothing_is_answered_any_more(bench: Bench) -> None:
     bench.worker.ask("held")
     assert bench.script.reached.wait(TIMEOUT_S)
+    assert bench.worker._thread._thread.daemon  # work that does not end cannot keep the program from ending
     bench.worker._queue.close()
     bench.script.go_on.set()
     bench.worker.close()
