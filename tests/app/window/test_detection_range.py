@@ -30,7 +30,7 @@ from riglens.core.targets.detection_range import (
 )
 from riglens.core.targets.detection_range_making import detection_range_of
 from riglens.widgets.panels.detection_range.chart import RangeChart, edge_m, ring_step_m
-from riglens.widgets.panels.detection_range.table import STOPS, Line, RangeTable
+from riglens.widgets.panels.detection_range.table import STOPS, Line, RangeTable, tip_of
 from tests.app.window.desk import Desk, open_desk
 from tests.app.window_bench import RIG
 from tests.waiting import TIMEOUT_MS
@@ -283,6 +283,9 @@ def test_the_table_says_what_the_terminal_does(qtbot: QtBot) -> None:
     assert table.line == Line("car", 0.0, LIDAR)
     table.selectRow(9)
     assert table.line == Line("pedestrian", 0.0, CAMERA)
+    nowhere = replace(row, reaches={"camera": Reach(0.0, 0.0, 0.0, 0.0), "lidar": Reach(1.0, 1.0, 1.0, 0.5)})
+    tips = [tip_of(RANGES, Line("pedestrian", 0.0, kind), nowhere) for kind in (CAMERA, LIDAR)]
+    assert ["never" in tip for tip in tips] == [True, False]
 
 
 def test_no_distance_is_cut_off_however_narrow_the_table(qtbot: QtBot) -> None:
