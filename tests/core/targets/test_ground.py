@@ -63,6 +63,7 @@ def test_every_road_user_counts_in_thirteen_cells() -> None:
 def test_places_beside_the_cells_are_none() -> None:
     view = ground_view(TRAFFIC, SCORES, "car")
     assert view.cell_at(0.0, 0.0) == (60, 60) and view.cell_at(-60.0, 59.9) == (0, 119)
+    assert view.cell_at(59.9, -60.0) == (119, 0)
     assert (
         view.cell_at(60.0, 0.0) is None
         and view.cell_at(0.0, 60.0) is None
