@@ -64,6 +64,11 @@ def test_rays_fill_every_scan_from_edge_to_edge() -> None:
     assert limits_m(sensor).tolist() == [200.0] * half + [50.0] * half
 
 
+def test_unless_told_otherwise_sound_goes_as_far_to_one_side_as_to_the_other() -> None:
+    for low, high in (sound().azimuth_deg, sound().elevation_deg):
+        assert -low == high > 0.0
+
+
 def test_a_sector_covers_the_area_that_its_angle_and_range_say() -> None:
     grid = grid_of(240, 240, 2, 0.5)
     flat = Scan(azimuth_deg=(-30.0, 30.0), elevation_deg=(-0.2, 0.2), range_m=40.0)
