@@ -23,7 +23,7 @@ from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.rendering.picture import Findings, score_rows, subtitle
 from riglens.app.studies.report_document import document_of
 from riglens.app.studies.report_figures import ReportPlan, report_of
-from riglens.app.studies.report_page import printed_page, report_page
+from riglens.app.studies.report_page import report_page
 from riglens.app.terminal.scores import score_table
 from riglens.core.engine.audit import audit
 from riglens.core.engine.engine import Engine
@@ -539,9 +539,8 @@ def test_a_report_shows_it_beside_the_others(tmp_path: Path) -> None:
     rig = rig_with(TOP, EYE, probe(rpy_deg=(0.0, 20.0, 0.0)))
     plan = ReportPlan((rig,), scene, ScoreOptions(), draws=1, seed=0)
     document = document_of(plan, report_of(plan, lambda share, stage: None))
-    page, (printed, _) = report_page(document), printed_page(document)
-    for text in (page, printed):
-        assert "by probes" in text and "pedestrian end on, probes" in text and "40 × 40" in text
+    page = report_page(document)
+    assert "by probes" in page and "pedestrian end on, probes" in page and "40 × 40" in page
     places = re.findall(r'data-from="([^"]+)"', page)
     assert "targets/rigs/0/classes/car/probe/share" in places
     assert any(re.fullmatch(r"rigs/0/card/rigs/0/rows/\d+/probe/first_below_m", place) for place in places)
