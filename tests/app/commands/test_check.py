@@ -90,7 +90,7 @@ def test_impossible_mounts_are_named_where_no_requirement_judges_them(riglens, s
     small_rig.write_text(small_rig.read_text().replace("[0.1, 0.2, 1.9]", "[0.1, 0.2, -1]"))
     area = HEAD + "blind_voxel_m: 0.5\nblind_areas: [{height_m: 0.8, at_most_m2: 10000}]\n"
     found = riglens("check", small_rig, "--requirements", required(tmp_path, area))
-    assert found.code == 0 and "roof: below the ground" in found.err
+    assert found.code == 1 and "below the ground: roof" in found.out and "roof: below the ground" in found.err
     mounts = required(tmp_path, area + "mounts: {}\n")
     found = riglens("check", small_rig, "--requirements", mounts)
     assert found.code == 1 and "below the ground" in found.out and "below the ground" not in found.err
