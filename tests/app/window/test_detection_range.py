@@ -14,6 +14,7 @@ from pytestqt.qtbot import QtBot
 
 from riglens.app.background.rig_questions import RigRequest, detection_range
 from riglens.app.background.worker import BackgroundWorker
+from riglens.app.studies.detection_range_chart import range_figure
 from riglens.app.window.features.detection_range import DetectionRangeShown, RangeRequest
 from riglens.app.window.features.follow import Follow
 from riglens.app.window.settings import Settings
@@ -326,6 +327,10 @@ def test_the_chart_has_the_distances_where_they_are(qtbot: QtBot) -> None:
         54.0
     )
     assert not chart.grab().isNull()
+
+
+def test_the_chart_to_save_names_its_rig() -> None:
+    assert RIG.name and RIG.name in range_figure(RANGES).get_suptitle()
 
 
 # ---------------------------------------------------------------------- the thread
