@@ -467,7 +467,9 @@ def test_a_placed_sensor_follows_the_mouse_over_the_car_and_a_click_leaves_it_th
 
 def test_escape_leaves_placing_and_puts_the_sensor_back(view):
     heard = listen(view)
+    view._canvas.clearFocus()
     view.begin_placing()
+    assert view.focusWidget() is view._canvas  # which hears the key
     hover(view._canvas, to_point(view, pixel_at(view, ROOF)))
     QTest.keyClick(view._canvas, Qt.Key.Key_Escape)
     assert heard.story()[-2:] == ["placing_changed", "drag_cancelled"]
