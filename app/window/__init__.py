@@ -5,7 +5,7 @@ build every feature on it. A feature is one class under `features/`:
 
     class Mirror(Feature):
         specs = (Spec("mirror", "Mirror", "Add the mirror image of the selected sensor", "M",
-                      menu="sensor/edit", tool="sensor"),)
+                      menu="sensor/edit", tool="place"),)
 
         def __init__(self, bench: Workbench, files: Files) -> None:
             super().__init__(bench)                       # makes the actions and puts them into menu and toolbar

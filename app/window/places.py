@@ -17,7 +17,7 @@ MENUS = {
     "help": ("&Help", "texts"),
 }
 """Title and sections by menu; | is a separator. A place is "menu/section"."""
-TOOLS = "file | history | add sensor place | gizmo | heat | views | picture export"
+TOOLS = "file | history | add place | gizmo | heat | views picture export"
 
 
 class Sections:

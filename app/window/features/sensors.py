@@ -44,13 +44,11 @@ class Sensors(Feature):
 
     specs = (
         Spec(
-            "duplicate", "Duplicate", "Add copies of the selected sensors.", "Ctrl+D", "duplicate",
-            "sensor/edit", "sensor",
+            "duplicate", "Duplicate", "Add copies of the selected sensors.", "Ctrl+D", "duplicate", "sensor/edit",
         ),
-        Spec("delete", "Delete", "Delete the selected sensors.", "Del", "delete", "sensor/edit", "sensor"),
+        Spec("delete", "Delete", "Delete the selected sensors.", "Del", "delete", "sensor/edit"),
         Spec(
-            "hide", "Show or hide", "Show or hide the selected sensors in the view.", "H", "eye",
-            "sensor/edit", "sensor",
+            "hide", "Show or hide", "Show or hide the selected sensors in the view.", "H", "eye", "sensor/edit",
         ),
         Spec(
             "select_all", "Select all", "Select every sensor; Ctrl- or Shift-click adds or removes one.",
@@ -76,9 +74,7 @@ class Sensors(Feature):
         for kind, menu in self.add_menus.items():
             bench.places.add_to_menu("sensor/add", menu)
             if kind in in_toolbar:
-                bench.places.add_to_toolbar(
-                    "add", menu_button(f"add_{kind}", kind, menu.title(), menu, "+ ▾")
-                )
+                bench.places.add_to_toolbar("add", menu_button(f"add_{kind}", kind, menu.title(), menu, "+"))
         for key in ("duplicate", "delete"):
             bench.places.add_to_menu("edit/sensor", self.actions[key])
         self.bind(

@@ -45,7 +45,7 @@ class Views(Feature):
         _view("right", "Right", "View the right side.", "6"),
         Spec(
             "frame", "Frame selection", "Centre the view on the selected sensors, or on everything.",
-            "F", "frame", "view/looks", "views",
+            "F", "frame", "view/looks",
         ),
         Spec("frame_all", "Frame all", "Fit the car with all its sensors into the view.", "Home", menu="view/looks"),
         Spec(
@@ -100,8 +100,12 @@ class Views(Feature):
         views = bench.places.add_submenu("view/looks", "View from", [self.actions[key] for key in VIEWS])
         handles = [self.actions[key] for key in (*GIZMOS, "local", "snap")]
         bench.places.add_submenu("view/gizmo", "Handles", handles)
-        tip = "Choose from where the car is seen (keys 1 to 6)."
-        bench.places.add_to_toolbar("views", menu_button("view_from", "", tip, views, "View from ▾"))
+        menu = QMenu(bench.window)
+        menu.addActions(
+            [*views.actions(), menu.addSeparator(), self.actions["frame"], self.actions["frame_all"]]
+        )
+        tip = "Choose from where the car is seen (keys 1 to 6), or frame what is selected (F)."
+        bench.places.add_to_toolbar("views", menu_button("view_from", "frame", tip, menu))
 
     def set_gizmo(self) -> None:
         """Show the ticked handles in the view."""

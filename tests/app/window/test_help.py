@@ -19,6 +19,7 @@ from riglens.app.window.settings import Settings
 from riglens.core.rig.yaml.file import new_rig_file
 from riglens.core.scene.grid import VoxelGrid
 from riglens.version import installed_version
+from riglens.widgets.panels.controls.style import apply_style
 from riglens.widgets.panels.help.command_palette import NOTHING_FOUND, CommandPalette, fitting
 from riglens.widgets.panels.help.guide import Guide
 from riglens.widgets.panels.scene.voxel_card import VoxelCard
@@ -150,13 +151,16 @@ def test_a_message_and_the_state_never_stand_on_each_other(unscored: Bench) -> N
     task.hide()
 
 
-def test_the_pick_tool_is_in_the_toolbar_at_every_width(unscored: Bench) -> None:
+def test_all_of_the_toolbar_is_in_sight_in_a_small_window(
+    unscored: Bench, qapp: QApplication, plain_style: None
+) -> None:
+    apply_style(qapp, False)
     toolbar = unscored.window.findChild(QToolBar, "toolbar")
     assert toolbar is not None
-    button = toolbar.widgetForAction(unscored.workbench.actions["pick"])
-    for width_px in (900, 1280, 1920):
-        unscored.window.resize(width_px, 600)
-        wait_for(lambda: button.isVisible() and toolbar.rect().contains(button.geometry()))
+    tools = [toolbar.widgetForAction(action) for action in toolbar.actions() if action.isVisible()]
+    for width_px in (960, 1280, 1920):
+        unscored.window.resize(width_px, 540)
+        wait_for(lambda: all(it.isVisible() and toolbar.rect().contains(it.geometry()) for it in tools))
 
 
 def test_no_card_covers_the_view_unasked(bench: FullDesk) -> None:
