@@ -33,7 +33,7 @@ def settled(window: MainWindow) -> None:
     end = time.monotonic() + LONGEST_S
     while time.monotonic() < end:
         QTest.qWait(100)
-        counted = scores.text_of("car", "on_target")
+        counted = scores.table.cell("car", "on_target").text
         is_whole = "%" in counted and "±" not in counted and all(row.figures for row in compare.rows)
         if window.is_exact and is_whole and all(row.scores for row in compare.rows):
             break
