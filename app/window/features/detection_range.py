@@ -81,8 +81,7 @@ class DetectionRangeShown(Feature):
         """Return the request for the current rig; the braking model does not affect the counts."""
         session = self.session
         plan = self._plan.braking_as(USUAL_PLAN).with_body(session.solid_body)
-        rig = session.working_rig.model_copy(update={"keep_out": ()})
-        return RigRequest(rig, plan)
+        return RigRequest(session.working_rig, plan)
 
     @property
     def is_current(self) -> bool:

@@ -53,8 +53,7 @@ class Objects(LiveCheck[ObjectsPanel, RigRequest[Body], "tuple[ProfileVerdict, .
             self._point_out()
 
     def _request(self) -> RigRequest[Body]:
-        rig = self.session.working_rig.model_copy(update={"keep_out": ()})
-        return RigRequest(rig, self.session.solid_body)
+        return RigRequest(self.session.working_rig, self.session.solid_body)
 
     def _show(self, answer: tuple[ProfileVerdict, ...]) -> None:
         self._profiles = answer
