@@ -84,10 +84,13 @@ class Standing(Feature):
             self.viewport.show_state(replace(self.viewport.state, solid_body=body))
 
     def _show(self, stands: Mapping[str, MountStatus]) -> None:
-        problems = shared_places(self.document.rig.sensors) if stands else {}
-        problems |= {name: found.problem for name, found in stands.items() if found.problem}
+        shared = shared_places(self.document.rig.sensors) if stands else {}
+        problems = {
+            name: "; ".join(filter(None, (shared.get(name), found.problem))) for name, found in stands.items()
+        }
+        problems = {name: problem for name, problem in problems.items() if problem}
         self.bench.panels.tree.show_problems(problems)
-        self.bench.panels.inspector.show_mount_statuses(stands)
+        self.bench.panels.inspector.show_mount_statuses(stands, problems)
         masts = masts_of(stands)
         if not stands:
             self._show_stubs(None)

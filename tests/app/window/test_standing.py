@@ -209,7 +209,14 @@ def test_two_sensors_in_one_place_are_marked_until_they_part(desk: Desk, standin
     desk.document.move({"roof": Pose(ON_ROOF), "front": Pose(ON_ROOF)})
     settle(standing)
     assert marked(desk) == shared_places(desk.document.rig.sensors)
-    desk.document.undo()
-    desk.document.undo()
+    above = Pose((*ON_ROOF[:2], 3.0))
+    desk.document.move({"roof": above, "front": above})
+    settle(standing)
+    shared, stand = marked(desk)["roof"].split("; ")
+    assert shared == "in the same place as front" and "above the body" in stand, "one problem hides no other"
+    desk.document.select("roof")
+    assert desk.panels.inspector.form.place == marked(desk)["roof"]
+    for _ in range(3):
+        desk.document.undo()
     settle(standing)
     assert not any("same place" in text for text in marked(desk).values())

@@ -162,9 +162,9 @@ class Inspector(QStackedWidget):
         for form in self._form_of.values():
             form.marginal.set_stale(True)
 
-    def show_mount_statuses(self, stands: Mapping[str, MountStatus]) -> None:
-        """Show problems with the mounts of sensors, by name."""
-        self._problems = {name: found.problem for name, found in stands.items() if found.problem}
+    def show_mount_statuses(self, stands: Mapping[str, MountStatus], problems: Mapping[str, str]) -> None:
+        """Show the mounts of sensors, and the problems with their places, by name."""
+        self._problems = problems
         self._rig_form.show_mount_statuses(stands)
         self._show_places()
 
