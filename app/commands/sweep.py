@@ -200,7 +200,7 @@ def _print(found: Table, out: Path) -> None:
     console = results(out)
     console.print(f"{out}: {found.num_rows:,} rigs, {found.num_columns} columns", soft_wrap=True)
     printed = Printed(box=box.SIMPLE_HEAD, pad_edge=False)
-    for title in ("figure", "least", "greatest", "noise floor ±", "greatest with"):
+    for title in ("figure", "least", "greatest", "noise floor", "greatest with"):
         printed.add_column(title, justify="left" if title in ("figure", "greatest with") else "right")
     header = header_of(found)
     for name in main_figures(found):

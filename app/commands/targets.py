@@ -38,6 +38,7 @@ from riglens.core.shown_text import visible
 from riglens.core.targets.calibration import read_calibration
 from riglens.core.targets.engine import TargetEngine, warm_up
 from riglens.core.targets.object_table import object_table
+from riglens.core.targets.quantities import SURE
 from riglens.core.targets.scores import Estimate, Row, TargetScores, sectors_of
 from riglens.core.targets.settings import HEIGHT_PX, TargetSettings
 from riglens.core.targets.targets_json import targets_document
@@ -283,7 +284,7 @@ def _share(found: Estimate) -> str:
     """Percent, with two standard errors where it comes from a sample."""
     if found.se == 0.0:
         return f"{100.0 * found.value:.1f}"
-    return f"{100.0 * found.value:.1f} ±{200.0 * found.se:.1f}"
+    return f"{100.0 * found.value:.1f} ±{100.0 * SURE * found.se:.1f}"
 
 
 def _line(label: str, text: str) -> Text:

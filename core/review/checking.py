@@ -55,6 +55,7 @@ from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES, Progress
 from riglens.core.scene.sectors import SECTORS
 from riglens.core.targets.engine import TargetEngine
+from riglens.core.targets.quantities import SURE
 from riglens.core.targets.scores import Row, TargetScores, sectors_of
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import Traffic
@@ -266,7 +267,7 @@ class Check:
         return Finding(
             sum(row.objects * row.value for row in found) / count,
             f"{one.text} ({count:,} objects {domain})",
-            details=(f"± {200.0 * error:.1f} %, two standard errors of the calibration",),
+            details=(f"± {100.0 * SURE * error:.1f} %, two standard errors of the calibration",),
         )
 
     def _on_target(self, one: OnTarget) -> Finding:

@@ -25,6 +25,8 @@ Unit = Literal["share", "points", "px"]
 EVERYBODY = "all"
 WHO = (EVERYBODY, *CLASSES)
 """Rows of a table: objects of all classes, then class by class."""
+SURE = 2.0
+"""Standard errors behind ± everywhere: 95 % of samples are nearer to the exact value."""
 RESOLVED = 0.01
 """Smaller changes of on target had the sign of the change of mAP in 16 of 23 pairs (docs/study-detection.md): neither
 better nor worse."""

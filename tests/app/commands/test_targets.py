@@ -6,6 +6,10 @@ import json
 import pyarrow.parquet
 import pytest
 
+from riglens.app.commands.targets import _share
+from riglens.core.targets.scores import Estimate
+from riglens.widgets.panels.scores.text import sampled_text
+
 EXACT = ("--phase", "0")
 
 
@@ -91,6 +95,12 @@ def test_a_sample_says_so_and_gives_two_standard_errors(riglens, boxes):
         assert f"±{200 * one['lidar']['on_target_se']:.1f}" in result.out
     whole = riglens("targets", "Center", "--boxes", boxes, "--sample", "9")
     assert "3 frames" in whole.out and "errors of the sample" not in whole.out
+
+
+@pytest.mark.parametrize("se", [0.001, 0.0123])
+def test_what_follows_a_plus_minus_is_the_same_in_the_terminal_and_in_the_window(se):
+    in_terminal, in_window = _share(Estimate(0.5, se)), sampled_text(0.5, se)
+    assert in_terminal.partition("±")[2] == in_window.partition("±")[2].removesuffix(" %") != ""
 
 
 def test_the_table_tells_rings_for_one_rig_and_rigs_beside_each_other(riglens, boxes):

@@ -12,7 +12,7 @@ from riglens.core.metric.scores import MetricSettings, Scores
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensors.registry import shown_kinds
 from riglens.core.targets.quantities import ON_TARGET as ON_TARGET_QUANTITY
-from riglens.core.targets.quantities import WHO, Cells, PredictedCells
+from riglens.core.targets.quantities import SURE, WHO, Cells, PredictedCells
 from riglens.widgets.panels.controls.item_views import OwnKeys, StandardKey
 from riglens.widgets.panels.figures.table import NOTHING, Figure, FigureTable, Heading, Tone
 from riglens.widgets.panels.scores.text import (
@@ -20,7 +20,6 @@ from riglens.widgets.panels.scores.text import (
     NOTHING_NOTE,
     ON_TARGET,
     PREDICTED,
-    SURE,
     Column,
     MetricColumn,
     change_text,

@@ -12,9 +12,8 @@ from dataclasses import dataclass, field
 from riglens.core.metric.scores import ClassScores, Reading
 from riglens.core.sensors.registry import AnyKind, shown_kinds
 from riglens.core.study.evidence import EVIDENCE
+from riglens.core.targets.quantities import SURE
 
-SURE = 2.0
-"""Standard errors behind ±: 95 % of samples are nearer to the exact value."""
 MINUS, NONE = "\u2212", "–"
 
 SIGN_NOTE = (

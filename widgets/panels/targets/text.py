@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from riglens.core.targets.quantities import ON_TARGET, PREDICTED, RESOLVED, Cells, Quantity
-from riglens.widgets.panels.scores.text import MINUS, NONE, SURE, error_digits
+from riglens.core.targets.quantities import ON_TARGET, PREDICTED, RESOLVED, SURE, Cells, Quantity
+from riglens.widgets.panels.scores.text import MINUS, NONE, error_digits
 
 UNITS = {"share": "%", "points": "points", "px": "px"}
 UNRESOLVED = "too small to distinguish rigs"
