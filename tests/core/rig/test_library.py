@@ -2,6 +2,7 @@
 
 import csv
 import math
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -429,3 +430,9 @@ def test_the_woodscape_fisheye_images_where_its_published_polynomial_does() -> N
     published = 339.749 * angle - 31.988 * angle**2 + 48.275 * angle**3 - 7.201 * angle**4
     found = project_px(camera, np.stack([np.cos(angle), -np.sin(angle), np.zeros(500)], axis=1))
     assert np.abs(found[:, 0] - 643.942 - published).max() < 0.43
+
+
+def test_the_readme_counts_the_models_of_the_library() -> None:
+    number = Counter(entry.kind for entry in ENTRIES)
+    page = (Path(__file__).resolve().parents[3] / "README.md").read_text(encoding="utf-8")
+    assert f"{number['lidar']} LiDARs, {number['camera']} cameras, {number['radar']} radars" in page
