@@ -25,8 +25,8 @@ from riglens.widgets.sensors.ray_look import Strokes
 from riglens.widgets.theme import Palette, rgb
 
 _NEAR_SHARE = 0.12
-_EDGES, _RINGS = 5.0, 2.6
-"""Opacity of edges of a view and rings of beams, relative to rays."""
+_EDGES, _RINGS, _RINGS_ON_LIGHT = 5.0, 2.6, 4.0
+"""Opacity of edges of a view and rings of beams, relative to rays; thin dark rings on a light ground look fainter."""
 _WIDTHS_PX, _SEAM_PX = (1.0, 1.6), 2.0
 """Widths of the edges of all other sensors, and of the selected one; and the extra width of a seam."""
 _NEAR_PIXEL_M = 0.016
@@ -83,12 +83,13 @@ def fan_of(
     colour: str,
     framed: bool = False,
     solid: Solid | None = None,
+    rings: float = _RINGS,
 ) -> Fan:
     """Return the rays of a sensor inside the ROI, up to the solid where one stops them.
 
     Rays are faint at the sensor, where they crowd, and strongest where they leave the ROI; there LiDAR beams
     are joined to rings, and a camera's corner rays are drawn stronger to show the frustum. `framed` adds a frame
-    that the corner rays pass through.
+    that the corner rays pass through. `rings`: opacity of rings and arcs relative to rays.
     """
     starts, ends, row, is_whole = _segments(sensor, grid, fan_rows(sensor, strokes.lines), solid)
     alpha = strokes.opacity
@@ -100,13 +101,11 @@ def fan_of(
     if look.is_fan:
         return Fan(
             fan,
-            _range_arcs(
-                starts, ends, row // sensor.resolution[0], is_whole, colour, min(1.0, _RINGS * alpha)
-            ),
+            _range_arcs(starts, ends, row // sensor.resolution[0], is_whole, colour, min(1.0, rings * alpha)),
         )
     if beams is not None:
         beam = row // sensor.resolution[0]
-        return Fan(fan, _beam_rings(beam, beams.goes_round, ends, colour, min(1.0, _RINGS * alpha)))
+        return Fan(fan, _beam_rings(beam, beams.goes_round, ends, colour, min(1.0, rings * alpha)))
     return Fan(fan, pv.PolyData())
 
 
@@ -194,6 +193,11 @@ def _joined(meshes: list[pv.PolyData]) -> pv.PolyData:
     return joined
 
 
+def _rings_on(palette: Palette) -> float:
+    """Return the opacity of rings on the ground of a theme, relative to rays."""
+    return _RINGS if palette.is_dark else _RINGS_ON_LIGHT
+
+
 class RaysLayer:
     """Fans of a scene: those of all others below that of the selected sensor.
 
@@ -227,7 +231,8 @@ class RaysLayer:
         """Draw the fan of the selected sensor, or none; rays end at the solid."""
         fan = Fan(pv.PolyData(), pv.PolyData())
         if sensor is not None:
-            fan = fan_of(sensor, grid, strokes, selected_ray_colour(sensor.kind, palette), True, solid)
+            colour = selected_ray_colour(sensor.kind, palette)
+            fan = fan_of(sensor, grid, strokes, colour, True, solid, _rings_on(palette))
         self._selected.show(fan, palette.seam)
 
     def set_others(
@@ -240,7 +245,8 @@ class RaysLayer:
     ) -> None:
         """Draw the fans of the sensors that are not selected; rays end at the solid."""
         fans = [
-            fan_of(sensor, grid, strokes, ray_colour(sensor.kind, palette), solid=solid) for sensor in sensors
+            fan_of(sensor, grid, strokes, ray_colour(sensor.kind, palette), False, solid, _rings_on(palette))
+            for sensor in sensors
         ]
         rays, edges = (_joined([fan[part] for fan in fans]) for part in (0, 1))
         self._others.show(Fan(rays, edges), palette.seam)

@@ -202,3 +202,26 @@ def test_labels_on_the_ground_grow_with_the_distance_as_long_as_there_is_room(pi
         assert heights == sorted(heights) and heights[0] < heights[1] < heights[-1] < 3.0
     finally:
         plotter.close()
+
+
+@pytest.mark.parametrize("palette", [DARK, LIGHT])
+def test_rings_of_a_lidar_that_is_not_selected_stand_out_from_the_ground(layer, palette):
+    layer.set_others([LIDAR], GRID, palette, RayLook().of_others(7))
+    ring = np.asarray(pv.wrap(layer._others.edges.mapper.GetInput())["rgba"])[0] / 255.0
+    shown = ring[3] * ring[:3] + (1.0 - ring[3]) * np.array(rgb(palette.ground))
+    assert contrast(shown, rgb(palette.ground)) > 1.8
+
+
+def contrast(first, second) -> float:
+    """Contrast ratio of two colours (WCAG 2)."""
+    lows, highs = sorted(0.05 + luminance(colour) for colour in (first, second))
+    return highs / lows
+
+
+def luminance(colour) -> float:
+    linear = np.where(
+        np.asarray(colour) <= 0.04045,
+        np.asarray(colour) / 12.92,
+        ((np.asarray(colour) + 0.055) / 1.055) ** 2.4,
+    )
+    return float(linear @ [0.2126, 0.7152, 0.0722])
