@@ -379,6 +379,8 @@ def test_what_is_done_to_sensors_depends_on_selection_and_locks(desk: Desk) -> N
     assert desk.document.hidden == {"roof"} and not desk.is_enabled("place")
     desk.act("lock")
     assert desk.document.locked == {"roof"} and not desk.is_enabled("rename")
+    desk.act("delete")
+    assert "roof: locked" in desk.workbench.errors.message and desk.document.rig.sensor("roof")
 
 
 # ---------------------------------------------------------------------- files, traffic, looks
