@@ -41,7 +41,6 @@ from riglens.core.rig.model import Rig, Vehicle
 from riglens.core.rig.yaml.file import dumps, loads
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.columns import unpack
-from riglens.core.sensing.body_ends import body_ends
 from riglens.core.sensing.rays import sensor_rays
 from riglens.core.sensors.base import Sensor
 from riglens.core.sensors.kind import HitMeasure, Occlusion, Placement, SensorKind
@@ -69,6 +68,7 @@ from riglens.widgets.viewport.scene_state import SceneState
 from riglens.widgets.viewport.still import render_still
 from tests.core.builders import camera, field_of, grid_of, random_field, seen_ray_by_ray, spinning
 from tests.core.targets.cases import traffic
+from tests.core.vehicle.solids import body_ends
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 GRID = grid_of(40, 40, 8, 0.5)

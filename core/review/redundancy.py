@@ -194,7 +194,8 @@ class VoxelRedundancy:
         if len(names) <= MOST_PAIRED:
             for i, j in combinations(range(len(names)), 2):
                 both = shares.both[:, i, j, : len(CLASSES)]
-                failures.append(_pair(names[i], names[j], lost[:, i] + lost[:, j] + both))
+                pair = (names[i], names[j])
+                failures.append(Failure("pair", " + ".join(pair), pair, lost[:, i] + lost[:, j] + both))
         together = shares.within(crowds) + shares.many
         for g, (name, members) in enumerate(groups.items(), start=_by_kind().stop):
             alone = lost[:, crowds[g]].sum(axis=1)
@@ -264,10 +265,6 @@ def voxel_counter(
         return counting.coverage(engine, rig, settings.method)
 
     return coverage
-
-
-def _pair(one: str, other: str, lost: Sums) -> Failure:
-    return Failure("pair", f"{one} + {other}", (one, other), lost)
 
 
 def _by_kind() -> slice:

@@ -180,12 +180,9 @@ def _unknown(place: tuple[str | int, ...], what: str, name: str, known: Iterable
 def _derived_id(section: str, scope: dict[str, object]) -> str:
     words = [section]
     for value in scope.values():
-        words += [f"{part:g}" if isinstance(part, float) else str(part) for part in _parts(value)]
+        parts = value if isinstance(value, tuple) else (value,)
+        words += [f"{part:g}" if isinstance(part, float) else str(part) for part in parts]
     return re.sub(r"[^\w.]+", "-", " ".join(words).lower()).strip("-")
-
-
-def _parts(value: object) -> tuple[object, ...]:
-    return value if isinstance(value, tuple) else (value,)
 
 
 def _free(name: str, taken: set[str]) -> str:

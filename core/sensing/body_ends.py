@@ -143,15 +143,6 @@ class Shadow(NamedTuple):
     cut_m: NDArray[np.float64]
 
 
-def body_ends(sensor: Sensor, solid: Solid, workers: int = 1) -> NDArray[np.float64]:
-    """Return the distance in metres (rays,) at which each ray first meets the solid beyond the housing, inf if free.
-
-    Rays as in `lattice(sensor).directions()`: row by row, of a listed sensor those that exist. Range limits play no
-    part. With one worker any thread may call it, with more only the one that owns the parallel kernels.
-    """
-    return barrier_ends(sensor, barrier_of(sensor, solid), workers)
-
-
 def listed_ends(sensor: Sensor, directions: NDArray[np.float64], solid: Solid) -> NDArray[np.float64]:
     """Return the distance in metres (n,) at which some rays of a sensor first meet the solid beyond the housing, inf if
     free.
@@ -168,7 +159,11 @@ def listed_ends(sensor: Sensor, directions: NDArray[np.float64], solid: Solid) -
 
 
 def barrier_ends(sensor: Sensor, barrier: Barrier, workers: int = 1) -> NDArray[np.float64]:
-    """Return the distances of `body_ends`, for whatever stops the sensor's rays."""
+    """Return the distance in metres (rays,) at which each ray first meets the barrier, inf if free.
+
+    Rays as in `lattice(sensor).directions()`: row by row, of a listed sensor those that exist. Range limits play no
+    part. With one worker any thread may call it, with more only the one that owns the parallel kernels.
+    """
     shadow = barrier_shadow(sensor, barrier, NO_EMPTY_BOX, workers)
     ends = np.full(shadow.is_stopped.size, np.inf)
     ends[shadow.cut] = shadow.cut_m

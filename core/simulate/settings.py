@@ -56,5 +56,3 @@ class SimulationSettings:
 
 
 USUAL_SIMULATION = SimulationSettings()
-BARE = SimulationSettings(noise_m=0.0, dropout=0.0, clutter=0, ground="none")
-"""Only objects: as many points on them as the targets engine counts."""

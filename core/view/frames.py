@@ -96,13 +96,11 @@ class FrameStore:
         records = np.empty(np.count_nonzero(near), _RECORD)
         records["cls"], records["centre"] = batch.cls[near], batch.centre_m[near]
         records["size"], records["rotation"] = batch.size_m[near], batch.rotation[near]
-        counts = np.bincount(batch.frame[near] - self.frames_read, minlength=self._new_frames(batch))
+        new_frames = int(batch.frame[-1]) + 1 - self.frames_read
+        counts = np.bincount(batch.frame[near] - self.frames_read, minlength=new_frames)
         self._file.seek(0, 2)
         self._file.write(records.tobytes())
         self._starts.extend((self._starts[-1] + np.cumsum(counts)).tolist())
-
-    def _new_frames(self, batch: BoxBatch) -> int:
-        return int(batch.frame[-1]) + 1 - self.frames_read
 
     def _stored(self, frame: int) -> FrameBoxes:
         start, end = self._starts[frame], self._starts[frame + 1]

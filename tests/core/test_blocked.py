@@ -17,7 +17,6 @@ from riglens.core.rig.edits import damaged, in_step, linked
 from riglens.core.rig.library import sensor_from_model
 from riglens.core.rig.model import BrownConrady, Camera, Lidar, LinearAngles, Rig, Sensor
 from riglens.core.rig.yaml.file import dumps, loads, new_rig_file, rig_sha256
-from riglens.core.sensing.body_ends import body_ends
 from riglens.core.sensing.rays import local_directions, missing_ray_count, sensor_rays
 from riglens.core.sensors.base import HALVES, Blocked
 from riglens.core.sensors.radar import Radar, Scan
@@ -32,6 +31,7 @@ from riglens.core.view.range_image import range_image
 from tests.core.builders import grid_of, random_field, seen_by, seen_ray_by_ray, spinning
 from tests.core.targets import brute_force
 from tests.core.targets.cases import random_traffic
+from tests.core.vehicle.solids import body_ends
 
 GRID = grid_of(40, 40, 8, 0.5)
 PLACE: dict[str, Any] = {"position": (0.2, 0.1, 1.7)}

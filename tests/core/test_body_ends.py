@@ -8,12 +8,12 @@ import pytest
 from riglens.core.kernels.runtime.jit import use_threads
 from riglens.core.rig.library import default_library
 from riglens.core.rig.model import BrownConrady, Camera, Lidar, LinearAngles, Sensor, Vehicle
-from riglens.core.sensing.body_ends import body_ends, housing_radius_m
+from riglens.core.sensing.body_ends import housing_radius_m
 from riglens.core.sensing.rays import sensor_rays
 from riglens.core.sensors.registry import kind_of
 from riglens.core.vehicle.profiles import reference_vehicle
 from riglens.core.vehicle.solid import Solid, solid_of
-from tests.core.vehicle.solids import brute_force, plate, soup
+from tests.core.vehicle.solids import body_ends, brute_force, plate, soup
 
 BEAMS: dict[str, Any] = {"elevations_deg": LinearAngles(from_=-60.0, to=60.0, count=13)}
 SENSORS: list[Sensor] = [

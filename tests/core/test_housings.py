@@ -13,13 +13,13 @@ from riglens.core.rig.history import History
 from riglens.core.rig.library import default_library
 from riglens.core.rig.model import Lidar, LinearAngles, Rig, Sensor, Vehicle
 from riglens.core.rig.yaml.file import dumps, loads, rig_sha256
-from riglens.core.sensing.body_ends import body_ends, housing_radius_m, obstacle_of
+from riglens.core.sensing.body_ends import housing_radius_m, obstacle_of
 from riglens.core.sensing.rays import sensor_rays
 from riglens.core.vehicle.housings import car_of, half_size_m
 from riglens.core.vehicle.solid import solid_of
 from tests.core.builders import field_of, grid_of, random_sensor, unpack
 from tests.core.oracle import exact_mask, grid_rays
-from tests.core.vehicle.solids import brute_force
+from tests.core.vehicle.solids import body_ends, brute_force
 
 BLOCKS = MetricSettings(body="blocks")
 GRID = grid_of(24, 20, 12, 0.5)

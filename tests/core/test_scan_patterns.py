@@ -18,7 +18,6 @@ from riglens.core.formats.exchange import FORMATS
 from riglens.core.rig.library import default_library, sensor_from_model
 from riglens.core.rig.model import Lidar, LinearAngles, Rig
 from riglens.core.rig.yaml.file import dumps, load_rig, loads, rig_sha256
-from riglens.core.sensing.body_ends import body_ends
 from riglens.core.sensing.rays import sensor_rays
 from riglens.core.sensors.scan import RayTable, Scan, Swing
 from riglens.core.simulate.settings import SimulationSettings
@@ -32,6 +31,7 @@ from riglens.core.view.range_image import range_image
 from tests.core.builders import grid_of, random_field, rig_of, seen_by, seen_ray_by_ray
 from tests.core.targets import brute_force
 from tests.core.targets.cases import random_traffic
+from tests.core.vehicle.solids import body_ends
 
 PRISMS = Scan(
     points_per_s=3000.0,

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.rig.model import Lidar, Rig
-from riglens.core.sensing.body_ends import body_ends
 from riglens.core.sensing.rays import local_directions
 from riglens.core.simulate.settings import SimulationSettings
 from riglens.core.simulate.sweeps import GROUND, STATIC
@@ -17,6 +16,7 @@ from riglens.core.targets.range_law import anchors_of, range_for
 from riglens.core.targets.shapes import GLASS_PASSES, GLASS_RETURNS, REFLECTIVITY, WIDTH
 from riglens.core.vehicle.solid import Solid
 from tests.core.targets.brute_force import return_words
+from tests.core.vehicle.solids import body_ends
 
 Doubles = NDArray[np.float64]
 

@@ -19,6 +19,8 @@ from riglens.core.targets.traffic import Traffic
 from tests.core.targets.cases import Box, traffic
 
 SETTINGS = SimulationSettings(seed=3, clutter=20)
+BARE = SimulationSettings(noise_m=0.0, dropout=0.0, clutter=0, ground="none")
+"""Only objects: as many points on them as the targets engine counts."""
 
 
 def lidar(name: str, x_m: float, yaw_deg: float = 0.0) -> Lidar:

@@ -11,13 +11,13 @@ from riglens.core.rig.model import Camera, Rig
 from riglens.core.sensing.body_ends import barrier_of
 from riglens.core.sensing.rays import local_directions
 from riglens.core.simulate.pictures import LABELS, Cameras, class_labels
-from riglens.core.simulate.settings import BARE, SimulationSettings
+from riglens.core.simulate.settings import SimulationSettings
 from riglens.core.simulate.world import Worlds
 from riglens.core.targets.beams import stops_of
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.vehicle.solid import solid_of
 from tests.core.simulate import every_ray
-from tests.core.simulate.small import CAMERA, rig, road_users
+from tests.core.simulate.small import BARE, CAMERA, rig, road_users
 from tests.core.targets.cases import random_rig, random_traffic
 
 

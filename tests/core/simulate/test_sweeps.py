@@ -9,13 +9,14 @@ from riglens.core.errors import InputError
 from riglens.core.kernels.objects.sweeps import count_inside
 from riglens.core.rig.model import Lidar, LinearAngles, Rig
 from riglens.core.simulate.clutter import Footprints, overlaps
-from riglens.core.simulate.settings import BARE, USUAL_SIMULATION, SimulationSettings
+from riglens.core.simulate.settings import USUAL_SIMULATION, SimulationSettings
 from riglens.core.simulate.sweeps import GROUND, STATIC, Simulator, Sweep
 from riglens.core.simulate.world import Worlds
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.traffic import Traffic
 from riglens.core.vehicle.solid import solid_of
 from tests.core.simulate import every_ray
+from tests.core.simulate.small import BARE
 from tests.core.targets.cases import random_rig, random_traffic, traffic
 
 LIDAR = Lidar(

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.rig.model import Lidar, Rig, Sensor
-from riglens.core.sensing.body_ends import body_ends
 from riglens.core.sensing.rays import local_directions
 from riglens.core.targets.contribution import phases_rad
 from riglens.core.targets.draws import mixed, sensor_key, units
@@ -15,6 +14,7 @@ from riglens.core.targets.settings import EXACT, TargetSettings
 from riglens.core.targets.shapes import GLASS_PASSES, GLASS_RETURNS, REFLECTIVITY, WIDTH, Parts, parts_of
 from riglens.core.targets.traffic import Traffic
 from riglens.core.vehicle.solid import Solid
+from tests.core.vehicle.solids import body_ends
 
 Doubles = NDArray[np.float64]
 CELL_M, INSIDE_M = 0.2, 0.001

@@ -10,13 +10,13 @@ import pytest
 from riglens.core.errors import InputError
 from riglens.core.rig.body_mesh import BodyMesh
 from riglens.core.rig.model import Rig, Vehicle
-from riglens.core.sensing.body_ends import body_ends
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import EXACT, USUAL, TargetSettings
 from riglens.core.vehicle.solid import solid_of
 from tests.core.builders import camera, lidar, rig_of
 from tests.core.targets import brute_force
 from tests.core.targets.cases import random_rig, random_traffic, traffic
+from tests.core.vehicle.solids import body_ends
 
 BLOCKED = replace(EXACT, body="blocks")
 RNG = np.random.default_rng(21)

@@ -5,10 +5,17 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from riglens.core.sensing.body_ends import barrier_ends, barrier_of
+from riglens.core.sensors.base import Sensor
 from riglens.core.vehicle.solid import GLASS, Solid
 
 GROWN_M, EDGE = 1e-6, 1e-7
 Array = NDArray[np.float64]
+
+
+def body_ends(sensor: Sensor, solid: Solid, workers: int = 1) -> Array:
+    """The distance in metres (rays,) at which each ray first meets a solid beyond the housing, inf if free."""
+    return barrier_ends(sensor, barrier_of(sensor, solid), workers)
 
 
 def soup(seed: int, count: int = 300, size_m: float = 0.5, spread_m: float = 2.0) -> Solid:

@@ -8,7 +8,6 @@ import pyvista as pv
 
 from riglens.core.rig.model import Camera, Lidar, LinearAngles, Vehicle
 from riglens.core.scene.grid import VoxelGrid
-from riglens.core.sensing.body_ends import body_ends
 from riglens.core.sensing.rays import clip_to_roi, sensor_rays
 from riglens.core.vehicle.solid import solid_of
 from riglens.widgets.drawing.camera import OrbitCamera
@@ -24,6 +23,7 @@ from riglens.widgets.sensors.ray_look import (
 from riglens.widgets.sensors.rays import RaysLayer, fan_of, fan_rows
 from riglens.widgets.theme import DARK, LIGHT, mix, rgb
 from riglens.widgets.viewport.ground_layer import GroundLayer
+from tests.core.vehicle.solids import body_ends
 
 GRID = VoxelGrid()
 LIDAR = Lidar(
