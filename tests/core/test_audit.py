@@ -79,7 +79,7 @@ def test_what_two_sensors_both_see_is_new_with_neither_and_what_passes_by_never_
     assert outcomes == ["seen_by_others", "seen_by_others", "never_enters"]
 
 
-@pytest.mark.parametrize("seed", range(24))
+@pytest.mark.parametrize("seed", range(12))
 def test_every_ray_has_the_fate_that_python_gives_it_on_any_number_of_threads(seed: int) -> None:
     """Sensors anywhere and turned anyhow, in and out of the grid, with ranges, one or two words to a column."""
     use_threads(3)

@@ -163,6 +163,12 @@ def test_wrong_header_fields_are_refused_by_name(path: Path, name: str, value: A
     assert f": {name}" in refused(path)
 
 
+@pytest.mark.parametrize("header", ['{"riglens_pog": 99}', "{}", "[]", "not json"])
+def test_headers_of_something_else_are_refused(path: Path, header: str) -> None:
+    rewrite(path, header=header)
+    refused(path)
+
+
 def test_header_fields_that_an_older_file_lacks_have_defaults(path: Path) -> None:
     header = json.loads(str(arrays_of(path)["header"]))
     for name in ("notes", "sequences"):

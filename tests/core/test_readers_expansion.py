@@ -94,12 +94,13 @@ def test_a_footer_of_gigabytes_is_not_read(tmp_path: Path) -> None:
     assert "(got 2147483648)" in refused(path)
 
 
-def test_damaged_footers_never_end_the_process(tmp_path: Path) -> None:
-    """Every byte of the footer changed in turn; Arrow aborts where its accessors of metadata meet nonsense."""
+@pytest.mark.parametrize("step", [3, pytest.param(1, marks=pytest.mark.slow)])
+def test_damaged_footers_never_end_the_process(tmp_path: Path, step: int) -> None:
+    """Bytes of the footer changed in turn; Arrow aborts where its accessors of metadata meet nonsense."""
     path = write(tmp_path, many(20))
     sound = path.read_bytes()
     length = int.from_bytes(sound[-8:-4], "little")
-    for place in range(len(sound) - 8 - length, len(sound) - 8):
+    for place in range(len(sound) - 8 - length, len(sound) - 8, step):
         damaged = bytearray(sound)
         damaged[place] ^= 0x55
         path.write_bytes(bytes(damaged))

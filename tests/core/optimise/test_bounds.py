@@ -38,7 +38,7 @@ def against_brute_force(seed: int, size: int, count: int) -> None:
     assert table.value(proven) == best
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(st.integers(0, 1 << 32), st.integers(2, 9), st.integers(1, 4))
 def test_no_set_beats_the_bound_and_branch_and_bound_finds_the_best(seed: int, size: int, count: int) -> None:
     against_brute_force(seed, size, count)
@@ -51,7 +51,7 @@ def test_no_set_of_up_to_16_candidates_beats_the_bounds(seed: int, size: int, co
     against_brute_force(seed, size, count)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(st.integers(0, 1 << 32), st.integers(2, 9), st.integers(1, 3))
 def test_bounds_of_a_figure_that_is_not_submodular_hold(seed: int, size: int, count: int) -> None:
     """Its least concave function above is one for the bound."""

@@ -398,15 +398,15 @@ def test_blind_zones_and_objects_at_the_worst_draw_are_those_of_a_rig_and_car_wi
 def test_the_worst_failure_at_the_worst_draw_is_that_of_every_draw_without_every_sensor() -> None:
     rig = grouped(some_rig(4))
     text = (
-        "blind_areas: [{height_m: 0.8, failing: WHAT, under: load, draws: 3, at_most_m2: 1}]\n"
-        "blind_objects: [{profile: adults-around, failing: WHAT, under: load, draws: 3}]"
+        "blind_areas: [{height_m: 0.8, failing: WHAT, under: load, draws: 2, at_most_m2: 1}]\n"
+        "blind_objects: [{profile: adults-around, failing: WHAT, under: load, draws: 2}]"
     )
     names = [sensor.name for sensor in rig.sensors]
     profile = next(profile for profile in bundled_profiles() if profile.name == "adults-around")
     for what in ("sensor", "half"):
         asked = required(text.replace("WHAT", what))
         areas, unseen = [], []
-        for errors in unit_draws(3, errors_count(rig), 0):
+        for errors in unit_draws(2, errors_count(rig), 0):
             moved, stance = disturbed(rig, profile_called("load"), errors)
             stood = standing(moved, stance)
             rigs = [without(stood, (name,)) for name in names]

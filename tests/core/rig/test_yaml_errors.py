@@ -59,13 +59,11 @@ def test_the_files_these_tests_break_are_fine() -> None:
             "[1, .nan, 3]",
             '11: lidar "rear": position[1] must be a finite number (got .nan)',
         ),
-        ("[1, 2, 3]", "[1, .inf, 3]", '11: lidar "rear": position[1] must be a finite number (got .inf)'),
         (
             "[1, 2, 3]",
             "[1, 2e7, 3]",
             '11: lidar "rear": position[1] must be at most 10000000 (got 20000000.0)',
         ),
-        ("[1, 2, 3]", "[1, 1e999, 3]", '11: lidar "rear": position[1] must be a finite number (got .inf)'),
         ("[1, 2, 3]", "[1, 2]", '11: lidar "rear": position[2] is missing'),
         (
             "[1, 2, 3]",
@@ -73,25 +71,12 @@ def test_the_files_these_tests_break_are_fine() -> None:
             '11: lidar "rear": position must have at most 3 items (got [1, 2, 3, 4])',
         ),
         ("[1, 2, 3]", "[1, true, 3]", '11: lidar "rear": position[1] must be a number (got true)'),
-        ("[1, 2, 3]", '[1, "2", 3]', '11: lidar "rear": position[1] must be a number (got "2")'),
         ("[1, 2, 3]", "{x: 1}", '11: lidar "rear": position must be a list (got {x: 1})'),
-        ("[1, 2, 3]", "1 2 3", '11: lidar "rear": position must be a list (got "1 2 3")'),
-        ("[1, 2, 3]", "", '11: lidar "rear": position must be a list (got nothing)'),
         ("    position: [1, 2, 3]\n", "", '9: lidar "rear": position is missing'),
         (
             "count: 16",
             "count: 0",
             '8: lidar "front": elevations_deg.count must be at least 1 (got 0)',
-        ),
-        (
-            "to: 180",
-            "to: [[[]]]",
-            '12: lidar "rear": azimuths_deg.to must be a number (got [[[]]])',
-        ),
-        (
-            "count: 360",
-            "count: -1",
-            '12: lidar "rear": azimuths_deg.count must be at least 1 (got -1)',
         ),
         (
             "count: 16",
@@ -103,7 +88,6 @@ def test_the_files_these_tests_break_are_fine() -> None:
             "number: 16",
             '8: lidar "front": elevations_deg.number is not a known field; known are from, to, count',
         ),
-        (", count: 16", "", '8: lidar "front": elevations_deg.count is missing'),
         (
             "from: -25",
             "from_: -25",
@@ -124,11 +108,6 @@ def test_the_files_these_tests_break_are_fine() -> None:
             "to: 181",
             '12: lidar "rear": azimuths_deg must span at most 360 degrees (got 361.0)',
         ),
-        (
-            "[-10, 0, 10]",
-            "[-10, 0, 91]",
-            '13: lidar "rear": elevations_deg[2] must be at most 90 (got 91)',
-        ),
         ("[-10, 0, 10]", "[]", '13: lidar "rear": elevations_deg must have at least 1 item (got [])'),
         (
             "360}\n    elevations_deg: [-10, 0, 10]",
@@ -139,11 +118,6 @@ def test_the_files_these_tests_break_are_fine() -> None:
         (
             "name: rear",
             "name: front",
-            "9: lidar \"front\": name 'front' is used twice; names must be unique",
-        ),
-        (
-            "name: rear",
-            'name: "front"',
             "9: lidar \"front\": name 'front' is used twice; names must be unique",
         ),
         ("name: rear", "name: 7", "9: sensors[1]: name must be a text (got 7)"),
@@ -168,18 +142,11 @@ def test_the_files_these_tests_break_are_fine() -> None:
             "    positon: [1",
             "11: lidar \"rear\": positon is not a known field (did you mean 'position'?)",
         ),
-        ("length: 4.6", "length: 0", "3: vehicle.length must be at least 0.1 (got 0)"),
         ("length: 4.6", "lenght: 4", "3: vehicle.lenght is not a known field (did you mean 'length'?)"),
         (
             "{body: sedan, length: 4.6}",
             "sedan",
             "3: vehicle must be a mapping (got sedan)",
-        ),
-        ("name: test", "name: [a]", "2: name must be a text (got [a])"),
-        (
-            "name: test",
-            "names: test",
-            "2: names is not a known field (did you mean 'name'?)",
         ),
         ("name: test", "name: te: st", "2: not valid YAML: mapping values are not allowed here"),
         (
@@ -187,7 +154,6 @@ def test_the_files_these_tests_break_are_fine() -> None:
             "name: &a test",
             "2: anchors and aliases (& and *) are not accepted; write the values out",
         ),
-        ("name: test", "name: *a", "2: anchors and aliases (& and *) are not accepted; write the values out"),
         (
             "name: test",
             "name: !!python/name:os.system x",
@@ -204,9 +170,7 @@ def test_the_files_these_tests_break_are_fine() -> None:
             "riglens: 2",
             "1: riglens: format version 2 is newer than this program reads (1); please update RigLens",
         ),
-        ("riglens: 1", "riglens: 0", "1: riglens must be 1 (got 0)"),
         ("riglens: 1", "riglens: true", "1: riglens must be 1 (got true)"),
-        ("riglens: 1", "riglens: 1.0", "1: riglens must be 1 (got 1.0)"),
         ("riglens: 1", "riglens: " + "1" * 5000, "1: riglens must be 1 (got .inf)"),
         ("riglens: 1\n", "", "1: riglens is missing; a rig starts with 'riglens: 1'"),
     ],
@@ -231,30 +195,15 @@ def test_a_broken_rig_is_refused(old: str, new: str, expected: str) -> None:
             "model: paper-camera-70",
             "11: lidar \"rear\": model 'paper-camera-70' is a camera, but this sensor is a lidar; see",
         ),
-        (
-            "model: 16",
-            '11: lidar "rear": model must be a text (got 16)',
-        ),
         ("enabled: yes", '11: lidar "rear": enabled must be true or false (got "yes")'),
-        ("enabled: 1", '11: lidar "rear": enabled must be true or false (got 1)'),
-        (
-            "rpy_deg: [0, 0, .nan]",
-            '11: lidar "rear": rpy_deg[2] must be a finite number (got .nan)',
-        ),
         (
             "range_m: [5, 2]",
             '11: lidar "rear": range_m must be [min, max] with 0 <= min < max, found [5.0, 2.0]',
         ),
-        ("range_m: [-1, 2]", '11: lidar "rear": range_m[0] must be at least 0 (got -1)'),
         (
             "azimuth_offsets_deg: [1, 2]",
             '11: lidar "rear": azimuth_offsets_deg must hold one offset per beam, 3 (got 2)',
         ),
-        (
-            "azimuth_offsets_deg: [1, .inf, 2]",
-            '11: lidar "rear": azimuth_offsets_deg[1] must be a finite number (got .inf)',
-        ),
-        ("range_m: [0, .nan]", '11: lidar "rear": range_m[1] must be greater than 0 (got .nan)'),
         ("kind: lidar", "11: key kind is given twice, first in line 10"),
     ],
 )
@@ -287,23 +236,9 @@ def test_a_broken_field_of_a_sensor_is_refused(line: str, expected: str) -> None
         ),
         (
             "hfov_deg: 70",
-            "distortion: {model: kannala_brandt, k1: .nan}",
-            '6: camera "cam": distortion.k1 must be a finite number (got .nan)',
-        ),
-        (
-            "hfov_deg: 70",
-            "distortion: 3",
-            '6: camera "cam": distortion must be a mapping (got 3)',
-        ),
-        (
-            "hfov_deg: 70",
             "hfov_deg: -70",
             '6: camera "cam": hfov_deg must be at least 0.001 (got -70)',
         ),
-        ("hfov_deg: 70", "hfov_deg: 0", '6: camera "cam": hfov_deg must be at least 0.001 (got 0)'),
-        ("hfov_deg: 70", "hfov_deg: 180", '6: camera "cam": hfov_deg must be at most 179.9 (got 180)'),
-        ("hfov_deg: 70", "hfov_deg: .nan", '6: camera "cam": hfov_deg must be a finite number (got .nan)'),
-        ("hfov_deg: 70", "fx: 900", '3: camera "cam": give either hfov_deg or all of fx, fy, cx, cy'),
         (
             "hfov_deg: 70",
             "hfov_deg: 70\n    fx: 900",
@@ -312,18 +247,8 @@ def test_a_broken_field_of_a_sensor_is_refused(line: str, expected: str) -> None
         ("    hfov_deg: 70\n", "", '3: camera "cam": give either hfov_deg or all of fx, fy, cx, cy'),
         (
             "[1600, 900]",
-            "[1600, 0]",
-            '7: camera "cam": image[1] must be at least 1 (got 0)',
-        ),
-        (
-            "[1600, 900]",
             "[1600.5, 900]",
             '7: camera "cam": image[0] must be an integer (got 1600.5)',
-        ),
-        (
-            "[1600, 900]",
-            "[1600, 900]\n    cast: [0, 1]",
-            '8: camera "cam": cast[0] must be at least 1 (got 0)',
         ),
         (
             "[1600, 900]",
@@ -343,17 +268,8 @@ def test_a_broken_camera_is_refused(old: str, new: str, expected: str) -> None:
         ("", "1: the file is empty"),
         ("# nothing\n\n", "1: the file is empty"),
         ("- a\n- b\n", "1: a rig must be a mapping that starts with 'riglens: 1' (got [a, b])"),
-        ("42", "1: a rig must be a mapping that starts with 'riglens: 1' (got 42)"),
         ("riglens: 1\nsensors:\n", "2: sensors must be a list (got nothing)"),
-        (
-            "riglens: 1\nsensors: {a: 1}\n",
-            "2: sensors must be a list (got {a: 1})",
-        ),
         ("riglens: 1\nsensors:\n  - 3\n", "3: sensors[0] must be a mapping (got 3)"),
-        (
-            "riglens: 1\nsensors:\n  -\n",
-            "3: sensors[0] must be a mapping (got nothing)",
-        ),
         (
             "riglens: 1\n---\nriglens: 1\n",
             "2: not valid YAML: expected a single document in the stream, but found another document",

@@ -164,8 +164,7 @@ def test_cells_keep_their_size_in_a_picture_four_times_as_large(camera):
     assert np.abs(reduced - small)[cells].mean() < 3.0
 
 
-@pytest.mark.parametrize("distance_m", [0.5, 1.5, 6.0])
-@pytest.mark.parametrize("parallel", [False, True])
+@pytest.mark.parametrize(("distance_m", "parallel"), [(0.5, False), (1.5, True), (6.0, False)])
 def test_a_wall_of_cells_has_no_gaps_from_any_distance_to_the_edges_of_the_picture(distance_m, parallel):
     camera = OrbitCamera((12.3, 4.0, 1.9), distance_m, -90.0, 0.0, parallel)
     state = SceneState(camera=camera, heatmap=wall(4.0), show_legend=False)
