@@ -236,7 +236,7 @@ _JSON = st.recursive(
 )
 
 
-@settings(max_examples=40)
+@settings(max_examples=15)
 @given(st.sampled_from([place for place, _ in WRONG]), _JSON)
 def test_no_value_of_any_field_is_an_error(place: tuple[str, ...], value: object) -> None:
     with TemporaryDirectory() as folder:

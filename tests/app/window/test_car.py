@@ -32,15 +32,6 @@ def pose(bench: FullDesk, name: str) -> Pose:
     return bench.document.rig.sensor(name).pose
 
 
-def test_mirror_adds_a_linked_image_and_one_undo_takes_it_back(bench):
-    bench.act("mirror")
-    assert names(bench) == ["roof", "roof_right", "front"]
-    assert bench.document.selected == "roof_right"
-    assert pose(bench, "roof_right") == mirrored_pose(LIDAR.pose)
-    bench.act("undo")
-    assert names(bench) == ["roof", "front"]
-
-
 def test_a_drag_of_one_of_a_pair_moves_both_as_one_undo_step(bench):
     bench.act("mirror")
     before = bench.document.rig
@@ -50,13 +41,6 @@ def test_a_drag_of_one_of_a_pair_moves_both_as_one_undo_step(bench):
     assert bench.viewport.state.rig == bench.document.rig
     bench.act("undo")
     assert bench.document.rig == before
-
-
-def test_typing_a_coordinate_moves_the_mirror_image_too(bench):
-    bench.act("mirror")
-    bench.document.select("roof")
-    bench.type("x", "0.9")
-    assert pose(bench, "roof_right").position_m == (0.9, -0.2, 1.9)
 
 
 def test_unlinked_sensors_move_alone_and_linking_brings_the_nearest_back(bench):
@@ -69,23 +53,6 @@ def test_unlinked_sensors_move_alone_and_linking_brings_the_nearest_back(bench):
     bench.act("link")
     assert partner_of(bench.document.rig, "roof") == "roof_right"
     assert pose(bench, "roof_right").position_m == (0.5, -0.7, 2.1)
-
-
-def test_deleting_one_of_a_pair_leaves_the_other_alone(bench):
-    bench.act("mirror")
-    bench.act("delete")
-    assert names(bench) == ["roof", "front"]
-    assert (
-        bench.document.rig.sensor("roof").mirror_of is None
-        and not bench.workbench.actions["unlink"].isEnabled()
-    )
-
-
-def test_a_sensor_on_the_middle_plane_has_no_mirror_image_and_the_window_says_so(bench):
-    bench.document.select("front")
-    bench.act("mirror")
-    assert names(bench) == ["roof", "front"]
-    assert "middle plane" in bench.workbench.errors.message
 
 
 def test_place_on_body_starts_in_the_view_with_a_hint_and_ends_with_it(bench):
@@ -104,21 +71,6 @@ def test_a_model_dropped_on_the_car_is_added_there_and_selected(bench):
     assert (added.model, added.pose) == ("generic-16", Pose((0.1, 0.2, 1.5), (0.0, 1.0, 0.0)))
     bench.act("undo")
     assert names(bench) == ["roof", "front"]
-
-
-def test_nudges_in_a_row_are_one_undo_step(bench):
-    for x_m in (0.11, 0.12, 0.13):
-        bench.viewport.nudged.emit({"roof": Pose((x_m, 0.2, 1.9))})
-    assert pose(bench, "roof").position_m == (0.13, 0.2, 1.9)
-    bench.act("undo")
-    assert pose(bench, "roof") == LIDAR.pose
-
-
-def test_the_snap_button_tells_the_view(bench):
-    bench.act("snap")
-    bench.act("snap")
-    told = [what for what in bench.viewport.told if what[0] == "snap"]
-    assert told == [("snap", True), ("snap", False)]
 
 
 def test_another_body_brings_its_own_size_but_keeps_what_was_measured(bench):

@@ -63,16 +63,6 @@ def test_two_added_sensors_do_not_stand_in_each_other(bench: FullDesk) -> None:
     assert first.name != second.name
 
 
-def test_copying_and_deleting_work_by_key(unscored: Bench) -> None:
-    click_row(unscored, "roof")
-    unscored.qtbot.keyClick(unscored.workbench.window, Qt.Key.Key_D, Qt.KeyboardModifier.ControlModifier)
-    assert unscored.document.selected == "roof_2"
-    assert agree(unscored)
-    unscored.qtbot.keyClick(unscored.workbench.window, Qt.Key.Key_Delete)
-    assert unscored.document.rig == RIG
-    assert agree(unscored)
-
-
 def test_what_needs_a_selection_is_only_there_with_one(bench: FullDesk) -> None:
     keys = ("duplicate", "delete", "hide", "enable", "lock", "rename", "cut", "copy")
     assert not any(bench.workbench.actions[key].isEnabled() for key in keys)
@@ -107,13 +97,6 @@ def test_a_hidden_sensor_comes_back_by_its_key(unscored: Bench) -> None:
     assert unscored.viewport.state.hidden == {"roof"}
     unscored.qtbot.keyClick(unscored.workbench.window, Qt.Key.Key_H)
     assert unscored.viewport.state.hidden == frozenset()
-
-
-def test_a_sensor_without_its_tick_does_not_count(whole: Bench) -> None:
-    whole.panels.tree._items["roof"].setCheckState(NAME, Qt.CheckState.Unchecked)
-    assert not whole.document.rig.sensor("roof").enabled
-    whole.settle()
-    assert whole.shown("car", "lidar") == "0.00"
 
 
 def rename_in_list(bench: FullDesk, name: str, text: str) -> None:
@@ -265,11 +248,3 @@ def test_ctrl_y_redoes_unless_something_is_being_typed(unscored: Bench) -> None:
     unscored.qtbot.keyClick(edit, Qt.Key.Key_5)
     unscored.qtbot.keyClick(edit, Qt.Key.Key_Y, Qt.KeyboardModifier.ControlModifier)
     assert unscored.document.rig == RIG
-
-
-def test_the_help_lists_every_shortcut_there_is(bench: FullDesk) -> None:
-    bench.act("help")
-    text = bench.dialogs.shown[0]
-    for action in bench.workbench.window.actions():
-        if not action.shortcut().isEmpty():
-            assert action.shortcut().toString() in text

@@ -4,38 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QLineEdit
 from pytestqt.qtbot import QtBot
 
-from riglens.app.evaluation.options import SceneOptions
 from riglens.app.session.session import HeatChoice
 from riglens.app.window.features.appearance import Theme, Units
 from riglens.app.window.features.car import Car
-from riglens.app.window.features.compare import Compare
-from riglens.app.window.features.edits import Clipboard, Edits, Mirror
-from riglens.app.window.features.files import Exchange, Files, Recent
+from riglens.app.window.features.edits import Edits
+from riglens.app.window.features.files import Files
 from riglens.app.window.features.follow import Follow
 from riglens.app.window.features.frame import FrameView
-from riglens.app.window.features.heat import Heat, RaysShown
+from riglens.app.window.features.heat import Heat
 from riglens.app.window.features.maps import Map
-from riglens.app.window.features.marginals import Marginals
 from riglens.app.window.features.pick import Pick
-from riglens.app.window.features.scene_data import SceneData
 from riglens.app.window.features.scores import BUSY, ScoresShown
-from riglens.app.window.features.sensors import LOCKED_KEY, Locks, Placing, Sensors
+from riglens.app.window.features.sensors import Placing, Sensors
 from riglens.app.window.features.targets import Targets
-from riglens.app.window.features.views import Views
 from riglens.app.window.settings import Settings
 from riglens.core.geometry import Pose
 from riglens.core.metric.scores import MetricSettings
-from riglens.core.rig.yaml.file import new_rig_file
-from riglens.core.scene.grid import VoxelGrid
 from riglens.widgets.drawing.camera import ViewRay
 from riglens.widgets.heatmap.pick import PickedCell
 from riglens.widgets.heatmap.scale import HeatLook
@@ -44,7 +35,7 @@ from riglens.widgets.panels.fields.quantity import DEGREES, MILLIMETRES
 from riglens.widgets.panels.scores.table import FOLLOWS, ScoreTable
 from riglens.widgets.theme import DARK, LIGHT
 from tests.app.window.desk import GRID, Desk, heatmap, open_desk
-from tests.app.window_bench import CAMERA, LIDAR, RIG
+from tests.app.window_bench import LIDAR, RIG
 from tests.hand_clock import HandTimers
 
 POSE = Pose((0.1, 0.2, 2.5), LIDAR.rpy_deg)
@@ -97,29 +88,7 @@ def test_the_choice_of_the_heatmap_is_kept_and_nonsense_is_not_taken_up(desk: De
     assert desk.session.heat == HeatChoice("entropy", "bicycle")
 
 
-def test_the_switch_of_the_rays_reaches_the_view(desk: Desk) -> None:
-    RaysShown(desk.workbench, Heat(desk.workbench))
-    assert desk.viewport.state.ray_look.shown
-    desk.act("rays")
-    assert not desk.viewport.state.ray_look.shown
-
-
 # ---------------------------------------------------------------------- baseline, scores, marginals, compare
-def test_scores_are_greyed_from_the_question_to_the_answer(desk: Desk) -> None:
-    ScoresShown(asking(desk).workbench)
-    desk.answer(0.5)
-    assert desk.panels.scores.table.cell("car", "seen").text == "50.00 %" and not desk.panels.scores.is_stale
-    assert desk.workbench.status.state.text() == "exact"
-    desk.document.set_enabled(("roof",), False)
-    assert desk.panels.scores.is_stale and desk.workbench.status.state.text() == "updating…"
-    desk.approximate(0.375)
-    assert desk.panels.scores.is_estimate
-    desk.answer(0.25)
-    assert (
-        desk.panels.scores.table.cell("car", "seen").text == "25.00 %" and not desk.panels.scores.is_estimate
-    )
-
-
 def test_the_settings_that_the_user_wants_are_the_sessions_and_shown(desk: Desk) -> None:
     ScoresShown(desk.workbench)
     wanted = MetricSettings("exact", "residual", 0.5)
@@ -169,33 +138,6 @@ def test_paper_details_are_folded_until_wanted_and_kept(desk: Desk) -> None:
     assert desk.panels.scores.has_details
 
 
-def test_the_rig_without_each_sensor_is_asked_for_once_an_edit_is_over(desk: Desk) -> None:
-    marginals = Marginals(asking(desk).workbench, Targets(desk.workbench))
-    result = desk.answer(0.5)
-    assert [request.name for request in desk.recompute.others] == ["roof", "front"]
-    roof = desk.recompute.others[0]
-    assert [sensor.enabled for sensor in roof.rig.sensors] == [False, True]
-    marginals._take(roof, result.baseline_scores)
-    assert marginals.losses == {"roof": result.baseline_scores}
-    desk.document.begin_drag(("roof",))
-    desk.document.preview({"roof": POSE})
-    assert marginals.losses == {} and desk.recompute.others == []
-
-
-def test_snapshots_are_scored_when_nobody_edits_and_can_be_pinned(desk: Desk) -> None:
-    files = Files(asking(desk).workbench)
-    compare = Compare(desk.workbench, files, Exchange(desk.workbench, files), Targets(desk.workbench))
-    desk.answer(0.5)
-    desk.act("snapshot")
-    compare.add_presets(("Center",))
-    assert [row.name for row in compare.rows] == ["small", "small #1", "Center"]
-    assert [request.rig.name for request in desk.recompute.others] == ["Center"]
-    compare.panel.table.pin_wanted.emit(compare.rows[-1].key)
-    assert desk.session.pinned is compare.rows[-1].rig
-    desk.load(VoxelGrid(1.0, (20.0, 20.0, 4.0)))
-    assert all(row.scores is None for row in compare.rows)
-
-
 # ---------------------------------------------------------------------- pick, map
 def cell(x_m: float, y_m: float, z_m: float) -> PickedCell:
     """A cell of the heatmap that is clicked from above."""
@@ -216,18 +158,6 @@ def test_a_picked_voxel_is_marked_and_forgotten_with_escape(
     assert desk.session.voxel == (20, 20, 1) and marker is not None and marker.edge_m == GRID.voxel_m
     desk.viewport.escaped.emit()
     assert desk.session.voxel is None and desk.viewport.state.marker is None
-
-
-def test_the_first_escape_forgets_the_voxel_the_second_puts_the_tool_away(desk: Desk) -> None:
-    Pick(desk.workbench, FrameView(desk.workbench, Targets(desk.workbench)))
-    desk.load()
-    desk.act("pick")
-    desk.session.pick((1, 1, 1))
-    desk.viewport.escaped.emit()
-    assert desk.session.voxel is None and desk.workbench.actions["pick"].isChecked()
-    desk.viewport.escaped.emit()
-    assert not desk.workbench.actions["pick"].isChecked()
-    assert desk.viewport.told == [("picking", True), ("picking", False)]
 
 
 def test_the_map_asks_only_while_somebody_looks(desk: Desk) -> None:
@@ -331,43 +261,6 @@ def test_undo_says_what_it_takes_back_from_the_first_move_of_a_drag_on(desk: Des
     assert not desk.is_enabled("undo") and desk.is_enabled("redo")
 
 
-def test_a_mirror_image_is_added_linked_and_let_go(desk: Desk) -> None:
-    Mirror(desk.workbench)
-    assert not desk.is_enabled("mirror")
-    desk.document.select("roof")
-    desk.act("mirror")
-    image = desk.document.selected_sensor()
-    assert image is not None and image.mirror_of == "roof"
-    assert not desk.is_enabled("mirror") and desk.is_enabled("unlink")
-    desk.act("unlink")
-    assert desk.document.rig.sensor(image.name).mirror_of is None and desk.is_enabled("link")
-
-
-def test_a_cut_sensor_comes_back_from_the_clipboard(desk: Desk) -> None:
-    Follow(desk.workbench).show_all()
-    Clipboard(desk.workbench)
-    assert not desk.is_enabled("cut")
-    desk.panels.tree.choose(("front",))
-    desk.act("cut")
-    assert [sensor.name for sensor in desk.document.rig.sensors] == ["roof"]
-    assert "front" in QGuiApplication.clipboard().text()
-    desk.act("paste")
-    assert desk.document.rig.sensor("front") == CAMERA
-
-
-def test_locks_are_kept_by_file_and_come_back_with_it(qtbot: QtBot, tmp_path: Path) -> None:
-    path, kept = tmp_path / "rig.yaml", Settings()
-    new_rig_file(RIG).save(path, RIG)
-    desk = open_desk(qtbot, path=path, kept=kept)
-    Locks(desk.workbench)
-    desk.document.set_locked(("roof",), True)
-    assert kept.read(LOCKED_KEY, {}) == {str(path): ["roof"]}
-    other = open_desk(qtbot, kept=kept)
-    Locks(other.workbench)
-    other.document.open(path)
-    assert other.document.locked == {"roof"}
-
-
 def test_what_is_done_to_sensors_depends_on_selection_and_locks(desk: Desk) -> None:
     Follow(desk.workbench).show_all()
     Sensors(desk.workbench)
@@ -394,26 +287,6 @@ def test_the_title_has_a_star_from_the_first_move_on(desk: Desk) -> None:
     assert not desk.workbench.window.isWindowModified()
 
 
-def test_files_opened_lately_are_listed_newest_first_and_can_be_forgotten(desk: Desk, tmp_path: Path) -> None:
-    recent = Recent(desk.workbench, Files(desk.workbench))
-    paths = [tmp_path / name for name in ("one.yaml", "two.yaml", "one.yaml")]
-    for path in paths:
-        desk.document.save(path)
-    assert recent.paths == [tmp_path / "one.yaml", tmp_path / "two.yaml"]
-    recent.fill()
-    assert [action.isEnabled() for action in recent.menu.actions()[:2]] == [True, True]
-    recent.clear()
-    assert recent.paths == []
-
-
-def test_a_load_is_under_way_until_it_ends_and_says_what_went_wrong(desk: Desk) -> None:
-    data = SceneData(desk.workbench)
-    data.load(SceneOptions())
-    assert len(desk.recompute.loads) == 1 and data.is_loading
-    data._on_load_ended("boxes.csv: broken", desk.recompute.loads[0])
-    assert not data.is_loading and desk.workbench.errors.message == "boxes.csv: broken"
-
-
 def test_units_are_kept_and_those_unknown_are_left_out(desk: Desk) -> None:
     units, kept = Units(desk.workbench), Settings()
     kept.write("units", ["mm", "furlong", 7])
@@ -421,20 +294,6 @@ def test_units_are_kept_and_those_unknown_are_left_out(desk: Desk) -> None:
     assert desk.panels.inspector.units == (MILLIMETRES, DEGREES)
     units.keep(kept)
     assert kept.read("units", []) == ["mm", "°"]
-
-
-def test_gizmo_and_views_reach_the_view(desk: Desk) -> None:
-    views = Views(desk.workbench)
-    for key in ("move", "local", "top"):
-        desk.act(key)
-    assert (desk.viewport.state.gizmo_mode, desk.viewport.state.gizmo_space) == ("move", "local")
-    assert desk.viewport.told == [("view", "top")]
-    desk.document.select("roof")
-    desk.act("frame")
-    assert desk.viewport.told[-1] == ("frame", "roof")
-    kept = Settings()
-    views.keep(kept)
-    assert (kept.read("gizmo/mode", ""), kept.read("gizmo/local", False)) == ("move", True)
 
 
 def test_a_chosen_theme_is_told_once_and_kept(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:

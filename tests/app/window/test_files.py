@@ -74,12 +74,6 @@ def test_a_place_that_cannot_be_written_is_reported_and_nothing_counts_as_saved(
     assert "missing" in bench.workbench.errors.message
 
 
-def test_a_preset_is_opened_from_the_menu(whole: Bench) -> None:
-    whole.features.files.open_preset("N+P")
-    assert whole.document.rig == preset("N+P")
-    whole.settle()
-
-
 @pytest.mark.parametrize(("answer", "lost"), [("cancel", False), ("discard", True), ("save", True)])
 def test_opening_over_unsaved_changes_asks_first(
     bench: FullDesk, tmp_path: Path, answer: Unsaved, lost: bool
@@ -116,10 +110,3 @@ def test_closing_while_boxes_are_loaded_ends_the_thread(qtbot: QtBot, tmp_path: 
     with open_bench(qtbot, tmp_path, wait=False) as bench:
         assert bench.workbench.window.close()
     assert not any(thread.name == "recompute" for thread in threading.enumerate())
-
-
-def test_the_message_bar_goes_when_it_is_closed(bench: FullDesk) -> None:
-    bench.workbench.report_error("rig.yaml:3: must be y (got x)")
-    assert bench.workbench.errors.isVisible()
-    bench.workbench.errors.clear()
-    assert not bench.workbench.errors.isVisible()

@@ -118,6 +118,7 @@ def test_escape_puts_a_dragged_sensor_back(bench: Bench) -> None:
     mouse.release()
 
 
+@pytest.mark.slow
 def test_undo_by_key_in_the_middle_of_a_drag_puts_the_sensor_back(bench: Bench) -> None:
     mouse = Mouse(bench)
     mouse.press_z_arrow()
@@ -142,7 +143,13 @@ def test_a_click_on_a_sensor_ends_a_selection_of_all_before_del(bench: Bench) ->
     assert bench.document.rig == RIG
 
 
-@pytest.mark.parametrize("key", [Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier])
+@pytest.mark.parametrize(
+    "key",
+    [
+        Qt.KeyboardModifier.ControlModifier,
+        pytest.param(Qt.KeyboardModifier.ShiftModifier, marks=pytest.mark.slow),
+    ],
+)
 def test_a_click_with_a_key_adds_a_sensor_and_a_second_one_takes_it_out(
     bench: Bench, key: Qt.KeyboardModifier
 ) -> None:

@@ -19,7 +19,6 @@ from riglens.widgets.panels.inspector.pose_tools import PoseTools
 from riglens.widgets.panels.scores.text import NONE, change_text, columns
 from riglens.widgets.panels.sensors.library import MODEL_MIME
 from riglens.widgets.panels.sensors.rows import EYE, LOCK, LOSS, NAME
-from tests.app.window.desk import full_desk
 from tests.app.window_bench import CAMERA, LIDAR, RIG, Bench, open_bench
 from tests.waiting import TIMEOUT_MS
 
@@ -303,21 +302,13 @@ def test_units_change_what_is_shown_and_nothing_else(bench: Bench) -> None:
     assert bench.find("x").property("text") == "1000"
 
 
-def test_the_units_chosen_are_there_again_in_the_next_session(qtbot: QtBot, tmp_path: Path) -> None:
-    kept = Settings(tmp_path / "settings.ini")
-    with open_bench(qtbot, tmp_path, kept=kept, data=False) as first:
-        first.document.select("roof")
-        tool(first, "unit_length").click()
-    with open_bench(qtbot, tmp_path, kept=kept, data=False) as second:
-        second.document.select("roof")
-        assert second.find("x").property("text") == "100"
-        assert tool(second, "unit_length").text() == "mm"
-
-
-@pytest.mark.parametrize("text", ["7", '["furlong", 3, ["m"]]', '["rad", "rad"]'])
-def test_units_that_make_no_sense_in_the_settings_do_no_harm(qtbot: QtBot, tmp_path: Path, text: str) -> None:
-    QSettings(str(tmp_path / "settings.ini"), QSettings.Format.IniFormat).setValue("units", text)
-    with full_desk(qtbot, kept=Settings(tmp_path / "settings.ini")) as bench:
+def test_units_that_make_no_sense_in_the_settings_do_no_harm(bench: Bench, tmp_path: Path) -> None:
+    for text in ("7", '["furlong", 3, ["m"]]', '["rad", "rad"]'):
+        file = QSettings(str(tmp_path / "settings.ini"), QSettings.Format.IniFormat)
+        file.setValue("units", text)
+        file.sync()
+        for feature in bench.features:
+            feature.restore(Settings(tmp_path / "settings.ini"))
         assert [unit.quantity for unit in bench.panels.inspector.units] == ["length", "angle"]
 
 

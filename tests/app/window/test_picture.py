@@ -85,6 +85,7 @@ def pixels(image: QImage) -> np.ndarray:
     return rows[:, : 4 * image.width()].reshape(image.height(), image.width(), 4).copy()
 
 
+@pytest.mark.slow
 def test_what_is_previewed_is_saved_larger_by_the_code_that_draws_everywhere_also_after_a_cancel(
     bench, tmp_path
 ):

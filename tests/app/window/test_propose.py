@@ -159,7 +159,9 @@ def test_what_is_typed_is_searched_for(desk: FullDesk) -> None:
     assert "must be MODEL=COST" in propose.panel.forms[1].problem
 
 
-@pytest.mark.parametrize("objective", ["cameras", "blind", "seen"])
+@pytest.mark.parametrize(
+    "objective", ["blind", *(pytest.param(one, marks=pytest.mark.slow) for one in ("cameras", "seen"))]
+)
 def test_the_process_searches_for_figures_of_other_sensors_and_voxels(town: Path, objective: str) -> None:
     model = "nuscenes-front" if objective == "cameras" else "generic-16"
     options = OPTIONS.replace(add=(model,), objective=objective)

@@ -264,7 +264,9 @@ def cells(bench: Bench) -> dict[str, Any]:
     return {f"{name} {key}": bench.panels.scores.table.cell(name, key) for name in CLASSES for key in keys}
 
 
-def test_coarse_numbers_are_marked_and_have_no_change(opened: Open, timed: type[TimedEngine]) -> None:
+def test_coarse_numbers_are_marked_have_no_change_and_cannot_be_copied(
+    opened: Open, timed: type[TimedEngine]
+) -> None:
     with coarse_shown(opened, timed) as bench:
         assert bench.panels.scores.is_estimate
         for key, cell in cells(bench).items():
@@ -273,10 +275,6 @@ def test_coarse_numbers_are_marked_and_have_no_change(opened: Open, timed: type[
             assert "exact number follows" in cell.tip
         assert bench.workbench.status.state.text() == "coarse (δ 1 m), exact follows"
         assert not bench.window.is_exact
-
-
-def test_coarse_numbers_cannot_be_copied(opened: Open, timed: type[TimedEngine]) -> None:
-    with coarse_shown(opened, timed) as bench:
         for line in bench.panels.scores.table.as_text().splitlines()[1:]:
             assert line.split("\t")[7:] == [""] * 8
 
@@ -289,16 +287,6 @@ def test_saving_in_between_writes_the_rig_and_the_change_counts_from_exact_score
         bench.act("save")
         assert load_rig(tmp_path / "rig.yaml").rig == bench.document.rig
     assert bench.shown("car", "s_ms change") == "–"
-
-
-def test_marks_are_gone_when_the_exact_numbers_are_there(opened: Open) -> None:
-    bench = opened()
-    bench.drag("roof", (3.0, 0.0, 1.0))
-    bench.settle()
-    for key, cell in cells(bench).items():
-        assert not cell.is_italic, key
-        assert "≈" not in cell.text
-    assert bench.workbench.status.state.text() == "exact"
 
 
 def test_the_heatmap_shows_what_is_exact_only(opened: Open) -> None:

@@ -66,13 +66,12 @@ def test_what_is_in_a_submenu_is_named_with_it(bench: Bench) -> None:
     assert not {"Left", "Right", "Front", "Rear"} & said
 
 
-def test_a_table_with_the_focus_copies_itself_not_the_selected_sensor(qtbot: QtBot, tmp_path: Path) -> None:
-    with open_bench(qtbot, tmp_path) as bench:
-        bench.document.select("roof")
-        table = bench.panels.scores.findChild(QTableView)
-        table.setFocus()
-        qtbot.keyClick(table, Qt.Key.Key_C, Qt.KeyboardModifier.ControlModifier)
-        assert bench.clipboard() == bench.panels.scores.table.as_text()
+def test_a_table_with_the_focus_copies_itself_not_the_selected_sensor(bench: Bench) -> None:
+    bench.document.select("roof")
+    table = bench.panels.scores.findChild(QTableView)
+    table.setFocus()
+    bench.qtbot.keyClick(table, Qt.Key.Key_C, Qt.KeyboardModifier.ControlModifier)
+    assert bench.clipboard() == bench.panels.scores.table.as_text()
 
 
 def test_columns_are_as_low_as_can_be() -> None:

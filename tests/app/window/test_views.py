@@ -98,24 +98,24 @@ def test_names_and_number_of_saved_views_have_limits(bench: FullDesk) -> None:
 
 
 @pytest.mark.parametrize("junk", [{"a": 3}, {"a": {"focal_m": [1e400, 0, 0]}}, {"a": {}}])
-def test_junk_in_the_settings_is_no_view(qtbot: QtBot, junk: dict[str, Any]) -> None:
+def test_junk_in_the_settings_is_no_view(bench: FullDesk, junk: dict[str, Any]) -> None:
     kept = Settings()
     kept.write(SAVED_KEY, junk)
-    with full_desk(qtbot, kept=kept) as bench:
-        assert bench.features.saved_views.cameras == {}
+    bench.features.saved_views.restore(kept)
+    assert bench.features.saved_views.cameras == {}
 
 
-def test_frame_all_says_which_sensor_is_too_far_away_to_be_in_it(qtbot: QtBot) -> None:
+def test_frame_all_says_which_sensor_is_too_far_away_to_be_in_it(bench: FullDesk) -> None:
     far = CAMERA.replace(position=(4000.0, 3000.0, 1.0))
-    with full_desk(qtbot, RIG.replace(sensors=(LIDAR, far))) as bench:
-        for key in ("frame_all", "frame"):
-            bench.workbench.status.clearMessage()
-            bench.act(key)
-            assert bench.viewport.told[-1] == ("frame",)
-            assert "front, 5,000 m away" in bench.workbench.status.currentMessage(), key
-        bench.document.select("front")
-        bench.act("frame")
-        assert bench.viewport.told[-1] == ("frame", "front")
+    bench.document.show(RIG.replace(sensors=(LIDAR, far)))
+    for key in ("frame_all", "frame"):
+        bench.workbench.status.clearMessage()
+        bench.act(key)
+        assert bench.viewport.told[-1] == ("frame",)
+        assert "front, 5,000 m away" in bench.workbench.status.currentMessage(), key
+    bench.document.select("front")
+    bench.act("frame")
+    assert bench.viewport.told[-1] == ("frame", "front")
 
 
 def test_frame_all_has_nothing_to_say_when_all_are_near(bench: FullDesk) -> None:
