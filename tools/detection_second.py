@@ -49,6 +49,9 @@ def gather(folder: Path, tables: Path = DATA) -> None:
             )
         ]
         (tables / name).write_text(csv_text(found), encoding="utf-8")
+    points = folder / "one-sweep" / "detection-recall-points.csv"  # of which the bundled recall is made
+    if points.exists():
+        (tables / "detection2-recall-points.csv").write_bytes(points.read_bytes())
 
 
 def _of_part(folder: Path, part: str, table: str) -> list[Line]:

@@ -224,7 +224,11 @@ def stability(
 
 
 def predicted(
-    detection: Annotated[Path, Parameter(name="DETECTION.csv")], /, *, out: Folder = Path("out")
+    detection: Annotated[Path, Parameter(name="DETECTION.csv")],
+    /,
+    *,
+    recall: Annotated[Path | None, Parameter(metavar="FILE.csv")] = None,
+    out: Folder = Path("out"),
 ) -> None:
     """Fit the calibration of predicted detection to the average precision of the published study.
 
@@ -232,7 +236,10 @@ def predicted(
     ----------
     detection
         detection.csv of `riglens study detection --published`; docs/data holds it.
+    recall
+        detection-recall-points.csv of `riglens study detection --second one-sweep`, to fit recall too.
     out
-        Folder for predicted-detection.csv, predicted-detection-cells.csv and study.yaml, the calibration.
+        Folder for predicted-detection.csv, predicted-detection-cells.csv and the calibrations study.yaml and
+        recall.yaml.
     """
-    study_predicted.study(detection, out)
+    study_predicted.study(detection, recall, out)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +18,7 @@ from riglens.app.evaluation.traffic import car_poses, load_traffic
 from riglens.app.studies.detection_chart import chart, correlation, painted_words, pair_chart
 from riglens.app.studies.detection_files import (
     RECALL_COLUMNS,
+    TALLY_COLUMNS,
     as_json,
     order_lines,
     pair_lines,
@@ -47,7 +48,7 @@ from riglens.core.simulate.painting import Quality
 from riglens.core.study.detection.pieces import Pieces, Study, jobs
 from riglens.core.study.detection.protocol import WORDING, Protocol, entrants
 from riglens.core.study.detection.published import CAMERA_PROTOCOL, PROTOCOL, camera_rigs, published_rigs
-from riglens.core.study.detection.recall import Recall, recall_of
+from riglens.core.study.detection.recall import Recall, Tally, recall_of, tallies_of
 from riglens.core.study.detection.result import Result, assemble, finished_seeds
 from riglens.core.study.detection.run import StudyProgress, run
 from riglens.core.study.detection.second import PERIOD_S, PROTOCOLS, Arm, rigs_of
@@ -61,7 +62,7 @@ from riglens.core.targets.traffic import WITHIN_M
 CHART, PAIRS = "detection.png", "detection-pairs.png"
 NAMES = (
     "detection.csv", "detection-seeds.csv", "detection-ranks.csv", "detection-pairs.csv", "detection.json",
-    CHART, PAIRS, "detection-orders.csv", "detection-recall.csv",
+    CHART, PAIRS, "detection-orders.csv", "detection-recall.csv", "detection-recall-points.csv",
 )  # fmt: skip
 PIECES, MAP = "pieces", "mAP"
 
@@ -153,12 +154,14 @@ def _result(asked: Study, scores: Surrogates, workers: Workers, out: Path) -> Re
         seeds = finished_seeds(pieces) if told.finished.is_found else shown
         if shown < seeds < asked.protocol.seeds:
             shown = seeds
-            write(Result(asked, *assemble(pieces, seeds), scores), recall_of(pieces, seeds), out)
+            found = Result(asked, *assemble(pieces, seeds), scores)
+            write(found, recall_of(pieces, seeds), tallies_of(pieces, seeds), out)
 
     with progress_bar("Detection") as progress:
         run(asked, pieces.folder, workers, tell)
     result = Result(asked, *assemble(pieces, asked.protocol.seeds), scores)
-    write(result, recall_of(pieces, asked.protocol.seeds), out)
+    seeds = asked.protocol.seeds
+    write(result, recall_of(pieces, seeds), tallies_of(pieces, seeds), out)
     return result
 
 
@@ -170,7 +173,7 @@ def _surrogates(asked: Study, scene: SceneOptions) -> Surrogates:
         return surrogates(asked.compared, engine, counts, settings, progress, asked.judged)
 
 
-def write(result: Result, recalls: Iterable[Recall], out: Path) -> None:
+def write(result: Result, recalls: Iterable[Recall], tallies: Iterable[Tally], out: Path) -> None:
     """Write tables, JSON and charts into a folder."""
     texts = {
         NAMES[0]: csv_text(list(rig_lines(result))),
@@ -182,6 +185,7 @@ def write(result: Result, recalls: Iterable[Recall], out: Path) -> None:
     texts[NAMES[3]] = csv_text(pairs, () if pairs else ("rig", "other", "class", "difference"))
     texts[NAMES[7]] = csv_text(list(order_lines(result)))
     texts[NAMES[8]] = csv_text(list(recall_lines(recalls)), RECALL_COLUMNS)
+    texts[NAMES[9]] = csv_text([asdict(one) for one in tallies], TALLY_COLUMNS)
     for name, text in texts.items():
         write_text(out / name, text)
     for name, picture in ((NAMES[5], chart(result)), (NAMES[6], pair_chart(result))):

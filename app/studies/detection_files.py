@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from typing import Any
 
 from riglens.core.rig.yaml.file import rig_sha256
 from riglens.core.study.detection.protocol import WORDING
-from riglens.core.study.detection.recall import Recall
+from riglens.core.study.detection.recall import Recall, Tally
 from riglens.core.study.detection.result import Result
 from riglens.core.study.detection.statistics import COLUMNS, Estimate
 from riglens.core.study.detection.surrogates import SURROGATES
@@ -68,6 +68,9 @@ def order_lines(result: Result) -> Iterator[Line]:
 
 
 RECALL_COLUMNS = ("class", "unit", "from", "to", "ring", "objects", "found", "recall")
+
+
+TALLY_COLUMNS = tuple(one.name for one in fields(Tally))
 
 
 def recall_lines(recalls: Iterable[Recall]) -> Iterator[Line]:

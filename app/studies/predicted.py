@@ -18,23 +18,27 @@ from riglens.app.terminal.tables import table
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.shown_text import visible
 from riglens.core.study.detection.published import PROTOCOL, published_rigs
+from riglens.core.study.detection.second import PROTOCOLS, second_rigs
 from riglens.core.study.predicted import (
     UNITS,
     Prediction,
+    calibrate_recall,
     calibrate_rigs,
     objects_by_number,
     read_precision,
 )
 from riglens.core.targets.traffic import WITHIN_M
 
-NAMES = ("predicted-detection.csv", "predicted-detection-cells.csv", "study.yaml")
+NAMES = ("predicted-detection.csv", "predicted-detection-cells.csv", "study.yaml", "recall.yaml")
 _DIGITS = 4
 
 
-def study(detection: Path, out: Path) -> None:
-    """Fit curves to the rigs of the published study, print how far they miss rigs left out, and write the files."""
+def study(detection: Path, recall: Path | None, out: Path) -> None:
+    """Fit curves to the rigs of the published study, print how far they miss rigs left out, and write the files;
+    recall: table of the second study, to fit the curves of recall too."""
     rigs = published_rigs()
     observed = read_precision(detection, rigs)
+    found_by = None if recall is None else calibrate_recall(recall, second_rigs(), PROTOCOLS["one-sweep"])
     require_folder(out, NAMES)
     traffic = load_traffic(SceneOptions(), WITHIN_M)
     with progress_bar("Casting rays") as progress:
@@ -44,10 +48,17 @@ def study(detection: Path, out: Path) -> None:
     write_text(out / NAMES[0], csv_text(list(rig_lines(found[0]))))
     write_text(out / NAMES[1], csv_text(list(count_lines(found[0].rigs, objects["cells"]))))
     write_text(out / NAMES[2], found[0].calibration.text())
+    if found_by is not None:
+        write_text(out / NAMES[3], found_by.text())
     console = results()
     console.print(_rig_table(found[0]))
     console.print(_error_table(found))
-    console.print(f"{out}: {', '.join(NAMES)}", soft_wrap=True)
+    if found_by is not None:
+        errors = ", ".join(
+            f"{name} {100.0 * error:.1f}" for name, error in zip(CLASSES, found_by.errors[1:], strict=True)
+        )
+        console.print(f"Error of recall on rigs or sequences left out, points: {errors}.")
+    console.print(f"{out}: {', '.join(NAMES[: 3 if found_by is None else 4])}", soft_wrap=True)
 
 
 def rig_lines(found: Prediction) -> Iterator[dict[str, object]]:

@@ -13,11 +13,21 @@ from numpy.typing import NDArray
 from riglens.core.errors import InputError
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.study.curves import MeansOfRigs
+from riglens.core.study.curves import FoundObjects, MeansOfRigs
 from riglens.core.study.detection.protocol import Protocol, entrants, split
 from riglens.core.study.detection.published import FOUR_16_RAYS
+from riglens.core.study.detection.recall import WITHIN_M
 from riglens.core.study.ranks import spearman
-from riglens.core.targets.calibration import MOST, Calibration, Curves, Domain, Unit
+from riglens.core.targets.calibration import (
+    MATCH_M,
+    MIN_SCORE,
+    MOST,
+    Calibration,
+    Curve,
+    Curves,
+    Domain,
+    Unit,
+)
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.traffic import Traffic
 
@@ -31,6 +41,12 @@ UNITS: tuple[Unit, ...] = ("cells", "points")
 DETECTOR = "pillars of 0.25 m and a U-Net of 0.15 M weights, one sweep, shared by 30 rigs, five seeds"
 SOURCE = "detection study of published rigs: AP over all objects, docs/data/detection.csv"
 DATA = "simulated sweeps of the bundled town"
+RECALL_DETECTOR = (
+    "pillars of 0.25 m and a U-Net of 0.15 M weights, one sweep, shared by 23 rigs of real models, "
+    f"detections of score {MIN_SCORE:g} or more within {MATCH_M:g} m"
+)
+RECALL_SOURCE = "second detection study, part one-sweep: docs/data/detection2-recall-points.csv"
+RECALL_DATA = f"{DATA}, with houses and the car's solid body"
 
 
 def objects_by_number(
@@ -120,3 +136,54 @@ def calibrate_rigs(
         mean_error=float(np.sqrt(np.mean((np.transpose(left_out) - observed).mean(axis=1) ** 2))),
     )
     return Prediction(tuple(rays), number_of_rays, observed, np.transpose(left_out), calibration)
+
+
+def calibrate_recall(path: Path, rigs: Sequence[Rig], protocol: Protocol) -> Calibration:
+    """Fit recall by points to the rigs of the second study, from its table of objects and found ones by rig and by
+    sequence; the error of a class is that of rigs or of sequences left out, whichever is larger."""
+    counted: dict[tuple[str, str], dict[str, dict[int, tuple[int, int]]]] = {}
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            for line in csv.DictReader(file):
+                of = counted.setdefault((line["group"], line["cls"]), {}).setdefault(line["name"], {})
+                of[int(line["points"])] = int(line["objects"]), int(line["found"])
+        fitted = {
+            name: [_recall_curve(list(counted[group, name].values())) for group in ("rig", "sequence")]
+            for name in CLASSES
+        }
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from error
+    except (KeyError, ValueError, TypeError, csv.Error) as error:
+        raise InputError(
+            f"{path}: must be the detection-recall-points.csv of the detection study, with group, name, cls, points, "
+            "objects and found"
+        ) from error
+    curves = {
+        name: by_rig.model_copy(update={"error": max(by_rig.error, other.error)})
+        for name, (by_rig, other) in fitted.items()
+    }
+    rays = [sum(lidar.ray_count for lidar in rig.enabled_lidars()) for rig in rigs]
+    region = protocol.region
+    return Calibration(
+        name=f"second study, {len(rigs)} rigs",
+        predicts="recall",
+        unit="points",
+        detector=RECALL_DETECTOR,
+        source=RECALL_SOURCE,
+        domain=Domain(
+            within_m=WITHIN_M,
+            length_m=region.length_m,
+            width_m=region.width_m,
+            rays=(min(rays), max(rays)),
+            data=RECALL_DATA,
+        ),
+        classes=Curves(**curves),
+        mean_error=float(np.linalg.norm([one.error for one in curves.values()]) / len(curves)),
+    )
+
+
+def _recall_curve(groups: Sequence[Mapping[int, tuple[int, int]]]) -> Curve:
+    """Fit recall to objects and found ones by points, of each rig or sequence."""
+    n = sorted({points for group in groups for points in group})
+    table = np.array([[group.get(points, (0, 0)) for points in n] for group in groups], np.float64)
+    return FoundObjects(np.array(n, np.float64), table[..., 0], table[..., 1]).fitted()

@@ -137,9 +137,11 @@ class Calibration(Frozen):
     def of_objects(self, cls: NDArray[np.uint8], inside: NDArray[np.bool_], n: Counts) -> Doubles:
         """Return g of objects (k,) of classes (k,) with n points or cells (k,): NaN outside the region, or for a class
         without a curve."""
-        table = _table(self.classes)
-        found = table[cls, np.minimum(n, MOST)]
-        found[~inside] = np.nan
+        found, near = (
+            np.full(len(n), np.nan),
+            np.flatnonzero(inside),
+        )  # about half of the objects: the others cost nothing
+        found[near] = _table(self.classes)[cls[near], np.minimum(n[near], MOST)]
         return found
 
     @property
@@ -182,5 +184,11 @@ def read_calibration(path: str | os.PathLike[str]) -> Calibration:
 
 @lru_cache(maxsize=1)
 def shipped() -> Calibration:
-    """Return the bundled calibration, of the detector of docs/study-detection.md."""
+    """Return the bundled calibration of AP, of the detector of docs/study-detection.md."""
     return read_calibration(asset_path("calibrations", "study.yaml"))
+
+
+@lru_cache(maxsize=1)
+def shipped_recall() -> Calibration:
+    """Return the bundled calibration of recall, of the detector of docs/study-detection-2.md, one sweep."""
+    return read_calibration(asset_path("calibrations", "recall.yaml"))

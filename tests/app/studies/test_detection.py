@@ -101,7 +101,7 @@ def test_a_class_without_objects_is_empty_in_the_tables(
 
 def test_one_rig_is_shown_without_comparison(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     result = made_up(rigs=1)
-    detection.write(result, [], tmp_path)
+    detection.write(result, [], [], tmp_path)
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(detection.NAMES)
     detection._say(result, detection.results())
     said = capsys.readouterr().out
@@ -269,6 +269,13 @@ def test_a_quick_study_from_words_to_files(riglens: object, tmp_path: Path) -> N
         .read_text()
         .startswith("class,unit,from,to,ring,objects,found,recall\ncar,")
     )
+    points = rows(csv.DictReader((out / "detection-recall-points.csv").open()))
+    by_rig = dict.fromkeys(("Trapezoid", "Line"), 0)
+    for line in points:
+        if line["group"] == "rig":
+            by_rig[line["name"]] += int(line["objects"])
+    drives = sum(int(line["objects"]) for line in points if line["group"] == "sequence")
+    assert by_rig["Trapezoid"] == by_rig["Line"] > 0 and drives == sum(by_rig.values())
     assert "done: net of seed 1" in first.err
     texts = {path: path.read_bytes() for path in out.iterdir() if path.is_file()}
     again = riglens(*words)  # type: ignore[operator]

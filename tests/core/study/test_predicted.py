@@ -13,8 +13,16 @@ from riglens.core.errors import InputError
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.study.curves import FoundObjects, MeansOfRigs
 from riglens.core.study.detection.published import PROTOCOL, published_rigs
-from riglens.core.study.predicted import GOAL_ERROR, GOAL_RANK, calibrate_rigs, read_precision
-from riglens.core.targets.calibration import MOST, Curve, shipped
+from riglens.core.study.detection.second import PROTOCOLS, second_rigs
+from riglens.core.study.predicted import (
+    GOAL_ERROR,
+    GOAL_RANK,
+    calibrate_recall,
+    calibrate_rigs,
+    read_precision,
+)
+from riglens.core.study.ranks import spearman
+from riglens.core.targets.calibration import MOST, Curve, shipped, shipped_recall
 
 DATA = Path(__file__).resolve().parents[3] / "docs" / "data"
 
@@ -48,6 +56,42 @@ def test_the_shipped_calibration_is_the_fit_of_the_committed_tables() -> None:
         printed = {(line["rig"], line["class"]): float(line["predicted"]) for line in csv.DictReader(file)}
     table = [[printed[rig, name] for name in CLASSES] for rig in found.rigs]
     assert 100.0 * found.left_out == pytest.approx(np.array(table), abs=0.02)
+
+
+def test_the_shipped_recall_is_the_fit_of_the_committed_table_and_predicts_its_rigs() -> None:
+    table = DATA / "detection2-recall-points.csv"
+    found, asset = calibrate_recall(table, second_rigs(), PROTOCOLS["one-sweep"]), shipped_recall()
+    assert (found.predicts, found.unit, found.domain) == (asset.predicts, asset.unit, asset.domain)
+    with table.open() as file:
+        lines = list(csv.DictReader(file))
+    for name in CLASSES:
+        mine, theirs = found.classes.of(name), asset.classes.of(name)
+        assert mine is not None and theirs is not None and mine.objects == theirs.objects
+        assert mine.error == pytest.approx(theirs.error, abs=1e-4)
+        assert theirs.at(np.arange(60.0)) == pytest.approx(mine.at(np.arange(60.0)), abs=1e-3)
+        of = [line for line in lines if line["cls"] == name and line["group"] == "rig"]
+        n, objects, hits = (
+            np.array([float(line[key]) for line in of]) for key in ("points", "objects", "found")
+        )
+        places = {
+            rig: np.array([line["name"] == rig for line in of]) for rig in {line["name"] for line in of}
+        }
+        assert len(places) == 23
+        shares = np.array(
+            [(objects[at] @ theirs.at(n[at]), hits[at].sum()) / objects[at].sum() for at in places.values()]
+        )
+        assert float(spearman(*shares.T)) > 0.97
+        assert np.sqrt(np.mean((shares[:, 0] - shares[:, 1]) ** 2)) < theirs.error < 0.06
+
+
+@pytest.mark.parametrize(
+    "text", ["", "group,name,cls\nrig,a,car\n", "group,name,cls,points,objects,found\nrig,a,car,x,1,1\n"]
+)
+def test_a_table_without_recall_is_refused(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "points.csv"
+    path.write_text(text)
+    with pytest.raises(InputError, match=r"must be the detection-recall-points\.csv"):
+        calibrate_recall(path, second_rigs(), PROTOCOLS["one-sweep"])
 
 
 def test_a_curve_is_recovered_from_means_of_rigs() -> None:

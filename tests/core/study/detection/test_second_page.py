@@ -47,6 +47,18 @@ def test_errors_of_predicted_ap(part: str) -> None:
     assert f"| {LABELS[part]} | {' | '.join(cells)} |" in PAGE
 
 
+def test_the_error_of_predicted_ap_follows_the_quality_of_the_rig() -> None:
+    said = []
+    for part in ("one-sweep", "pillars"):
+        of = sorted(rows("", part=part, **{"class": "mean"}), key=lambda line: float(line["ap"]))
+        apart = [100 * float(line["predicted"]) - float(line["ap"]) for line in of]
+        said.append([f"{mean(some):+.1f}".replace("-", "−") for some in (apart[:8], apart[8:15], apart[15:])])
+    one, three = said
+    page = " ".join(PAGE.split())
+    assert f"{one[0]} points for the eight poorest rigs, {one[1]} for seven in between and {one[2]}" in page
+    assert f"three sweeps: {', '.join(three)})" in page
+
+
 @pytest.mark.parametrize(
     ("surrogate", "label"),
     [
