@@ -38,7 +38,7 @@ from riglens.core.shown_text import visible
 from riglens.core.targets.calibration import read_calibration
 from riglens.core.targets.engine import TargetEngine, warm_up
 from riglens.core.targets.object_table import object_table
-from riglens.core.targets.quantities import SURE
+from riglens.core.targets.quantities import RESOLVED, SURE
 from riglens.core.targets.scores import Estimate, Row, TargetScores, sectors_of
 from riglens.core.targets.settings import HEIGHT_PX, TargetSettings
 from riglens.core.targets.targets_json import targets_document
@@ -222,6 +222,20 @@ def _explanation(every: Sequence[TargetScores]) -> Iterable[str]:
     for one in every:
         if one.predicted_outside:
             yield f"{visible(one.rig.name)}: outside the domain of the prediction: {one.predicted_outside}."
+    if recall := scores.settings.recall:
+        for one in every:
+            if said := one.of_100(SURE):
+                outside = f"; outside its domain: {one.found_outside}" if one.found_outside else ""
+                yield f"{visible(one.rig.name)}: {said[0].lower()}{said[1:]}{outside}."
+        yield (
+            f"found = by this detector: {visible(recall.detector)}; ± two standard errors. It does not predict your "
+            "stack."
+        )
+    if len(every) > 1:
+        yield (
+            f"Differences of less than {100.0 * RESOLVED:g} in on target or predicted {predicted.predicts} do not tell "
+            "rigs apart."
+        )
     if scores.frames_used < scores.frames:
         yield "± of the others is two standard errors of the sample of frames."
 

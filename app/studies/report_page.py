@@ -27,7 +27,9 @@ from riglens.core.sensing.rays import farthest_m
 from riglens.core.sensors.base import Sensor
 from riglens.core.sensors.registry import kind_of, kinds
 from riglens.core.shown_text import visible
+from riglens.core.targets.calibration import Domain
 from riglens.core.targets.detection_range_text import HEADINGS, bearing_text
+from riglens.core.targets.quantities import RESOLVED
 
 Figures = dict[str, Any]
 FEW_ROWS, SHORT, MOST_MISSED = 14, 40, 40
@@ -183,12 +185,12 @@ def _templates() -> Environment:
         function.__name__: function
         for function in (
             at, body_text, range_lines, difference_text, few_words, in_brackets, limit_texts, missed_objects,
-            origin, smallest_range, verdict_text, view_text, worst_failure, worst_profile, zone_places,
+            origin, region_of, smallest_range, verdict_text, view_text, worst_failure, worst_profile, zone_places,
         )
     } | {
         "first_within": lambda to_m: partial(first_text, to_m=to_m),
         "heights_m": HEIGHTS_M, "few_rows": FEW_ROWS, "short": SHORT,
-        "most_missed": MOST_MISSED,
+        "most_missed": MOST_MISSED, "resolved": RESOLVED,
         "kinds": kinds, "outcomes": OUTCOMES, "sides": SIDES, "usual_gap_m": USUAL_LIMITS.gap_m,
     }  # fmt: skip
     return made
@@ -226,6 +228,11 @@ def view_text(sensor: Sensor) -> tuple[str, str]:
     near, far = sensor.range_m[0], farthest_m(sensor)
     reach = "no limit" if math.isinf(far) else f"{near:g} to {far:g}"
     return f"{wide} × {high}", reach if near == 0.0 or math.isfinite(far) else f"from {near:g}"
+
+
+def region_of(calibration: Figures) -> str:
+    """Return the region of a calibration in words."""
+    return Domain.model_validate(calibration["domain"]).region
 
 
 def body_text(evaluation: Figures) -> str:

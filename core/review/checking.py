@@ -256,14 +256,19 @@ class Check:
         return rows if rows and rows[-1].to_m == high else []
 
     def _predicted(self, one: PredictedDetection) -> Finding:
-        if self._targets.predicted_outside:
-            return missing(f"outside the domain: {self._targets.predicted_outside}")
-        found = [row.predicted for row in self._rows(one) if row.predicted is not None]
-        domain = self._targets.calibration.domain.region
+        counted, is_ap = self._targets, one.figure == "predicted"
+        calibration = counted.calibration if is_ap else counted.settings.recall
+        if calibration is None:
+            return missing("the calibration predicts AP, not recall")
+        if outside := counted.predicted_outside if is_ap else counted.found_outside:
+            return missing(f"outside the domain: {outside}")
+        rows = [row.predicted if is_ap else row.found for row in self._rows(one)]
+        found = [row for row in rows if row is not None]
+        domain = calibration.domain.region
         if not found:
             return missing(f"there is no {one.cls} {domain}")
         count = sum(row.objects for row in found)
-        error = float(self._targets.calibration.errors[1 + CLASSES.index(one.cls)])
+        error = float(calibration.errors[1 + CLASSES.index(one.cls)])
         return Finding(
             sum(row.objects * row.value for row in found) / count,
             f"{one.text} ({count:,} objects {domain})",

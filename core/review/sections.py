@@ -117,6 +117,8 @@ class Seen(Requirement):
 SHOWN = {
     "seen": "seen",
     "on_target": "on target",
+    "predicted": "predicted detection",
+    "found": "share found",
     "share_5": "share with ≥ 5 points",
     "visible": "visible",
     "both": "detected by both",
@@ -171,13 +173,10 @@ class OnTarget(Requirement):
 
 
 class PredictedDetection(OnTarget):
-    """Predicted detection of a class within distances, in a sector, or in its whole domain, at least."""
+    """Predicted detection of a class, or its share of objects found, within distances, in a sector, or in its whole
+    domain, at least."""
 
-    figure: Literal["predicted"] = "predicted"  # type: ignore[assignment]
-
-    @property
-    def text(self) -> str:
-        return f"predicted detection of {self.cls}{self._where}"
+    figure: Literal["predicted", "found"] = "predicted"  # type: ignore[assignment]
 
 
 WORST: dict[What, str] = {

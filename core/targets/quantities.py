@@ -28,8 +28,8 @@ WHO = (EVERYBODY, *CLASSES)
 SURE = 2.0
 """Standard errors behind ± everywhere: 95 % of samples are nearer to the exact value."""
 RESOLVED = 0.01
-"""Smaller changes of on target had the sign of the change of mAP in 16 of 23 pairs (docs/study-detection.md): neither
-better nor worse."""
+"""Smaller changes of on target had the sign of the change of mAP in 19 of 29 pairs (docs/study-detection.md), smaller
+ones of predicted AP in 6 of 10 that it was not fitted to (docs/study-detection-2.md): neither better nor worse."""
 
 
 @dataclass(frozen=True)
@@ -75,9 +75,16 @@ PREDICTED = Quantity(
     "share", lambda objects, _: objects.predicted,
 )  # fmt: skip
 """NaN for objects of which the calibration says nothing; they do not count."""
+FOUND = Quantity(
+    "found", "Found",
+    "Share of these objects that a detector would find with these LiDAR points, by a calibration. More is better.",
+    "share", lambda objects, _: objects.found,
+)  # fmt: skip
+"""NaN as for PREDICTED."""
 QUANTITIES = (
     ON_TARGET,
     PREDICTED,
+    FOUND,
     Quantity(
         LIDAR.name, "By LiDARs", "Share of objects with at least that many points of LiDARs. More is better.",
         "share", _by(LIDAR.name),
@@ -178,23 +185,36 @@ class Cells:
 class PredictedCells:
     """Predicted detection in cells (len(WHO),) with the errors of sampled frames alone.
 
-    errors (len(WHO),): of the calibration; about: the figure and its detector in words; outside: why a rig is outside
-    the domain, empty where it is inside.
+    errors (len(WHO),): of the calibration; region: that of its objects in words; about: the figure and its detector in
+    words; outside: why a rig is outside the domain, empty where it is inside; found: the same of recall, if any
+    calibration says so.
     """
 
     cells: Cells
     errors: Doubles
+    region: str
     about: str
     outside: str
+    found: PredictedCells | None = None
 
     def anchored(self, exact: PredictedCells) -> PredictedCells:
         """Return the cells anchored, as `Cells.anchored` does."""
-        return replace(self, cells=self.cells.anchored(exact.cells))
+        found = self.found and exact.found and self.found.anchored(exact.found)
+        return replace(self, cells=self.cells.anchored(exact.cells), found=found)
 
     @property
     def se(self) -> Doubles:
         """Standard errors of calibration and sample together."""
         return np.hypot(self.cells.se, self.errors)
+
+
+def of_100(found: Mapping[str, tuple[float, float]], region: str) -> str:
+    """Say how many of 100 objects of each class in a region are found, ±, both as shares; empty without a class."""
+    said = ", ".join(
+        f"{name} {100.0 * value:.0f} ± {max(100.0 * error, 1.0):.0f}"
+        for name, (value, error) in found.items()
+    )
+    return said and f"Found of 100 objects {region}: {said}"
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from riglens.core.sensors.camera import CAMERA
 from riglens.core.sensors.lidar import LIDAR
 from riglens.core.sensors.registry import kind_named
 from riglens.core.targets.calibration import Calibration, Domain, shipped
+from riglens.core.targets.quantities import of_100
 from riglens.core.targets.settings import CELLS_SCALE, HEIGHT_PX, RING_M, RINGS_TO_M, TargetSettings
 from riglens.core.targets.traffic import Traffic
 
@@ -49,7 +50,8 @@ class ObjectCounts:
     pixels that show them, of the enabled sensors by name; points_alone and pixels_alone (k,): of all of them together
     without occlusion; cells (k,): distinct cells of 0.2 m that LiDARs hit; heights_px (k, cameras): rows of
     native pixels from the first to the last that shows it; returns: of the kinds of sensor beside these two, by name;
-    predicted (k,): how well a detector finds each, 0 to 1, NaN where its calibration says nothing.
+    predicted (k,): how well a detector finds each, 0 to 1, found (k,): the chance that it does, both NaN where the
+    calibration says nothing.
     """
 
     box: Counts
@@ -63,6 +65,7 @@ class ObjectCounts:
     heights_px: Doubles
     returns: Mapping[str, Returns] = field(default_factory=dict)
     predicted: Doubles = field(default_factory=lambda: np.zeros(0))
+    found: Doubles = field(default_factory=lambda: np.zeros(0))
 
     def detected(self, min_points: int, failed: Collection[str] = ()) -> dict[str, NDArray[np.bool_]]:
         """Return by kind of sensor which objects are detected (k,) without some sensors: LiDARs by `min_points` points
@@ -149,7 +152,7 @@ class Row:
 
     LiDARs: on_target, shares with at least 1, 5 and `min_points` points, median points. Cameras: mean visible share,
     share at least 25 pixels tall, median height. by_kind: of further kinds, the share with enough returns. By both: by
-    sensors of two kinds; by neither: by none. predicted: detection; None if the calibration says nothing.
+    sensors of two kinds; by neither: by none. predicted: detection, found: recall; None if no calibration says it.
     """
 
     from_m: float
@@ -167,6 +170,7 @@ class Row:
     neither: Estimate
     by_kind: Mapping[str, Estimate] = field(default_factory=dict)
     predicted: Predicted | None = None
+    found: Predicted | None = None
 
 
 @dataclass(frozen=True)
@@ -204,6 +208,22 @@ class TargetScores:
     def predicted_outside(self) -> str:
         """Return why predicted detection is outside its domain; "" inside."""
         return self.calibration.outside(self.rig, self.settings.shape, self.settings.range_law)
+
+    @property
+    def found_outside(self) -> str:
+        """Return the same of the objects found; "" also where no calibration says which are."""
+        recall = self.settings.recall
+        return (
+            "" if recall is None else recall.outside(self.rig, self.settings.shape, self.settings.range_law)
+        )
+
+    def of_100(self, errors: float) -> str:
+        """Say how many of 100 objects of each class are found, ± that many standard errors; empty where no calibration
+        says so."""
+        known = {name: one.total.found for name, one in self.classes.items()}
+        shares = {name: (one.value, errors * one.se) for name, one in known.items() if one is not None}
+        recall = self.settings.recall
+        return "" if recall is None else of_100(shares, recall.domain.region)
 
     @property
     def predicted_mean(self) -> Predicted | None:
@@ -297,17 +317,23 @@ def scores_of(
     """Tabulate the figures of a rig's enabled sensors for the objects of `groups`, and predicted detection.
 
     The rings of distance, which take most of the time, can be left out."""
-    calibration = settings.calibration or shipped()
-    n = objects.cells if calibration.unit == "cells" else objects.all_points
-    inside = groups.inside(calibration.domain) if objects.lidars else np.zeros(len(n), np.bool_)
-    objects = replace(objects, predicted=calibration.of_objects(groups.cls, inside, n))
+    predicted = _of_objects(groups, settings.calibration or shipped(), objects)
+    objects = replace(objects, predicted=predicted, found=_of_objects(groups, settings.recall, objects))
     tables = _Sorted.of(groups, objects, settings)
     classes = {
-        name: _class_targets(groups, tables, number, calibration, with_rings)
+        name: _class_targets(groups, tables, number, settings, with_rings)
         for number, name in enumerate(CLASSES)
     }
     within_m = float(groups.edges_m[-1])
     return TargetScores(rig, settings, groups.of_frames, groups.span, within_m, objects, classes)
+
+
+def _of_objects(groups: Groups, calibration: Calibration | None, objects: ObjectCounts) -> Doubles:
+    """Return the curve of a calibration at each object, (k,): NaN where it says nothing."""
+    if calibration is None or not objects.lidars:
+        return np.full(len(objects.box), math.nan)
+    n = objects.cells if calibration.unit == "cells" else objects.all_points
+    return calibration.of_objects(groups.cls, groups.inside(calibration.domain), n)
 
 
 def sectors_of(traffic: Traffic, scores: TargetScores) -> dict[str, dict[str, Row]]:
@@ -316,7 +342,7 @@ def sectors_of(traffic: Traffic, scores: TargetScores) -> dict[str, dict[str, Ro
     tables = _Sorted.of(groups, scores.objects, scores.settings)
     return {
         name: {
-            sector: _row(groups, tables, part, (0.0, scores.within_m), _error(scores.calibration, name))
+            sector: _row(groups, tables, part, (0.0, scores.within_m), _errors(scores.settings, name))
             for sector, part in zip(SECTORS, groups.slices(number)[1:], strict=True)
         }
         for number, name in enumerate(CLASSES)
@@ -343,6 +369,7 @@ class _Sorted:
     both: Doubles
     neither: Doubles
     predicted: Doubles
+    found: Doubles
     by_kind: Mapping[str, Doubles] = field(kw_only=True)
 
     @classmethod
@@ -356,34 +383,40 @@ class _Sorted:
         kinds = np.sum(list(found.values()), axis=0)
         columns = (
             points, height_px, on_target, points >= 1, points >= 5, by_lidar, visible, by_camera,
-            kinds >= 2, kinds == 0, groups.sorted(objects.predicted),
+            kinds >= 2, kinds == 0, groups.sorted(objects.predicted), groups.sorted(objects.found),
         )  # fmt: skip
         others = {kind: found[kind].astype(np.float64) for kind in objects.returns}
         return cls(*(column.astype(np.float64) for column in columns), by_kind=others)
 
 
 def _class_targets(
-    groups: Groups, tables: _Sorted, number: int, calibration: Calibration, with_rings: bool
+    groups: Groups, tables: _Sorted, number: int, settings: TargetSettings, with_rings: bool
 ) -> ClassTargets:
     whole, *rings = groups.slices(number)
     edges = groups.edges_m.tolist()
-    error = _error(calibration, CLASSES[number])
+    errors = _errors(settings, CLASSES[number])
     return ClassTargets(
-        _row(groups, tables, whole, (0.0, edges[-1]), error),
+        _row(groups, tables, whole, (0.0, edges[-1]), errors),
         tuple(
-            _row(groups, tables, part, ring, error)
+            _row(groups, tables, part, ring, errors)
             for part, ring in zip(rings, pairwise(edges), strict=True)
             if with_rings
         ),
     )
 
 
-def _error(calibration: Calibration, name: str) -> float:
-    curve = calibration.classes.of(name)
-    return 0.0 if curve is None else curve.error
+def _errors(settings: TargetSettings, name: str) -> tuple[float, float]:
+    """Return the errors of a class in the calibrations of predicted detection and of recall; 0 without a curve."""
+    predicted, found = (
+        None if one is None else one.classes.of(name)
+        for one in (settings.calibration or shipped(), settings.recall)
+    )
+    return 0.0 if predicted is None else predicted.error, 0.0 if found is None else found.error
 
 
-def _row(groups: Groups, tables: _Sorted, part: slice, ring_m: tuple[float, float], error: float) -> Row:
+def _row(
+    groups: Groups, tables: _Sorted, part: slice, ring_m: tuple[float, float], errors: tuple[float, float]
+) -> Row:
     def mean(values: Doubles) -> Estimate:
         return groups.mean(values, part)
 
@@ -401,7 +434,8 @@ def _row(groups: Groups, tables: _Sorted, part: slice, ring_m: tuple[float, floa
         mean(tables.both),
         mean(tables.neither),
         {kind: mean(values) for kind, values in tables.by_kind.items()},
-        _predicted(groups, tables.predicted, part, error),
+        _predicted(groups, tables.predicted, part, errors[0]),
+        _predicted(groups, tables.found, part, errors[1]),
     )
 
 

@@ -8,7 +8,7 @@ from typing import Literal
 from riglens.core.errors import InputError
 from riglens.core.metric.scores import Body
 from riglens.core.plain import to_plain
-from riglens.core.targets.calibration import Calibration
+from riglens.core.targets.calibration import Calibration, shipped_recall
 from riglens.core.targets.shapes import Shape
 
 Phase = Literal["random", "0"]
@@ -43,6 +43,14 @@ class TargetSettings:
             raise InputError(f"must be an integer from 0 to 2^63 - 1 (got {self.seed})", "seed")
         if self.min_points < 1:
             raise InputError(f"must be an integer ≥ 1 (got {self.min_points})", "min_points")
+
+    @property
+    def recall(self) -> Calibration | None:
+        """The calibration that says which objects are found: the given one, or the bundled one where none is given;
+        None for one of AP."""
+        if self.calibration is None:
+            return shipped_recall()
+        return self.calibration if self.calibration.predicts == "recall" else None
 
     def as_dict(self) -> dict[str, object]:
         """Return the settings as plain data, by the names of the JSON."""

@@ -12,8 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.sectors import SECTORS, sector_of
+from riglens.core.targets.calibration import Calibration, Domain
 from riglens.core.targets.quantities import (
     EVERYBODY,
+    FOUND,
     PREDICTED,
     WHO,
     Cells,
@@ -29,9 +31,16 @@ Doubles = NDArray[np.float64]
 Counts = NDArray[np.int64]
 
 
-def table_of(traffic: Traffic, now: TargetScores, before: TargetScores, quantity: Quantity) -> Table:
-    """Tabulate a quantity by class and ring, with changes against a baseline in the same frames."""
-    figures = _Figures.of(traffic, now, before, quantity)
+def table_of(
+    traffic: Traffic,
+    now: TargetScores,
+    before: TargetScores,
+    quantity: Quantity,
+    region: Domain | None = None,
+) -> Table:
+    """Tabulate a quantity by class and ring, with changes against a baseline in the same frames; of the objects in the
+    region of a domain alone if one is given."""
+    figures = _Figures.of(traffic, now, before, quantity, region)
     edges_m, ring, cls = ring_edges_m(traffic.within_m), _ring(traffic, now), traffic.cls[now.objects.box]
     everywhere = np.zeros(len(cls), np.int64)
     parts = []
@@ -40,7 +49,7 @@ def table_of(traffic: Traffic, now: TargetScores, before: TargetScores, quantity
         rings = figures.cells(chosen, ring, len(edges_m) - 1)
         parts.append(_beside(figures.cells(chosen, everywhere, 1), rings))
     cells = _stacked(parts)
-    return Table(quantity, edges_m, _widened(cells, quantity, now.calibration.errors[:, None]))
+    return Table(quantity, edges_m, _widened(cells, _errors(now, quantity)[:, None]))
 
 
 def totals_of(traffic: Traffic, now: TargetScores, before: TargetScores, quantity: Quantity) -> Cells:
@@ -54,29 +63,44 @@ def totals_of(traffic: Traffic, now: TargetScores, before: TargetScores, quantit
 
 def predicted_of(traffic: Traffic, now: TargetScores, before: TargetScores) -> PredictedCells:
     """Return predicted detection over all distances of its domain, with changes as in `table_of`."""
-    found = now.calibration
-    about = (
-        f"{found.predicts} of this detector: {found.detector}. Objects {found.domain.region}; LiDARs alone."
-    )
-    return PredictedCells(
-        totals_of(traffic, now, before, PREDICTED), found.errors, about, now.predicted_outside
-    )
+
+    def of(one: Calibration, quantity: Quantity, outside: str) -> PredictedCells:
+        region = one.domain.region
+        about = f"{one.predicts} of this detector: {one.detector}. Objects {region}; LiDARs alone."
+        return PredictedCells(totals_of(traffic, now, before, quantity), one.errors, region, about, outside)
+
+    recall = now.settings.recall
+    found = None if recall is None else of(recall, FOUND, now.found_outside)
+    return replace(of(now.calibration, PREDICTED, now.predicted_outside), found=found)
 
 
-def rose_of(traffic: Traffic, now: TargetScores, before: TargetScores, quantity: Quantity, who: str) -> Rose:
-    """Tabulate a quantity of one of `WHO` by ring and sector."""
+def rose_of(
+    traffic: Traffic,
+    now: TargetScores,
+    before: TargetScores,
+    quantity: Quantity,
+    who: str,
+    region: Domain | None = None,
+) -> Rose:
+    """Tabulate a quantity of one of `WHO` by ring and sector, in a region as `table_of` does."""
     edges_m, box = ring_edges_m(traffic.within_m), now.objects.box
     chosen = np.ones(len(box), np.bool_) if who == EVERYBODY else traffic.cls[box] == CLASSES.index(who)
     rings, sectors = len(edges_m) - 1, len(SECTORS)
     group = _ring(traffic, now) * sectors + sector_of(*traffic.centre_m[box, :2].T)
-    flat = _Figures.of(traffic, now, before, quantity).cells(chosen, group, rings * sectors)
+    flat = _Figures.of(traffic, now, before, quantity, region).cells(chosen, group, rings * sectors)
     cells = Cells(*(part.reshape(rings, sectors) for part in _parts(flat)))
-    return Rose(quantity, who, edges_m, _widened(cells, quantity, now.calibration.errors[WHO.index(who)]))
+    return Rose(quantity, who, edges_m, _widened(cells, _errors(now, quantity)[WHO.index(who)]))
 
 
-def _widened(cells: Cells, quantity: Quantity, error: ArrayLike) -> Cells:
-    """Return cells whose standard errors hold that of the calibration too, where the quantity has one."""
-    return replace(cells, se=np.hypot(cells.se, error)) if quantity is PREDICTED else cells
+def _errors(now: TargetScores, quantity: Quantity) -> Doubles:
+    """Return the errors of the calibration of a quantity, (len(WHO),): 0 where it has none."""
+    calibration = {PREDICTED.key: now.calibration, FOUND.key: now.settings.recall}.get(quantity.key)
+    return np.zeros(len(WHO)) if calibration is None else calibration.errors
+
+
+def _widened(cells: Cells, error: ArrayLike) -> Cells:
+    """Return cells whose standard errors hold that of a calibration too."""
+    return replace(cells, se=np.hypot(cells.se, error)) if np.any(error) else cells
 
 
 def _ring(traffic: Traffic, scores: TargetScores) -> Counts:
@@ -97,10 +121,20 @@ class _Figures:
     frames: int
 
     @classmethod
-    def of(cls, traffic: Traffic, now: TargetScores, before: TargetScores, quantity: Quantity) -> _Figures:
+    def of(
+        cls,
+        traffic: Traffic,
+        now: TargetScores,
+        before: TargetScores,
+        quantity: Quantity,
+        region: Domain | None = None,
+    ) -> _Figures:
+        mine = quantity.of(now.objects, now.settings)
+        if region is not None:
+            mine = np.where(region.holds(traffic.centre_m[now.objects.box]), mine, math.nan)
         return cls(
             quantity,
-            quantity.of(now.objects, now.settings),
+            mine,
             quantity.of(before.objects, before.settings),
             traffic.frame_of_box[now.objects.box],
             now.frames_used,
@@ -109,7 +143,7 @@ class _Figures:
 
     @cached_property
     def _known(self) -> NDArray[np.bool_]:
-        """Return which objects have the quantity, (k,)."""
+        """Return which objects have the quantity and lie in the region, (k,)."""
         return ~(np.isnan(self.mine) | np.isnan(self.theirs))
 
     def cells(self, chosen: NDArray[np.bool_], group: Counts, groups: int) -> Cells:

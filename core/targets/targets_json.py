@@ -39,6 +39,7 @@ def targets_document(traffic: Traffic, scores: Sequence[TargetScores]) -> dict[s
             "notes": list(data.notes),
         },
         "calibration": to_plain(first.calibration),
+        "recall_calibration": to_plain(recall) if (recall := first.settings.recall) else None,
         "rigs": [_rig(traffic, one, body) for one in scores],
     }
 
@@ -66,6 +67,7 @@ def target_figures(scores: TargetScores) -> dict[str, Any]:
     return {
         "predicted_mean": _predicted(scores.predicted_mean),
         "predicted_outside": scores.predicted_outside,
+        "found_outside": scores.found_outside,
         "classes": {name: _class(scores.classes[name]) for name in CLASSES},
     }
 
@@ -75,6 +77,7 @@ def _class(found: ClassTargets) -> dict[str, Any]:
     return {
         "objects": total.objects,
         "predicted": _predicted(total.predicted),
+        "found": _predicted(total.found),
         "lidar": {
             "on_target": total.on_target.value,
             "on_target_se": total.on_target.se,
@@ -114,6 +117,7 @@ def _part(row: Row) -> dict[str, Any]:
     return {
         "objects": row.objects,
         "predicted": _predicted(row.predicted),
+        "found": _predicted(row.found),
         "on_target": row.on_target.value,
         "on_target_se": row.on_target.se,
         "share_5": row.share_5.value,

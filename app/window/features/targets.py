@@ -122,7 +122,7 @@ class Targets(Feature):
             baseline = LAST_SAVED if pinned is None else pinned.name
             answer = self.answer
             self.panel.show_counts(answer.traffic, answer.scores, answer.baseline, baseline)
-            self.bench.panels.scores.table.show_counted(*self._counted(answer))
+            self.bench.panels.scores.show_counted(*self._counted(answer))
             if answer.request is not self._asked:
                 self._grey()
 
@@ -140,10 +140,10 @@ class Targets(Feature):
 
     def _grey(self) -> None:
         self.panel.set_stale()
-        self.bench.panels.scores.table.grey_counted()
+        self.bench.panels.scores.grey_counted()
 
     def _on_problem(self, reason: str) -> None:
         self.answer = self._exact = None
         self.panel.show_problem(reason)
-        self.bench.panels.scores.table.forget_counted(reason)
+        self.bench.panels.scores.forget_counted(reason)
         self.counted.emit()

@@ -502,12 +502,16 @@ def test_a_class_without_objects_has_no_figures_and_is_named(document):
         assert not re.search(r'data-from="[^"]*pedestrian', shown)
 
 
-def test_a_prediction_outside_its_domain_stands_in_brackets(document):
+@pytest.mark.parametrize("figure", ["predicted", "found"])
+def test_a_prediction_outside_its_domain_stands_in_brackets(document, figure):
     figures = copy.deepcopy(document.figures)
-    first = figures["targets"]["rigs"][0]["classes"]["car"]["predicted"]["value"]
-    cell = 'data-from="targets/rigs/0/classes/car/predicted/value">%s<'
-    assert cell % percent(first) in report_page(document)
-    figures["targets"]["rigs"][0]["predicted_outside"] = "too many rays"
+    for rig in figures["targets"]["rigs"]:
+        rig["found_outside"] = ""
+    first = figures["targets"]["rigs"][0]["classes"]["car"][figure]["value"]
+    cell = f'data-from="targets/rigs/0/classes/car/{figure}/value">%s<'
+    page = report_page(ReportDocument(figures, document.rigs, document.drawings))
+    assert cell % percent(first) in page and "within 30 m" in page, "the domain stands beside it"
+    figures["targets"]["rigs"][0][f"{figure}_outside"] = "too many rays"
     page = report_page(ReportDocument(figures, document.rigs, document.drawings))
     assert cell % f"({percent(first)})" in page
     assert cell.replace("rigs/0", "rigs/1") % percent(first) in page, "the other is within its domain"

@@ -154,16 +154,16 @@ def test_a_class_that_the_scene_has_not_is_not_applicable(text: str) -> None:
         assert (verdict.status, verdict.passes) == ("not applicable", False)
 
 
-def test_predicted_detection_is_that_of_the_targets_and_nothing_outside_its_domain() -> None:
-    asked = subject(Rig(sensors=(dense_lidar(1.9, 64, 360),)))
-    text = "predicted_detection: [{class: car, at_least: 0}, {class: car, ring_m: [0, 20], at_least: 1}]"
+@pytest.mark.parametrize("figure", ["predicted", "found"])
+def test_predicted_detection_is_that_of_the_targets_and_nothing_outside_its_domain(figure: str) -> None:
+    asked = subject(Rig(sensors=(dense_lidar(1.9, 64, 720),)))
+    each = f"class: car, figure: {figure}"
+    text = f"predicted_detection: [{{{each}, at_least: 0}}, {{{each}, ring_m: [0, 20], at_least: 1}}]"
     whole, near = Check(asked, required(text)).verdicts()
     assert asked.traffic is not None
     table = TargetEngine(asked.traffic, threads=1).evaluate(asked.rig).classes["car"]
-    rings = [ring.predicted for ring in table.rings[:2] if ring.predicted is not None]
-    assert table.total.predicted is not None and whole.finding.value == pytest.approx(
-        table.total.predicted.value
-    )
+    rings = [row for ring in table.rings[:2] if (row := getattr(ring, figure)) is not None]
+    assert whole.finding.value == pytest.approx(getattr(table.total, figure).value)
     wanted = sum(ring.objects * ring.value for ring in rings) / sum(ring.objects for ring in rings)
     assert near.finding.value == pytest.approx(wanted)
     error = (
@@ -174,7 +174,7 @@ def test_predicted_detection_is_that_of_the_targets_and_nothing_outside_its_doma
     assert whole.lines()[0].startswith(f"± {200 * error:.1f} %, two standard errors") and error > 0.0
     assert (whole.passes, near.passes) == (True, False), "a curve stays below 1"
     (outside,) = verdicts(
-        Rig(sensors=(dense_lidar(1.9, 2, 90),)), "predicted_detection: [{class: car, at_least: 0}]"
+        Rig(sensors=(dense_lidar(1.9, 2, 90),)), f"predicted_detection: [{{{each}, at_least: 0}}]"
     )
     assert outside.status == "not applicable" and "rays" in outside.lines()[0]
 

@@ -19,12 +19,14 @@ from riglens.core.targets.calibration import (
     Domain,
     read_calibration,
     shipped,
+    shipped_recall,
 )
 from riglens.core.targets.engine import TargetEngine
-from riglens.core.targets.quantities import PREDICTED
-from riglens.core.targets.scores import TargetScores
+from riglens.core.targets.quantities import FOUND, PREDICTED
+from riglens.core.targets.scores import TargetScores, sectors_of
 from riglens.core.targets.settings import USUAL
 from riglens.core.targets.tables import table_of
+from riglens.core.targets.targets_json import targets_document
 from tests.core.builders import rig_of, spinning
 from tests.core.targets.cases import traffic
 
@@ -101,7 +103,41 @@ def test_the_calibration_changes_no_other_figure_and_casts_nothing() -> None:
     assert one.objects.points is other.objects.points
     for name in CLASSES:
         mine, theirs = one.classes[name].total, other.classes[name].total
-        assert replace(mine, predicted=None) == replace(theirs, predicted=None)
+        assert replace(mine, predicted=None, found=None) == replace(theirs, predicted=None, found=None)
+
+
+def test_objects_found_follow_recall_of_the_study_or_of_ones_own_detector() -> None:
+    usual, own = (TargetEngine(TRAFFIC, threads=1).evaluate(RIG, how) for how in (USUAL, CALIBRATED))
+    bundled = shipped_recall()
+    for scores_, recall, classes in ((usual, bundled, CLASSES), (own, NEAR, ("car", "pedestrian"))):
+        objects, box = scores_.objects, scores_.objects.box
+        inside = recall.domain.holds(TRAFFIC.centre_m[box])
+        said = scores_.of_100(2.0)
+        assert recall.domain.region in said
+        for name in classes:
+            chosen, curve = inside & (TRAFFIC.cls[box] == CLASSES.index(name)), recall.classes.of(name)
+            row = scores_.classes[name].total.found
+            assert row is not None and curve is not None and row.objects == chosen.sum() < len(PLACES) * 6
+            assert row.value == pytest.approx(curve.at(objects.all_points[chosen].astype(float)).mean())
+            assert f"{name} {100 * row.value:.0f} ± {200 * curve.error:.0f}" in said
+            (ring,) = (one.found for one in scores_.classes[name].rings[1:2])
+            assert ring is not None and ring.objects < row.objects
+            sectors = [one.found for one in sectors_of(TRAFFIC, scores_)[name].values() if one.found]
+            assert sum(one.objects for one in sectors) == row.objects
+        cells = table_of(TRAFFIC, scores_, scores_, FOUND).cells
+        (car,) = (scores_.classes["car"].total.found,)
+        assert car is not None and (cells.value[1, 0], cells.se[1, 0]) == pytest.approx((car.value, car.se))
+    document = targets_document(TRAFFIC, [usual])
+    assert document["recall_calibration"]["predicts"] == "recall"
+    car = usual.classes["car"].total.found
+    assert car is not None and document["rigs"][0]["classes"]["car"]["found"]["value"] == car.value
+
+
+def test_a_calibration_of_ap_says_nothing_of_objects_found() -> None:
+    found = TargetEngine(TRAFFIC, threads=1).evaluate(RIG, replace(USUAL, calibration=shipped()))
+    assert found.classes["car"].total.predicted is not None and found.classes["car"].total.found is None
+    assert found.of_100(1.0) == found.found_outside == ""
+    assert targets_document(TRAFFIC, [found])["recall_calibration"] is None
 
 
 def test_what_lies_outside_the_domain_is_said() -> None:
@@ -121,7 +157,7 @@ def test_numbers_beyond_the_table_are_those_of_its_end() -> None:
     assert found[0] == found[1] == pytest.approx(CAR.a)
 
 
-@pytest.mark.parametrize("calibration", [NEAR, shipped()])
+@pytest.mark.parametrize("calibration", [NEAR, shipped(), shipped_recall()])
 def test_a_calibration_reads_back_to_the_same_bits(tmp_path: Path, calibration: Calibration) -> None:
     path = tmp_path / "calibration.yaml"
     path.write_text(calibration.text())

@@ -15,7 +15,7 @@ from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.library import sensor_from_model
 from riglens.core.rig.model import Rig
 from riglens.core.targets.engine import TargetEngine
-from riglens.core.targets.quantities import ON_TARGET, PREDICTED, QUANTITIES, RESOLVED, WHO
+from riglens.core.targets.quantities import FOUND, ON_TARGET, PREDICTED, QUANTITIES, RESOLVED, WHO, Quantity
 from riglens.core.targets.scores import TargetScores
 from riglens.core.targets.settings import USUAL
 from riglens.core.targets.tables import predicted_of, table_of, totals_of
@@ -60,6 +60,27 @@ def test_a_panel_out_of_sight_makes_its_table_when_it_is_looked_at(panel: Target
     assert panel.table.figures.row_titles == ()
     panel.show()
     assert item(panel, "car", 0).text
+
+
+def test_the_region_of_the_prediction_makes_all_figures_of_the_same_objects(panel: TargetsPanel) -> None:
+    def objects() -> list[int]:
+        return [int(line.split("\t")[4]) for line in panel.table.as_text().splitlines()[1:]]
+
+    show(panel)
+    everywhere, note = objects(), panel._note.text()
+    panel.choose(PREDICTED.key)
+    predicted, total = objects(), sum(objects()[1:])
+    panel.choose(ON_TARGET.key)
+    panel._region.setCurrentIndex(1)
+    assert objects() == predicted and sum(predicted) < sum(everywhere)
+    now = counts(NOW)
+    domain = now.calibration.domain
+    inside = domain.holds(TRAFFIC.centre_m[now.objects.box])
+    on_target = now.objects.on_target[inside & (TRAFFIC.cls[now.objects.box] == 0)].mean()
+    assert item(panel, "car", 0).text == value_text(ON_TARGET, float(on_target))
+    assert domain.region in panel._note.text() != note and f"{total:,} objects" in panel._note.text()
+    panel._region.setCurrentIndex(0)
+    assert objects() == everywhere and panel._note.text() == note
 
 
 def test_a_cell_shows_value_error_and_change(panel: TargetsPanel) -> None:
@@ -110,10 +131,14 @@ def test_fewer_missed_is_better(panel: TargetsPanel) -> None:
             assert shown.change_tone == "less"
 
 
-def test_a_change_too_small_to_tell_rigs_apart_is_neither_better_nor_worse(panel: TargetsPanel) -> None:
+@pytest.mark.parametrize("quantity", [ON_TARGET, PREDICTED, FOUND])
+def test_a_change_too_small_to_tell_rigs_apart_is_neither_better_nor_worse(
+    panel: TargetsPanel, quantity: Quantity
+) -> None:
     nearly = rig_of(spinning((0.0, 0.0, 1.8)))
+    panel.choose(quantity.key)
     panel.show_counts(TRAFFIC, counts(NOW), counts(nearly), "nearly")
-    change = float(table_of(TRAFFIC, counts(NOW), counts(nearly), ON_TARGET).cells.change[0, 0])
+    change = float(table_of(TRAFFIC, counts(NOW), counts(nearly), quantity).cells.change[0, 0])
     assert 0.0 < abs(change) < RESOLVED
     assert item(panel, WHO[0], 0).change_tone == "text"
     show(panel)
@@ -231,6 +256,30 @@ def test_the_score_table_shows_predicted_detection_with_the_error_of_its_calibra
     assert scores.table.cell("car", "predicted").text == sampled_text(found.value, found.se)
     change = float(totals_of(TRAFFIC, now, before, PREDICTED).change[row])
     assert scores.table.cell("car", "predicted change").text == sampled_change_text(change, 0.0)
+
+
+def test_the_domain_stands_with_the_share_found_and_goes_with_it(scores: ScoresPanel) -> None:
+    now = counts(NOW)
+    recall, found = now.settings.recall, now.classes["car"].total.found
+    assert recall is not None and found is not None and scores.found == ""
+    cells, predicted = totals_of(TRAFFIC, now, now, ON_TARGET), predicted_of(TRAFFIC, now, now)
+    assert predicted.found is not None
+    for outside in ("", "too many rays"):
+        inside = replace(predicted, found=replace(predicted.found, outside=outside))
+        scores.show_counted(cells, inside)
+        for said in (scores.found, scores.table.cell("car", "predicted").tip):
+            assert f"car {100 * found.value:.0f} ± {200 * found.se:.0f}" in said
+            assert recall.domain.region in said and outside in said
+        assert scores._found.isEnabled() == (not outside)
+    assert predicted.region in scores.table.cell("car", "predicted").tip
+    scores.show_counted(cells, predicted)
+    scores.grey_counted()
+    assert not scores._found.isEnabled()
+    scores.show_counted(cells, replace(predicted, found=None))
+    assert scores.found == "", "a calibration of AP alone"
+    scores.show_counted(cells, predicted)
+    scores.forget_counted("no boxes")
+    assert scores.found == ""
 
 
 def test_predicted_detection_is_grey_outside_its_domain_and_says_why(scores: ScoresPanel) -> None:

@@ -21,12 +21,19 @@ from PySide6.QtWidgets import (
 )
 
 from riglens.core.metric.scores import MAX_LAMBDA, READINGS, MetricSettings, Scores
+from riglens.core.targets.quantities import Cells, PredictedCells
 from riglens.widgets.panels.controls.building import button, filled, plain_label
 from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel
 from riglens.widgets.panels.fields.edits import NumberEdit
 from riglens.widgets.panels.fields.form import ChoiceBox
-from riglens.widgets.panels.scores.table import LAST_SAVED, ScoreTable
-from riglens.widgets.panels.scores.text import FIGURES_HELP, FIGURES_TITLE, NOT_COUNTED_NOTE, SIGN_NOTE
+from riglens.widgets.panels.scores.table import LAST_SAVED, ScoreTable, found_text
+from riglens.widgets.panels.scores.text import (
+    FIGURES_HELP,
+    FIGURES_TITLE,
+    FOUND_NOTE,
+    NOT_COUNTED_NOTE,
+    SIGN_NOTE,
+)
 
 READING_NOTES = {
     "covered": "S-MIG = −entropy of the voxels reached: the paper's equations.",
@@ -79,11 +86,13 @@ class ScoresPanel(QWidget):
         self._reading.setCurrentText(self._settings.reading)
         self._reading.activated.connect(lambda index: self._want(reading=READINGS[index]))
         self._note, below = plain_label(style="hint", shrinks=True), QWidget()
+        self._found = plain_label(style="hint", shrinks=True)
+        self._found.setToolTip(FOUND_NOTE)
         self._of_paper = (QLabel("λ"), self._weight, QLabel("Reading"), self._reading)
         tip = f"<b>{FIGURES_TITLE}</b>{FIGURES_HELP}"
         which = button(QToolButton(), self.help_wanted, tip, "figures_help", "Which figure?")
         filled(
-            QHBoxLayout(below), *self._of_paper, self._note, 1, which,
+            QHBoxLayout(below), *self._of_paper, self._found, self._note, 1, which,
             margins=(MARGIN, 5, MARGIN, 6), spacing=SPACING,
         )  # fmt: skip
         self._weight.setToolTip("Weight of the cameras in S-MS, 0.1 in the paper.")
@@ -133,6 +142,23 @@ class ScoresPanel(QWidget):
         self._is_stale = self._is_estimate = False
         self.table.show_scores(scores, baseline, self._settings)
 
+    def show_counted(self, on_target: Cells, predicted: PredictedCells) -> None:
+        """Show what is counted on objects, and how many of 100 are found."""
+        self.table.show_counted(on_target, predicted)
+        outside = predicted.found is not None and bool(predicted.found.outside)
+        self._found.setText(found_text(predicted))
+        self._found.setEnabled(not outside)
+
+    def forget_counted(self, reason: str) -> None:
+        """Show no number on objects, and the reason."""
+        self.table.forget_counted(reason)
+        self._found.setText("")
+
+    def grey_counted(self) -> None:
+        """Grey what is counted on objects."""
+        self.table.grey_counted()
+        self._found.setEnabled(False)
+
     def show_estimate(self, scores: Scores) -> None:
         """Show rough scores until the exact ones arrive; until then there is nothing to copy."""
         self._is_stale = self._is_estimate = True
@@ -179,6 +205,11 @@ class ScoresPanel(QWidget):
             f"change against {self._baseline} · {shares} · S-MS, 10³ nat: {way.removeprefix('S-MS ')}"
         )
         self._note.setToolTip(SIGN_NOTE)
+
+    @property
+    def found(self) -> str:
+        """Say how many of 100 objects are found."""
+        return self._found.text()
 
     @property
     def note(self) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import replace
 
 from PySide6.QtGui import QFontMetrics, QResizeEvent
@@ -12,7 +13,8 @@ from riglens.core.metric.scores import MetricSettings, Scores
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensors.registry import shown_kinds
 from riglens.core.targets.quantities import ON_TARGET as ON_TARGET_QUANTITY
-from riglens.core.targets.quantities import SURE, WHO, Cells, PredictedCells
+from riglens.core.targets.quantities import PREDICTED as PREDICTED_QUANTITY
+from riglens.core.targets.quantities import SURE, WHO, Cells, PredictedCells, of_100
 from riglens.widgets.panels.controls.item_views import OwnKeys, StandardKey
 from riglens.widgets.panels.figures.table import NOTHING, Figure, FigureTable, Heading, Tone
 from riglens.widgets.panels.scores.text import (
@@ -161,10 +163,11 @@ class ScoreTable(FigureTable):
             row = WHO.index(name)
             is_resolved = tells_apart(ON_TARGET_QUANTITY, float(on_target.change[row]))
             tip = tip_text(ON_TARGET_QUANTITY, name, on_target, row, self._baseline)
+            is_as_clear = is_resolved and tells_apart(PREDICTED_QUANTITY, float(predicted.cells.change[row]))
             rows.append(
                 [
                     *_sampled(
-                        predicted.cells, row, float(predicted.se[row]), _tip(predicted, row), is_resolved
+                        predicted.cells, row, float(predicted.se[row]), _tip(predicted, row), is_as_clear
                     ),
                     *_sampled(on_target, row, float(on_target.se[row]), tip, is_resolved),
                 ]
@@ -217,11 +220,29 @@ def _tip(predicted: PredictedCells, row: int) -> str:
     lines = [f"Outside the domain: {predicted.outside}"] if predicted.outside else []
     if objects:
         error = 100.0 * SURE * float(predicted.se[row])
-        lines.append(f"{WHO[row]}: {100.0 * value:.1f} ± {error:.1f} of 100, over {objects:,} objects")
+        lines.append(f"{WHO[row]}: AP {100.0 * value:.1f} ± {error:.1f} %, over {objects:,} objects")
         lines.append("± two standard errors, of the calibration and of a sample of frames")
     else:
         lines.append(f"{WHO[row]}: no prediction for the objects in these frames")
-    return "\n".join([*lines, predicted.about])
+    lines.append(predicted.about)
+    if said := found_text(predicted, (row,)):
+        lines += [said, predicted.found.about if predicted.found else ""]
+    return "\n".join(lines)
+
+
+def found_text(predicted: PredictedCells, rows: Iterable[int] = range(1, len(WHO))) -> str:
+    """Say how many of 100 objects of some of `WHO` are found, with two standard errors, or why the rig is outside the
+    domain; empty where no calibration says so."""
+    found = predicted.found
+    if found is None:
+        return ""
+    shares = {
+        WHO[row]: (float(found.cells.value[row]), SURE * float(found.se[row]))
+        for row in rows
+        if found.cells.objects[row]
+    }
+    said = of_100(shares, found.region)
+    return f"Outside the domain: {found.outside}. {said}" if said and found.outside else said
 
 
 def _classes(scores: Scores | None) -> list[Heading]:

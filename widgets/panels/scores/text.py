@@ -68,6 +68,10 @@ PREDICTED_NOTE = (
     "Computed from the spots hit on each object by a curve per class. It compares rigs in the same traffic and does "
     "not predict the AP of your stack; cameras are ignored. Grey where the rig is outside its domain."
 )
+FOUND_NOTE = (
+    "How many of 100 objects the detector of the second detection study would find with the points of the LiDARs, "
+    "± two standard errors. It does not predict your stack; cameras are ignored. Grey outside its domain."
+)
 SEEN_NOTE = (
     "Share of the class's entropy H(Ω) that any enabled sensor covers; more is better.\n"
     "Occlusion by traffic is ignored here; on target includes it, see the panel Targets."

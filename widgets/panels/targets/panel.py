@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import numpy as np
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QSpinBox, QToolButton, QVBoxLayout, QWidget
@@ -19,6 +20,7 @@ from riglens.widgets.panels.targets.rose import RoseView
 from riglens.widgets.panels.targets.table import TargetTable
 
 if TYPE_CHECKING:  # made by the thread that counts, which loads the compiler
+    from riglens.core.targets.calibration import Domain
     from riglens.core.targets.scores import TargetScores
     from riglens.core.targets.traffic import Traffic
 
@@ -28,6 +30,11 @@ FRAME_TIP = (
     "of LiDAR rays. Points are those of the table: class shapes, range law, random spin "
     "phase. The dots are nominal rays on plain boxes."
 )
+REGIONS = {
+    "all distances": "All objects within 60 m.",
+    "where AP is predicted": "Objects in the region of predicted AP, so that figures are of the same objects.",
+}
+"""Objects that figures are of: within a radius, or in the region of a calibration, such as a rectangle."""
 MOST_POINTS = 1000
 WAITING = "Counting objects…"
 POINTS_TIP = (
@@ -56,6 +63,7 @@ class TargetsPanel(QWidget):
         self._is_stale = self._is_behind = False
         self.table, self.rose = TargetTable(), RoseView()
         self._quantity, self._points, self._note = ChoiceBox(), QSpinBox(), QLabel(WAITING)
+        self._region = ChoiceBox()
         self._quantities: tuple[Quantity, ...] = ()
         self._said = ""
         layout = QVBoxLayout(self)
@@ -73,6 +81,11 @@ class TargetsPanel(QWidget):
         self._quantity.setObjectName("target_quantity")
         self._offer(())
         self._quantity.currentIndexChanged.connect(lambda _: self._show())
+        self._region.setObjectName("target_region")
+        for title, tip in REGIONS.items():
+            self._region.addItem(title)
+            self._region.setItemData(self._region.count() - 1, tip, Qt.ItemDataRole.ToolTipRole)
+        self._region.currentIndexChanged.connect(lambda _: self._show())
         self._points.setObjectName("min_points")
         self._points.setRange(1, MOST_POINTS)
         self._points.setValue(self._settings.min_points)
@@ -87,7 +100,7 @@ class TargetsPanel(QWidget):
         row = QHBoxLayout()
         row.setContentsMargins(MARGIN, 5, MARGIN, 6)
         row.setSpacing(SPACING)
-        for widget in (QLabel("Show"), self._quantity, QLabel("Detected from"), self._points):
+        for widget in (QLabel("Show"), self._quantity, self._region, QLabel("Detected from"), self._points):
             row.addWidget(widget)
         row.addSpacing(SPACING)
         for control in self._frame_controls():
@@ -219,7 +232,7 @@ class TargetsPanel(QWidget):
         from riglens.core.targets.tables import table_of  # loads the compiler: not while the window opens
 
         traffic, now, before, baseline = self._shown
-        self.table.show_table(table_of(traffic, now, before, self.quantity), baseline)
+        self.table.show_table(table_of(traffic, now, before, self.quantity, self._domain(now)), baseline)
         self._show_rose()
         self._show_note()
         if self._is_stale:
@@ -227,7 +240,8 @@ class TargetsPanel(QWidget):
 
     def _show_note(self) -> None:
         if self._shown is not None and not self._said:
-            self._note.setText(_note(self._shown[1]))
+            traffic, now, _, _ = self._shown
+            self._note.setText(_note(traffic, now, self._domain(now)))
             self._note.setToolTip(self.quantity.tip)
 
     def _show_rose(self) -> None:
@@ -235,16 +249,24 @@ class TargetsPanel(QWidget):
             from riglens.core.targets.tables import rose_of  # as above
 
             traffic, now, before, baseline = self._shown
-            self.rose.show_rose(rose_of(traffic, now, before, self.quantity, self.table.who), baseline)
+            who, domain = self.table.who, self._domain(now)
+            self.rose.show_rose(rose_of(traffic, now, before, self.quantity, who, domain), baseline)
+
+    def _domain(self, now: TargetScores) -> Domain | None:
+        """Return the domain whose objects are shown; None for all that count."""
+        return now.calibration.domain if self._region.currentIndex() else None
 
     def _on_points(self, number: int) -> None:
         self._settings = replace(self._settings, min_points=number)
         self.settings_wanted.emit(self._settings)
 
 
-def _note(scores: TargetScores) -> str:
-    """Describe the number of objects and frames, and the accuracy."""
-    users = f"{len(scores.objects.box):,} objects within {scores.within_m:g} m"
+def _note(traffic: Traffic, scores: TargetScores, domain: Domain | None) -> str:
+    """Describe the number of objects, in a domain or of all, and of frames, and the accuracy."""
+    box = scores.objects.box
+    users = f"{len(box):,} objects within {scores.within_m:g} m"
+    if domain is not None:
+        users = f"{np.count_nonzero(domain.holds(traffic.centre_m[box])):,} objects {domain.region}"
     if scores.frames_used == scores.frames:
         return f"{users}, all {scores.frames:,} frames"
     return f"{users}, sample of {scores.frames_used:,} of {scores.frames:,} frames, ± two standard errors"

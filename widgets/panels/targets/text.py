@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from riglens.core.targets.quantities import ON_TARGET, PREDICTED, RESOLVED, SURE, Cells, Quantity
+from riglens.core.targets.quantities import FOUND, ON_TARGET, PREDICTED, RESOLVED, SURE, Cells, Quantity
 from riglens.widgets.panels.scores.text import MINUS, NONE, error_digits
 
 UNITS = {"share": "%", "points": "points", "px": "px"}
@@ -43,7 +43,7 @@ def is_better(quantity: Quantity, change: float) -> bool:
 
 def tells_apart(quantity: Quantity, change: float) -> bool:
     """Return whether a change of a quantity is large enough to call a rig better or worse."""
-    return not (quantity is ON_TARGET and abs(change) < RESOLVED)
+    return not (quantity in (ON_TARGET, PREDICTED, FOUND) and abs(change) < RESOLVED)
 
 
 def tip_text(
@@ -58,7 +58,9 @@ def tip_text(
     if not objects:
         return f"{where}: no objects in these frames"
     unit, scale = UNITS[quantity.unit], 100.0 if quantity.unit == "share" else 1.0
-    source = "the calibration and a sample of frames" if quantity is PREDICTED else "a sample of frames"
+    source = (
+        "the calibration and a sample of frames" if quantity in (PREDICTED, FOUND) else "a sample of frames"
+    )
     sure = f" ± {scale * SURE * se:.2g} (two standard errors of {source})" if se else ""
     lines = [f"{where}: {scale * value:.4g}{sure} {unit}", f"{quantity.title} of {objects:,} objects"]
     change, change_se = float(cells.change[place]), float(cells.change_se[place])
