@@ -121,9 +121,11 @@ def test_every_number_of_a_table_is_that_of_the_attached_figures_and_these_are_t
         written = [metres(value)]
         if value is not None:
             written += [write(value) for write in (percent, square_metres, thousand_nat, whole, plain)]
+        if path.endswith("found/value"):  # a rig of few rays is outside the domain
+            written = [f"({percent(value)})"]
         assert unescape(text) in written, path
     changes = re.findall(r'data-from="([^"]+)" data-less="([^"]+)">([^<]*)<', page)
-    assert len(changes) == 27 and all(path.replace("/1/", "/0/") == first for path, first, _ in changes)
+    assert len(changes) == 30 and all(path.replace("/1/", "/0/") == first for path, first, _ in changes)
     for path, first, text in changes:
         change = at(figures, path) - at(figures, first)
         written = [f"{abs(change):.1f}", f"{100 * abs(change):.2f} pp", f"{abs(change) / 1e3:,.2f}"]
