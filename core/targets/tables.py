@@ -100,7 +100,11 @@ def _errors(now: TargetScores, quantity: Quantity) -> Doubles:
 
 def _widened(cells: Cells, error: ArrayLike) -> Cells:
     """Return cells whose standard errors hold that of a calibration too."""
-    return replace(cells, se=np.hypot(cells.se, error)) if np.any(error) else cells
+    return (
+        replace(cells, se=np.where(cells.objects > 0, np.hypot(cells.se, error), 0.0))
+        if np.any(error)
+        else cells
+    )
 
 
 def _ring(traffic: Traffic, scores: TargetScores) -> Counts:

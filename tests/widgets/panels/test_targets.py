@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PySide6.QtCore import QPointF, Qt
+from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from riglens.core.geometry import Pose
@@ -97,6 +98,14 @@ def test_all_frames_have_no_error(panel: TargetsPanel) -> None:
     show(panel)
     assert item(panel, "car", 0).error == ""
     assert "all 30 frames" in panel._note.text()
+
+
+def test_a_ring_without_objects_has_no_error_of_the_calibration(panel: TargetsPanel) -> None:
+    panel.choose(FOUND.key)
+    show(panel)
+    last = len(table_of(TRAFFIC, counts(NOW), counts(NOW), FOUND).edges_m) - 1
+    assert item(panel, "car", 0).error.startswith("±")
+    assert (item(panel, "car", last).text, item(panel, "car", last).error) == ("–", "")
 
 
 def test_a_sample_says_so(panel: TargetsPanel) -> None:
@@ -271,6 +280,9 @@ def test_the_domain_stands_with_the_share_found_and_goes_with_it(scores: ScoresP
             assert f"car {100 * found.value:.0f} ± {200 * found.se:.0f}" in said
             assert recall.domain.region in said and outside in said
         assert scores._found.isEnabled() == (not outside)
+        assert scores._found.isVisible() and scores.minimumSizeHint().width() < 700
+        QApplication.processEvents()
+        assert scores._found.width() >= min(scores._found.sizeHint().width(), 300)
     assert predicted.region in scores.table.cell("car", "predicted").tip
     scores.show_counted(cells, predicted)
     scores.grey_counted()

@@ -86,7 +86,8 @@ class ScoresPanel(QWidget):
         self._reading.setCurrentText(self._settings.reading)
         self._reading.activated.connect(lambda index: self._want(reading=READINGS[index]))
         self._note, below = plain_label(style="hint", shrinks=True), QWidget()
-        self._found = plain_label(style="hint", shrinks=True)
+        self._found = plain_label(style="hint")
+        self._found.setMinimumWidth(1)  # as wide as its text, but for a narrow window
         self._found.setToolTip(FOUND_NOTE)
         self._of_paper = (QLabel("λ"), self._weight, QLabel("Reading"), self._reading)
         tip = f"<b>{FIGURES_TITLE}</b>{FIGURES_HELP}"
