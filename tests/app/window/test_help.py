@@ -148,6 +148,7 @@ def test_a_message_and_the_state_never_stand_on_each_other(unscored: Bench) -> N
     wait_for(lambda: not status.state.isVisible() and not status.time.isVisible())
     status.clearMessage()
     assert status.state.isVisible() and status.time.isVisible()
+    assert {label.window() for label in (status.state, status.time)} == {status.window()}
     task.hide()
 
 
