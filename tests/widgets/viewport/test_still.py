@@ -16,7 +16,7 @@ from riglens.widgets.sensors.ray_look import RayLook
 from riglens.widgets.theme import DARK, LIGHT, rgb
 from riglens.widgets.viewport.drawn_scene import DrawnScene
 from riglens.widgets.viewport.scene_state import SceneState
-from riglens.widgets.viewport.still import render_still
+from riglens.widgets.viewport.still import render_still, staged
 
 SIZE = (320, 200)
 LIDAR = Lidar(
@@ -131,6 +131,12 @@ def test_the_rays_of_kinds_and_of_the_selected_sensor_have_their_own_colours_and
         assert scene._words._key.texts == words
     scene.show(replace(SceneState(rig=both), show_legend=False))
     assert scene._words._key.texts == ()
+    plotter.close()
+
+
+def test_a_plotter_has_the_size_that_was_asked_for():
+    plotter = staged(SceneState(rig=RIG), (64, 48))
+    assert list(plotter.window_size) == [64, 48]
     plotter.close()
 
 
