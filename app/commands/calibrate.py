@@ -79,7 +79,8 @@ def _table(found: Calibration) -> Table:
             shown.add_row(class_name, *["–"] * (len(SHOWN_AT) + 2))
             continue
         values = [
-            f"{100.0 * value:.1f}" for value in (*curve.at(np.array(SHOWN_AT, np.float64)), SURE * curve.error)
+            f"{100.0 * value:.1f}"
+            for value in (*curve.at(np.array(SHOWN_AT, np.float64)), SURE * curve.error)
         ]
         shown.add_row(class_name, f"{curve.objects:,}", *values)
     return shown

@@ -164,10 +164,8 @@ class _Expander:
         if macro is None:
             self._notes.ignored("macro that no file in the rig's folder defines", shortened(name, 60))
             return
-        inner, blocks = (
-            _Scope(scope),
-            list(element.children),
-        )  # a macro knows what is known where it is called
+        inner = _Scope(scope)  # a macro knows what is known where it is called
+        blocks = list(element.children)
         for stars, parameter, default, is_outer in macro.parameters:
             if stars:
                 block = blocks.pop(0) if blocks else None
