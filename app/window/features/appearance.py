@@ -19,9 +19,9 @@ from riglens.widgets.panels.fields.quantity import DEGREES, METRES, MILLIMETRES,
 from riglens.widgets.theme import palette
 
 LEFT_PX, RIGHT_PX, BOTTOM_PX = 328, 320, 200
-SIDE_SHARE, SIDE_LESS_PX, BELOW_SHARE = 0.28, 26, 0.25
-"""Largest share of a small window for a panel at the side or below the view at first; less by some pixels at the
-side."""
+LEFT_SHARE, RIGHT_SHARE, BELOW_SHARE = 0.27, 1 / 3, 0.25
+"""Largest shares of a small window for the panels on the left, on the right and below the view at first. The names of
+tabs and the form of a sensor need as much on the right."""
 COMPACT_PX = 800
 """In a lower window the scores get no more room than their rows need."""
 FRAME = QSize(16, 44)
@@ -107,8 +107,8 @@ class Layout(Feature):
     def _share_room(self) -> None:
         """Give the panels their first sizes; the view gets most of a small window."""
         docks, size = self.bench.docks, self.bench.window.size()
-        most_px = round(size.width() * SIDE_SHARE) - SIDE_LESS_PX
-        wide_px = [min(wanted, most_px) for wanted in (LEFT_PX, RIGHT_PX)]
+        sides_px = ((LEFT_PX, LEFT_SHARE), (RIGHT_PX, RIGHT_SHARE))
+        wide_px = [min(wanted_px, round(share * size.width())) for wanted_px, share in sides_px]
         high_px = min(BOTTOM_PX, round(size.height() * BELOW_SHARE))
         if size.height() < COMPACT_PX:
             high_px = self.bench.panels.scores.minimumSizeHint().height()

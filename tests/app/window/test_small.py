@@ -6,12 +6,20 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QSize, Qt
-from PySide6.QtWidgets import QCheckBox, QToolButton
+from PySide6.QtCore import QPoint, QRect, QSize, Qt
+from PySide6.QtWidgets import QApplication, QCheckBox, QTabBar, QToolButton
 from pytestqt.qtbot import QtBot
 
 from riglens.app.window import main_window
-from riglens.app.window.features.appearance import COMPACT_PX
+from riglens.app.window.features import appearance
+from riglens.app.window.features.appearance import COMPACT_PX, FRAME
+from riglens.core.rig.presets import preset
+from riglens.core.scene.boxes import CLASSES
+from riglens.widgets.panels.controls.style import apply_style
+from riglens.widgets.panels.figures.table import Figure
+from riglens.widgets.panels.scores.table import LONGEST_CHANGES, LONGEST_VALUE
+from riglens.widgets.panels.sensors.rows import NAME
+from riglens.widgets.panels.sensors.tree import TICK_PX
 from tests.app.window_bench import Bench, open_bench
 from tests.waiting import TIMEOUT_MS
 
@@ -48,3 +56,30 @@ def test_the_car_and_the_selected_sensor_are_in_sight_in_a_small_window(low: Ben
     place = tree.visualItemRect(tree._items["front"])
     assert tree.viewport().rect().intersects(place) and not place.isEmpty()
     assert view.height() >= 180 and view.width() >= 300
+
+
+def test_no_word_of_the_start_rig_is_cut_in_a_small_window(
+    qtbot: QtBot, tmp_path: Path, qapp: QApplication, plain_style: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    apply_style(qapp, False)
+    for module in (main_window, appearance):  # a screen of 1920 x 1080 at scale 2
+        monkeypatch.setattr(module, "room_around", lambda _: QRect(QPoint(), QSize(960, 540) + FRAME))
+    with open_bench(qtbot, tmp_path, rig=preset("nuScenes car"), wait=False) as opened:
+        tree, table = opened.panels.tree, opened.panels.scores.table
+        longest_px = max(
+            tree.fontMetrics().horizontalAdvance(sensor.name) for sensor in opened.document.rig.sensors
+        )
+        qtbot.waitUntil(lambda: tree.columnWidth(NAME) >= longest_px + TICK_PX, timeout=TIMEOUT_MS)
+        assert not table.horizontalScrollBar().isVisible(), "all changes of the four figures are in sight"
+        longest = [Figure(text) for text in (LONGEST_VALUE, LONGEST_CHANGES[1])]
+        table.figures.show_columns(0, [2 * longest for _ in CLASSES])
+        for place in range(4):
+            assert table.sizeHintForColumn(place) <= table.columnWidth(place)
+        bars = [bar for bar in opened.window.findChildren(QTabBar) if bar.isVisible() and bar.count() > 2]
+        assert len(bars) > 1
+        for bar in bars:
+            shown_px = sum(bar.tabRect(place).width() for place in range(bar.count()))
+            assert shown_px <= bar.width() and all(
+                bar.tabRect(place).width() > bar.fontMetrics().horizontalAdvance(bar.tabText(place))
+                for place in range(bar.count())
+            )

@@ -80,10 +80,10 @@ _FIELDS = """
 QTreeView, QTableView, QListView {{ background: {t.field}; border: 0; alternate-background-color: {t.panel}; }}
 QTreeView::item {{ padding: 3px 0; }}
 QListView::item {{ padding: 3px 6px; }}
-QTableView::item {{ padding: 0 8px; }}
+QTableView::item {{ padding: 0 3px; }}
 QHeaderView, QTableCornerButton::section {{ background: {t.panel}; border: 0; }}
 QHeaderView::section {{ background: {t.panel}; color: {t.muted}; border: 0;
-    border-bottom: 1px solid {t.border}; padding: 3px 10px; font-weight: 500; }}
+    border-bottom: 1px solid {t.border}; padding: 3px 6px; font-weight: 500; }}
 QTreeView QHeaderView::section {{ padding: 3px 4px; }}
 QLineEdit, QComboBox, QAbstractSpinBox {{ background: {t.field}; border: 1px solid {t.border};
     border-radius: 4px; padding: 1px 5px; min-height: 18px;

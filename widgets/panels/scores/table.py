@@ -38,12 +38,12 @@ from riglens.widgets.theme import CLASS_COLOURS
 
 ABOUT, FOLLOWS = "≈ ", "…"
 LAST_SAVED = "the last saved rig"
-CLASS_PX, CHANGE_PX = 112, 88
+CLASS_PX, CHANGE_PX = 108, 88
 NARROW_PX = 1400
 ROW_PX = 26
 ESTIMATE_NOTE = "Estimated on larger voxels; the exact number follows when the mouse rests."
 LONGEST_VALUE = "100.0 ±10.0 %"
-LONGEST_CHANGES, _CELL_MARGIN_PX = ("−100.00 pp", "−10.0 ±10.0 pp", "−1000.00 ↓"), 8
+LONGEST_CHANGES, _CELL_MARGIN_PX = ("−100.00 pp", "−10.0 ±10.0 pp", "−1000.00 ↓"), 6
 CHANGE_TIP = "Change from the baseline: the snapshot or chosen rig, or else the rig last saved or opened."
 _COUNTED, _SCORES = 0, 4
 """First columns of what is counted on objects, and of the scores."""
@@ -78,7 +78,7 @@ class ScoreTable(FigureTable):
     def _change_px(self) -> int:
         """Return the width of a column of changes: room for the longest that there can be."""
         wide = QFontMetrics(self.font()).horizontalAdvance
-        return max(CHANGE_PX, max(map(wide, LONGEST_CHANGES)) + 2 * _CELL_MARGIN_PX)
+        return max(CHANGE_PX, max(map(wide, LONGEST_CHANGES)) + 2 * _CELL_MARGIN_PX + 1)
 
     def set_details(self, shown: bool) -> None:
         """Show S-MIG by kind, of which S-MS is made, beside the four figures, or hide it."""
