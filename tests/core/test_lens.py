@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt
 from riglens.core.sensing.rays import local_directions, missing_ray_count, sensor_rays
 from riglens.core.sensors.camera import cast_px, pixel_directions, project_px
-from riglens.core.sensors.lens import undistorted
+from riglens.core.sensors.lens import distorted, undistorted
 from tests.core.builders import camera
 
 WAYMO = BrownConrady(k1=0.04239, k2=-0.34165, p1=0.0019, p2=-0.0004)
@@ -88,6 +88,13 @@ def test_a_rational_lens_with_a_pole_keeps_its_rays() -> None:
         directions = pixel_directions(sensor, pixels)
         assert np.isfinite(directions).all()
         assert np.abs(project_px(sensor, directions) - pixels).max() < 1e-9
+
+
+def test_a_lens_far_out_of_its_centre_keeps_its_rays() -> None:
+    """Newton's steps lead away from many of its pixels unless they are halved again and again."""
+    lens = BrownConrady(k1=0.2, k2=0.05, k3=0.04, p1=-0.11, p2=0.25)
+    x, y = (axis.ravel() for axis in np.meshgrid(np.linspace(-1.2, 1.2, 21), np.linspace(-1.2, 1.2, 21)))
+    np.testing.assert_allclose(distorted(lens, undistorted(lens, x, y)), np.stack([x, y], axis=1), atol=1e-11)
 
 
 @settings(max_examples=60, deadline=None)
