@@ -79,6 +79,9 @@ def test_the_inspector_shows_road_users_before_scores_are_there(desk: FullDesk) 
     assert view.text_of("car", "on_target").startswith("−")
     assert "objects, now" in view._cells["car", "on_target"].toolTip()
     assert view.text_of("car", "seen") == "…"
+    desk.document.begin_drag(("roof",))
+    desk.document.preview({"roof": desk.document.rig.sensor("front").pose})
+    assert view.text_of("car", "on_target").startswith("−")  # the figures of before stay, greyed
 
 
 def test_what_belongs_to_another_rig_is_not_shown(desk: FullDesk) -> None:
