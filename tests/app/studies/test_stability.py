@@ -81,6 +81,7 @@ def test_the_csv_files_have_a_line_per_case_and_per_setting_and_class(rows, metr
     assert len(orders) == 3 * (1 + len(metric.others))
     assert float(orders[0]["s_ms_W+T"]) == metric.reference.s_ms["W+T"]["car"]
     assert orders[0]["kendall_tau"] == "1.0"
+    assert orders[0]["order_rigs"].split(" < ") == list(metric.reference.order("rigs", "car"))
 
 
 def test_the_page_shows_every_case_and_setting_and_escapes_names(rows, metric):
