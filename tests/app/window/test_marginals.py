@@ -36,6 +36,8 @@ def test_the_rig_without_each_sensor_is_counted_once_all_frames_are(desk: FullDe
     assert [sensor.enabled for sensor in roof.rig.sensors] == [False, True] and roof.is_variant
     count(desk)
     assert len(asked(desk)) == 2
+    marginals(desk)._take_count(roof, counted(roof))
+    assert set(marginals(desk).figures) == {"roof"}
     desk.document.begin_drag(("roof",))
     desk.document.preview({"roof": desk.document.rig.sensor("front").pose})
     assert asked(desk) == [] and marginals(desk).figures == {}
