@@ -67,6 +67,17 @@ def test_another_way_of_counting_makes_all_void(desk: FullDesk) -> None:
     assert asked(desk)[-1].settings.min_points == 9
 
 
+def test_counts_last_as_long_as_their_traffic(desk: FullDesk) -> None:
+    rigs = desk.features.compare._rigs
+    count(desk)
+    name = desk.document.rig.name
+    counted = shown(desk, name)
+    rigs.drop_scores(desk.features.targets.answer.request.scene)
+    assert "%" in counted and shown(desk, name) == counted
+    rigs.drop_scores(None)
+    assert "%" not in shown(desk, name)
+
+
 def test_a_rig_that_cannot_be_counted_shows_a_dash(desk: FullDesk) -> None:
     desk.features.compare.add_presets(("W+C",))
     count(desk)
