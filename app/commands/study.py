@@ -239,7 +239,6 @@ def predicted(
     recall
         detection-recall-points.csv of `riglens study detection --second one-sweep`, to fit recall too.
     out
-        Folder for predicted-detection.csv, predicted-detection-cells.csv and the calibrations study.yaml and
-        recall.yaml.
+        Folder for two tables (predicted-detection*.csv) and the calibrations study.yaml and recall.yaml.
     """
     study_predicted.study(detection, recall, out)

@@ -205,7 +205,7 @@ class Session(QObject):
 
     def _tell_baseline(self, is_other_pin: bool = False) -> None:
         """Emit a change of the baseline; a pin is also emitted when it equals the last saved rig."""
-        if is_other_pin or self.baseline is not self._told_baseline:
+        if is_other_pin or self.baseline != self._told_baseline:
             self._told_baseline = self.baseline
             self.baseline_changed.emit()
             self.asked_changed.emit()
