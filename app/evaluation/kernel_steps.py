@@ -20,8 +20,8 @@ STEPS = (
     "frame",
 )
 """In the order in which a new user is likely to need them; `every_kernel` has a function for each."""
-APART = ("points", "beams")
-"""Steps of a second process: a third of the work, with the fewest kernels in common with the others."""
+APART = ("points", "beams", "lenses")
+"""Steps of a second process: half of the work, with few kernels in common with the others."""
 FANS_FIRST = "--fans-first"
 """Begins, at the usual priority, with the one kernel that takes longest."""
 
