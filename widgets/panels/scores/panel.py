@@ -15,6 +15,7 @@ from PySide6.QtWidgets import (
     QCheckBox,
     QHBoxLayout,
     QLabel,
+    QSizePolicy,
     QToolButton,
     QVBoxLayout,
     QWidget,
@@ -22,7 +23,8 @@ from PySide6.QtWidgets import (
 
 from riglens.core.metric.scores import MAX_LAMBDA, READINGS, MetricSettings, Scores
 from riglens.core.targets.quantities import Cells, PredictedCells
-from riglens.widgets.panels.controls.building import button, filled, plain_label
+from riglens.widgets.panels.controls.building import button, filled
+from riglens.widgets.panels.controls.scrolled import ElidedLabel
 from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel
 from riglens.widgets.panels.fields.edits import NumberEdit
 from riglens.widgets.panels.fields.form import ChoiceBox
@@ -85,9 +87,11 @@ class ScoresPanel(QWidget):
             )
         self._reading.setCurrentText(self._settings.reading)
         self._reading.activated.connect(lambda index: self._want(reading=READINGS[index]))
-        self._note, below = plain_label(style="hint", shrinks=True), QWidget()
-        self._found = plain_label(style="hint")
-        self._found.setMinimumWidth(1)  # as wide as its text, but for a narrow window
+        self._found, self._note, below = ElidedLabel(), ElidedLabel(), QWidget()
+        for label in (self._found, self._note):
+            label.setObjectName("hint")
+        self._note.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self._note.setContentsMargins(2 * SPACING, 0, 0, 0)
         self._found.setToolTip(FOUND_NOTE)
         self._of_paper = (QLabel("λ"), self._weight, QLabel("Reading"), self._reading)
         tip = f"<b>{FIGURES_TITLE}</b>{FIGURES_HELP}"
