@@ -227,7 +227,7 @@ def _ends(rig: Rig, number: int) -> Points:
     """Return where some rays of a sensor begin and end, (2 n, 3)."""
     sensor = rig.sensors[number]
     rays = lattice(sensor)
-    count = len(rays.rows) * len(rays.planes)  # none where all of a sensor is blocked
+    count = len(rays.rows) * len(rays.planes)  # 0 if the whole sensor is blocked
     chosen = np.unique(np.linspace(0, count - 1, min(count, RAYS_SHOWN)).astype(np.int64))
     ahead, origin = rotate(sensor.pose.rotation(), rays.directions(chosen)), np.array(sensor.position)
     stops = np.minimum(listed_ends(sensor, ahead, car_of(rig)), sensor.range_m[1])

@@ -20,7 +20,8 @@ from riglens.core.targets.settings import RING_M
 POINTS = (0, 1, 2, 3, 5, 10, 20, 50)
 """Least number of points of each row; the last row has no end."""
 MOST_POINTS, WITHIN_M = 50, 30.0
-"""Of tallies: more points count as so many; objects as far away as the region reaches ahead count."""
+"""Limits of tallies: more points are counted as MOST_POINTS; objects beyond WITHIN_M, the reach of the region ahead,
+are left out."""
 Group = Literal["rig", "sequence"]
 
 
