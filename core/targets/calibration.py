@@ -137,10 +137,8 @@ class Calibration(Frozen):
     def of_objects(self, cls: NDArray[np.uint8], inside: NDArray[np.bool_], n: Counts) -> Doubles:
         """Return g of objects (k,) of classes (k,) with n points or cells (k,): NaN outside the region, or for a class
         without a curve."""
-        found, near = (
-            np.full(len(n), np.nan),
-            np.flatnonzero(inside),
-        )  # about half of the objects: the others cost nothing
+        found = np.full(len(n), np.nan)
+        near = np.flatnonzero(inside)  # about half of the objects: the others cost nothing
         found[near] = _table(self.classes)[cls[near], np.minimum(n[near], MOST)]
         return found
 
