@@ -34,7 +34,7 @@ from riglens.core.metric.scores import BODIES, MetricSettings
 from riglens.core.review.blind import BlindEngine, BlindSettings, by_names
 from riglens.core.review.mounts import USUAL_LIMITS, violations
 from riglens.core.review.profiles import bundled_profiles
-from riglens.core.review.redundancy import VoxelRedundancy, target_coverage
+from riglens.core.review.redundancy import target_coverage, voxel_coverage
 from riglens.core.review.verdicts import ObjectVisibility
 from riglens.core.rig.library import sensor_from_model
 from riglens.core.rig.model import Rig
@@ -99,10 +99,8 @@ def _find_blind_zones() -> None:
 def _lose_sensors() -> None:
     field, traffic, settings = tiny_field(), _traffic(), TargetSettings()
     engine = Engine(field)
-    redundancy = VoxelRedundancy(field)
-    for rig in (RIG, MOVED):
-        engine.evaluate(rig)
-        redundancy.coverage(engine, rig)
+    engine.evaluate(RIG)
+    voxel_coverage(engine, RIG)
     counts = TargetEngine(traffic).evaluate(RIG, settings).objects
     target_coverage(traffic, RIG, counts, settings.min_points)
 

@@ -8,7 +8,7 @@ the scores after any sequence of edits are the bits of an evaluation from scratc
 from __future__ import annotations
 
 import time
-from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import reduce
 from typing import NamedTuple
@@ -219,10 +219,6 @@ class Engine:
         rows = {held.shape: held.slot for held in self._state.held} if self._for_edits else {}
         slots = [rows[self._shape_of(sensor, method)] for sensor in sensors]
         return self._state.stack, np.array(slots, np.int64)
-
-    def origins_of(self, sensors: Sequence[Sensor], method: Method) -> tuple[Hashable, ...]:
-        """Return a key for the voxel set of each sensor of the rig evaluated last: equal keys mean equal sets."""
-        return tuple(self._shape_of(sensor, method) for sensor in sensors)
 
     def _shape_of(self, sensor: Sensor, method: Method) -> _Shape:
         """Return the shape of a sensor's rays, except for the current body; cached for the rig evaluated last."""

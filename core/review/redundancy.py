@@ -7,7 +7,7 @@ safety integrity level: causes and probabilities of failures are unknown here.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Literal, NamedTuple
@@ -18,14 +18,13 @@ from numpy.typing import NDArray
 from riglens.core.engine.engine import Engine
 from riglens.core.kernels.review import overlap as kernel
 from riglens.core.kernels.runtime import jit
-from riglens.core.kernels.voxels.entropy_codes import Entropies
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Method, MetricSettings
 from riglens.core.rig.edits import damaged
 from riglens.core.rig.groups import groups_of
 from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.scene.columns import Words, words_per_column
+from riglens.core.scene.columns import words_per_column
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.sectors import SECTORS, sector_of
 from riglens.core.sensors.base import HALVES
@@ -43,8 +42,6 @@ Flags = NDArray[np.bool_]
 COVERED = ("1", "2", "3", "two kinds")
 EVERYBODY = 0
 """Rows of crowds: all sensors, those of either kind, and groups from there on."""
-MOST_MOVED = 2
-"""Number of moved sensors whose sets are kept, since they move again: one, or a mirror pair."""
 MOST_PAIRED = 40
 """Largest number of enabled sensors for which pairs are reported: 780 pairs."""
 
@@ -119,9 +116,8 @@ def sectors_of_columns(grid: VoxelGrid) -> NDArray[np.uint8]:
 
 class _Shares(NamedTuple):
     """Coverage by the sensors that provide it, (s, ..., 4): one alone (s, n, 4); exactly two (s, n, n, 4) with the
-    first before the second; three or more of one crowd and no others, many (s, g, 4). Views of `sums`."""
+    first before the second; three or more of one crowd and no others, many (s, g, 4)."""
 
-    sums: Sums
     alone: Sums
     both: Sums
     many: Sums
@@ -131,64 +127,37 @@ class _Shares(NamedTuple):
         """Name the parts of sums (s, rows, 4) of n sensors."""
         sectors, _, columns = sums.shape
         both = sums[:, n : n + n * n].reshape(sectors, n, n, columns)
-        return cls(sums, sums[:, :n], both, sums[:, n + n * n :])
-
-    def after(self, move: _Shares, place: int, crowds: Flags) -> _Shares:
-        """Return the shares after a sensor has moved; `move`: its changes as counted by `change_views`, by the other
-        sensors that see them.
-
-        Voxels that only it has come to see are its own; those that one other sensor sees move from that sensor's own to
-        the pair, and so on. Voxels that it no longer sees count negative.
-        """
-        n = self.alone.shape[1]
-        after = _Shares.of(self.sums - move.sums, n)
-        after.alone[:, place] = self.alone[:, place] + move.alone[:, place]
-        after.both[:, :place, place] += move.alone[:, :place]
-        after.both[:, place, place + 1 :] += move.alone[:, place + 1 :]
-        mine = crowds[:, place]
-        after.many[:, mine] = self.many[:, mine] + move.within(crowds[mine])
-        return after
+        return cls(sums[:, :n], both, sums[:, n + n * n :])
 
     def within(self, crowds: Flags) -> Sums:
         """Return the coverage by exactly two sensors, both of the crowd (g, n), and no others: (s, g, 4)."""
         return np.stack([self.both[:, who][:, :, who].sum(axis=(1, 2)) for who in crowds], axis=1)
 
-
-class _Counted(NamedTuple):
-    """Shares, what they depend on, and the sets (m, words) of those sensors that had moved in it, by their places."""
-
-    shares: _Shares
-    origins: tuple[Hashable, ...]
-    crowds: Flags
-    moved: tuple[int, ...]
-    before: Words
-
-    def moved_to(self, origins: tuple[Hashable, ...], crowds: Flags) -> tuple[int, ...] | None:
-        """Return places of sensors that see something else now; None if other sensors are to be counted."""
-        if len(origins) != len(self.origins) or not np.array_equal(crowds, self.crowds):
-            return None
-        return tuple(i for i, (now, old) in enumerate(zip(origins, self.origins, strict=True)) if now != old)
+    def covered(self, of_kind: Flags) -> Sums:
+        """Return the coverage by 1, 2, 3 sensors or two kinds, (s, 4, classes); of_kind (kinds, sensors)."""
+        thrice, of_one_kind = self.many[:, EVERYBODY], self.many[:, _by_kind()].sum(axis=1)
+        mixed = (of_kind[:, :, None] != of_kind[:, None, :]).any(axis=0)
+        kinds = thrice - of_one_kind + self.both[:, mixed].sum(axis=1)
+        twice = thrice + self.both.sum(axis=(1, 2))
+        levels = [twice + self.alone.sum(axis=1), twice, thrice, kinds]
+        return np.stack(levels, axis=1)[..., : len(CLASSES)]
 
 
 class VoxelRedundancy:
-    """Coverage of the entropy of one field. Where the last sensors move again, as in a drag, only their changes are
-    counted. Call it from the thread of the parallel kernels."""
+    """Coverage of the entropy of one field. Call it from the thread of the parallel kernels."""
 
     def __init__(self, field: EntropyField, threads: int | None = None) -> None:
         self._workers, self._depth = jit.use_threads(threads), words_per_column(field.grid)
         self._sectors = sectors_of_columns(field.grid)
         self._total = np.zeros((len(SECTORS), kernel.COLUMNS), np.int64)
         kernel.total_by_sector(self._sectors, self._depth, field.entropies, self._total)
-        self._counted: _Counted | None = None
 
     def coverage(self, engine: Engine, rig: Rig, method: Method = "exact") -> Coverage:
         """Return how much entropy of each class the rig covers that an engine on this field evaluated last."""
         sensors = [sensor for sensor in rig.sensors if sensor.enabled]
         groups = groups_of(sensors)
         crowds = _crowds(sensors, list(groups.values()))
-        self._counted = self._count(engine, sensors, crowds, method)
-        shares, names = self._counted.shares, [sensor.name for sensor in sensors]
-        covered = self._covered(shares, crowds[_by_kind()])
+        shares, names = self._shares(engine, sensors, crowds, method), [sensor.name for sensor in sensors]
         lost = shares.alone[..., : len(CLASSES)]
         failures = [Failure("sensor", name, (name,), lost[:, i]) for i, name in enumerate(names)]
         if len(names) <= MOST_PAIRED:
@@ -200,51 +169,16 @@ class VoxelRedundancy:
         for g, (name, members) in enumerate(groups.items(), start=_by_kind().stop):
             alone = lost[:, crowds[g]].sum(axis=1)
             failures.append(Failure("group", name, members, alone + together[:, g, : len(CLASSES)]))
+        covered = shares.covered(crowds[_by_kind()])
         return Coverage(self._total[:, : len(CLASSES)], covered, tuple(failures))
 
-    def _covered(self, shares: _Shares, of_kind: Flags) -> Sums:
-        """Return the coverage by 1, 2, 3 sensors or two kinds, (s, 4, classes); of_kind (kinds, sensors)."""
-        thrice, of_one_kind = shares.many[:, EVERYBODY], shares.many[:, _by_kind()].sum(axis=1)
-        mixed = (of_kind[:, :, None] != of_kind[:, None, :]).any(axis=0)
-        kinds = thrice - of_one_kind + shares.both[:, mixed].sum(axis=1)
-        twice = thrice + shares.both.sum(axis=(1, 2))
-        levels = [twice + shares.alone.sum(axis=1), twice, thrice, kinds]
-        return np.stack(levels, axis=1)[..., : len(CLASSES)]
-
-    def _count(self, engine: Engine, sensors: list[Sensor], crowds: Flags, method: Method) -> _Counted:
-        """Return the current shares: the last ones, or those with a change, or from scratch."""
-        known, self._counted = self._counted, None
-        origins = engine.origins_of(sensors, method)
-        stack, slots = engine.stack_of(sensors, method)
-        places = np.arange(len(sensors))
-        views = kernel.Views(stack, slots, places, crowds, self._sectors, self._depth)
-        moved = None if known is None else known.moved_to(origins, crowds)
+    def _shares(self, engine: Engine, sensors: list[Sensor], crowds: Flags, method: Method) -> _Shares:
+        views = kernel.Views(*engine.stack_of(sensors, method), crowds, self._sectors, self._depth)
+        rows = kernel.rows_of_sums(len(sensors), len(crowds))
+        sums = np.zeros((self._workers, len(SECTORS), rows, kernel.COLUMNS), np.int64)
         jit.use_threads(self._workers)
-        if known is not None and moved is not None and set(moved) <= set(known.moved):
-            return known._replace(shares=self._moved(known, views, engine.field.entropies), origins=origins)
-        n, sums = len(sensors), self._room(len(sensors), len(crowds))
         kernel.tally_views(views, engine.field.entropies, sums)
-        again = moved if moved is not None and len(moved) <= MOST_MOVED else ()
-        before = stack[slots[list(again)]] & engine.field.entropies.keep
-        return _Counted(_Shares.of(sums.sum(axis=0), n), origins, crowds, again, before)
-
-    def _moved(self, known: _Counted, views: kernel.Views, entropies: Entropies) -> _Shares:
-        """Return the shares after the last sensors have moved again; their sets are updated."""
-        n, shares, moved = len(views.slots), known.shares, list(known.moved)
-        sums = self._room(len(moved), n, len(known.crowds))
-        rest = np.delete(views.places, moved)
-        others = views._replace(places=rest, slots=views.slots[rest])
-        who = np.stack([np.array(moved, np.int64), views.slots[moved]], axis=1)
-        kernel.change_views(who, others, entropies, known.before, sums)
-        for place, move in zip(known.moved, sums.sum(axis=0), strict=True):
-            shares = shares.after(_Shares.of(move, n), place, known.crowds)
-        return shares
-
-    def _room(self, *shape: int) -> Sums:
-        """Return zeros for each worker: (w, s, rows, 4), or (w, moved, s, rows, 4)."""
-        *moved, n, crowds = shape
-        rows = kernel.rows_of_sums(n, crowds)
-        return np.zeros((self._workers, *moved, len(SECTORS), rows, kernel.COLUMNS), np.int64)
+        return _Shares.of(sums.sum(axis=0), len(sensors))
 
 
 def voxel_coverage(

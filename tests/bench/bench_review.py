@@ -15,7 +15,6 @@ from riglens.core.metric.scores import MetricSettings
 from riglens.core.review.blind import BlindEngine, BlindSettings
 from riglens.core.review.measures import Measures
 from riglens.core.review.mounts import USUAL_LIMITS, Footings, violations
-from riglens.core.review.redundancy import VoxelRedundancy
 from riglens.core.review.tolerance import ToleranceRun, profile_called
 from riglens.core.rig.model import Rig
 from tests.bench.bars import Bar
@@ -32,22 +31,6 @@ def drag(name: str) -> Iterator[Rig]:
     while True:
         number += 1
         yield rig.with_sensor(name, moved(rig.sensor(name), number))
-
-
-@pytest.mark.parametrize("name", DRAGGED)
-def test_redundancy_of_one_step(bars: list[Bar], scenes: Scenes, rounds: int, name: str) -> None:
-    field = scenes.at(0.1).field
-    rigs, engine, counted = drag(name), Engine(field, THREADS), VoxelRedundancy(field, THREADS)
-
-    def step() -> Callable[[], object]:
-        rig = next(rigs)
-        engine.evaluate(rig, MetricSettings(), False)
-        return lambda: counted.coverage(engine, rig)
-
-    for _ in range(2):  # from the second move of the same sensor on only changes are counted
-        step()()
-    work = f"W+T: all singles and pairs, by class and sector, {DRAGGED[name]} moved, its casting not counted"
-    bars.append(_bar("redundancy", work, _median_ms(step, rounds)))
 
 
 def test_voxels_seen_by_1_2_and_3_sensors(bars: list[Bar], scenes: Scenes, rounds: int) -> None:

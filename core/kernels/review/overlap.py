@@ -1,8 +1,8 @@
 """Count the voxels that sensors share, for safety reviews.
 
 What how many sensors traverse, and the entropy of what one sensor alone, exactly two, and three or more of some of
-them see, by bits that count in parallel, from scratch and after a move. Sums are integers, so neither the order of
-the sensors and of their moves nor the number of workers matters.
+them see, by bits that count in parallel. Sums are integers, so neither the order of the sensors nor the number of
+workers matters.
 """
 
 from __future__ import annotations
@@ -13,29 +13,26 @@ import numba
 import numpy as np
 
 from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined, parallel_kernel
-from riglens.core.kernels.voxels.bits import FULL_WORD, first_run, popcount
+from riglens.core.kernels.voxels.bits import first_run, popcount
 from riglens.core.kernels.voxels.entropy_codes import Entropies
 
 COLUMNS = 4
 """Columns of all sums: the entropies of three classes in units of 2^-32 nat, and one that stays 0, because four numbers
 are added at once."""
 BLOCK = 1000
-"""Columns that a worker takes at a time, in turn with the others: a camera changes one side only."""
-NOBODY = -1
-"""In the place of a sensor."""
+"""Columns that a worker takes at a time, in turn with the others: sensors see some sides only."""
 
 
 class Views(NamedTuple):
-    """Voxels that some of n sensors see.
+    """Voxels that n sensors see.
 
-    stack uint64 (rows, words): sets of voxels, of which slots (k,) are those of the sensors at places (k,) of the rig;
-    crowds bool (g, n): sets of sensors, for the voxels that three or more of them and no others see; sectors
-    uint8 (columns,); depth: words of a column.
+    stack uint64 (rows, words): sets of voxels, of which slots (n,) are those of the sensors; crowds bool (g, n): sets
+    of sensors, for the voxels that three or more of them and no others see; sectors uint8 (columns,); depth: words of a
+    column.
     """
 
     stack: np.ndarray
     slots: np.ndarray
-    places: np.ndarray
     crowds: np.ndarray
     sectors: np.ndarray
     depth: int
@@ -68,7 +65,7 @@ def covered_levels(
 
 @lean_inlined
 def _weigh(count: np.uint64, entropies_q: np.ndarray, code: np.uint64, sums: np.ndarray) -> None:
-    """Add to sums int64 (4,) the entropies of some voxels of one code; count: less than none is modulo 2^64."""
+    """Add to sums int64 (4,) the entropies of some voxels of one code."""
     h0, h1 = np.uint64(entropies_q[code, 0]), np.uint64(entropies_q[code, 1])
     h2, h3 = np.uint64(entropies_q[code, 2]), np.uint64(entropies_q[code, 3])
     sums[0] += np.int64(count * h0)
@@ -77,26 +74,15 @@ def _weigh(count: np.uint64, entropies_q: np.ndarray, code: np.uint64, sums: np.
     sums[3] += np.int64(count * h3)
 
 
-class Signed(NamedTuple):
-    """Sign of a word's voxels: those of plus are added, the others subtracted."""
-
-    word: int
-    plus: np.uint64
-    entropies: Entropies
-
-
 @lean_inlined
-def _add(voxels: np.uint64, signed: Signed, sums: np.ndarray) -> None:
-    """Add to sums (4,) the entropies of some voxels, run by run."""
-    entropies = signed.entropies
-    starts, first = entropies.starts[signed.word], np.int64(entropies.first[signed.word])
+def _add(voxels: np.uint64, word: int, entropies: Entropies, sums: np.ndarray) -> None:
+    """Add to sums (4,) the entropies of some voxels of a word, run by run."""
+    starts, first = entropies.starts[word], np.int64(entropies.first[word])
     left = voxels
     while left != 0:
         run, within = first_run(left, starts)
-        count = popcount(within & signed.plus) - popcount(within & ~signed.plus)
-        if count != 0:
-            code = np.uint64(entropies.codes[np.uint64(first + run)])
-            _weigh(count, entropies.entropies_q, code, sums)
+        code = np.uint64(entropies.codes[np.uint64(first + run)])
+        _weigh(popcount(within), entropies.entropies_q, code, sums)
         left ^= within
 
 
@@ -104,17 +90,17 @@ def _add(voxels: np.uint64, signed: Signed, sums: np.ndarray) -> None:
 def total_by_sector(sectors: np.ndarray, depth: int, entropies: Entropies, sums: np.ndarray) -> None:
     """Add up all entropies by the sector of their column: sums int64 (s, 4)."""
     for word in range(sectors.size * depth):
-        _add(entropies.keep[word], Signed(word, FULL_WORD, entropies), sums[sectors[word // depth]])
+        _add(entropies.keep[word], word, entropies, sums[sectors[word // depth]])
 
 
 @lean_inlined
 def _gather(views: Views, word: int, bits: np.uint64, room: np.ndarray) -> int:
-    """Write to room (2, n + 1) which of some voxels each sensor sees that sees any, and its place; return their
-    number."""
+    """Write to room (2, n + 1) which of some voxels each sensor sees that sees any, and its number; return how many
+    these are."""
     count = 0
     for i in range(views.slots.size):
         seen = views.stack[views.slots[i], word] & bits
-        room[0, count], room[1, count] = seen, views.places[i]
+        room[0, count], room[1, count] = seen, np.uint64(i)
         count += int(seen != 0)
     return count
 
@@ -136,7 +122,8 @@ def _add_twos(
     who: np.ndarray,
     n: int,
     two: np.uint64,
-    signed: Signed,
+    word: int,
+    entropies: Entropies,
     sums: np.ndarray,
 ) -> None:
     """Add to sums (rows, 4) voxels that exactly two sensors see."""
@@ -145,9 +132,8 @@ def _add_twos(
         if first != 0:
             for j in range(i + 1, own.size):
                 if first & own[j] != 0:
-                    a, b = np.int64(who[i]), np.int64(who[j])
-                    row = n * (1 + min(a, b)) + max(a, b)
-                    _add(first & own[j], signed, sums[row])
+                    row = n * (1 + np.int64(who[i])) + np.int64(who[j])
+                    _add(first & own[j], word, entropies, sums[row])
 
 
 @lean_inlined
@@ -155,46 +141,20 @@ def _add_crowds(
     own: np.ndarray,
     who: np.ndarray,
     crowds: np.ndarray,
-    without: int,
     many: np.uint64,
-    signed: Signed,
+    word: int,
+    entropies: Entropies,
     sums: np.ndarray,
 ) -> None:
     """Add to sums (rows, 4) the voxels of `many`, seen by three sensors or more, that no sensor outside of each crowd
-    sees; crowds that hold the sensor `without` are skipped."""
+    sees."""
     n = crowds.shape[1]
     for g in range(crowds.shape[0]):
         left = many
-        if without == NOBODY or not crowds[g, without]:
-            for i in range(own.size):
-                if not crowds[g, who[i]]:
-                    left &= ~own[i]
-            row = n * (1 + n) + g
-            _add(left, signed, sums[row])
-
-
-@lean_inlined
-def _share(
-    own: np.ndarray,
-    who: np.ndarray,
-    crowds: np.ndarray,
-    without: int,
-    bits: np.uint64,
-    signed: Signed,
-    sums: np.ndarray,
-) -> None:
-    """Add to sums (rows, 4) some voxels of a word by the sensors that see them, who (k,) seeing own (k,) of them;
-    unseen ones belong to the sensor `without`, if any."""
-    one, two, many = _overlaps(own)
-    if without != NOBODY:
-        _add(bits & ~(one | two | many), signed, sums[without])
-    if one != 0:
         for i in range(own.size):
-            _add(own[i] & one, signed, sums[who[i]])
-    if two != 0:
-        _add_twos(own, who, crowds.shape[1], two, signed, sums)
-    if many != 0:
-        _add_crowds(own, who, crowds, without, many, signed, sums)
+            if not crowds[g, who[i]]:
+                left &= ~own[i]
+        _add(left, word, entropies, sums[n * (1 + n) + g])
 
 
 @lean
@@ -206,14 +166,20 @@ def _tally_columns(
     sums: np.ndarray,
 ) -> None:
     """As `tally_views`, of some columns, first to second number: sums (s, rows, 4), room (2, n + 1) to work in."""
+    n = views.crowds.shape[1]
     for column in range(columns[0], columns[1]):
         rows = sums[views.sectors[column]]
         for word in range(column * views.depth, (column + 1) * views.depth):
-            keep = entropies.keep[word]
-            k = _gather(views, word, keep, room)
-            if k != 0:
-                signed = Signed(word, FULL_WORD, entropies)
-                _share(room[0, :k], room[1, :k], views.crowds, NOBODY, keep, signed, rows)
+            k = _gather(views, word, entropies.keep[word], room)
+            own, who = room[0, :k], room[1, :k]
+            one, two, many = _overlaps(own)
+            if one != 0:
+                for i in range(k):
+                    _add(own[i] & one, word, entropies, rows[who[i]])
+            if two != 0:
+                _add_twos(own, who, n, two, word, entropies, rows)
+            if many != 0:
+                _add_crowds(own, who, views.crowds, many, word, entropies, rows)
 
 
 @parallel_kernel
@@ -225,65 +191,3 @@ def tally_views(views: Views, entropies: Entropies, sums: np.ndarray) -> None:
         for begin in range(worker * BLOCK, columns, workers * BLOCK):
             block = (begin, min(begin + BLOCK, columns))
             _tally_columns(block, views, entropies, room, sums[worker])
-
-
-@lean_inlined
-def _change_word(
-    word: int,
-    m: int,
-    moved: np.ndarray,
-    views: Views,
-    entropies: Entropies,
-    before: np.ndarray,
-    room: np.ndarray,
-    rows: np.ndarray,
-) -> None:
-    """As `change_views`, of one word and one of the sensors that moved: rows (rows, 4) of its sector."""
-    now = views.stack[moved[m, 1], word] & entropies.keep[word]
-    bits = now ^ before[m, word]
-    if bits != 0:
-        k = _gather(views, word, bits, room)
-        for other in range(moved.shape[0]):
-            if other != m and before[other, word] & bits != 0:
-                room[0, k], room[1, k] = before[other, word] & bits, moved[other, 0]
-                k += 1
-        signed = Signed(word, now, entropies)
-        _share(room[0, :k], room[1, :k], views.crowds, moved[m, 0], bits, signed, rows)
-        before[m, word] = now
-
-
-@lean
-def _change_columns(
-    columns: tuple[int, int],
-    moved: np.ndarray,
-    views: Views,
-    entropies: Entropies,
-    before: np.ndarray,
-    room: np.ndarray,
-    sums: np.ndarray,
-) -> None:
-    """As `change_views`, of some columns, first to second number: sums (m, s, rows, 4), room (2, n + 1) to work in."""
-    for column in range(columns[0], columns[1]):
-        sector = views.sectors[column]
-        for word in range(column * views.depth, (column + 1) * views.depth):
-            for m in range(moved.shape[0]):
-                _change_word(word, m, moved, views, entropies, before, room, sums[m, sector])
-
-
-@parallel_kernel
-def change_views(
-    moved: np.ndarray, views: Views, entropies: Entropies, before: np.ndarray, sums: np.ndarray
-) -> None:
-    """Add up the current voxels of moved sensors, one after the other, less their previous ones, by the other sensors
-    that see them.
-
-    moved int64 (m, 2): their places and their rows of the stack; views: of all others; before uint64 (m, words): their
-    sets until now, of what counts, which become those of now; sums int64 (workers, m, s, rows, 4): rows as
-    `rows_of_sums`, voxels of one sensor alone in its own row, and crowds that hold it stay unchanged.
-    """
-    workers, columns, n = sums.shape[0], views.sectors.size, views.crowds.shape[1]
-    for worker in numba.prange(workers):
-        room = np.zeros((2, n + 1), np.uint64)
-        for begin in range(worker * BLOCK, columns, workers * BLOCK):
-            block = (begin, min(begin + BLOCK, columns))
-            _change_columns(block, moved, views, entropies, before, room, sums[worker])

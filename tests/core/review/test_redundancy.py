@@ -11,7 +11,6 @@ from riglens.core.metric.scores import Body, MetricSettings
 from riglens.core.review.redundancy import (
     COVERED,
     Coverage,
-    VoxelRedundancy,
     lost_of,
     target_coverage,
     voxel_counter,
@@ -146,42 +145,6 @@ def test_threads_do_not_matter_nor_switched_off_sensors_and_no_sensors_lose_noth
     )
     empty = coverage(field, Rig(), "ignored")
     assert empty.failures == () and not empty.covered.any() and empty.worst("sensor", 0) is None
-
-
-@pytest.mark.parametrize("threads", [1, 2])
-def test_in_a_drag_losses_are_those_from_scratch_at_each_step(threads: int) -> None:
-    """One sensor moves, then a pair, then another alone; one changes its kind, one is switched off, groups change."""
-    rng = np.random.default_rng(8)
-    field, rig = random_field(FLAT, rng, share=0.3), grouped(random_rig(rng, 5))
-    engine, counted = Engine(field, threads), VoxelRedundancy(field, threads)
-
-    def shifted(name: str) -> None:
-        nonlocal rig
-        place = tuple(rng.uniform([-2.0, -1.0, 0.5], [2.0, 1.0, 2.5]).tolist())
-        rig = rig.with_sensor(name, rig.sensor(name).replace(position=place))
-
-    counts = []
-    for names in (["s0"], ["s0"], ["s0", "s1"], ["s0", "s1"], ["s1"], [], ["s2"], ["s2"], ["kind"], ["s2"],
-                  ["off"], ["s0"], ["s0"], ["group"], ["s0", "s1", "s2"], ["s0", "s1", "s2"]):  # fmt: skip
-        for name in names:
-            if name == "kind":
-                was = rig.sensor("s2")
-                other = next(sensor for sensor in rig.sensors if sensor.kind != was.kind)
-                rig = rig.with_sensor("s2", other.replace(name="s2", fails_with=was.fails_with))
-            elif name == "off":
-                rig = rig.with_sensor("s3", rig.sensor("s3").replace(enabled=False))
-            elif name == "group":
-                rig = rig.with_sensor("s4", rig.sensor("s4").replace(fails_with=("ecu",)))
-            else:
-                shifted(name)
-        engine.evaluate(rig, MetricSettings(body="blocks"), False)
-        known = counted._counted
-        found = counted.coverage(engine, rig)
-        counts.append(
-            counted._counted is not None and known is not None and counted._counted.before is known.before
-        )
-        assert coverage_document(found, "nat") == coverage_document(coverage(field, rig, "blocks", 1), "nat")
-    assert [i for i, followed in enumerate(counts) if followed] == [3, 4, 5, 7, 12]
 
 
 def some_traffic(rng: np.random.Generator, boxes: int = 60) -> Traffic:

@@ -10,9 +10,7 @@ from riglens.core.kernels.objects.cylinders import count_on_cylinders
 from riglens.core.kernels.rays.cast import Cast
 from riglens.core.kernels.review.blind import lowest_around, lowest_levels, three_lowest
 from riglens.core.kernels.review.overlap import (
-    NOBODY,
     Views,
-    change_views,
     covered_levels,
     rows_of_sums,
     tally_views,
@@ -80,7 +78,7 @@ def test_shares_are_those_of_voxels_counted_one_by_one() -> None:
     crowds = np.array([[True] * 4, [False, True, True, True]])
     for workers in (1, 2):
         sums = np.zeros((workers, 2, rows_of_sums(4, 2), 4), np.int64)
-        tally_views(Views(stack, np.arange(4), np.arange(4), crowds, sectors, 1), entropies, sums)
+        tally_views(Views(stack, np.arange(4), crowds, sectors, 1), entropies, sums)
         told = sums.sum(axis=0)
         alone, pairs, many = told[:, :4], told[:, 4:20].reshape(2, 4, 4, 4), told[:, 20:]
         assert alone[0, :, 0].tolist() == [1, 0, 0, 0] and alone[1, :, 0].tolist() == [0, 0, 0, 0]
@@ -103,24 +101,20 @@ def test_columns_of_two_words_are_of_one_sector() -> None:
     assert total[:, 0].tolist() == [1100, 11]
 
 
-def shares_bit_by_bit(views: Views, entropies: Entropies, before: np.ndarray, place: int) -> np.ndarray:
-    """What `change_views` adds up for one sensor, voxel by voxel; what `tally_views` does, if its place is none."""
+def shares_bit_by_bit(views: Views, entropies: Entropies) -> np.ndarray:
+    """What `tally_views` adds up, voxel by voxel."""
     n, keep = len(views.slots), entropies.keep
     sums = np.zeros((3, rows_of_sums(n, len(views.crowds)), 4), np.int64)
     for word, bit in [(w, b) for w in range(keep.size) for b in range(64) if int(keep[w]) >> b & 1]:
         who = [i for i in range(n) if int(views.stack[views.slots[i], word]) >> bit & 1]
-        sign = (place in who) - (int(before[word]) >> bit & 1) if place != NOBODY else 1
-        who = [i for i in who if i != place]
         run = int(entropies.first[word]) - 1
         run += bin(int(entropies.starts[word]) & ((2 << bit) - 1)).count("1")
-        entropy = sign * entropies.entropies_q[entropies.codes[run]].astype(np.int64)
+        entropy = entropies.entropies_q[entropies.codes[run]].astype(np.int64)
         own = sums[views.sectors[word // views.depth]]
-        if not who and place != NOBODY:
-            own[place] += entropy
-        elif len(who) in (1, 2):
+        if len(who) in (1, 2):
             own[who[0] if len(who) == 1 else n * (1 + who[0]) + who[1]] += entropy
         for g, crowd in enumerate(views.crowds):
-            if len(who) > 2 and crowd[who].all() and (place == NOBODY or not crowd[place]):
+            if len(who) > 2 and crowd[who].all():
                 own[n * (1 + n) + g] += entropy
     return sums
 
@@ -135,7 +129,7 @@ def views_by_chance(rng: np.random.Generator) -> tuple[Views, Entropies]:
     entropies = Entropies(keep, starts, first, rng.integers(0, 9, runs.sum()).astype(np.uint16), palette)
     crowds = np.array([[True] * 5, [True, False, True, False, True], [False, False, True, True, True]])
     stack, sectors = rng.integers(0, 1 << 21, (6, 40), np.uint64), rng.integers(0, 3, 20).astype(np.uint8)
-    return Views(stack, np.array([4, 0, 2, 3, 1]), np.arange(5), crowds, sectors, 2), entropies
+    return Views(stack, np.array([4, 0, 2, 3, 1]), crowds, sectors, 2), entropies
 
 
 def test_shares_are_those_bit_by_bit() -> None:
@@ -143,29 +137,7 @@ def test_shares_are_those_bit_by_bit() -> None:
     for workers in (1, 3):
         sums = np.zeros((workers, 3, rows_of_sums(5, 3), 4), np.int64)
         tally_views(views, entropies, sums)
-        np.testing.assert_array_equal(
-            sums.sum(axis=0), shares_bit_by_bit(views, entropies, views.stack[0], NOBODY)
-        )
-
-
-def test_what_sensors_that_moved_see_anew_and_no_more_is_told_by_who_of_the_others_sees_it() -> None:
-    """Two have moved, one after the other: to the first the second is still where it was."""
-    views, entropies = views_by_chance(np.random.default_rng(3))
-    keep, moved = entropies.keep, [3, 1]
-    rows = views.slots[moved]
-    for workers in (1, 2):
-        was = views.stack[rows].copy()
-        first = np.roll(was[0], 1) ^ np.uint64(0b101)
-        views.stack[rows[0]] = first
-        wanted = [shares_bit_by_bit(views, entropies, was[0], moved[0])]
-        views.stack[rows[1]] = ~was[1] & np.uint64((1 << 21) - 1)
-        wanted.append(shares_bit_by_bit(views, entropies, was[1], moved[1]))
-        before, sums = was & keep, np.zeros((workers, 2, 3, rows_of_sums(5, 3), 4), np.int64)
-        rest = np.array([0, 2, 4])
-        others = views._replace(slots=views.slots[rest], places=rest)
-        change_views(np.stack([moved, rows], axis=1), others, entropies, before, sums)
-        np.testing.assert_array_equal(sums.sum(axis=0), wanted)
-        np.testing.assert_array_equal(before, views.stack[rows] & keep)
+        np.testing.assert_array_equal(sums.sum(axis=0), shares_bit_by_bit(views, entropies))
 
 
 def rays_to(*directions: tuple[float, float, float], near: float = 0.0, far: float = math.inf) -> Cast:
