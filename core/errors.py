@@ -34,3 +34,12 @@ class InputError(ValueError):
 
 class Cancelled(Exception):
     """Raised by work that was given up, and by the callbacks that give it up."""
+
+
+IsStale = Callable[[], bool]
+"""Called every few milliseconds by work that is given up as soon as it returns True."""
+
+
+def never_stale() -> bool:
+    """Return False, for callers that want every result."""
+    return False

@@ -8,7 +8,7 @@ those that meet something informative before they end are walked one by one (see
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import singledispatch, singledispatchmethod
 from typing import NamedTuple
 
@@ -31,6 +31,7 @@ from riglens.core.engine.fans import (
 from riglens.core.engine.frustums import make_frustum
 from riglens.core.engine.meshes import CameraMesh, make_mesh, outermost_directions
 from riglens.core.engine.sheets import Sheets, make_sheets
+from riglens.core.errors import IsStale, never_stale
 from riglens.core.kernels.beams.beam_cones import mark_sheets
 from riglens.core.kernels.cameras.frustum import Frustum, mark_frustum
 from riglens.core.kernels.cameras.lens_mesh import mark_mesh
@@ -56,8 +57,6 @@ PLANES_PER_CHUNK = 512
 ROWS_PER_CHUNK = 128
 FEW_RAYS = 512
 """So many rays are walked before another thread has begun."""
-
-IsStale = Callable[[], bool]
 
 
 class Window(NamedTuple):
@@ -95,11 +94,6 @@ def _outermost_of_image(camera: Camera) -> NDArray[np.float64] | None:
     columns, rows = camera.resolution
     corners = [row * columns + column for row in (0, rows - 1) for column in (0, columns - 1)]
     return sensor_rays(camera, np.array(corners)).directions
-
-
-def never_stale() -> bool:
-    """Return False, for callers that want every result."""
-    return False
 
 
 class Caster:

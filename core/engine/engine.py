@@ -16,9 +16,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.engine.caster import Caster, IsStale, Window, never_stale
+from riglens.core.engine.caster import Caster, Window
 from riglens.core.engine.processors import Processors
-from riglens.core.errors import Cancelled
+from riglens.core.errors import Cancelled, IsStale, never_stale
 from riglens.core.geometry import Pose
 from riglens.core.kernels.runtime import jit
 from riglens.core.kernels.voxels import update_coverage

@@ -9,7 +9,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.errors import InputError
+from riglens.core.errors import InputError, IsStale, never_stale
 from riglens.core.optimise.objectives import HIT_COVERAGE, Objective, sensors_for
 from riglens.core.optimise.weights import EVEN, Weights
 from riglens.core.review.tolerance import disturbed, errors_count, profile_called, unit_draws
@@ -18,12 +18,11 @@ from riglens.core.rig.library import default_library
 from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensors.registry import kind_of
-from riglens.core.targets.engine import TargetEngine, never_stale
+from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import Traffic
 
 Doubles = NDArray[np.float64]
-IsStale = Callable[[], bool]
 Verdict = Literal["resolved", "not resolved", "not checked"]
 HELD_OUT = "held-out frames"
 SEEDS, DRAWS, FEW = 3, 4, 250

@@ -10,7 +10,7 @@ from functools import cache, partial
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.errors import Cancelled, InputError
+from riglens.core.errors import Cancelled, InputError, IsStale, never_stale
 from riglens.core.geometry import Pose, rpy_deg_from_rotation
 from riglens.core.optimise.spots import Spot, box_spots, skin_spots
 from riglens.core.review.mounts import (
@@ -27,7 +27,6 @@ from riglens.core.rig.edits import mirrored_pose, partner_of
 from riglens.core.rig.library import default_library
 from riglens.core.rig.model import Rig, Sensor, Vehicle
 from riglens.core.sensors.registry import kind_of
-from riglens.core.targets.engine import never_stale
 from riglens.core.vehicle.housings import housing_corners_m
 from riglens.core.vehicle.profiles import PROFILES
 from riglens.core.vehicle.solid import solid_of
@@ -210,7 +209,7 @@ def candidates(
     rig: Rig,
     additions: Additions,
     seed: int = 0,
-    is_stale: Callable[[], bool] = never_stale,
+    is_stale: IsStale = never_stale,
     moves: Sequence[Move] = (),
 ) -> tuple[Candidate, ...]:
     """Return every pose on the skin that keeps the rules, with each model and tilt, within the budget.

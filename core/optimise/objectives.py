@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.engine.caster import Caster
-from riglens.core.errors import Cancelled, InputError
+from riglens.core.errors import Cancelled, InputError, IsStale, never_stale
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.optimise.tables import (
     MOST_CELLS,
@@ -20,7 +20,6 @@ from riglens.core.optimise.tables import (
     GroundTableMaker,
     HitTableMaker,
     Ids,
-    IsStale,
     ObjectTableMaker,
     TableMaker,
     hit_shares,
@@ -35,7 +34,6 @@ from riglens.core.sensors.camera import CAMERA
 from riglens.core.sensors.lidar import LIDAR
 from riglens.core.targets.calibration import shipped
 from riglens.core.targets.contribution import Contribution
-from riglens.core.targets.engine import never_stale
 from riglens.core.targets.joining import heights_px
 from riglens.core.targets.quantities import ON_TARGET, PREDICTED, QUANTITIES, Quantity
 from riglens.core.targets.settings import HEIGHT_PX

@@ -10,7 +10,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from riglens.core.errors import Cancelled, InputError
+from riglens.core.errors import Cancelled, InputError, IsStale, never_stale
 from riglens.core.kernels.runtime import jit
 from riglens.core.optimise.bounds import Bound, branch_and_bound, fractional_bound
 from riglens.core.optimise.guard import FEW, Evaluator, Kept, OtherTraffic, Sampler, guard, with_worst_failure
@@ -29,7 +29,6 @@ from riglens.core.optimise.tables import (
 )
 from riglens.core.review.blind import BlindEngine, BlindSettings
 from riglens.core.rig.model import Rig, Sensor
-from riglens.core.targets.engine import never_stale
 from riglens.core.targets.traffic import Traffic
 from riglens.core.vehicle.solid import solid_of
 
@@ -46,7 +45,6 @@ _NOTHING = np.zeros(0, np.int32)
 _HAND_X = (0.5, 0.92, 0.08, 0.75)
 _HAND_Y, _HAND_Z = (0.7, 0.9, 0.9, 0.95), (1.0, 0.5, 0.6, 0.6)
 """Usual places of a pair: roof sides, front corners, rear corners, wings; shares of length, half width and height."""
-IsStale = Callable[[], bool]
 T = TypeVar("T")
 
 

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from riglens.core.errors import IsStale, never_stale
 from riglens.core.optimise.mounts import Candidate
 from riglens.core.optimise.objectives import Objective, sensors_for
-from riglens.core.optimise.tables import UNIT, Cells, IsStale, TableMaker
+from riglens.core.optimise.tables import UNIT, Cells, TableMaker
 from riglens.core.rig.model import Rig, Sensor
-from riglens.core.targets.engine import never_stale
 
 Doubles = NDArray[np.float64]
 

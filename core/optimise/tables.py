@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from copy import copy
 from dataclasses import dataclass, replace
@@ -15,7 +15,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.errors import Cancelled
+from riglens.core.errors import Cancelled, IsStale, never_stale
 from riglens.core.kernels.objects.counts import CELLS
 from riglens.core.kernels.objects.unique_cells import CELL_M
 from riglens.core.kernels.optimise import gains as kernel
@@ -25,7 +25,6 @@ from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensing.body_ends import barrier_of
 from riglens.core.targets.contribution import Contribution, TargetCaster
-from riglens.core.targets.engine import never_stale
 from riglens.core.targets.settings import CELLS_SCALE, TargetSettings
 from riglens.core.targets.traffic import Traffic
 from riglens.core.vehicle.solid import Solid
@@ -33,7 +32,6 @@ from riglens.core.vehicle.solid import Solid
 Ids = NDArray[np.int64]
 Cells = NDArray[np.int32]
 Doubles = NDArray[np.float64]
-IsStale = Callable[[], bool]
 UNIT = 1 << 44
 """Integers for a value of 1: rounding stays far below the printed digits."""
 MOST_CELLS = 256

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from riglens.core.engine.caster import IsStale, never_stale
 from riglens.core.engine.engine import Engine
+from riglens.core.errors import IsStale, never_stale
 from riglens.core.geometry import Pose
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import PAPER_SETTINGS, MetricSettings

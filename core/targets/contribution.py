@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from riglens.core.errors import IsStale
 from riglens.core.kernels.objects import counts as kernel
 from riglens.core.kernels.objects.box_frames import Traffic as Boxes
 from riglens.core.kernels.objects.unique_cells import table_mask
@@ -24,7 +24,6 @@ from riglens.core.targets.traffic import Traffic
 from riglens.core.vehicle.solid import Barrier
 
 Ids = NDArray[np.int64]
-IsStale = Callable[[], bool]
 RAYS_AT_ONCE, TURNING_RAYS_AT_ONCE = 1 << 22, 1 << 21
 """Rays of all frames of a chunk, after which `is_stale` is called; the cells of turning beams take 8 bytes a ray."""
 IMAGES_AT_ONCE = 8

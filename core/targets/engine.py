@@ -14,14 +14,14 @@ from weakref import WeakValueDictionary
 
 import numpy as np
 
-from riglens.core.errors import Cancelled, InputError
+from riglens.core.errors import Cancelled, InputError, IsStale, never_stale
 from riglens.core.geometry import Pose
 from riglens.core.kernels.runtime import jit
 from riglens.core.rig.model import Camera, Lidar, Rig, Sensor, rays_of
 from riglens.core.scene.boxes import CLASSES, DataReport
 from riglens.core.sensing.body_ends import Obstacle, obstacle_of
 from riglens.core.sensors.registry import kind_of
-from riglens.core.targets.contribution import Contribution, IsStale, TargetCaster
+from riglens.core.targets.contribution import Contribution, TargetCaster
 from riglens.core.targets.joining import Gatherer, JoinedCells
 from riglens.core.targets.scores import Groups, TargetScores, scores_of
 from riglens.core.targets.settings import USUAL, TargetSettings
@@ -31,11 +31,6 @@ from riglens.core.vehicle.solid import Solid
 
 _Shape = tuple[Sensor, TargetSettings, Obstacle | None]
 """Key of a contribution: rays, settings, and what stops the rays."""
-
-
-def never_stale() -> bool:
-    """Return False, for callers that want every result."""
-    return False
 
 
 class TargetEngine:

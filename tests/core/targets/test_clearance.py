@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
+from riglens.core.errors import never_stale
 from riglens.core.sensing.body_ends import NO_EMPTY_BOX, barrier_of
 from riglens.core.targets.clearance import Clearance
 from riglens.core.targets.contribution import Contribution, TargetCaster
-from riglens.core.targets.engine import never_stale
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import Traffic
 from riglens.core.vehicle.solid import solid_of
