@@ -318,7 +318,7 @@ def test_redundancy_counts_two_kinds_among_three() -> None:
     rig = rig_with(TOP, EYE, probe(), probe("other", rpy_deg=(0.0, 0.0, 20.0)))
     engine = Engine(field, 1)
     seen = [unpack(GRID, words) for words in engine.evaluate(rig).seen.values()]
-    covered = voxel_coverage(engine, rig, "exact", 1).covered[:, 3].sum(axis=0)
+    covered = voxel_coverage(engine, rig).covered[:, 3].sum(axis=0)
     two_kinds = np.sum(seen, axis=0) >= 2
     assert covered.tolist() == _entropy_q(field, two_kinds)
     assert np.array_equal(unpack(GRID, engine.evaluate(rig).seen_by_two_kinds()), two_kinds)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Annotated, Any
 
@@ -31,6 +30,7 @@ from riglens.core.metric.entropy import EntropyField
 from riglens.core.review.redundancy import (
     COVERED,
     NO_EVIDENCE,
+    Counter,
     Coverage,
     What,
     target_counter,
@@ -141,15 +141,15 @@ def redundancy_of(
     half-blocked sensors."""
     settings, targets = settings_of(score), None
 
-    def found(coverage: Callable[[Rig], Coverage]) -> Coverage:
+    def found(coverage: Counter) -> Coverage:
         return with_halves(coverage(rig), rig, coverage) if halves else coverage(rig)
 
     with progress_bar("Casting rays"):
-        voxels = found(voxel_counter(Engine(field, score.threads), settings, score.threads))
+        voxels = found(voxel_counter(Engine(field, score.threads), settings))
     if traffic is not None:
         with progress_bar("Counting objects"):
             how = replace(counting, body=settings.body)
-            targets = found(target_counter(TargetEngine(traffic, score.threads), traffic, how))
+            targets = found(target_counter(TargetEngine(traffic, score.threads), how))
     return Redundancy(rig, score.body_of(rig), field, voxels, targets, counting.min_points)
 
 

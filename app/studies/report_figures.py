@@ -242,7 +242,7 @@ def _parts(
     stages.begin("Following rays", rig.name)
     audited = audit_document(audit(field, rig, "blocks", threads))
     stages.begin("Counting redundancy", rig.name)
-    voxels = voxel_coverage(engine, rig, settings.method, threads)
+    voxels = voxel_coverage(engine, rig, settings.method)
     users = None
     if traffic is not None and counts is not None:
         users = target_coverage(traffic, rig, counts.objects, counts.settings.min_points)

@@ -211,7 +211,7 @@ class Check:
     @cached_property
     def _voxels(self) -> Coverage:
         subject = self._subject
-        coverage = voxel_counter(self._engine, self._settings, subject.threads)
+        coverage = voxel_counter(self._engine, self._settings)
         found = coverage(subject.rig)
         return with_halves(found, subject.rig, coverage) if self._tries_halves("voxels") else found
 
@@ -221,9 +221,8 @@ class Check:
         found = target_coverage(traffic, rig, self._targets.objects, how.min_points)
         if not self._tries_halves("road_users"):
             return found
-        return with_halves(
-            found, rig, target_counter(TargetEngine(traffic, self._subject.threads), traffic, how)
-        )
+        engine = TargetEngine(traffic, self._subject.threads)
+        return with_halves(found, rig, target_counter(engine, how))
 
     def _tries_halves(self, of: str) -> bool:
         return any(one.of == of and one.failure == "half" for one in self._asked.losses)

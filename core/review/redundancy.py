@@ -7,24 +7,23 @@ safety integrity level: causes and probabilities of failures are unknown here.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import Literal, NamedTuple
+from typing import Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.engine.engine import Engine
+from riglens.core.engine.inspect import covered_at_least
 from riglens.core.kernels.review import overlap as kernel
-from riglens.core.kernels.runtime import jit
-from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Method, MetricSettings
 from riglens.core.rig.edits import damaged
 from riglens.core.rig.groups import groups_of
 from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.scene.columns import words_per_column
+from riglens.core.scene.columns import Words, words_per_column
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.sectors import SECTORS, sector_of
 from riglens.core.sensors.base import HALVES
@@ -40,8 +39,6 @@ What = Literal["sensor", "pair", "group", "half"]
 Sums = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 COVERED = ("1", "2", "3", "two kinds")
-EVERYBODY = 0
-"""Rows of crowds: all sensors, those of either kind, and groups from there on."""
 MOST_PAIRED = 40
 """Largest number of enabled sensors for which pairs are reported: 780 pairs."""
 
@@ -95,11 +92,23 @@ def halves_of(rig: Rig) -> list[tuple[str, Rig]]:
     return [(name, damaged(rig, [name])) for name in names]
 
 
-def with_halves(found: Coverage, rig: Rig, coverage: Callable[[Rig], Coverage]) -> Coverage:
+def _failures(sensors: Sequence[Sensor], lost: Callable[[tuple[str, ...]], Sums]) -> tuple[Failure, ...]:
+    """Return what can fail with the loss by its members."""
+    return tuple(Failure(what, name, members, lost(members)) for what, name, members in failing_of(sensors))
+
+
+class Counter(Protocol):
+    """Counter of what a rig covers, with the losses by its failures if requested."""
+
+    def __call__(self, rig: Rig, with_failures: bool = True) -> Coverage:
+        """Return the coverage of a rig."""
+
+
+def with_halves(found: Coverage, rig: Rig, coverage: Counter) -> Coverage:
     """Return a rig's coverage with the losses by half-blocked sensors; `coverage` computes that of any rig."""
     seen = found.covered[:, 0]
     failures = [
-        Failure("half", name, (name.rpartition("=")[0],), seen - coverage(other).covered[:, 0])
+        Failure("half", name, (name.rpartition("=")[0],), seen - coverage(other, False).covered[:, 0])
         for name, other in halves_of(rig)
     ]
     return replace(found, failures=(*found.failures, *failures))
@@ -114,110 +123,67 @@ def sectors_of_columns(grid: VoxelGrid) -> NDArray[np.uint8]:
     return sector_of(x, y).ravel()
 
 
-class _Shares(NamedTuple):
-    """Coverage by the sensors that provide it, (s, ..., 4): one alone (s, n, 4); exactly two (s, n, n, 4) with the
-    first before the second; three or more of one crowd and no others, many (s, g, 4)."""
-
-    alone: Sums
-    both: Sums
-    many: Sums
-
-    @classmethod
-    def of(cls, sums: Sums, n: int) -> _Shares:
-        """Name the parts of sums (s, rows, 4) of n sensors."""
-        sectors, _, columns = sums.shape
-        both = sums[:, n : n + n * n].reshape(sectors, n, n, columns)
-        return cls(sums[:, :n], both, sums[:, n + n * n :])
-
-    def within(self, crowds: Flags) -> Sums:
-        """Return the coverage by exactly two sensors, both of the crowd (g, n), and no others: (s, g, 4)."""
-        return np.stack([self.both[:, who][:, :, who].sum(axis=(1, 2)) for who in crowds], axis=1)
-
-    def covered(self, of_kind: Flags) -> Sums:
-        """Return the coverage by 1, 2, 3 sensors or two kinds, (s, 4, classes); of_kind (kinds, sensors)."""
-        thrice, of_one_kind = self.many[:, EVERYBODY], self.many[:, _by_kind()].sum(axis=1)
-        mixed = (of_kind[:, :, None] != of_kind[:, None, :]).any(axis=0)
-        kinds = thrice - of_one_kind + self.both[:, mixed].sum(axis=1)
-        twice = thrice + self.both.sum(axis=(1, 2))
-        levels = [twice + self.alone.sum(axis=1), twice, thrice, kinds]
-        return np.stack(levels, axis=1)[..., : len(CLASSES)]
-
-
-class VoxelRedundancy:
-    """Coverage of the entropy of one field. Call it from the thread of the parallel kernels."""
-
-    def __init__(self, field: EntropyField, threads: int | None = None) -> None:
-        self._workers, self._depth = jit.use_threads(threads), words_per_column(field.grid)
-        self._sectors = sectors_of_columns(field.grid)
-        self._total = np.zeros((len(SECTORS), kernel.COLUMNS), np.int64)
-        kernel.total_by_sector(self._sectors, self._depth, field.entropies, self._total)
-
-    def coverage(self, engine: Engine, rig: Rig, method: Method = "exact") -> Coverage:
-        """Return how much entropy of each class the rig covers that an engine on this field evaluated last."""
-        sensors = [sensor for sensor in rig.sensors if sensor.enabled]
-        groups = groups_of(sensors)
-        crowds = _crowds(sensors, list(groups.values()))
-        shares, names = self._shares(engine, sensors, crowds, method), [sensor.name for sensor in sensors]
-        lost = shares.alone[..., : len(CLASSES)]
-        failures = [Failure("sensor", name, (name,), lost[:, i]) for i, name in enumerate(names)]
-        if len(names) <= MOST_PAIRED:
-            for i, j in combinations(range(len(names)), 2):
-                both = shares.both[:, i, j, : len(CLASSES)]
-                pair = (names[i], names[j])
-                failures.append(Failure("pair", " + ".join(pair), pair, lost[:, i] + lost[:, j] + both))
-        together = shares.within(crowds) + shares.many
-        for g, (name, members) in enumerate(groups.items(), start=_by_kind().stop):
-            alone = lost[:, crowds[g]].sum(axis=1)
-            failures.append(Failure("group", name, members, alone + together[:, g, : len(CLASSES)]))
-        covered = shares.covered(crowds[_by_kind()])
-        return Coverage(self._total[:, : len(CLASSES)], covered, tuple(failures))
-
-    def _shares(self, engine: Engine, sensors: list[Sensor], crowds: Flags, method: Method) -> _Shares:
-        views = kernel.Views(*engine.stack_of(sensors, method), crowds, self._sectors, self._depth)
-        rows = kernel.rows_of_sums(len(sensors), len(crowds))
-        sums = np.zeros((self._workers, len(SECTORS), rows, kernel.COLUMNS), np.int64)
-        jit.use_threads(self._workers)
-        kernel.tally_views(views, engine.field.entropies, sums)
-        return _Shares.of(sums.sum(axis=0), len(sensors))
-
-
 def voxel_coverage(
-    engine: Engine, rig: Rig, method: Method = "exact", threads: int | None = None
+    engine: Engine, rig: Rig, method: Method = "exact", with_failures: bool = True
 ) -> Coverage:
-    """Return how much entropy of an engine's field the rig evaluated last covers."""
-    return VoxelRedundancy(engine.field, threads).coverage(engine, rig, method)
+    """Return how much entropy of each class the rig covers that an engine evaluated last. Call it from the thread of
+    the parallel kernels."""
+    field, sensors = engine.field, [sensor for sensor in rig.sensors if sensor.enabled]
+    keep, sectors, depth = field.index.words, sectors_of_columns(field.grid), words_per_column(field.grid)
+    stack, slots = engine.stack_of(sensors, method)
+    own = {sensor.name: stack[slot] for sensor, slot in zip(sensors, slots, strict=True)}
+
+    def entropy(voxels: Words) -> Sums:
+        sums = np.zeros((len(SECTORS), kernel.COLUMNS), np.int64)
+        kernel.sum_by_sector(voxels, sectors, depth, field.entropies, sums)
+        return sums[:, : len(CLASSES)]
+
+    def seen_by(names: Iterable[str]) -> tuple[Words, Words]:
+        return _once_and_twice((own[name] for name in names), keep)
+
+    kinds = (seen_by(s.name for s in sensors if s.kind == kind)[0] for kind in kind_names())
+    levels = covered_at_least(engine, rig, method)
+    by_one, by_two = levels[0] & ~levels[1], levels[1] & ~levels[2]
+    alone = {name: entropy(voxels & by_one) for name, voxels in own.items()} if with_failures else {}
+
+    def lost(members: tuple[str, ...]) -> Sums:
+        if len(members) > 2:
+            return entropy(seen_by(members)[0] & ~seen_by(own.keys() - members)[0])
+        shared = [entropy(own[one] & own[other] & by_two) for one, other in combinations(members, 2)]
+        return np.sum([*(alone[name] for name in members), *shared], axis=0)
+
+    return Coverage(
+        entropy(keep),
+        np.stack([entropy(voxels) for voxels in (*levels, _once_and_twice(kinds, keep)[1])], axis=1),
+        _failures(sensors, lost) if with_failures else (),
+    )
 
 
-def voxel_counter(
-    engine: Engine, settings: MetricSettings, threads: int | None = None
-) -> Callable[[Rig], Coverage]:
+def _once_and_twice(sets: Iterable[Words], keep: Words) -> tuple[Words, Words]:
+    """Return the voxels of `keep` that one or more of some sets hold, and those that two or more do."""
+    once, twice = np.zeros_like(keep), np.zeros_like(keep)
+    for one in sets:
+        twice |= once & one
+        once |= one & keep
+    return once, twice
+
+
+def voxel_counter(engine: Engine, settings: MetricSettings) -> Counter:
     """Return a function that evaluates a rig with an engine and counts the entropy that it covers."""
-    counting = VoxelRedundancy(engine.field, threads)
 
-    def coverage(rig: Rig) -> Coverage:
+    def coverage(rig: Rig, with_failures: bool = True) -> Coverage:
         engine.evaluate(rig, settings, False)
-        return counting.coverage(engine, rig, settings.method)
+        return voxel_coverage(engine, rig, settings.method, with_failures)
 
     return coverage
-
-
-def _by_kind() -> slice:
-    """Return the places of the kinds among the crowds."""
-    return slice(1, 1 + len(kind_names()))
-
-
-def _crowds(sensors: Sequence[Sensor], groups: Sequence[tuple[str, ...]]) -> Flags:
-    """Return the members of the crowds, (1 + kinds + groups, sensors): of all, of each kind, of each group."""
-    rows = [[True] * len(sensors)]
-    rows += [[sensor.kind == kind for sensor in sensors] for kind in kind_names()]
-    rows += [[sensor.name in group for sensor in sensors] for group in groups]
-    return np.array(rows, np.bool_).reshape(len(rows), len(sensors))
 
 
 # ---------------------------------------------------------------- objects
 
 
-def target_coverage(traffic: Traffic, rig: Rig, objects: ObjectCounts, min_points: int) -> Coverage:
+def target_coverage(
+    traffic: Traffic, rig: Rig, objects: ObjectCounts, min_points: int, with_failures: bool = True
+) -> Coverage:
     """Count the objects that the rig detects, by `min_points` points of its LiDARs, 25 px of height in a camera, or the
     threshold of another kind."""
     place = traffic.centre_m[objects.box]
@@ -232,20 +198,20 @@ def target_coverage(traffic: Traffic, rig: Rig, objects: ObjectCounts, min_point
     detected = _detected(objects, (), min_points)
     kinds = np.sum(list(objects.detected(min_points).values()), axis=0) >= 2
     covered = np.stack([tally(detected), tally(alone >= 2), tally(alone >= 3), tally(kinds)], axis=1)
-    failures = tuple(
-        Failure(what, name, members, tally(detected & ~_detected(objects, members, min_points)))
-        for what, name, members in failing_of(sensors)
-    )
+
+    def lost(members: tuple[str, ...]) -> Sums:
+        return tally(detected & ~_detected(objects, members, min_points))
+
+    failures = _failures(sensors, lost) if with_failures else ()
     return Coverage(tally(np.ones(len(objects.box), np.bool_)), covered, failures)
 
 
-def target_counter(
-    engine: TargetEngine, traffic: Traffic, settings: TargetSettings
-) -> Callable[[Rig], Coverage]:
-    """Return a counter of the objects that rigs detect, with an engine on the same traffic."""
+def target_counter(engine: TargetEngine, settings: TargetSettings) -> Counter:
+    """Return a counter of the objects of an engine's traffic that rigs detect."""
 
-    def coverage(rig: Rig) -> Coverage:
-        return target_coverage(traffic, rig, engine.evaluate(rig, settings).objects, settings.min_points)
+    def coverage(rig: Rig, with_failures: bool = True) -> Coverage:
+        objects = engine.evaluate(rig, settings).objects
+        return target_coverage(engine.traffic, rig, objects, settings.min_points, with_failures)
 
     return coverage
 

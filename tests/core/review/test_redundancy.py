@@ -58,7 +58,7 @@ def seen_q(field: EntropyField, rig: Rig, body: Body) -> np.ndarray:
 def coverage(field: EntropyField, rig: Rig, body: Body, threads: int | None = None) -> Coverage:
     engine = Engine(field, threads)
     engine.evaluate(rig, MetricSettings(body=body), False)
-    return voxel_coverage(engine, rig, "exact", threads)
+    return voxel_coverage(engine, rig)
 
 
 def by_sector(field: EntropyField, dense: np.ndarray) -> np.ndarray:
