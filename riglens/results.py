@@ -19,14 +19,12 @@ from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import ClassScores, KindScore
 from riglens.core.plain import to_plain
 from riglens.core.review.blind import HEIGHTS_M, BlindMap
-from riglens.core.review.blind_json import blind_document
+from riglens.core.review.documents import SPREAD, blind_document
 from riglens.core.review.findings import Verdict
 from riglens.core.review.mounts import Mount, Violation
-from riglens.core.review.redundancy import Coverage
-from riglens.core.review.redundancy_json import lost_share
+from riglens.core.review.redundancy import Coverage, lost_share
 from riglens.core.review.tolerance import Spread, worst_rig
 from riglens.core.review.tolerance import ToleranceResult as Tolerances
-from riglens.core.review.tolerance_json import SPREAD
 from riglens.core.review.verdicts import ProfileVerdict
 from riglens.core.rig.model import FORMAT_VERSION, Rig
 from riglens.core.scene.boxes import CLASSES

@@ -12,11 +12,11 @@ from riglens.arguments import StrPath
 from riglens.core.errors import InputError
 from riglens.core.metric.scores import Body, Method
 from riglens.core.review.blind import BlindSettings
+from riglens.core.review.documents import tolerance_document
 from riglens.core.review.measures import Measures
 from riglens.core.review.mounts import USUAL_LIMITS, mounts_of, violations
 from riglens.core.review.tolerance import profile_called
 from riglens.core.review.tolerance import tolerance as tolerance_of
-from riglens.core.review.tolerance_json import tolerance_document
 from riglens.core.rig.edits import damaged as damaged_rig
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import Progress

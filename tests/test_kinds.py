@@ -33,7 +33,7 @@ from riglens.core.formats.exchange import FORMATS, WRITABLE
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import PAPER_SETTINGS, MetricSettings
 from riglens.core.review.blind import BlindEngine, BlindSettings, unseen_by
-from riglens.core.review.blind_json import blind_document
+from riglens.core.review.documents import blind_document
 from riglens.core.review.profiles import Profile
 from riglens.core.review.redundancy import target_coverage, voxel_coverage
 from riglens.core.rig.history import History, describe

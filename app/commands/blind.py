@@ -29,8 +29,17 @@ from riglens.app.terminal.loading import load_rigs
 from riglens.app.terminal.tables import table
 from riglens.core.files import atomic_write
 from riglens.core.kernels.runtime import jit
-from riglens.core.review.blind import HEIGHTS_M, BlindEngine, BlindMap, BlindSettings, By, unseen_by
-from riglens.core.review.blind_json import SHARE_WITHIN_M, blind_document, share_seen
+from riglens.core.review.blind import (
+    HEIGHTS_M,
+    SHARE_WITHIN_M,
+    BlindEngine,
+    BlindMap,
+    BlindSettings,
+    By,
+    share_seen,
+    unseen_by,
+)
+from riglens.core.review.documents import blind_document
 from riglens.core.review.profiles import ONLY_GEOMETRY, Profile, bundled_profiles, read_profiles
 from riglens.core.review.verdicts import ProfileVerdict, verdicts
 from riglens.core.rig.model import Rig

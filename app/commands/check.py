@@ -26,9 +26,9 @@ from riglens.assets import asset_path
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
 from riglens.core.metric.entropy import EntropyField
-from riglens.core.review.check_json import check_document
 from riglens.core.review.check_junit import RigCheck, junit_xml
 from riglens.core.review.checking import NO_ROAD_USERS, Check, Subject
+from riglens.core.review.documents import check_document
 from riglens.core.review.findings import Status, Verdict
 from riglens.core.review.profiles import Profile
 from riglens.core.review.requirements import ACCEPTED, Requirements, requirements_in

@@ -27,17 +27,19 @@ from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic
 from riglens.app.terminal.tables import table
 from riglens.core.engine.engine import Engine
 from riglens.core.metric.entropy import EntropyField
+from riglens.core.review.documents import coverage_document
 from riglens.core.review.redundancy import (
     COVERED,
     NO_EVIDENCE,
     Counter,
     Coverage,
     What,
+    lost_share,
+    share,
     target_counter,
     voxel_counter,
     with_halves,
 )
-from riglens.core.review.redundancy_json import coverage_document, lost_share, share
 from riglens.core.rig.model import FORMAT_VERSION, Rig
 from riglens.core.rig.yaml.file import identity_of
 from riglens.core.scene.boxes import CLASSES

@@ -35,7 +35,7 @@ from riglens.core.engine.audit import audit_document
 from riglens.core.errors import InputError
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.review.blind import BlindSettings
-from riglens.core.review.blind_json import blind_document
+from riglens.core.review.documents import blind_document
 from riglens.core.review.profiles import Profile
 from riglens.core.rig.edits import damaged as damaged_rig
 from riglens.core.rig.model import FORMAT_VERSION, Rig

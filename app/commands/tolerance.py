@@ -28,6 +28,7 @@ from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic
 from riglens.app.terminal.tables import table
 from riglens.core.errors import InputError
 from riglens.core.metric.entropy import EntropyField
+from riglens.core.review.documents import tolerance_document
 from riglens.core.review.measures import ON_TARGET, SEEN, Measures
 from riglens.core.review.tolerance import (
     MAX_DRAWS,
@@ -38,7 +39,6 @@ from riglens.core.review.tolerance import (
     worst_rig,
 )
 from riglens.core.review.tolerance import tolerance as tolerance_of
-from riglens.core.review.tolerance_json import tolerance_document
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.file import dumps
 from riglens.core.scene.boxes import CLASSES

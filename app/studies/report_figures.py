@@ -20,18 +20,20 @@ from riglens.core.kernels.runtime import jit
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Body, Method, Reading
 from riglens.core.review.blind import BlindEngine, BlindMap, BlindSettings
-from riglens.core.review.blind_json import blind_document
-from riglens.core.review.check_json import check_document
 from riglens.core.review.checking import Check, Subject
+from riglens.core.review.documents import (
+    blind_document,
+    check_document,
+    coverage_document,
+    mounts_document,
+    tolerance_document,
+)
 from riglens.core.review.measures import Measures
 from riglens.core.review.mounts import USUAL_LIMITS, mounts_of, violations
-from riglens.core.review.mounts_json import mounts_document
 from riglens.core.review.profiles import Profile, bundled_profiles
 from riglens.core.review.redundancy import NO_EVIDENCE, target_coverage, voxel_coverage
-from riglens.core.review.redundancy_json import coverage_document
 from riglens.core.review.requirements import Requirements
 from riglens.core.review.tolerance import MAX_DRAWS, profile_called, tolerance
-from riglens.core.review.tolerance_json import tolerance_document
 from riglens.core.review.verdicts import verdicts
 from riglens.core.rig.model import FORMAT_VERSION, MAX_SENSORS, Frozen, Rig
 from riglens.core.rig.yaml.file import dumps

@@ -52,6 +52,9 @@ By = Annotated[str, AfterValidator(_known_by)]
 HEIGHTS_M = (0.15, 0.30, 0.80, 1.15, 1.80)
 """Heights of objects in the tables of areas: a kerb or a child's toy, a crawling child, the test cylinder of UN R158
 and FMVSS 111, a child of six years, an adult. The selection is our choice."""
+SHARE_WITHIN_M = 10.0
+"""Distance within which the IIHS states the visible share of the ground (news of 26 June 2025); the height from which
+ground counts as seen is our choice: the lowest of HEIGHTS_M."""
 OVERLAP_HEIGHT_M = HEIGHTS_M[2]
 """Height of the object that sensors are counted for where fields of view overlap."""
 WIDTH_M = 0.30
@@ -211,6 +214,14 @@ class BlindMap:
             float(ground.y_m[iy].mean()),
             float(ground.distance_m[ix, iy].min()),
         )
+
+
+def share_seen(found: BlindMap, by: By = "any", k: int = 1) -> float:
+    """Return the share of the ground within 10 m of the car on which an object of the least height is seen; more is
+    better."""
+    near = found.ground.counts & (found.ground.distance_m <= SHARE_WITHIN_M)
+    unseen = found.unseen(HEIGHTS_M[0], by, k) & near
+    return 1.0 - float(unseen.sum()) / max(1, int(near.sum()))
 
 
 def overlap(found: BlindMap) -> NDArray[np.uint8]:

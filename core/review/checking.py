@@ -27,12 +27,12 @@ from riglens.core.review.redundancy import (
     failing_of,
     halves_of,
     lost_of,
+    share,
     target_counter,
     target_coverage,
     voxel_counter,
     with_halves,
 )
-from riglens.core.review.redundancy_json import share
 from riglens.core.review.requirements import Item, Requirements
 from riglens.core.review.sections import (
     STATE,

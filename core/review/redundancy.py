@@ -77,6 +77,17 @@ def lost_of(failure: Failure, cls: int, sector: int | None = None) -> int:
     return int(failure.lost[:, cls].sum() if sector is None else failure.lost[sector, cls])
 
 
+def lost_share(found: Coverage, failure: Failure, cls: int, sector: int | None = None) -> float:
+    """Return the loss by a failure as a share of the total of a class, everywhere or in one sector; less is better."""
+    total = found.total[:, cls].sum() if sector is None else found.total[sector, cls]
+    return share(lost_of(failure, cls, sector), int(total))
+
+
+def share(part: int, total: int) -> float:
+    """Return part / total, 0 for a total of 0."""
+    return part / total if total else 0.0
+
+
 def failing_of(sensors: Sequence[Sensor]) -> list[tuple[What, str, tuple[str, ...]]]:
     """Return what can fail: every sensor, every pair, every group, with its name and the sensors that it takes."""
     names = [sensor.name for sensor in sensors]

@@ -13,9 +13,9 @@ from riglens.core.engine.engine import Engine
 from riglens.core.errors import InputError
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.review.blind import BlindEngine
-from riglens.core.review.check_json import check_document
 from riglens.core.review.check_junit import RigCheck, junit_xml
 from riglens.core.review.checking import Check, Subject
+from riglens.core.review.documents import check_document
 from riglens.core.review.draws import Draws, chance_bounds
 from riglens.core.review.findings import Verdict, amounts
 from riglens.core.review.measures import Measures

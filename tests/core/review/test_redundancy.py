@@ -8,6 +8,7 @@ import pytest
 from riglens.core.engine.engine import Engine
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Body, MetricSettings
+from riglens.core.review.documents import coverage_document
 from riglens.core.review.redundancy import (
     COVERED,
     Coverage,
@@ -17,7 +18,6 @@ from riglens.core.review.redundancy import (
     voxel_coverage,
     with_halves,
 )
-from riglens.core.review.redundancy_json import coverage_document
 from riglens.core.rig.edits import in_step
 from riglens.core.rig.groups import groups_of
 from riglens.core.rig.model import Rig, Vehicle, rays_of

@@ -9,6 +9,7 @@ from riglens.core.engine.engine import Engine
 from riglens.core.errors import Cancelled, InputError
 from riglens.core.geometry import Pose
 from riglens.core.metric.scores import MetricSettings
+from riglens.core.review.documents import tolerance_document
 from riglens.core.review.measures import Measures
 from riglens.core.review.tolerance import (
     PROFILES,
@@ -24,7 +25,6 @@ from riglens.core.review.tolerance import (
     unit_draws,
     worst_rig,
 )
-from riglens.core.review.tolerance_json import tolerance_document
 from riglens.core.rig.model import Rig, Vehicle
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.grid import VoxelGrid

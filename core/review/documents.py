@@ -1,0 +1,251 @@
+"""Reviews as plain data: areas in m², lengths in m, shares as fractions, entropies in nat, errors in mm and degrees."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from datetime import date
+from typing import Any
+
+import numpy as np
+
+from riglens.core.metric.entropy import nats
+from riglens.core.metric.scores import Body
+from riglens.core.plain import to_plain
+from riglens.core.review.blind import HEIGHTS_M, BlindMap, By, Hole, share_seen
+from riglens.core.review.findings import Verdict
+from riglens.core.review.measures import ON_TARGET, Measures
+from riglens.core.review.mounts import Mount, Violation
+from riglens.core.review.profiles import ONLY_GEOMETRY
+from riglens.core.review.redundancy import COVERED, Coverage, Failure, What, lost_share, share
+from riglens.core.review.tolerance import ToleranceResult, rig_of_draw
+from riglens.core.review.verdicts import ObjectVerdict, ProfileVerdict
+from riglens.core.rig.model import FORMAT_VERSION, Rig
+from riglens.core.rig.yaml.file import identity_of
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.scene.sectors import SECTORS
+from riglens.core.sensors.registry import shown_kinds
+
+SPREAD = ("nominal", "median", "p05", "p95", "worst", "worst_draw")
+
+
+def blind_document(found: BlindMap, profiles: Sequence[ProfileVerdict]) -> dict[str, Any]:
+    """Return the blind zones of a rig and its results for profiles."""
+    settings = found.settings
+    kinds = sorted(kind.name for kind in shown_kinds(sensor.kind for sensor in found.rig.sensors))
+    return {
+        "riglens": FORMAT_VERSION,
+        "body": settings.body,
+        "rig": identity_of(found.rig),
+        "settings": {
+            **to_plain(settings, "voxel_m", "width_m", "within_m", "bands_m"),
+            "sectors": list(SECTORS),
+            "heights_m": list(HEIGHTS_M),
+        },
+        "ground_m2": _rounded(found.ground_m2()),
+        "zones": [_zone(found, by, k) for by in ("any", *kinds) for k in (1, 2)],
+        "note": ONLY_GEOMETRY,
+        "profiles": [_profile_document(verdict, found.rig) for verdict in profiles],
+    }
+
+
+def _zone(found: BlindMap, by: By, k: int) -> dict[str, Any]:
+    return {
+        "by": by,
+        "sensors": k,
+        "share_seen_10m": share_seen(found, by, k),
+        "heights": [
+            {
+                "height_m": height,
+                "unseen_m2": float(np.round(found.area_m2(height, by, k).sum(), 9)),
+                "by_sector_and_band_m2": _rounded(found.area_m2(height, by, k)),
+                "largest_hole": _hole(found.largest_hole(height, by, k)),
+            }
+            for height in HEIGHTS_M
+        ],
+    }
+
+
+def _rounded(table: np.ndarray[Any, Any]) -> list[list[float]]:
+    """Round areas, which are whole numbers of columns, to remove the rounding errors of sums."""
+    rows: list[list[float]] = np.round(table, 9).tolist()
+    return rows
+
+
+def _hole(hole: Hole | None) -> Any:
+    return None if hole is None else to_plain(replace(hole, area_m2=round(hole.area_m2, 9)))
+
+
+def _profile_document(verdict: ProfileVerdict, rig: Rig) -> dict[str, Any]:
+    return {
+        **to_plain(
+            verdict.profile, "name", "title", "source", "vehicles", "from_memory", "by", "rays", "share"
+        ),
+        "for_this_vehicle": verdict.profile.is_for(rig.vehicle),
+        "passes": verdict.passes,
+        "seen": len(verdict.objects) - len(verdict.failed),
+        "objects": [_object(one) for one in verdict.objects],
+    }
+
+
+def _object(one: ObjectVerdict) -> dict[str, Any]:
+    return {
+        **to_plain(one.target, "name", "x_m", "y_m"),
+        "diameter_m": 2.0 * one.target.radius_m,
+        "height_m": one.target.height_m,
+        "seen": one.is_seen,
+        **to_plain(one, "rays", "share", "rays_by_sensor", "share_by_sensor"),
+    }
+
+
+def check_document(
+    rig: Rig,
+    body: Body,
+    verdicts: Sequence[Verdict],
+    sources: Mapping[str, Any] | None = None,
+    day: date | None = None,
+) -> dict[str, Any]:
+    """Return every verdict, and whether all requirements are met; waivers count on a given day, and not without one.
+
+    sources: what the verdicts depend on besides the rig."""
+    return {
+        "riglens": FORMAT_VERSION,
+        "body": body,
+        "rig": identity_of(rig),
+        **(sources or {}),
+        "passes": all(verdict.holds_on(day) for verdict in verdicts),
+        "verdicts": [_verdict(verdict, day) for verdict in verdicts],
+    }
+
+
+def _verdict(verdict: Verdict, day: date | None) -> dict[str, Any]:
+    one, finding = verdict.item.requirement, verdict.finding
+    return {
+        "id": verdict.item.id,
+        "section": verdict.item.section,
+        "name": one.label,
+        "why": one.why,
+        "text": verdict.text,
+        "found": finding.value,
+        "relation": one.relation,
+        "limit": one.accepted,
+        "unit": one.unit,
+        "status": verdict.status,
+        "passes": verdict.passes,
+        "bounds": None if finding.bounds is None else list(finding.bounds),
+        "details": list(finding.details),
+        "waived": None
+        if one.waived is None
+        else {
+            "reason": one.waived.reason,
+            "until": one.waived.until.isoformat(),
+            "counts": verdict.is_waived_on(day),
+        },
+    }
+
+
+def mounts_document(rig: Rig, mounts: Sequence[Mount], found: Sequence[Violation]) -> dict[str, Any]:
+    """Return the mounts of a rig's enabled sensors; null: no body or no neighbour to measure to."""
+    return {
+        "riglens": FORMAT_VERSION,
+        "rig": identity_of(rig),
+        "mounts": [_mount(mount) for mount in mounts],
+        "violations": to_plain(list(found)),
+    }
+
+
+def _mount(mount: Mount) -> dict[str, Any]:
+    stand = mount.stand
+    return {
+        "name": mount.name,
+        "height_m": mount.height_m,
+        "gap_m": None if stand.nearest_m is None else stand.gap_m,
+        "neighbour": mount.neighbour,
+        "neighbour_m": None if mount.neighbour is None else mount.neighbour_m,
+        "beyond_m": to_plain(mount.beyond_m),
+        "materials": sorted(mount.materials),
+        "zones": list(mount.zones),
+    }
+
+
+def _tried(found: Coverage) -> tuple[What, ...]:
+    """Return what fails; half-blocked sensors only where they were tried."""
+    halves = any(one.what == "half" for one in found.failures)
+    return ("sensor", "pair", "group", "half") if halves else ("sensor", "pair", "group")
+
+
+def coverage_document(found: Coverage, unit: str) -> dict[str, Any]:
+    """Return a coverage by class; `unit` is that of `total`: nat or objects."""
+    return {
+        "unit": unit,
+        "sectors": list(SECTORS),
+        "classes": {name: _class_document(found, cls, unit) for cls, name in enumerate(CLASSES)},
+        "failures": [_failure_document(found, failure) for failure in found.failures],
+    }
+
+
+def _class_document(found: Coverage, cls: int, unit: str) -> dict[str, Any]:
+    total = int(found.total[:, cls].sum())
+    covered = found.covered[:, :, cls]
+    return {
+        "total": nats(total) if unit == "nat" else total,
+        "covered": {name: share(int(covered[:, k].sum()), total) for k, name in enumerate(COVERED)},
+        "covered_by_sector": {
+            name: [share(int(covered[s, k]), int(found.total[s, cls])) for s in range(len(SECTORS))]
+            for k, name in enumerate(COVERED)
+        },
+        "worst": {what: _worst(found, what, cls, None) for what in _tried(found)},
+        "worst_by_sector": {
+            what: [_worst(found, what, cls, s) for s in range(len(SECTORS))] for what in _tried(found)
+        },
+    }
+
+
+def _worst(found: Coverage, what: What, cls: int, sector: int | None) -> dict[str, Any] | None:
+    failure = found.worst(what, cls, sector)
+    if failure is None:
+        return None
+    return {"name": failure.name, "lost": lost_share(found, failure, cls, sector)}
+
+
+def _failure_document(found: Coverage, failure: Failure) -> dict[str, Any]:
+    return {
+        "what": failure.what,
+        "name": failure.name,
+        "sensors": list(failure.members),
+        "lost": {name: lost_share(found, failure, cls) for cls, name in enumerate(CLASSES)},
+        "lost_by_sector": {
+            name: [lost_share(found, failure, cls, s) for s in range(len(SECTORS))]
+            for cls, name in enumerate(CLASSES)
+        },
+    }
+
+
+def tolerance_document(found: ToleranceResult, body: str, measures: Measures | None = None) -> dict[str, Any]:
+    """Return the tolerance of a rig under one profile; with what measured it, also the sample and its standard
+    errors."""
+    return {
+        "riglens": FORMAT_VERSION,
+        "body": body,
+        "rig": identity_of(found.rig),
+        "profile": to_plain(found.profile),
+        "draws": found.draws,
+        "seed": found.seed,
+        "figures": {name: to_plain(spread, *SPREAD) for name, spread in found.spreads.items()},
+        "noise_floor": {name: to_plain(spread, *SPREAD) for name, spread in found.floor.items()},
+        "sensitivities": to_plain(found.sensitivities),
+        **({} if measures is None else {"sample": _sample(found, measures)}),
+    }
+
+
+def _sample(found: ToleranceResult, measures: Measures) -> dict[str, Any]:
+    """Return the number of frames in which objects were counted, and the standard error of each worst draw's change
+    from the rig as designed, whose figures are those of all frames."""
+    frames, of_frames = measures.frames
+    worst_se = {}
+    for cls in CLASSES:
+        name = f"{ON_TARGET} {cls}"
+        if name in found.spreads:
+            drawn = rig_of_draw(found, found.spreads[name].worst_draw)
+            worst_se[name] = measures.on_target(*drawn)[name].se
+    return {"frames": frames, "of_frames": of_frames, "worst_se": worst_se}
