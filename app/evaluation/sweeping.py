@@ -116,8 +116,8 @@ class LoadedSweep:
         header = self.header  # compiles every kernel before workers need them
         pieces = [self._piece(span, self._threads or threads or workers.threads) for span in spans]
         found: dict[str, Table] = {}
-        for one in results(pieces, store, workers):
-            found[one.piece.key] = one.result
+        for piece, table in results(pieces, store, workers):
+            found[piece.key] = table
             progress(len(found) / len(pieces))
         return joined([found[piece.key] for piece in pieces], header)
 

@@ -11,10 +11,11 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
 from itertools import islice
-from typing import Generic, NamedTuple, Protocol, TypeVar
+from typing import Protocol, TypeVar
+
+from riglens.core.pieces.folder import PieceFolder
 
 Result = TypeVar("Result")
-Kept = TypeVar("Kept", covariant=True)
 
 
 @dataclass(frozen=True)
@@ -29,24 +30,6 @@ class Piece:
     work: Callable[..., bytes]
     arguments: Callable[[], tuple[object, ...]]
     needs: tuple[str, ...] = ()
-
-
-class Store(Protocol[Kept]):
-    """Finished pieces."""
-
-    def load(self, key: str) -> Kept | None:
-        """Return a finished piece; None when it is missing, damaged or altered, so that it is made again."""
-
-    def keep(self, key: str, content: bytes) -> Kept:
-        """Check and store a worker's result; ChildProcessError when it is not the content of this piece."""
-
-
-class Finished(NamedTuple, Generic[Result]):
-    """A piece with its result; is_new: whether it was made now, not found in the store."""
-
-    piece: Piece
-    result: Result
-    is_new: bool
 
 
 class Workers(Protocol):
@@ -83,7 +66,9 @@ class OwnProcess:
         return list(waiting)
 
 
-def results(pieces: Sequence[Piece], store: Store[Result], workers: Workers) -> Iterator[Finished[Result]]:
+def results(
+    pieces: Sequence[Piece], store: PieceFolder[Result], workers: Workers
+) -> Iterator[tuple[Piece, Result]]:
     """Yield every piece with its result: first those in the store, then the others as they are computed and stored.
 
     Re-raise the exception of a piece after yielding all pieces that are done by then.
@@ -94,9 +79,9 @@ def results(pieces: Sequence[Piece], store: Store[Result], workers: Workers) -> 
         if found is None:
             missing.append(piece)
         else:
-            yield Finished(piece, found, is_new=False)
+            yield piece, found
     for piece, content in _made(missing, workers):
-        yield Finished(piece, store.keep(piece.key, content), is_new=True)
+        yield piece, store.keep(piece.key, content)
 
 
 def _made(pieces: Sequence[Piece], workers: Workers) -> Iterator[tuple[Piece, bytes]]:

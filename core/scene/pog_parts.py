@@ -55,9 +55,9 @@ def build_in_parts(
     """
     total, reports = PogSum(grid), dict[Piece, DataReport]()
     pieces = [_piece(group, grid, workers.threads) for group in groups]
-    for done, found in enumerate(results(pieces, store, workers), 1):
-        total.add(found.result)
-        reports[found.piece] = found.result.data
+    for done, (piece, part) in enumerate(results(pieces, store, workers), 1):
+        total.add(part)
+        reports[piece] = part.data
         if progress is not None:
             progress(done / len(pieces))
     return total.pog(source.merged([reports[piece] for piece in pieces]))

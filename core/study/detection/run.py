@@ -32,9 +32,9 @@ def run(study: Study, folder: Path, workers: Workers, tell: Callable[[StudyProgr
     done |= {key for key in every if key not in done and pieces.store.load(key) is not None}
     tell(_told(study, every, done))
     missing = [_piece(pieces, key, job) for key, job in every.items() if key not in done]
-    for found in results(missing, pieces.store, workers):
-        job = every[found.piece.key]
-        done.add(found.piece.key)
+    for piece, _ in results(missing, pieces.store, workers):
+        job = every[piece.key]
+        done.add(piece.key)
         if job.is_pass and job.epoch > 1:
             pieces.store.remove(Job(job.net, None, job.epoch - 1).key(study))
         tell(_told(study, every, done, job))
