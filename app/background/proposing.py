@@ -40,6 +40,8 @@ Found = TypeVar("Found")
 PROGRAM = "from riglens.app.background.proposing import main; main()"
 NICE = 10
 """Niceness of the process, so that edits in the window take precedence."""
+IMPROVED_WITHIN_M = 0.5
+"""How far from where it is a sensor gets a better mount."""
 
 
 @dataclass(frozen=True)
@@ -263,12 +265,13 @@ class Server:
 
     def _problem(self, request: ProposalRequest) -> Problem:
         from riglens.app.evaluation.scenario import load_scenario
+        from riglens.core.optimise.mounts import Move
         from riglens.core.optimise.objectives import OF_VOXELS
-        from riglens.core.optimise.run import improvement
+        from riglens.core.optimise.results import Problem
 
         traffic, options = self._traffic_of(request.scene), request.options
         if request.work == "improve":
-            return improvement(request.rig, traffic, request.sensor)
+            return Problem(request.rig, traffic, moves=(Move(request.sensor, IMPROVED_WITHIN_M),))
         voxels = load_scenario(request.scene).field if options.objective in OF_VOXELS else None
         return options.problem(request.rig, traffic, voxels=voxels)
 

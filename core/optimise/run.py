@@ -14,7 +14,7 @@ from riglens.core.errors import Cancelled, InputError, IsStale, never_stale
 from riglens.core.kernels.runtime import jit
 from riglens.core.optimise.bounds import Bound, branch_and_bound, fractional_bound
 from riglens.core.optimise.guard import FEW, Evaluator, Kept, OtherTraffic, Sampler, guard, with_worst_failure
-from riglens.core.optimise.mounts import Candidate, Move, candidates, conflicts, locked, mounted, rules_for
+from riglens.core.optimise.mounts import Candidate, candidates, conflicts, locked, mounted, rules_for
 from riglens.core.optimise.objectives import WORST, WorstFailure, sensors_for
 from riglens.core.optimise.results import Cheapest, OptimiseResult, Problem, Proposal, Stair
 from riglens.core.optimise.search import ROUNDING, AtLeast, Limits, front, greedy, search, swap
@@ -121,20 +121,6 @@ def optimise(problem: Problem, threads: int | None = None, is_stale: IsStale = n
         share = len(kept) / (6 + len(problem.checks))
         yield replace(run.told(f"checking: {one.case}", share, chosen, bound.value), result=found)
     return found
-
-
-def improvement(
-    rig: Rig,
-    traffic: Traffic,
-    sensor: str,
-    radius_m: float = 0.5,
-    *,
-    frames: int = 100,
-    held_out: int = 1000,
-    seed: int = 0,
-) -> Problem:
-    """Return the problem of a better mount for one sensor and its mirror partner, on the skin near where it is."""
-    return Problem(rig, traffic, frames=frames, held_out=held_out, seed=seed, moves=(Move(sensor, radius_m),))
 
 
 def skin_gains(

@@ -38,8 +38,10 @@ from riglens.app.window.features.propose import DOCK, merged
 from riglens.app.window.settings import Settings
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
+from riglens.core.optimise.mounts import Move
 from riglens.core.optimise.objectives import OBJECTIVES as KNOWN
-from riglens.core.optimise.run import finished, improvement
+from riglens.core.optimise.results import Problem
+from riglens.core.optimise.run import finished
 from riglens.core.rig.yaml.file import load_rig
 from riglens.widgets.panels.fields.edits import ValueEdit
 from riglens.widgets.panels.propose.chart import apart
@@ -415,7 +417,7 @@ def test_one_sensor_is_improved_and_offered(desk: FullDesk, town: Path) -> None:
     desk.document.select("roof")
     desk.act("improve")
     assert (sent[0].work, sent[0].sensor) == ("improve", "roof")
-    problem = improvement(before, rl.load_traffic(town), "roof", frames=4)
+    problem = Problem(before, rl.load_traffic(town), frames=4, moves=(Move("roof", 0.5),))
     better = finished(problem, 1)
     assert better.best.value > better.before
     propose.proposer.answered.emit(SearchEnd(sent[0].number, better))

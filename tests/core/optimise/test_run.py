@@ -11,7 +11,7 @@ from riglens.core.errors import Cancelled, InputError
 from riglens.core.optimise.guard import HELD_OUT, Evaluator, Kept, guard, verdict
 from riglens.core.optimise.mounts import Additions, Move, rules_for
 from riglens.core.optimise.results import OptimiseResult, Problem
-from riglens.core.optimise.run import Progress, finished, improvement, optimise, skin_gains
+from riglens.core.optimise.run import Progress, finished, optimise, skin_gains
 from riglens.core.review.blind import BlindEngine, BlindSettings
 from riglens.core.review.mounts import MountLimits, violations
 from riglens.core.rig.edits import mirrored_pose, with_mirror_image
@@ -148,7 +148,7 @@ def pair(x_m: float) -> Rig:
 
 def test_a_sensor_improves_with_its_partner_and_no_other_sensor_moves(traffic: Traffic) -> None:
     rig = pair(-1.0)
-    problem = improvement(rig, traffic, "right", 0.8, frames=8, held_out=10)
+    problem = Problem(rig, traffic, frames=8, held_out=10, moves=(Move("right", 0.8),))
     found = proposed(problem)
     best = found.best.rig
     assert [one.name for one in best.sensors] == ["own", "left", "right"]
@@ -164,8 +164,8 @@ def test_a_sensor_improves_with_its_partner_and_no_other_sensor_moves(traffic: T
 
 def test_a_sensor_without_a_better_mount_stays(traffic: Traffic) -> None:
     rig = pair(-1.0)
-    first = proposed(improvement(rig, traffic, "left", 0.8, frames=8, held_out=10)).best.rig
-    again = proposed(improvement(first, traffic, "left", 0.0, frames=8, held_out=10))
+    first = proposed(Problem(rig, traffic, frames=8, held_out=10, moves=(Move("left", 0.8),))).best.rig
+    again = proposed(Problem(first, traffic, frames=8, held_out=10, moves=(Move("left", 0.0),)))
     assert again.best.value >= again.before
     stays = Problem(first, traffic, frames=8, moves=(Move("left", 0.0, (), (0.0,)),))
     with pytest.raises(InputError, match="no mount"):
