@@ -19,6 +19,7 @@ from riglens.core.review.mounts import (
     Box,
     KeepOut,
     MountLimits,
+    beyond_m,
     is_in_zone,
     is_painted,
 )
@@ -375,7 +376,7 @@ def _keeps(
             return False
     most = [getattr(rules.beyond_m, name) for name in SIDES]
     for sensor in one.sensors if any(limit is not None for limit in most) else ():
-        out = _out_m(sensor, rig, outline)
+        out = beyond_m(sensor, rig, outline)
         if any(limit is not None and far > limit for far, limit in zip(out, most, strict=True)):
             return False
     if own_out is not None:
@@ -399,18 +400,10 @@ def _keeps(
     return True
 
 
-def _out_m(sensor: Sensor, rig: Rig, outline: Outline) -> Doubles:
-    """Return how far a housing sticks out by SIDES, (5,)."""
-    corners = housing_corners_m(sensor)
-    (x0, y0, _), (x1, y1, z1) = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
-    sides = x1 - outline.front_m, outline.rear_m - x0, y1 - outline.left_m, outline.right_m - y0
-    return np.array([*sides, z1 - rig.vehicle.height])
-
-
 def _outs(rig: Rig, outline: Outline, sensors: Sequence[Sensor]) -> Doubles:
     """Return how far the farthest housing sticks out by SIDES, (5,), at least 0."""
     enabled = [sensor for sensor in sensors if sensor.enabled]
-    return np.asarray(np.max([np.zeros(5), *(_out_m(sensor, rig, outline) for sensor in enabled)], axis=0))
+    return np.asarray(np.max([np.zeros(5), *(beyond_m(sensor, rig, outline) for sensor in enabled)], axis=0))
 
 
 def _grows(out: Doubles, rules: MountLimits, rig: Rig, outline: Outline) -> NDArray[np.bool_]:

@@ -170,7 +170,7 @@ def mounts_of(
         where = standing.nearest_m or sensor.position
         zones = tuple(zone.name for zone in keep_out if is_in_zone(zone, where, materials, rig, outline))
         zones += (PAINTED,) * is_painted(rig, where)
-        beyond = _beyond_m(sensor, rig, outline)
+        beyond = dict(zip(SIDES, beyond_m(sensor, rig, outline), strict=True))
         found.append(
             Mount(
                 sensor.name,
@@ -195,15 +195,12 @@ def _neighbour(sensor: Sensor, sensors: list[Sensor]) -> tuple[str | None, float
     return others[nearest].name, float(away[nearest])
 
 
-def _beyond_m(sensor: Sensor, rig: Rig, outline: Outline) -> dict[str, float]:
-    low, high = housing_corners_m(sensor).min(axis=0), housing_corners_m(sensor).max(axis=0)
-    return {
-        "front": float(high[0]) - outline.front_m,
-        "rear": outline.rear_m - float(low[0]),
-        "left": float(high[1]) - outline.left_m,
-        "right": outline.right_m - float(low[1]),
-        "top": float(high[2]) - rig.vehicle.height,
-    }
+def beyond_m(sensor: Sensor, rig: Rig, outline: Outline) -> tuple[float, ...]:
+    """Return how far a housing sticks out by SIDES; below 0: not at all."""
+    corners = housing_corners_m(sensor)
+    (x0, y0, _), (x1, y1, z1) = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
+    sides = x1 - outline.front_m, outline.rear_m - x0, y1 - outline.left_m, outline.right_m - y0
+    return (*sides, z1 - rig.vehicle.height)
 
 
 def is_painted(rig: Rig, at_m: tuple[float, float, float]) -> bool:
