@@ -13,9 +13,8 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import Protocol, TypeVar
 
-from riglens.core.pieces.folder import PieceFolder
-
 Result = TypeVar("Result")
+Kept = TypeVar("Kept", covariant=True)
 
 
 @dataclass(frozen=True)
@@ -30,6 +29,16 @@ class Piece:
     work: Callable[..., bytes]
     arguments: Callable[[], tuple[object, ...]]
     needs: tuple[str, ...] = ()
+
+
+class Store(Protocol[Kept]):
+    """Finished pieces."""
+
+    def load(self, key: str) -> Kept | None:
+        """Return a finished piece; None when it is missing, damaged or altered, so that it is made again."""
+
+    def keep(self, key: str, content: bytes) -> Kept:
+        """Check and store a worker's result; ChildProcessError when it is not the content of this piece."""
 
 
 class Workers(Protocol):
@@ -67,7 +76,7 @@ class OwnProcess:
 
 
 def results(
-    pieces: Sequence[Piece], store: PieceFolder[Result], workers: Workers
+    pieces: Sequence[Piece], store: Store[Result], workers: Workers
 ) -> Iterator[tuple[Piece, Result]]:
     """Yield every piece with its result: first those in the store, then the others as they are computed and stored.
 

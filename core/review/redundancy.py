@@ -161,7 +161,7 @@ def voxel_coverage(
         if len(members) > 2:
             return entropy(seen_by(members)[0] & ~seen_by(own.keys() - members)[0])
         shared = [entropy(own[one] & own[other] & by_two) for one, other in combinations(members, 2)]
-        return np.sum([*(alone[name] for name in members), *shared], axis=0)
+        return np.asarray(np.sum([*(alone[name] for name in members), *shared], axis=0))
 
     return Coverage(
         entropy(keep),
