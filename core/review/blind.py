@@ -9,9 +9,9 @@ on k sensors see such an object.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from dataclasses import dataclass
-from typing import Annotated, NamedTuple
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,7 +35,6 @@ from riglens.core.scene.sectors import SECTORS, sector_of
 from riglens.core.sensing.body_ends import Obstacle, obstacle_of
 from riglens.core.sensors.registry import kind_named, kind_names, one_of
 from riglens.core.vehicle.housings import car_of
-from riglens.core.vehicle.solid import Solid
 
 
 def by_names() -> tuple[str, ...]:
@@ -247,23 +246,15 @@ def unseen_by(by: By, k: int) -> str:
     return f"unseen by any {called(by)}" if k == 1 else f"seen by fewer than {seen_by(by, k)}"
 
 
-class _Looked(NamedTuple):
-    """A sensor, what stopped its rays, and the row of its lowest levels around each column."""
-
-    sensor: Sensor
-    stop: Obstacle | None
-    row: int
-
-    def is_of(self, sensor: Sensor, stop: Obstacle | None) -> bool:
-        """Return whether a sensor that stays needs no new look."""
-        return self.stop == stop and (self.sensor is sensor or self.sensor == sensor)
+_Look = tuple[Sensor, Obstacle | None]
+"""A sensor, and what stops its rays."""
 
 
 class BlindEngine:
     """Compute the blind zones of rigs on one vehicle; only changed sensors are computed again.
 
-    Of each sensor the lowest levels around columns are kept, uint16 (rows, nx, ny), and no voxels. Call it from the
-    thread that owns the parallel kernels."""
+    Of each sensor the lowest levels around columns are kept, uint16 (nx, ny), and no voxels. Call it from the thread
+    that owns the parallel kernels."""
 
     def __init__(self, vehicle: Vehicle, settings: BlindSettings, threads: int | None = None) -> None:
         self.settings, self._workers = settings, jit.use_threads(threads)
@@ -274,8 +265,7 @@ class BlindEngine:
         self._caster = Caster(self._field, self._workers)
         self._marks = empty_words(self.grid)
         self._offsets = _disc(settings.width_m / settings.voxel_m / 2.0)
-        self._looked: list[_Looked] = []
-        self._around: Levels = np.empty((0, *self.grid.shape[:2]), np.uint16)
+        self._held: dict[_Look, Levels] = {}
 
     def evaluate(self, rig: Rig, failed: Collection[str] = (), stance: Pose = Pose()) -> BlindMap:
         """Return the lowest levels that the rig's enabled sensors see around the car, without those that have failed.
@@ -284,46 +274,26 @@ class BlindEngine:
         jit.use_threads(self._workers)
         sensors = [sensor.finest() for sensor in rig.sensors if sensor.enabled]
         solid = car_of(rig, stance) if self.settings.body == "blocks" else None
-        counted = [sensor.name not in failed for sensor in sensors]
-        rows = self._rows_of(sensors, solid)[counted]
-        kinds = np.array([by_names().index(sensor.kind) - 1 for sensor in sensors], np.int64)[counted]
+        looks = [(one, None if solid is None else obstacle_of(one, solid)) for one in sensors]
+        self._held = {look: self._held[look] if look in self._held else self._lowest(*look) for look in looks}
+        counted = [look for look in looks if look[0].name not in failed]
+        around = np.array([self._held[look] for look in counted], np.uint16).reshape(-1, *self.grid.shape[:2])
+        kinds = np.array([by_names().index(sensor.kind) - 1 for sensor, _ in counted], np.int64)
         levels = np.empty((len(by_names()), kernel.MOST_COUNTED, *self.grid.shape[:2]), np.uint16)
-        kernel.three_lowest(self._around, rows, kinds, NONE, self._workers, levels)
+        kernel.three_lowest(around, kinds, NONE, self._workers, levels)
         return BlindMap(rig, self.settings, self.grid, self.ground, levels)
 
-    def _rows_of(self, sensors: Sequence[Sensor], solid: Solid | None) -> NDArray[np.int64]:
-        """Return the row of each sensor (n,), after a look with those that are new."""
-        stops = [None if solid is None else obstacle_of(sensor, solid) for sensor in sensors]
-        known = [
-            next((one for one in self._looked if one.is_of(*pair)), None)
-            for pair in zip(sensors, stops, strict=True)
-        ]
-        taken = {one.row for one in known if one is not None}
-        free = (row for row in range(len(sensors)) if row not in taken)
-        self._looked = []
-        for sensor, stop, one in zip(sensors, stops, known, strict=True):
-            if one is None:
-                one = _Looked(sensor, stop, next(free))
-                self._look(one)
-            self._looked.append(one)
-        return np.array([one.row for one in self._looked], np.int64)
-
-    def _look(self, looked: _Looked) -> None:
-        """Cast a sensor, and write its lowest levels around columns into its row."""
-        sensor, stop, row = looked
-        if row >= len(self._around):
-            more = np.empty((row + 1, *self.grid.shape[:2]), np.uint16)
-            more[: len(self._around)] = self._around
-            self._around = more
+    def _lowest(self, sensor: Sensor, stop: Obstacle | None) -> Levels:
+        """Cast a sensor, and return its lowest levels around columns (nx, ny)."""
         barrier = None if stop is None else stop.barrier
         self._marks[:] = 0
         self._caster.mark(sensor, "exact", self._caster.window(sensor), self._marks, barrier=barrier)
-        nx, ny, _ = self.grid.shape
-        lowest: Levels = np.empty((1, nx * ny), np.uint16)
-        keep, depth, first = self._field.index.words, words_per_column(self.grid), np.zeros(1, np.int64)
-        kernel.lowest_levels(self._marks[None], first, keep, depth, NONE, self._workers, lowest)
-        shaped, into = lowest.reshape(1, nx, ny), np.array([row], np.int64)
-        kernel.lowest_around(shaped, self._offsets, NONE, self._workers, into, self._around)
+        lowest: Levels = np.empty(self.grid.shape[:2], np.uint16)
+        keep, depth = self._field.index.words, words_per_column(self.grid)
+        kernel.lowest_levels(self._marks, keep, depth, NONE, self._workers, lowest.ravel())
+        around = np.empty_like(lowest)
+        kernel.lowest_around(lowest, self._offsets, NONE, self._workers, around)
+        return around
 
 
 def _disc(radius: float) -> NDArray[np.int64]:

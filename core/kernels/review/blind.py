@@ -15,30 +15,19 @@ MOST_COUNTED = 3
 
 @parallel_kernel
 def lowest_levels(
-    stack: np.ndarray,
-    slots: np.ndarray,
-    keep: np.ndarray,
-    depth: int,
-    none: int,
-    workers: int,
-    lowest: np.ndarray,
+    voxels: np.ndarray, keep: np.ndarray, depth: int, none: int, workers: int, lowest: np.ndarray
 ) -> None:
-    """Write the lowest level that each slot holds in each column, uint16 (n, columns); `none` where it holds none.
-
-    stack uint64 (rows, words): sets of voxels, of which slots (n,) count, within keep (words,); depth: words of a
-    column.
-    """
-    columns = lowest.shape[1]
+    """Write the lowest level in each column of a set of voxels uint64 (words,) within keep (words,), uint16 (columns,);
+    `none` without any. depth: words of a column."""
+    columns = lowest.size
     for worker in numba.prange(workers):
-        begin, end = columns * worker // workers, columns * (worker + 1) // workers
-        for i in range(slots.size):
-            for column in range(begin, end):
-                found = none
-                for part in range(depth - 1, -1, -1):
-                    word = stack[slots[i], column * depth + part] & keep[column * depth + part]
-                    if word != 0:
-                        found = 64 * part + int(lowest_bit(word))
-                lowest[i, column] = found
+        for column in range(columns * worker // workers, columns * (worker + 1) // workers):
+            found = none
+            for part in range(depth - 1, -1, -1):
+                word = voxels[column * depth + part] & keep[column * depth + part]
+                if word != 0:
+                    found = 64 * part + int(lowest_bit(word))
+            lowest[column] = found
 
 
 @lean_inlined
@@ -55,19 +44,18 @@ def _around(levels: np.ndarray, ix: int, offsets: np.ndarray, row: np.ndarray) -
 
 @parallel_kernel
 def lowest_around(
-    lowest: np.ndarray, offsets: np.ndarray, none: int, workers: int, rows: np.ndarray, around: np.ndarray
+    lowest: np.ndarray, offsets: np.ndarray, none: int, workers: int, around: np.ndarray
 ) -> None:
-    """Write the lowest level around each column, uint16 (nx, ny), into some rows (n,) of `around`; others stay.
+    """Write the lowest level around each column, uint16 (nx, ny).
 
-    lowest uint16 (n, nx, ny): as `lowest_levels` writes; offsets (m, 2): which columns count as around one, by steps
-    along x and y.
+    lowest uint16 (nx, ny): as `lowest_levels` writes; offsets (m, 2): which columns count as around one, by steps along
+    x and y.
     """
-    count, nx, _ = lowest.shape
+    nx = lowest.shape[0]
     for worker in numba.prange(workers):
-        for i in range(count):
-            for ix in range(nx * worker // workers, nx * (worker + 1) // workers):
-                around[rows[i], ix, :] = none
-                _around(lowest[i], ix, offsets, around[rows[i], ix])
+        for ix in range(nx * worker // workers, nx * (worker + 1) // workers):
+            around[ix, :] = none
+            _around(lowest, ix, offsets, around[ix])
 
 
 @lean_inlined
@@ -81,19 +69,17 @@ def _sink(row: np.ndarray, first: np.ndarray, second: np.ndarray, third: np.ndar
 
 
 @parallel_kernel
-def three_lowest(
-    around: np.ndarray, rows: np.ndarray, kinds: np.ndarray, none: int, workers: int, levels: np.ndarray
-) -> None:
+def three_lowest(around: np.ndarray, kinds: np.ndarray, none: int, workers: int, levels: np.ndarray) -> None:
     """Write the three lowest of the sensors' levels in each column, uint16 (kinds + 1, 3, nx, ny): of all sensors,
     then of each kind; `none` where there is no such sensor.
 
-    around uint16 (r, nx, ny): as `lowest_around` writes, of which rows (n,) count; kinds (n,) their kinds, from 0.
+    around uint16 (n, nx, ny): as `lowest_around` writes; kinds (n,): of the sensors, from 0.
     """
     nx = around.shape[1]
     for worker in numba.prange(workers):
         for ix in range(nx * worker // workers, nx * (worker + 1) // workers):
             levels[:, :, ix, :] = none
-            for i in range(rows.size):
-                row, own = around[rows[i], ix], 1 + kinds[i]
+            for i in range(kinds.size):
+                row, own = around[i, ix], 1 + kinds[i]
                 _sink(row, levels[0, 0, ix], levels[0, 1, ix], levels[0, 2, ix])
                 _sink(row, levels[own, 0, ix], levels[own, 1, ix], levels[own, 2, ix])

@@ -21,34 +21,36 @@ def words(*values: int) -> np.ndarray:
 
 
 def test_the_lowest_level_of_a_column_counts_over_its_words_and_within_what_counts() -> None:
-    stack = np.array([[0b1000, 1, 0, 0b100], [0, 0, 0, 0], [0b10, 0, 0, 1 << 63]], np.uint64)
+    stack = np.array([[0b1000, 1, 0, 0b100], [0b10, 0, 0, 1 << 63]], np.uint64)
     keep = words(0b1100, 1, 0, 0xFFFFFFFFFFFFFFFF)
     for workers in (1, 2):
-        lowest = np.empty((2, 2), np.uint16)
-        lowest_levels(stack, np.array([0, 2]), keep, 2, NONE, workers, lowest)
-        assert lowest.tolist() == [[3, 64 + 2], [NONE, 64 + 63]]
+        for voxels, wanted in zip(stack, ([3, 64 + 2], [NONE, 64 + 63]), strict=True):
+            lowest = np.empty(2, np.uint16)
+            lowest_levels(voxels, keep, 2, NONE, workers, lowest)
+            assert lowest.tolist() == wanted
 
 
-def test_around_a_column_the_lowest_level_counts_and_other_rows_stay() -> None:
+def test_around_a_column_the_lowest_level_counts() -> None:
     lowest = np.full((2, 2, 3), NONE, np.uint16)
     lowest[0, 0] = [5, NONE, 1]
     lowest[1, 1, 1] = 2
     for workers in (1, 2):
-        around = np.full((3, 2, 3), 7, np.uint16)
+        around = np.full((2, 2, 3), 7, np.uint16)
         across = np.array([[0, -1], [0, 0], [0, 1], [1, 0]])
-        lowest_around(lowest, across, NONE, workers, np.array([2, 0]), around)
-        assert around[2].tolist() == [[5, 1, 1], [NONE] * 3] and around[1].tolist() == [[7] * 3] * 2
-        assert around[0].tolist() == [[NONE, 2, NONE], [2, 2, 2]]  # the row ahead counts in the middle alone
+        for one, to in zip(lowest, around, strict=True):
+            lowest_around(one, across, NONE, workers, to)
+        assert around[0].tolist() == [[5, 1, 1], [NONE] * 3]
+        assert around[1].tolist() == [[NONE, 2, NONE], [2, 2, 2]]  # the row ahead counts in the middle alone
 
 
 def test_the_three_lowest_of_different_sensors_count_by_kind() -> None:
     around = np.full((5, 1, 3), NONE, np.uint16)
     around[0, 0], around[1, 0], around[3, 0], around[4, 0] = [5, 5, 1], [4, NONE, 9], [8, 0, 0], [6, 5, 0]
     levels = np.empty((3, 3, 1, 3), np.uint16)
-    three_lowest(around, np.array([0, 1, 4]), np.array([0, 1, 1]), NONE, 2, levels)
+    three_lowest(around[[0, 1, 4]], np.array([0, 1, 1]), NONE, 2, levels)
     assert levels[0, :, 0].T.tolist() == [[4, 5, 6], [5, 5, NONE], [0, 1, 9]]
     assert levels[1, :, 0, 0].tolist() == [5, NONE, NONE] and levels[2, :, 0].T.tolist()[2] == [0, 9, NONE]
-    three_lowest(around, np.zeros(0, np.int64), np.zeros(0, np.int64), NONE, 1, levels)
+    three_lowest(around[:0], np.zeros(0, np.int64), NONE, 1, levels)
     assert (levels == NONE).all()
 
 
