@@ -11,7 +11,7 @@ from riglens.core.rig.model import Rig
 from riglens.core.targets.detection_range import DetectionRange, RangePlan
 
 if TYPE_CHECKING:  # loads the compiler, which a window that opens does not need
-    from riglens.core.review.mounts import Footings, MountLimits, Violation
+    from riglens.core.review.mounts import MountLimits, Violation
     from riglens.core.review.verdicts import ProfileVerdict
 
 Options = TypeVar("Options")
@@ -46,17 +46,10 @@ def object_verdicts(
     return tuple(found)
 
 
-class MountCheck:
-    """Checker of mounts that lists violated limits; if one sensor of a rig moves, only that one is checked again."""
+def mount_violations(
+    request: RigRequest[MountLimits | None], context: Context[tuple[Violation, ...]]
+) -> tuple[Violation, ...]:
+    """Return the violations of the request's limits, or of the usual ones."""
+    from riglens.core.review.mounts import USUAL_LIMITS, violations
 
-    def __init__(self) -> None:
-        self._footings: Footings | None = None
-
-    def __call__(
-        self, request: RigRequest[MountLimits | None], context: Context[tuple[Violation, ...]]
-    ) -> tuple[Violation, ...]:
-        """Return the violations of the request's limits, or of the usual ones."""
-        from riglens.core.review.mounts import USUAL_LIMITS, Footings, violations
-
-        self._footings = self._footings or Footings()
-        return violations(request.rig, request.options or USUAL_LIMITS, self._footings)
+    return violations(request.rig, request.options or USUAL_LIMITS)

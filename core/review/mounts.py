@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Annotated, Self
 
 import numpy as np
@@ -11,7 +12,7 @@ from pydantic import Field, model_validator
 
 from riglens.core.geometry import Vec3
 from riglens.core.review.outline import Outline
-from riglens.core.rig.model import Frozen, Rig, Sensor, Vehicle
+from riglens.core.rig.model import Frozen, Rig, Sensor
 from riglens.core.vehicle.housings import housing_corners_m
 from riglens.core.vehicle.solid import MATERIALS, Solid, solid_of
 from riglens.core.vehicle.standing import MountStatus, skin_of, stand
@@ -132,45 +133,27 @@ class Violation:
     text: str
 
 
-class Footings:
-    """Footings of places on a car: gap and material. Those of the previous rig are kept: while one sensor moves, the
-    others cost nothing."""
-
-    def __init__(self) -> None:
-        self._vehicle: Vehicle | None = None
-        self._known: dict[Vec3, tuple[MountStatus, frozenset[str]]] = {}
-
-    def of(self, rig: Rig) -> dict[Vec3, tuple[MountStatus, frozenset[str]]]:
-        """Return mount statuses and materials by the places of enabled sensors; mesh files have no materials."""
-        vehicle = rig.vehicle
-        known, solid = self._known if vehicle == self._vehicle else {}, solid_of(vehicle)
-        self._vehicle, self._known = vehicle, {}
-        for place_m in (sensor.position for sensor in rig.sensors if sensor.enabled):
-            self._known[place_m] = known.get(place_m) or _footing(place_m, solid, not vehicle.has_mesh_file)
-        return self._known
-
-
+@lru_cache(maxsize=64)  # while one sensor moves, the others cost nothing
 def _footing(place_m: Vec3, solid: Solid, has_materials: bool) -> tuple[MountStatus, frozenset[str]]:
+    """Return the mount status of a place on a car, and the materials there."""
     standing = stand(place_m, solid)
     if not has_materials or standing.nearest_m is None:
         return standing, frozenset()
     return standing, skin_of(solid).materials_at(np.array(standing.nearest_m))
 
 
-def mounts_of(
-    rig: Rig, keep_out: tuple[KeepOut, ...] = USUAL_KEEP_OUT, footings: Footings | None = None
-) -> tuple[Mount, ...]:
+def mounts_of(rig: Rig, keep_out: tuple[KeepOut, ...] = USUAL_KEEP_OUT) -> tuple[Mount, ...]:
     """Return the mounts of the rig's enabled sensors. A mesh file has no materials: only boxes and painted zones
     apply."""
-    outline, footing = Outline.of(rig.vehicle), (footings or Footings()).of(rig)
+    outline, solid = Outline.of(rig.vehicle), solid_of(rig.vehicle)
     sensors = [sensor for sensor in rig.sensors if sensor.enabled]
     found = []
     for sensor in sensors:
-        standing, materials = footing[sensor.position]
+        standing, materials = _footing(sensor.position, solid, not rig.vehicle.has_mesh_file)
         where = standing.nearest_m or sensor.position
         zones = tuple(zone.name for zone in keep_out if is_in_zone(zone, where, materials, rig, outline))
         zones += (PAINTED,) * is_painted(rig, where)
-        beyond = dict(zip(SIDES, beyond_m(sensor, rig, outline), strict=True))
+        beyond = dict(zip(SIDES, beyond_m(sensor, rig, outline).tolist(), strict=True))
         found.append(
             Mount(
                 sensor.name,
@@ -195,12 +178,12 @@ def _neighbour(sensor: Sensor, sensors: list[Sensor]) -> tuple[str | None, float
     return others[nearest].name, float(away[nearest])
 
 
-def beyond_m(sensor: Sensor, rig: Rig, outline: Outline) -> tuple[float, ...]:
-    """Return how far a housing sticks out by SIDES; below 0: not at all."""
+def beyond_m(sensor: Sensor, rig: Rig, outline: Outline) -> Doubles:
+    """Return how far a housing sticks out by SIDES, (5,); below 0: not at all."""
     corners = housing_corners_m(sensor)
     (x0, y0, _), (x1, y1, z1) = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
     sides = x1 - outline.front_m, outline.rear_m - x0, y1 - outline.left_m, outline.right_m - y0
-    return (*sides, z1 - rig.vehicle.height)
+    return np.array([*sides, z1 - rig.vehicle.height])
 
 
 def is_painted(rig: Rig, at_m: tuple[float, float, float]) -> bool:
@@ -229,10 +212,10 @@ def is_in_zone(
     return any(inside) if zone.boxes else True
 
 
-def violations(rig: Rig, limits: MountLimits, footings: Footings | None = None) -> tuple[Violation, ...]:
+def violations(rig: Rig, limits: MountLimits) -> tuple[Violation, ...]:
     """Return the violations of a rig's mounts, one line each, in the order of its sensors."""
     keep_out = USUAL_KEEP_OUT if limits.keep_out is None else limits.keep_out
-    mounts = mounts_of(rig, keep_out, footings)
+    mounts = mounts_of(rig, keep_out)
     found = [Violation(mount.name, text) for mount in mounts for text in _complaints(mount, limits)]
     return (*found, *_size_complaints(rig, mounts, limits))
 

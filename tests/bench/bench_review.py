@@ -14,7 +14,7 @@ from riglens.core.engine.inspect import covered_at_least
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.review.blind import BlindEngine, BlindSettings
 from riglens.core.review.measures import Measures
-from riglens.core.review.mounts import USUAL_LIMITS, Footings, violations
+from riglens.core.review.mounts import USUAL_LIMITS, violations
 from riglens.core.review.tolerance import ToleranceRun, profile_called
 from riglens.core.rig.model import Rig
 from tests.bench.bars import Bar
@@ -72,12 +72,12 @@ def test_a_sensor_fails_and_works_again(bars: list[Bar], scenes: Scenes, rounds:
 
 def test_mounts_of_one_step(bars: list[Bar], rounds: int) -> None:
     """By a thread of its own with serial code, as the window finds them."""
-    rigs, known = drag("LIDAR_1"), Footings()
-    violations(next(rigs), USUAL_LIMITS, footings=known)
+    rigs = drag("LIDAR_1")
+    violations(next(rigs), USUAL_LIMITS)
 
     def step() -> Callable[[], object]:
         rig = next(rigs)
-        return lambda: violations(rig, USUAL_LIMITS, footings=known)
+        return lambda: violations(rig, USUAL_LIMITS)
 
     ms = _median_ms(step, rounds)
     bars.append(_bar("mounts", "W+T: all that is wrong with the places of ten sensors, one moved", ms, 1))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Signal
 
-from riglens.app.background.rig_questions import MountCheck, RigRequest
+from riglens.app.background.rig_questions import RigRequest, mount_violations
 from riglens.app.background.worker import BackgroundWorker
 from riglens.app.window.features.checks import LiveCheck, check_spec
 from riglens.app.window.workbench import Workbench
@@ -38,7 +38,7 @@ class Mounts(LiveCheck[MountsPanel, "RigRequest[MountLimits | None]", "tuple[Vio
     ) -> None:
         self._limits: MountLimits | None = None
         page = MountsPanel()
-        super().__init__(bench, "mounts", page, worker or BackgroundWorker("mounts", MountCheck(), bench))
+        super().__init__(bench, "mounts", page, worker or BackgroundWorker("mounts", mount_violations, bench))
         page.chosen.connect(self._select)
         page.file_wanted.connect(self.bench.guarded(self._choose_file))
         page.usual_wanted.connect(lambda: self._use(None, USUAL))

@@ -9,7 +9,7 @@ import pytest
 from PySide6.QtCore import QCoreApplication
 from pytestqt.qtbot import QtBot
 
-from riglens.app.background.rig_questions import MountCheck
+from riglens.app.background.rig_questions import mount_violations
 from riglens.app.background.worker import BackgroundWorker
 from riglens.app.window.features.mounts import Mounts
 from riglens.core.review.mounts import USUAL_LIMITS, violations
@@ -28,7 +28,7 @@ def desk(qtbot: QtBot) -> Desk:
 
 @pytest.fixture
 def mounts(desk: Desk) -> Iterator[Mounts]:
-    made = Mounts(desk.workbench, BackgroundWorker("mounts", MountCheck(), close_s=TIMEOUT_S))
+    made = Mounts(desk.workbench, BackgroundWorker("mounts", mount_violations, close_s=TIMEOUT_S))
     yield made
     made._worker.close()
 

@@ -6,13 +6,13 @@ from pydantic import ValidationError
 
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
+from riglens.core.review import mounts as mounts_module
 from riglens.core.review.mounts import (
     PAINTED,
     SIDES,
     USUAL_KEEP_OUT,
     Beyond,
     Box,
-    Footings,
     KeepOut,
     MountLimits,
     mounts_of,
@@ -195,10 +195,11 @@ def test_what_stood_before_is_not_looked_for_again_and_says_the_same(monkeypatch
         return stand(place_m, solid)
 
     wanted = [violations(one, MountLimits(gap_m=0.05)) for one in (rig, moved, longer, off)]
-    monkeypatch.setattr("riglens.core.review.mounts.stand", counted)
-    known, counts = Footings(), []
+    monkeypatch.setattr(mounts_module, "stand", counted)
+    mounts_module._footing.cache_clear()
+    counts = []
     for one, lines in zip((rig, moved, longer, off), wanted, strict=True):
-        assert violations(one, MountLimits(gap_m=0.05), footings=known) == lines
+        assert violations(one, MountLimits(gap_m=0.05)) == lines
         counts.append(len(looked))
     assert counts == [2, 3, 5, 5]
 
