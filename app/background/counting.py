@@ -142,9 +142,7 @@ class Counting:
         if isinstance(request, OtherCount):
             engine = data.engine if request.is_variant else data.others
             settings = with_known_body(request.settings, request.rig)
-            scores = engine.evaluate(request.rig, settings, cancel=context.is_stale)
-            engine.rest()
-            return figures_of(scores)
+            return figures_of(engine.evaluate(request.rig, settings, cancel=context.is_stale))
         # the first sample is never given up, so that a drag shows numbers
         frames = min(self._frames, data.traffic.frames)
         answer = _counted(data, request, frames, context.is_closing)
@@ -155,7 +153,6 @@ class Counting:
             context.publish(answer)
             frames = min(GROWTH * frames, data.traffic.frames)
             answer = _counted(data, request, frames, context.is_stale)
-        data.engine.rest()  # a drag counts in fewer frames
         return answer
 
     def _adapt(self, elapsed_ms: float, frames: int) -> None:

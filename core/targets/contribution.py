@@ -42,7 +42,7 @@ class _Scratch(NamedTuple):
     tables: Ids
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Contribution:
     """Hits on the m objects that count in the first `frames` frames: found int32 (COLUMNS, m) as in
     `kernels.objects.counts`; cells of object o, for LiDARs: found[CELLS, o] of them, from cells[cell_starts[o]]

@@ -22,7 +22,7 @@ from riglens.core.scene.boxes import CLASSES, DataReport
 from riglens.core.sensing.body_ends import Obstacle, obstacle_of
 from riglens.core.sensors.registry import kind_of
 from riglens.core.targets.contribution import Contribution, TargetCaster
-from riglens.core.targets.joining import Gatherer, JoinedCells
+from riglens.core.targets.joining import Gatherer
 from riglens.core.targets.scores import Groups, TargetScores, scores_of
 from riglens.core.targets.settings import USUAL, TargetSettings
 from riglens.core.targets.traffic import Traffic, traffic_of
@@ -48,19 +48,14 @@ class TargetEngine:
         self._held: dict[_Shape, Contribution] = {}
         self._shown: set[_Shape] = set()
         self._groups: Groups | None = None
-        self._cells = JoinedCells(self._workers)
-        self._gatherer = Gatherer(self._cells)
+        self._gatherer = Gatherer(self._workers)
 
     def beside(self) -> TargetEngine:
         """Return an engine for other rigs, called from the same thread; each uses what the other holds of a sensor."""
         other = copy.copy(self)
         other._held, other._shown, other._groups = {}, set(), None
-        other._gatherer = Gatherer(self._cells)
+        other._gatherer = Gatherer(self._workers)
         return other
-
-    def rest(self) -> None:
-        """Release what only another edit in the same frames would use."""
-        self._cells.forget()
 
     @property
     def traffic(self) -> Traffic:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 import numpy as np
@@ -25,8 +24,8 @@ T = TypeVar("T")
 class Gatherer:
     """Collector of the sensors' hits on the same objects, over successive calls."""
 
-    def __init__(self, cells: JoinedCells) -> None:
-        self._cells = cells
+    def __init__(self, workers: int) -> None:
+        self._workers = workers
         self._lidars = _Kept[tuple[Counts, Counts, Counts]]()
         self._cameras = _Kept[tuple[Doubles, Doubles, Doubles]]()
 
@@ -38,11 +37,10 @@ class Gatherer:
         )
         native = np.array([_native(camera) for camera in cameras]).reshape(-1, 2)
         points, alone, cells = self._lidars.of(
-            of_lidars, count, (), lambda: _by_lidars(of_lidars, count, self._cells)
+            (of_lidars, count), lambda: _by_lidars(of_lidars, count, self._workers)
         )
-        key = tuple(native.ravel().tolist())
         pixels, pixels_alone, heights_px = self._cameras.of(
-            of_cameras, count, key, lambda: _by_cameras(of_cameras, count, native)
+            (of_cameras, count, native.tolist()), lambda: _by_cameras(of_cameras, count, native)
         )
         return ObjectCounts(
             box,
@@ -88,10 +86,10 @@ def heights_px(camera: Camera, found: NDArray[np.int32]) -> Doubles:
     return np.where(first >= 0, last - first + 1, 0) * _native(camera)[1]
 
 
-def _by_lidars(lidars: Lidars, objects: int, cells: JoinedCells) -> tuple[Counts, Counts, Counts]:
+def _by_lidars(lidars: Lidars, objects: int, workers: int) -> tuple[Counts, Counts, Counts]:
     """Return points (objects, lidars), points of all LiDARs without occlusion, and unique cells, both (objects,)."""
     alone = _column(lidars, ALONE, objects).sum(axis=1)
-    return _column(lidars, RAYS, objects), alone, cells.of(lidars, objects)
+    return _column(lidars, RAYS, objects), alone, joined_cells(lidars, objects, workers)
 
 
 def _by_cameras(
@@ -100,10 +98,8 @@ def _by_cameras(
     """Return pixels (objects, cameras), pixels of all cameras without occlusion (objects,), and heights (objects,
     cameras) in pixels."""
     area = native.prod(axis=1)
-    first, last = (_column(cameras, column, objects) for column in (FIRST_ROW, LAST_ROW))
-    heights_px = np.where(first >= 0, last - first + 1, 0) * native[:, 1]
     alone = (_column(cameras, ALONE, objects) * area).sum(axis=1)
-    return _column(cameras, RAYS, objects) * area, alone, heights_px
+    return _column(cameras, RAYS, objects) * area, alone, _rows(cameras, objects) * native[:, 1]
 
 
 def _column(contributions: tuple[Contribution, ...], column: int, objects: int) -> Counts:
@@ -115,96 +111,33 @@ def _column(contributions: tuple[Contribution, ...], column: int, objects: int) 
 
 
 class _Kept(Generic[T]):
-    """Last result, of these very contributions."""
+    """Last result, of these very contributions: only the same ones are equal."""
 
     def __init__(self) -> None:
-        self._last: tuple[tuple[Contribution, ...], int, tuple[float, ...], T] | None = None
+        self._last: tuple[tuple[object, ...], T] | None = None
 
-    def of(
-        self, parts: tuple[Contribution, ...], objects: int, key: tuple[float, ...], make: Callable[[], T]
-    ) -> T:
-        """Return what `make` makes of the first objects of contributions, cached by the key."""
-        if self._last is not None:
-            old, count, old_key, made = self._last
-            same = len(old) == len(parts) and all(one is other for one, other in zip(old, parts, strict=True))
-            if same and count == objects and old_key == key:
-                return made
-        made = make()
-        self._last = parts, objects, key, made
-        return made
+    def of(self, key: tuple[object, ...], make: Callable[[], T]) -> T:
+        """Return what `make` makes, or has made for an equal key."""
+        if self._last is None or self._last[0] != key:
+            self._last = key, make()
+        return self._last[1]
 
 
-@dataclass(frozen=True)
-class _Rest:
-    """The cells of all LiDARs but one on the first `objects` objects."""
-
-    lidars: Lidars
-    objects: int
-    lists: unique_cells.Lists
-    marks: unique_cells.Marks
-
-    def is_of(self, lidars: Lidars, objects: int) -> bool:
-        return self.objects == objects and sorted(map(id, self.lidars)) == sorted(map(id, lidars))
-
-
-class JoinedCells:
-    """Counter of cells that LiDARs hit, each once, with a number of workers, with one of them in any thread; what does
-    not change from one edit to the next is kept."""
-
-    def __init__(self, workers: int = 1) -> None:
-        self._workers = workers
-        self._rest: _Rest | None = None
-        self._last: Lidars = ()
-
-    def of(self, lidars: Lidars, objects: int) -> Counts:
-        """Count the distinct cells of all LiDARs together on each of the first objects, (objects,)."""
-        lidars = tuple({id(one): one for one in lidars}.values())  # twins share theirs
-        if len(lidars) < 2:
-            if not any(one is other for one in lidars for other in self._last):  # another rig
-                self.forget()
-            return (
-                lidars[0].found[CELLS, :objects].astype(np.int64) if lidars else np.zeros(objects, np.int64)
-            )
-        last, self._last = self._last, lidars
-        moved = next((one for one in lidars if not any(one is other for other in last)), lidars[-1])
-        rest = self._rest_of(tuple(one for one in lidars if one is not moved), objects)
-        found, more = np.empty(objects, np.int64), _lists((moved,), objects)
-        most = _most(rest.lists) + _most(more)
-        if self._workers == 1:  # perhaps a thread that must not call parallel kernels
-            unique_cells.join_cells_serial(rest.lists, rest.marks, more, most, found)
-        else:
-            unique_cells.join_cells(rest.lists, rest.marks, more, most, self._workers, found)
-        return found
-
-    def forget(self) -> None:
-        """Release what is kept, up to 100 MB."""
-        self._rest, self._last = None, ()
-
-    def _rest_of(self, lidars: Lidars, objects: int) -> _Rest:
-        if self._rest is None or not self._rest.is_of(lidars, objects):
-            lists = _lists(lidars, objects)
-            self._rest = _Rest(lidars, objects, lists, _marks(lists, objects))
-        return self._rest
-
-
-def _lists(lidars: Lidars, objects: int) -> unique_cells.Lists:
+def joined_cells(lidars: Lidars, objects: int, workers: int) -> Counts:
+    """Count the distinct cells of all LiDARs together on each of the first objects, (objects,); with one worker in any
+    thread."""
+    lidars = tuple(dict.fromkeys(lidars))  # twins share theirs
+    if len(lidars) < 2:
+        return lidars[0].found[CELLS, :objects].astype(np.int64) if lidars else np.zeros(objects, np.int64)
     begins = np.cumsum([0, *(one.cells.size for one in lidars)])
-    return unique_cells.Lists(
+    lists = unique_cells.Lists(
         np.stack([one.cell_starts[:objects] + begin for one, begin in zip(lidars, begins, strict=False)]),
         np.stack([one.found[CELLS, :objects] for one in lidars]),
-        lidars[0].cells if len(lidars) == 1 else np.concatenate([one.cells for one in lidars]),
+        np.concatenate([one.cells for one in lidars]),
     )
-
-
-def _marks(lists: unique_cells.Lists, objects: int) -> unique_cells.Marks:
-    blocks, words = np.empty((objects, 6), np.int32), np.zeros(objects + 1, np.int64)
-    unique_cells.find_blocks(lists, blocks, words)
-    words = np.cumsum(words)
-    marks = unique_cells.Marks(blocks, words, np.zeros(int(words[-1]), np.int64), np.empty(objects, np.int64))
-    unique_cells.mark_cells(lists, marks, np.empty(unique_cells.table_mask(_most(lists)) + 1, np.int64))
-    return marks
-
-
-def _most(lists: unique_cells.Lists) -> int:
-    """Return the highest number of cells of all LiDARs on any object."""
-    return int(lists.counts.sum(axis=0).max(initial=0))
+    found, most = np.empty(objects, np.int64), int(lists.counts.sum(axis=0).max(initial=0))
+    if workers == 1:  # perhaps a thread that must not call parallel kernels
+        unique_cells.count_cells_serial(lists, most, found)
+    else:
+        unique_cells.count_cells(lists, most, workers, found)
+    return found

@@ -16,8 +16,6 @@ from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined, paralle
 CELL_M = 0.2
 INSIDE_M = 1e-3
 """A cell is taken at the point this far along the ray after it enters."""
-_ROOMY = 4
-"""Cells of several LiDARs are held as bits where these take at most this many words per cell."""
 _HALF_CELLS, _BITS, _MASK = 1 << 20, 21, (1 << 21) - 1
 """Cell numbers along an axis are packed into 21 bits each: 200 km of cells, far more than any box has."""
 
@@ -159,120 +157,31 @@ class Lists(NamedTuple):
     cells: np.ndarray
 
 
-class Marks(NamedTuple):
-    """Cells of several LiDARs on objects as bits: blocks (objects, 6) in which they lie, first and last cell along each
-    axis; words (objects + 1,): where the words of each begin among `bits` int64; an object without any is in lists
-    alone. known (objects,): distinct cells."""
-
-    blocks: np.ndarray
-    words: np.ndarray
-    bits: np.ndarray
-    known: np.ndarray
-
-
-@kernel
-def find_blocks(lists: Lists, blocks: np.ndarray, words: np.ndarray) -> None:
-    """Compute blocks (objects, 6) of cells, and in words[o + 1] the number of words of their bits: 0 for too many."""
-    for one in range(words.size - 1):
-        block, total = EMPTY, 0
-        for lidar in range(lists.starts.shape[0]):
-            total += lists.counts[lidar, one]
-            start = lists.starts[lidar, one]
-            for place in range(start, start + lists.counts[lidar, one]):
-                block = widened(block, lists.cells[place])
-        for side in range(6):
-            blocks[one, side] = block[side]
-        words[one + 1] = 0
-        if total > 0 and _size(block) <= 64.0 * _ROOMY * total:
-            words[one + 1] = (int(_size(block)) + 63) >> 6
-
-
-@lean_inlined
-def _size(block: Block) -> float:
-    """Return the number of cells of a block that is not empty."""
-    rows, columns, depth = block.i1 - block.i0 + 1, block.j1 - block.j0 + 1, block.k1 - block.k0 + 1
-    return np.float64(rows) * np.float64(columns) * np.float64(depth)
-
-
-@lean_inlined
-def _block_of(marks: Marks, one: int) -> Block:
-    b = marks.blocks[one]
-    return Block(int(b[0]), int(b[1]), int(b[2]), int(b[3]), int(b[4]), int(b[5]))
-
-
-@kernel
-def mark_cells(lists: Lists, marks: Marks, table: np.ndarray) -> None:
-    """Set the bits of cells, 0 before, and count them; table: for as many as there are on any object."""
-    for one in range(marks.known.size):
-        begin, end, number = marks.words[one], marks.words[one + 1], 0
-        if begin == end:
-            marks.known[one] = _count_hashed(lists, lists, one, False, table)
-            continue
-        block, bits = _block_of(marks, one), marks.bits[begin:end]
-        for lidar in range(lists.starts.shape[0]):
-            start = lists.starts[lidar, one]
-            for place in range(start, start + lists.counts[lidar, one]):
-                number += put(block, lists.cells[place], bits)
-        marks.known[one] = number
-
-
 @parallel_kernel
-def join_cells(lists: Lists, marks: Marks, more: Lists, most: int, workers: int, to: np.ndarray) -> None:
-    """Return the number of distinct cells (objects,) of LiDARs whose cells are marked and of one more; most: cells of
-    all of them on any object."""
+def count_cells(lists: Lists, most: int, workers: int, to: np.ndarray) -> None:
+    """Return the number of distinct cells (objects,) of all LiDARs; most: cells of all of them on any object."""
     for worker in numba.prange(workers):
-        table = np.empty(table_mask(most) + 1, np.int64)
+        cells, table = np.empty(most, np.int64), np.empty(table_mask(most) + 1, np.int64)
         for one in range(to.size * worker // workers, to.size * (worker + 1) // workers):
-            to[one] = _joined(lists, marks, more, one, table)
+            to[one] = _number_of(lists, one, cells, table)
 
 
 @kernel
-def join_cells_serial(lists: Lists, marks: Marks, more: Lists, most: int, to: np.ndarray) -> None:
-    """As `join_cells`, for any thread."""
-    table = np.empty(table_mask(most) + 1, np.int64)
+def count_cells_serial(lists: Lists, most: int, to: np.ndarray) -> None:
+    """As `count_cells`, for any thread."""
+    cells, table = np.empty(most, np.int64), np.empty(table_mask(most) + 1, np.int64)
     for one in range(to.size):
-        to[one] = _joined(lists, marks, more, one, table)
+        to[one] = _number_of(lists, one, cells, table)
 
 
 @lean_inlined
-def _joined(lists: Lists, marks: Marks, more: Lists, one: int, table: np.ndarray) -> int:
-    """Return the number of distinct cells of an object."""
-    begin, end, number = marks.words[one], marks.words[one + 1], marks.known[one]
-    start, count = more.starts[0, one], more.counts[0, one]
-    if number == 0 or count == 0:
-        return int(number + count)
-    if begin == end:
-        return _count_hashed(lists, more, one, True, table)
-    block, bits = _block_of(marks, one), marks.bits[begin:end]
-    for place in range(start, start + count):
-        number += not _is_put(block, more.cells[place], bits)
-    return int(number)
-
-
-@lean_inlined
-def _is_put(block: Block, key: int, bits: np.ndarray) -> bool:
-    """Return whether a cell lies in a block and its bit is set."""
-    i, j, k = cell_of(key)
-    if i < block.i0 or i > block.i1 or j < block.j0 or j > block.j1 or k < block.k0 or k > block.k1:
-        return False
-    columns, depth = block.j1 - block.j0 + 1, block.k1 - block.k0 + 1
-    bit = ((i - block.i0) * columns + (j - block.j0)) * depth + (k - block.k0)
-    return bool(bits[bit >> 6] >> (bit & 63) & 1)
-
-
-@lean
-def _count_hashed(lists: Lists, more: Lists, one: int, with_more: bool, table: np.ndarray) -> int:
-    """Return the number of distinct cells of an object, however far apart."""
-    total = more.counts[0, one] if with_more else 0
+def _number_of(lists: Lists, one: int, cells: np.ndarray, table: np.ndarray) -> int:
+    """Return the number of distinct cells of an object; room for its cells, and a table for `keep_distinct`."""
+    number, lidars = 0, 0
     for lidar in range(lists.starts.shape[0]):
-        total += lists.counts[lidar, one]
-    number, mask = 0, table_mask(total)
-    table[: mask + 1] = -1
-    for lidar in range(lists.starts.shape[0]):
-        start = lists.starts[lidar, one]
-        for place in range(start, start + lists.counts[lidar, one]):
-            number += is_new(lists.cells[place], table, mask)
-    if with_more:
-        for place in range(more.starts[0, one], more.starts[0, one] + more.counts[0, one]):
-            number += is_new(more.cells[place], table, mask)
-    return number
+        start, count = lists.starts[lidar, one], lists.counts[lidar, one]
+        for place in range(start, start + count):
+            cells[number] = lists.cells[place]
+            number += 1
+        lidars += count > 0
+    return int(keep_distinct(number, cells, table)) if lidars > 1 else int(number)

@@ -1,13 +1,10 @@
 """Engines beside each other share what they have counted of a sensor, and nothing else."""
 
-import tracemalloc
-
 import numpy as np
 import pytest
 
 from riglens.core.targets.contribution import TargetCaster
 from riglens.core.targets.engine import TargetEngine
-from tests.core.builders import rig_of, spinning
 from tests.core.targets.cases import random_rig, random_traffic
 from tests.core.targets.test_target_engine import same
 
@@ -48,7 +45,7 @@ def test_what_no_engine_holds_is_forgotten(casts):
     assert casts
 
 
-def test_engines_that_take_turns_and_rest_count_as_alone():
+def test_engines_that_take_turns_count_as_alone():
     rng = np.random.default_rng(5)
     world = random_traffic(rng, 12)
     rigs = [random_rig(rng, 4), random_rig(rng, 3)]
@@ -63,20 +60,3 @@ def test_engines_that_take_turns_and_rest_count_as_alone():
         frames = 12 if step % 3 else 5
         found = engines[turn].evaluate(rig, frames=frames)
         assert same(found, TargetEngine(world, threads=1).evaluate(rig, frames=frames))
-        if step % 5 == 4:
-            engines[turn].rest()
-
-
-def test_at_rest_the_cells_of_the_lidars_that_stay_are_released():
-    rng = np.random.default_rng(6)
-    engine = TargetEngine(random_traffic(rng, 40), threads=1)
-    still = [spinning((0.0, y, 2.0), beams=60, count=400) for y in (-1.0, 0.0)]
-    tracemalloc.start()
-    try:
-        for x_m in (0.5, 0.6):
-            engine.evaluate(rig_of(*still, spinning((x_m, 0.0, 2.0))))
-        held, _ = tracemalloc.get_traced_memory()
-        engine.rest()
-        assert tracemalloc.get_traced_memory()[0] < 0.9 * held
-    finally:
-        tracemalloc.stop()

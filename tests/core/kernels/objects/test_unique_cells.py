@@ -5,14 +5,11 @@ import pytest
 
 from riglens.core.kernels.objects.unique_cells import (
     Lists,
-    Marks,
     cell_key,
     cell_of,
-    find_blocks,
-    join_cells,
-    join_cells_serial,
+    count_cells,
+    count_cells_serial,
     keep_distinct,
-    mark_cells,
     table_mask,
 )
 
@@ -60,15 +57,10 @@ def test_of_several_lidars_each_cell_counts_once(lidars, reach):
             of_object[one] |= set(own.tolist())
             at += own.size
     lists = Lists(starts, counts, np.concatenate(every))
-    rest, more = Lists(starts[:-1], counts[:-1], lists.cells), Lists(starts[-1:], counts[-1:], lists.cells)
-    found, table = np.zeros(objects, np.int64), np.empty(table_mask(12 * lidars) + 1, np.int64)
-    blocks, words = np.empty((objects, 6), np.int32), np.zeros(objects + 1, np.int64)
-    find_blocks(rest, blocks, words)
-    words = np.cumsum(words)
-    assert (words[-1] > 0) == (reach == NEAR and lidars > 1)
-    marks = Marks(blocks, words, np.zeros(words[-1], np.int64), np.full(objects, -1, np.int64))
-    mark_cells(rest, marks, table)
-    join_cells_serial(rest, marks, more, 12 * lidars, found)
+    found = np.zeros(objects, np.int64)
+    count_cells_serial(lists, 12 * lidars, found)
     assert found.tolist() == [len(cells) for cells in of_object] and found[0] == 0
-    join_cells(rest, marks, more, 12 * lidars, 2, found)  # marks are not changed by it
-    assert found.tolist() == [len(cells) for cells in of_object]
+    for workers in (1, 2):
+        found[:] = -1
+        count_cells(lists, 12 * lidars, workers, found)
+        assert found.tolist() == [len(cells) for cells in of_object]
