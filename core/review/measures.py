@@ -71,13 +71,9 @@ class Measures:
         counts = self._targets.evaluate(moved, self._how, self._frames, stance, cancel)
         totals = {name: counts.classes[name].total.on_target for name in CLASSES}
         if whole is not None and sample is not None:
-            groups = Groups(self._targets.traffic, used)
-            change = groups.sorted(counts.objects.on_target - sample.objects.on_target)
-            for number, name in enumerate(CLASSES):
-                added, own = (
-                    groups.mean(change, groups.slices(number)[0]),
-                    whole.classes[name].total.on_target,
-                )
+            change = counts.objects.on_target - sample.objects.on_target
+            for name, added in Groups(self._targets.traffic, used).means_by_class(change).items():
+                own = whole.classes[name].total.on_target
                 totals[name] = Estimate(min(1.0, max(0.0, own.value + added.value)), added.se)
         return {f"{ON_TARGET} {name}": total for name, total in totals.items()}
 

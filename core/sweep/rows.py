@@ -15,7 +15,6 @@ from riglens.core.review.blind import BlindEngine, BlindSettings
 from riglens.core.review.tolerance import NOISE_FLOOR, Spread, disturbed, errors_count, unit_draws
 from riglens.core.rig.model import Rig, Vehicle
 from riglens.core.rig.yaml.file import RigHashes
-from riglens.core.scene.boxes import CLASSES
 from riglens.core.sweep.design import Sweep
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.scores import Groups, TargetScores
@@ -129,10 +128,8 @@ class Sweeper:
 
     def _changes(self, scores: TargetScores) -> Iterator[tuple[str, float]]:
         """Yield the changes of hit coverage from the reference, with their standard errors."""
-        before = self._reference_counts.objects.on_target
-        change = self._groups.sorted(scores.objects.on_target - before)
-        for number, name in enumerate(CLASSES):
-            found = self._groups.mean(change, self._groups.slices(number)[0])
+        change = scores.objects.on_target - self._reference_counts.objects.on_target
+        for name, found in self._groups.means_by_class(change).items():
             yield f"{name}.lidar.on_target_change", found.value
             yield f"{name}.lidar.on_target_change_se", found.se
 

@@ -296,6 +296,11 @@ class Groups:
         misses = np.bincount(self._frame[part], mine - mean, self.frames)
         return Estimate(mean, float(standard_error(misses, mine.size, self.of_frames)))
 
+    def means_by_class(self, values: Doubles) -> dict[str, Estimate]:
+        """Return the means of values of objects (k,) by class."""
+        ordered = self.sorted(values)
+        return {name: self.mean(ordered, self.slices(number)[0]) for number, name in enumerate(CLASSES)}
+
 
 def standard_error(misses: NDArray[Any], objects: ArrayLike, of_frames: int) -> Doubles:
     """Return the standard errors of means over objects (...) of sampled frames: 0 where all frames were used.

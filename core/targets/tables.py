@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -40,25 +41,18 @@ def table_of(
 ) -> Table:
     """Tabulate a quantity by class and ring, with changes against a baseline in the same frames; of the objects in the
     region of a domain alone if one is given."""
-    figures = _Figures.of(traffic, now, before, quantity, region)
-    edges_m, ring, cls = ring_edges_m(traffic.within_m), _ring(traffic, now), traffic.cls[now.objects.box]
-    everywhere = np.zeros(len(cls), np.int64)
-    parts = []
-    for number in range(len(WHO)):
-        chosen = np.ones(len(cls), np.bool_) if number == 0 else cls == number - 1
-        rings = figures.cells(chosen, ring, len(edges_m) - 1)
-        parts.append(_beside(figures.cells(chosen, everywhere, 1), rings))
-    cells = _stacked(parts)
+    figures, cls = _Figures.of(traffic, now, before, quantity, region), traffic.cls[now.objects.box]
+    edges_m = ring_edges_m(traffic.within_m)
+    totals = figures.by_class(cls, np.zeros(len(cls), np.int64), 1)
+    rings = figures.by_class(cls, _ring(traffic, now), len(edges_m) - 1)
+    cells = _joined(np.stack, [_joined(np.concatenate, row) for row in zip(totals, rings, strict=True)])
     return Table(quantity, edges_m, _widened(cells, _errors(now, quantity)[:, None]))
 
 
 def totals_of(traffic: Traffic, now: TargetScores, before: TargetScores, quantity: Quantity) -> Cells:
     """Return a quantity over all distances, in cells (len(WHO),), with changes as in `table_of`."""
     figures, cls = _Figures.of(traffic, now, before, quantity), traffic.cls[now.objects.box]
-    everywhere = np.zeros(len(cls), np.int64)
-    chosen = (np.ones(len(cls), np.bool_), *(cls == number for number in range(len(CLASSES))))
-    rows = [figures.cells(who, everywhere, 1) for who in chosen]
-    return Cells(*(np.concatenate(parts) for parts in zip(*map(_parts, rows), strict=True)))
+    return _joined(np.concatenate, figures.by_class(cls, np.zeros(len(cls), np.int64), 1))
 
 
 def predicted_of(traffic: Traffic, now: TargetScores, before: TargetScores) -> PredictedCells:
@@ -150,6 +144,11 @@ class _Figures:
         """Return which objects have the quantity and lie in the region, (k,)."""
         return ~(np.isnan(self.mine) | np.isnan(self.theirs))
 
+    def by_class(self, cls: NDArray[np.uint8], group: Counts, groups: int) -> list[Cells]:
+        """Return the numbers by group (k,) for each of WHO."""
+        every = (np.ones(len(cls), np.bool_), *(cls == number for number in range(len(CLASSES))))
+        return [self.cells(chosen, group, groups) for chosen in every]
+
     def cells(self, chosen: NDArray[np.bool_], group: Counts, groups: int) -> Cells:
         """Return the numbers of the chosen objects by group (k,), (groups,); without those that lack it."""
         chosen = chosen & self._known
@@ -201,10 +200,5 @@ def _parts(cells: Cells) -> tuple[NDArray[Any], ...]:
     return cells.objects, cells.value, cells.se, cells.change, cells.change_se
 
 
-def _beside(one: Cells, other: Cells) -> Cells:
-    joined = [np.concatenate(pair) for pair in zip(_parts(one), _parts(other), strict=True)]
-    return Cells(*joined)
-
-
-def _stacked(rows: list[Cells]) -> Cells:
-    return Cells(*(np.stack(parts) for parts in zip(*map(_parts, rows), strict=True)))
+def _joined(join: Callable[..., NDArray[Any]], cells: Sequence[Cells]) -> Cells:
+    return Cells(*(join(parts) for parts in zip(*map(_parts, cells), strict=True)))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,6 @@ from riglens.core.metric.scores import PAPER_SETTINGS, Reading
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.study.detection.protocol import Entrant
 from riglens.core.study.detection.statistics import COLUMNS
-from riglens.core.targets.calibration import shipped
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.scores import TargetScores
 from riglens.core.targets.settings import TargetSettings
@@ -93,33 +93,29 @@ def _of(
 def _of_objects(
     counted: TargetScores, traffic: Traffic, judged: NDArray[np.bool_] | None
 ) -> dict[str, list[float]]:
+    objects, cls = counted.objects, traffic.cls[counted.objects.box]
+
+    def by_class(values: NDArray[Any]) -> list[float]:
+        return [_mean(values[cls == number]) for number in range(len(CLASSES))]
+
     if judged is None:
-        totals = [counted.classes[cls].total for cls in CLASSES]
+        totals = [counted.classes[name].total for name in CLASSES]
         return {
-            "predicted": _predicted(counted, traffic, traffic.cls[counted.objects.box]),
+            "predicted": by_class(objects.predicted),
             "on_target": [row.on_target.value for row in totals],
             "share_5": [row.share_5.value for row in totals],
             "share_1": [row.share_1.value for row in totals],
         }
-    objects = counted.objects
-    cls = np.where(judged[objects.box], traffic.cls[objects.box], NO_CLASS)
-    figures = {
-        "on_target": objects.on_target,
-        "share_5": objects.all_points >= 5,
-        "share_1": objects.all_points >= 1,
+    cls = np.where(judged[objects.box], cls, NO_CLASS)
+    return {
+        "predicted": by_class(objects.predicted),
+        "on_target": by_class(objects.on_target),
+        "share_5": by_class(objects.all_points >= 5),
+        "share_1": by_class(objects.all_points >= 1),
     }
-    found = {
-        name: [float(values[cls == k].mean()) if (cls == k).any() else 0.0 for k in range(len(CLASSES))]
-        for name, values in figures.items()
-    }
-    return {"predicted": _predicted(counted, traffic, cls)} | found
 
 
-def _predicted(counted: TargetScores, traffic: Traffic, cls: NDArray[np.uint8]) -> list[float]:
-    """Return the AP by class that the bundled calibration predicts for objects of classes (k,), in its domain."""
-    calibration, objects = shipped(), counted.objects
-    n = objects.cells if calibration.unit == "cells" else objects.all_points
-    inside = calibration.domain.holds(traffic.centre_m[objects.box]) & (cls != NO_CLASS)
-    g = calibration.of_objects(np.minimum(cls, len(CLASSES) - 1), inside, n)
-    mine = [inside & (cls == k) for k in range(len(CLASSES))]
-    return [float(g[chosen].mean()) if chosen.any() else 0.0 for chosen in mine]
+def _mean(values: NDArray[Any]) -> float:
+    """Return the mean of those values that are known; 0 without any."""
+    known = values[~np.isnan(values)]
+    return float(known.mean()) if known.size else 0.0
