@@ -14,7 +14,6 @@ from riglens.core.kernels.runtime import jit
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Body, MetricSettings, Scores
 from riglens.core.review.blind import BlindEngine, BlindMap, by_names, called
-from riglens.core.review.draws import Draws, chance_bounds
 from riglens.core.review.findings import Finding, Verdict, amounts, missing
 from riglens.core.review.measures import Measures
 from riglens.core.review.mounts import USUAL_KEEP_OUT, mounts_of, violations
@@ -49,7 +48,7 @@ from riglens.core.review.sections import (
     WorstCase,
     kinds_of,
 )
-from riglens.core.review.tolerance import Figures, moves, standing
+from riglens.core.review.tolerance import Draws, Figures, chance_bounds, moves, standing
 from riglens.core.review.verdicts import ObjectVisibility, ProfileVerdict
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES, Progress

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Annotated
+from typing import Annotated, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,12 +21,14 @@ from riglens.core.geometry import Pose, rpy_deg_from_rotation
 from riglens.core.rig.model import Frozen, Rig, Sensor
 from riglens.core.scene.boxes import Progress
 
+T = TypeVar("T")
 Doubles = NDArray[np.float64]
 Figures = Mapping[str, float]
 Measure = Callable[[Rig, Pose], Figures]
 """Figures by name of a rig with a pose of its car in the frame of the traffic; of each, more is better."""
 AXES = ("x", "y", "z", "roll", "pitch", "yaw")
 MAX_DRAWS = 4096
+CONFIDENCE = 0.95
 Millimetres = Annotated[float, Field(allow_inf_nan=False, ge=0.0, le=1000.0)]
 Tilt = Annotated[float, Field(allow_inf_nan=False, ge=0.0, le=30.0)]
 
@@ -189,6 +191,34 @@ def standing(rig: Rig, stance: Pose) -> Rig:
         return rig
     sensors = tuple(sensor.with_pose(stance.compose(sensor.pose)) for sensor in rig.sensors)
     return rig.model_copy(update={"sensors": sensors})
+
+
+class Draws(Generic[T]):
+    """Measurements of a rig under errors of a profile, draw by draw. More draws begin with those of fewer."""
+
+    def __init__(
+        self, rig: Rig, profile: ToleranceProfile, seed: int, measure: Callable[[Rig, Pose], T]
+    ) -> None:
+        self._rig, self._profile, self._seed, self._measure = rig, profile, seed, measure
+        self._found: list[T] = []
+
+    def first(self, count: int) -> Sequence[T]:
+        """Return the measurements of the first draws."""
+        if count > len(self._found):
+            units = unit_draws(count, errors_count(self._rig), self._seed)
+            for errors in units[len(self._found) :]:
+                self._found.append(self._measure(*disturbed(self._rig, self._profile, errors)))
+        return self._found[:count]
+
+
+def chance_bounds(count: int, draws: int) -> tuple[float, float]:
+    """Return the lower and the upper bound of a chance that occurred `count` times in `draws` draws, each with 95 %
+    confidence (Clopper and Pearson, Biometrika 26, 1934, exact for independent draws)."""
+    from scipy.stats import beta  # slow to load
+
+    low = float(beta.ppf(1.0 - CONFIDENCE, count, draws - count + 1)) if count else 0.0
+    high = float(beta.ppf(CONFIDENCE, count + 1, draws - count)) if count < draws else 1.0
+    return low, high
 
 
 class ToleranceRun:

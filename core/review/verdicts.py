@@ -89,7 +89,7 @@ def _judged(
 
 
 class ObjectVisibility:
-    """Visibility of objects by a rig's enabled sensors; results of unchanged sensors are kept."""
+    """Visibility of objects by a rig's enabled sensors."""
 
     def __init__(self, rig: Rig, body: Body, workers: int = 1, stance: Pose = Pose()) -> None:
         self._outline, self._workers = Outline.of(rig.vehicle), workers

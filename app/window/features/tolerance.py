@@ -17,12 +17,12 @@ from riglens.app.window.features.targets import Targets
 from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
 from riglens.core.errors import InputError
-from riglens.core.review.draws import chance_bounds
 from riglens.core.review.tolerance import (
     PROFILES,
     Spread,
     ToleranceProfile,
     ToleranceResult,
+    chance_bounds,
     profile_called,
     worst_rig,
 )

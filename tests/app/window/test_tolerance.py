@@ -11,8 +11,14 @@ from pytestqt.qtbot import QtBot
 
 from riglens.app.background.background_requests import ToleranceProgress
 from riglens.app.window.features.tolerance import DRAWS, Tolerance, magnified, range_of
-from riglens.core.review.draws import chance_bounds
-from riglens.core.review.tolerance import PROFILES, Spread, ToleranceProfile, ToleranceRun, profile_called
+from riglens.core.review.tolerance import (
+    PROFILES,
+    Spread,
+    ToleranceProfile,
+    ToleranceRun,
+    chance_bounds,
+    profile_called,
+)
 from riglens.core.scene.boxes import CLASSES
 from riglens.widgets.panels.checks.tolerance import Below, points_text, range_text
 from tests.app.window.desk import FullDesk, full_desk

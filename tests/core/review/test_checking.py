@@ -16,12 +16,19 @@ from riglens.core.review.blind import BlindEngine
 from riglens.core.review.check_junit import RigCheck, junit_xml
 from riglens.core.review.checking import Check, Subject
 from riglens.core.review.documents import check_document
-from riglens.core.review.draws import Draws, chance_bounds
 from riglens.core.review.findings import Verdict, amounts
 from riglens.core.review.measures import Measures
 from riglens.core.review.profiles import bundled_profiles
 from riglens.core.review.requirements import SECTIONS, Requirements, requirements_in
-from riglens.core.review.tolerance import disturbed, errors_count, profile_called, standing, unit_draws
+from riglens.core.review.tolerance import (
+    Draws,
+    chance_bounds,
+    disturbed,
+    errors_count,
+    profile_called,
+    standing,
+    unit_draws,
+)
 from riglens.core.review.verdicts import ObjectVisibility
 from riglens.core.rig.edits import damaged
 from riglens.core.rig.model import Rig
