@@ -37,25 +37,12 @@ NO_SURFACE = Surface(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 3), np.int
 
 
 def spline_matrix(controls: int, samples: int, degree: int = 3) -> Points:
-    """Return the weights (samples, controls) of a clamped uniform B-spline at evenly spaced parameters.
+    """Return the weights (samples, controls) of a clamped uniform B-spline at evenly spaced parameters."""
+    from scipy.interpolate import BSpline  # late: a car from the cache does not wait for it
 
-    De Boor's recursion, bit for bit as in scipy, whose interpolation takes longer to import than to run.
-    """
     inner = np.linspace(0.0, 1.0, controls - degree + 1)
     knots = np.concatenate([np.zeros(degree), inner, np.ones(degree)])
-    at = np.linspace(0.0, 1.0, samples)
-    span = np.clip(np.searchsorted(knots, at, side="right") - 1, degree, controls - 1)
-    weights = [np.ones(samples)]
-    for order in range(1, degree + 1):
-        lower, weights = weights, [np.zeros(samples)]
-        for n in range(1, order + 1):
-            first, last = knots[span + n - order], knots[span + n]
-            slope = lower[n - 1] / (last - first)
-            weights[n - 1] = weights[n - 1] + slope * (last - at)
-            weights.append(slope * (at - first))
-    matrix = np.zeros((samples, controls))
-    np.put_along_axis(matrix, span[:, None] + np.arange(-degree, 1), np.stack(weights, axis=1), axis=1)
-    return matrix
+    return np.asarray(BSpline(knots, np.eye(controls), degree)(np.linspace(0.0, 1.0, samples)))
 
 
 def loft(net: Points, rows: int, columns: int) -> Surface:
