@@ -2,21 +2,54 @@
 
 from __future__ import annotations
 
+import contextlib
+import hashlib
 import logging
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import lru_cache
 from pathlib import Path
 
 import platformdirs
 
 from riglens.core.errors import InputError
+from riglens.core.files import atomic_write, open_regular
 
 
 def cache_folder() -> Path:
     """Return the user's cache folder of RigLens; the environment variable RIGLENS_CACHE_DIR wins."""
     override = os.environ.get("RIGLENS_CACHE_DIR")
     return Path(override) if override else Path(platformdirs.user_cache_dir("riglens"))
+
+
+def stored(name: str, maker: str, make: Callable[[], bytes]) -> bytes:
+    """Return the result of `make`, from the file of that name in the cache if the same maker has written it.
+
+    `maker` is a text that tells everything that the content depends on. The file begins with a checksum; one that is
+    damaged or of another maker is replaced.
+    """
+    path = cache_folder() / name
+    with contextlib.suppress(OSError, InputError), open_regular(path, "a cached file") as file:
+        check, _, content = file.read().partition(b"\n")
+        if check == _check(maker, content):
+            return content
+    content = make()
+
+    def write(place: Path) -> None:
+        with atomic_write(place) as file:
+            file.write(_check(maker, content) + b"\n" + content)
+
+    keep(path, write)
+    return content
+
+
+def _check(maker: str, content: bytes) -> bytes:
+    return hashlib.sha256(maker.encode() + content).hexdigest().encode()
+
+
+def digest_of_files(paths: Iterable[Path]) -> str:
+    """Return a checksum of the content of files: of the sources that make something, for its maker."""
+    return hashlib.sha256(b"".join(path.read_bytes() for path in paths)).hexdigest()
 
 
 def keep(path: Path, write: Callable[[Path], object]) -> None:

@@ -1,15 +1,13 @@
 """The library of sensor models: published beam angles and camera lenses that a rig names by `model:`.
 
 It holds the models that ship with the program and a user's own: those of `library.yaml` in the user's
-configuration folder, and those of the files that RIGLENS_LIBRARY names . A name
-means one model: a user's own entry never takes the name of another.
+configuration folder, and those of the files that RIGLENS_LIBRARY names. A name means one model: a user's own entry
+never takes the name of another.
 """
 
 from __future__ import annotations
 
-import contextlib
 import difflib
-import hashlib
 import json
 import os
 from collections.abc import Collection, Iterable
@@ -19,14 +17,14 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
+import pydantic
 from platformdirs import user_config_path
 from pydantic import BaseModel, Field, ValidationError
 from ruamel.yaml.nodes import Node
 
 from riglens.assets import asset_path
-from riglens.core.cache_folder import cache_folder, keep
+from riglens.core.cache_folder import digest_of_files, stored
 from riglens.core.errors import InputError
-from riglens.core.files import atomic_write, open_regular
 from riglens.core.geometry import Pose
 from riglens.core.plain import to_plain
 from riglens.core.rig.model import FORMAT_VERSION, Frozen, Length, LinearAngles, Positive, Sensor
@@ -248,30 +246,17 @@ NAME = "library.json"
 
 
 def stored_entries(path: Path) -> tuple[Entry, ...]:
-    """Return `read_entries` of a library file, from the cache if the same code has read the same text before.
-
-    The file holds a checksum and the entries as JSON; a damaged one is rebuilt.
-    """
-    kept, maker = cache_folder() / NAME, _maker(path)
-    # missing, damaged, or of other code
-    with contextlib.suppress(OSError, ValueError, TypeError), open_regular(kept, "a cached library") as file:
-        return _entries_of(file.read(), maker)
-    entries = read_entries(path, path.name)
-    body = json.dumps([entry.model_dump(mode="json") for entry in entries]).encode()
-
-    def write(place: Path) -> None:
-        with atomic_write(place) as file:
-            file.write(_check(maker, body).encode() + b"\n" + body)
-
-    keep(kept, write)
-    return entries
+    """Return `read_entries` of a library file, from the cache if the same code has read the same text before."""
+    folder = Path(__file__).parent
+    places = (folder, folder / "yaml", folder.parent / "sensors")
+    sources = sorted(module for place in places for module in place.glob("*.py"))
+    maker = f"{pydantic.VERSION} {digest_of_files((path, *sources))}"
+    content = stored(NAME, maker, lambda: _packed(read_entries(path, path.name)))
+    return tuple(Entry(**_frozen(found)) for found in json.loads(content))
 
 
-def _entries_of(content: bytes, maker: str) -> tuple[Entry, ...]:
-    check, _, body = content.partition(b"\n")
-    if check.decode() != _check(maker, body):
-        raise ValueError("damaged, or made by other code")
-    return tuple(Entry(**_frozen(found)) for found in json.loads(body))
+def _packed(entries: Iterable[Entry]) -> bytes:
+    return json.dumps([entry.model_dump(mode="json") for entry in entries]).encode()
 
 
 def _frozen(value: Any) -> Any:
@@ -279,21 +264,6 @@ def _frozen(value: Any) -> Any:
     if isinstance(value, dict):
         return {key: _frozen(part) for key, part in value.items()}
     return tuple(_frozen(part) for part in value) if isinstance(value, list) else value
-
-
-def _maker(path: Path) -> str:
-    """Return a checksum of all that determines the entries: the text, and the modules that read it."""
-    digest = hashlib.sha256(path.read_bytes())
-    folder = Path(__file__).parent
-    for module in sorted(
-        (*folder.glob("*.py"), *(folder / "yaml").glob("*.py"), *(folder.parent / "sensors").glob("*.py"))
-    ):
-        digest.update(module.read_bytes())
-    return digest.hexdigest()
-
-
-def _check(maker: str, body: bytes) -> str:
-    return hashlib.sha256(maker.encode() + body).hexdigest()
 
 
 LENS_MATRIX = ("fx", "fy", "cx", "cy")

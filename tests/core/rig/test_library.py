@@ -10,7 +10,6 @@ import pytest
 
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
-from riglens.core.rig import library
 from riglens.core.rig.library import (
     Entry,
     changed_fields,
@@ -379,25 +378,6 @@ def test_a_wrong_library_of_ones_own_is_refused_with_file_line_and_field(
         default_library()
     assert str(caught.value).startswith(f"{path}{complaint}"), str(caught.value)
     assert "\n" not in str(caught.value)
-
-
-def test_a_library_is_read_once_and_a_damaged_copy_of_it_not_at_all(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    own = own_library(tmp_path, OWN)
-    monkeypatch.setattr(library, "cache_folder", lambda: tmp_path)
-    entries, read = library.stored_entries(own), list[Path]()
-    plain = library.read_entries
-
-    def noted(path: Path, name: str) -> tuple[Entry, ...]:
-        read.append(path)
-        return plain(path, name)
-
-    monkeypatch.setattr(library, "read_entries", noted)
-    assert library.stored_entries(own) == entries and read == []
-    copy = tmp_path / library.NAME
-    copy.write_bytes(copy.read_bytes().replace(b"0.08", b"0.09"))
-    assert library.stored_entries(own) == entries and read == [own]
 
 
 def test_a_missing_or_huge_library_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

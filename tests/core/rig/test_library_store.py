@@ -48,35 +48,9 @@ def test_the_second_start_reads_no_yaml_and_finds_the_same_models(kept: Path, re
     assert reads == [BUNDLED]
 
 
-@pytest.mark.parametrize("damage", ["one figure", "cut short", "empty", "text"])
-def test_a_damaged_file_is_replaced(kept: Path, reads: list[Path], tmp_path: Path, damage: str) -> None:
-    text = tmp_path / "other.yaml"
-    text.write_text(OTHER)
-    entries = stored_entries(text)
-    whole = kept.read_bytes()
-    kept.write_bytes(
-        {
-            "one figure": whole.replace(b"640", b"641", 1),
-            "cut short": whole[: len(whole) // 2],
-            "empty": b"",
-            "text": b"\xff not JSON",
-        }[damage]
-    )
-    assert kept.read_bytes() != whole
-    assert stored_entries(text) == entries
-    assert len(reads) == 2
-    assert kept.read_bytes() == whole
-
-
 def test_another_text_is_read(kept: Path, reads: list[Path], tmp_path: Path) -> None:
     stored_entries(BUNDLED)
     other = tmp_path / "other.yaml"
     other.write_text(OTHER)
     assert [entry.name for entry in stored_entries(other)] == ["tiny"]
     assert reads == [BUNDLED, other]
-
-
-def test_without_a_place_to_keep_it_the_library_is_read_every_time(kept: Path, reads: list[Path]) -> None:
-    kept.parent.write_text("a file where the folder should be")
-    assert stored_entries(BUNDLED) == stored_entries(BUNDLED)
-    assert len(reads) == 2

@@ -52,26 +52,6 @@ def test_the_second_start_builds_nothing_and_gets_the_same_surfaces(folder):
     assert build.built == 1
 
 
-@pytest.mark.parametrize("damage", ["flipped", "cut short", "empty", "text"])
-def test_a_damaged_file_is_replaced(folder, damage):
-    build = Workshop()
-    stored_surfaces("sedan", build)
-    [file] = folder.iterdir()
-    whole = file.read_bytes()
-    middle = len(whole) // 2
-    broken = {
-        "flipped": whole[:middle] + bytes([whole[middle] ^ 255]) + whole[middle + 1 :],
-        "cut short": whole[:middle],
-        "empty": b"",
-        "text": b"not an archive",
-    }
-    file.write_bytes(broken[damage])
-    assert_as_built(stored_surfaces("sedan", build))
-    assert build.built == 2
-    assert_as_built(stored_surfaces("sedan", build))
-    assert build.built == 2
-
-
 def test_surfaces_of_other_code_are_built_again(folder, monkeypatch):
     build = Workshop()
     stored_surfaces("sedan", build)
@@ -100,14 +80,6 @@ def _fresh(parts, vehicle):
     """As in a process that has drawn no car yet."""
     body._parts.cache_clear()
     return parts(vehicle)
-
-
-def test_without_a_place_to_keep_them_they_are_built_every_time(folder):
-    folder.write_text("a file where the folder should be")
-    build = Workshop()
-    for _ in range(2):
-        assert_as_built(stored_surfaces("sedan", build))
-    assert build.built == 2
 
 
 def test_a_change_of_the_surfaces_does_not_reach_the_cache(folder):
