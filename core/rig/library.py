@@ -237,11 +237,6 @@ def _complete(fields: dict[str, Any], sensor: Sensor) -> dict[str, Any]:
     return found
 
 
-def library_path(folder: Path) -> Path:
-    """Return where a user's own library lies in a configuration folder."""
-    return folder / "library.yaml"
-
-
 NAME = "library.json"
 
 
@@ -411,7 +406,7 @@ def _model_sensor(files: tuple[Path, ...], model: str) -> Sensor | None:
 @lru_cache(maxsize=8)
 def _own_library(_config_home: str | None) -> Path:
     """Return where the configuration folder's library would be; needed for every sensor, so looked up once."""
-    return library_path(user_config_path("riglens", appauthor=False))
+    return user_config_path("riglens", appauthor=False) / "library.yaml"
 
 
 @lru_cache(maxsize=8)

@@ -36,13 +36,12 @@ Painted = list[tuple[str, Surface]]
 NO_SURFACE = Surface(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 3), np.int64))
 
 
-def spline_matrix(controls: int, samples: int, degree: int = 3) -> Points:
-    """Return the weights (samples, controls) of a clamped uniform B-spline at evenly spaced parameters."""
+def _spline_matrix(controls: int, samples: int) -> Points:
+    """Return the weights (samples, controls) of a clamped uniform cubic B-spline at evenly spaced parameters."""
     from scipy.interpolate import BSpline  # late: a car from the cache does not wait for it
 
-    inner = np.linspace(0.0, 1.0, controls - degree + 1)
-    knots = np.concatenate([np.zeros(degree), inner, np.ones(degree)])
-    return np.asarray(BSpline(knots, np.eye(controls), degree)(np.linspace(0.0, 1.0, samples)))
+    knots = np.concatenate([np.zeros(3), np.linspace(0.0, 1.0, controls - 2), np.ones(3)])
+    return np.asarray(BSpline(knots, np.eye(controls), 3)(np.linspace(0.0, 1.0, samples)))
 
 
 def loft(net: Points, rows: int, columns: int) -> Surface:
@@ -50,7 +49,7 @@ def loft(net: Points, rows: int, columns: int) -> Surface:
 
     The point normals come from the smooth surface, so that later cuts keep the shading.
     """
-    first, second = spline_matrix(net.shape[0], rows), spline_matrix(net.shape[1], columns)
+    first, second = _spline_matrix(net.shape[0], rows), _spline_matrix(net.shape[1], columns)
     points = np.einsum("ia,jb,abc->ijc", first, second, net, optimize=True)
     return grid_surface(points)
 
