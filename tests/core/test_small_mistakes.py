@@ -32,7 +32,7 @@ from riglens.core.scene.pog import PogSum, build_pog
 from riglens.core.scene.pog_store import read_pog, write_pog
 from riglens.core.scene.readers import common, frames
 from riglens.core.scene.readers.classes import ClassTable
-from riglens.core.scene.readers.common import first_bad_box
+from riglens.core.scene.readers.common import first_bad_number
 from riglens.core.scene.readers.frames import FrameCounter, WholeFrames
 from riglens.core.sensing.rays import lattice, missing_ray_count
 from riglens.core.sensors.lens import distorted
@@ -124,10 +124,10 @@ def test_parts_add_up_and_belong_to_one_grid() -> None:
 
 
 def test_a_box_is_bad_on_either_side_of_the_car() -> None:
-    size = np.ones((2, 3))
     for x_m in (-2e6, 2e6):
-        found = first_bad_box(np.array([[0.0, 0.0, 0.0], [x_m, 0.0, 0.0]]), size)
-        assert found is not None and (found.row, found.column, found.value) == (1, 0, x_m)
+        assert first_bad_number(
+            np.array([[0.0, 0.0, 0.0, 1.0, 1.0, 1.0], [x_m, 0.0, 0.0, 1.0, 1.0, 1.0]])
+        ) == (1, 0)
 
 
 def test_equal_frames_of_two_sequences_are_two_frames() -> None:

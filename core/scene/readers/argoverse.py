@@ -20,9 +20,8 @@ from riglens.core.scene.readers.classes import UNMAPPED
 from riglens.core.scene.readers.common import (
     FileBoxSource,
     Tally,
-    accepted_number,
-    first_bad_box,
     readable,
+    require_boxes,
     select,
     whole_frames,
 )
@@ -95,10 +94,11 @@ def _boxes(
     """Return the chosen rows as boxes; raise InputError for a number that no box has."""
     columns = [table[name].cast(pa.float64()).to_numpy() for name in NUMBERS]
     numbers = np.column_stack(columns)[rows].reshape(-1, len(NUMBERS))
-    bad = first_bad_box(numbers[:, 0:3], numbers[:, 3:6])
-    if bad is not None:
-        place = f"{path}: row {rows[bad.row] + 1}: column {NUMBERS[bad.column]!r}"
-        raise InputError(f"{place}: must be {accepted_number(bad.column)} (got {bad.value:g})")
+    require_boxes(
+        numbers[:, 0:3],
+        numbers[:, 3:6],
+        lambda row, column: f"{path}: row {rows[row] + 1}: column {NUMBERS[column]!r}",
+    )
     with np.errstate(over="ignore"):
         length = np.linalg.norm(numbers[:, 6:10], axis=1)
     wrong = ~(np.abs(length - 1.0) <= _QUATERNION_TOLERANCE)

@@ -26,9 +26,8 @@ from riglens.core.scene.readers.common import (
     BoxOptions,
     FileBoxSource,
     Tally,
-    accepted_number,
-    first_bad_box,
     readable,
+    require_boxes,
     whole_frames,
 )
 
@@ -79,10 +78,7 @@ class CarlaSource(FileBoxSource):
         if not sound.all():
             place = self.path / names[kept[int(np.argmin(sound))]]
             raise InputError(f"{place}: the 8 points must be the corners of a rectangular box")
-        bad = first_bad_box(centre, size)
-        if bad is not None:
-            place = self.path / names[kept[bad.row]]
-            raise InputError(f"{place}: must be {accepted_number(bad.column)} (got {bad.value:g})")
+        require_boxes(centre, size, lambda row, _: str(self.path / names[kept[row]]))
         return BoxBatch(frames[rows][kept], codes[kept].astype(np.uint8), centre, size, rotation)
 
 

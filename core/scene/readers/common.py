@@ -7,7 +7,7 @@ import math
 import time
 from abc import ABC, abstractmethod
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property, reduce
@@ -32,7 +32,13 @@ BATCH_BOXES = 4096
 
 ACCEPTED_POSITION = f"a finite number in metres within ±{MAX_POSITION_M:g}"
 ACCEPTED_SIZE = f"a number in metres above 0, at most {MAX_SIZE_M:g}"
-ACCEPTED_ANGLE = "a finite number in radians"
+NUMBERS = ("x", "y", "z", "length", "width", "height", "yaw")
+"""The numbers of a box."""
+ACCEPTED = {
+    **dict.fromkeys(NUMBERS[:3], ACCEPTED_POSITION),
+    **dict.fromkeys(NUMBERS[3:6], ACCEPTED_SIZE),
+    "yaw": "a finite number in radians",
+}
 _HASH_CHUNK = 1 << 20
 _SHOWN = 40
 
@@ -245,30 +251,28 @@ def shown(text: str) -> str:
     return repr(text if len(text) <= _SHOWN else text[:_SHOWN] + "…")
 
 
-@dataclass(frozen=True)
-class BadBox:
-    """The first unsound number of an array of boxes; column counts in x, y, z, length, width, height."""
-
-    row: int
-    column: int
-    value: float
-
-
-def first_bad_box(centre_m: NDArray[np.float64], size_m: NDArray[np.float64]) -> BadBox | None:
-    """Return the first number that no real box has; centre and size are (n, 3), metres."""
-    good_centre = np.abs(centre_m) <= MAX_POSITION_M
-    good_size = (size_m > 0.0) & (size_m <= MAX_SIZE_M)
-    bad = ~np.concatenate([good_centre, good_size], axis=1)
-    if not bad.any():
+def first_bad_number(numbers: NDArray[np.float64]) -> tuple[int, int] | None:
+    """Return row and column of the first number that no real box has; numbers (n, k): the first k of NUMBERS."""
+    good = np.isfinite(numbers)
+    good[:, :3] = np.abs(numbers[:, :3]) <= MAX_POSITION_M
+    good[:, 3:6] = (numbers[:, 3:6] > 0.0) & (numbers[:, 3:6] <= MAX_SIZE_M)
+    if good.all():
         return None
-    row, column = (int(index) for index in np.argwhere(bad)[0])
-    value = np.concatenate([centre_m[row], size_m[row]])[column]
-    return BadBox(row, column, float(value))
+    row, column = np.argwhere(~good)[0].tolist()
+    return row, column
 
 
-def accepted_number(column: int) -> str:
-    """Return the accepted values of a column of `first_bad_box`."""
-    return ACCEPTED_POSITION if column < 3 else ACCEPTED_SIZE
+def require_boxes(
+    centre_m: NDArray[np.float64], size_m: NDArray[np.float64], place: Callable[[int, int], str]
+) -> None:
+    """Raise InputError for the first number that no real box has; centre and size are (n, 3), metres.
+
+    `place` describes a row and a column, an index into NUMBERS, in messages.
+    """
+    numbers = np.concatenate([centre_m, size_m], axis=1)
+    bad = first_bad_number(numbers)
+    if bad is not None:
+        raise InputError(f"{place(*bad)}: must be {ACCEPTED[NUMBERS[bad[1]]]} (got {numbers[bad]:g})")
 
 
 def select(batch: BoxBatch, rows: slice | NDArray[np.intp] | NDArray[np.bool_]) -> BoxBatch:

@@ -14,21 +14,11 @@ import pyarrow.csv as arrow_csv
 
 from riglens.core.errors import InputError
 from riglens.core.scene.limits import one_line
-from riglens.core.scene.readers.common import (
-    ACCEPTED_ANGLE,
-    ACCEPTED_POSITION,
-    ACCEPTED_SIZE,
-    shown,
-)
+from riglens.core.scene.readers.common import ACCEPTED, NUMBERS, shown
 from riglens.core.scene.readers.text_blocks import TextBlock
 
-NUMBERS = ("x", "y", "z", "length", "width", "height", "yaw")
-ACCEPTED = {
-    "frame": "an integer ≥ 0",
-    **dict.fromkeys(NUMBERS[:3], ACCEPTED_POSITION),
-    **dict.fromkeys(NUMBERS[3:6], ACCEPTED_SIZE),
-    "yaw": ACCEPTED_ANGLE,
-}
+ACCEPTED_IN = {"frame": "an integer ≥ 0", **ACCEPTED}
+"""Accepted values by column."""
 
 
 @dataclass(frozen=True)
@@ -145,8 +135,8 @@ class CsvParser:
         if len(fields) != len(self._header):
             return f"must be {len(self._header)} values, as in the header (got {len(fields)})"
         for name, value in zip(self._header, fields, strict=True):
-            if name in ACCEPTED and not _is_number(value, whole=name == "frame"):
-                return f"column {name!r}: must be {ACCEPTED[name]} (got {shown(value)})"
+            if name in ACCEPTED_IN and not _is_number(value, whole=name == "frame"):
+                return f"column {name!r}: must be {ACCEPTED_IN[name]} (got {shown(value)})"
         return f"must be one row of a CSV table: {one_line(str(error), 80)} (got {shown(line.decode())})"
 
 

@@ -26,13 +26,13 @@ from riglens.core.scene.readers.classes import UNMAPPED
 from riglens.core.scene.readers.common import (
     ACCEPTED_POSITION,
     MAX_POSITION_M,
+    NUMBERS,
     BoxOptions,
     FileBoxSource,
     Tally,
-    accepted_number,
-    first_bad_box,
     join,
     readable,
+    require_boxes,
     shown,
 )
 
@@ -141,10 +141,13 @@ class KittiSource(FileBoxSource):
         tally.frames += frames
         if self._layout.tracking and frames <= MAX_LINES:
             tally.name_frames(label.stem, np.arange(frames))
-        _check(label, labels, rows)
-        centre, size, rotation = camera_boxes_to_velodyne(
-            labels.boxes[rows], read_calibration(self._calib(label))
+        boxes = labels.boxes[rows]
+        require_boxes(
+            boxes[:, 3:6],
+            boxes[:, [2, 1, 0]],
+            lambda row, column: f"{label}:{labels.lines[rows[row]]}: {NUMBERS[column]}",
         )
+        centre, size, rotation = camera_boxes_to_velodyne(boxes, read_calibration(self._calib(label)))
         return BoxBatch(
             first_frame + labels.frame[rows], codes[rows].astype(np.uint8), centre, size, rotation
         )
@@ -279,13 +282,3 @@ def _nearest_rotation(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     left, _, right = np.linalg.svd(matrix)
     rotation: NDArray[np.float64] = left @ right
     return rotation
-
-
-def _check(label: Path, labels: Labels, rows: NDArray[np.intp]) -> None:
-    """Raise InputError for the first mapped box with an impossible place or size."""
-    sizes = labels.boxes[rows][:, [2, 1, 0]]
-    bad = first_bad_box(labels.boxes[rows][:, 3:6], sizes)
-    if bad is not None:
-        name = ("x", "y", "z", "length", "width", "height")[bad.column]
-        place = f"{label}:{labels.lines[int(rows[bad.row])]}: {name}"
-        raise InputError(f"{place}: must be {accepted_number(bad.column)} (got {bad.value:g})")

@@ -19,8 +19,8 @@ from riglens.core.errors import InputError
 from riglens.core.files import open_regular
 from riglens.core.scene.boxes import Progress
 from riglens.core.scene.limits import MAX_NAME_CHARS, one_line
-from riglens.core.scene.readers.common import BadBox, first_bad_box, readable
-from riglens.core.scene.readers.csv_rows import ACCEPTED, NUMBERS, Columns, CsvParser
+from riglens.core.scene.readers.common import NUMBERS, first_bad_number, readable
+from riglens.core.scene.readers.csv_rows import ACCEPTED_IN, Columns, CsvParser
 from riglens.core.scene.readers.frames import RowError
 from riglens.core.scene.readers.text_blocks import TextBlock, text_blocks
 
@@ -73,7 +73,7 @@ class Rows:
         """Return the column `frame`, (n,); raise RowError when one is below 0."""
         if self.frame.size and self.frame.min() < 0:
             row = int(np.argmax(self.frame < 0))
-            raise RowError(row, f"column 'frame': must be {ACCEPTED['frame']} (got {self.frame[row]})")
+            raise RowError(row, f"column 'frame': must be {ACCEPTED_IN['frame']} (got {self.frame[row]})")
         return self.frame
 
 
@@ -175,7 +175,7 @@ class ParquetFile(RowFile):
             if column.null_count:
                 row = int(np.argmax(column.is_null().to_numpy(zero_copy_only=False)))
                 raise InputError(
-                    f"{place(row)}: column {name!r}: must be {ACCEPTED.get(name, 'a name')} (got nothing)"
+                    f"{place(row)}: column {name!r}: must be {ACCEPTED_IN.get(name, 'a name')} (got nothing)"
                 )
 
 
@@ -248,10 +248,9 @@ def _row_place(path: Path, start: int) -> Callable[[int], str]:
 
 def check_numbers(numbers: NDArray[np.float64], rows: NDArray[np.intp]) -> None:
     """Raise RowError for the first mapped row with an impossible number; `rows`: their places in the piece."""
-    bad = first_bad_box(numbers[:, 0:3], numbers[:, 3:6])
-    wild = np.flatnonzero(~np.isfinite(numbers[:, 6]))
-    if wild.size and (bad is None or wild[0] < bad.row):
-        bad = BadBox(int(wild[0]), NUMBERS.index("yaw"), float(numbers[wild[0], 6]))
+    bad = first_bad_number(numbers)
     if bad is not None:
-        name = NUMBERS[bad.column]
-        raise RowError(int(rows[bad.row]), f"column {name!r}: must be {ACCEPTED[name]} (got {bad.value:g})")
+        name = NUMBERS[bad[1]]
+        raise RowError(
+            int(rows[bad[0]]), f"column {name!r}: must be {ACCEPTED_IN[name]} (got {numbers[bad]:g})"
+        )

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager
-from types import TracebackType
+from contextlib import contextmanager
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +16,7 @@ from riglens.core.scene.readers.common import whole_frames
 _ROW = np.dtype([("cls", "u1"), ("centre", "f8", 3), ("size", "f8", 3), ("rotation", "f8", (3, 3))])
 
 
-class BoxSpool(AbstractContextManager["BoxSpool"]):
+class BoxSpool:
     """Store for batches with frames in any order; holds four bytes per box in memory, the rest on disk.
 
     Raise InputError when the folder of temporary files has no room.
@@ -25,15 +24,11 @@ class BoxSpool(AbstractContextManager["BoxSpool"]):
 
     def __init__(self) -> None:
         with _room():
-            self._file = tempfile.TemporaryFile(prefix="riglens-boxes-", buffering=0)  # noqa: SIM115 (see __exit__)
+            self._file = tempfile.TemporaryFile(prefix="riglens-boxes-", buffering=0)  # noqa: SIM115 (see close)
         self._frames: list[NDArray[np.int32]] = []
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def close(self) -> None:
+        """Delete the boxes."""
         self._file.close()
 
     def put(self, batch: BoxBatch) -> None:
