@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from riglens.core.errors import InputError
@@ -26,43 +25,18 @@ ACCEPTED = (
 PICKLE_ENDINGS = (".pkl", ".pkl.gz", ".pickle")
 TABLE_ENDINGS = (".csv", ".csv.gz", ".parquet", ".pq")
 Source = FileBoxSource | BoxCollection
-_NO_SHIFT: Vec3 = (0.0, 0.0, 0.0)
-_ORIGINS = {
-    "nuscenes": (nuscenes.REAR_AXLE_M, "the rear axle is"),
-    "argoverse": (argoverse_files.REAR_AXLE_M, "the rear axle is"),
-    "kitti": (VELODYNE_M, "the Velodyne is"),
+Options = Callable[[str, bool], BoxOptions]
+"""From a layout, and whether the data are a part of a larger set, to the options of reading them."""
+_LAYOUTS: dict[str, tuple[Mapping[str, str], Vec3 | None, str]] = {
+    "nuscenes": (NUSCENES, nuscenes.REAR_AXLE_M, "the rear axle is"),
+    "argoverse": (ARGOVERSE, argoverse_files.REAR_AXLE_M, "the rear axle is"),
+    "kitti": (KITTI, VELODYNE_M, "the Velodyne is"),
+    "carla": (CARLA, None, ""),
+    "table": (ANY_TABLE, None, ""),
 }
-"""Place of a source's origin in the vehicle frame, metres, and what is there."""
-
-
-@dataclass(frozen=True)
-class HowToRead:
-    """User's options for reading box data.
-
-    origin_m: place of the source's origin in the vehicle frame, metres, added to every box; None takes the
-    source's own default: the Velodyne's place for KITTI, the rear axle's for nuScenes and Argoverse 2, zero for
-    everything else. lift_m: added to the origin's z, whichever it is. frames: number of frames T, for data in
-    which empty frames leave no trace. class_map: {source name: car, bicycle, pedestrian or ignore}, on top of
-    the source's table. notes: further sentences for the report.
-    """
-
-    origin_m: Vec3 | None = None
-    frames: int | None = None
-    class_map: Mapping[str, str] = field(default_factory=dict)
-    lift_m: float = 0.0
-    notes: tuple[str, ...] = ()
-
-    def options(
-        self, names: Mapping[str, str], is_part: bool, default_m: Vec3 = _NO_SHIFT, what: str = ""
-    ) -> BoxOptions:
-        """Return the options of one source, whose origin is `default_m` by default."""
-        x, y, z = default_m if self.origin_m is None else self.origin_m
-        notes = list(self.notes)
-        if self.origin_m is None and what:
-            notes.append(f"origin: {what} at {x:g} {y:g} {z:g} m in the vehicle frame")
-        frames = None if is_part else self.frames
-        classes = ClassTable(names, self.class_map)
-        return BoxOptions((x, y, z + self.lift_m), classes, frames, is_part, tuple(notes))
+"""Classes of a layout's names; the place of its origin in the vehicle frame, metres, where that is known; and what is
+there."""
+_NO_SHIFT: Vec3 = (0.0, 0.0, 0.0)
 
 
 def open_boxes(
@@ -75,13 +49,25 @@ def open_boxes(
 ) -> Source:
     """Open a box data set, or several as one; the format follows from the path's content or layout.
 
-    The options are those of HowToRead. Raise InputError when nothing readable is there.
+    origin_m: place of the source's origin in the vehicle frame, metres, added to every box; None takes the
+    source's own default: the Velodyne's place for KITTI, the rear axle's for nuScenes and Argoverse 2, zero for
+    everything else. lift_m: added to the origin's z, whichever it is. frames: number of frames T, for data in
+    which empty frames leave no trace. class_map: {source name: car, bicycle, pedestrian or ignore}, on top of
+    the source's table. notes: further sentences for the report. Raise InputError when nothing readable is there.
     """
-    how = HowToRead(origin_m, frames, dict(class_map or {}), lift_m, notes)
+
+    def options(layout: str, is_part: bool) -> BoxOptions:
+        names, known_m, what = _LAYOUTS[layout]
+        x, y, z = origin_m or known_m or _NO_SHIFT
+        told = f"origin: {what} at {x:g} {y:g} {z:g} m in the vehicle frame"
+        more = (told,) if origin_m is None and known_m is not None else ()
+        classes = ClassTable(names, dict(class_map or {}))
+        return BoxOptions((x, y, z + lift_m), classes, None if is_part else frames, is_part, (*notes, *more))
+
     places = [Path(path)] if isinstance(path, str | Path) else list(path)
     if len(places) == 1:
-        return _open(places[0], how, is_part=False)
-    members = [_open(place, how, is_part=True) for place in places]
+        return _open(places[0], options, is_part=False)
+    members = [_open(place, options, is_part=True) for place in places]
     return BoxCollection(together(places), members, frames)
 
 
@@ -96,22 +82,36 @@ def default_origin_m(path: Path) -> Vec3:
     Looks at names and first bytes alone. Raise InputError as open_boxes does.
     """
     with readable(path):
-        layout = _layout(path)
-    return _ORIGINS[layout][0] if layout in _ORIGINS else _NO_SHIFT
+        return _LAYOUTS[_layout(path)][1] or _NO_SHIFT
 
 
 def has_known_origin(path: Path) -> bool:
     """Return whether the source fixes the origin's place on its car; only names and first bytes are read."""
     with readable(path):
-        return _layout(path) in _ORIGINS
+        return _LAYOUTS[_layout(path)][1] is not None
 
 
-def _open(place: Path, how: HowToRead, is_part: bool) -> Source:
+def _open(place: Path, options: Options, is_part: bool) -> Source:
     with readable(place):
         layout = _layout(place)
-        if place.is_dir():
-            return _open_folder(place, layout, how, is_part)
-        return _open_file(place, layout, how, is_part)
+        chosen = options(layout, is_part)
+        if place.is_file():
+            return _open_file(place, layout, chosen)
+        if layout == "nuscenes":
+            tables = tables_folder(place)
+            assert tables is not None
+            return NuscenesSource(place, tables, chosen)
+        if layout == "kitti":
+            kitti = _kitti_layouts(place)
+            if len(kitti) > 1:
+                raise InputError(f"{place}: must hold label_02 or label_2 (got both)")
+            return KittiSource(place, kitti[0], chosen)
+        if layout == "carla":
+            return CarlaSource(place, chosen)
+        files = find_logs(place) if layout == "argoverse" else _box_tables(place)
+        require_few_files(len(files), place)
+        members = [_open_file(file, layout, options(layout, True)) for file in files]
+        return BoxCollection(str(place), members, chosen.frames, is_part)
 
 
 def _layout(place: Path) -> str:
@@ -146,32 +146,12 @@ def _refuse_pickles(place: Path) -> None:
         )
 
 
-def _open_file(place: Path, layout: str, how: HowToRead, is_part: bool) -> FileBoxSource:
+def _open_file(place: Path, layout: str, options: BoxOptions) -> FileBoxSource:
     # imported late: these load pyarrow, which the window's first picture must not wait for
     from riglens.core.scene.readers.argoverse import ArgoverseSource
     from riglens.core.scene.readers.table import TableSource
 
-    if layout == "argoverse":
-        return ArgoverseSource(place, how.options(ARGOVERSE, is_part, *_ORIGINS[layout]))
-    return TableSource(place, how.options(ANY_TABLE, is_part))
-
-
-def _open_folder(place: Path, layout: str, how: HowToRead, is_part: bool) -> Source:
-    if layout == "nuscenes":
-        tables = tables_folder(place)
-        assert tables is not None
-        return NuscenesSource(place, tables, how.options(NUSCENES, is_part, *_ORIGINS[layout]))
-    if layout == "kitti":
-        kitti = _kitti_layouts(place)
-        if len(kitti) > 1:
-            raise InputError(f"{place}: must hold label_02 or label_2 (got both)")
-        return KittiSource(place, kitti[0], how.options(KITTI, is_part, *_ORIGINS[layout]))
-    if layout == "carla":
-        return CarlaSource(place, how.options(CARLA, is_part))
-    files = find_logs(place) if layout == "argoverse" else _box_tables(place)
-    require_few_files(len(files), place)
-    members = [_open_file(file, layout, how, is_part=True) for file in files]
-    return BoxCollection(str(place), members, None if is_part else how.frames, is_part)
+    return ArgoverseSource(place, options) if layout == "argoverse" else TableSource(place, options)
 
 
 def _kitti_layouts(path: Path) -> list[LabelLayout]:
