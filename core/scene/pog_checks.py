@@ -23,7 +23,7 @@ from riglens.core.scene.boxes import CLASSES, DataReport
 from riglens.core.scene.columns import VoxelIndex, words_in
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.limits import MAX_FRAMES, one_line, require_few_names
-from riglens.core.scene.pog import Counts, Pog
+from riglens.core.scene.pog import Pog
 
 MAX_HEADER_CHARS = 1 << 25
 MAX_BOXES = 1 << 62
@@ -31,30 +31,12 @@ _PIECE_BYTES = 1 << 20
 _SHOWN = 40
 
 
-class Header(NamedTuple):
-    """Description of the arrays in a POG file."""
-
-    grid: VoxelGrid
-    data: DataReport
-
-
 class Content(NamedTuple):
-    """The members of a POG file; `text` is the header as written, `voxels` numbers those in its words."""
+    """The members of a POG file: its POG, the header as written, and the checksum."""
 
+    pog: Pog
     text: str
-    header: Header
-    voxels: VoxelIndex
-    counts: Counts
     digest: str
-
-    def pog(self) -> Pog:
-        """Return the POG; raise ValueError when a voxel is occupied in more frames than there are."""
-        most = int(self.counts.max(initial=0))
-        if most > self.header.data.frames:
-            raise ValueError(
-                f"counts must be at most {self.header.data.frames}, the number of frames (got {most})"
-            )
-        return Pog(self.header.grid, self.header.data, self.voxels, self.counts)
 
 
 def read_content(archive: zipfile.ZipFile, version: int, is_part: bool) -> Content:
@@ -63,11 +45,13 @@ def read_content(archive: zipfile.ZipFile, version: int, is_part: bool) -> Conte
     Raise ValueError that names the field otherwise. is_part: whether it may hold no frame.
     """
     text = _read_text(archive, "header", MAX_HEADER_CHARS)
-    header = checked_header(json.loads(text), version, is_part)
-    words = _read_array(archive, "words", (words_in(header.grid),), (np.uint64,))
-    voxels = VoxelIndex.of(header.grid, words)
+    grid, data = checked_header(json.loads(text), version, is_part)
+    voxels = VoxelIndex.of(grid, _read_array(archive, "words", (words_in(grid),), (np.uint64,)))
     counts = _read_array(archive, "counts", (voxels.count, len(CLASSES)), (np.uint16, np.uint32))
-    return Content(text, header, voxels, counts, _read_text(archive, "digest", 64))
+    most = int(counts.max(initial=0))
+    if most > data.frames:
+        raise ValueError(f"counts must be at most {data.frames}, the number of frames (got {most})")
+    return Content(Pog(grid, data, voxels, counts), text, _read_text(archive, "digest", 64))
 
 
 def _encodable(text: str) -> str:
@@ -98,8 +82,8 @@ class _Fields(BaseModel):
     sequences: _Count = 1
 
 
-def checked_header(fields: Any, version: int, is_part: bool = False) -> Header:
-    """Return the header of a POG; raise ValueError that names the field."""
+def checked_header(fields: Any, version: int, is_part: bool = False) -> tuple[VoxelGrid, DataReport]:
+    """Return what the header of a POG describes; raise ValueError that names the field."""
     found = fields.get("riglens_pog") if isinstance(fields, dict) else None
     if found != version:
         raise ValueError(f"header: format {_shown(found)} is not supported")
@@ -123,7 +107,7 @@ def checked_header(fields: Any, version: int, is_part: bool = False) -> Header:
         tuple(read.notes),
         read.sequences,
     )
-    return Header(VoxelGrid(read.voxel_m, (length, width, height)), data)
+    return VoxelGrid(read.voxel_m, (length, width, height)), data
 
 
 def _read_text(archive: zipfile.ZipFile, name: str, most_chars: int) -> str:

@@ -99,9 +99,10 @@ def read_pog(file: IO[bytes], is_part: bool = False) -> Pog:
     file.seek(0)
     with zipfile.ZipFile(file) as archive:
         content = read_content(archive, FORMAT, is_part)
-    if _digest(content.text, content.voxels.words, content.counts) != content.digest:
+    pog = content.pog
+    if _digest(content.text, pog.index.words, pog.counts) != content.digest:
         raise ValueError("checksum differs")
-    return content.pog()
+    return pog
 
 
 def pog_key(content_hash: str, grid: VoxelGrid) -> str:
