@@ -55,7 +55,7 @@ RIG = Rig(
 
 def from_above(axes: Axes, simulator: Simulator) -> None:
     """Draw the points of the sweep by surface, and the boxes of the objects."""
-    sweep, truth = simulator.sweep(FRAME), simulator.truth(FRAME)
+    sweep, truth = simulator.sweep(FRAME), simulator.worlds.truth(FRAME)
     on = np.where(sweep.object >= 0, np.append(truth.cls, 0)[np.maximum(sweep.object, -1)] + 1, 5)
     on = np.where(sweep.object == STATIC, 4, on)
     colours = np.array(COLOURS)[on]

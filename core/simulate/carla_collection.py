@@ -16,26 +16,17 @@ from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write, write_files
-from riglens.core.rig.model import Lidar, Rig
+from riglens.core.rig.model import Camera, Lidar, Rig
 from riglens.core.rig.yaml.file import identity_of
 from riglens.core.scene.boxes import CLASSES, DataReport, FrameLabels, Progress
-from riglens.core.simulate.carla_session import STEP_S, Session, Tick, mirrored
+from riglens.core.simulate.carla_session import CAMERAS, STEP_S, Session, Tick, mirrored
 from riglens.core.simulate.channels import Channel, channels_of
 from riglens.core.simulate.dataset import PLAN, require_channels, write_tables
 from riglens.core.simulate.pictures import LABELS
 from riglens.core.simulate.settings import SimulationSettings
 from riglens.core.simulate.sweeps import GROUND, Sweep
 from riglens.core.simulate.tables import EgoPose, Scene, Tables
-from riglens.core.simulate.units import (
-    DEPTH_PER_M,
-    JPEG_QUALITY,
-    Extras,
-    Notes,
-    counted_inside,
-    encoded,
-    file_name,
-    records_of,
-)
+from riglens.core.simulate.units import DEPTH_PER_M, Drawn, Extras, Notes, files_of_frame
 from riglens.core.simulate.world import TrueBoxes, Worlds
 from riglens.core.targets.traffic import Traffic, traffic_of
 
@@ -94,16 +85,11 @@ class Collection:
         number = len(self.ticks)
         stem, channels = self.scene.stem(number), require_channels(self.rig, self.extras)
         truth, sweep = true_boxes(tick), sweep_of(tick, self.rig)
-        files, merged = dict[str, bytes](), np.zeros((0, 5), np.float32)
-        for channel in channels:
-            if channel.modality == "lidar":
-                records = records_of(sweep, channel, self.rig)
-                merged = records if channel.sensor is None else merged
-                files[file_name(stem, channel.name, channel.ending)] = records.tobytes()
-            else:
-                files |= _pictures(tick, stem, channel, self.rig)
+        cameras = self.rig.enabled_cameras() if self.extras.pictures else ()
+        drawn = [_drawn(tick, camera) for camera in cameras]
+        files, counted = files_of_frame(stem, channels, self.rig, truth, sweep, drawn)
         write_files(self.folder, files)
-        inside = counted_inside(truth, merged, channels, self.rig).tolist()
+        inside = counted.tolist()
         self.ticks.append(Tick(tick.rotation, tick.place_m, tick.actors, {}))
         self.notes[number] = {
             "points": len(sweep.object),
@@ -238,22 +224,9 @@ def _points_of(lidar: Lidar, sent: Any) -> tuple[NDArray[Any], NDArray[Any], NDA
     return places, 255.0 * records[:, 3], ring
 
 
-def _pictures(tick: Tick, stem: str, channel: Channel, rig: Rig) -> dict[str, bytes]:
-    """Return the picture, labels and depth of a camera."""
-    assert channel.sensor is not None
-    camera = rig.enabled_cameras()[channel.sensor]
-    bgra = {
-        kind: _pixels(tick.data[f"{camera.name} {kind}"])
-        for kind in ("rgb", "semantic_segmentation", "depth")
-    }
-    rgb = np.ascontiguousarray(bgra["rgb"][:, :, 2::-1])
-    return {
-        file_name(stem, channel.name, channel.ending): encoded(rgb, "JPEG", quality=JPEG_QUALITY),
-        file_name(stem, channel.name, ".png", "labels"): encoded(
-            labels_of(bgra["semantic_segmentation"]), "PNG"
-        ),
-        file_name(stem, channel.name, ".png", "depth"): encoded(depth_of(bgra["depth"]), "PNG"),
-    }
+def _drawn(tick: Tick, camera: Camera) -> Drawn:
+    rgb, tags, depth = (_pixels(tick.data[f"{camera.name} {kind}"]) for kind in CAMERAS)
+    return Drawn(np.ascontiguousarray(rgb[:, :, 2::-1]), labels_of(tags), depth_of(depth))
 
 
 def _pixels(sent: Any) -> NDArray[np.uint8]:

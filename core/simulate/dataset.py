@@ -289,7 +289,8 @@ class DatasetFolder:
 
     def keep(self, key: str, content: bytes) -> Sequence[Notes]:
         """Write the files of a span, then that it is complete."""
-        files, notes = unpacked(content, self._dataset.unit(self._dataset.spans[key]))
+        span = self._dataset.spans[key]
+        files, notes = unpacked(content, span.frames, self._dataset.file_names(span))
         write_files(self.path, files)
         digests = {name: hashlib.sha256(file).hexdigest() for name, file in files.items()}
         self._kept.keep(key, json.dumps([notes, digests], separators=(",", ":")).encode())

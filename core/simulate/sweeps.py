@@ -13,14 +13,13 @@ from riglens.core.kernels.objects.box_frames import Beams, Canvas
 from riglens.core.kernels.objects.sweeps import GROUND, STATIC
 from riglens.core.rig.model import Lidar, Rig
 from riglens.core.simulate.own_body import own_solid, stopped_m
-from riglens.core.simulate.settings import USUAL_SIMULATION, SimulationSettings
-from riglens.core.simulate.world import TrueBoxes, World, Worlds, earlier
+from riglens.core.simulate.settings import SimulationSettings
+from riglens.core.simulate.world import World, Worlds, earlier
 from riglens.core.targets.beams import beams_of
 from riglens.core.targets.contribution import phases_rad
 from riglens.core.targets.draws import mixed, sensor_key
 from riglens.core.targets.range_law import anchors_of, glass_of, range_for
 from riglens.core.targets.shapes import REFLECTIVITY, WIDTH
-from riglens.core.targets.traffic import Traffic
 from riglens.core.vehicle.solid import Solid
 
 __all__ = ["GROUND", "STATIC", "Simulator", "Sweep"]
@@ -79,22 +78,16 @@ class _Source(NamedTuple):
 
 
 class Simulator:
-    """Sweeps of a rig in traffic; frames by their number in the data. For one thread, which may be any. Worlds, which
-    several rigs may share, bring their own settings.
+    """Sweeps of a rig in worlds, which several rigs may share; frames by their number in the data. For one thread,
+    which may be any.
 
     InputError where the car's body blocks and its mesh file has not been read.
     """
 
-    def __init__(
-        self,
-        rig: Rig,
-        traffic: Traffic | Worlds,
-        settings: SimulationSettings = USUAL_SIMULATION,
-    ) -> None:
-        self.worlds = traffic if isinstance(traffic, Worlds) else Worlds(traffic, settings)
-        self.settings = self.worlds.settings
-        body = own_solid(rig, self.settings.body)
-        self._sources = [_source(lidar, body, self.settings) for lidar in rig.enabled_lidars()]
+    def __init__(self, rig: Rig, worlds: Worlds) -> None:
+        self.worlds, self._settings = worlds, worlds.settings
+        body = own_solid(rig, self._settings.body)
+        self._sources = [_source(lidar, body, self._settings) for lidar in rig.enabled_lidars()]
         rays = max((lidar.ray_count for lidar in rig.enabled_lidars()), default=0)
         self._columns = (
             np.empty((rays, 3), np.float32),
@@ -104,15 +97,6 @@ class Simulator:
         )
         beams = [source.beams for source in self._sources]
         self._canvases = {(one.row_of.size, one.columns): canvas_for(one) for one in beams}
-
-    @property
-    def frames(self) -> int:
-        """Number of frames."""
-        return self.worlds.frames
-
-    def truth(self, frame: int) -> TrueBoxes:
-        """Return the objects of a frame."""
-        return self.worlds.truth(frame)
 
     def sweep(self, frame: int, ago: int = 0) -> Sweep:
         """Return the LiDAR points of a frame, or those of some sweeps ago as they lie in its vehicle frame: the car's
@@ -148,7 +132,7 @@ class Simulator:
     def _cast(
         self, source: _Source, counter: int, world: World, alone: NDArray[np.int64], to: kernel.Returns
     ) -> int:
-        settings, now = self.settings, np.array([counter])
+        settings, now = self._settings, np.array([counter])
         returns, noise, losses = (mixed(key, now)[0] for key in source.keys)
         draws = kernel.Chances(returns, noise, losses, settings.noise_m, settings.dropout, source.law)
         phase = phases_rad(source.lidar, settings.targets(), now)[0]

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from io import BytesIO
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,10 +53,6 @@ class Unit:
     frames: tuple[int, ...]
     stems: tuple[str, ...]
 
-    def file_names(self) -> set[str]:
-        """Return every file that the unit writes, by its path in the data set."""
-        return file_names(self.stems, channels_of(self.rig, self.extras.pictures), self.extras)
-
 
 def part_of(traffic: Traffic, places: NDArray[np.int64]) -> Traffic:
     """Return some frames of traffic, by their places in it; they keep their numbers in the data."""
@@ -73,35 +69,30 @@ def simulate_unit(unit: Unit) -> bytes:
         for frame, stem in zip(unit.frames, unit.stems, strict=True):
             truth, sweep = worlds.truth(frame), simulator.sweep(frame)
             pictures = [cameras.picture(number, frame) for number in range(len(unit.rig.enabled_cameras()))]
-            merged = np.zeros((0, 5), np.float32)
-            for channel in channels:
-                name = file_name(stem, channel.name, channel.ending)
-                if channel.modality == "lidar":
-                    records = records_of(sweep, channel, unit.rig)
-                    merged = records if channel.sensor is None else merged
-                    _put(archive, name, records.tobytes())
-                else:
-                    assert channel.sensor is not None
-                    _put_picture(archive, stem, channel, pictures[channel.sensor], truth)
+            drawn = [_drawn(picture, truth) for picture in pictures if unit.extras.pictures]
+            files, inside = files_of_frame(stem, channels, unit.rig, truth, sweep, drawn)
             if unit.extras.points:
-                _put(archive, _points_name(stem), _parquet(sweep, truth, unit.rig))
-            notes.append(
-                _notes(frame, truth, sweep, counted_inside(truth, merged, channels, unit.rig), pictures)
-            )
+                files[_points_name(stem)] = _parquet(sweep, truth, unit.rig)
+            for name, content in files.items():
+                _put(archive, name, content)
+            notes.append(_notes(frame, truth, sweep, inside, pictures))
         _put(archive, NOTES, json.dumps(notes, separators=(",", ":")).encode())
     return stream.getvalue()
 
 
-def unpacked(content: bytes, unit: Unit) -> tuple[dict[str, bytes], list[dict[str, Any]]]:
-    """Return the files of a unit and the notes of its frames; ChildProcessError when they are not those of the unit."""
+def unpacked(
+    content: bytes, frames: tuple[int, ...], names: set[str]
+) -> tuple[dict[str, bytes], list[dict[str, Any]]]:
+    """Return the files of a unit and the notes of its frames; ChildProcessError unless they have these names and
+    numbers."""
     try:
         with zipfile.ZipFile(BytesIO(content)) as archive:
             files = {name: archive.read(name) for name in archive.namelist()}
         notes = json.loads(files.pop(NOTES))
-        frames = tuple(note["frame"] for note in notes)
+        found = tuple(note["frame"] for note in notes)
     except Exception as error:  # damaged bytes make zipfile and json raise a dozen kinds of error
         raise ChildProcessError("a worker sent a damaged part; finished parts are kept") from error
-    if files.keys() != unit.file_names() or frames != unit.frames:
+    if files.keys() != names or found != frames:
         raise ChildProcessError("a worker returned another part than requested; finished parts are kept")
     return files, notes
 
@@ -149,30 +140,49 @@ def records_of(sweep: Sweep, channel: Channel, rig: Rig) -> NDArray[np.float32]:
     return np.column_stack([places, sweep.intensity, ring]).astype(np.float32)
 
 
-def counted_inside(
-    truth: TrueBoxes, records: NDArray[np.float32], channels: list[Channel], rig: Rig
-) -> NDArray[np.int64]:
-    """Return the number of points (n,) in each object's box, of those in the file."""
-    counts = np.zeros(len(truth.cls), np.int64)
-    if len(records):
-        points_m = channels[0].to_ego(records[:, :3].astype(np.float64)) + ego_origin_m(rig)
-        count_inside(points_m, truth.centre_m, truth.size_m / 2.0, truth.rotation, counts)
-    return counts
+class Drawn(NamedTuple):
+    """Pixels of a camera's files: colours (rows, columns, 3), classes, and depths along its axis in centimetres."""
+
+    rgb: NDArray[np.uint8]
+    labels: NDArray[np.uint8]
+    depth: NDArray[np.uint16]
 
 
-def _put_picture(
-    archive: zipfile.ZipFile, stem: str, channel: Channel, picture: CameraPicture, truth: TrueBoxes
-) -> None:
-    """Add the picture, the class of each pixel and its depth along the camera's axis in centimetres."""
+def files_of_frame(
+    stem: str,
+    channels: Sequence[Channel],
+    rig: Rig,
+    truth: TrueBoxes,
+    sweep: Sweep,
+    drawn: Sequence[Drawn],
+) -> tuple[dict[str, bytes], NDArray[np.int64]]:
+    """Return the files of all channels by their paths in the data set, and the number of points (n,) in each object's
+    box, of those in the file; drawn: by the cameras of the rig."""
+    files, inside = dict[str, bytes](), np.zeros(len(truth.cls), np.int64)
+    for channel in channels:
+        name = file_name(stem, channel.name, channel.ending)
+        if channel.modality == "lidar":
+            records = records_of(sweep, channel, rig)
+            files[name] = records.tobytes()
+            if channel.sensor is None:
+                points_m = channel.to_ego(records[:, :3].astype(np.float64)) + ego_origin_m(rig)
+                count_inside(points_m, truth.centre_m, truth.size_m / 2.0, truth.rotation, inside)
+        else:
+            assert channel.sensor is not None
+            rgb, labels, depth = drawn[channel.sensor]
+            files[name] = _encoded(rgb, "JPEG", quality=JPEG_QUALITY)
+            files[file_name(stem, channel.name, ".png", "labels")] = _encoded(labels, "PNG")
+            files[file_name(stem, channel.name, ".png", "depth")] = _encoded(depth, "PNG")
+    return files, inside
+
+
+def _drawn(picture: CameraPicture, truth: TrueBoxes) -> Drawn:
     depth = np.where(np.isfinite(picture.depth_m), picture.depth_m * DEPTH_PER_M + 0.5, 0.0)
-    depth = np.where((depth > 0.0) & (depth < 65536.0), depth, 0.0).astype(np.uint16)  # fisheyes see behind
-    _put(archive, file_name(stem, channel.name, ".jpg"), encoded(picture.rgb, "JPEG", quality=JPEG_QUALITY))
-    labels = class_labels(picture.what, truth.cls)
-    _put(archive, file_name(stem, channel.name, ".png", "labels"), encoded(labels, "PNG"))
-    _put(archive, file_name(stem, channel.name, ".png", "depth"), encoded(depth, "PNG"))
+    depth = np.where((depth > 0.0) & (depth < 65536.0), depth, 0.0)  # fisheyes see behind
+    return Drawn(picture.rgb, class_labels(picture.what, truth.cls), depth.astype(np.uint16))
 
 
-def encoded(pixels: NDArray[Any], form: str, **options: int) -> bytes:
+def _encoded(pixels: NDArray[Any], form: str, **options: int) -> bytes:
     """Return pixels as the bytes of a picture file."""
     from PIL import Image
 

@@ -15,7 +15,7 @@ from riglens.core.kernels.objects.box_frames import Traffic as Boxes
 from riglens.core.kernels.objects.sweeps import Looks, Surface
 from riglens.core.simulate.clutter import KINDS, Clutter, Footprints, scattered
 from riglens.core.simulate.motion import SWEEP_S, Before, Motion, before
-from riglens.core.simulate.settings import SimulationSettings
+from riglens.core.simulate.settings import USUAL_SIMULATION, SimulationSettings
 from riglens.core.targets.shapes import Parts, Shape, parts_by_kind, parts_of
 from riglens.core.targets.traffic import NO_CLASS, Traffic
 
@@ -65,7 +65,12 @@ class Worlds:
     """Frames of traffic, by their number in the data, for a seed and settings; with motion, earlier sweeps too. For one
     thread: the last frame is cached for the LiDARs and cameras of a rig."""
 
-    def __init__(self, traffic: Traffic, settings: SimulationSettings, motion: Motion | None = None) -> None:
+    def __init__(
+        self,
+        traffic: Traffic,
+        settings: SimulationSettings = USUAL_SIMULATION,
+        motion: Motion | None = None,
+    ) -> None:
         self.traffic, self.settings, self.motion = traffic, settings, motion
         self._place = {number: place for place, number in enumerate(traffic.frame.tolist())}
         self._last: tuple[int, World] | None = None

@@ -9,6 +9,7 @@ import pytest
 from riglens.core.rig.model import Lidar, LinearAngles, Rig
 from riglens.core.scene.readers.bundled import bundled_source
 from riglens.core.simulate.sweeps import Simulator
+from riglens.core.simulate.world import Worlds
 from riglens.core.targets.traffic import Traffic, read_traffic
 from tests.bench.bars import Bar
 from tests.bench.scenes import wide_trapezoid
@@ -36,7 +37,7 @@ def traffic() -> Traffic:
 @pytest.mark.parametrize("name", RIGS)
 def test_sweeps(bars: list[Bar], traffic: Traffic, name: str) -> None:
     rig, per_second = RIGS[name]
-    simulator = Simulator(rig, traffic)
+    simulator = Simulator(rig, Worlds(traffic))
     simulator.sweep(0)  # loads the kernels
     frames = range(0, traffic.frames, STEP)
     started = time.process_time()

@@ -23,6 +23,7 @@ from riglens.core.sensors.radar import Radar, Scan
 from riglens.core.sensors.ultrasonic import Ultrasonic
 from riglens.core.simulate.settings import SimulationSettings
 from riglens.core.simulate.sweeps import Simulator
+from riglens.core.simulate.world import Worlds
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import EXACT
 from riglens.core.vehicle.solid import solid_of
@@ -140,7 +141,7 @@ def test_pictures_of_a_sensor_lack_what_is_blocked() -> None:
     np.testing.assert_array_equal(image.range_m[:, right], whole.range_m[:, right])
     settings = SimulationSettings(noise_m=0.0, dropout=0.0)
     sweeps = [
-        Simulator(Rig(sensors=(s,)), random_traffic(np.random.default_rng(3), 1), settings).sweep(0)
+        Simulator(Rig(sensors=(s,)), Worlds(random_traffic(np.random.default_rng(3), 1), settings)).sweep(0)
         for s in (dirty, clean)
     ]
     assert 0 < len(sweeps[0].ring) < len(sweeps[1].ring)

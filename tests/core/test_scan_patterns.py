@@ -22,6 +22,7 @@ from riglens.core.sensing.rays import sensor_rays
 from riglens.core.sensors.scan import RayTable, Scan, Swing
 from riglens.core.simulate.settings import SimulationSettings
 from riglens.core.simulate.sweeps import Simulator
+from riglens.core.simulate.world import Worlds
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import EXACT
 from riglens.core.vehicle.solid import Solid, solid_of
@@ -312,7 +313,7 @@ def test_a_simulated_sweep_has_the_laser_and_the_time_of_each_point() -> None:
         )
     )
     settings = SimulationSettings(noise_m=0.0, dropout=0.0, range_law=False)
-    sweep = Simulator(rig, random_traffic(rng, 1), settings).sweep(0)
+    sweep = Simulator(rig, Worlds(random_traffic(rng, 1), settings)).sweep(0)
     mine = sweep.of(0)
     assert len(mine.ring) > 50 and set(mine.ring.tolist()) == {0, 1}
     shots = np.round(mine.time_s * 3000.0).astype(int)

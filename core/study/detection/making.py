@@ -81,7 +81,7 @@ class _Looks:
 
     def sample(self, frame: int, region: Region, panorama: Panorama | None) -> Sample:
         """Return the frame as the net sees it; with several sweeps, the age of points is one more figure of theirs."""
-        truth = self.simulator.truth(frame)
+        truth = self.simulator.worlds.truth(frame)
         inside = region.holds(truth.centre_m[:, :2])
         sweeps = [self.simulator.sweep(frame, ago) for ago in range(self.sweeps)]
         points_m, intensity = (

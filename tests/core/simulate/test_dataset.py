@@ -30,6 +30,7 @@ from riglens.core.simulate.dataset import (
 from riglens.core.simulate.pictures import LABELS
 from riglens.core.simulate.sweeps import GROUND, STATIC, Simulator
 from riglens.core.simulate.units import Extras, simulate_unit, unpacked
+from riglens.core.simulate.world import Worlds
 from tests.core.simulate.small import CAMERA, SETTINGS, dataset, lidar, make, rig, road_users
 from tests.waiting import poll
 
@@ -225,30 +226,34 @@ class _Usage:
 @pytest.mark.parametrize("damage", [lambda it: it[:-40], lambda it: b"", lambda it: b"PK" + it[2:90]])
 def test_a_damaged_part_is_not_taken(damage: Callable[[bytes], bytes]) -> None:
     what = dataset()
-    unit = what.unit(span(what, 0))
+    content = simulate_unit(what.unit(span(what, 0)))
     with pytest.raises(ChildProcessError, match="damaged part"):
-        unpacked(damage(simulate_unit(unit)), unit)
+        taken(damage(content), what, 0)
 
 
 def span(what: module.Dataset, number: int) -> module.Span:
     return list(what.spans.values())[number]
 
 
+def taken(content: bytes, what: module.Dataset, number: int) -> object:
+    """The content as that of the span of that number."""
+    return unpacked(content, span(what, number).frames, what.file_names(span(what, number)))
+
+
 def test_the_part_of_other_frames_is_not_taken() -> None:
     what = dataset()
     with pytest.raises(ChildProcessError, match="another part"):
-        unpacked(simulate_unit(what.unit(span(what, 0))), what.unit(span(what, 1)))
+        taken(simulate_unit(what.unit(span(what, 0))), what, 1)
 
 
 @pytest.mark.parametrize("name", ["../evil", "/tmp/evil", "samples/LIDAR_TOP/more.pcd.bin"])
 def test_a_file_that_nobody_asked_for_is_not_taken(name: str) -> None:
     what = dataset()
-    unit = what.unit(span(what, 0))
-    stream = BytesIO(simulate_unit(unit))
+    stream = BytesIO(simulate_unit(what.unit(span(what, 0))))
     with zipfile.ZipFile(stream, "a") as archive:
         archive.writestr(name, b"x")
     with pytest.raises(ChildProcessError, match="another part"):
-        unpacked(stream.getvalue(), unit)
+        taken(stream.getvalue(), what, 0)
 
 
 def test_a_rig_without_sensors_and_one_of_cameras_alone(tmp_path: Path) -> None:
@@ -282,13 +287,13 @@ def test_parquet_holds_the_points_of_the_sweep(tmp_path: Path) -> None:
     make(tmp_path / "set", what)
     name = what.scenes[1].stem(2).format("POINTS")
     table = parquet.read_table(tmp_path / "set" / "points" / f"{name}.parquet")
-    sweep = Simulator(what.rig, what.traffic, SETTINGS).sweep(what.scenes[1].frames[2])
+    sweep = Simulator(what.rig, Worlds(what.traffic, SETTINGS)).sweep(what.scenes[1].frames[2])
     np.testing.assert_array_equal(
         np.stack([table[axis].to_numpy() for axis in "xyz"], axis=1), sweep.points_m
     )
     np.testing.assert_array_equal(table["object"].to_numpy(), sweep.object)
     on, lidars = table["on"].to_pylist(), table["lidar"].to_pylist()
-    truth = Simulator(what.rig, what.traffic, SETTINGS).truth(what.scenes[1].frames[2])
+    truth = Worlds(what.traffic, SETTINGS).truth(what.scenes[1].frames[2])
     names = {GROUND: "ground", STATIC: "static"}
     classes = ("car", "bicycle", "pedestrian")
     assert on == [names[k] if k < 0 else classes[truth.cls[k]] for k in sweep.object.tolist()]
@@ -305,7 +310,8 @@ def test_depth_and_labels_agree_with_the_lidar(tmp_path: Path) -> None:
     depth_m = np.asarray(Image.open(tmp_path / "set" / "depth" / "CAM_FRONT" / f"{stem}.png")) / 100.0
     labels = np.asarray(Image.open(tmp_path / "set" / "labels" / "CAM_FRONT" / f"{stem}.png"))
     sweep, truth = (
-        of(frame) for of in (Simulator(quiet.rig, quiet.traffic, quiet.settings).sweep, road_truth(quiet))
+        of(frame)
+        for of in (Simulator(quiet.rig, Worlds(quiet.traffic, quiet.settings)).sweep, road_truth(quiet))
     )
     offset = sweep.points_m.astype(np.float64) - CAMERA.position
     fx_px, fy_px, cx_px, cy_px = CAMERA.intrinsics_px()
@@ -325,4 +331,4 @@ def test_depth_and_labels_agree_with_the_lidar(tmp_path: Path) -> None:
 
 
 def road_truth(what: module.Dataset):  # type: ignore[no-untyped-def]
-    return Simulator(what.rig, what.traffic, what.settings).truth
+    return Worlds(what.traffic, what.settings).truth

@@ -51,7 +51,7 @@ def test_every_ray_against_everything_that_stands_there(seed: int) -> None:
     rig, solid = Rig(name="some", sensors=(LIDAR, *random_rig(rng, 6).enabled_lidars())), None
     if seed % 4 == 3:
         settings, solid = replace(settings, body="blocks"), solid_of(rig.vehicle)
-    simulator, seen = Simulator(rig, tame(random_traffic(rng, 3)), settings), set[int]()
+    simulator, seen = Simulator(rig, Worlds(tame(random_traffic(rng, 3)), settings)), set[int]()
     for frame in range(3):
         found, expected = simulator.sweep(frame), every_ray.sweep(rig, simulator.worlds, frame, solid)
         np.testing.assert_array_equal(found.object, expected.object)
@@ -70,12 +70,12 @@ def test_points_on_road_users_are_those_that_the_targets_engine_counts(law: bool
     rig = Rig(name="many", sensors=(LIDAR, *random_rig(rng, 8).enabled_lidars()))
     settings = replace(BARE, seed=7, range_law=law, ground="uneven", body="blocks")
     simulator, counted = (
-        Simulator(rig, world, settings),
+        Simulator(rig, Worlds(world, settings)),
         TargetEngine(world).evaluate(rig, settings.targets()).objects,
     )
     points, alone = np.zeros((2, len(world.cls)), np.int64)
     for frame in range(world.frames):
-        truth = simulator.truth(frame)
+        truth = simulator.worlds.truth(frame)
         sweep = simulator.sweep(frame)
         points[truth.row], alone[truth.row] = sweep.hits(len(truth.cls)), sweep.alone
         assert (sweep.alone >= sweep.reached).all() and (sweep.reached >= sweep.hits(len(truth.cls))).all()
@@ -85,12 +85,12 @@ def test_points_on_road_users_are_those_that_the_targets_engine_counts(law: bool
 
 
 def test_the_same_seed_gives_the_same_bytes_in_any_order_and_another_one_does_not() -> None:
-    one, other = Simulator(RIG, STREET), Simulator(RIG, STREET)
+    one, other = Simulator(RIG, Worlds(STREET)), Simulator(RIG, Worlds(STREET))
     first = [one.sweep(frame) for frame in (0, 1, 2)]
     again = [other.sweep(frame) for frame in (2, 0, 1)]
     assert as_bytes(first[0]) == as_bytes(again[1])
     assert as_bytes(first[2]) == as_bytes(again[0])
-    assert as_bytes(first[0]) != as_bytes(Simulator(RIG, STREET, SimulationSettings(seed=1)).sweep(0))
+    assert as_bytes(first[0]) != as_bytes(Simulator(RIG, Worlds(STREET, SimulationSettings(seed=1))).sweep(0))
     assert as_bytes(first[0]) != as_bytes(first[1])
 
 
@@ -99,25 +99,13 @@ def as_bytes(sweep: Sweep) -> bytes:
     return b"".join(column.tobytes() for column in columns)
 
 
-def test_another_rig_meets_the_same_world() -> None:
-    """Clutter, ground and brightness follow from seed and frame alone."""
-    moved = Rig(name="other", sensors=(LIDAR.model_copy(update={"position": (1.0, 0.5, 1.0)}),))
-    one, other = Simulator(RIG, STREET).worlds.world(0), Simulator(moved, STREET).worlds.world(0)
-    for mine, theirs in zip(
-        (*one.boxes, *one.looks[1:3], one.surface.waves),
-        (*other.boxes, *other.looks[1:3], other.surface.waves),
-        strict=True,
-    ):
-        np.testing.assert_array_equal(mine, theirs)
-
-
 def test_noise_and_losses_are_as_large_as_they_are_said_to_be() -> None:
     ring = LIDAR.replace(
         elevations_deg=(-30.0,), azimuths_deg=LinearAngles(from_=-180.0, to=180.0, count=20_000)
     )
     rig = Rig(name="ring", sensors=(ring,))
     settings = replace(BARE, ground="flat", range_law=False, noise_m=0.05, dropout=0.2)
-    sweep = Simulator(rig, traffic([], frames=1), settings).sweep(0)
+    sweep = Simulator(rig, Worlds(traffic([], frames=1), settings)).sweep(0)
     range_m = np.linalg.norm(sweep.points_m.astype(np.float64) - [0.0, 0.0, 2.0], axis=1)
     assert len(range_m) / 20_000 == pytest.approx(0.8, abs=0.012)
     assert range_m.mean() == pytest.approx(4.0, abs=0.002)
@@ -201,7 +189,7 @@ def shrunk(some: Footprints, k: int) -> Footprints:
 
 
 def test_points_in_a_box_are_counted_by_where_they_are() -> None:
-    truth = Simulator(RIG, STREET).truth(2)
+    truth = Worlds(STREET).truth(2)
     ahead, up = truth.rotation[0][:, 0], np.array([0.0, 0.0, 1.0])
     points = truth.centre_m[0] + np.array([0.0 * ahead, 0.89 * ahead, 0.91 * ahead, -0.79 * up, 0.81 * up])
     counts = np.zeros(len(truth.cls), np.int64)
@@ -210,11 +198,11 @@ def test_points_in_a_box_are_counted_by_where_they_are() -> None:
 
 
 def test_a_frame_with_nothing_and_a_rig_without_lidars() -> None:
-    assert len(Simulator(RIG, STREET, BARE).sweep(1).points_m) == 0
-    empty = Simulator(Rig(name="none"), STREET).sweep(0)
+    assert len(Simulator(RIG, Worlds(STREET, BARE)).sweep(1).points_m) == 0
+    empty = Simulator(Rig(name="none"), Worlds(STREET)).sweep(0)
     assert empty.points_m.shape == (0, 3) and empty.hits(2).tolist() == [0, 0]
     with pytest.raises(IndexError):
-        Simulator(RIG, STREET).sweep(3)
+        Simulator(RIG, Worlds(STREET)).sweep(3)
 
 
 def test_the_ground_lies_under_the_road_users() -> None:

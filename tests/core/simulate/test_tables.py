@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from riglens.core.scene.readers import open_boxes
 from riglens.core.simulate.sweeps import Simulator
 from riglens.core.simulate.tables import VISIBLE, Scene, visibility_bin
+from riglens.core.simulate.world import Worlds
 from riglens.core.targets.traffic import read_traffic
 from tests.core.simulate.small import dataset, points_m
 
@@ -98,12 +99,12 @@ def test_the_merged_lidar_looks_ahead_along_y(folder: Path, tables: dict[str, An
 
 def test_hits_and_visible_shares_are_those_of_the_sweep(tables: dict[str, Any]) -> None:
     what = dataset()
-    simulator = Simulator(what.rig, what.traffic, what.settings)
+    simulator = Simulator(what.rig, Worlds(what.traffic, what.settings))
     by_sample: dict[str, list[dict[str, Any]]] = {}
     for one in tables["sample_annotation"].values():
         by_sample.setdefault(one["sample_token"], []).append(one)
     for frame, sample in enumerate(tables["sample"]):
-        hits = simulator.sweep(frame).hits(len(simulator.truth(frame).cls)).tolist()
+        hits = simulator.sweep(frame).hits(len(simulator.worlds.truth(frame).cls)).tolist()
         assert [one["riglens_hits"] for one in by_sample.get(sample, [])] == hits
     shares = [one["riglens_visible"] for one in tables["sample_annotation"].values()]
     known = [share for share in shares if share is not None]  # None: no sensor could see it
