@@ -65,17 +65,19 @@ Doubles = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Azimuth = Annotated[float, Field(allow_inf_nan=False, ge=-180.0, le=180.0)]
 Elevation = Annotated[float, Field(allow_inf_nan=False, ge=-90.0, le=90.0)]
+Azimuths = Annotated[
+    tuple[Azimuth, Azimuth], Field(title="Azimuth", description="from, to; positive turns left")
+]
+Elevations = Annotated[
+    tuple[Elevation, Elevation], Field(title="Elevation", description="from, to; positive looks up")
+]
 
 
 class Sector(Frozen):
     """Limits in azimuth and elevation."""
 
-    azimuth_deg: Annotated[
-        tuple[Azimuth, Azimuth], Field(title="Azimuth", description="from, to; positive turns left")
-    ]
-    elevation_deg: Annotated[
-        tuple[Elevation, Elevation], Field(title="Elevation", description="from, to; positive looks up")
-    ]
+    azimuth_deg: Azimuths
+    elevation_deg: Elevations
 
     @model_validator(mode="after")
     def _rising(self) -> Self:
@@ -100,12 +102,8 @@ class Sector(Frozen):
 class Blocked(Sector):
     """A sector into which a sensor sees nothing."""
 
-    azimuth_deg: Annotated[
-        tuple[Azimuth, Azimuth], Field(title="Azimuth", description="from, to; positive turns left")
-    ] = (0.0, 180.0)
-    elevation_deg: Annotated[
-        tuple[Elevation, Elevation], Field(title="Elevation", description="from, to; positive looks up")
-    ] = (-90.0, 90.0)
+    azimuth_deg: Azimuths = (0.0, 180.0)
+    elevation_deg: Elevations = (-90.0, 90.0)
 
 
 HALVES = {

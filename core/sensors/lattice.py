@@ -29,27 +29,20 @@ class Lattice:
     limits_m: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
 
     def directions(self, rays: Ids | None = None) -> NDArray[np.float64]:
-        """Return the directions in the sensor frame of all rays, or of some by number, (n, 3)."""
+        """Return the directions in the sensor frame of all rays, or of some by number, (n, 3).
+
+        The same doubles as the compiled `kernels.rays.lattice.direction` gives, which says what the tables mean;
+        in plain numpy, because the window draws some rays before the compiler is loaded.
+        """
         if rays is None and self.kind == codes.LISTED:
             return self.rows
         every = np.arange(len(self.rows) * len(self.planes)) if rays is None else rays
-        return lattice_directions(self.kind, self.rows, self.planes, every)
-
-
-def lattice_directions(
-    kind: int, rows: NDArray[np.float64], planes: NDArray[np.float64], rays: Ids
-) -> NDArray[np.float64]:
-    """Return directions (n, 3) in the sensor frame of the rays `rays` (n,), ray = row * planes + plane.
-
-    The same doubles as the compiled `kernels.rays.lattice.direction` gives, which says what the tables mean;
-    in plain numpy, because the window draws some rays before the compiler is loaded.
-    """
-    row, plane = rows[rays // len(planes)], planes[rays % len(planes)]
-    if kind == codes.LISTED:
-        return np.asarray(row)
-    with np.errstate(over="ignore", invalid="ignore"):  # as in compiled code, which never warns
-        if kind == codes.LIDAR:
-            return np.stack([row[:, 0] * plane[:, 0], row[:, 0] * plane[:, 1], row[:, 1]], axis=1)
-        y, z = plane[:, 0], row[:, 0]
-        norm = np.sqrt(1.0 + y * y + z * z)
-        return np.stack([1.0 / norm, y / norm, z / norm], axis=1)
+        row, plane = self.rows[every // len(self.planes)], self.planes[every % len(self.planes)]
+        if self.kind == codes.LISTED:
+            return np.asarray(row)
+        with np.errstate(over="ignore", invalid="ignore"):  # as in compiled code, which never warns
+            if self.kind == codes.LIDAR:
+                return np.stack([row[:, 0] * plane[:, 0], row[:, 0] * plane[:, 1], row[:, 1]], axis=1)
+            y, z = plane[:, 0], row[:, 0]
+            norm = np.sqrt(1.0 + y * y + z * z)
+            return np.stack([1.0 / norm, y / norm, z / norm], axis=1)

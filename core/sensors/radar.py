@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from riglens.core.sensors.base import Sector
 from riglens.core.sensors.kind import Echo, HitMeasure, Occlusion, Placement, SensorKind
 from riglens.core.sensors.mounting import outwards_rpy_deg
-from riglens.core.sensors.sectors import Reach, Sector, Sectored, directions, view_deg
+from riglens.core.sensors.sectors import Reach, Sectored, directions, extent_rows, view_deg
 
 Doubles = NDArray[np.float64]
 Dbsm = Annotated[float, Field(allow_inf_nan=False, ge=-50.0, le=60.0)]
@@ -99,15 +100,9 @@ def cells(radar: Radar, local_m: Doubles) -> NDArray[np.int64]:
 
 
 def _summary(radar: Radar) -> list[tuple[str, str]]:
-    wide, tall = view_deg(radar)
     longest = max(scan.range_m for scan in radar.scans)
     ranges = (f"{cls} {longest * range_share(radar, Echo(cls)):.0f} m" for cls in _CLASSES)
-    columns, rows = radar.resolution
-    return [
-        ("Rays", f"{radar.ray_count:,}  =  {columns} × {rows}"),
-        ("Field of view", f"{wide:.4g}° × {tall:.4g}°"),
-        ("Longest range", ", ".join(ranges)),
-    ]
+    return [*extent_rows(radar), ("Longest range", ", ".join(ranges))]
 
 
 # Our choice: what is that near, a bumper's skin or a badge, lets 77 GHz pass; glass farther off does not.

@@ -14,10 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from riglens.core.sensors.base import Azimuth, Elevation, Sector, Sensor
+from riglens.core.sensors.base import Sector, Sensor
 from riglens.core.sensors.lattice import Ids
-
-__all__ = ["Azimuth", "Elevation", "Reach", "Sector", "Sectored", "directions", "view_deg"]
 
 Doubles = NDArray[np.float64]
 Reach = Annotated[float, Field(gt=0.0, le=1000.0)]
@@ -78,3 +76,13 @@ def view_deg(sensor: Sectored) -> tuple[float, float]:
     spans = [[high - low for low, high in (s.azimuth_deg, s.elevation_deg)] for s in sensor.sectors]
     wide, tall = (max(span) for span in zip(*spans, strict=True))
     return wide, tall
+
+
+def extent_rows(sensor: Sectored) -> list[tuple[str, str]]:
+    """Return the rows of a summary about rays and field of view."""
+    wide, tall = view_deg(sensor)
+    columns, rows = sensor.resolution
+    return [
+        ("Rays", f"{sensor.ray_count:,}  =  {columns} × {rows}"),
+        ("Field of view", f"{wide:.4g}° × {tall:.4g}°"),
+    ]

@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from riglens.core.sensors.base import Azimuths, Elevations, Sector
 from riglens.core.sensors.kind import Echo, HitMeasure, Occlusion, Placement, SensorKind
 from riglens.core.sensors.mounting import outwards_rpy_deg
-from riglens.core.sensors.sectors import Azimuth, Elevation, Reach, Sector, Sectored, directions, view_deg
+from riglens.core.sensors.sectors import Reach, Sectored, directions, extent_rows, view_deg
 
 Doubles = NDArray[np.float64]
 POLE_M, WALL_M = 0.075, 1.0
@@ -24,16 +25,8 @@ class Ultrasonic(Sectored):
     """Ultrasonic sensor; between the widths of a pole and of a wall the range grows in proportion (our choice)."""
 
     kind: Literal["ultrasonic"] = "ultrasonic"
-    azimuth_deg: Annotated[tuple[Azimuth, Azimuth], Field(description="from, to; positive turns left")] = (
-        -60.0,
-        60.0,
-    )
-    elevation_deg: Annotated[
-        tuple[Elevation, Elevation], Field(description="from, to; positive looks up")
-    ] = (
-        -30.0,
-        30.0,
-    )
+    azimuth_deg: Azimuths = (-60.0, 60.0)
+    elevation_deg: Elevations = (-30.0, 30.0)
     pole_range_m: Annotated[
         Reach, Field(description="for a pole 75 mm wide, and for objects of unknown width")
     ] = 2.5
@@ -75,13 +68,8 @@ def in_field(sensor: Ultrasonic, local_m: Doubles, distance_m: Doubles, echo: Ec
 
 
 def _summary(sensor: Ultrasonic) -> list[tuple[str, str]]:
-    wide, tall = view_deg(sensor)
-    columns, rows = sensor.resolution
-    return [
-        ("Rays", f"{sensor.ray_count:,}  =  {columns} × {rows}"),
-        ("Field of view", f"{wide:.4g}° × {tall:.4g}°"),
-        ("Range", f"pole {sensor.pole_range_m:.3g} m, wall {sensor.wall_range_m:.3g} m"),
-    ]
+    ranges = f"pole {sensor.pole_range_m:.3g} m, wall {sensor.wall_range_m:.3g} m"
+    return [*extent_rows(sensor), ("Range", ranges)]
 
 
 ULTRASONIC = SensorKind(

@@ -6,7 +6,7 @@ import pytest
 from riglens.core.kernels.rays.lattice import direction
 from riglens.core.kernels.runtime.codes import CAMERA, LIDAR
 from riglens.core.sensing.rays import lattice
-from riglens.core.sensors.lattice import lattice_directions
+from riglens.core.sensors.lattice import Lattice
 from tests.core.builders import grid_of, random_sensor
 
 
@@ -23,5 +23,5 @@ def test_directions_that_overflow_are_those_of_the_kernels_too(kind):
     planes = np.array([[-1e300, 0.0], [0.5, -2.0]])
     compiled = [direction(kind, row, plane) for row in rows for plane in planes]
     assert np.array_equal(
-        lattice_directions(kind, rows, planes, np.arange(6)), np.array(compiled), equal_nan=True
+        Lattice(kind, rows, planes).directions(np.arange(6)), np.array(compiled), equal_nan=True
     )
