@@ -10,7 +10,7 @@ from functools import lru_cache
 from riglens.assets import asset_path
 from riglens.core.errors import InputError
 from riglens.core.geometry import Vec3
-from riglens.core.rig.model import Camera, Lidar, LinearAngles, Rig
+from riglens.core.rig.model import Camera, Lidar, LinearAngles, Rig, Sensor
 from riglens.core.rig.yaml.nodes import shortened
 
 _OUTER_ROLL_DEG = math.degrees(0.28)
@@ -28,55 +28,43 @@ _OUTER_TWO_ROLLED: tuple[Vec3, ...] = (
 
 
 @dataclass(frozen=True)
-class LidarGroup:
-    """Four LiDARs on the roof: short name, positions in metres, roll-pitch-yaw in degrees."""
+class Group:
+    """Sensors that the paper names together: their name, its letters in names of rigs, and who describes them."""
 
     name: str
     letters: str
-    positions_m: tuple[Vec3, ...]
-    rpy_deg: tuple[Vec3, ...] = _UPRIGHT
+    sensors: tuple[Sensor, ...]
     origin: str = "paper"
 
-    def sensors(self) -> tuple[Lidar, ...]:
-        """Return LIDAR_1 to LIDAR_4 in the order of the paper, 16 beams over [-25, 25] degrees, 360 azimuths."""
-        return tuple(
-            Lidar(
-                name=f"LIDAR_{number}",
-                model="generic-16",
-                position=position_m,
-                rpy_deg=rpy_deg,
-                elevations_deg=LinearAngles(from_=-25.0, to=25.0, count=16),
-                azimuths_deg=LinearAngles(from_=-180.0, to=180.0, count=360),
-            )
-            for number, (position_m, rpy_deg) in enumerate(
-                zip(self.positions_m, self.rpy_deg, strict=True), 1
-            )
+
+def _lidars(positions_m: tuple[Vec3, ...], rpy_deg: tuple[Vec3, ...] = _UPRIGHT) -> tuple[Lidar, ...]:
+    """Return LIDAR_1 to LIDAR_4 in the order of the paper, 16 beams over [-25, 25] degrees, 360 azimuths."""
+    return tuple(
+        Lidar(
+            name=f"LIDAR_{number}",
+            model="generic-16",
+            position=position_m,
+            rpy_deg=turn,
+            elevations_deg=LinearAngles(from_=-25.0, to=25.0, count=16),
+            azimuths_deg=LinearAngles(from_=-180.0, to=180.0, count=360),
         )
+        for number, (position_m, turn) in enumerate(zip(positions_m, rpy_deg, strict=True), 1)
+    )
 
 
-@dataclass(frozen=True)
-class CameraGroup:
-    """Six cameras around the car: short name, horizontal field of view of the five and of the rear one."""
-
-    name: str
-    letters: str
-    hfov_deg: float
-    back_hfov_deg: float
-    origin: str = "paper"
-
-    def sensors(self) -> tuple[Camera, ...]:
-        """Return CAM_FRONT and so on, 1600 x 900 pixels, 352 x 128 rays each."""
-        return tuple(
-            Camera(
-                name=name,
-                position=(x_m, y_m, 1.8),
-                rpy_deg=(0.0, 0.0, yaw_deg),
-                image=(1600, 900),
-                hfov_deg=self.back_hfov_deg if name == "CAM_BACK" else self.hfov_deg,
-                cast=(352, 128),
-            )
-            for name, x_m, y_m, yaw_deg in _CAMERA_PLACES
+def _cameras(hfov_deg: float, back_hfov_deg: float) -> tuple[Camera, ...]:
+    """Return CAM_FRONT and so on around the car, 1600 x 900 pixels, 352 x 128 rays each."""
+    return tuple(
+        Camera(
+            name=name,
+            position=(x_m, y_m, 1.8),
+            rpy_deg=(0.0, 0.0, yaw_deg),
+            image=(1600, 900),
+            hfov_deg=back_hfov_deg if name == "CAM_BACK" else hfov_deg,
+            cast=(352, 128),
         )
+        for name, x_m, y_m, yaw_deg in _CAMERA_PLACES
+    )
 
 
 _CAMERA_PLACES = (
@@ -88,28 +76,26 @@ _CAMERA_PLACES = (
     ("CAM_FRONT_RIGHT", 0.0, -0.5, -55.0),
 )
 
-CAMERA_GROUPS = (CameraGroup("Wide", "W", 70.0, 110.0), CameraGroup("Narrow", "N", 55.0, 55.0))
+CAMERA_GROUPS = (Group("Wide", "W", _cameras(70.0, 110.0)), Group("Narrow", "N", _cameras(55.0, 55.0)))
 
+_CENTER: tuple[Vec3, ...] = ((0.0, 0.0, 2.4), (0.0, 0.0, 2.6), (0.0, 0.0, 2.8), (0.0, 0.0, 3.0))
+_TRAPEZOID: tuple[Vec3, ...] = ((-0.4, 0.2, 2.2), (-0.4, -0.2, 2.2), (0.2, 0.5, 2.2), (0.2, -0.5, 2.2))
+_SQUARE: tuple[Vec3, ...] = ((-0.5, 0.5, 2.2), (-0.5, -0.5, 2.2), (0.5, 0.5, 2.2), (0.5, -0.5, 2.2))
+_SECOND_PITCHED: tuple[Vec3, ...] = (
+    (0.0, 0.0, 0.0),
+    (0.0, _FRONT_PITCH_DEG, 0.0),
+    (0.0, 0.0, 0.0),
+    (0.0, 0.0, 0.0),
+)
 LIDAR_GROUPS = (
-    LidarGroup("Center", "C", ((0.0, 0.0, 2.4), (0.0, 0.0, 2.6), (0.0, 0.0, 2.8), (0.0, 0.0, 3.0))),
-    LidarGroup("Pyramid", "P", _PYRAMID),
-    LidarGroup("Line", "L", _LINE),
-    LidarGroup("Trapezoid", "T", ((-0.4, 0.2, 2.2), (-0.4, -0.2, 2.2), (0.2, 0.5, 2.2), (0.2, -0.5, 2.2))),
-    LidarGroup(
-        "Square",
-        "S",
-        ((-0.5, 0.5, 2.2), (-0.5, -0.5, 2.2), (0.5, 0.5, 2.2), (0.5, -0.5, 2.2)),
-        origin="published code",
-    ),
-    LidarGroup("Line-roll", "LR", _LINE, _OUTER_TWO_ROLLED, "published code"),
-    LidarGroup("Pyramid-roll", "PR", _PYRAMID, _OUTER_TWO_ROLLED, "published code"),
-    LidarGroup(
-        "Pyramid-pitch",
-        "PP",
-        _PYRAMID,
-        ((0.0, 0.0, 0.0), (0.0, _FRONT_PITCH_DEG, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
-        "published code",
-    ),
+    Group("Center", "C", _lidars(_CENTER)),
+    Group("Pyramid", "P", _lidars(_PYRAMID)),
+    Group("Line", "L", _lidars(_LINE)),
+    Group("Trapezoid", "T", _lidars(_TRAPEZOID)),
+    Group("Square", "S", _lidars(_SQUARE), "published code"),
+    Group("Line-roll", "LR", _lidars(_LINE, _OUTER_TWO_ROLLED), "published code"),
+    Group("Pyramid-roll", "PR", _lidars(_PYRAMID, _OUTER_TWO_ROLLED), "published code"),
+    Group("Pyramid-pitch", "PP", _lidars(_PYRAMID, _SECOND_PITCHED), "published code"),
 )
 
 PAPER_LIDAR_GROUPS = tuple(group.name for group in LIDAR_GROUPS if group.origin == "paper")
@@ -122,8 +108,8 @@ class Preset:
 
     name: str
     description: str
-    cameras: CameraGroup | None = None
-    lidars: LidarGroup | None = None
+    cameras: Group | None = None
+    lidars: Group | None = None
     file: str = ""
 
     @property
@@ -139,9 +125,9 @@ class Preset:
         """
         if self.file:
             return _rig_in(self.file)
-        cameras = self.cameras.sensors() if self.cameras else ()
-        lidars = self.lidars.sensors() if self.lidars else ()
-        return Rig(name=self.name, self_occlusion=False, sensors=(*cameras, *lidars))
+        groups = (group for group in (self.cameras, self.lidars) if group)
+        sensors = tuple(sensor for group in groups for sensor in group.sensors)
+        return Rig(name=self.name, self_occlusion=False, sensors=sensors)
 
 
 def _all_presets() -> tuple[Preset, ...]:
@@ -185,7 +171,7 @@ def _rig_in(file: str) -> Rig:
     return loads(asset_path("rigs", file).read_text(encoding="utf-8"), file).rig
 
 
-def _pair(cameras: CameraGroup, lidars: LidarGroup) -> Preset:
+def _pair(cameras: Group, lidars: Group) -> Preset:
     text = f"6 cameras {cameras.name} + 4 LiDARs {lidars.name} ({lidars.origin})"
     return Preset(f"{cameras.letters}+{lidars.letters}", text, cameras, lidars)
 
