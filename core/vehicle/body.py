@@ -145,7 +145,7 @@ def _block(block: RoundedBlock, side: float) -> Painted:
     low, high = np.array(block.low), np.array(block.high)
     if side < 0.0:
         low[1], high[1] = -high[1], -low[1]
-    painted = _engrave(_paint(rounded_box(low, high, block.round_m), block.decals), block.shut_lines)
+    painted = _engrave([("paint", rounded_box(low, high, block.round_m))], block.shut_lines)
     return [(block.material if material == "paint" else material, mesh) for material, mesh in painted]
 
 

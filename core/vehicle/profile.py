@@ -64,7 +64,6 @@ class RoundedBlock:
     high: tuple[float, float, float]
     round_m: float = 0.03
     on_both_sides: bool = False
-    decals: tuple[Decal, ...] = ()
     shut_lines: tuple[ShutLine, ...] = ()
 
 

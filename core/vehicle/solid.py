@@ -25,21 +25,14 @@ MATERIALS = ("paint", "panel", "glass", "trim", "gap", "lamp", "tail", "plate", 
 GLASS = MATERIALS.index("glass")
 
 
-def _clear_for(through_glass: tuple[str, ...] | None) -> tuple[str, ...]:
-    """Return the kinds of sensor that see through glass: by default those that do so by themselves."""
-    if through_glass is not None:
-        return through_glass
-    return tuple(kind.name for kind in kinds() if kind.occlusion.sees_through_glass)
-
-
-def solid_of(vehicle: Vehicle, stance: Pose = Pose(), through_glass: tuple[str, ...] | None = None) -> Solid:
+def solid_of(vehicle: Vehicle, stance: Pose = Pose()) -> Solid:
     """Return the solid of a car's body; InputError where its mesh file has not been read.
 
     `stance` is the pose of the car in the frame of its triangles, where that is not its own.
     """
     if vehicle.lacks_mesh:
         raise InputError(f"vehicle.body: the mesh '{vehicle.body}' has not been read")
-    solid = _solid(vehicle, _clear_for(through_glass))
+    solid = _solid(vehicle)
     return solid if stance == Pose() else _standing(solid, stance)
 
 
@@ -59,15 +52,13 @@ class Housing:
 class Solid:
     """Triangles triangles_m (t, 3, 3) with materials (t,), numbers in MATERIALS, in a tree of boxes.
 
-    `through_glass` are the kinds of sensor that see through glass. Two solids with the same `fingerprint` are equal:
-    they stop the same rays at the same places. With `housings`, `owners` (t,) is the place in them of each triangle,
-    and their number for the triangles of the body, `body`.
+    Two solids with the same `fingerprint` are equal: they stop the same rays at the same places. With `housings`,
+    `owners` (t,) is the place in them of each triangle, and their number for the triangles of the body, `body`.
     """
 
     triangles_m: NDArray[np.float64] = field(compare=False, repr=False)
     materials: NDArray[np.uint8] = field(compare=False, repr=False)
     tree: Tree = field(compare=False, repr=False)
-    through_glass: tuple[str, ...] = field(compare=False)
     fingerprint: str
     housings: tuple[Housing, ...] = ()
     owners: NDArray[np.int64] = field(
@@ -77,12 +68,7 @@ class Solid:
     """Fingerprint of the same without housings, where it has any."""
 
     @classmethod
-    def of(
-        cls,
-        triangles_m: NDArray[np.floating],
-        materials: NDArray[np.integer] | None = None,
-        through_glass: tuple[str, ...] | None = None,
-    ) -> Solid:
+    def of(cls, triangles_m: NDArray[np.floating], materials: NDArray[np.integer] | None = None) -> Solid:
         """Return the solid of triangles (t, 3, 3), of paint by default; triangles without an area are left out.
 
         No triangles at all is fine: nothing stops any ray.
@@ -91,11 +77,8 @@ class Solid:
         kinds = np.zeros(len(corners), np.uint8) if materials is None else np.asarray(materials, np.uint8)
         area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
         corners, kinds = np.ascontiguousarray(corners[area > 0.0]), kinds[area > 0.0]
-        through_glass = _clear_for(through_glass)
-        digest = hashlib.sha256(repr(sorted(through_glass)).encode())
-        digest.update(corners.tobytes())
-        digest.update(kinds.tobytes())
-        return cls(corners, kinds, _tree(corners), through_glass, digest.hexdigest())
+        digest = hashlib.sha256(corners.tobytes() + kinds.tobytes())
+        return cls(corners, kinds, _tree(corners), digest.hexdigest())
 
     @property
     def count(self) -> int:
@@ -105,8 +88,8 @@ class Solid:
     def barrier(self, kind: str, start_m: float, among: Collection[Housing] = ()) -> Barrier:
         """Return the part that stops the rays of a kind of sensor beyond `start_m` from their origin: the body, and
         some of the housings."""
-        is_clear = kind in self.through_glass
-        stops = np.asarray(self.materials != GLASS) if is_clear else np.ones(self.count, np.bool_)
+        sees_through = any(one.occlusion.sees_through_glass for one in kinds() if one.name == kind)
+        stops = np.asarray(self.materials != GLASS) if sees_through else np.ones(self.count, np.bool_)
         if self.housings:
             stops &= np.array([*(one in among for one in self.housings), True])[self.owners]
         return Barrier(self.tree, stops, start_m)
@@ -130,7 +113,6 @@ def joined(solid: Solid, housings: tuple[Housing, ...], parts: Sequence[NDArray[
         np.concatenate([solid.triangles_m, more]),
         np.concatenate([solid.materials, np.zeros(len(more), np.uint8)]),
         _both(solid.tree, _tree(more)),
-        solid.through_glass,
         digest,
         housings,
         np.concatenate([np.full(solid.count, len(housings)), owners]),
@@ -165,16 +147,16 @@ def _tree(corners: NDArray[np.float64]) -> Tree:
 @lru_cache(maxsize=2)
 def _standing(solid: Solid, stance: Pose) -> Solid:
     """Return the same solid, moved and turned."""
-    return Solid.of(stance.transform(solid.triangles_m), solid.materials, solid.through_glass)
+    return Solid.of(stance.transform(solid.triangles_m), solid.materials)
 
 
 @lru_cache(maxsize=4)
-def _solid(vehicle: Vehicle, through_glass: tuple[str, ...]) -> Solid:
+def _solid(vehicle: Vehicle) -> Solid:
     """Return the same object for the same body, so that structures built from it are reused."""
     if vehicle.body_mesh is not None:
         placed = vehicle.body_mesh.placed(vehicle.mesh)
-        return Solid.of(placed.points[placed.triangles], None, through_glass)
+        return Solid.of(placed.points[placed.triangles])
     parts = body_parts(vehicle)
     triangles = [part.surface.points[part.surface.triangles] for part in parts]
     kinds = [np.full(len(t), MATERIALS.index(p.material)) for t, p in zip(triangles, parts, strict=True)]
-    return Solid.of(np.concatenate(triangles), np.concatenate(kinds), through_glass)
+    return Solid.of(np.concatenate(triangles), np.concatenate(kinds))
