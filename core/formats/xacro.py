@@ -8,7 +8,8 @@ that lies there. The environment is not asked: of $(optenv NAME DEFAULT) the def
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections import ChainMap
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 
@@ -46,32 +47,20 @@ def expanded(source: Source, notes: Notes) -> Element:
     return made[0]
 
 
-@dataclass
+@dataclass(frozen=True)
 class _Scope:
-    """Names and their values; missing ones are looked up in the outer scope."""
+    """Values and blocks of elements by their names; missing ones are looked up in the scopes outside."""
 
-    outside: _Scope | None = None
-    values: dict[str, Worked] = field(default_factory=dict)
-    blocks: dict[str, list[Element]] = field(default_factory=dict)
+    values: ChainMap[str, Worked] = field(default_factory=ChainMap)
+    blocks: ChainMap[str, list[Element]] = field(default_factory=ChainMap)
 
-    def owner(self, name: str) -> _Scope | None:
-        """Return the scope in which a name has a value."""
-        found: _Scope | None = self
-        while found is not None and name not in found.values:
-            found = found.outside
-        return found
+    def inner(self) -> _Scope:
+        """Return a scope within this one."""
+        return _Scope(self.values.new_child(), self.blocks.new_child())
 
-    @property
-    def outermost(self) -> _Scope:
-        """The scope around all others."""
-        return self if self.outside is None else self.outside.outermost
-
-    def block(self, name: str) -> list[Element] | None:
-        """Return the elements of a name."""
-        found: _Scope | None = self
-        while found is not None and name not in found.blocks:
-            found = found.outside
-        return None if found is None else found.blocks[name]
+    def outer(self, levels: int) -> _Scope:
+        """Return the scope that is so many levels outside."""
+        return _Scope(ChainMap(*self.values.maps[levels:]), ChainMap(*self.blocks.maps[levels:]))
 
 
 @dataclass(frozen=True)
@@ -115,11 +104,16 @@ class _Expander:
             yield from self._include(element, scope, depth)
         elif name == "insert_block":
             said = self.text(element.attribute("name"), element, scope)
-            yield from self._all(scope.block(said) or [], scope, depth)
-        elif name not in _DEFINITIONS:
-            yield from self._call(name, element, scope, depth)
+            yield from self._all(scope.blocks.get(said, []), scope, depth)
+        elif name == "property":
+            self._define_property(element, scope)
+        elif name == "arg":
+            if "default" in element.attributes:  # there is no other value
+                self._arguments.setdefault(element.attribute("name"), element.attributes["default"])
+        elif name == "macro":
+            self._define_macro(element)
         else:
-            _DEFINITIONS[name](self, element, scope)
+            yield from self._call(name, element, scope, depth)
 
     def _all(
         self, elements: list[Element] | tuple[Element, ...], scope: _Scope, depth: int
@@ -127,25 +121,20 @@ class _Expander:
         for element in elements:
             yield from self.expand(element, scope, depth + 1)
 
-    def define_property(self, element: Element, scope: _Scope) -> None:
+    def _define_property(self, element: Element, scope: _Scope) -> None:
         """Keep a property: a text that is worked out where it is used, or a block of elements."""
         name, said = element.attribute("name"), element.attributes.get("scope")
-        around = scope.outside or scope
-        place = scope.outermost if said == "global" else around if said == "parent" else scope
+        outermost = len(scope.values.maps) - 1
+        levels = outermost if said == "global" else min(1, outermost) if said == "parent" else 0
         value = element.attributes.get("value", element.attributes.get("default"))
         if value is None:
-            place.blocks[name] = element.children
-        elif "value" in element.attributes or scope.owner(name) is None:
+            scope.blocks.maps[levels][name] = element.children
+        elif "value" in element.attributes or name not in scope.values:
             own = f"${{{name}}}" in value.replace(" ", "")
-            place.values[name] = self._kept(value, element, scope) if own or place is not scope else value
+            kept = self._kept(value, element, scope) if own or levels else value
+            scope.values.maps[levels][name] = kept
 
-    def define_argument(self, element: Element, scope: _Scope) -> None:
-        """Keep the default of an argument: there is no other value."""
-        if "default" in element.attributes:
-            self._arguments.setdefault(element.attribute("name"), element.attributes["default"])
-
-    def define_macro(self, element: Element, scope: _Scope) -> None:
-        """Keep a macro."""
+    def _define_macro(self, element: Element) -> None:
         found = _PARAMETER.finditer(element.attributes.get("params", "")[:MAX_LETTERS])
         parameters = tuple(
             (
@@ -164,7 +153,7 @@ class _Expander:
         if macro is None:
             self._notes.ignored("macro that no file in the rig's folder defines", shortened(name, 60))
             return
-        inner = _Scope(scope)  # a macro knows what is known where it is called
+        inner = scope.inner()  # a macro knows what is known where it is called
         blocks = list(element.children)
         for stars, parameter, default, is_outer in macro.parameters:
             if stars:
@@ -175,7 +164,7 @@ class _Expander:
                 ]
             elif parameter in element.attributes:
                 inner.values[parameter] = self._kept(element.attributes[parameter], element, scope)
-            elif is_outer and scope.owner(parameter) is not None:
+            elif is_outer and parameter in scope.values:
                 inner.values[parameter] = self._kept(f"${{{parameter}}}", element, scope)
             elif default is not None:
                 inner.values[parameter] = self._kept(default, element, scope)
@@ -287,11 +276,13 @@ class _Expander:
             expression = self.text(expression, element, scope, depth + 1)
 
         def known(name: str) -> Worked:
-            owner = scope.owner(name)
-            if owner is None:
+            levels = next((k for k, values in enumerate(scope.values.maps) if name in values), None)
+            if levels is None:
                 raise element.error(f"'{shortened(name, 60)}' has no value here")
-            said = owner.values[name]
-            return typed(self.value(said, element, owner, depth + 1) if isinstance(said, str) else said)
+            said = scope.values[name]
+            if not isinstance(said, str):
+                return typed(said)
+            return typed(self.value(said, element, scope.outer(levels), depth + 1))
 
         names = Names(
             known,
@@ -306,13 +297,6 @@ class _Expander:
                 raise
             shown = shortened(expression, 60)
             raise element.error(f"'${{{shown}}}' may only use {ACCEPTED}") from error
-
-
-_DEFINITIONS: dict[str, Callable[[_Expander, Element, _Scope], None]] = {
-    "property": _Expander.define_property,
-    "arg": _Expander.define_argument,
-    "macro": _Expander.define_macro,
-}
 
 
 def _truth(value: Worked, element: Element) -> bool:
