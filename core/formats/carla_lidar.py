@@ -6,7 +6,6 @@ import math
 
 from riglens.core.formats.ray_export import (
     FULL_TURN_DEG,
-    report_range,
     report_symmetric,
     report_uneven,
     turn_ends_deg,
@@ -29,8 +28,9 @@ def rays_to_write(lidar: Lidar, notes: Notes) -> dict[str, float]:
     beams, turn = lidar.elevations(), lidar.azimuths()
     report_uneven(lidar, "CARLA", notes)
     span_deg = _span_deg(lidar, notes)
-    _, high_m = lidar.range_m
-    report_range(lidar, "CARLA", notes)
+    low_m, high_m = lidar.range_m
+    if low_m > 0.0:
+        notes.ignored(f"smallest range {low_m:g} m: CARLA has none", lidar.name)
     if math.isinf(high_m):
         notes.approximated(f"no largest range: {FARTHEST_M:g} m is written", lidar.name)
     if lidar.model is not None:
@@ -40,7 +40,7 @@ def rays_to_write(lidar: Lidar, notes: Notes) -> dict[str, float]:
         "channels": len(beams),
         "lower_fov": float(beams.min()),
         "upper_fov": float(beams.max()),
-        "range": min(high_m, FARTHEST_M) if math.isinf(high_m) else high_m,
+        "range": FARTHEST_M if math.isinf(high_m) else high_m,
         "rotation_frequency": TURNS_PER_SECOND,
         "points_per_second": round(len(turn) * len(beams) * TURNS_PER_SECOND),
         **({} if span_deg == 360.0 else {"horizontal_fov": span_deg}),

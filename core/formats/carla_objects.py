@@ -17,17 +17,14 @@ from riglens.core.formats.base import Format
 from riglens.core.formats.carla_lidar import azimuth_count, rays_to_write
 from riglens.core.formats.frames import pose_from_se3, se3_from_rpy_deg
 from riglens.core.formats.lens_export import centred_pinhole, report_lens
-from riglens.core.formats.mounts import ACTOR, Mounting, root_SE3_body, sensors_to_write
+from riglens.core.formats.mounts import ACTOR, Mounting, sensors_to_write
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import MAX_PIXELS, Source, Value
-from riglens.core.geometry import Vec3
 from riglens.core.rig.model import Camera, LinearAngles, Rig, Sensor
 from riglens.core.rig.yaml.nodes import shortened
 from riglens.core.sensors.radar import Radar
 
-ORIGIN: Vec3 = (0.0, 0.0, 0.0)
 PINHOLE = "a pinhole of one focal length in the middle of its image"
-CAMERAS = ("rgb", "depth", "semantic_segmentation", "instance_segmentation", "optical_flow", "dvs")
 _POSITION, _ANGLES = ("x", "y", "z"), ("roll", "pitch", "yaw")
 
 
@@ -154,7 +151,7 @@ def write(rig: Rig, notes: Notes) -> dict[str, str]:
 
 
 def _sensor(sensor: Sensor, notes: Notes) -> dict[str, object]:
-    pose = pose_from_se3(root_SE3_body(sensor, ORIGIN))
+    pose = pose_from_se3(sensor.pose.vehicle_SE3_sensor())
     spawn = dict(zip((*_POSITION, *_ANGLES), (*pose.position_m, *pose.rpy_deg), strict=True))
     type_, write_fields = _WRITERS[sensor.kind]
     return {"type": type_, "id": sensor.name, "spawn_point": spawn, **write_fields(sensor, notes)}
@@ -176,13 +173,13 @@ def _fields_of_radar(radar: Radar, notes: Notes) -> dict[str, float]:
 
 def _image_fields(camera: Camera, notes: Notes) -> dict[str, float]:
     width, height = camera.image
-    fields = {"image_size_x": width, "image_size_y": height, "fov": _fov_deg(camera, notes)}
+    fields = {"image_size_x": width, "image_size_y": height, "fov": fov_deg(camera, notes)}
     notes.written("pose, image size and field of view", camera.name)
     notes.ignored("ray lattice and range: the format cannot express them", camera.name)
     return fields
 
 
-def _fov_deg(camera: Camera, notes: Notes) -> float:
+def fov_deg(camera: Camera, notes: Notes) -> float:
     """Return the horizontal field of view of the lens; CARLA's is a pinhole, centred on the image."""
     if camera.hfov_deg is not None:
         return camera.hfov_deg

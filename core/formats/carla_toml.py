@@ -12,15 +12,13 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator
 from typing import Any
 
 from riglens.core.formats.base import Format
 from riglens.core.formats.carla_lidar import TURNS_PER_SECOND, azimuth_count, rays_to_write
-from riglens.core.formats.carla_objects import PINHOLE
+from riglens.core.formats.carla_objects import fov_deg
 from riglens.core.formats.frames import Matrix, pose_from_se3, se3_from_rpy_deg
-from riglens.core.formats.lens_export import centred_pinhole, report_lens
-from riglens.core.formats.mounts import ACTOR, Mounting, root_SE3_body, sensors_to_write
+from riglens.core.formats.mounts import ACTOR, Mounting, sensors_to_write
 from riglens.core.formats.ray_export import FULL_TURN_DEG, turn_ends_deg
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import MAX_ANGLE, Source, Value
@@ -28,7 +26,6 @@ from riglens.core.geometry import Vec3
 from riglens.core.rig.model import Camera, Lidar, LinearAngles, Rig, Sensor
 from riglens.core.rig.yaml.nodes import shortened, value_text
 
-ORIGIN: Vec3 = (0.0, 0.0, 0.0)
 IMAGE = (1600, 900)
 RANGE_M = 100.0
 _LISTS = ("x", "y", "z", "roll", "pitch")
@@ -67,7 +64,7 @@ def _lidars(table: Value, token: str | None, notes: Notes) -> tuple[list[dict[st
         table.item("x").refuse(f"at most {_MAX_LIDARS} LiDARs")
     is_in_sets = count > 0 and table.item("x").elements()[0].is_list
     index = _chosen_set(table, count, token, notes) if is_in_sets else 0
-    members = list(_members(table, count, index)) if is_in_sets else list(_flat(table, count))
+    members = _members(table, count, index if is_in_sets else None)
     notes.read(
         f"roll and pitch of LiDARs as {'degrees' if is_in_sets else 'radians'}, as the published files have it"
     )
@@ -87,24 +84,16 @@ def _columns(table: Value, count: int) -> dict[str, Value]:
     return {key: table.item(key) for key in (*_LISTS, *_COMMON, *names)}
 
 
-def _flat(table: Value, count: int) -> Iterator[dict[str, Value]]:
-    columns = _columns(table, count)
-    entries = {
-        key: value.elements(count) if value.is_list else [value] * count for key, value in columns.items()
-    }
-    yield from ({key: values[index] for key, values in entries.items()} for index in range(count))
-
-
-def _members(table: Value, count: int, index: int) -> Iterator[dict[str, Value]]:
-    """Yield the LiDARs of a set: the first `num` of its entries, or all of them."""
-    columns = _columns(table, count)
-    one = {key: value.elements(count)[index] if value.is_list else value for key, value in columns.items()}
-    size = len(one["x"].elements())
-    entries = {key: value.elements(size) if value.is_list else [value] * size for key, value in one.items()}
-    num = table.get("num")
-    if num is not None and num.is_list:
+def _members(table: Value, count: int, index: int | None) -> list[dict[str, Value]]:
+    """Return the LiDARs of flat lists, or of the set of that index: the first `num` of its entries, or all of them."""
+    columns, num = _columns(table, count), table.get("num")
+    if index is not None:
+        columns = {key: v.elements(count)[index] if v.is_list else v for key, v in columns.items()}
+    size = len(columns["x"].elements())
+    entries = {key: v.elements(size) if v.is_list else [v] * size for key, v in columns.items()}
+    if index is not None and num is not None and num.is_list:
         size = num.elements(count)[index].whole(0, size)
-    yield from ({key: values[member] for key, values in entries.items()} for member in range(size))
+    return [{key: values[member] for key, values in entries.items()} for member in range(size)]
 
 
 def _chosen_set(table: Value, count: int, token: str | None, notes: Notes) -> int:
@@ -185,7 +174,7 @@ def write(rig: Rig, notes: Notes) -> dict[str, str]:
 
 def _left_handed(sensor: Sensor) -> tuple[Vec3, Vec3]:
     """Return the position in metres and roll, pitch, yaw in degrees in CARLA's axes."""
-    pose = pose_from_se3(root_SE3_body(sensor, ORIGIN))
+    pose = pose_from_se3(sensor.pose.vehicle_SE3_sensor())
     (x, y, z), (roll, pitch, yaw) = pose.position_m, pose.rpy_deg
     return (x, -y + 0.0, z), (roll, -pitch + 0.0, -yaw + 0.0)
 
@@ -216,10 +205,7 @@ def _lidar_fields(lidar: Lidar, notes: Notes) -> dict[str, Any]:
 def _camera(camera: Camera, notes: Notes) -> list[str]:
     """Return the three keys of a camera; the published code expects the names CAM_FRONT, CAM_FRONT_LEFT and so on."""
     position, rpy_deg = _left_handed(camera)
-    written = centred_pinhole(camera) if camera.hfov_deg is None else camera
-    report_lens(camera, written, PINHOLE, notes)
-    fov = written.hfov_deg
-    assert fov is not None
+    fov = fov_deg(camera, notes)
     notes.written("pose and field of view", camera.name)
     notes.ignored("image size, ray lattice and range: the format cannot express them", camera.name)
     values = (("T", value_text(position)), ("R", value_text(rpy_deg)), ("FOV", value_text(fov)))

@@ -14,11 +14,11 @@ import numpy as np
 
 from riglens.core.formats.base import Format
 from riglens.core.formats.frames import FrameTree, Matrix
-from riglens.core.formats.lenses import named_lens
+from riglens.core.formats.lenses import kalibr_lens, named_lens
 from riglens.core.formats.matrices import add_by_imu, rigid
 from riglens.core.formats.mounts import Mounting
 from riglens.core.formats.report import Notes
-from riglens.core.formats.source import MAX_PIXELS, YAML, Source, Value
+from riglens.core.formats.source import YAML, Source, Value
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.nodes import shortened
 
@@ -79,13 +79,7 @@ def _add_plain(root: Value, file: Source, cameras: _Cameras, notes: Notes) -> No
     if "intrinsics" not in root:
         notes.ignored("no camera: a T_BS without intrinsics", name)
         return
-    width, height = (side.whole(1, MAX_PIXELS) for side in root.item("resolution").elements(2))
-    model, kind = (
-        root.item(key, absent).text().lower()
-        for key, absent in (("camera_model", "pinhole"), ("distortion_model", "none"))
-    )
-    bend = root.get("distortion_coefficients")
-    lens = named_lens(model, root.item("intrinsics"), kind, bend, (width, height), name, notes)
+    lens = kalibr_lens(root, "distortion_coefficients", name, notes)
     cameras[_free(name, cameras)] = rigid(root.item("T_BS"), name, notes), lens
 
 

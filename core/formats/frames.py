@@ -33,6 +33,10 @@ _LIDAR = re.compile(
     r"helios|bpearl|rsbp|quanergy|innoviz|luminar|innovusion|seyond|aeva|qt64|qt128|ot128|at128|xt[-_]?(16|32)|jt128|falcon|robin|"
     r"(^|[/_])scan(ner)?(_link|_frame)?$|mid[-_]?(40|70|360)|(^|[^a-z])rs[-_]?(m1|m2|16|32|80|128|p128)([^0-9]|$)|(^|[^a-z])p128([^0-9]|$)|scala|valeo|ibeo|cepton|blickfeld"
 )
+_KINDS: dict[re.Pattern[str], SensorKind | None] = {
+    _OTHER: None, _RADAR: "radar", _ULTRASONIC: "ultrasonic", _CAMERA: "camera", _LIDAR: "lidar"
+}  # fmt: skip
+"""The first pattern that fits a name decides."""
 _ENDINGS = (
     "/camera_optical_link",
     "/camera_link",
@@ -54,16 +58,9 @@ def kind_of(frame: str) -> SensorKind | None:
     name = frame.lower()
     last = name.rpartition("/")[2]
     for words in (last, name) if last != name else (name,):
-        if _OTHER.search(words):
-            return None
-        if _RADAR.search(words):
-            return "radar"
-        if _ULTRASONIC.search(words):
-            return "ultrasonic"
-        if _CAMERA.search(words):
-            return "camera"
-        if _LIDAR.search(words):
-            return "lidar"
+        for pattern, kind in _KINDS.items():
+            if pattern.search(words):
+                return kind
     return None
 
 

@@ -13,17 +13,16 @@ import math
 import re
 from collections.abc import Mapping
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
 from riglens.core.formats.base import Format
 from riglens.core.formats.frames import Matrix, from_optical, inverse, to_optical
-from riglens.core.formats.lenses import named_lens
+from riglens.core.formats.lenses import kalibr_lens
 from riglens.core.formats.matrices import level_axes, rigid
 from riglens.core.formats.mounts import Mounting
 from riglens.core.formats.report import Notes
-from riglens.core.formats.source import MAX_PIXELS, YAML, Source, Value
+from riglens.core.formats.source import YAML, Source, Value
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.nodes import shortened
 
@@ -61,7 +60,9 @@ def read(source: Source, mounting: Mounting) -> Rig:
             notes.ignored("entry that is not a camera", name)
     chain = dict(sorted(cameras.items(), key=lambda item: int(item[0].removeprefix("cam"))))
     for name, pose in _poses(chain, notes).items():
-        mounting.add("camera", name, from_optical(pose), **_lens(chain[name], name, notes))
+        mounting.add(
+            "camera", name, from_optical(pose), **kalibr_lens(chain[name], "distortion_coeffs", name, notes)
+        )
     notes.converted("cameras from optical axes and inverse transforms")
     return mounting.rig(source.name)
 
@@ -121,16 +122,6 @@ def _remark_apart(taken: Matrix, other: Matrix, what: str, name: str, notes: Not
     apart_deg = math.degrees(math.acos(min(1.0, max(-1.0, (float(np.trace(apart[:3, :3])) - 1.0) / 2.0))))
     if apart_m > _SAME_M or apart_deg > _SAME_DEG:
         notes.ignored(f"{what}: {apart_m:.3g} m and {apart_deg:.3g} deg apart", name)
-
-
-def _lens(value: Value, name: str, notes: Notes) -> dict[str, Any]:
-    width, height = (side.whole(1, MAX_PIXELS) for side in value.item("resolution").elements(2))
-    model, kind = (
-        value.item(key, absent).text()
-        for key, absent in (("camera_model", "pinhole"), ("distortion_model", "none"))
-    )
-    coefficients = value.get("distortion_coeffs")
-    return named_lens(model, value.item("intrinsics"), kind, coefficients, (width, height), name, notes)
 
 
 KALIBR = Format("kalibr", "Kalibr camchain", YAML, recognises, read)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.formats.report import Notes
-from riglens.core.formats.source import Value
+from riglens.core.formats.source import MAX_PIXELS, Value
 from riglens.core.rig.model import BrownConrady, KannalaBrandt
 from riglens.core.rig.yaml.nodes import shortened
 
@@ -195,6 +195,17 @@ def named_lens(
         return lens | kannala_brandt(coefficients, coefficients.numbers(4), name, notes)
     notes.ignored(f"lens distortion of model '{shortened(kind, 20)}'", name)
     return lens
+
+
+def kalibr_lens(value: Value, coefficients: str, name: str, notes: Notes) -> dict[str, Any]:
+    """Return image and lens from the fields of Kalibr; `coefficients` is the name of those of the distortion."""
+    width, height = (side.whole(1, MAX_PIXELS) for side in value.item("resolution").elements(2))
+    model, kind = (
+        value.item(key, absent).text().lower()
+        for key, absent in (("camera_model", "pinhole"), ("distortion_model", "none"))
+    )
+    bend = value.get(coefficients)
+    return named_lens(model, value.item("intrinsics"), kind, bend, (width, height), name, notes)
 
 
 def _unified(numbers: Sequence[float], across: Doubles, ahead: Doubles) -> Doubles:

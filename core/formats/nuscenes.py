@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import dataclass
 from pathlib import Path
 
 from riglens.core.errors import InputError
@@ -50,9 +49,9 @@ MAX_SCANNED = 300_000
 _TABLES = ("calibrated_sensor", "sensor")
 _CAMERAS = ("FRONT", "FRONT_LEFT", "FRONT_RIGHT", "BACK", "BACK_LEFT", "BACK_RIGHT")
 OWN_CHANNELS = frozenset(f"CAM_{place}" for place in _CAMERAS) | {"LIDAR_TOP"}
-"""Cameras and LiDAR of the car of nuScenes itself; its radars are ARS 408-21 (Caesar et al., CVPR 2020)."""
-OWN_LIDAR = "nuscenes-lidar-top"
-"""An HDL-32E at 20 turns a second (Caesar et al., CVPR 2020)."""
+"""Cameras and LiDAR of the car of nuScenes itself."""
+OWN_MODELS = {"lidar": "nuscenes-lidar-top", "radar": "Continental ARS 408-21"}
+"""An HDL-32E at 20 turns a second, and radars, of the car of nuScenes (Caesar et al., CVPR 2020)."""
 
 
 def recognises(source: Source) -> bool:
@@ -71,16 +70,24 @@ def read(source: Source, mounting: Mounting) -> Rig:
     rows, which = _chosen(rigs, mounting.options.token, source.where)
     mounting.notes.read(which, field="token")
     recorded = _recorded(source, [row.item("token").text() for row in rows])
-    sizes = {token: _size(fields) for token, fields in recorded.items()}
-    names = {
-        channel for channel, kind in (_named(row, channels) for row in rows) if kind in ("camera", "lidar")
-    }
-    is_own = names <= OWN_CHANNELS and all(size in (None, IMAGE) for size in sizes.values())
+    named = (_named(row, channels) for row in rows)
+    names = {channel for channel, modality in named if modality in ("camera", "lidar")}
+    is_own = names <= OWN_CHANNELS and all(_size(fields) in (None, IMAGE) for fields in recorded.values())
     roots = (source.folder.parent, source.folder)
     for row in rows:
-        fields = recorded.get(row.item("token").text(), {})
-        sweep = None if is_own else sweep_file(roots, fields.get("filename"))
-        _add(row, *_named(row, channels), _Recorded(_size(fields), is_own, sweep), mounting)
+        (channel, modality), fields = _named(row, channels), recorded.get(row.item("token").text(), {})
+        if modality not in _LEFT_OUT:
+            mounting.notes.ignored(f"RigLens has no {shortened(modality, 30)}s", channel)
+            continue
+        rotation = row.item("rotation")
+        turn = rotation_from_wxyz(rotation, rotation.numbers(4, limit=2.0))
+        pose = se3(turn, row.item("translation").vector())
+        if modality == "camera":
+            _add_camera(row, channel, pose, _size(fields), mounting)
+        elif modality == "lidar" and not is_own:
+            _add_unknown_lidar(channel, pose, sweep_file(roots, fields.get("filename")), mounting)
+        else:
+            mounting.add(modality, channel, pose, said=OWN_MODELS[modality] if is_own else None)
     mounting.notes.converted(
         "cameras from optical axes and quaternions w x y z to roll, pitch, yaw of the body"
     )
@@ -174,38 +181,15 @@ def _chosen(rigs: list[list[Value]], token: str | None, where: str) -> tuple[lis
     raise InputError(f"{where}: token: must be a token of calibrated_sensor (got '{shortened(token)}')")
 
 
-@dataclass(frozen=True)
-class _Recorded:
-    """Details that a recording adds to a sensor: its images' size, if the car is that of nuScenes, a sweep of its
-    points."""
-
-    size: tuple[int, int] | None
-    is_own: bool
-    sweep: Path | None
-
-
-def _add(row: Value, channel: str, modality: str, recorded: _Recorded, mounting: Mounting) -> None:
-    if modality not in ("camera", "lidar", "radar"):
-        mounting.notes.ignored(f"RigLens has no {shortened(modality, 30)}s", channel)
-        return
-    rotation = row.item("rotation")
-    wxyz = rotation.numbers(4, limit=2.0)
-    pose = se3(rotation_from_wxyz(rotation, wxyz), row.item("translation").vector())
-    if modality == "radar":
-        mounting.add("radar", channel, pose, said="Continental ARS 408-21" if recorded.is_own else None)
-        return
-    if modality == "lidar":
-        if recorded.is_own:
-            mounting.add("lidar", channel, pose, said=OWN_LIDAR)
-        else:
-            _add_unknown_lidar(channel, pose, recorded.sweep, mounting)
-        return
+def _add_camera(
+    row: Value, channel: str, pose: Matrix, size: tuple[int, int] | None, mounting: Mounting
+) -> None:
     k = row.item("camera_intrinsic").matrix(3, 3)
     if k[0, 1] != 0.0:
         mounting.notes.ignored("skew of the image axes", channel)
-    if recorded.size is None:
+    if size is None:
         mounting.notes.approximated("image size not in the tables: 1600 x 900 pixels", channel)
-    mounting.add("camera", channel, from_optical(pose), image=recorded.size or IMAGE, **pinhole(k))
+    mounting.add("camera", channel, from_optical(pose), image=size or IMAGE, **pinhole(k))
 
 
 def _add_unknown_lidar(channel: str, pose: Matrix, sweep: Path | None, mounting: Mounting) -> None:

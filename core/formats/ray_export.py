@@ -68,9 +68,3 @@ def report_symmetric(
             f"{what} {ends_deg[0]:g} to {ends_deg[1]:g} deg: written as ±{half_deg:g} deg, {off_deg:g} deg off",
             lidar.name,
         )
-
-
-def report_range(lidar: Lidar, who: str, notes: Notes) -> None:
-    """Report the smallest range, which the format cannot hold."""
-    if lidar.range_m[0] > 0.0:
-        notes.ignored(f"smallest range {lidar.range_m[0]:g} m: {who} has none", lidar.name)
