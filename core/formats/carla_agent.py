@@ -135,20 +135,16 @@ def _type_of(node: ast.Dict) -> str:
 def _fields(node: ast.Dict, names: _Names) -> dict[str, Any]:
     """Return the literal values of a dictionary under text keys; _COMPUTED where the code would have to run."""
     pairs = zip(node.keys, node.values, strict=True)
-    return {
-        key.value: _literal(value, names)
+    found = {
+        key.value: _value(value, names)
         for key, value in pairs
         if isinstance(key, ast.Constant) and isinstance(key.value, str)
     }
-
-
-def _literal(node: ast.expr, names: _Names) -> Any:
-    """Return what numbers and texts, lists of them, and names add up to; else _COMPUTED."""
-    found = _value(node, names)
-    return _COMPUTED if isinstance(found, Mapping) else found
+    return {key: _COMPUTED if isinstance(value, Mapping) else value for key, value in found.items()}
 
 
 def _value(node: ast.expr, names: _Names) -> Any:
+    """Return what numbers and texts, lists of them, and names add up to; else _COMPUTED."""
     try:
         return evaluated(node, Names(names.__getitem__, names.__getitem__, names.__getitem__, lambda _: None))
     except (ArithmeticError, LookupError, RecursionError, TypeError, ValueError):

@@ -93,11 +93,6 @@ def most_off_deg(camera: Camera, written: Camera) -> float:
     return math.degrees(2.0 * math.asin(min(1.0, float(apart.max()) / 2.0))) if apart.size else 0.0
 
 
-def without_distortion(camera: Camera) -> Camera:
-    """Return the pinhole with the camera's own focal lengths and principal point."""
-    return camera.replace(distortion=None)
-
-
 def centred_pinhole(camera: Camera) -> Camera:
     """Return the pinhole of one focal length, centred on the image, that is as wide as the lens, 179 degrees at most.
 

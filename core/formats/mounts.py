@@ -21,7 +21,7 @@ from riglens.core.rig.model import MAX_SENSORS, Rig, Sensor, Vehicle
 from riglens.core.rig.yaml.nodes import shortened
 from riglens.core.rig.yaml.problems import problem_text, problems
 from riglens.core.sensors.lidar import LIDAR
-from riglens.core.sensors.registry import AnyKind, kind_named, kind_of, shown_kinds
+from riglens.core.sensors.registry import AnyKind, kind_of, shown_kinds
 
 DEFAULT_LIDAR = "generic-16"
 _ASSUMED = {"lidar": DEFAULT_LIDAR, "radar": "generic-radar", "ultrasonic": "generic-ultrasonic"}
@@ -118,8 +118,7 @@ class Mounting:
         """
         if len(self.sensors) >= MAX_SENSORS:
             raise InputError(f"{self.where}: too many sensors (at most {MAX_SENSORS})")
-        found = kind_named(kind)
-        assert found is not None
+        found = kind_of(kind)
         if kind in _ASSUMED and not ("elevations_deg" in fields if kind == "lidar" else fields):
             entry = self._entry(found, name, said)
             fields = entry.fields | {"model": entry.name} | fields

@@ -22,7 +22,7 @@ from riglens.core.formats.frames import (
     to_optical,
     wxyz_from_rotation,
 )
-from riglens.core.formats.lens_export import report_lens, without_distortion
+from riglens.core.formats.lens_export import report_lens
 from riglens.core.formats.lenses import pinhole
 from riglens.core.formats.lidar_points import Rings, rings_of, sweep_file
 from riglens.core.formats.mounts import (
@@ -221,7 +221,7 @@ def write(rig: Rig, notes: Notes) -> dict[str, str]:
     }
     for sensor in sensors:
         if isinstance(sensor, Camera):
-            report_lens(sensor, without_distortion(sensor), "a pinhole", notes)
+            report_lens(sensor, sensor.replace(distortion=None), "a pinhole", notes)
         written, left_out = _LEFT_OUT[sensor.kind]
         notes.written(written, sensor.name)
         notes.ignored(f"{left_out} and range: the format cannot express them", sensor.name)

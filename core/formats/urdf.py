@@ -58,7 +58,7 @@ from riglens.core.formats.xacro import expanded, is_xacro
 from riglens.core.geometry import Vec3
 from riglens.core.rig.model import Camera, KannalaBrandt, Lidar, Rig, Sensor
 from riglens.core.rig.yaml.nodes import shortened
-from riglens.core.sensors.registry import kind_named
+from riglens.core.sensors.registry import kind_of as kind_of_sensor
 
 _OPTICAL_RPY = (-90.0, 0.0, -90.0)
 
@@ -269,18 +269,12 @@ def _sensors(root: Element, tree: FrameTree, notes: Notes) -> list[_Found]:
         if kind is None and name not in (*BASES, *taken):
             kind = _kind_of_mesh(link)
             if kind is not None:
-                notes.approximated(f"taken for a {_title(kind)} by the name of its mesh", name)
+                notes.approximated(f"taken for a {kind_of_sensor(kind).title} by the name of its mesh", name)
         if kind is None and name not in (*BASES, *taken):
             notes.ignored("link whose name and mesh suggest no sensor", name)
         elif kind is not None and name not in taken:
             found.append(_Found(name, kind))
     return _outermost(found, tree, notes)
-
-
-def _title(kind: SensorKind) -> str:
-    found = kind_named(kind)
-    assert found is not None
-    return found.title
 
 
 def _outermost(found: list[_Found], tree: FrameTree, notes: Notes) -> list[_Found]:

@@ -108,31 +108,22 @@ def typed(value: Worked) -> Worked:
 def as_text(value: Worked) -> str:
     """Return a value as xacro writes it; raise ValueError for lists and dictionaries that are long or deep."""
     if isinstance(value, (tuple, Mapping)):
-        return "".join(_shown(value, [MAX_LETTERS], 0))
+        return _shown(value, [MAX_LETTERS], 0)
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
-def _shown(value: Worked, left: list[int], depth: int) -> Iterator[str]:
-    """Yield the pieces of a value, at most as many letters as are `left`: entries may be shared very often."""
-    if isinstance(value, tuple) and depth < MAX_NESTED:
-        inner = [piece for entry in value for piece in (", ", *_shown(entry, left, depth + 1))][1:]
-        pieces = ["[", *inner, "]"]
-    elif isinstance(value, Mapping) and depth < MAX_NESTED:
-        inner = [
-            piece
-            for key, entry in value.items()
-            for piece in (", ", repr(key), ": ", *_shown(entry, left, depth + 1))
-        ]
-        pieces = ["{", *inner[1:], "}"]
-    elif isinstance(value, (tuple, Mapping)):
+def _shown(value: Worked, left: list[int], depth: int) -> str:
+    """Return a value of at most as many letters as are `left`: entries may be shared very often."""
+    is_plain = not isinstance(value, (tuple, Mapping))
+    left[0] -= 2 + (len(repr(value)) if is_plain else 0)
+    if left[0] < 0 or (not is_plain and depth >= MAX_NESTED):
         raise ValueError
-    else:
-        pieces = [repr(value)]
-        left[0] -= len(pieces[0])
-    left[0] -= 2
-    if left[0] < 0:
-        raise ValueError
-    yield from pieces
+    if isinstance(value, tuple):
+        return f"[{', '.join(_shown(entry, left, depth + 1) for entry in value)}]"
+    if isinstance(value, Mapping):
+        pairs = (f"{key!r}: {_shown(entry, left, depth + 1)}" for key, entry in value.items())
+        return f"{{{', '.join(pairs)}}}"
+    return repr(value)
 
 
 def evaluated(node: ast.expr, names: Names) -> Worked:

@@ -38,7 +38,7 @@ from riglens.core.rig.yaml.nodes import (
     shown_path,
 )
 from riglens.core.rig.yaml.problems import problem_text, problems
-from riglens.core.sensors.registry import KindName, kind_named, kind_of, kinds
+from riglens.core.sensors.registry import KindName, kind_of, kinds
 
 MAX_ENTRIES = 500
 OTHER_MAKER = "Other"
@@ -95,9 +95,7 @@ class Entry(Frozen):
     def sensor(self, name: str, pose: Pose) -> Sensor:
         """Return a sensor of this model; raise pydantic's ValidationError when the entry's fields are wrong."""
         placed: dict[str, Any] = {"position": pose.position_m, "rpy_deg": pose.rpy_deg, "model": self.name}
-        kind = kind_named(self.kind)
-        assert kind is not None
-        sensor: Sensor = kind.model(name=name, **placed, **self.fields)
+        sensor: Sensor = kind_of(self.kind).model(name=name, **placed, **self.fields)
         return sensor
 
     def range_anchors(self) -> tuple[tuple[float, float], ...]:
@@ -110,8 +108,7 @@ class Entry(Frozen):
         A LiDAR without `range_at` is assumed to reach its maximum range at the reflectivity of the range law.
         """
         assumed = self.assumed
-        kind = kind_named(self.kind)
-        if kind is not None and kind.has_range_law and not self.range_at:
+        if kind_of(self.kind).has_range_law and not self.range_at:
             assumed = (*assumed, "range_at")
         lists = {"unverified": self.unverified, "assumed": assumed}
         told = {word: _figure_names(figures, {*self.unverified, *assumed}) for word, figures in lists.items()}

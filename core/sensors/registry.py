@@ -47,9 +47,9 @@ def kind_named(name: object) -> AnyKind | None:
     return _KINDS.get(name) if isinstance(name, str) else None
 
 
-def kind_of(sensor: Sensor) -> AnyKind:
-    """Return the kind of a sensor."""
-    return _KINDS[sensor.kind]
+def kind_of(sensor: Sensor | str) -> AnyKind:
+    """Return the kind of a sensor, or of a name that is known to be one."""
+    return _KINDS[sensor if isinstance(sensor, str) else sensor.kind]
 
 
 @contextmanager

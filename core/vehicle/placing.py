@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.geometry import Pose
-from riglens.core.sensors.registry import kind_named
+from riglens.core.sensors.registry import kind_of
 
 Vector = NDArray[np.float64]
 Body = tuple[str, Vector]
@@ -128,11 +128,10 @@ def placed_on(point_m: Vector, normal: Vector, kind: str, box_m: Vector, upright
     Its kind decides how it is turned; an `upright` sensor is level and looks ahead, or away from the surface.
     `box_m` (2, 3) are the lowest and highest corner of the body in the sensor's frame.
     """
-    found = kind_named(kind)
-    assert found is not None
-    angles = found.placement.rpy_deg(normal)
+    placement = kind_of(kind).placement
+    angles = placement.rpy_deg(normal)
     if upright:
-        angles = (0.0, 0.0, angles[2] if found.placement.away_when_level else 0.0)
+        angles = (0.0, 0.0, angles[2] if placement.away_when_level else 0.0)
     roll, pitch, yaw = (round(angle, 2) + 0.0 for angle in angles)
     turned = Pose((0.0, 0.0, 0.0), (roll, pitch, yaw))
     corners = np.stack(np.meshgrid(*np.asarray(box_m).T), axis=-1).reshape(-1, 3) @ turned.rotation().T

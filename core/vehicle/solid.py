@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
 from riglens.core.rig.model import Vehicle
-from riglens.core.sensors.registry import kinds
+from riglens.core.sensors.registry import kind_of
 from riglens.core.vehicle.body import body_parts
 
 if TYPE_CHECKING:
@@ -88,8 +88,8 @@ class Solid:
     def barrier(self, kind: str, start_m: float, among: Collection[Housing] = ()) -> Barrier:
         """Return the part that stops the rays of a kind of sensor beyond `start_m` from their origin: the body, and
         some of the housings."""
-        sees_through = any(one.occlusion.sees_through_glass for one in kinds() if one.name == kind)
-        stops = np.asarray(self.materials != GLASS) if sees_through else np.ones(self.count, np.bool_)
+        is_clear = kind_of(kind).occlusion.sees_through_glass
+        stops = np.asarray(self.materials != GLASS) if is_clear else np.ones(self.count, np.bool_)
         if self.housings:
             stops &= np.array([*(one in among for one in self.housings), True])[self.owners]
         return Barrier(self.tree, stops, start_m)
