@@ -36,6 +36,7 @@ from riglens.core.pieces.where import Where
 from riglens.core.rig.library import use_libraries
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.scene.occluders import MapPose
 from riglens.core.simulate.dataset import (
     VERSION,
     Dataset,
@@ -47,7 +48,7 @@ from riglens.core.simulate.dataset import (
     scenes_of,
 )
 from riglens.core.simulate.settings import SimulationSettings
-from riglens.core.simulate.tables import EgoPose, Scene
+from riglens.core.simulate.tables import Scene
 from riglens.core.simulate.units import Extras
 from riglens.core.targets.traffic import EVERYWHERE_M, Traffic
 
@@ -252,17 +253,13 @@ def _load(scene: SceneOptions, every: int, sequences: int | None) -> tuple[Traff
     return traffic, scenes
 
 
-def _poses(options: SceneOptions, traffic: Traffic) -> dict[int, EgoPose]:
+def _poses(options: SceneOptions, traffic: Traffic) -> dict[int, MapPose]:
     """Return the pose of the car in each frame; only the origin where poses are unknown."""
     labels, known = traffic.data.labels, car_poses(options)
     if labels is None or not known:
         return {}
-    found = {}
-    for frame in range(len(labels.frame)):
-        pose = known.get(labels.of(frame))
-        if pose is not None:
-            found[frame] = EgoPose(pose.position_m, pose.yaw_rad)
-    return found
+    named = {frame: labels.of(frame) for frame in range(len(labels.frame))}
+    return {frame: known[name] for frame, name in named.items() if name in known}
 
 
 def _remark_on(one: Dataset) -> None:

@@ -19,13 +19,14 @@ from riglens.core.files import atomic_write, write_files
 from riglens.core.rig.model import Camera, Lidar, Rig
 from riglens.core.rig.yaml.file import identity_of
 from riglens.core.scene.boxes import CLASSES, DataReport, FrameLabels, Progress
+from riglens.core.scene.occluders import MapPose
 from riglens.core.simulate.carla_session import CAMERAS, STEP_S, Session, Tick, mirrored
 from riglens.core.simulate.channels import Channel, channels_of
 from riglens.core.simulate.dataset import PLAN, require_channels, write_tables
 from riglens.core.simulate.pictures import LABELS
 from riglens.core.simulate.settings import SimulationSettings
 from riglens.core.simulate.sweeps import GROUND, Sweep
-from riglens.core.simulate.tables import EgoPose, Scene, Tables
+from riglens.core.simulate.tables import Scene, Tables
 from riglens.core.simulate.units import DEPTH_PER_M, Drawn, Extras, Notes, files_of_frame
 from riglens.core.simulate.world import TrueBoxes, Worlds
 from riglens.core.targets.traffic import Traffic, traffic_of
@@ -103,7 +104,7 @@ class Collection:
     def finish(self) -> None:
         """Write the tables of the data set, and those of boxes and poses."""
         traffic, scenes = self.traffic(), [self.scene]
-        poses = {number: _ego_pose(tick) for number, tick in enumerate(self.ticks)}
+        poses = {number: self._pose(tick) for number, tick in enumerate(self.ticks)}
         worlds, channels = Worlds(traffic, self.settings), channels_of(self.rig, self.extras.pictures)
         tables = Tables(f"{self.rig.name} carla", self.rig, channels, scenes, worlds, poses, self.notes)
         write_tables(self.folder, tables)
@@ -141,9 +142,15 @@ class Collection:
             writer = csv.writer(stream, lineterminator="\n")
             writer.writerow(POSE_COLUMNS)
             for number, tick in enumerate(self.ticks):
-                pose = _ego_pose(tick)
-                numbers = (f"{value:.5f}" for value in (*pose.place_m, pose.yaw_rad))
-                writer.writerow([self.sequence, number, self.sequence, *numbers])
+                pose = self._pose(tick)
+                numbers = (f"{value:.5f}" for value in (*pose.position_m, pose.yaw_rad))
+                writer.writerow([self.sequence, number, pose.map, *numbers])
+
+    def _pose(self, tick: Tick) -> MapPose:
+        """Return the place and yaw of the car; that it leans with the road is in the boxes alone."""
+        x, y, z = tick.place_m.tolist()
+        yaw_rad = float(np.arctan2(tick.rotation[1, 0], tick.rotation[0, 0]))
+        return MapPose(self.sequence, (x, y, z), yaw_rad)
 
     def _plan(self, channels: list[Channel]) -> dict[str, Any]:
         return {
@@ -246,9 +253,3 @@ def depth_of(bgra: NDArray[np.uint8]) -> NDArray[np.uint16]:
     blue, green, red = (bgra[:, :, channel].astype(np.float64) for channel in (0, 1, 2))
     metres = (red + 256.0 * green + 65536.0 * blue) / (256.0**3 - 1.0) * _FARTHEST_M
     return np.where(metres < 655.0, metres * DEPTH_PER_M + 0.5, 0.0).astype(np.uint16)
-
-
-def _ego_pose(tick: Tick) -> EgoPose:
-    """Return the place and yaw of the car; that it leans with the road is in the boxes alone."""
-    x, y, z = tick.place_m.tolist()
-    return EgoPose((x, y, z), float(np.arctan2(tick.rotation[1, 0], tick.rotation[0, 0])))

@@ -26,11 +26,12 @@ from riglens.core.pieces.work import Piece
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.file import identity_of
 from riglens.core.scene.boxes import CLASSES, Progress
+from riglens.core.scene.occluders import MapPose
 from riglens.core.shown_text import visible
 from riglens.core.simulate.channels import Channel, channels_of
 from riglens.core.simulate.pictures import LABELS
 from riglens.core.simulate.settings import SimulationSettings
-from riglens.core.simulate.tables import MAP_FILE, EgoPose, Record, Scene, Tables
+from riglens.core.simulate.tables import MAP_FILE, Record, Scene, Tables
 from riglens.core.simulate.units import Extras, Notes, Unit, file_names, part_of, simulate_unit, unpacked
 from riglens.core.simulate.world import Worlds
 from riglens.core.targets.traffic import Traffic
@@ -61,7 +62,7 @@ class Dataset:
     extras: Extras
     traffic: Traffic
     scenes: Sequence[Scene]
-    poses: Mapping[int, EgoPose] = field(default_factory=dict)
+    poses: Mapping[int, MapPose] = field(default_factory=dict)
 
     @cached_property
     def channels(self) -> list[Channel]:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import rotations_from_yaw
+from riglens.core.scene.occluders import MapPose
 from riglens.core.simulate.channels import Channel, ego_origin_m, quaternions
 from riglens.core.simulate.units import Notes
 from riglens.core.simulate.world import TrueBoxes, Worlds
@@ -66,14 +67,6 @@ class Scene:
         return f"{self.name}__{{}}__{self.time_us(place)}"
 
 
-@dataclass(frozen=True)
-class EgoPose:
-    """Pose of the vehicle frame in the world: place in metres (3,), yaw in radians."""
-
-    place_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    yaw_rad: float = 0.0
-
-
 class Tables:
     """Writer of the tables of a data set whose tokens begin with `key`, from the notes of its frames."""
 
@@ -84,7 +77,7 @@ class Tables:
         channels: Sequence[Channel],
         scenes: Sequence[Scene],
         worlds: Worlds,
-        poses: Mapping[int, EgoPose],
+        poses: Mapping[int, MapPose],
         notes: Mapping[int, Notes],
     ) -> None:
         self._key, self._rig, self._channels, self._scenes = key, rig, channels, scenes
@@ -233,9 +226,9 @@ class Tables:
             }
 
     def _world_from_ego(self, frame: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        pose = self._poses.get(frame, EgoPose())
+        pose = self._poses.get(frame, MapPose("", (0.0, 0.0, 0.0), 0.0))
         rotation = rotations_from_yaw(np.array([pose.yaw_rad]))[0]
-        return rotation, np.array(pose.place_m) + rotation @ ego_origin_m(self._rig)
+        return rotation, np.array(pose.position_m) + rotation @ ego_origin_m(self._rig)
 
     # ---------------------------------------------------------------- objects
 

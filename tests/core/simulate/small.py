@@ -11,9 +11,9 @@ from riglens.core.pieces.folder import sole_run
 from riglens.core.pieces.work import OwnProcess, Workers, results
 from riglens.core.rig.model import Camera, Lidar, LinearAngles, Rig, Sensor
 from riglens.core.scene.boxes import FrameLabels
+from riglens.core.scene.occluders import MapPose
 from riglens.core.simulate.dataset import Dataset, DatasetFolder, scenes_of
 from riglens.core.simulate.settings import SimulationSettings
-from riglens.core.simulate.tables import EgoPose
 from riglens.core.simulate.units import Extras
 from riglens.core.targets.traffic import Traffic
 from tests.core.targets.cases import Box, traffic
@@ -61,7 +61,9 @@ def road_users(frames: int = 8, users: int = 9) -> Traffic:
 def dataset(traffic: Traffic | None = None, of: Rig | None = None, points: bool = True) -> Dataset:
     """Five scenes' worth of splits would take five sequences: the second of these is made one for validation."""
     world = road_users() if traffic is None else traffic
-    poses = {frame: EgoPose((100.0 + 3.0 * frame, 50.0, 0.0), 0.3 * frame) for frame in range(world.frames)}
+    poses = {
+        frame: MapPose("town", (100.0 + 3.0 * frame, 50.0, 0.0), 0.3 * frame) for frame in range(world.frames)
+    }
     scenes = scenes_of(world)
     scenes = [replace(scene, number=4 * scene.number) for scene in scenes]
     return Dataset(of or rig(), SETTINGS, Extras(True, points), world, scenes, poses)
