@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterator
 
 import numpy as np
@@ -40,9 +39,9 @@ def _fill_class(
     boxes: NDArray[np.float64], frame: NDArray[np.int64], grid: VoxelGrid, target: Counts, workers: int
 ) -> None:
     voxels = voxels_within_reach(boxes, grid)
-    for start, end in _runs_of_frames(frame, voxels):
+    for start, end, is_heavy in _runs_of_frames(frame, voxels):
         run = slice(start, end)
-        if frame[start] == frame[end - 1] and _is_heavy(voxels[run]):
+        if is_heavy:
             _fill_heavy_frame(boxes[run], voxels[run], grid, target, workers)
         else:
             _call(boxes[run], frame[run], grid, target, workers)
@@ -54,7 +53,7 @@ def _fill_heavy_frame(
     """Add one frame box by box: mark on a separate grid, as if each box were a frame, then count once."""
     marks = np.zeros_like(target)
     each = np.arange(len(boxes), dtype=np.int64)
-    for start, end in _runs_of_frames(each, voxels):
+    for start, end, _ in _runs_of_frames(each, voxels):
         _call(boxes[start:end], each[start:end], grid, marks, workers)
     np.add(target, marks > 0, out=target)
 
@@ -90,12 +89,8 @@ def _extent(
     return low, (centre_m + reach_m - grid.origin_m) / grid.voxel_m
 
 
-def _is_heavy(voxels: NDArray[np.int64]) -> bool:
-    return int(voxels.sum()) > VOXELS_PER_CALL or voxels.size > BOXES_PER_FRAME
-
-
-def _runs_of_frames(frame: NDArray[np.int64], voxels: NDArray[np.int64]) -> Iterator[tuple[int, int]]:
-    """Yield (start, end) of runs of whole frames, each for one call; a heavy frame is a run of its own."""
+def _runs_of_frames(frame: NDArray[np.int64], voxels: NDArray[np.int64]) -> Iterator[tuple[int, int, bool]]:
+    """Yield start and end of runs of whole frames, each for one call, and whether it is one heavy frame."""
     starts = np.flatnonzero(np.diff(frame, prepend=frame[0] - 1))
     sizes = np.diff(starts, append=frame.size)
     work = np.add.reduceat(voxels, starts)
@@ -104,5 +99,5 @@ def _runs_of_frames(frame: NDArray[np.int64], voxels: NDArray[np.int64]) -> Iter
     begins = np.diff(share, prepend=-1) != 0
     begins |= heavy
     begins[1:] |= heavy[:-1]
-    cuts = [*starts[begins].tolist(), int(frame.size)]
-    yield from itertools.pairwise(cuts)
+    first = starts[begins].tolist()
+    yield from zip(first, [*first[1:], int(frame.size)], heavy[begins].tolist(), strict=True)

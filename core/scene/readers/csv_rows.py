@@ -42,12 +42,8 @@ class Columns:
     @cached_property
     def types(self) -> Mapping[str, pa.DataType]:
         """Return the type that each column is read as."""
-        return {name: self._type(name) for name in self.needed}
-
-    def _type(self, name: str) -> pa.DataType:
-        if name in self.texts:
-            return pa.dictionary(pa.int32(), pa.string())
-        return pa.int64() if name == "frame" else pa.float64()
+        texts = dict.fromkeys(self.texts, pa.dictionary(pa.int32(), pa.string()))
+        return dict.fromkeys(self.needed, pa.float64()) | {"frame": pa.int64()} | texts
 
     def unused(self, path: Path, names: Sequence[str]) -> list[str]:
         """Return the columns that are not used; raise InputError when a needed one is missing or duplicated."""
