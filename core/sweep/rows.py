@@ -14,7 +14,7 @@ from riglens.core.metric.scores import PAPER_SETTINGS, MetricSettings
 from riglens.core.review.blind import BlindEngine, BlindSettings
 from riglens.core.review.tolerance import NOISE_FLOOR, Spread, disturbed, errors_count, unit_draws
 from riglens.core.rig.model import Rig, Vehicle
-from riglens.core.rig.yaml.file import RigHashes
+from riglens.core.rig.yaml.file import valid_rig_sha256
 from riglens.core.sweep.design import Sweep
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.scores import Groups, TargetScores
@@ -76,11 +76,10 @@ class Sweeper:
 
     def rows(self, sweep: Sweep) -> Iterator[Row]:
         """Yield the rows of a sweep: rig, hash and values of the fields, then the figures."""
-        hashes = RigHashes()
         for number in range(len(sweep)):
             rig = sweep.rig(number)
             values = dict(zip(sweep.names, sweep.values[number].tolist(), strict=True))
-            yield {"rig": rig.name, "rig_sha256": hashes.sha256(rig), **values, **self.row(rig)}
+            yield {"rig": rig.name, "rig_sha256": valid_rig_sha256(rig), **values, **self.row(rig)}
 
     def inputs(self) -> dict[str, Any]:
         """Return data and settings of all rows as plain data, as in the JSON of `riglens evaluate`."""

@@ -95,7 +95,7 @@ def rig_sha256(rig: Rig) -> str:
     Fields added after the first version are left out at their defaults, so that a rig keeps its hash. A file with rays
     counts with the hash of its content.
     """
-    return RigHashes().sha256(check_rig(rig))
+    return valid_rig_sha256(check_rig(rig))
 
 
 def identity_of(rig: Rig) -> dict[str, str]:
@@ -104,51 +104,24 @@ def identity_of(rig: Rig) -> dict[str, str]:
     return {"name": rig.name, "sha256": rig_sha256(rig)} | housings
 
 
-class RigHashes:
-    """Hashes of valid rigs one after another, as `rig_sha256`; the text of what stays the same object is kept."""
-
-    def __init__(self) -> None:
-        self._sensors: dict[int, tuple[Sensor, str]] = {}
-        self._rest: tuple[Rig, dict[str, str]] | None = None
-
-    def sha256(self, rig: Rig) -> str:
-        """Return the hash of a rig."""
-        known = self._sensors
-        self._sensors = {id(one): known.get(id(one)) or (one, _hashed(one)) for one in rig.sensors}
-        sensors = ",".join(text for _, text in self._sensors.values())
-        texts = self._rest_of(rig) | {"sensors": f"[{sensors}]"}
-        content = ",".join(f'"{key}":{texts[key]}' for key in sorted(texts))
-        return hashlib.sha256(f"{{{content}}}".encode("ascii")).hexdigest()
-
-    def _rest_of(self, rig: Rig) -> dict[str, str]:
-        """Return the texts of all fields but the sensors."""
-        if self._rest is None or any(
-            getattr(rig, name) is not getattr(self._rest[0], name)
-            for name in Rig.model_fields
-            if name != "sensors"
-        ):
-            fields = plain_fields(rig.model_copy(update={"sensors": ()}))
-            fields["vehicle"] = vehicle_fields(rig.vehicle)
-            later = (
-                ("keep_out", not rig.keep_out),
-                ("self_occlusion", rig.self_occlusion),
-                ("housings", rig.housings == "ignored"),
-            )
-            texts = {key: _canonical(value) for key, value in fields.items() if (key, True) not in later}
-            self._rest = rig, texts
-        return self._rest[1]
+def valid_rig_sha256(rig: Rig) -> str:
+    """Return `rig_sha256` of a rig that is known to be valid."""
+    fields = plain_fields(rig.model_copy(update={"sensors": ()}))
+    fields |= {"vehicle": vehicle_fields(rig.vehicle), "sensors": tuple(map(_hashed_fields, rig.sensors))}
+    later = (
+        ("keep_out", not rig.keep_out),
+        ("self_occlusion", rig.self_occlusion),
+        ("housings", rig.housings == "ignored"),
+    )
+    hashed = {key: value for key, value in fields.items() if (key, True) not in later}
+    content = json.dumps(hashed, sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(content.encode("ascii")).hexdigest()
 
 
-def _hashed(sensor: Sensor) -> str:
+def _hashed_fields(sensor: Sensor) -> dict[str, Plain]:
     fields = plain_fields(sensor).items()
     hashed = {key: value for key, value in fields if key not in LATER_FIELDS or value not in (None, ())}
-    if sensor.table is not None:
-        hashed["rays_sha256"] = sensor.table.shots().sha256
-    return _canonical(hashed)
-
-
-def _canonical(value: Plain) -> str:
-    return json.dumps(value, sort_keys=True, separators=(",", ":"))
+    return hashed if sensor.table is None else hashed | {"rays_sha256": sensor.table.shots().sha256}
 
 
 def same_rig(one: Rig, other: Rig) -> bool:
