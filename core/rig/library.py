@@ -374,9 +374,10 @@ def changed_fields(sensor: Sensor) -> tuple[str, ...]:
 
     Empty for a sensor as the library has it, for one without a model, and for a model that the library does not know.
     """
-    if sensor.model is None:
+    try:
+        model = None if sensor.model is None else default_library().entry(sensor.model).example
+    except InputError:
         return ()
-    model = _model_sensor(user_library_files(), sensor.model)
     if model is None or model.kind != sensor.kind:
         return ()
     names = (name for name in type(sensor).model_fields if name not in _OWN)
@@ -389,15 +390,6 @@ def _same_field(name: str, one: Sensor, other: Sensor) -> bool:
         return True
     spelled_out = kind_of(one).spelled_out.get(name)
     return spelled_out is not None and np.array_equal(spelled_out(one), spelled_out(other))
-
-
-@lru_cache(maxsize=256)
-def _model_sensor(files: tuple[Path, ...], model: str) -> Sensor | None:
-    """Return a sensor as the library with these files has it, None for an unknown model."""
-    try:
-        return _library(files).entry(model).sensor(model, Pose())
-    except InputError:
-        return None
 
 
 @lru_cache(maxsize=8)

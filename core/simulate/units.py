@@ -6,7 +6,6 @@ import json
 import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from io import BytesIO
 from typing import Any, NamedTuple
 
@@ -191,19 +190,13 @@ def _encoded(pixels: NDArray[Any], form: str, **options: int) -> bytes:
     return stream.getvalue()
 
 
-@lru_cache(maxsize=64)
-def _names_array(names: tuple[str, ...]) -> Any:
-    import pyarrow as pa
-
-    return pa.array(list(names), pa.string())
-
-
 def _parquet(sweep: Sweep, truth: TrueBoxes, rig: Rig) -> bytes:
     """Return all points in the vehicle frame, with the LiDAR, the object and its class."""
     import pyarrow as pa
     from pyarrow import parquet
 
-    lidars = _names_array(tuple(lidar.name for lidar in rig.enabled_lidars()))
+    lidars = pa.array([lidar.name for lidar in rig.enabled_lidars()], pa.string())
+    surfaces = pa.array([*CLASSES, "static", "ground"], pa.string())
     on = np.where(sweep.object >= 0, np.append(truth.cls, 0)[np.maximum(sweep.object, -1)], len(CLASSES))
     on = np.where(sweep.object < 0, len(CLASSES) + (sweep.object == -1), on).astype(np.int8)
     columns = {
@@ -215,7 +208,7 @@ def _parquet(sweep: Sweep, truth: TrueBoxes, rig: Rig) -> bytes:
         "lidar": pa.DictionaryArray.from_arrays(pa.array(sweep.sensor), lidars),
         "object": sweep.object,
         **({"time_s": sweep.time_s} if any(lidar.rays is not None for lidar in rig.enabled_lidars()) else {}),
-        "on": pa.DictionaryArray.from_arrays(pa.array(on), _names_array((*CLASSES, "static", "ground"))),
+        "on": pa.DictionaryArray.from_arrays(pa.array(on), surfaces),
     }
     stream = BytesIO()
     parquet.write_table(pa.table(columns), stream)
