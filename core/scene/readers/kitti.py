@@ -48,13 +48,8 @@ _FILES_PER_BATCH = 256
 _FRAME_DIGITS = 6
 """Digits in the file names of a KITTI drive; the last frame gives the length of a sequence."""
 _BOX_FIELDS = ("height", "width", "length", "x", "y", "z", "rotation_y")
-_CALIB_SIZES = {"R_rect": 9, "Tr_velo_cam": 12}
-_CALIB_SPELLINGS = {
-    "R_rect": "R_rect",
-    "R0_rect": "R_rect",
-    "Tr_velo_cam": "Tr_velo_cam",
-    "Tr_velo_to_cam": "Tr_velo_cam",
-}
+_CALIBRATION = {"R_rect": ("R0_rect", 9), "Tr_velo_cam": ("Tr_velo_to_cam", 12)}
+"""Lines of a calibration: their other name, and how many numbers they hold."""
 _ROTATION_TOLERANCE = 1e-3
 
 
@@ -177,13 +172,16 @@ def read_calibration(path: Path) -> NDArray[np.float64]:
     """Return Velodyne to rectified camera 0, (4, 4): R_rect times Tr_velo_cam; both spellings of either are read."""
     found: dict[str, NDArray[np.float64]] = {}
     for number, line in _text_lines(path):
-        name, _, rest = line.replace(":", " ", 1).strip().partition(" ")
-        if name in _CALIB_SPELLINGS:
-            key = _CALIB_SPELLINGS[name]
-            found[key] = _calibration_numbers(f"{path}:{number}: {name}", rest.split(), _CALIB_SIZES[key])
-    for key, names in (("R_rect", "R_rect or R0_rect"), ("Tr_velo_cam", "Tr_velo_cam or Tr_velo_to_cam")):
+        name, *fields = line.replace(":", " ", 1).split() or [""]
+        for key, (other, count) in _CALIBRATION.items():
+            if name in (key, other):
+                place = f"{path}:{number}: {name}"
+                if len(fields) != count:
+                    raise InputError(f"{place}: must be {count} numbers (got {len(fields)})")
+                found[key] = np.asarray([_number(place, text) for text in fields])
+    for key, (other, _) in _CALIBRATION.items():
         if key not in found:
-            raise InputError(f"{path}: a KITTI calibration file needs a line {names}")
+            raise InputError(f"{path}: a KITTI calibration file needs a line {key} or {other}")
     rectify, camera_SE3_velodyne = np.eye(4), np.eye(4)
     rectify[:3, :3] = found["R_rect"].reshape(3, 3)
     camera_SE3_velodyne[:3] = found["Tr_velo_cam"].reshape(3, 4)
@@ -264,12 +262,6 @@ def _number(place: str, text: str) -> float:
     if not math.isfinite(value) or "_" in text:
         raise InputError(f"{place}: must be a finite number (got {shown(text)})")
     return value
-
-
-def _calibration_numbers(place: str, fields: list[str], count: int) -> NDArray[np.float64]:
-    if len(fields) != count:
-        raise InputError(f"{place}: must be {count} numbers (got {len(fields)})")
-    return np.asarray([_number(place, text) for text in fields])
 
 
 def _is_rotation(matrix: NDArray[np.float64]) -> bool:
