@@ -13,9 +13,8 @@ from riglens.core.errors import InputError
 from riglens.core.geometry import Vec3
 from riglens.core.scene.occluders import FrameName, Map, MapPose, Occluders
 from riglens.core.scene.readers.common import NUMBERS, file_digest, readable, shown
-from riglens.core.scene.readers.csv_rows import Columns
 from riglens.core.scene.readers.frames import RowError
-from riglens.core.scene.readers.rows import Rows, check_numbers, open_rows
+from riglens.core.scene.readers.rows import Columns, Rows, check_numbers, open_rows
 
 MAX_OCCLUDERS = 1_000_000
 MAX_POSES = 5_000_000

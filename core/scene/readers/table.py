@@ -12,9 +12,8 @@ from riglens.core.errors import InputError
 from riglens.core.scene.boxes import BoxBatch, Progress, rotations_from_yaw
 from riglens.core.scene.readers.classes import UNMAPPED
 from riglens.core.scene.readers.common import BoxOptions, FileBoxSource, Tally
-from riglens.core.scene.readers.csv_rows import BOX_COLUMNS
 from riglens.core.scene.readers.frames import FrameCounter, RowError, WholeFrames
-from riglens.core.scene.readers.rows import ParquetFile, Rows, check_numbers, open_rows
+from riglens.core.scene.readers.rows import BOX_COLUMNS, ParquetFile, Rows, check_numbers, open_rows
 
 _FULL_TURN_RAD = 2 * math.pi + 0.01
 
