@@ -154,10 +154,8 @@ class CoverTable:
     def gains_in(self, state: State, ids: Ids) -> Ids:
         """Return what each of some candidates adds in a state."""
         found = np.empty(len(ids), np.int64)
-        if len(ids) <= _FEW:
-            kernel.few_gains(self.cover, ids, state.covered, state.known, found)
-        else:
-            kernel.gains(self.cover, ids, state.covered, state.known, self.workers, found)
+        gains = kernel.gains_serial if len(ids) <= _FEW else kernel.gains  # to wake others takes longer
+        gains(self.cover, ids, state.covered, state.known, self.workers, found)
         return found
 
     def losses(self) -> Ids | None:

@@ -207,10 +207,8 @@ def _by_triangle(
     rows, columns = len(screen.row_of), len(screen.column_of)
     at = np.zeros((rows, columns))
     has_end, is_over = np.zeros((2, rows, (columns + 63) // 64), np.uint64)
-    if workers == 1:
-        kernel.find_ends_serial(rays, screen, *barrier, empty_box, at, has_end, is_over)
-    else:
-        kernel.find_ends(rays, screen, *barrier, empty_box, workers, at, has_end, is_over)
+    find_ends = kernel.find_ends_serial if workers == 1 else kernel.find_ends
+    find_ends(rays, screen, *barrier, empty_box, workers, at, has_end, is_over)
     stopped, cut = has_end | is_over, has_end & ~is_over
     is_stopped, some = np.zeros((rows, columns), np.bool_), np.flatnonzero(stopped.any(axis=1))
     if not some.size:
@@ -241,10 +239,8 @@ def _by_bins(
 
     at, still = np.zeros(len(rays.rows)), np.diff(bins.first)
     has_end, is_over = np.zeros((2, len(rays.rows)), np.bool_)
-    if workers == 1:
-        kernel.find_lens_ends_serial(rays, bins, *barrier, empty_box, at, has_end, is_over, still)
-    else:
-        kernel.find_lens_ends(rays, bins, *barrier, empty_box, workers, at, has_end, is_over, still)
+    find_ends = kernel.find_lens_ends_serial if workers == 1 else kernel.find_lens_ends
+    find_ends(rays, bins, *barrier, empty_box, workers, at, has_end, is_over, still)
     cut = np.flatnonzero(has_end & ~is_over)
     return Shadow(has_end | is_over, cut, at[cut])
 
@@ -254,10 +250,8 @@ def _by_tree(rays: Cast, barrier: Barrier, empty_box: NDArray[np.float64], worke
     from riglens.core.kernels.body import solid as kernel  # the compiler
 
     ends = np.full(len(rays.rows) * len(rays.planes), np.inf)
-    if workers == 1:
-        kernel.ends_by_tree(rays, *barrier, ends)
-    else:
-        kernel.ends_by_tree_parallel(rays, *barrier, workers, ends)
+    find_ends = kernel.ends_by_tree_serial if workers == 1 else kernel.ends_by_tree
+    find_ends(rays, *barrier, workers, ends)
     cut = np.flatnonzero(np.isfinite(ends))
     places = rays.origin + rotate(rays.rotation, rays.rows[cut]) * ends[cut][:, None]
     cut = cut[~((empty_box[:3] <= places) & (places <= empty_box[3:])).all(axis=1)]

@@ -136,8 +136,6 @@ def joined_cells(lidars: Lidars, objects: int, workers: int) -> Counts:
         np.concatenate([one.cells for one in lidars]),
     )
     found, most = np.empty(objects, np.int64), int(lists.counts.sum(axis=0).max(initial=0))
-    if workers == 1:  # perhaps a thread that must not call parallel kernels
-        unique_cells.count_cells_serial(lists, most, found)
-    else:
-        unique_cells.count_cells(lists, most, workers, found)
+    count = unique_cells.count_cells_serial if workers == 1 else unique_cells.count_cells
+    count(lists, most, workers, found)
     return found

@@ -31,7 +31,7 @@ from riglens.core.kernels.rays.bins import Bins, bin_of
 from riglens.core.kernels.rays.cast import Cast
 from riglens.core.kernels.rays.lattice import rotated
 from riglens.core.kernels.rays.predicates import Vector
-from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined, parallel_kernel
+from riglens.core.kernels.runtime.jit import lean, lean_inlined, parallel_kernel, serial
 
 
 class LensEnds(NamedTuple):
@@ -203,7 +203,7 @@ def find_lens_ends(
 ) -> None:
     """Write where listed rays, in metres, first meet a solid beyond `start` (see `LensEnds` and `Barring`); zeros
     before, and in `still` all rays of each bin. Workers share strips of bins."""
-    strips = min(bins.sizes[0], 4 * workers)
+    strips = min(bins.sizes[0], 1 if workers == 1 else 4 * workers)
     for worker in numba.prange(workers):
         normals, stack = np.empty((3, 3)), np.empty(128, np.int64)
         for strip in range(worker, strips, workers):
@@ -212,20 +212,4 @@ def find_lens_ends(
             _offer_tree(rays, bins, bar, normals, stack, LensEnds(at, has_end, is_over, still))
 
 
-@kernel
-def find_lens_ends_serial(
-    rays: Cast,
-    bins: Bins,
-    tree: Tree,
-    stops: np.ndarray,
-    start: float,
-    empty_box: np.ndarray,
-    at: np.ndarray,
-    has_end: np.ndarray,
-    is_over: np.ndarray,
-    still: np.ndarray,
-) -> None:
-    """The same for a thread that must not call parallel kernels."""
-    bar = Barring(tree, stops, start, empty_box, 0, bins.sizes[0])
-    normals, stack = np.empty((3, 3)), np.empty(128, np.int64)
-    _offer_tree(rays, bins, bar, normals, stack, LensEnds(at, has_end, is_over, still))
+find_lens_ends_serial = serial(find_lens_ends)

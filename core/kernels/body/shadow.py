@@ -48,7 +48,7 @@ from riglens.core.kernels.rays.cast import Cast
 from riglens.core.kernels.rays.lattice import direction, rotated
 from riglens.core.kernels.rays.predicates import Vector
 from riglens.core.kernels.runtime.codes import LISTED
-from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined, parallel_kernel
+from riglens.core.kernels.runtime.jit import lean, lean_inlined, parallel_kernel, serial
 
 
 class Ends(NamedTuple):
@@ -322,19 +322,4 @@ def find_ends(
             _offer_tree(rays, screen, bar, work, stack, Ends(at, has_end, is_over))
 
 
-@kernel
-def find_ends_serial(
-    rays: Cast,
-    screen: Screen,
-    tree: Tree,
-    stops: np.ndarray,
-    start: float,
-    empty_box: np.ndarray,
-    at: np.ndarray,
-    has_end: np.ndarray,
-    is_over: np.ndarray,
-) -> None:
-    """The same for a thread that must not call parallel kernels."""
-    bar = Barring(tree, stops, start, empty_box, 0, screen.column_of.size)
-    work, stack = np.empty((2, 3, 3)), np.empty(128, np.int64)
-    _offer_tree(rays, screen, bar, work, stack, Ends(at, has_end, is_over))
+find_ends_serial = serial(find_ends)

@@ -15,10 +15,9 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from riglens.core.kernels.rays.cast import Cast
-from riglens.core.kernels.rays.lattice import direction, rotated
+from riglens.core.kernels.rays.cast import Cast, ray_direction
 from riglens.core.kernels.rays.predicates import Vector
-from riglens.core.kernels.runtime.jit import kernel, lean_inlined, parallel_kernel
+from riglens.core.kernels.runtime.jit import kernel, lean_inlined, parallel_kernel, serial
 
 GROWN = 1e-6
 """Metres by which boxes are larger than their content: far more than the rounding of a ray's path."""
@@ -167,12 +166,6 @@ def build_nodes(
     return count
 
 
-@lean_inlined
-def _ray(rays: Cast, ray: int) -> Vector:
-    planes = rays.planes.shape[0]
-    return rotated(rays.rotation, direction(rays.kind, rays.rows[ray // planes], rays.planes[ray % planes]))
-
-
 @kernel
 def meet_listed(
     origin: np.ndarray, directions: np.ndarray, tree: Tree, stops: np.ndarray, most: np.ndarray, start: float
@@ -191,26 +184,18 @@ def meet_listed(
     return distance, number, square
 
 
-@lean_inlined
-def _end(rays: Cast, ray: int, tree: Tree, stops: np.ndarray, start: float) -> float:
-    o = (rays.origin[0], rays.origin[1], rays.origin[2])
-    return first_hit(o, _ray(rays, ray), tree, stops, (0, tree.skip.size), start, Hit(np.inf, -1, 0.0)).t
-
-
-@kernel
-def ends_by_tree(rays: Cast, tree: Tree, stops: np.ndarray, start: float, ends: np.ndarray) -> None:
-    """Write where each ray of a lattice first meets the solid, (n,), inf where it does not. `rays` is in metres."""
-    for ray in range(ends.size):
-        ends[ray] = _end(rays, ray, tree, stops, start)
-
-
 @parallel_kernel
-def ends_by_tree_parallel(
+def ends_by_tree(
     rays: Cast, tree: Tree, stops: np.ndarray, start: float, workers: int, ends: np.ndarray
 ) -> None:
-    """As `ends_by_tree`, by several workers."""
+    """Write where each ray of a lattice first meets the solid, (n,), inf where it does not. `rays` is in metres."""
     blocks = (ends.size + BLOCK - 1) // BLOCK
+    o, none = (rays.origin[0], rays.origin[1], rays.origin[2]), Hit(np.inf, -1, 0.0)
     for worker in numba.prange(workers):
         for block in range(worker, blocks, workers):
             for ray in range(block * BLOCK, min((block + 1) * BLOCK, ends.size)):
-                ends[ray] = _end(rays, ray, tree, stops, start)
+                d = ray_direction(rays, ray)
+                ends[ray] = first_hit(o, d, tree, stops, (0, tree.skip.size), start, none).t
+
+
+ends_by_tree_serial = serial(ends_by_tree)

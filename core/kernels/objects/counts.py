@@ -35,7 +35,7 @@ from riglens.core.kernels.objects.silhouette import (
 from riglens.core.kernels.objects.unique_cells import keep_distinct, note_cells
 from riglens.core.kernels.rays.lattice import Direction
 from riglens.core.kernels.rays.phases import mixed, unit
-from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined, parallel_kernel
+from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined, parallel_kernel, serial
 
 RAYS, ALONE, FIRST_ROW, LAST_ROW, CELLS = 0, 1, 2, 3, 4
 """Rows of results on objects: rays that enter it first, rays that would without occlusion, first and last row of the
@@ -306,15 +306,4 @@ def cast_frames(
         )
 
 
-@kernel
-def cast_frames_serial(
-    traffic: Traffic, beams: Beams, first: int, end: int, phases: np.ndarray, keys: np.ndarray, ranks: np.ndarray,
-    most: int, inverse: np.ndarray, owner: np.ndarray, last: np.ndarray, tables: np.ndarray,
-    found: np.ndarray, at: np.ndarray, cells: np.ndarray, filled: np.ndarray,
-) -> None:  # fmt: skip
-    """As `cast_frames`, with the first worker's scratch alone, for any thread."""
-    rows, columns = beams.row_of.size, beams.columns
-    desk = _desk_for(rows, columns, most, inverse[0], owner[0], last[0], tables[0])
-    filled[0] = _cast_some(
-        traffic, beams, first, end, phases, keys, ranks, desk, found, at, cells[0], filled[0]
-    )
+cast_frames_serial = serial(cast_frames)

@@ -11,7 +11,7 @@ import numba
 import numpy as np
 
 from riglens.core.kernels.rays.lattice import Direction
-from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined, parallel_kernel
+from riglens.core.kernels.runtime.jit import lean, lean_inlined, parallel_kernel, serial
 
 CELL_M = 0.2
 INSIDE_M = 1e-3
@@ -166,12 +166,7 @@ def count_cells(lists: Lists, most: int, workers: int, to: np.ndarray) -> None:
             to[one] = _number_of(lists, one, cells, table)
 
 
-@kernel
-def count_cells_serial(lists: Lists, most: int, to: np.ndarray) -> None:
-    """As `count_cells`, for any thread."""
-    cells, table = np.empty(most, np.int64), np.empty(table_mask(most) + 1, np.int64)
-    for one in range(to.size):
-        to[one] = _number_of(lists, one, cells, table)
+count_cells_serial = serial(count_cells)
 
 
 @lean_inlined

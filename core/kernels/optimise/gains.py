@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from riglens.core.kernels.runtime.jit import kernel, lean, parallel_kernel
+from riglens.core.kernels.runtime.jit import kernel, lean, parallel_kernel, serial
 from riglens.core.kernels.voxels.bits import popcount
 
 
@@ -50,11 +50,7 @@ def gains(
             to[place] = _gain(cover, ids[place], covered, known)
 
 
-@kernel
-def few_gains(cover: Cover, ids: np.ndarray, covered: np.ndarray, known: np.ndarray, to: np.ndarray) -> None:
-    """Write the same in one thread: to wake others takes longer than a few gains."""
-    for place in range(ids.size):
-        to[place] = _gain(cover, ids[place], covered, known)
+gains_serial = serial(gains)
 
 
 @kernel

@@ -10,7 +10,7 @@ import numpy as np
 from riglens.core.kernels.rays.lattice import direction, rotated
 from riglens.core.kernels.rays.predicates import Vector
 from riglens.core.kernels.rays.walk import Ray, walk_bresenham, walk_exact
-from riglens.core.kernels.runtime.jit import inlined, parallel_kernel
+from riglens.core.kernels.runtime.jit import inlined, lean_inlined, parallel_kernel
 from riglens.core.kernels.runtime.work_stealing import new_counter, take
 from riglens.core.kernels.voxels.bits import level_mask, mark_levels, popcount
 from riglens.core.kernels.voxels.entropy_codes import Entropies
@@ -63,7 +63,7 @@ def _misses(rays: Cast, g: Vector, d: Vector, far: float) -> bool:
     return bool(t_out < t_in)
 
 
-@inlined
+@lean_inlined
 def ray_direction(rays: Cast, ray: int) -> Vector:
     """Return the direction of a ray in the frame of the grid."""
     planes = rays.planes.shape[0]

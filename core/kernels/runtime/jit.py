@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from types import FunctionType
 from typing import Any, TypeVar
 
 import numba
@@ -47,6 +48,17 @@ def lean_inlined(function: F) -> F:
 def parallel_kernel(function: F) -> F:
     """Compile a function with `prange` and cache it; each iteration writes its own data."""
     return _compiled(function, parallel=True)
+
+
+def serial(parallel: F) -> F:
+    """Compile a parallel kernel once more, under a name of its own, for threads that must not call parallel kernels."""
+    function: Any = getattr(parallel, "py_func", None)
+    if function is None:  # nothing is compiled
+        return parallel
+    alone: Any = FunctionType(function.__code__, function.__globals__, f"{function.__name__}_serial")
+    alone.__qualname__ = alone.__name__  # the name in the cache
+    compiled: F = _compiled(alone)
+    return compiled
 
 
 def _compiled(function: F, **options: bool) -> F:

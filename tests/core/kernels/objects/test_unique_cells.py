@@ -58,7 +58,7 @@ def test_of_several_lidars_each_cell_counts_once(lidars, reach):
             at += own.size
     lists = Lists(starts, counts, np.concatenate(every))
     found = np.zeros(objects, np.int64)
-    count_cells_serial(lists, 12 * lidars, found)
+    count_cells_serial(lists, 12 * lidars, 1, found)
     assert found.tolist() == [len(cells) for cells in of_object] and found[0] == 0
     for workers in (1, 2):
         found[:] = -1
