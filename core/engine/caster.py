@@ -36,7 +36,6 @@ from riglens.core.kernels.beams.beam_cones import mark_sheets
 from riglens.core.kernels.cameras.frustum import Frustum, mark_frustum
 from riglens.core.kernels.cameras.lens_mesh import mark_mesh
 from riglens.core.kernels.fans.fan import work_by_row
-from riglens.core.kernels.fans.planes import Space
 from riglens.core.kernels.rays import cast
 from riglens.core.kernels.rays.cast import Cast
 from riglens.core.kernels.rays.strides import STRIP, mark_strides
@@ -194,18 +193,17 @@ class Caster:
 
     def _mark_fan(self, rays: Cast, window: Window, marks: Words, is_stale: IsStale) -> bool:
         near_is_empty = rays.is_stopped.size > 0 and self._is_empty_near(rays)
-        fan = make_fan(Lattice(rays.kind, rays.rows, rays.planes), rays, near_is_empty)
+        fan = make_fan(rays, near_is_empty)
         profile = make_profile(fan, rays)
         if profile is None:
             return self._mark_rays(rays, marks, is_stale)
-        space = Space(rays.origin, rays.rotation, rays.box, rays.shape)
-        slabs = share_rows(work_by_row(fan, space, profile), window.first_row, window.end_row, self.workers)
-        planes = len(fan.planes)
+        slabs = share_rows(work_by_row(fan, rays, profile), window.first_row, window.end_row, self.workers)
+        planes = len(rays.planes)
         for start in range(0, planes, PLANES_PER_CHUNK):
             if is_stale():
                 return False
             end = min(start + PLANES_PER_CHUNK, planes)
-            mark_planes(fan, space, profile, start, end, slabs, marks)
+            mark_planes(fan, rays, profile, start, end, slabs, marks)
         return True
 
     def _is_empty_near(self, rays: Cast) -> bool:

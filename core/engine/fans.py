@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from riglens.core.kernels.fans.fan import FARTHEST_ORIGIN, STEEPEST, mark_fan
 from riglens.core.kernels.fans.leftover_rays import mark_alone
-from riglens.core.kernels.fans.limited import mark_limited
-from riglens.core.kernels.fans.planes import Fan, Space
+from riglens.core.kernels.fans.planes import Fan
 from riglens.core.kernels.fans.profile import Events, Profile, Slopes, find_stays, masks_of
 from riglens.core.kernels.fans.spans import find_spans
 from riglens.core.kernels.rays.cast import Cast
@@ -18,7 +17,6 @@ from riglens.core.kernels.runtime.codes import LIDAR, LISTED
 from riglens.core.rig.model import Lidar
 from riglens.core.scene.columns import Words
 from riglens.core.sensing.rays import lattices_by_offset
-from riglens.core.sensors.lattice import Lattice
 
 TAMEST, WILDEST = 2.0**-110, 2.0**110
 """Table entries in this range, three of them multiplied and subtracted, keep the exact predicates valid."""
@@ -31,38 +29,37 @@ LEFT_ALONE_MOST = 4096
 """Rays that each worker notes before they are walked one by one."""
 
 
-def _row_slopes(lattice: Lattice) -> NDArray[np.float64]:
+def _row_slopes(rays: Cast) -> NDArray[np.float64]:
     """Return the slope dz / ds of each row in a plane of scale 1, (rows,)."""
-    first, second = lattice.rows.T
-    slopes: NDArray[np.float64] = second / first if lattice.kind == LIDAR else first
+    first, second = rays.rows.T
+    slopes: NDArray[np.float64] = second / first if rays.kind == LIDAR else first
     return slopes
 
 
-def _plane_headings(lattice: Lattice) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _plane_headings(rays: Cast) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the heading of each plane in the sensor frame, (planes, 2), and the scale of its slopes, (planes,)."""
-    if lattice.kind == LIDAR:
-        return lattice.planes, np.ones(len(lattice.planes))
-    y = lattice.planes[:, 0]
+    if rays.kind == LIDAR:
+        return rays.planes, np.ones(len(rays.planes))
+    y = rays.planes[:, 0]
     length = np.sqrt(1.0 + y * y)
     return np.stack([1.0 / length, y / length], axis=1), 1.0 / length
 
 
-def make_fan(lattice: Lattice, rays: Cast, near_is_empty: bool = False) -> Fan:
-    """Make the fan of a lattice turned about the vertical, with the ranges of the rays.
+def make_fan(rays: Cast, near_is_empty: bool = False) -> Fan:
+    """Make the fan of rays turned about the vertical.
 
     near_is_empty: whether nothing counts that is so near to the sensor that some ray may not have begun there.
     """
-    headings, scales = _plane_headings(lattice)
-    slopes = _row_slopes(lattice)
+    headings, scales = _plane_headings(rays)
+    slopes = _row_slopes(rays)
     order = np.argsort(slopes, kind="stable")
     flat = np.abs(slopes[order]) <= STEEPEST
     row_of = order[flat]
     turned = np.ascontiguousarray(headings @ rays.rotation[:2, :2].T)
-    forward = lattice.rows[row_of, 0] if lattice.kind == LIDAR else np.ones(len(row_of))
+    forward = rays.rows[row_of, 0] if rays.kind == LIDAR else np.ones(len(row_of))
     near, far = rays.reach[0] * forward, rays.reach[1] * forward
     return Fan(
-        lattice.kind, lattice.rows, lattice.planes, turned, scales, slopes[row_of], near, far, rays.reach,
-        row_of, order[~flat], rays.is_stopped, *_spans(rays, row_of),
+        turned, scales, slopes[row_of], near, far, row_of, order[~flat], *_spans(rays, row_of),
         (rays.reach[0] == 0.0 or near_is_empty) and rays.reach[1] > farthest(rays) + 1.0,
     )  # fmt: skip
 
@@ -95,21 +92,21 @@ def make_profile(fan: Fan, rays: Cast) -> Profile | None:
 
 
 def mark_planes(
-    fan: Fan, space: Space, profile: Profile, first: int, end: int, slabs: NDArray[np.int64], marks: Words
+    fan: Fan, rays: Cast, profile: Profile, first: int, end: int, slabs: NDArray[np.int64], marks: Words
 ) -> None:
     """Mark the voxels that rays of the planes first..end-1 traverse, in marks uint64 (words,).
 
     slabs int64 (workers, 2): the rows of the grid for each worker.
     """
-    rays = np.empty((len(slabs), LEFT_ALONE_MOST, 6), np.int32)
+    listed = np.empty((len(slabs), LEFT_ALONE_MOST, 6), np.int32)
     counts = np.empty(len(slabs), np.int64)
-    for mark in (mark_fan, mark_limited) if fan.span_starts.size else (mark_fan,):
+    for limited in (None, True) if fan.span_starts.size else (None,):
         done = np.full(len(slabs), first, np.int64)
         while (done < end).any():
             counts[:] = 0
-            mark(fan, space, profile, end, slabs, done, rays, counts, marks)
+            mark_fan(fan, rays, profile, limited, end, slabs, done, listed, counts, marks)
             if counts.any():
-                mark_alone(fan, space, rays, counts, marks)
+                mark_alone(rays, listed, counts, marks)
 
 
 def share_rows(work: NDArray[np.float64], x_from: int, x_to: int, workers: int) -> NDArray[np.int64]:

@@ -12,7 +12,7 @@ from riglens.core.engine.engine import Engine
 from riglens.core.engine.fans import has_few, make_fan, make_profile
 from riglens.core.kernels.fans.fan import mark_fan, work_by_row
 from riglens.core.kernels.fans.leftover_rays import mark_alone
-from riglens.core.kernels.fans.planes import Fan, Space
+from riglens.core.kernels.fans.planes import Fan
 from riglens.core.kernels.fans.profile import Profile
 from riglens.core.kernels.rays.cast import Cast
 from riglens.core.kernels.runtime.jit import FOLDER
@@ -24,7 +24,7 @@ from riglens.core.scene.boxes import CLASSES, DataReport
 from riglens.core.scene.columns import VoxelIndex, pack, words_per_column
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import Pog
-from riglens.core.sensing.rays import is_listed, lattice
+from riglens.core.sensing.rays import is_listed
 from riglens.core.sensors.registry import kind_names
 
 WARM_UP = Rig(
@@ -120,11 +120,10 @@ def compile_fans(field: EntropyField) -> None:
     fan, rays = _least_fan(field)
     depth = words_per_column(field.grid)
     nothing = Profile(np.array([np.inf]), np.zeros(0, np.int32), np.zeros((1, depth), np.uint64), 0)
-    space = Space(rays.origin, rays.rotation, rays.box, rays.shape)
     marks = np.zeros(field.index.words.size, np.uint64)
     none, left = np.zeros(1, np.int64), np.empty((1, 1, 6), np.int32)
-    mark_fan(fan, space, nothing, 0, np.zeros((1, 2), np.int64), none, left, none.copy(), marks)
-    mark_alone(fan, space, left, none, marks)
+    mark_fan(fan, rays, nothing, None, 0, np.zeros((1, 2), np.int64), none, left, none.copy(), marks)
+    mark_alone(rays, left, none, marks)
     FOLDER.write(FANS, b"")
 
 
@@ -133,7 +132,7 @@ def compile_sums(field: EntropyField) -> None:
     fan, rays = _least_fan(field)
     profile = make_profile(fan, rays)
     assert profile is not None
-    work_by_row(fan, Space(rays.origin, rays.rotation, rays.box, rays.shape), profile)
+    work_by_row(fan, rays, profile)
     words, rows = field.index.words.size, field.grid.shape[0]
     stack, union = np.zeros((1, words), np.uint64), np.zeros((len(kind_names()), words), np.uint64)
     slots = update_coverage.Slots(np.zeros(1, np.int64), np.zeros(0, np.int64))
@@ -144,9 +143,8 @@ def compile_sums(field: EntropyField) -> None:
 
 def _least_fan(field: EntropyField) -> tuple[Fan, Cast]:
     """Return the fan of a LiDAR with one ray, and the ray."""
-    sensor = WARM_UP.sensors[0]
-    rays = Caster(field).rays(sensor, "exact")
-    return make_fan(lattice(sensor), rays), rays
+    rays = Caster(field).rays(WARM_UP.sensors[0], "exact")
+    return make_fan(rays), rays
 
 
 def are_fans_compiled() -> bool:

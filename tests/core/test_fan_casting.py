@@ -11,10 +11,8 @@ from numpy.typing import NDArray
 from riglens.core.engine.caster import Caster
 from riglens.core.engine.fans import make_fan, make_profile, share_rows
 from riglens.core.kernels.fans.fan import work_by_row
-from riglens.core.kernels.fans.planes import Space
 from riglens.core.rig.model import Lidar
 from riglens.core.scene.grid import VoxelGrid
-from riglens.core.sensors.lattice import Lattice
 from tests.core.builders import field_of, lidar, seen_by, seen_ray_by_ray, spinning
 
 GRID = VoxelGrid(roi_m=(24.0, 16.0, 4.0), voxel_m=0.2)
@@ -53,10 +51,10 @@ def test_parts_of_the_grid_follow_one_another_and_are_about_even(
 def _work(sensor: Lidar) -> NDArray[np.float64]:
     caster = Caster(field_of(GRID))
     rays = caster.rays(sensor, "exact")
-    fan = make_fan(Lattice(rays.kind, rays.rows, rays.planes), rays)
+    fan = make_fan(rays)
     profile = make_profile(fan, rays)
     assert profile is not None
-    return work_by_row(fan, Space(rays.origin, rays.rotation, rays.box, rays.shape), profile)
+    return work_by_row(fan, rays, profile)
 
 
 def test_a_sensor_in_the_middle_has_as_much_to_walk_in_front_as_behind() -> None:

@@ -23,14 +23,15 @@ from riglens.core.kernels.fans.planes import (
     Fan,
     FanWork,
     LeftoverRays,
-    Space,
     clip_side,
     is_limited,
     leave_over,
     work_for,
 )
 from riglens.core.kernels.fans.profile import TOLERANCE, Profile
+from riglens.core.kernels.fans.spans import limit_levels, limits_for
 from riglens.core.kernels.fans.ties import Start, untie
+from riglens.core.kernels.rays.cast import Cast
 from riglens.core.kernels.runtime.jit import inlined, kernel, parallel_kernel
 
 FARTHEST_ORIGIN = 5e3
@@ -134,7 +135,7 @@ def _place_events(course: Course, at: np.ndarray, stretch: float, places: np.nda
 
 
 @inlined
-def place_changes(profile: Profile, laid: Laid, work: FanWork) -> None:
+def _place_changes(profile: Profile, laid: Laid, work: FanWork) -> None:
     """Write which levels begin, and which begin or end, in each of the columns crossed."""
     work.begins[:, : laid.columns], work.toggles[:, : laid.columns] = 0, 0
     for event in range(laid.first, laid.end):
@@ -146,14 +147,18 @@ def place_changes(profile: Profile, laid: Laid, work: FanWork) -> None:
 
 
 @inlined
-def _mark_columns(profile: Profile, laid: Laid, work: FanWork, marks: np.ndarray) -> None:
-    """Mark the levels of the profile in the columns crossed."""
+def _mark_columns(
+    profile: Profile, laid: Laid, work: FanWork, allowed: np.ndarray | None, marks: np.ndarray
+) -> None:
+    """Mark the levels of the profile in the columns crossed, as far as they are allowed there, uint64 (words per
+    column, columns)."""
     depth = profile.masks.shape[1]
-    place_changes(profile, laid, work)
+    _place_changes(profile, laid, work)
     for part in range(depth):
         levels, word = profile.masks[laid.first, part], np.int64(laid.start * depth + part)
         for i in range(laid.columns):
-            marks[word] |= levels | work.begins[part, i]
+            here = levels | work.begins[part, i]
+            marks[word] |= here if allowed is None else here & allowed[part, i]
             levels ^= work.toggles[part, i]
             word += np.int64(work.ways[i]) * depth
 
@@ -180,7 +185,7 @@ def _without(outcome: int) -> Laid:
 @kernel
 def lay_plane(
     fan: Fan,
-    space: Space,
+    rays: Cast,
     profile: Profile,
     plane: int,
     box: np.ndarray,
@@ -191,7 +196,7 @@ def lay_plane(
     between the columns, and the column of each event, to work.
     """
     hx, hy, scale, at = fan.headings[plane, 0], fan.headings[plane, 1], fan.scales[plane], profile.at
-    gx, gy, ny = space.origin[0], space.origin[1], space.shape[1]
+    gx, gy, ny = rays.origin[0], rays.origin[1], rays.shape[1]
     if min(abs(hx), abs(hy)) < STRAIGHTEST and not (_stays_between(gx, hx) or _stays_between(gy, hy)):
         return _without(UNDECIDED)
     hx, hy = (LEAST if hx == 0.0 else hx), (LEAST if hy == 0.0 else hy)
@@ -221,13 +226,13 @@ def lay_plane(
         return _without(UNDECIDED)
     if not _place_events(course, at[first:end], 1.0 / scale, work.places):
         origin = Start(int(ix), int(iy), way_x, way_y, ox, oy, course.ax / scale, course.ay / scale, count)
-        if not untie(fan, space, profile, (first, end), plane, origin, box, work, leftover):
+        if not untie(fan, rays, profile, (first, end), plane, origin, box, work, leftover):
             return _without(UNDECIDED)
     return Laid(LAID, first, end, int(ix) * ny + int(iy), count, s_in)
 
 
 @inlined
-def finish_plane(
+def _finish_plane(
     fan: Fan, plane: int, is_marked: bool, before: int, box: np.ndarray, leftover: LeftoverRays
 ) -> bool:
     """Leave to the exact walk the unmarked rays of a plane: its steep rays, or all of them. Return False where the list
@@ -250,46 +255,59 @@ def finish_plane(
 
 @kernel
 def _mark_slab(
-    fan: Fan, space: Space, profile: Profile, planes: tuple[int, int], rows: np.ndarray, leftover: LeftoverRays,
-    marks: np.ndarray,
+    fan: Fan, rays: Cast, profile: Profile, limited: bool | None, planes: tuple[int, int], rows: np.ndarray,
+    leftover: LeftoverRays, marks: np.ndarray,
 ) -> int:  # fmt: skip
     """Mark what planes, from the first up to an end, mark in some rows of the grid; returns the plane to go on with
     when the list of rays left alone is full."""
-    work, box = work_for(space, profile), space.box.copy()
+    work, box = work_for(rays, profile), rays.box.copy()
+    if limited is not None:
+        limits = limits_for(profile.masks.shape[1], work.ways)
     box[0], box[1] = max(box[0], rows[0]), min(box[1], rows[1])
     for plane in range(planes[0], planes[1] if box[0] < box[1] else planes[0]):
-        if is_limited(fan, plane):
+        if is_limited(fan, plane) != (limited is not None):
             continue
-        before = leftover.noted[0]
-        laid = lay_plane(fan, space, profile, plane, box, work, leftover)
-        if laid.outcome == LAID:
-            _mark_columns(profile, laid, work, marks)
-        if not finish_plane(fan, plane, laid.outcome != UNDECIDED, before, box, leftover):
+        before, is_marked = leftover.noted[0], True
+        if limited is None or fan.span_starts[plane] < fan.span_starts[plane + 1]:
+            laid = lay_plane(fan, rays, profile, plane, box, work, leftover)
+            is_marked = laid.outcome != UNDECIDED
+            if laid.outcome == LAID:
+                if limited is None:
+                    _mark_columns(profile, laid, work, None, marks)
+                else:
+                    is_marked = limit_levels(
+                        fan, rays, plane, laid.start, laid.columns, laid.near, box, limits
+                    )
+                    if is_marked:
+                        _mark_columns(profile, laid, work, limits.allowed, marks)
+        if not _finish_plane(fan, plane, is_marked, before, box, leftover):
             return plane
     return planes[1]
 
 
 @parallel_kernel
 def mark_fan(
-    fan: Fan, space: Space, profile: Profile, end: int, slabs: np.ndarray, done: np.ndarray, rays: np.ndarray,
-    counts: np.ndarray, marks: np.ndarray,
+    fan: Fan, rays: Cast, profile: Profile, limited: bool | None, end: int, slabs: np.ndarray, done: np.ndarray,
+    listed: np.ndarray, counts: np.ndarray, marks: np.ndarray,
 ) -> None:  # fmt: skip
-    """Mark the voxels that rays of planes without stopped rays traverse; marks uint64 (words,).
+    """Mark the voxels that rays of planes without stopped rays traverse (`limited` None), or free rays of planes with
+    some (True); marks uint64 (words,). These are two codes: most rigs are first scored without a solid body, and the
+    second takes long to compile.
 
     slabs int64 (workers, 2): the rows of the grid for each worker, apart from each other, so that no word is shared.
-    done int64 (workers,): the first plane of each worker; afterwards `end`, or less where its list was full. rays int32
-    (workers, most, 6), counts int64 (workers,): what is left to `kernels.fans.leftover_rays.mark_alone`.
+    done int64 (workers,): the first plane of each worker; afterwards `end`, or less where its list was full. listed
+    int32 (workers, most, 6), counts int64 (workers,): what is left to `kernels.fans.leftover_rays.mark_alone`.
     """
     for worker in numba.prange(slabs.shape[0]):
-        leftover = LeftoverRays(rays[worker], counts[worker : worker + 1])
-        done[worker] = _mark_slab(fan, space, profile, (done[worker], end), slabs[worker], leftover, marks)
+        leftover, planes = LeftoverRays(listed[worker], counts[worker : worker + 1]), (done[worker], end)
+        done[worker] = _mark_slab(fan, rays, profile, limited, planes, slabs[worker], leftover, marks)
 
 
 @kernel
-def work_by_row(fan: Fan, space: Space, profile: Profile) -> np.ndarray:
+def work_by_row(fan: Fan, rays: Cast, profile: Profile) -> np.ndarray:
     """Estimate the work in each row of the grid along x, (rows,): from a sample of planes."""
-    work = np.zeros(space.shape[0])
-    gx, gy, box = space.origin[0], space.origin[1], space.box
+    work = np.zeros(rays.shape[0])
+    gx, gy, box = rays.origin[0], rays.origin[1], rays.box
     events = profile.at.size - 1
     stride = max(1, events // EVENTS_LOOKED_AT)
     for plane in range(0, fan.scales.size, max(1, fan.scales.size // PLANES_LOOKED_AT)):

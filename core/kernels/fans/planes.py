@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from riglens.core.kernels.fans.profile import Profile
+from riglens.core.kernels.rays.cast import Cast
 from riglens.core.kernels.runtime.jit import inlined, kernel
 
 ALL = -1
@@ -14,41 +15,26 @@ ALL = -1
 
 
 class Fan(NamedTuple):
-    """Rays of an upright sensor by plane: tables of `kernels.rays.lattice` and what the fans need beside them.
+    """What the fans need of an upright sensor beside its rays.
 
     headings (planes, 2) unit vectors in x and y of the vehicle; slopes (rays,), ascending, are dz by forward
     distance, which is scales (planes,) times the distance along the heading; near, far (rays,): forward distances
-    at which they begin and end, reach (2,) the distances along the rays; row_of (rays,): table row of each slope;
-    steep (k,): other rows. is_stopped as in `kernels.rays.cast.Cast`; where some are, spans (k, 2) are the runs
-    of slopes that are not, first and last, those of a plane span_starts[plane]..span_starts[plane + 1]; has_bounds:
-    whether spans may be laid over planes (see `kernels.fans.spans`).
+    at which they begin and end; row_of (rays,): table row of each slope; steep (k,): other rows. Where some rays are
+    stopped, spans (k, 2) are the runs of slopes that are not, first and last, those of a plane
+    span_starts[plane]..span_starts[plane + 1]; has_bounds: whether spans may be laid over planes (see
+    `kernels.fans.spans`).
     """
 
-    kind: int
-    rows: np.ndarray
-    planes: np.ndarray
     headings: np.ndarray
     scales: np.ndarray
     slopes: np.ndarray
     near: np.ndarray
     far: np.ndarray
-    reach: np.ndarray
     row_of: np.ndarray
     steep: np.ndarray
-    is_stopped: np.ndarray
     span_starts: np.ndarray
     spans: np.ndarray
     has_bounds: bool
-
-
-class Space(NamedTuple):
-    """Frame of a sensor's rays: origin (3,) in grid units, rotation (3, 3), box (6,): first cell and end along x, y, z;
-    shape (3,) of the grid in cells."""
-
-    origin: np.ndarray
-    rotation: np.ndarray
-    box: np.ndarray
-    shape: np.ndarray
 
 
 class FanWork(NamedTuple):
@@ -88,9 +74,9 @@ def is_limited(fan: Fan, plane: int) -> bool:
 
 
 @kernel
-def work_for(space: Space, profile: Profile) -> FanWork:
+def work_for(rays: Cast, profile: Profile) -> FanWork:
     """Return work space for the planes of a fan."""
-    depth, crossed = profile.masks.shape[1], space.shape[0] + space.shape[1] + 3
+    depth, crossed = profile.masks.shape[1], rays.shape[0] + rays.shape[1] + 3
     return FanWork(
         np.empty(crossed, np.int32),
         np.empty(profile.at.size, np.int32),

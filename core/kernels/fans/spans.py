@@ -13,9 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from riglens.core.kernels.fans.planes import Fan, Space
+from riglens.core.kernels.fans.planes import Fan
 from riglens.core.kernels.fans.profile import TOLERANCE
-from riglens.core.kernels.rays.lattice import direction, rotated
+from riglens.core.kernels.rays.cast import Cast, direction_at
 from riglens.core.kernels.rays.walk import FARTHEST, Ray, walk_exact
 from riglens.core.kernels.runtime.jit import inlined, kernel
 from riglens.core.kernels.voxels.bits import FULL_WORD
@@ -99,14 +99,18 @@ def _mask(low: int | np.int32, high: int | np.int32, part: int) -> np.uint64:
 
 @kernel
 def _trace(
-    fan: Fan, space: Space, plane: int, row: int, side: int, start: int, count: int, near: float, box: np.ndarray,
+    rays: Cast, plane: int, row: int, side: int, start: int, count: int, near: float, box: np.ndarray,
     work: Limits,
 ) -> bool:  # fmt: skip
     """Write the lowest (side 0) or highest (side 1) level of a ray, however long its range is, in each of `count`
     columns crossed from `start` on; below or above the box where it is there. near: forward distance of the first."""
-    d = rotated(space.rotation, direction(fan.kind, fan.rows[row], fan.planes[plane]))
-    g, limits, runs = (space.origin[0], space.origin[1], space.origin[2]), work.limits[side], work.runs
-    number = walk_exact(Ray(g, d, 0.0, FARTHEST), box, space.shape[1], runs)
+    d = direction_at(rays, row, plane)
+    g, limits, runs = (
+        (rays.origin[0], rays.origin[1], rays.origin[2]),
+        work.limits[side],
+        work.runs,
+    )
+    number = walk_exact(Ray(g, d, 0.0, FARTHEST), box, rays.shape[1], runs)
     above, below = np.int32(box[5]), np.int32(box[4] - 1)
     if number <= 0:
         flat = np.sqrt(d[0] * d[0] + d[1] * d[1])
@@ -143,19 +147,19 @@ class Climb(NamedTuple):
 
 
 @inlined
-def _climb_of(fan: Fan, space: Space, plane: int, row: int, start: int, near: float) -> Climb:
+def _climb_of(fan: Fan, rays: Cast, plane: int, row: int, start: int, near: float) -> Climb:
     """Return the part of a ray over the columns from `start` on."""
-    d = rotated(space.rotation, direction(fan.kind, fan.rows[row], fan.planes[plane]))
+    d = direction_at(rays, row, plane)
     hx, hy, ix, iy = (
         fan.headings[plane, 0],
         fan.headings[plane, 1],
-        start // space.shape[1],
-        start % space.shape[1],
+        start // rays.shape[1],
+        start % rays.shape[1],
     )
-    gx, gy = space.origin[0], space.origin[1]
+    gx, gy = rays.origin[0], rays.origin[1]
     ox, oy = (gx - ix if hx > 0.0 else ix + 1.0 - gx), (gy - iy if hy > 0.0 else iy + 1.0 - gy)
     rise = d[2] / np.sqrt(d[0] * d[0] + d[1] * d[1])
-    return Climb(space.origin[2], rise, near, ox, oy, abs(hx), abs(hy))
+    return Climb(rays.origin[2], rise, near, ox, oy, abs(hx), abs(hy))
 
 
 @inlined
@@ -198,19 +202,19 @@ def _lay_ray(climb: Climb, side: int, count: int, box: np.ndarray, limits: np.nd
 
 @inlined
 def _limit(
-    fan: Fan, space: Space, row: int, side: int, around: tuple[int, int, int], near: float, box: np.ndarray,
+    fan: Fan, rays: Cast, row: int, side: int, around: tuple[int, int, int], near: float, box: np.ndarray,
     work: Limits,
 ) -> bool:  # fmt: skip
     """Do the same as `_trace`, by the fastest safe method; around: the plane, and the first column and their number."""
     plane, start, count = around
-    if _lay_ray(_climb_of(fan, space, plane, row, start, near), side, count, box, work.limits[side]):
+    if _lay_ray(_climb_of(fan, rays, plane, row, start, near), side, count, box, work.limits[side]):
         return True
-    return _trace(fan, space, plane, row, side, start, count, near, box, work)
+    return _trace(rays, plane, row, side, start, count, near, box, work)
 
 
 @kernel
 def limit_levels(
-    fan: Fan, space: Space, plane: int, start: int, count: int, near: float, box: np.ndarray, work: Limits
+    fan: Fan, rays: Cast, plane: int, start: int, count: int, near: float, box: np.ndarray, work: Limits
 ) -> bool:
     """Write the levels that the free rays of a plane can reach in the columns crossed (see `_trace`) to work.allowed;
     return False where this cannot be decided."""
@@ -224,12 +228,12 @@ def limit_levels(
         limits[0, :count], limits[1, :count] = box[4], box[5] - 1
         if a > 0 and not (
             fan.slopes[a] - fan.slopes[a - 1] > CLOSEST
-            and _limit(fan, space, fan.row_of[a], 0, around, near, box, work)
+            and _limit(fan, rays, fan.row_of[a], 0, around, near, box, work)
         ):
             return False
         if b < last and not (
             fan.slopes[b + 1] - fan.slopes[b] > CLOSEST
-            and _limit(fan, space, fan.row_of[b], 1, around, near, box, work)
+            and _limit(fan, rays, fan.row_of[b], 1, around, near, box, work)
         ):
             return False
         for part in range(allowed.shape[0]):

@@ -11,8 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from riglens.core.kernels.fans.planes import Fan, FanWork, LeftoverRays, Space, leave_over
+from riglens.core.kernels.fans.planes import Fan, FanWork, LeftoverRays, leave_over
 from riglens.core.kernels.fans.profile import TOLERANCE, Profile
+from riglens.core.kernels.rays.cast import Cast
 from riglens.core.kernels.runtime.jit import inlined, kernel
 
 AROUND = 1e-6
@@ -48,7 +49,7 @@ def _side(place: float) -> int:
 
 @kernel
 def _leave_pair(
-    fan: Fan, space: Space, plane: int, start: Start, at: float, box: np.ndarray, leftover: LeftoverRays
+    fan: Fan, rays: Cast, plane: int, start: Start, at: float, box: np.ndarray, leftover: LeftoverRays
 ) -> None:
     """Leave the rays that change their level, begin or end about the distance `at` to the exact walk through the
     columns around it."""
@@ -60,7 +61,7 @@ def _leave_pair(
         pair[2 * axis] = max(pair[2 * axis], min(here, there))
         pair[2 * axis + 1] = min(pair[2 * axis + 1], max(here, there) + 1)
     for j in range(fan.slopes.size):
-        z = space.origin[2] + fan.slopes[j] * at
+        z = rays.origin[2] + fan.slopes[j] * at
         ends = min(abs(fan.near[j] - at), abs(fan.far[j] - at))
         if min(abs(z - np.rint(z)), ends) < AROUND:
             leave_over(leftover, plane, fan.row_of[j], pair)
@@ -69,7 +70,7 @@ def _leave_pair(
 @kernel
 def untie(
     fan: Fan,
-    space: Space,
+    rays: Cast,
     profile: Profile,
     events: tuple[int, int],
     plane: int,
@@ -94,7 +95,7 @@ def untie(
                 return False
             place = before + 1 if change > 0 else before
             if at - walked > TOGETHER:
-                _leave_pair(fan, space, plane, start, at, box, leftover)
+                _leave_pair(fan, rays, plane, start, at, box, leftover)
                 walked = at
         work.places[event - events[0]] = place
         level = abs(change) - 1

@@ -64,10 +64,16 @@ def _misses(rays: Cast, g: Vector, d: Vector, far: float) -> bool:
 
 
 @lean_inlined
+def direction_at(rays: Cast, row: int, plane: int) -> Vector:
+    """Return the direction of the ray of a row and a plane in the frame of the grid."""
+    return rotated(rays.rotation, direction(rays.kind, rays.rows[row], rays.planes[plane]))
+
+
+@lean_inlined
 def ray_direction(rays: Cast, ray: int) -> Vector:
-    """Return the direction of a ray in the frame of the grid."""
+    """Return the direction of a ray, by its number, in the frame of the grid."""
     planes = rays.planes.shape[0]
-    return rotated(rays.rotation, direction(rays.kind, rays.rows[ray // planes], rays.planes[ray % planes]))
+    return direction_at(rays, ray // planes, ray % planes)
 
 
 @inlined

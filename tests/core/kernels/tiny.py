@@ -13,11 +13,10 @@ from numpy.typing import NDArray
 
 from riglens.core.engine.fans import make_fan, make_profile, mark_planes
 from riglens.core.kernels.fans.leftover_rays import mark_alone
-from riglens.core.kernels.fans.planes import ALL, Fan, LeftoverRays, Space, leave_over
+from riglens.core.kernels.fans.planes import ALL, Fan, LeftoverRays, leave_over
 from riglens.core.kernels.fans.profile import Profile
 from riglens.core.kernels.rays.cast import Cast
 from riglens.core.kernels.runtime.codes import LIDAR
-from riglens.core.sensors.lattice import Lattice
 
 Words = NDArray[np.uint64]
 Voxel = tuple[int, int, int]
@@ -67,29 +66,28 @@ def rays_in_planes(
     )  # fmt: skip
 
 
-def fan_of(rays: Cast) -> tuple[Fan, Space, Profile]:
+def fan_of(rays: Cast) -> tuple[Fan, Cast, Profile]:
     """What the kernels of a fan need for some rays."""
-    fan = make_fan(Lattice(rays.kind, rays.rows, rays.planes), rays)
+    fan = make_fan(rays)
     profile = make_profile(fan, rays)
     assert profile is not None
-    return fan, Space(rays.origin, rays.rotation, rays.box, rays.shape), profile
+    return fan, rays, profile
 
 
 def seen_by_fan(rays: Cast, slabs: Sequence[tuple[int, int]] = ((0, SIDE),)) -> set[Voxel]:
     """The voxels that the planes mark, walked by one worker or by several."""
-    fan, space, profile = fan_of(rays)
+    fan, _, profile = fan_of(rays)
     marks = no_voxels()
-    mark_planes(fan, space, profile, 0, len(fan.planes), np.array(slabs, np.int64), marks)
+    mark_planes(fan, rays, profile, 0, len(rays.planes), np.array(slabs, np.int64), marks)
     return voxels_of(marks)
 
 
 def seen_ray_by_ray(rays: Cast) -> set[Voxel]:
     """The voxels of the same rays, each walked exactly on its own."""
-    fan, space, _ = fan_of(rays)
-    leftover = room_for_alone(len(fan.planes))
-    for plane in range(len(fan.planes)):
+    leftover = room_for_alone(len(rays.planes))
+    for plane in range(len(rays.planes)):
         leave_over(leftover, plane, ALL, BOX)
-    return seen_alone(fan, space, leftover)
+    return seen_alone(rays, leftover)
 
 
 def room_for_alone(most: int = 64) -> LeftoverRays:
@@ -97,10 +95,10 @@ def room_for_alone(most: int = 64) -> LeftoverRays:
     return LeftoverRays(np.empty((most, 6), np.int32), np.zeros(1, np.int64))
 
 
-def seen_alone(fan: Fan, space: Space, leftover: LeftoverRays) -> set[Voxel]:
+def seen_alone(rays: Cast, leftover: LeftoverRays) -> set[Voxel]:
     """The voxels of the rays left over."""
     marks = no_voxels()
-    mark_alone(fan, space, leftover.rays[None], leftover.noted, marks)
+    mark_alone(rays, leftover.rays[None], leftover.noted, marks)
     return voxels_of(marks)
 
 

@@ -11,7 +11,6 @@ from riglens.core.kernels.fans import fan
 from riglens.core.kernels.fans.fan import Course
 from riglens.core.kernels.fans.planes import ALL, LeftoverRays, leave_over
 from riglens.core.kernels.fans.profile import TOLERANCE
-from riglens.core.sensors.lattice import Lattice
 from tests.core.kernels.tiny import (
     AHEAD,
     BACK,
@@ -218,10 +217,10 @@ def test_a_plane_along_an_axis_is_straight_where_no_face_is_close() -> None:
 def test_a_heading_almost_along_an_axis_is_left_to_the_exact_walk() -> None:
     for drift, is_decided in ((0.0, True), (5e-4, False), (5e-3, True)):
         rays = rays_in_planes((0.5, 1.5, 1.5), [0.0], [(1.0, drift)])
-        made, space, profile = fan_of(rays)
+        made, rays, profile = fan_of(rays)
         marks = no_voxels()
         leftover = room_for_alone()
-        fan._mark_slab(made, space, profile, (0, 1), np.array([0, SIDE]), leftover, marks)
+        fan._mark_slab(made, rays, profile, None, (0, 1), np.array([0, SIDE]), leftover, marks)
         assert voxels_of(marks) == (row(range(4), 1, 1) if is_decided else set())
         assert left(leftover) == ([] if is_decided else [(0, ALL)])
 
@@ -240,9 +239,9 @@ def test_a_plane_that_grazes_the_corner_of_the_grid_is_left_to_the_exact_walk(
     beyond: float, is_decided: bool, met: set[Voxel]
 ) -> None:
     """Planes from (-1, 1) to the right and ahead, through the corner (0, 0) or beside it."""
-    made, space, profile = fan_of(rays_in_planes((-1.0, 1.0 + beyond, 1.5), [0.0], [heading(-45.0)]))
+    made, rays, profile = fan_of(rays_in_planes((-1.0, 1.0 + beyond, 1.5), [0.0], [heading(-45.0)]))
     marks, leftover = no_voxels(), room_for_alone()
-    fan._mark_slab(made, space, profile, (0, 1), np.array([0, SIDE]), leftover, marks)
+    fan._mark_slab(made, rays, profile, None, (0, 1), np.array([0, SIDE]), leftover, marks)
     assert left(leftover) == ([] if is_decided else [(0, ALL)])
     assert voxels_of(marks) == met
 
@@ -268,34 +267,34 @@ def test_a_full_list_halts_the_planes_and_they_go_on_with_an_empty_one(
     most: int, halts: list[int], noted: list[list[tuple[int, int]]]
 ) -> None:
     """One ray of each plane, in row 2, is too steep for it."""
-    made, space, profile = fan_of(rays_in_planes((1.5, 1.5, 1.5), [0.0, 0.1, 1e4], LEFT_OVER))
+    made, rays, profile = fan_of(rays_in_planes((1.5, 1.5, 1.5), [0.0, 0.1, 1e4], LEFT_OVER))
     leftover, marks, plane = room_for_alone(most), no_voxels(), 0
     for halt, those in zip(halts, noted, strict=True):
         leftover.noted[0] = 0
-        plane = fan._mark_slab(made, space, profile, (plane, 5), np.array([0, SIDE]), leftover, marks)
+        plane = fan._mark_slab(made, rays, profile, None, (plane, 5), np.array([0, SIDE]), leftover, marks)
         assert plane == halt
         assert left(leftover) == those
 
 
 def test_a_plane_with_more_rays_left_alone_than_any_list_holds_is_left_as_a_whole() -> None:
-    made, space, profile = fan_of(rays_in_planes((1.5, 1.5, 1.5), [0.0, 1e4, -1e4]))
+    made, rays, profile = fan_of(rays_in_planes((1.5, 1.5, 1.5), [0.0, 1e4, -1e4]))
     leftover, marks = room_for_alone(1), no_voxels()
-    assert fan._mark_slab(made, space, profile, (0, 1), np.array([0, SIDE]), leftover, marks) == 1
+    assert fan._mark_slab(made, rays, profile, None, (0, 1), np.array([0, SIDE]), leftover, marks) == 1
     assert left(leftover) == [(0, ALL)]
 
 
 def test_a_plane_that_does_not_fit_any_more_is_walked_again() -> None:
-    made, space, profile = fan_of(rays_in_planes((1.5, 1.5, 1.5), [0.0, 1e4, -1e4], [AHEAD, LEFT]))
+    made, rays, profile = fan_of(rays_in_planes((1.5, 1.5, 1.5), [0.0, 1e4, -1e4], [AHEAD, LEFT]))
     leftover, marks = room_for_alone(3), no_voxels()
-    assert fan._mark_slab(made, space, profile, (0, 2), np.array([0, SIDE]), leftover, marks) == 1
+    assert fan._mark_slab(made, rays, profile, None, (0, 2), np.array([0, SIDE]), leftover, marks) == 1
     assert left(leftover) == [(0, 2), (0, 1)]
 
 
 def test_rays_left_alone_are_walked_through_their_columns_only() -> None:
-    made, space, _ = fan_of(rays_in_planes((0.5, 0.5, 1.5), [0.0]))
+    rays = rays_in_planes((0.5, 0.5, 1.5), [0.0])
     leftover = room_for_alone()
     leave_over(leftover, 0, 0, np.array([1, 3, 0, 1, 0, SIDE]))
-    assert seen_alone(made, space, leftover) == row((1, 2), 0, 1)
+    assert seen_alone(rays, leftover) == row((1, 2), 0, 1)
 
 
 @pytest.mark.parametrize("most", [1, 2, 7])
@@ -318,7 +317,7 @@ def test_slopes_ascend_and_know_their_rows() -> None:
 def test_a_sensor_that_yaws_turns_its_headings() -> None:
     rays = rays_in_planes((0.5, 0.5, 1.5), [0.0], [AHEAD, LEFT])
     quarter = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-    made = make_fan(Lattice(rays.kind, rays.rows, rays.planes), rays._replace(rotation=quarter))
+    made = make_fan(rays._replace(rotation=quarter))
     assert made.headings.tolist() == [[0.0, 1.0], [-1.0, 0.0]]
 
 

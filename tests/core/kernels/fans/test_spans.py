@@ -53,22 +53,22 @@ def test_a_ray_laid_from_level_to_level_reaches_what_it_reaches_when_walked() ->
         origin, slopes, angle = rng.uniform(-1.5, 5.5, 3), rng.uniform(-3.0, 3.0, 5), rng.uniform(0, 360)
         if seed % 4 == 0:
             origin, slopes, angle = np.floor(origin) + 0.5, np.round(slopes), 90.0 * np.floor(angle / 90.0)
-        fan, space, profile = fan_of(rays_in_planes(tuple(origin), np.sort(slopes), [heading(float(angle))]))
+        fan, rays, profile = fan_of(rays_in_planes(tuple(origin), np.sort(slopes), [heading(float(angle))]))
         work, leftover = (
-            work_for(space, profile),
+            work_for(rays, profile),
             LeftoverRays(np.empty((99, 6), np.int32), np.zeros(1, np.int64)),
         )
-        laid = lay_plane(fan, space, profile, 0, space.box, work, leftover)
+        laid = lay_plane(fan, rays, profile, 0, rays.box, work, leftover)
         if laid.outcome != LAID:
             continue
         limits, count = limits_for(1, work.ways), laid.columns
         for row in fan.row_of:
             for side in range(2):
                 around = (laid.start, count, laid.near)
-                assert _trace(fan, space, 0, row, side, *around, space.box, limits)
+                assert _trace(rays, 0, row, side, *around, rays.box, limits)
                 expected, found = limits.limits[side, :count].copy(), np.full(count, -9, np.int32)
-                climb = _climb_of(fan, space, 0, row, laid.start, laid.near)
-                if _lay_ray(climb, side, count, space.box, found):
+                climb = _climb_of(fan, rays, 0, row, laid.start, laid.near)
+                if _lay_ray(climb, side, count, rays.box, found):
                     inside = (
                         (0, SIDE) if side == 0 else (-1, SIDE - 1)
                     )  # a lowest level below the box is its floor

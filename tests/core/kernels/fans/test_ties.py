@@ -105,11 +105,11 @@ def test_at_round_places_fans_mark_what_each_ray_marks_alone(
 
 def untied(z: float, start: Start) -> tuple[bool, list[int], set[Voxel]]:
     """What is decided about the events of a ray of slope 1: whether it is, their places, and the voxels walked."""
-    fan, space, profile = fan_of(rays_in_planes((0.5, 0.5, z), [1.0], reach=ENDLESS))
-    work, leftover = work_for(space, profile), room_for_alone()
+    fan, rays, profile = fan_of(rays_in_planes((0.5, 0.5, z), [1.0], reach=ENDLESS))
+    work, leftover = work_for(rays, profile), room_for_alone()
     events = (profile.begun, profile.at.size - 2)
-    decided = ties.untie(fan, space, profile, events, 0, start, BOX, work, leftover)
-    return decided, work.places[: events[1] - events[0]].tolist(), seen_alone(fan, space, leftover)
+    decided = ties.untie(fan, rays, profile, events, 0, start, BOX, work, leftover)
+    return decided, work.places[: events[1] - events[0]].tolist(), seen_alone(rays, leftover)
 
 
 def along_x(columns: int, drift: float = LEAST, beside: float = 0.5) -> Start:
