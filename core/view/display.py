@@ -86,18 +86,20 @@ class DisplayGrid:
         return (self._seen_q(cls, words) / QUANTA_PER_NAT).astype(np.float32)
 
     def _seen_q(self, cls: int, words: Words) -> NDArray[np.int64]:
-        seen_q = np.zeros(len(self.centres_m), np.int64)
-        cells.seen_per_cell(words, self._map(cls), seen_q)
-        return seen_q
+        return self._levels_q(cls, words[None])[:, 1]
+
+    def _levels_q(self, cls: int, levels: NDArray[np.uint64]) -> NDArray[np.int64]:
+        """Return each cell's entropy by the number of nested sets that hold it, (m, n + 1)."""
+        sums_q = np.zeros((len(self.centres_m), len(levels) + 1), np.int64)
+        cells.levels_per_cell(levels, self._map(cls), sums_q)
+        return sums_q
 
     def prevailing(self, cls: int, levels: NDArray[np.uint64]) -> NDArray[np.float32]:
         """Return in which of nested sets most of each cell's entropy lies: 0 none, 1 the first only, ..., (m,).
 
         `levels` (n, words): sets of voxels, each a part of the one before. Where two are equal the lower counts.
         """
-        sums_q = np.zeros((len(self.centres_m), len(levels) + 1), np.int64)
-        cells.levels_per_cell(levels, self._map(cls), sums_q)
-        level: NDArray[np.float32] = np.argmax(sums_q, axis=1).astype(np.float32)
+        level: NDArray[np.float32] = np.argmax(self._levels_q(cls, levels), axis=1).astype(np.float32)
         return level
 
     def _map(self, cls: int) -> CellMap:

@@ -60,21 +60,6 @@ def largest_per_cell(cells: np.ndarray, counts: np.ndarray, count_of_cells: int)
 
 
 @parallel_kernel
-def seen_per_cell(seen: np.ndarray, voxels: CellMap, sums_q: np.ndarray) -> None:
-    """Add h of the seen voxels, uint64 (words,), to their cells, sums_q int64 (m,)."""
-    slab_words = voxels.slab_words
-    slabs = (seen.size + slab_words - 1) // slab_words
-    for slab in numba.prange(slabs):
-        for w in range(slab * slab_words, min((slab + 1) * slab_words, seen.size)):
-            bits, row = voxels.keep[w], np.int64(voxels.first[w])
-            while bits != 0:
-                if (seen[w] >> lowest_bit(bits)) & np.uint64(1) != 0:
-                    sums_q[voxels.cells[row]] += np.int64(voxels.h_q[row])
-                row += 1
-                bits &= bits - np.uint64(1)
-
-
-@parallel_kernel
 def levels_per_cell(levels: np.ndarray, voxels: CellMap, sums_q: np.ndarray) -> None:
     """Add h of every voxel to its cell, in the column of the number of nested sets that hold it.
 
