@@ -202,7 +202,7 @@ def _s_ms(sums: NDArray[np.float64], camera_weight: float) -> tuple[float, ...]:
 
 
 def _ids(field: EntropyField, words: Words) -> NDArray[np.int64]:
-    ids = np.empty(bits.total_bits(words), np.int64)
+    ids = np.empty(int(np.bitwise_count(words).sum()), np.int64)
     bits.gather_ids(field.index.words, field.index.first, words, ids)
     return ids
 

@@ -80,15 +80,6 @@ def first_ids(words: np.ndarray) -> np.ndarray:
 
 
 @kernel
-def total_bits(words: np.ndarray) -> int:
-    """Return the number of set bits of all words."""
-    total = np.uint64(0)
-    for w in range(words.size):
-        total += popcount(words[w])
-    return int(total)
-
-
-@kernel
 def list_voxels(words: np.ndarray, first: np.ndarray, ny: int, depth: int) -> np.ndarray:
     """Return the indices (ix, iy, iz) of the voxels of a mask in the order of their ids, int32 (count, 3)."""
     voxels = np.empty((first[words.size], 3), np.int32)
@@ -103,28 +94,6 @@ def list_voxels(words: np.ndarray, first: np.ndarray, ny: int, depth: int) -> np
             row += 1
             bits &= bits - np.uint64(1)
     return voxels
-
-
-@kernel
-def pack_levels(occupied: np.ndarray, words: np.ndarray) -> None:
-    """Set the bits of the True entries of occupied (columns, nz) in words (columns * depth,)."""
-    columns, nz = occupied.shape
-    depth = (nz + 63) // 64
-    for column in range(columns):
-        for level in range(nz):
-            if occupied[column, level]:
-                words[column * depth + (level >> 6)] |= np.uint64(1) << np.uint64(level & 63)
-
-
-@kernel
-def unpack_levels(words: np.ndarray, occupied: np.ndarray) -> None:
-    """The reverse of `pack_levels`: fill occupied (columns, nz) from words."""
-    columns, nz = occupied.shape
-    depth = (nz + 63) // 64
-    for column in range(columns):
-        for level in range(nz):
-            bit = words[column * depth + (level >> 6)] >> np.uint64(level & 63)
-            occupied[column, level] = bit & np.uint64(1) != 0
 
 
 @kernel

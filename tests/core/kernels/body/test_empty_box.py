@@ -4,15 +4,16 @@ import numpy as np
 import pytest
 
 from riglens.core.kernels.body.empty_box import grow_empty_box
-from riglens.core.kernels.voxels.bits import pack_levels
+from riglens.core.scene.columns import pack
+from riglens.core.scene.grid import VoxelGrid
 
 
 def grown(full: np.ndarray, cell: tuple[int, int, int], limits: list[int]) -> list[int]:
-    nx, ny, nz = full.shape
-    words = np.zeros(nx * ny * ((nz + 63) // 64), np.uint64)
-    pack_levels(full.reshape(nx * ny, nz), words)
     box = grow_empty_box(
-        words, np.array(full.shape, np.int64), np.array(cell, np.int64), np.array(limits, np.int64)
+        pack(VoxelGrid(1.0, full.shape), full),
+        np.array(full.shape, np.int64),
+        np.array(cell, np.int64),
+        np.array(limits, np.int64),
     )
     return [int(side) for side in box]
 

@@ -13,7 +13,6 @@ ALL = (1 << 64) - 1
 
 def test_ids_count_the_set_bits_before_a_word() -> None:
     assert bits.first_ids(words(0b1011, 0, 0b1)).tolist() == [0, 3, 3, 4]
-    assert bits.total_bits(words(0b1011, 0, ALL)) == 67
 
 
 def test_voxels_are_listed_column_by_column_from_the_ground_up() -> None:
@@ -25,19 +24,6 @@ def test_voxels_are_listed_column_by_column_from_the_ground_up() -> None:
 def test_the_second_word_of_a_column_begins_at_level_64() -> None:
     used = words(1 << 63, 0b11)  # one column of two words
     assert bits.list_voxels(used, bits.first_ids(used), 1, 2)[:, 2].tolist() == [63, 64, 65]
-
-
-@pytest.mark.parametrize("nz", [1, 63, 64, 65, 128, 130])
-def test_levels_packed_and_unpacked_are_the_same(nz: int) -> None:
-    occupied = np.zeros((2, nz), np.bool_)
-    occupied[0, 0] = occupied[0, nz - 1] = occupied[1, nz // 2] = True
-    depth = (nz + 63) // 64
-    packed = np.zeros(2 * depth, np.uint64)
-    bits.pack_levels(occupied, packed)
-    assert int(packed[(nz - 1) // 64]) >> (nz - 1) % 64 & 1
-    back = np.ones((2, nz), np.bool_)
-    bits.unpack_levels(packed, back)
-    assert np.array_equal(back, occupied)
 
 
 def test_a_voxel_of_a_part_has_the_id_that_it_has_in_the_whole() -> None:
