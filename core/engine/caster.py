@@ -8,8 +8,8 @@ those that meet something informative before they end are walked one by one (see
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from functools import singledispatch, singledispatchmethod
+from collections.abc import Callable, Iterator
+from functools import partial, singledispatch, singledispatchmethod
 from typing import NamedTuple
 
 import numpy as np
@@ -154,7 +154,7 @@ class Caster:
         if parts:
             return all(self._mark_fan(part, window, marks, is_stale) for part in parts)
         sheets = make_sheets(lidar, rays)
-        return None if sheets is None else self._mark_sheets(sheets, marks, is_stale)
+        return None if sheets is None else self._mark_sheets(sheets, rays, window, marks, is_stale)
 
     @_mark_quickly.register
     def _mark_image(
@@ -165,6 +165,48 @@ class Caster:
             return self._mark_frustum(frustum, rays, window, marks, is_stale)
         mesh = make_mesh(camera, rays)
         return None if mesh is None else self._mark_mesh(mesh, rays, window, marks, is_stale)
+
+    def _mark_frustum(
+        self, frustum: Frustum, rays: Cast, window: Window, marks: Words, is_stale: IsStale
+    ) -> bool:
+        """Mark near voxels by voxel walking, and those beyond its depth limit ray by ray."""
+        mark, rest = partial(mark_frustum, frustum), _beyond(rays, frustum.depth_limit)
+        return self._mark_near(mark, rays.box, window, rest, marks, is_stale)
+
+    def _mark_mesh(
+        self, mesh: CameraMesh, rays: Cast, window: Window, marks: Words, is_stale: IsStale
+    ) -> bool:
+        """Mark near voxels by their place in the mesh of rays; those beyond, and rays outside of the mesh, ray by
+        ray."""
+        mark, rest = partial(mark_mesh, mesh.view, mesh.bins), _beyond(rays, mesh.view.limit)
+        loose = [_some(rays, mesh.loose)] if mesh.loose.size else []
+        return self._mark_near(mark, rays.box, window, loose + rest, marks, is_stale)
+
+    def _mark_sheets(
+        self, sheets: Sheets, rays: Cast, window: Window, marks: Words, is_stale: IsStale
+    ) -> bool:
+        """Mark near tiles by core and sheets; steep beams, and voxels beyond the tiles, ray by ray."""
+        mark = partial(mark_sheets, sheets.spinner, sheets.beams, sheets.shells, sheets.radius)
+        return self._mark_near(mark, rays.box, window, sheets.rest, marks, is_stale)
+
+    def _mark_near(
+        self,
+        mark: Callable[..., None],
+        box: NDArray[np.int64],
+        window: Window,
+        rest: list[Cast],
+        marks: Words,
+        is_stale: IsStale,
+    ) -> bool:
+        """Mark voxels by a kernel that takes rows of the grid, in a box of cells and a window, and the rest ray by
+        ray."""
+        first, last = max(int(box[0]), window.first_row), min(int(box[1]), window.end_row)
+        step = ROWS_PER_CHUNK * self.workers
+        for start in range(first, last, step):
+            if is_stale():
+                return False
+            mark(start, min(start + step, last), self._field.index.words, self.workers, marks)
+        return not rest or self._mark_each(rest, marks, is_stale)
 
     @property
     def field(self) -> EntropyField:
@@ -213,45 +255,6 @@ class Caster:
         high = np.minimum(np.ceil(rays.origin[:2] + room), self._shape[:2]).astype(np.int64)
         words = self._field.index.words.reshape(*self._shape[:2], -1)
         return not words[low[0] : max(high[0], 0), low[1] : max(high[1], 0)].any()
-
-    def _mark_frustum(
-        self, frustum: Frustum, rays: Cast, window: Window, marks: Words, is_stale: IsStale
-    ) -> bool:
-        """Mark near voxels by voxel walking, and those beyond its depth limit ray by ray."""
-        keep, workers = self._field.index.words, self.workers
-        for start, end in _chunks_of_rows(rays.box, workers, window):
-            if is_stale():
-                return False
-            mark_frustum(frustum, start, end, keep, workers, marks)
-        if frustum.depth_limit > farthest(rays):
-            return True
-        beyond = np.array([frustum.depth_limit - 1.0, FARTHEST])
-        return self._mark_rays(rays._replace(reach=beyond), marks, is_stale)
-
-    def _mark_mesh(
-        self, mesh: CameraMesh, rays: Cast, window: Window, marks: Words, is_stale: IsStale
-    ) -> bool:
-        """Mark near voxels by their place in the mesh of rays; those beyond, and rays outside of the mesh, ray by
-        ray."""
-        keep, workers = self._field.index.words, self.workers
-        for start, end in _chunks_of_rows(rays.box, workers, window):
-            if is_stale():
-                return False
-            mark_mesh(mesh.view, mesh.bins, start, end, keep, workers, marks)
-        rest = [_some(rays, mesh.loose)] if mesh.loose.size else []
-        if mesh.view.limit <= farthest(rays):
-            rest.append(rays._replace(reach=np.array([mesh.view.limit - 1.0, FARTHEST])))
-        return self._mark_each(rest, marks, is_stale) if rest else True
-
-    def _mark_sheets(self, sheets: Sheets, marks: Words, is_stale: IsStale) -> bool:
-        """Mark near tiles by core and sheets; steep beams, and voxels beyond the tiles, ray by ray."""
-        spinner, beams, shells, radius, rest = sheets
-        keep, workers = self._field.index.words, self.workers
-        for start, end in _chunks_of_rows(spinner.box, workers):
-            if is_stale():
-                return False
-            mark_sheets(spinner, beams, shells, radius, start, end, keep, workers, marks)
-        return self._mark_each(rest, marks, is_stale) if rest else True
 
     def _mark_rays(self, rays: Cast, marks: Words, is_stale: IsStale) -> bool:
         return self._mark_each([rays], marks, is_stale)
@@ -366,22 +369,16 @@ class Caster:
                 yield (ix * grid.shape[1] + iy) * depth + iz // 64, np.uint64(1 << (iz % 64))
 
 
-def _chunks_of_rows(
-    box: NDArray[np.int64], workers: int, window: Window | None = None
-) -> Iterator[tuple[int, int]]:
-    """Yield first and end row along x of the grid, a chunk at a time, of the part in a box of cells and in a window."""
-    first, last = int(box[0]), int(box[1])
-    if window is not None:
-        first, last = max(first, window.first_row), min(last, window.end_row)
-    for start in range(first, last, ROWS_PER_CHUNK * workers):
-        yield start, min(start + ROWS_PER_CHUNK * workers, last)
-
-
 def _chunks_of_planes(planes: int, rows: int, workers: int) -> Iterator[tuple[int, int]]:
     """Yield first and end plane of a lattice of `planes` planes and `rows` rows, a chunk at a time."""
     step = max(RAYS_PER_CHUNK // rows, STRIP) * workers
     for start in range(0, planes, step):
         yield start, min(start + step, planes)
+
+
+def _beyond(rays: Cast, limit: float) -> list[Cast]:
+    """Return the parts of rays that go on beyond a limit near to the sensor."""
+    return [] if limit > farthest(rays) else [rays._replace(reach=np.array([limit - 1.0, FARTHEST]))]
 
 
 def _some(rays: Cast, numbers: NDArray[np.int64]) -> Cast:

@@ -53,12 +53,11 @@ def differs(seed: int, rooms: tuple[tuple[float, tuple[float, float, float]], ..
     field = field_at(voxel_m, roi_m, float(rng.choice([1.0, 0.3])))
     sensor = any_lidar(rng, field.grid)
     caster, marks = Caster(field, int(rng.integers(1, 4))), np.zeros_like(field.index.words)
-    sheets = make_sheets(
-        sensor, caster.rays(sensor, "exact"), worth=float(rng.choice([WORTH, math.inf])), fewest=0
-    )
+    rays = caster.rays(sensor, "exact")
+    sheets = make_sheets(sensor, rays, worth=float(rng.choice([WORTH, math.inf])), fewest=0)
     if sheets is None:
         return ""
-    caster._mark_sheets(sheets, marks, lambda: False)
+    caster._mark_sheets(sheets, rays, caster.window(sensor), marks, lambda: False)
     seen, truth = unpack(field.grid, marks & field.index.words), seen_ray_by_ray(field, sensor)
     missing, extra = int((truth & ~seen).sum()), int((seen & ~truth).sum())
     return f"seed {seed}, {sensor.model}: {missing} missing, {extra} extra" if missing or extra else ""
@@ -79,9 +78,10 @@ def test_close_rays_in_any_pose_cover_what_the_oracle_says(seed: int) -> None:
         azimuths,
     )
     caster, marks = Caster(SMALL_FIELD), np.zeros_like(SMALL_FIELD.index.words)
-    sheets = make_sheets(sensor, caster.rays(sensor, "exact"), fewest=0)
+    rays = caster.rays(sensor, "exact")
+    sheets = make_sheets(sensor, rays, fewest=0)
     assert sheets is not None
-    caster._mark_sheets(sheets, marks, lambda: False)
+    caster._mark_sheets(sheets, rays, caster.window(sensor), marks, lambda: False)
     assert np.array_equal(unpack(SMALL, marks), exact_cover(SMALL, [sensor]))
 
 
@@ -110,9 +110,10 @@ def test_a_model_of_the_library_is_cast_by_sheets(model: str, rpy_deg: tuple[flo
     sensor = entry.sensor("L", Pose(position_m=(1.0, 0.2, 2.0), rpy_deg=rpy_deg))
     assert isinstance(sensor, Lidar)
     caster, marks = Caster(field), np.zeros_like(field.index.words)
-    sheets = make_sheets(sensor, caster.rays(sensor, "exact"))
+    rays = caster.rays(sensor, "exact")
+    sheets = make_sheets(sensor, rays)
     assert sheets is not None
-    caster._mark_sheets(sheets, marks, lambda: False)
+    caster._mark_sheets(sheets, rays, caster.window(sensor), marks, lambda: False)
     seen = unpack(field.grid, marks & field.index.words)
     assert seen.sum() > 1_000
     assert np.array_equal(seen, seen_ray_by_ray(field, sensor))
