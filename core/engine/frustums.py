@@ -32,7 +32,7 @@ def make_frustum(camera: Camera, rays: Cast) -> Frustum | None:
     outline = (rays.origin + _corners(normals, depth_limit) @ rays.rotation.T)[:, :2]
     return Frustum(
         rays.rows, rays.planes, rays.origin, rays.rotation, rays.box, rays.shape, normals, image, depth_limit,
-        np.ascontiguousarray(outline), rays.is_stopped, _stopped_before(rays),
+        hull(outline), rays.is_stopped, _stopped_before(rays),
     )  # fmt: skip
 
 
@@ -62,3 +62,21 @@ def _corners(normals: NDArray[np.float64], depth_limit: float) -> NDArray[np.flo
         left, right, top, bottom = (-(n[0] * x + SPHERE) / (n[1] + n[2]) for n in normals)
         corners += [(x, y, z) for y in (left, right) for z in (top, bottom)]
     return np.array(corners)
+
+
+def hull(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the corners of the convex hull of points (n, 2), in order."""
+    ordered = sorted(map(tuple, points.tolist()))
+    sides: list[list[tuple[float, ...]]] = []
+    for way in (ordered, ordered[::-1]):
+        side: list[tuple[float, ...]] = []
+        for p in way:
+            while len(side) > 1 and _turns_right(side[-2], side[-1], p):
+                side.pop()
+            side.append(p)
+        sides.append(side[:-1])
+    return np.array(sides[0] + sides[1])
+
+
+def _turns_right(a: tuple[float, ...], b: tuple[float, ...], c: tuple[float, ...]) -> bool:
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) <= 0.0

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.engine.fans import farthest, is_near, is_well_scaled
-from riglens.core.engine.frustums import SHORTEST_DEPTH
+from riglens.core.engine.frustums import SHORTEST_DEPTH, hull
 from riglens.core.kernels.cameras.frustum import BALL
 from riglens.core.kernels.cameras.lens_mesh import NO_BINS, SECTORS, WIDEST, Mesh, lay_border
 from riglens.core.kernels.cameras.triangles import SIZES, measure_triangles
@@ -174,22 +174,4 @@ def _outline(origin: Doubles, border: Doubles, limit: float) -> Doubles:
     arc = (limit / np.cos((high - low) / 16.0)) * np.stack([np.cos(steps), np.sin(steps)], axis=1)
     around = ROOM * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
     points = (np.concatenate([np.zeros((1, 2)), arc])[:, None] + around).reshape(-1, 2)
-    return np.ascontiguousarray(origin + _hull(points))
-
-
-def _hull(points: Doubles) -> Doubles:
-    """Return the corners of the convex hull of points (n, 2), in order."""
-    ordered = sorted(map(tuple, points.tolist()))
-    sides: list[list[tuple[float, ...]]] = []
-    for way in (ordered, ordered[::-1]):
-        side: list[tuple[float, ...]] = []
-        for p in way:
-            while len(side) > 1 and _turns_right(side[-2], side[-1], p):
-                side.pop()
-            side.append(p)
-        sides.append(side[:-1])
-    return np.array(sides[0] + sides[1])
-
-
-def _turns_right(a: tuple[float, ...], b: tuple[float, ...], c: tuple[float, ...]) -> bool:
-    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) <= 0.0
+    return np.ascontiguousarray(origin + hull(points))

@@ -27,6 +27,7 @@ from riglens.core.kernels.body.screen import (
 )
 from riglens.core.kernels.body.solid import GROWN
 from riglens.core.kernels.rays.cast import Cast
+from riglens.core.kernels.rays.lattice import rotated_back
 from riglens.core.kernels.rays.predicates import Vector
 from riglens.core.kernels.runtime.jit import lean_inlined
 
@@ -90,6 +91,22 @@ def size_of(a: Vector) -> float:
 
 
 @lean_inlined
+def bounds_of(c: np.ndarray) -> tuple[Vector, Vector]:
+    """Return the low and the high corner of the box around a triangle of corners (3, 3)."""
+    low = (
+        min(c[0, 0], min(c[1, 0], c[2, 0])),
+        min(c[0, 1], min(c[1, 1], c[2, 1])),
+        min(c[0, 2], min(c[1, 2], c[2, 2])),
+    )
+    high = (
+        max(c[0, 0], max(c[1, 0], c[2, 0])),
+        max(c[0, 1], max(c[1, 1], c[2, 1])),
+        max(c[0, 2], max(c[1, 2], c[2, 2])),
+    )
+    return low, high
+
+
+@lean_inlined
 def ball_around(low: Vector, high: Vector) -> tuple[Vector, float]:
     """Return the middle and radius of the ball around a box, a little larger."""
     middle = (0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), 0.5 * (low[2] + high[2]))
@@ -102,18 +119,9 @@ def view_of(rays: Cast, c: np.ndarray) -> View:
     """Return the view of a triangle of corners (3, 3) in the frame of the sensor."""
     r, g = rays.rotation, rays.origin
     return View(
-        _turned(r, c[0, 0] - g[0], c[0, 1] - g[1], c[0, 2] - g[2]),
-        _turned(r, c[1, 0] - c[0, 0], c[1, 1] - c[0, 1], c[1, 2] - c[0, 2]),
-        _turned(r, c[2, 0] - c[0, 0], c[2, 1] - c[0, 1], c[2, 2] - c[0, 2]),
-    )
-
-
-@lean_inlined
-def _turned(r: np.ndarray, x: float, y: float, z: float) -> Vector:
-    return (
-        r[0, 0] * x + r[1, 0] * y + r[2, 0] * z,
-        r[0, 1] * x + r[1, 1] * y + r[2, 1] * z,
-        r[0, 2] * x + r[1, 2] * y + r[2, 2] * z,
+        rotated_back(r, (c[0, 0] - g[0], c[0, 1] - g[1], c[0, 2] - g[2])),
+        rotated_back(r, (c[1, 0] - c[0, 0], c[1, 1] - c[0, 1], c[1, 2] - c[0, 2])),
+        rotated_back(r, (c[2, 0] - c[0, 0], c[2, 1] - c[0, 1], c[2, 2] - c[0, 2])),
     )
 
 
@@ -200,7 +208,7 @@ def sides_of_box(rays: Cast, bounds: np.ndarray, middle: Vector, cosine: float, 
         dx = (0.5 if k & 1 else -0.5) * (bounds[3] - bounds[0])
         dy = (0.5 if k & 2 else -0.5) * (bounds[4] - bounds[1])
         dz = (0.5 if k & 4 else -0.5) * (bounds[5] - bounds[2])
-        x, y, z = _turned(rays.rotation, dx, dy, dz)
+        x, y, z = rotated_back(rays.rotation, (dx, dy, dz))
         x, y = middle[0] + x, middle[1] + y
         pace = 1.0 / (cosine * x + sine * y)
         side, height = (cosine * y - sine * x) * pace, (middle[2] + z) * pace

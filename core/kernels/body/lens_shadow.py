@@ -18,6 +18,7 @@ from riglens.core.kernels.body.face import (
     WIDEST,
     Sides,
     ball_around,
+    bounds_of,
     set_normals,
     sides_of,
     sides_of_box,
@@ -25,10 +26,10 @@ from riglens.core.kernels.body.face import (
     view_of,
 )
 from riglens.core.kernels.body.screen import in_sensor_axes, slopes_of
-from riglens.core.kernels.body.shadow import Barring, is_in, near2
-from riglens.core.kernels.body.solid import EDGE, Tree, meet
+from riglens.core.kernels.body.shadow import Barring, end_at, is_in_whole, near2, verdict_of
+from riglens.core.kernels.body.solid import Tree
 from riglens.core.kernels.rays.bins import Bins, bin_of
-from riglens.core.kernels.rays.cast import Cast
+from riglens.core.kernels.rays.cast import Cast, ray_direction
 from riglens.core.kernels.rays.lattice import rotated
 from riglens.core.kernels.rays.predicates import Vector
 from riglens.core.kernels.runtime.jit import lean, lean_inlined, parallel_kernel, serial
@@ -92,51 +93,18 @@ def _has_open(bins: Bins, patch: Patch, still: np.ndarray) -> bool:
 
 
 @lean_inlined
-def _verdict(n: np.ndarray, doubt: float, d: np.ndarray, is_in_empty_box: bool) -> int:
-    """Return -1 where a ray of direction d (3,) in the frame of the camera certainly misses a triangle, 1 where it
-    certainly hits it in the empty box, else 0; normals n (3, 3)."""
-    u = n[0, 0] * d[0] + n[0, 1] * d[1] + n[0, 2] * d[2]
-    v = n[1, 0] * d[0] + n[1, 1] * d[1] + n[1, 2] * d[2]
-    w = n[2, 0] * d[0] + n[2, 1] * d[1] + n[2, 2] * d[2]
-    if w < 0.0:
-        u, v, w = -u, -v, -w
-    if w <= doubt:
-        return 0
-    room = doubt + 2.0 * EDGE * w
-    if min(u, v) < -room or u + v > w + room:
-        return -1
-    return 1 if is_in_empty_box and min(u, v) > doubt and w - u - v > doubt else 0
-
-
-@lean_inlined
 def _meet_ray(rays: Cast, ray: int, c: np.ndarray, bar: Barring, ends: LensEnds) -> bool:
     """Test a triangle against one ray, by the formula; return whether the ray is finished now."""
-    row = rays.rows[ray]
-    o = (rays.origin[0], rays.origin[1], rays.origin[2])
-    d = rotated(rays.rotation, (row[0], row[1], row[2]))
-    t, _ = meet(o, d, c)
-    if not bar.start < t < np.inf:
-        return False
-    if is_in(bar.empty_box, (o[0] + t * d[0], o[1] + t * d[1], o[2] + t * d[2])):
-        return True
-    if not ends.has_end[ray] or t < ends.at[ray]:
+    t, is_over = end_at(rays, ray_direction(rays, ray), c, bar)
+    if not is_over and t < np.inf and (not ends.has_end[ray] or t < ends.at[ray]):
         ends.at[ray], ends.has_end[ray] = t, True
-    return False
+    return is_over
 
 
 @lean
 def _offer(rays: Cast, bins: Bins, c: np.ndarray, bar: Barring, normals: np.ndarray, ends: LensEnds) -> None:
     """Test a triangle of corners (3, 3) against all rays that can hit it; normals (3, 3): work space."""
-    low = (
-        min(c[0, 0], min(c[1, 0], c[2, 0])),
-        min(c[0, 1], min(c[1, 1], c[2, 1])),
-        min(c[0, 2], min(c[1, 2], c[2, 2])),
-    )
-    high = (
-        max(c[0, 0], max(c[1, 0], c[2, 0])),
-        max(c[0, 1], max(c[1, 1], c[2, 1])),
-        max(c[0, 2], max(c[1, 2], c[2, 2])),
-    )
+    low, high = bounds_of(c)
     middle, radius = ball_around(low, high)
     place = in_sensor_axes(rays, middle)
     view = view_of(rays, c)
@@ -144,9 +112,7 @@ def _offer(rays: Cast, bins: Bins, c: np.ndarray, bar: Barring, normals: np.ndar
     if sides.left > sides.right:
         sides = _sides_of_ball(place, radius)
     patch, doubt = _patch_between(bins, bar, sides), -1.0
-    is_in_empty_box = (
-        is_in(bar.empty_box, low) and is_in(bar.empty_box, high) and size_of(place) - radius > bar.start
-    )
+    is_in_empty_box = is_in_whole(bar, low, high) and size_of(place) - radius > bar.start
     for i in range(patch.from_i, patch.to_i + 1):
         for j in range(patch.from_j, patch.to_j + 1):
             here = i * bins.sizes[1] + j
@@ -156,7 +122,8 @@ def _offer(rays: Cast, bins: Bins, c: np.ndarray, bar: Barring, normals: np.ndar
                     continue
                 if doubt < 0.0:
                     doubt = DOUBT * set_normals(view, normals)
-                verdict = _verdict(normals, doubt, rays.rows[ray], is_in_empty_box)
+                row = rays.rows[ray]
+                verdict = verdict_of(rotated(normals, (row[0], row[1], row[2])), doubt, is_in_empty_box)
                 if verdict > 0 or (verdict == 0 and _meet_ray(rays, ray, c, bar, ends)):
                     ends.is_over[ray] = True
                     ends.still[here] -= 1

@@ -13,6 +13,7 @@ import numpy as np
 
 from riglens.core.kernels.beams.cones import A_TURN, azimuth_of
 from riglens.core.kernels.rays.cast import Cast
+from riglens.core.kernels.rays.lattice import rotated_back
 from riglens.core.kernels.rays.predicates import Vector
 from riglens.core.kernels.runtime.jit import lean_inlined
 from riglens.core.kernels.voxels.bits import FULL_WORD
@@ -82,13 +83,8 @@ def angle_on_line(y: float) -> float:
 @lean_inlined
 def in_sensor_axes(rays: Cast, place: Vector) -> Vector:
     """Return a place of the vehicle frame as the sensor sees it."""
-    dx, dy, dz = place[0] - rays.origin[0], place[1] - rays.origin[1], place[2] - rays.origin[2]
-    r = rays.rotation
-    return (
-        r[0, 0] * dx + r[1, 0] * dy + r[2, 0] * dz,
-        r[0, 1] * dx + r[1, 1] * dy + r[2, 1] * dz,
-        r[0, 2] * dx + r[1, 2] * dy + r[2, 2] * dz,
-    )
+    g = rays.origin
+    return rotated_back(rays.rotation, (place[0] - g[0], place[1] - g[1], place[2] - g[2]))
 
 
 @lean_inlined

@@ -24,6 +24,7 @@ from riglens.core.kernels.body.face import (
     Face,
     ball_around,
     between,
+    bounds_of,
     face_of,
     size_of,
     view_of,
@@ -81,41 +82,67 @@ def is_in(empty_box: np.ndarray, p: Vector) -> bool:
 
 
 @lean_inlined
+def is_in_whole(bar: Barring, low: Vector, high: Vector) -> bool:
+    """Return whether a box of these corners is in the empty box."""
+    return is_in(bar.empty_box, low) and is_in(bar.empty_box, high)
+
+
+@lean_inlined
+def verdict_of(products: Vector, doubt: float, is_in_empty_box: bool) -> int:
+    """Return -1 where a ray certainly misses a triangle, 1 where it certainly hits it in the empty box, else 0;
+    products: u, v and 1 of the barycentric coordinates of the ray, but for a factor."""
+    u, v, w = products
+    if w < 0.0:
+        u, v, w = -u, -v, -w
+    if w <= doubt:
+        return 0
+    room = doubt + 2.0 * EDGE * w
+    if min(u, v) < -room or u + v > w + room:
+        return -1
+    return 1 if is_in_empty_box and min(u, v) > doubt and w - u - v > doubt else 0
+
+
+@lean_inlined
+def end_at(rays: Cast, d: Vector, c: np.ndarray, bar: Barring) -> tuple[float, bool]:
+    """Return where a ray of direction d ends at a triangle, by the formula, inf: nowhere; and whether that is in the
+    empty box."""
+    o = (rays.origin[0], rays.origin[1], rays.origin[2])
+    t, _ = meet(o, d, c)
+    if not bar.start < t < np.inf:
+        return np.inf, False
+    return t, is_in(bar.empty_box, (o[0] + t * d[0], o[1] + t * d[1], o[2] + t * d[2]))
+
+
+@lean_inlined
 def _meet_ray(
     rays: Cast, screen: Screen, face: Face, bar: Barring, row: int, column: int, ends: Ends
 ) -> None:
     """Test a face against one ray, by the formula."""
-    line, number = screen.row_of[row], screen.column_of[column]
-    if rays.kind == LISTED:
-        local = direction(LISTED, rays.rows[line * screen.column_of.size + number], rays.planes[0])
-    else:
-        local = direction(rays.kind, rays.rows[line], rays.planes[number])
-    o, d = (rays.origin[0], rays.origin[1], rays.origin[2]), rotated(rays.rotation, local)
-    t, _ = meet(o, d, face.corners)
-    if not bar.start < t < np.inf:
-        return
-    if is_in(bar.empty_box, (o[0] + t * d[0], o[1] + t * d[1], o[2] + t * d[2])):
+    d = rotated(rays.rotation, _local(rays, screen, row, column))
+    t, is_over = end_at(rays, d, face.corners, bar)
+    if is_over:
         set_all(ends.is_over[row], column, column + 1)
-    elif not has_all(ends.has_end[row], column, column + 1) or t < ends.at[row, column]:
+    elif t < np.inf and (not has_all(ends.has_end[row], column, column + 1) or t < ends.at[row, column]):
         ends.at[row, column] = t
         set_all(ends.has_end[row], column, column + 1)
 
 
 @lean_inlined
+def _local(rays: Cast, screen: Screen, row: int, column: int) -> Vector:
+    """Return the direction of a ray in the frame of the sensor."""
+    line, number = screen.row_of[row], screen.column_of[column]
+    if rays.kind == LISTED:
+        return direction(LISTED, rays.rows[line * screen.column_of.size + number], rays.planes[0])
+    return direction(rays.kind, rays.rows[line], rays.planes[number])
+
+
+@lean_inlined
 def _products(rays: Cast, screen: Screen, face: Face, row: int, column: int) -> Vector:
     """Return u, v and 1 of the barycentric coordinates of a ray, up to a factor."""
-    n, line, number = face.normals, screen.row_of[row], screen.column_of[column]
-    if screen.is_camera:
-        x, y, z = 1.0, rays.planes[number, 0], rays.rows[line, 0]
-    elif rays.kind == LISTED:
-        x, y, z = direction(LISTED, rays.rows[line * screen.column_of.size + number], rays.planes[0])
-    else:
-        x, y, z = direction(rays.kind, rays.rows[line], rays.planes[number])
-    return (
-        n[0, 0] * x + n[0, 1] * y + n[0, 2] * z,
-        n[1, 0] * x + n[1, 1] * y + n[1, 2] * z,
-        n[2, 0] * x + n[2, 1] * y + n[2, 2] * z,
-    )
+    if screen.is_camera:  # on the image plane, not a unit vector
+        local = 1.0, rays.planes[screen.column_of[column], 0], rays.rows[screen.row_of[row], 0]
+        return rotated(face.normals, local)
+    return rotated(face.normals, _local(rays, screen, row, column))
 
 
 @lean_inlined
@@ -126,17 +153,12 @@ def _offer_each(
     for column in range(max(first, bar.first), min(end, bar.end)):
         if has_all(ends.is_over[row], column, column + 1):
             continue
-        u, v, w = _products(rays, screen, face, row, column)
-        if w < 0.0:
-            u, v, w = -u, -v, -w
-        if w > face.doubt:
-            room = face.doubt + 2.0 * EDGE * w
-            if min(u, v) < -room or u + v > w + room:
-                continue
-            if face.is_in_empty_box and min(u, v) > face.doubt and w - u - v > face.doubt:
-                set_all(ends.is_over[row], column, column + 1)
-                continue
-        _meet_ray(rays, screen, face, bar, row, column, ends)
+        products = _products(rays, screen, face, row, column)
+        verdict = verdict_of(products, face.doubt, face.is_in_empty_box)
+        if verdict > 0:
+            set_all(ends.is_over[row], column, column + 1)
+        elif verdict == 0:
+            _meet_ray(rays, screen, face, bar, row, column, ends)
 
 
 @lean_inlined
@@ -230,16 +252,7 @@ def _next_open(screen: Screen, window: Window, bar: Barring, is_over: np.ndarray
 @lean
 def _offer(rays: Cast, screen: Screen, c: np.ndarray, bar: Barring, work: np.ndarray, ends: Ends) -> None:
     """Test a triangle against all rays that can hit it."""
-    low = (
-        min(c[0, 0], min(c[1, 0], c[2, 0])),
-        min(c[0, 1], min(c[1, 1], c[2, 1])),
-        min(c[0, 2], min(c[1, 2], c[2, 2])),
-    )
-    high = (
-        max(c[0, 0], max(c[1, 0], c[2, 0])),
-        max(c[0, 1], max(c[1, 1], c[2, 1])),
-        max(c[0, 2], max(c[1, 2], c[2, 2])),
-    )
+    low, high = bounds_of(c)
     middle, radius = ball_around(low, high)
     place = in_sensor_axes(rays, middle)
     view = view_of(rays, c)
@@ -247,9 +260,7 @@ def _offer(rays: Cast, screen: Screen, c: np.ndarray, bar: Barring, work: np.nda
     row = _next_open(screen, window, bar, ends.is_over, window.first)
     if row >= window.end:
         return
-    is_in_empty_box = (
-        is_in(bar.empty_box, low) and is_in(bar.empty_box, high) and size_of(place) - radius > bar.start
-    )
+    is_in_empty_box = is_in_whole(bar, low, high) and size_of(place) - radius > bar.start
     face = face_of(screen, view, c, (place, radius), is_in_empty_box, work)
     while row < window.end:
         if face.has_edges:

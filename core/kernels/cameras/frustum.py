@@ -17,7 +17,7 @@ import numba
 import numpy as np
 
 from riglens.core.kernels.rays.cast import NONE_STOPPED
-from riglens.core.kernels.rays.lattice import direction, rotated
+from riglens.core.kernels.rays.lattice import direction, rotated, rotated_back
 from riglens.core.kernels.rays.predicates import Vector
 from riglens.core.kernels.rays.walk import FARTHEST, Cell, Ray, hits_cell
 from riglens.core.kernels.runtime.codes import CAMERA
@@ -44,7 +44,7 @@ class Frustum(NamedTuple):
 
     sides (4, 3): inward unit normals of the planes through the image borders; image (4,): u = (0) - (1) y / x and
     v = (2) - (3) z / x; depth_limit: the forward distance up to which a ray is within BALL of any point; outline
-    (8, 2): corners, in x and y of the grid, of what holds the centres of all voxels that are marked or tested.
+    (n, 2): corners in plan, in order, of what holds the centres of all voxels that are marked or tested.
     is_stopped (rays,) as in `kernels.rays.cast.Cast`; stopped_before (m + 1, n + 1): how many are in tiles of
     TILE x TILE rays above and to the left; both empty where none is.
     """
@@ -73,13 +73,7 @@ class VoxelWork(NamedTuple):
 @lean_inlined
 def _to_camera(f: Frustum, x: float, y: float, z: float) -> tuple[float, float, float]:
     """Convert a point of the grid to the camera frame."""
-    dx, dy, dz = x - f.origin[0], y - f.origin[1], z - f.origin[2]
-    r = f.rotation
-    return (
-        r[0, 0] * dx + r[1, 0] * dy + r[2, 0] * dz,
-        r[0, 1] * dx + r[1, 1] * dy + r[2, 1] * dz,
-        r[0, 2] * dx + r[1, 2] * dy + r[2, 2] * dz,
-    )
+    return rotated_back(f.rotation, (x - f.origin[0], y - f.origin[1], z - f.origin[2]))
 
 
 @lean_inlined
@@ -313,18 +307,16 @@ def _mark_column(f: Frustum, ix: int, iy: int, keep: np.ndarray, marks: np.ndarr
 
 
 @lean_inlined
-def _columns_in_row(outline: np.ndarray, x: float) -> tuple[float, float]:
-    """Return the span along y in which a row of columns at x crosses the convex outline (empty: from > to)."""
+def columns_in_row(outline: np.ndarray, x: float) -> tuple[float, float]:
+    """Return the span along y in which a row of columns at x crosses a convex outline, given by its corners (empty:
+    from > to)."""
     low, high = np.inf, -np.inf
     for a in range(outline.shape[0]):
-        for b in range(a):
-            x0, x1 = outline[a, 0] - x, outline[b, 0] - x
-            if min(x0, x1) <= 0.0 <= max(x0, x1):
-                share = x0 / (x0 - x1) if x0 != x1 else 0.0
-                y = outline[a, 1] + share * (outline[b, 1] - outline[a, 1])
-                low, high = min(low, y), max(high, y)
-                if x0 == x1:
-                    low, high = min(low, outline[b, 1]), max(high, outline[b, 1])
+        b = a - 1 if a > 0 else outline.shape[0] - 1
+        x0, x1 = outline[a, 0] - x, outline[b, 0] - x
+        if min(x0, x1) <= 0.0 <= max(x0, x1) and x0 != x1:
+            y = outline[a, 1] + x0 / (x0 - x1) * (outline[b, 1] - outline[a, 1])
+            low, high = min(low, y), max(high, y)
     return low, high
 
 
@@ -344,7 +336,7 @@ def mark_frustum(
             ix = first_row + take(counter)
             if ix >= end_row:
                 break
-            low, high = _columns_in_row(f.outline, ix + 0.5)
+            low, high = columns_in_row(f.outline, ix + 0.5)
             if low > high:
                 continue
             first, last = max(np.floor(low) - 1.0, float(f.box[2])), min(np.ceil(high) + 1.0, float(f.box[3]))

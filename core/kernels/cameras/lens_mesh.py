@@ -16,10 +16,10 @@ import numba
 import numpy as np
 
 from riglens.core.kernels.beams.cones import CLEAR, HALF_COLUMN, LONGEST
-from riglens.core.kernels.cameras.frustum import SPHERE
+from riglens.core.kernels.cameras.frustum import SPHERE, columns_in_row
 from riglens.core.kernels.rays.bins import Bins, bin_of, bins_around
 from riglens.core.kernels.rays.cast import NONE_STOPPED
-from riglens.core.kernels.rays.lattice import rotated
+from riglens.core.kernels.rays.lattice import rotated, rotated_back
 from riglens.core.kernels.rays.walk import FARTHEST, Cell, Ray, hits_cell
 from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined, parallel_kernel
 from riglens.core.kernels.runtime.work_stealing import new_counter, take
@@ -169,17 +169,6 @@ def _ray_hits(mesh: Mesh, ray: int, cell: Cell) -> bool:
 
 
 @lean_inlined
-def _to_camera(mesh: Mesh, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """Convert a place, relative to the camera, to the camera frame."""
-    r = mesh.rotation
-    return (
-        r[0, 0] * x + r[1, 0] * y + r[2, 0] * z,
-        r[0, 1] * x + r[1, 1] * y + r[2, 1] * z,
-        r[0, 2] * x + r[1, 2] * y + r[2, 2] * z,
-    )
-
-
-@lean_inlined
 def _is_out_of_reach(mesh: Mesh, low: tuple[float, float, float]) -> bool:
     """Return whether a voxel lies to a side of the camera to which no ray goes; low: its lower corner seen from the
     camera."""
@@ -198,7 +187,7 @@ def _place_in_image(
     """Return the span of a voxel in the image plane (y / x from, to, z / x from, to), as far as it is AHEAD; empty
     where nothing of it is. corners (8, 3): work space."""
     for k in range(8):
-        x, y, z = _to_camera(mesh, low[0] + (k & 1), low[1] + (k >> 1 & 1), low[2] + (k >> 2))
+        x, y, z = rotated_back(mesh.rotation, (low[0] + (k & 1), low[1] + (k >> 1 & 1), low[2] + (k >> 2)))
         corners[k, 0], corners[k, 1], corners[k, 2] = x, y, z
     left, right, bottom, top = np.inf, -np.inf, np.inf, -np.inf
     for k in range(8):
@@ -248,8 +237,8 @@ def _is_free(
 ) -> bool:
     """Return whether no ray is stopped that is a corner of a triangle that holds a place between two, seen from the
     camera."""
-    x0, y0, z0 = _to_camera(mesh, low[0], low[1], low[2])
-    x1, y1, z1 = _to_camera(mesh, high[0], high[1], high[2])
+    x0, y0, z0 = rotated_back(mesh.rotation, low)
+    x1, y1, z1 = rotated_back(mesh.rotation, high)
     if min(x0, x1) < 0.5:
         return False
     from_u, to_u = min(y0 / x0, y1 / x1) - mesh.apart[0], max(y0 / x0, y1 / x1) + mesh.apart[0]
@@ -264,7 +253,7 @@ def any_ray_hits(mesh: Mesh, bins: Bins, cell: Cell, work: np.ndarray) -> bool:
     low = (cell[0] - mesh.origin[0], cell[1] - mesh.origin[1], cell[2] - mesh.origin[2])
     if _is_out_of_reach(mesh, low):
         return False
-    x, y, z = _to_camera(mesh, low[0] + 0.5, low[1] + 0.5, low[2] + 0.5)
+    x, y, z = rotated_back(mesh.rotation, (low[0] + 0.5, low[1] + 0.5, low[2] + 0.5))
     if x < -SPHERE:
         return False
     from_i, to_i, from_j, to_j = 0, bins.sizes[0] - 1, 0, bins.sizes[1] - 1
@@ -375,20 +364,6 @@ def _mark_column(
     _test_levels(mesh, bins, column, (sure_end, end), keep, marks, work)
 
 
-@lean_inlined
-def _columns_in_row(outline: np.ndarray, x: float) -> tuple[float, float]:
-    """Return the span along y in which a row of columns at x crosses a convex outline, given by its corners (empty:
-    from > to)."""
-    low, high = np.inf, -np.inf
-    for a in range(outline.shape[0]):
-        b = a - 1 if a > 0 else outline.shape[0] - 1
-        x0, x1 = outline[a, 0] - x, outline[b, 0] - x
-        if min(x0, x1) <= 0.0 <= max(x0, x1) and x0 != x1:
-            y = outline[a, 1] + x0 / (x0 - x1) * (outline[b, 1] - outline[a, 1])
-            low, high = min(low, y), max(high, y)
-    return low, high
-
-
 @parallel_kernel
 def mark_mesh(
     mesh: Mesh, bins: Bins, first_row: int, end_row: int, keep: np.ndarray, workers: int, marks: np.ndarray
@@ -404,7 +379,7 @@ def mark_mesh(
             ix = first_row + take(counter)
             if ix >= end_row:
                 break
-            low, high = _columns_in_row(mesh.outline, ix + 0.5)
+            low, high = columns_in_row(mesh.outline, ix + 0.5)
             if low > high:
                 continue
             first, end = max(np.floor(low), float(mesh.box[2])), min(np.ceil(high) + 1.0, float(mesh.box[3]))

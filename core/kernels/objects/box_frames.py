@@ -7,8 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from riglens.core.kernels.objects.shapes import turned_into
-from riglens.core.kernels.rays.lattice import Direction
+from riglens.core.kernels.rays.lattice import Direction, rotated_back
 from riglens.core.kernels.rays.phases import mixed, unit
 from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined
 
@@ -204,7 +203,7 @@ def start_of(traffic: Traffic, beams: Beams, box: int) -> Direction:
         -(traffic.centres[box, 1] - beams.origin[1]),
         -(traffic.centres[box, 2] - beams.origin[2]),
     )
-    return turned_into(traffic.rotations[box], back)
+    return rotated_back(traffic.rotations[box], back)
 
 
 @lean_inlined
@@ -212,7 +211,7 @@ def set_turn(traffic: Traffic, rotation: np.ndarray, box: int, turn: np.ndarray)
     """Write turn (3, 3), which converts directions from the sensor frame to the axes of a box."""
     for column in range(3):
         v = (rotation[0, column], rotation[1, column], rotation[2, column])
-        turn[0, column], turn[1, column], turn[2, column] = turned_into(traffic.rotations[box], v)
+        turn[0, column], turn[1, column], turn[2, column] = rotated_back(traffic.rotations[box], v)
 
 
 @lean_inlined
@@ -220,3 +219,9 @@ def set_centre(start: Direction, turn: np.ndarray, centre: np.ndarray) -> None:
     """Write centre (3,), the middle of a box in the axes of the sensor, which is at `start` in those of the box."""
     for axis in range(3):
         centre[axis] = -(turn[0, axis] * start[0] + turn[1, axis] * start[1] + turn[2, axis] * start[2])
+
+
+@lean_inlined
+def is_inside(start: Direction, half: np.ndarray) -> bool:
+    """Return whether a point in the axes of a box is in it or on its surface."""
+    return bool(abs(start[0]) <= half[0] and abs(start[1]) <= half[1] and abs(start[2]) <= half[2])

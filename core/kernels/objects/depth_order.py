@@ -11,9 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from riglens.core.kernels.objects.box_frames import Beams, Traffic, reach_of, start_of
-from riglens.core.kernels.objects.shapes import is_inside, turned_into
-from riglens.core.kernels.rays.lattice import Direction
+from riglens.core.kernels.objects.box_frames import Beams, Traffic, is_inside, reach_of, start_of
+from riglens.core.kernels.rays.lattice import Direction, rotated_back
 from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined
 
 _GAP_M = 1e-6
@@ -300,7 +299,7 @@ def _is_kept_apart(
         traffic.halves[mine],
         traffic.halves[other],
     )
-    gap, at = turned_into(turn, away), turned_into(turn, sensor)
+    gap, at = rotated_back(turn, away), rotated_back(turn, sensor)
     for axis in range(3):
         wide = 0.0
         for k in range(3):

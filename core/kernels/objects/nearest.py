@@ -17,6 +17,7 @@ from riglens.core.kernels.objects.box_frames import (
     Traffic,
     distance_of,
     glass_draw,
+    is_inside,
     radius_of,
     reach_of,
     set_centre,
@@ -25,7 +26,6 @@ from riglens.core.kernels.objects.box_frames import (
     start_of,
     turned,
 )
-from riglens.core.kernels.objects.shapes import is_inside
 from riglens.core.kernels.objects.windows import (
     TURN,
     Window,

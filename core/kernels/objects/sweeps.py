@@ -14,6 +14,7 @@ from riglens.core.kernels.objects.box_frames import (
     Beams,
     Canvas,
     Traffic,
+    is_inside,
     is_lost,
     local_direction,
     new_faces,
@@ -23,7 +24,7 @@ from riglens.core.kernels.objects.box_frames import (
 )
 from riglens.core.kernels.objects.counts import cosine_of, is_returned, is_stopped, spun, wipe
 from riglens.core.kernels.objects.nearest import meet_frame
-from riglens.core.kernels.rays.lattice import Direction, rotated
+from riglens.core.kernels.rays.lattice import Direction, rotated, rotated_back
 from riglens.core.kernels.rays.phases import mixed, unit
 from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined
 
@@ -226,8 +227,4 @@ def count_inside(
             x, y, z = points[k, 0] - centre[0], points[k, 1] - centre[1], points[k, 2] - centre[2]
             if x * x + y * y + z * z > 1.000001 * radius2:
                 continue
-            counts[box] += (
-                abs(turn[0, 0] * x + turn[1, 0] * y + turn[2, 0] * z) <= half[0]
-                and abs(turn[0, 1] * x + turn[1, 1] * y + turn[2, 1] * z) <= half[1]
-                and abs(turn[0, 2] * x + turn[1, 2] * y + turn[2, 2] * z) <= half[2]
-            )
+            counts[box] += is_inside(rotated_back(turn, (x, y, z)), half)

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
+from riglens.core.kernels.rays.lattice import rotated_back
 from riglens.core.kernels.runtime.jit import inlined, kernel, parallel_kernel
 
 SLACK = 1e-9
@@ -41,12 +42,7 @@ class Tested(NamedTuple):
 @inlined
 def _centre(g: np.ndarray, rotation: np.ndarray, voxel: np.ndarray) -> Point:
     """Return the centre of a voxel in the sensor frame, grid units."""
-    x, y, z = voxel[0] + 0.5 - g[0], voxel[1] + 0.5 - g[1], voxel[2] + 0.5 - g[2]
-    return (
-        rotation[0, 0] * x + rotation[1, 0] * y + rotation[2, 0] * z,
-        rotation[0, 1] * x + rotation[1, 1] * y + rotation[2, 1] * z,
-        rotation[0, 2] * x + rotation[1, 2] * y + rotation[2, 2] * z,
-    )
+    return rotated_back(rotation, (voxel[0] + 0.5 - g[0], voxel[1] + 0.5 - g[1], voxel[2] + 0.5 - g[2]))
 
 
 @inlined

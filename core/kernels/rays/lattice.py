@@ -35,3 +35,13 @@ def rotated(rotation: np.ndarray, d: Direction) -> Direction:
         (rotation[1, 0] * d[0] + rotation[1, 1] * d[1]) + rotation[1, 2] * d[2],
         (rotation[2, 0] * d[0] + rotation[2, 1] * d[1]) + rotation[2, 2] * d[2],
     )
+
+
+@lean_inlined
+def rotated_back(rotation: np.ndarray, v: Direction) -> Direction:
+    """Return R^T v, summed from left to right: what is in the outer frame as the inner one has it."""
+    return (
+        (rotation[0, 0] * v[0] + rotation[1, 0] * v[1]) + rotation[2, 0] * v[2],
+        (rotation[0, 1] * v[0] + rotation[1, 1] * v[1]) + rotation[2, 1] * v[2],
+        (rotation[0, 2] * v[0] + rotation[1, 2] * v[1]) + rotation[2, 2] * v[2],
+    )

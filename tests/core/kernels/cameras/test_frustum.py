@@ -40,7 +40,7 @@ def frustum_of(
     turn = np.array([[math.cos(a), 0.0, math.sin(a)], [0.0, 1.0, 0.0], [-math.sin(a), 0.0, math.cos(a)]])
     limit = depth_limit or BALL / (math.hypot(1.0 / half, 1.0 / half) / 2.0)
     image = np.array([rays / 2.0 - 0.5, half, rays / 2.0 - 0.5, half])
-    everywhere = np.array([[x, y] for x in (-1.0, 5.0) for y in (-1.0, 5.0)] * 2)
+    everywhere = np.array([[-1.0, -1.0], [5.0, -1.0], [5.0, 5.0], [-1.0, 5.0]])
     return Frustum(
         table, table, np.array(place), turn, BOX, SHAPE, sides / side, image, limit, everywhere
     )  # fmt: skip
@@ -161,11 +161,11 @@ def test_room_around_the_view_is_measured_at_right_angles_to_its_borders() -> No
 @pytest.mark.parametrize(("x", "span"), [(1.0, (1.0, 3.0)), (0.0, (2.0, 2.0)), (2.0, (0.0, 4.0))])
 def test_an_outline_is_crossed_from_side_to_side(x: float, span: tuple[float, float]) -> None:
     diamond = np.array([[0.0, 2.0], [2.0, 0.0], [4.0, 2.0], [2.0, 4.0]])
-    assert kernel._columns_in_row(diamond, x) == pytest.approx(span)
+    assert kernel.columns_in_row(diamond, x) == pytest.approx(span)
 
 
 def test_an_outline_is_not_crossed_beside_it() -> None:
-    low, high = kernel._columns_in_row(np.array([[0.0, 2.0], [2.0, 0.0], [4.0, 2.0]]), -0.1)
+    low, high = kernel.columns_in_row(np.array([[0.0, 2.0], [2.0, 0.0], [4.0, 2.0]]), -0.1)
     assert low > high
 
 
