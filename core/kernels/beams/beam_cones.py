@@ -38,7 +38,6 @@ from riglens.core.kernels.beams.tiles import (
     find_wanted,
     level_of,
     list_columns,
-    mask_of,
     reaches,
     tile_at,
     work_space,
@@ -46,7 +45,7 @@ from riglens.core.kernels.beams.tiles import (
 from riglens.core.kernels.rays.walk import FARTHEST
 from riglens.core.kernels.runtime.jit import inlined, kernel, parallel_kernel
 from riglens.core.kernels.runtime.work_stealing import new_counter, take
-from riglens.core.kernels.voxels.bits import lowest_bit
+from riglens.core.kernels.voxels.bits import lowest_bit, mask_of
 
 NOWHERE = np.int32(-(1 << 30))
 """A level that no box has."""

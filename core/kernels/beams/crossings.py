@@ -21,10 +21,10 @@ from riglens.core.kernels.beams.cones import (
     place_of,
     ray_direction,
 )
-from riglens.core.kernels.beams.tiles import TILE, Tile, TileWork, mask_of
+from riglens.core.kernels.beams.tiles import TILE, Tile, TileWork
 from riglens.core.kernels.rays.walk import Ray, hits_cell
 from riglens.core.kernels.runtime.jit import lean, lean_inlined
-from riglens.core.kernels.voxels.bits import lowest_bit
+from riglens.core.kernels.voxels.bits import lowest_bit, mask_of
 
 PAST, CLOSE, INSIDE = 0, 1, 2
 """Relation of a ray to a column: past it, too close to its edges for doubles to tell, or through it."""

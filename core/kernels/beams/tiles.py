@@ -8,7 +8,7 @@ import numpy as np
 
 from riglens.core.kernels.beams.cones import HALF_COLUMN, Spinner
 from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined
-from riglens.core.kernels.voxels.bits import FULL_WORD, lowest_bit
+from riglens.core.kernels.voxels.bits import lowest_bit, mask_of
 
 TILE = 16
 """Columns along each edge of a tile."""
@@ -95,17 +95,6 @@ def tile_at(s: Spinner, ix: int, iy: int) -> Tile:
 def reaches(tile: Tile) -> float:
     """Return the longest way from the sensor to a point of the tile in the box."""
     return float(np.hypot(tile.farthest, max(abs(tile.low), abs(tile.high))))
-
-
-@lean_inlined
-def mask_of(low: int | np.int32, high: int | np.int32, part: int) -> np.uint64:
-    """Return the bits low..high of the word `part` of a column; none where low > high."""
-    first, last = int(low) - 64 * part, int(high) - 64 * part
-    shown = (first <= last) & (first < 64) & (last >= 0)
-    mask = (FULL_WORD << np.uint64(min(max(first, 0), 63))) & (
-        FULL_WORD >> np.uint64(63 - min(max(last, 0), 63))
-    )
-    return mask if shown else np.uint64(0)
 
 
 @lean_inlined

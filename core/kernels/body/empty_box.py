@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from riglens.core.kernels.runtime.jit import inlined, kernel
-from riglens.core.kernels.voxels.bits import FULL_WORD
+from riglens.core.kernels.voxels.bits import mask_of
 
 
 @inlined
@@ -13,8 +13,7 @@ def _is_empty(words: np.ndarray, shape: np.ndarray, box: np.ndarray) -> bool:
     """Return whether a box of cells [lx hx ly hy lz hz), some of each, holds no set bit."""
     depth = (shape[2] + 63) // 64
     for part in range(box[4] // 64, (box[5] - 1) // 64 + 1):
-        low, high = max(box[4] - 64 * part, 0), min(box[5] - 1 - 64 * part, 63)
-        mask = (FULL_WORD << np.uint64(low)) & (FULL_WORD >> np.uint64(63 - high))
+        mask = mask_of(box[4], box[5] - 1, part)
         for ix in range(box[0], box[1]):
             for iy in range(box[2], box[3]):
                 if words[(ix * shape[1] + iy) * depth + part] & mask != 0:

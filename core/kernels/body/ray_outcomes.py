@@ -7,7 +7,7 @@ import numpy as np
 
 from riglens.core.kernels.rays.cast import BLOCK, Cast, ray_direction, walk_ray
 from riglens.core.kernels.runtime.jit import inlined, parallel_kernel
-from riglens.core.kernels.voxels.bits import level_mask
+from riglens.core.kernels.voxels.bits import mask_of
 
 CAR, OUTSIDE, GROUND, NOTHING, SHARED, NEW = range(6)
 """Outcomes of a ray: it hits the car; never enters the grid; leaves it through its floor, or otherwise, without an
@@ -25,9 +25,8 @@ def _meets(runs: np.ndarray, count: int, depth: int, informative: np.ndarray, ot
     found = NOTHING
     for r in range(count):
         for part in range(runs[r, 1] >> 6, (runs[r, 2] >> 6) + 1):
-            low, high = max(runs[r, 1] - 64 * part, 0), min(runs[r, 2] - 64 * part, 63)
             word = np.int64(runs[r, 0]) * depth + part
-            met = informative[word] & level_mask(low, high)
+            met = informative[word] & mask_of(runs[r, 1], runs[r, 2], part)
             if met & ~others[word] != 0:
                 return NEW
             if met != 0:

@@ -18,7 +18,7 @@ from riglens.core.kernels.fans.profile import TOLERANCE
 from riglens.core.kernels.rays.cast import Cast, direction_at
 from riglens.core.kernels.rays.walk import FARTHEST, Ray, walk_exact
 from riglens.core.kernels.runtime.jit import inlined, kernel
-from riglens.core.kernels.voxels.bits import FULL_WORD
+from riglens.core.kernels.voxels.bits import mask_of
 
 CLOSEST = 1e-9
 """Slopes that differ by less are treated as equal; far more than their rounding."""
@@ -86,15 +86,6 @@ def find_spans(
         if is_counted:
             return spans
     return np.empty((0, 2), np.int32)
-
-
-@inlined
-def _mask(low: int | np.int32, high: int | np.int32, part: int) -> np.uint64:
-    """Return the bits low..high of the word `part` of a column; none where low > high."""
-    first, last = max(int(low) - 64 * part, 0), min(int(high) - 64 * part, 63)
-    if first > last:
-        return np.uint64(0)
-    return (FULL_WORD << np.uint64(first)) & (FULL_WORD >> np.uint64(63 - last))
 
 
 @kernel
@@ -237,10 +228,10 @@ def limit_levels(
         ):
             return False
         for part in range(allowed.shape[0]):
-            low, high, mask = limits[0, 0], limits[1, 0], _mask(limits[0, 0], limits[1, 0], part)
+            low, high, mask = limits[0, 0], limits[1, 0], mask_of(limits[0, 0], limits[1, 0], part)
             for i in range(count):
                 if limits[0, i] != low or limits[1, i] != high:
                     low, high = limits[0, i], limits[1, i]
-                    mask = _mask(low, high, part)
+                    mask = mask_of(low, high, part)
                 allowed[part, i] |= mask
     return True

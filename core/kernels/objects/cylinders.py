@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from riglens.core.kernels.rays.cast import Cast
-from riglens.core.kernels.rays.lattice import direction, rotated
+from riglens.core.kernels.rays.cast import Cast, ray_direction
 from riglens.core.kernels.rays.predicates import Vector
 from riglens.core.kernels.runtime.jit import inlined, kernel
 
@@ -41,10 +40,9 @@ def count_on_cylinders(rays: Cast, cylinders: np.ndarray, cones: np.ndarray, cou
     and a cosine below which no ray can meet it. Written to counts int64 (m, 2): rays that get there before they end
     (`rays.ends`, metres, or none of them ends), and rays that would if nothing of the car stopped them.
     """
-    planes = rays.planes.shape[0]
     o = (rays.origin[0], rays.origin[1], rays.origin[2])
-    for ray in range(rays.rows.shape[0] * planes):
-        d = rotated(rays.rotation, direction(rays.kind, rays.rows[ray // planes], rays.planes[ray % planes]))
+    for ray in range(rays.rows.shape[0] * rays.planes.shape[0]):
+        d = ray_direction(rays, ray)
         for k in range(cylinders.shape[0]):
             if d[0] * cones[k, 0] + d[1] * cones[k, 1] + d[2] * cones[k, 2] < cones[k, 3]:
                 continue

@@ -57,6 +57,17 @@ def level_mask(low: int | np.int64, high: int | np.int64) -> np.uint64:
 
 
 @lean_inlined
+def mask_of(low: int | np.int32, high: int | np.int32, part: int) -> np.uint64:
+    """Return the bits low..high of the word `part` of a column; none where low > high."""
+    first, last = int(low) - 64 * part, int(high) - 64 * part
+    shown = (first <= last) & (first < 64) & (last >= 0)
+    mask = (FULL_WORD << np.uint64(min(max(first, 0), 63))) & (
+        FULL_WORD >> np.uint64(63 - min(max(last, 0), 63))
+    )
+    return mask if shown else np.uint64(0)
+
+
+@lean_inlined
 def mark_levels(marks: np.ndarray, base: int | np.int64, low: int | np.int64, high: int | np.int64) -> None:
     """Set the levels low..high of the column whose first word is `base`; usually they share a word."""
     first, last = low >> 6, high >> 6

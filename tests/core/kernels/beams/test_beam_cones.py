@@ -17,6 +17,7 @@ from riglens.core.kernels.beams import beam_cones, cones, crossings, tiles
 from riglens.core.kernels.rays.cast import Cast
 from riglens.core.kernels.rays.walk import Ray, hits_cell
 from riglens.core.kernels.runtime.codes import LISTED
+from riglens.core.kernels.voxels import bits
 from riglens.core.rig.model import Lidar
 from riglens.core.sensing.rays import lattice
 from tests.core.kernels.tiny import BOX, ENDLESS, SHAPE, SIDE, Voxel, no_voxels, voxels_of
@@ -273,7 +274,7 @@ def test_a_core_ends_with_its_beams_and_its_radius(gap_deg: float) -> None:
 @pytest.mark.parametrize("part", [0, 1])
 def test_levels_become_bits_of_their_word(low: int, high: int, part: int) -> None:
     levels = {level - 64 * part for level in range(low, high + 1)} & set(range(64))
-    assert int(tiles.mask_of(low, high, part)) == sum(1 << level for level in levels)
+    assert int(bits.mask_of(low, high, part)) == sum(1 << level for level in levels)
 
 
 def test_beams_that_are_as_steep_as_they_can_be_are_sheets_too() -> None:
