@@ -141,11 +141,6 @@ class KernelFolder:
             with contextlib.suppress(OSError):
                 unfinished.unlink()
 
-    def remove(self, pattern: str) -> None:
-        """Delete the files whose names match."""
-        for path in self.path.glob(pattern) if self.path else ():
-            path.unlink(missing_ok=True)
-
 
 class KernelCache:
     """Cache of compiled code for Numba's dispatcher of one kernel, in place of `numba.core.caching.FunctionCache`.
@@ -185,10 +180,6 @@ class KernelCache:
         if not data.library.has_dynamic_globals:
             made_for = (sig, data.codegen.magic_tuple(), is_for_a_caller())
             self._folder.write(self._file_name(made_for), dumps((made_for, data._reduce())))
-
-    def flush(self) -> None:
-        """Discard this kernel's code, for `dispatcher.recompile`."""
-        self._folder.remove(f"{self._name}-*.nbc")
 
     def _file_name(self, made_for: tuple[Any, Any, bool]) -> str:
         """Argument types, processor and Python's version in a name of bounded length."""
