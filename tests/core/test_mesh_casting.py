@@ -21,6 +21,7 @@ from riglens.core.sensors.base import unplaced
 from riglens.core.sensors.camera import field_of_view_deg
 from riglens.core.study.reference import exact_cover
 from tests.core.builders import field_of, grid_of, seen_by, seen_ray_by_ray
+from tests.core.poses import any_pose
 from tests.core.rooms import ROOMS, SMALL, SMALL_FIELD, field_at, seeds
 
 LENSES = (
@@ -50,14 +51,10 @@ def models() -> tuple[Camera, ...]:
     )
 
 
-def any_pose(rng: np.random.Generator, grid: VoxelGrid) -> dict[str, tuple[float, ...]]:
-    """A place in or near the grid, often on faces and corners, upright, a little or much turned."""
-    cells = rng.integers(-4, np.array(grid.shape) + 5) + rng.choice([0.0, 0.5, 0.317, rng.random()], 3)
-    position = np.array(grid.origin_m) + cells * grid.voxel_m
-    tilt = rng.choice([0.0, 2.0, 10.0, 40.0, 90.0, rng.uniform(0.0, 180.0)])
-    roll, pitch = tilt * rng.choice([0.0, 1.0, -1.0, rng.uniform(-1.0, 1.0)], 2)
-    yaw = rng.choice([0.0, 90.0, 45.0, rng.uniform(-180.0, 180.0)])
-    return {"position": tuple(map(float, position)), "rpy_deg": tuple(map(float, (roll, pitch, yaw)))}
+def anywhere(rng: np.random.Generator, camera: Camera, grid: VoxelGrid) -> Camera:
+    """The camera in any pose."""
+    pose = any_pose(rng, grid)
+    return camera.replace(position=pose.position_m, rpy_deg=pose.rpy_deg)
 
 
 def differs(field: EntropyField, sensor: Camera, workers: int = 1) -> str:
@@ -85,7 +82,7 @@ def bent(rng: np.random.Generator, lens: BrownConrady | KannalaBrandt, cast: tup
 def test_library_cameras_in_any_pose_see_what_their_rays_see(seed: int) -> None:
     rng = np.random.default_rng(seed)
     field = field_at(*ROOMS[rng.integers(len(ROOMS))], float(rng.choice([1.0, 0.3])))
-    camera = models()[rng.integers(len(models()))].replace(**any_pose(rng, field.grid))
+    camera = anywhere(rng, models()[rng.integers(len(models()))], field.grid)
     assert not differs(field, camera, int(rng.integers(1, 4)))
 
 
@@ -95,7 +92,7 @@ def test_lenses_of_any_kind_in_any_pose_see_what_their_rays_see(
     seed: int, lens: BrownConrady | KannalaBrandt, cast: tuple[int, int]
 ) -> None:
     rng = np.random.default_rng(seed)
-    camera = bent(rng, lens, cast).replace(**any_pose(rng, SMALL))
+    camera = anywhere(rng, bent(rng, lens, cast), SMALL)
     if make_mesh(camera, Caster(SMALL_FIELD).rays(camera, "exact")) is not None:
         assert not differs(SMALL_FIELD, camera)
 
@@ -104,7 +101,7 @@ def test_lenses_of_any_kind_in_any_pose_see_what_their_rays_see(
 @given(seed=seeds)
 def test_a_mesh_covers_what_the_definition_says(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    camera = bent(rng, LENSES[0], (96, 60)).replace(fx=1500.0, fy=1500.0, **any_pose(rng, SMALL))
+    camera = anywhere(rng, bent(rng, LENSES[0], (96, 60)).replace(fx=1500.0, fy=1500.0), SMALL)
     assert make_mesh(camera, Caster(SMALL_FIELD).rays(camera, "exact")) is not None
     assert np.array_equal(seen_by(SMALL_FIELD, camera), exact_cover(SMALL, [camera]))
 

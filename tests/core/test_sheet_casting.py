@@ -6,19 +6,22 @@ from functools import lru_cache
 import numpy as np
 import pytest
 from hypothesis import given, settings
+from numpy.typing import NDArray
 
 from riglens.core.engine.caster import Caster
 from riglens.core.engine.sheets import WORTH, make_sheets
 from riglens.core.geometry import Pose
+from riglens.core.metric.entropy import EntropyField
 from riglens.core.rig.library import Entry, default_library
 from riglens.core.rig.model import Lidar
 from riglens.core.scene.columns import unpack
 from riglens.core.scene.grid import VoxelGrid
 from tests.core.builders import lidar, seen_ray_by_ray
 from tests.core.oracle import exact_cover
+from tests.core.poses import LARGE, any_pose
 from tests.core.rooms import ROOMS, SMALL, SMALL_FIELD, field_at, seeds
 
-LARGE = ((0.10, (30.0, 20.0, 4.0)), (0.05, (12.0, 10.0, 4.0)), (0.37, (59.2, 37.0, 3.7)))
+Mask = NDArray[np.bool_]
 
 
 @lru_cache(maxsize=1)
@@ -30,19 +33,23 @@ def models() -> tuple[Entry, ...]:
 def any_lidar(rng: np.random.Generator, grid: VoxelGrid) -> Lidar:
     """A LiDAR of the library in or near the grid, often on faces and corners, upright, a little or much turned, at
     times with another range."""
-    cells = rng.integers(-4, np.array(grid.shape) + 5) + rng.choice([0.0, 0.5, 0.317, rng.random()], 3)
-    position = np.array(grid.origin_m) + cells * grid.voxel_m
-    tilt = rng.choice([0.0, 2.0, 10.0, 40.0, rng.uniform(0.0, 180.0)])
-    roll, pitch = tilt * rng.choice([0.0, 1.0, -1.0, rng.uniform(-1.0, 1.0)], 2)
-    yaw = rng.choice([0.0, 90.0, 30.0, rng.uniform(-180.0, 180.0)])
-    entry = models()[rng.integers(len(models()))]
-    pose = Pose(position_m=tuple(map(float, position)), rpy_deg=tuple(map(float, (roll, pitch, yaw))))
-    sensor = entry.sensor("L", pose)
+    sensor = models()[rng.integers(len(models()))].sensor("L", any_pose(rng, grid))
     assert isinstance(sensor, Lidar)
     if rng.random() < 0.3:
         near = float(rng.choice([0.0, rng.uniform(0.0, 5.0)]))
         sensor = sensor.replace(range_m=(near, near + float(rng.uniform(0.1, 10.0))))
     return sensor
+
+
+def seen_by_sheets(sensor: Lidar, field: EntropyField, workers: int = 1, **limits: float) -> Mask | None:
+    """What core and sheets see; None where they are not used."""
+    caster, marks = Caster(field, workers), np.zeros_like(field.index.words)
+    rays = caster.rays(sensor, "exact")
+    sheets = make_sheets(sensor, rays, **limits)  # type: ignore[arg-type]
+    if sheets is None:
+        return None
+    caster._mark_sheets(sheets, rays, caster.window(sensor), marks, lambda: False)
+    return unpack(field.grid, marks & field.index.words)
 
 
 def differs(seed: int, rooms: tuple[tuple[float, tuple[float, float, float]], ...]) -> str:
@@ -51,14 +58,11 @@ def differs(seed: int, rooms: tuple[tuple[float, tuple[float, float, float]], ..
     rng = np.random.default_rng(seed)
     voxel_m, roi_m = rooms[rng.integers(len(rooms))]
     field = field_at(voxel_m, roi_m, float(rng.choice([1.0, 0.3])))
-    sensor = any_lidar(rng, field.grid)
-    caster, marks = Caster(field, int(rng.integers(1, 4))), np.zeros_like(field.index.words)
-    rays = caster.rays(sensor, "exact")
-    sheets = make_sheets(sensor, rays, worth=float(rng.choice([WORTH, math.inf])), fewest=0)
-    if sheets is None:
+    sensor, workers = any_lidar(rng, field.grid), int(rng.integers(1, 4))
+    seen = seen_by_sheets(sensor, field, workers, worth=float(rng.choice([WORTH, math.inf])), fewest=0)
+    if seen is None:
         return ""
-    caster._mark_sheets(sheets, rays, caster.window(sensor), marks, lambda: False)
-    seen, truth = unpack(field.grid, marks & field.index.words), seen_ray_by_ray(field, sensor)
+    truth = seen_ray_by_ray(field, sensor)
     missing, extra = int((truth & ~seen).sum()), int((seen & ~truth).sum())
     return f"seed {seed}, {sensor.model}: {missing} missing, {extra} extra" if missing or extra else ""
 
@@ -77,12 +81,8 @@ def test_close_rays_in_any_pose_cover_what_the_oracle_says(seed: int) -> None:
         beams,
         azimuths,
     )
-    caster, marks = Caster(SMALL_FIELD), np.zeros_like(SMALL_FIELD.index.words)
-    rays = caster.rays(sensor, "exact")
-    sheets = make_sheets(sensor, rays, fewest=0)
-    assert sheets is not None
-    caster._mark_sheets(sheets, rays, caster.window(sensor), marks, lambda: False)
-    assert np.array_equal(unpack(SMALL, marks), exact_cover(SMALL, [sensor]))
+    seen = seen_by_sheets(sensor, SMALL_FIELD, fewest=0)
+    assert seen is not None and np.array_equal(seen, exact_cover(SMALL, [sensor]))
 
 
 @settings(max_examples=60)
@@ -109,13 +109,8 @@ def test_a_model_of_the_library_is_cast_by_sheets(model: str, rpy_deg: tuple[flo
     entry = next(entry for entry in models() if entry.name == model)
     sensor = entry.sensor("L", Pose(position_m=(1.0, 0.2, 2.0), rpy_deg=rpy_deg))
     assert isinstance(sensor, Lidar)
-    caster, marks = Caster(field), np.zeros_like(field.index.words)
-    rays = caster.rays(sensor, "exact")
-    sheets = make_sheets(sensor, rays)
-    assert sheets is not None
-    caster._mark_sheets(sheets, rays, caster.window(sensor), marks, lambda: False)
-    seen = unpack(field.grid, marks & field.index.words)
-    assert seen.sum() > 1_000
+    seen = seen_by_sheets(sensor, field)
+    assert seen is not None and seen.sum() > 1_000
     assert np.array_equal(seen, seen_ray_by_ray(field, sensor))
 
 
