@@ -19,13 +19,13 @@ from riglens.core.engine.caster import RAYS_PER_CHUNK, Caster
 from riglens.core.engine.engine import Engine, Evaluation
 from riglens.core.kernels.rays.cast import add_marks, mark_rays
 from riglens.core.kernels.runtime import jit
-from riglens.core.kernels.voxels import bits, update_coverage
+from riglens.core.kernels.voxels import update_coverage
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import MetricSettings, s_ms
 from riglens.core.metric.scoring import score
 from riglens.core.rig.model import Camera, Lidar, Rig, Sensor
 from riglens.core.scene.boxes import CLASSES, Progress
-from riglens.core.scene.columns import Words
+from riglens.core.scene.columns import Words, unpack
 from riglens.core.sensors.registry import kind_names
 from riglens.core.study.simple_methods import FLAGS, KINDS, PlainDda, VoxelTests, grid_rays
 
@@ -77,7 +77,7 @@ def engine_case(
     def answer(found: Evaluation) -> Answer:
         seen = np.zeros(field.index.count, np.uint8)
         for kind, flag in FLAGS.items():
-            seen[_ids(field, found.seen[kind])] |= np.uint8(flag)
+            seen[_is_in(field, found.seen[kind])] |= np.uint8(flag)
         return Answer(tuple(found.scores.classes[cls].s_ms for cls in CLASSES), seen)
 
     return Case(prepare, lambda engine: engine.evaluate(rig, settings), answer)
@@ -151,7 +151,7 @@ def walk_case(field: EntropyField, sensor: Sensor, settings: MetricSettings, thr
     def answer(found: tuple[NDArray[np.int64], Words]) -> Answer:
         sums_q, words = found
         classes, seen = score(field, sums_q, settings).classes, np.zeros(field.index.count, np.uint8)
-        seen[_ids(field, words)] = FLAGS[sensor.kind]
+        seen[_is_in(field, words)] = FLAGS[sensor.kind]
         return Answer(tuple(classes[cls].s_ms for cls in CLASSES), seen)
 
     return Case(prepare, run, answer)
@@ -201,10 +201,9 @@ def _s_ms(sums: NDArray[np.float64], camera_weight: float) -> tuple[float, ...]:
     )
 
 
-def _ids(field: EntropyField, words: Words) -> NDArray[np.int64]:
-    ids = np.empty(int(np.bitwise_count(words).sum()), np.int64)
-    bits.gather_ids(field.index.words, field.index.first, words, ids)
-    return ids
+def _is_in(field: EntropyField, words: Words) -> NDArray[np.bool_]:
+    """Return whether each informative voxel, in the order of their ids, is in a set of them, (n,)."""
+    return unpack(field.grid, words)[unpack(field.grid, field.index.words)]
 
 
 def moved(rig: Rig, sensor: Sensor) -> Rig:

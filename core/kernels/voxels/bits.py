@@ -108,19 +108,6 @@ def list_voxels(words: np.ndarray, first: np.ndarray, ny: int, depth: int) -> np
 
 
 @kernel
-def gather_ids(words: np.ndarray, first: np.ndarray, subset: np.ndarray, ids: np.ndarray) -> None:
-    """Ids, within `words`, of the voxels of `subset` (a part of `words`); ids has one entry per voxel."""
-    row = 0
-    for w in range(words.size):
-        bits = subset[w]
-        while bits != 0:
-            lowest = bits & (~bits + np.uint64(1))
-            ids[row] = first[w] + popcount(words[w] & (lowest - np.uint64(1)))
-            row += 1
-            bits &= bits - np.uint64(1)
-
-
-@kernel
 def keep_flagged(words: np.ndarray, keep: np.ndarray) -> None:
     """Clear the bits of the voxels, in the order of their ids, whose flag is False; changes words in place."""
     row = 0

@@ -26,13 +26,6 @@ def test_the_second_word_of_a_column_begins_at_level_64() -> None:
     assert bits.list_voxels(used, bits.first_ids(used), 1, 2)[:, 2].tolist() == [63, 64, 65]
 
 
-def test_a_voxel_of_a_part_has_the_id_that_it_has_in_the_whole() -> None:
-    used, part = words(0b11010, 0b1001), words(0b10010, 0b1000)
-    ids = np.empty(3, np.int64)
-    bits.gather_ids(used, bits.first_ids(used), part, ids)
-    assert ids.tolist() == [0, 2, 4]
-
-
 def test_voxels_without_a_flag_are_cleared() -> None:
     used = words(0b1011, 0b110)
     bits.keep_flagged(used, np.array([True, False, True, False, True]))
