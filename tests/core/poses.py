@@ -63,7 +63,7 @@ def part_of(rng: np.random.Generator, lidar: Lidar, most_rays: int) -> Lidar:
 def any_model(rng: np.random.Generator, grid: VoxelGrid, most_rays: int = MOST_RAYS) -> Sensor:
     """A model of the library anywhere; a camera's image as it is cast or larger; at times with another range."""
     sensor = models()[rng.integers(len(models()))].sensor("S", any_pose(rng, grid))
-    if isinstance(sensor, Lidar) and sensor.ray_count > most_rays:
+    if isinstance(sensor, Lidar) and sensor.rays is None and sensor.ray_count > most_rays:
         sensor = part_of(rng, sensor, most_rays)
     if isinstance(sensor, Camera):
         width_px = int(rng.choice([40, 352, 352, 800]))
