@@ -21,60 +21,24 @@ TOOLS = "file | history | add place | gizmo | heat | views picture export"
 
 
 class Sections:
-    """A menu or a toolbar in named sections; a separator is seen only between sections with something in them."""
+    """A menu or a toolbar in named sections, each before a separator of its own that is seen where the list has "|".
+
+    Menus leave out separators with nothing between them; in the toolbar every part has something.
+    """
 
     def __init__(self, bar: QMenu | QToolBar, sections: str) -> None:
         self._bar = bar
-        self._actions: dict[str, list[QAction]] = {}
-        self._separators: dict[str, QAction] = {}
-        separated = False
-        for name in sections.split():
-            if name == "|":
-                separated = True
-                continue
-            self._actions[name] = []
-            if separated:
-                self._separators[name] = bar.addSeparator()
-            separated = False
-        self._show_separators()
+        self._ends: dict[str, QAction] = {}
+        for part in sections.split("|"):
+            for name in part.split():
+                self._ends[name] = bar.addSeparator()
+                self._ends[name].setVisible(False)
+            self._ends[name].setVisible(True)
+        self._ends[name].setVisible(False)
 
     def add(self, section: str, action: QAction) -> None:
         """Put an action at the end of a section; KeyError for a section that does not exist."""
-        self._actions[section].append(action)
-        following = self._next_separator(section)
-        if following is None:
-            self._bar.addAction(action)
-        else:
-            self._bar.insertAction(following, action)
-        self._show_separators()
-
-    def _next_separator(self, section: str) -> QAction | None:
-        """Return the separator or action after a section."""
-        names = list(self._actions)
-        for name in names[names.index(section) + 1 :]:
-            if name in self._separators:
-                return self._separators[name]
-            if self._actions[name]:
-                return self._actions[name][0]
-        return None
-
-    def _show_separators(self) -> None:
-        is_any_before = False
-        is_due = False
-        for name, actions in self._actions.items():
-            if name in self._separators:
-                self._separators[name].setVisible(False)
-                is_due = True
-            if actions:
-                if is_due and is_any_before:
-                    self._last_separator(name).setVisible(True)
-                is_any_before, is_due = True, False
-
-    def _last_separator(self, section: str) -> QAction:
-        """Return the separator in front of a section: its own, or that of the section that it follows directly."""
-        names = list(self._actions)
-        before = reversed(names[: names.index(section) + 1])
-        return next(self._separators[name] for name in before if name in self._separators)
+        self._bar.insertAction(self._ends[section], action)
 
 
 class Places:
