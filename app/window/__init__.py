@@ -14,7 +14,7 @@ build every feature on it. A feature is one class under `features/`:
             self.document.selection_changed.connect(self._update)    # hears of what it depends on, and no more
             self._update()                                # shows what is so at first
 
-It is built in `build.build_features`, where it gets the features that it needs as arguments. What is asked now
+It is built by `build.Features`, where it gets the features that it needs as arguments. What is asked now
 (metric, heatmap, baseline, picked voxel, map, traffic) is read from `self.session`, changed by its setters, and told
 by its signals; what was answered is in `bench.answers`. Edits of the rig go to `self.document`, through
 `bench.guarded(...)`, which turns an InputError into a message. What the view shows is changed by

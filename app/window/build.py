@@ -3,10 +3,11 @@ here only."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Iterator
 
 from PySide6.QtCore import Qt
 
+from riglens.app.window.feature import Feature
 from riglens.app.window.features.appearance import Layout, Theme, Units
 from riglens.app.window.features.arrange import Arrange, ViewMenu
 from riglens.app.window.features.audit import Audit
@@ -49,61 +50,6 @@ from riglens.widgets.panels.controls.scrolled import scrolled
 AREA = Qt.DockWidgetArea
 
 
-class Features(NamedTuple):
-    """Everything that the window can do, in the order in which it was built."""
-
-    follow: Follow
-    files: Files
-    recent: Recent
-    exchange: Exchange
-    edits: Edits
-    clipboard: Clipboard
-    sensors: Sensors
-    locks: Locks
-    failing: Failing
-    mirror: Mirror
-    placing: Placing
-    arrange: Arrange
-    view_menu: ViewMenu
-    library: LibraryPanel
-    views: Views
-    saved_views: SavedViews
-    heat: Heat
-    rays: RaysShown
-    picture: Picture
-    scene_data: SceneData
-    map: Map
-    scores: ScoresShown
-    preparing: Preparing
-    targets: Targets
-    objects: Objects
-    mounts: Mounts
-    detection_range: DetectionRangeShown
-    marginals: Marginals
-    tolerance: Tolerance
-    sweep_field: SweepField
-    frame: FrameView
-    pick: Pick
-    measure: Measure
-    sensor_view: SensorView
-    target_maps: TargetMaps
-    standing: Standing
-    audit: Audit
-    compare: Compare
-    propose: Propose
-    gain_on_car: GainOnCar
-    keep_out: KeepOutZones
-    report: Report
-    units: Units
-    car: Car
-    solid_car: SolidCar
-    autosave: Autosave
-    drop: Drop
-    theme: Theme
-    layout: Layout
-    help: Help
-
-
 def add_panels(bench: Workbench) -> None:
     """Put the panels shared by several features into docks; those of single features go next to them."""
     docks, panels = bench.docks, bench.panels
@@ -114,61 +60,64 @@ def add_panels(bench: Workbench) -> None:
     docks.add("Checks", panels.checks, AREA.BottomDockWidgetArea, beside="Scores")
 
 
-def build_features(bench: Workbench) -> Features:
-    """Build every feature on a workbench.
+class Features:
+    """Everything that the window can do, built on a workbench in this order.
 
     `Follow` comes first, so that list and view are up to date when the others receive an edit. `Layout` records the
     initial places of the docks, so it comes after all features that add docks.
     """
-    return Features(
-        follow=(follow := Follow(bench)),
-        files=(files := Files(bench)),
-        recent=Recent(bench, files),
-        exchange=(exchange := Exchange(bench, files)),
-        edits=Edits(bench),
-        clipboard=Clipboard(bench),
-        sensors=(sensors := Sensors(bench)),
-        locks=Locks(bench),
-        failing=Failing(bench),
-        mirror=Mirror(bench),
-        placing=Placing(bench),
-        arrange=Arrange(bench),
-        view_menu=ViewMenu(bench),
-        library=LibraryPanel(bench, sensors),
-        views=(views := Views(bench)),
-        saved_views=SavedViews(bench, views),
-        heat=(heat := Heat(bench)),
-        rays=RaysShown(bench, heat),
-        picture=Picture(bench),
-        scene_data=(scene_data := SceneData(bench)),
-        map=(map_ := Map(bench)),
-        scores=ScoresShown(bench),
-        preparing=Preparing(bench),
-        targets=(targets := Targets(bench)),
-        objects=Objects(bench),
-        mounts=(mounts := Mounts(bench)),
-        detection_range=DetectionRangeShown(bench),
-        marginals=Marginals(bench, targets),
-        tolerance=Tolerance(bench, targets),
-        sweep_field=SweepField(bench, targets),
-        frame=(frame := FrameView(bench, targets)),
-        pick=Pick(bench, frame),
-        measure=Measure(bench),
-        sensor_view=SensorView(bench, frame),
-        target_maps=TargetMaps(bench, heat, targets, map_),
-        standing=Standing(bench),
-        audit=Audit(bench),
-        compare=(compare := Compare(bench, files, exchange, targets)),
-        propose=(propose := Propose(bench, compare)),
-        gain_on_car=GainOnCar(bench, propose),
-        keep_out=KeepOutZones(bench, mounts),
-        report=Report(bench, compare, propose),
-        units=Units(bench),
-        car=(car := Car(bench)),
-        solid_car=SolidCar(bench),
-        autosave=Autosave(bench, files),
-        drop=Drop(bench, files, scene_data, car),
-        theme=Theme(bench, follow),
-        layout=Layout(bench),
-        help=Help(bench),
-    )
+
+    def __init__(self, bench: Workbench) -> None:
+        self.follow = Follow(bench)
+        self.files = Files(bench)
+        self.recent = Recent(bench, self.files)
+        self.exchange = Exchange(bench, self.files)
+        self.edits = Edits(bench)
+        self.clipboard = Clipboard(bench)
+        self.sensors = Sensors(bench)
+        self.locks = Locks(bench)
+        self.failing = Failing(bench)
+        self.mirror = Mirror(bench)
+        self.placing = Placing(bench)
+        self.arrange = Arrange(bench)
+        self.view_menu = ViewMenu(bench)
+        self.library = LibraryPanel(bench, self.sensors)
+        self.views = Views(bench)
+        self.saved_views = SavedViews(bench, self.views)
+        self.heat = Heat(bench)
+        self.rays = RaysShown(bench, self.heat)
+        self.picture = Picture(bench)
+        self.scene_data = SceneData(bench)
+        self.map = Map(bench)
+        self.scores = ScoresShown(bench)
+        self.preparing = Preparing(bench)
+        self.targets = Targets(bench)
+        self.objects = Objects(bench)
+        self.mounts = Mounts(bench)
+        self.detection_range = DetectionRangeShown(bench)
+        self.marginals = Marginals(bench, self.targets)
+        self.tolerance = Tolerance(bench, self.targets)
+        self.sweep_field = SweepField(bench, self.targets)
+        self.frame = FrameView(bench, self.targets)
+        self.pick = Pick(bench, self.frame)
+        self.measure = Measure(bench)
+        self.sensor_view = SensorView(bench, self.frame)
+        self.target_maps = TargetMaps(bench, self.heat, self.targets, self.map)
+        self.standing = Standing(bench)
+        self.audit = Audit(bench)
+        self.compare = Compare(bench, self.files, self.exchange, self.targets)
+        self.propose = Propose(bench, self.compare)
+        self.gain_on_car = GainOnCar(bench, self.propose)
+        self.keep_out = KeepOutZones(bench, self.mounts)
+        self.report = Report(bench, self.compare, self.propose)
+        self.units = Units(bench)
+        self.car = Car(bench)
+        self.solid_car = SolidCar(bench)
+        self.autosave = Autosave(bench, self.files)
+        self.drop = Drop(bench, self.files, self.scene_data, self.car)
+        self.theme = Theme(bench, self.follow)
+        self.layout = Layout(bench)
+        self.help = Help(bench)
+
+    def __iter__(self) -> Iterator[Feature]:
+        return iter(vars(self).values())

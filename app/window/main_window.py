@@ -13,7 +13,7 @@ from riglens.app.background.recompute import Recompute
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.session.document import Document
 from riglens.app.session.session import Session
-from riglens.app.window.build import AREA, add_panels, build_features
+from riglens.app.window.build import AREA, Features, add_panels
 from riglens.app.window.dialogs import Dialogs
 from riglens.app.window.docks import focus_next_in_sight
 from riglens.app.window.features.appearance import fitting_size
@@ -69,7 +69,7 @@ class MainWindow(QMainWindow):
             dialogs or Dialogs(), kept or Settings(),
         )  # fmt: skip
         add_panels(self.bench)
-        self.features = build_features(self.bench)
+        self.features = Features(self.bench)
         for feature in self.features:
             feature.restore(self.bench.kept)
         self._keeping = Keeping(self.bench, self.features)

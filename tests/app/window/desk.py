@@ -21,7 +21,7 @@ from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.requests import Approximation, EvaluationRequest, Result
 from riglens.app.session.document import Document
 from riglens.app.session.session import Session
-from riglens.app.window.build import Features, add_panels, build_features
+from riglens.app.window.build import Features, add_panels
 from riglens.app.window.features.scene_data import choice_of
 from riglens.app.window.places import Places
 from riglens.app.window.settings import Settings
@@ -206,7 +206,7 @@ class FullDesk(Desk):
 def full_desk(qtbot: QtBot, rig: Rig = RIG, kept: Settings | None = None) -> Iterator[FullDesk]:
     """A desk with all features, for what needs no scores and no keys."""
     desk = open_desk(qtbot, rig, kept=kept)
-    features = build_features(desk.workbench)
+    features = Features(desk.workbench)
     for feature in features:
         feature.restore(desk.workbench.kept)
     features.follow.show_all()
