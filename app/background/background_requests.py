@@ -47,12 +47,6 @@ class ToleranceRequest(RigInScene):
     targets: TargetSettings
     traffic: Traffic | None = None
 
-    def asks_same(self, other: ToleranceRequest) -> bool:
-        """Return whether both requests have the same answer."""
-        is_same = self.scene is other.scene and self.traffic is other.traffic
-        wanted = (self.rig, self.profile, self.draws, self.settings, self.targets)
-        return is_same and wanted == (other.rig, other.profile, other.draws, other.settings, other.targets)
-
 
 @dataclass(frozen=True)
 class ToleranceProgress:

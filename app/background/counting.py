@@ -6,7 +6,7 @@ Its kernels are serial, so that it can run in parallel with the thread that comp
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Self
 
 from PySide6.QtCore import QObject
@@ -37,20 +37,14 @@ FEWEST_FRAMES, FIRST_FRAMES, GROWTH = 16, 32, 4
 
 @dataclass(frozen=True)
 class CountRequest:
-    """Request to count; `baseline_rig` is the reference of changes."""
+    """Request to count; `baseline_rig` is the reference of changes. Equal requests have the same answer."""
 
-    revision: int
+    revision: int = field(compare=False)
     rig: Rig
     baseline_rig: Rig
     settings: TargetSettings
     scene: LoadedScene
-    is_preview: bool = False
-
-    def asks_same(self, other: CountRequest) -> bool:
-        """Return whether the answer to both is the same, whatever revision they belong to."""
-        return self.scene is other.scene and (self.rig, self.baseline_rig, self.settings) == (
-            other.rig, other.baseline_rig, other.settings,
-        )  # fmt: skip
+    is_preview: bool = field(default=False, compare=False)
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,7 @@ COARSE_RAYS, ALL_RAYS = 60_000, 400_000
 """Rays that are cast while the mouse moves, and at rest."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class FrameRequest:
     """Request for a frame: its index in the traffic. The settings say whether the car's body blocks; `explain`: the box
     whose low point count is to be explained."""
@@ -42,14 +42,6 @@ class FrameRequest:
     settings: TargetSettings
     explain: int | None = None
     is_preview: bool = False
-
-    def asks_same(self, other: FrameRequest) -> bool:
-        """Return whether both requests have the same answer."""
-        return self.traffic is other.traffic and self._rest == other._rest
-
-    @property
-    def _rest(self) -> tuple[object, ...]:
-        return self.rig, self.place, self.settings, self.explain, self.is_preview
 
 
 def boxes_of(traffic: Traffic, place: int) -> FrameBoxes:

@@ -34,12 +34,6 @@ class PictureRequest:
     vehicle: Vehicle
     obstacles: tuple[Sensor, ...] = ()
 
-    def asks_same(self, other: PictureRequest) -> bool:
-        """Return whether the answer to both is the same picture."""
-        same_data = self.scene is other.scene and self.vehicle == other.vehicle
-        same_rig = (self.sensor, self.obstacles) == (other.sensor, other.obstacles)
-        return same_data and same_rig and self.frame == other.frame
-
 
 @dataclass(frozen=True)
 class SensorPicture:

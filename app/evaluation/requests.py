@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from riglens.app.evaluation.options import HeatMode, SceneOptions, ScoreOptions
@@ -64,22 +64,18 @@ def fixed_options(scene: LoadedScene) -> SceneOptions:
 @dataclass(frozen=True)
 class EvaluationRequest:
     """Everything one evaluation depends on; `baseline_rig` is what the changes are counted from, `voxel` is picked;
-    `blind`: blind zones around the car are wanted, too."""
+    `blind`: blind zones around the car are wanted, too. Equal requests have the same answer."""
 
-    revision: int
+    revision: int = field(compare=False)
     rig: Rig
     baseline_rig: Rig
     settings: MetricSettings
     heat: HeatMode = "off"
     heat_class: str = CLASSES[0]
-    is_preview: bool = False
+    is_preview: bool = field(default=False, compare=False)
     map_by: SeenBy | None = None
     voxel: Voxel | None = None
     blind: bool = False
-
-    def asks_same(self, other: EvaluationRequest) -> bool:
-        """Return whether the answer to both is the same, whatever revision they belong to."""
-        return replace(self, revision=other.revision, is_preview=other.is_preview) == other
 
 
 @dataclass(frozen=True)

@@ -49,7 +49,7 @@ class ResultStore(QObject):
     def ask(self) -> None:
         """Submit the session's request, unless that was done already."""
         request = self._session.request()
-        if self._request is not None and self._request.asks_same(request):
+        if request == self._request:
             return
         self._request = request
         self.asked.emit()

@@ -23,7 +23,7 @@ MAX_BOXES = 10_000_000
 """About 1.5 GB."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Traffic:
     """Boxes of T frames in the vehicle frame, n of them; frames are shuffled, boxes of a frame keep their order.
 
@@ -32,7 +32,7 @@ class Traffic:
     to vehicle frame. Occluders have the class NO_CLASS and come after the objects of their
     frame; their `row` is their place in the table of occluders. Every box hides what is behind it; objects
     `within_m` of the car, from the vehicle frame's origin to the box's centre along the ground,
-    are objects that count. surroundings_sha256: of the tables of occluders, empty without.
+    are objects that count. surroundings_sha256: of the tables of occluders, empty without. Equal only to itself.
     """
 
     data: DataReport

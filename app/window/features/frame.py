@@ -185,7 +185,7 @@ class FrameView(Feature):
             self._targets.panel.say(NONE_MISSED)
             return
         found = 0
-        if self._missed is not None and self._missed[0].asks_same(answer.request):
+        if self._missed is not None and self._missed[0] == answer.request:
             # the same rig, of more frames by now, perhaps: go on behind the one shown last
             shown = self._missed[1]
             behind = [(distance_m[box], box) > (distance_m[shown], shown) for box in objects]
@@ -210,7 +210,7 @@ class FrameView(Feature):
         request = FrameRequest(
             session.working_rig, traffic, shown.place, settings, shown.explain, self.document.is_dragging
         )
-        if self._last is None or not request.asks_same(self._last):
+        if request != self._last:
             self._last = self._asked = request
             self.caster.ask(request)
 

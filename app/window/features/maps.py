@@ -218,7 +218,7 @@ class SensorView(Feature):
         request = PictureRequest(
             sensor, self.panel.chosen_frame, scene, self.viewport.state.vehicle, self.document.rig.obstacles
         )
-        if self._asked is None or not request.asks_same(self._asked):
+        if request != self._asked:
             self._asked, self._is_answered = request, False
             if self.panel.page is self.panel.text:
                 self.panel.show_text(WAITING)

@@ -99,7 +99,7 @@ class Marginals(Feature):
         if answer is None or not self._targets.is_current or self.document.is_dragging:
             return
         asked = answer.request
-        if self.counted is not None and self.counted.asks_same(asked):
+        if self.counted == asked:
             return
         self._forget_figures()
         self.counted, self._now = asked, figures_of(answer.scores)

@@ -85,7 +85,7 @@ class Targets(Feature):
             document.is_dragging,
         )  # fmt: skip
         asked = self._asked
-        if asked is not None and asked.asks_same(request) and asked.is_preview == request.is_preview:
+        if asked is not None and (asked, asked.is_preview) == (request, request.is_preview):
             return
         self._asked = request
         self._grey()

@@ -121,7 +121,7 @@ class Tolerance(Feature):
         if self.document.is_dragging or not self.bench.answers.is_current:
             return
         request = self._request()
-        if request is None or (self._asked is not None and request.asks_same(self._asked)):
+        if request is None or request == self._asked:
             return
         self._asked = request
         self._grey()
@@ -129,10 +129,8 @@ class Tolerance(Feature):
 
     def _drop_if_changed(self) -> None:
         """Discard results of another rig or of other settings."""
-        if self._asked is not None:
-            request = self._request()
-            if request is None or not request.asks_same(self._asked):
-                self.forget_scene()
+        if self._asked is not None and self._request() != self._asked:
+            self.forget_scene()
 
     def forget_scene(self) -> None:
         """Forget the request and its answer: other traffic, or another rig."""

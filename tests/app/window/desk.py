@@ -134,11 +134,17 @@ class Desk(Hands):
         self.workbench.answers.take_approximation(first)
 
 
+class StandIn(SimpleNamespace):
+    """Something like a LoadedScene, equal only to itself."""
+
+    __eq__, __hash__ = object.__eq__, object.__hash__
+
+
 def loaded(grid: VoxelGrid = GRID) -> Any:
-    """Something like a LoadedScene: its grid, and what is drawn of it."""
+    """A scene with a grid, and what is drawn of it."""
     display = SimpleNamespace(cell_m=grid.voxel_m, pog=SimpleNamespace(grid=grid))
     data = SimpleNamespace(frames=3)
-    return SimpleNamespace(
+    return StandIn(
         options=SceneOptions(),
         field=SimpleNamespace(grid=grid, data=data),
         heatmaps=SimpleNamespace(display=display),
