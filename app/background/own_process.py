@@ -1,73 +1,65 @@
-"""Run a function of the program in a separate process, on a request object.
+"""A process of the program for work beside the window, and the pipe to it.
 
-The request goes to the process pickled; what comes back are lines of JSON, a share and a word about it. Both ends are
-one program.
+Both ends are one program: what is unpickled comes from itself.
 """
 
 from __future__ import annotations
 
-import json
 import pickle
-import queue
-import subprocess
-import sys
-import tempfile
-import threading
+import signal
+import traceback
 from collections.abc import Callable
-from contextlib import suppress
-from typing import IO
+from dataclasses import dataclass
+from importlib import import_module
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
+from typing import Any
 
 from riglens.core.errors import InputError
 
-Tell = Callable[[float, str], None]
-"""Takes the share done, and a line about what was done, empty for none."""
-PROGRAM = "import sys; from riglens.app.commands.handed import main; sys.exit(main(sys.argv[1]))"
-_WAIT_S = 0.2
+
+@dataclass(frozen=True)
+class Failure:
+    """Last message of a process that failed, in one line."""
+
+    line: str
 
 
-def run_in_process(work: str, request: object, tell: Tell, program: str = PROGRAM) -> None:
-    """Run `module:function` on a request and wait for it.
+class OwnProcess:
+    """Process that runs `module:function` on its end of `pipe`, from now on; it ends with the program at the latest."""
 
-    `tell` gets the progress of the function, and repeats the last share; it may raise to cancel, which ends the
-    process. Raise InputError with the line that the command line would give.
-    """
-    with tempfile.TemporaryFile() as said:
-        with subprocess.Popen(
-            [sys.executable, "-c", program, work], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=said
-        ) as process:
-            assert process.stdin is not None and process.stdout is not None
-            try:
-                with suppress(BrokenPipeError), process.stdin:  # it says itself why it ended
-                    process.stdin.write(pickle.dumps(request))
-                _follow(process.stdout, tell)
-            except BaseException:
-                process.terminate()  # at any moment: files appear whole or not at all
-                raise
-        if process.returncode != 0:
-            said.seek(0)
-            lines = said.read().decode("utf-8", errors="replace").split("\n")
-            last = next((line for line in reversed(lines) if line.strip()), "")
-            raise InputError(last.removeprefix("riglens: ") or "the process exited without a message")
+    def __init__(self, work: str) -> None:
+        context = get_context("spawn")
+        self.pipe, inside = context.Pipe()
+        self._process = context.Process(target=_run, args=(work, inside), daemon=True)
+        self._process.start()
+        inside.close()  # the pipe ends with the process
+
+    @property
+    def is_alive(self) -> bool:
+        """Return whether the process runs."""
+        return self._process.is_alive()
+
+    def receive(self, loads: Callable[[bytes], Any] = pickle.loads) -> Any:
+        """Return the next message; raise EOFError or OSError when there is none, InputError for a failure."""
+        message = loads(self.pipe.recv_bytes())
+        if isinstance(message, Failure):
+            self.end()
+            raise InputError(message.line)
+        return message
+
+    def end(self) -> None:
+        """End the process at once, at any moment: files appear whole or not at all."""
+        self._process.kill()
+        self._process.join()
 
 
-def _follow(stream: IO[bytes], tell: Tell) -> None:
-    """Forward the progress of the process until it ends."""
-    lines: queue.Queue[bytes | None] = queue.Queue()
-    threading.Thread(target=_read, args=(stream, lines), daemon=True).start()
-    share = 0.0
-    while True:
-        tell(share, "")
+def _run(work: str, pipe: Connection) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the window, and this with it
+    module, name = work.split(":")
+    with pipe:
         try:
-            line = lines.get(timeout=_WAIT_S)
-        except queue.Empty:
-            continue
-        if line is None:
-            return
-        share, told = json.loads(line)
-        tell(share, told)
-
-
-def _read(stream: IO[bytes], lines: queue.Queue[bytes | None]) -> None:
-    for line in stream:
-        lines.put(line)
-    lines.put(None)
+            getattr(import_module(module), name)(pipe)
+        except Exception as error:
+            traceback.print_exc()
+            pipe.send(Failure(f"{type(error).__name__}: {error}"))

@@ -1,27 +1,26 @@
 """Propose rigs in a separate process of low priority, which keeps its tables and serves requests between its steps.
 
-The process takes pickled messages on its standard input and answers on its standard output. Requests for gains are
-served in the midst of a search; a newer search replaces the one under way.
+Requests for gains are served in the midst of a search; a newer search replaces the one under way.
 """
 
 from __future__ import annotations
 
-import os
+import io
 import pickle
 import queue
-import subprocess
-import sys
-import tempfile
 import threading
 import time
 from collections import deque
 from collections.abc import Callable, Generator
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import IO, TYPE_CHECKING, Any, Literal, TypeVar
+from multiprocessing.connection import Connection
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
+import psutil
 from PySide6.QtCore import QObject, Signal
 
+from riglens.app.background.own_process import OwnProcess
 from riglens.app.evaluation.names import label_of
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.search_options import SearchOptions
@@ -37,7 +36,7 @@ if TYPE_CHECKING:  # loads the compiler
     from riglens.core.targets.traffic import Traffic
 
 Found = TypeVar("Found")
-PROGRAM = "from riglens.app.background.proposing import main; main()"
+WORK = "riglens.app.background.proposing:main"
 NICE = 10
 """Niceness of the process, so that edits in the window take precedence."""
 IMPROVED_WITHIN_M = 0.5
@@ -118,63 +117,50 @@ class Proposer(QObject):
     answered = Signal(object)
     """An Answer."""
     failed = Signal(str)
-    """The process ended by itself; the last line that it wrote."""
+    """The process ended by itself; why, in one line."""
 
-    def __init__(self, parent: QObject | None = None, program: str = PROGRAM) -> None:
+    def __init__(self, parent: QObject | None = None, work: str = WORK) -> None:
         super().__init__(parent)
-        self._program = program
-        self._process: subprocess.Popen[bytes] | None = None
+        self._work = work
+        self._process: OwnProcess | None = None
         self._reader: threading.Thread | None = None
 
     def send(self, message: Message) -> None:
         """Send a message, to a new process if there is none."""
-        if self._process is None or self._process.poll() is not None:
+        if self._process is None or not self._process.is_alive:
             self.end()
-            self._start()
-        assert self._process is not None and self._process.stdin is not None
-        with suppress(BrokenPipeError):  # the reader says why it ended
-            pickle.dump(message, self._process.stdin)
-            self._process.stdin.flush()
+            self._process = OwnProcess(self._work)
+            self._reader = threading.Thread(target=self._read, args=(self._process,), daemon=True)
+            self._reader.start()
+        with suppress(OSError):  # the reader says why it ended
+            self._process.pipe.send(message)
 
     def end(self) -> None:
         """End the process at once; what it kept is lost."""
         process, self._process = self._process, None
         if process is not None and self._reader is not None:
-            process.kill()
-            with process:  # closes the pipes
-                self._reader.join()
+            process.end()
+            self._reader.join()
 
-    def _start(self) -> None:
-        said = tempfile.TemporaryFile()  # noqa: SIM115 closed by the reader
-        below = getattr(subprocess, "BELOW_NORMAL_PRIORITY_CLASS", 0)  # of Windows alone
-        self._process = subprocess.Popen(
-            [sys.executable, "-c", self._program],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=said,
-            creationflags=below,
-        )
-        self._reader = threading.Thread(target=self._read, args=(self._process, said), daemon=True)
-        self._reader.start()
-
-    def _read(self, process: subprocess.Popen[bytes], said: IO[bytes]) -> None:
-        assert process.stdout is not None
-        with said, suppress(RuntimeError):  # Qt's: the window is gone
-            with suppress(EOFError, pickle.UnpicklingError):
+    def _read(self, process: OwnProcess) -> None:
+        line = "the search for rigs exited without a message"
+        with suppress(RuntimeError):  # Qt's: the window is gone
+            try:
                 while True:
-                    answer = read_answer(process.stdout)
+                    answer = process.receive(answer_of)
                     if self._process is process:
                         self.answered.emit(answer)
+            except InputError as error:
+                line = str(error)
+            except (EOFError, OSError):
+                pass
             if self._process is process:
-                said.seek(0)
-                lines = said.read().decode("utf-8", errors="replace").split("\n")
-                last = next((line for line in reversed(lines) if line.strip()), "")
-                self.failed.emit(last or "the search for rigs exited without a message")
+                self.failed.emit(line)
 
 
-def read_answer(stream: IO[bytes]) -> Answer:
-    """Read one answer of the process; what stays there is None. Raise EOFError at the end."""
-    answer: Answer = _Unpickler(stream).load()
+def answer_of(content: bytes) -> Answer:
+    """Return an answer of the process; what stays there is None."""
+    answer: Answer = _Unpickler(io.BytesIO(content)).load()
     return answer
 
 
@@ -186,28 +172,20 @@ class _Unpickler(pickle.Unpickler):
 
 
 # ---------------------------------------------------------------------- in the process
-def main() -> None:
-    """Serve messages of standard input until it ends."""
-    if hasattr(os, "nice"):
-        os.nice(NICE)
-    sink = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
-    with open(os.devnull, "w") as nowhere:
-        os.dup2(nowhere.fileno(), sys.stdout.fileno())  # only answers go to the window
-    serve(sys.stdin.buffer, sink)
-
-
-def serve(source: IO[bytes], sink: IO[bytes]) -> None:
-    """Serve pickled messages until the source ends."""
+def main(pipe: Connection) -> None:
+    """Serve messages until the window has gone."""
+    psutil.Process().nice(getattr(psutil, "BELOW_NORMAL_PRIORITY_CLASS", NICE))
     inbox: queue.SimpleQueue[Message | None] = queue.SimpleQueue()
 
     def read() -> None:
-        with suppress(EOFError):
+        """Take messages at once, so that the window never waits for a step of the search."""
+        with suppress(EOFError, OSError):
             while True:
-                inbox.put(pickle.load(source))  # by the window, which is the same program
+                inbox.put(pipe.recv())
         inbox.put(None)
 
     threading.Thread(target=read, daemon=True).start()
-    server = Server(inbox, sink)
+    server = Server(inbox, pipe.send_bytes)
     while server.serve_one():
         pass
 
@@ -215,8 +193,8 @@ def serve(source: IO[bytes], sink: IO[bytes]) -> None:
 class Server:
     """One search at a time, and the tables that it has made."""
 
-    def __init__(self, inbox: queue.SimpleQueue[Message | None], sink: IO[bytes]) -> None:
-        self._inbox, self._sink = inbox, sink
+    def __init__(self, inbox: queue.SimpleQueue[Message | None], send: Callable[[bytes], object]) -> None:
+        self._inbox, self._send = inbox, send
         self._next: deque[Message | None] = deque()
         self._is_paused = self._is_stopped = False
         self._traffic: tuple[SceneOptions, Traffic] | None = None
@@ -314,9 +292,10 @@ class Server:
         return self._is_stopped
 
     def _tell(self, answer: Answer) -> None:
-        with suppress(BrokenPipeError):
-            _Pickler(self._sink).dump(answer)
-            self._sink.flush()
+        content = io.BytesIO()
+        _Pickler(content).dump(answer)
+        with suppress(OSError):  # the window has gone
+            self._send(content.getvalue())
 
 
 class _Pickler(pickle.Pickler):

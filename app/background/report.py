@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from riglens.app.background.own_process import PROGRAM, Tell, run_in_process
+from riglens.app.background.own_process import OwnProcess
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
+from riglens.core.errors import InputError
 from riglens.core.rig.model import Rig
 
 PAGE, PDF = "report.html", "report.pdf"
+WORK = "riglens.app.commands.report:serve"
+LOOK_S = 0.2
+"""Seconds between checks whether the report is still wanted."""
+Tell = Callable[[float, str], None]
+"""Takes the share done, and the stage, empty for the same as before."""
 
 
 @dataclass(frozen=True)
@@ -30,9 +37,24 @@ def page_picture(folder: Path, number: int) -> Path:
     return folder / f"{number:03}.png"
 
 
-def make_report(job: ReportJob, tell: Tell, program: str = PROGRAM) -> list[Path]:
+def make_report(job: ReportJob, tell: Tell, work: str = WORK) -> list[Path]:
     """Make a report and return the pictures of its pages; `tell` gets share and stage, and may raise to cancel.
 
-    Raise InputError."""
-    run_in_process("riglens.app.commands.report:prepare", job, tell, program)
+    Raise InputError with the line that the command line would give.
+    """
+    process = OwnProcess(work)
+    try:
+        process.pipe.send(job)
+        said: tuple[float, str] | str = (0.0, "")
+        while isinstance(said, tuple):
+            tell(*said)
+            while not process.pipe.poll(LOOK_S):
+                tell(said[0], "")
+            said = process.receive()
+    except (EOFError, OSError) as error:
+        raise InputError("the process exited without a message") from error
+    finally:
+        process.end()
+    if said:
+        raise InputError(said)
     return sorted(job.folder.glob("*.png"))

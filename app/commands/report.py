@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import suppress
+from contextlib import redirect_stderr, suppress
 from dataclasses import replace
+from io import StringIO
+from multiprocessing.connection import Connection
 from pathlib import Path, PurePath
 from typing import Annotated, Any
 
 from cyclopts import Group, Parameter
 
-from riglens.app.background.own_process import Tell
-from riglens.app.background.report import PAGE, PDF, ReportJob, page_picture
+from riglens.app.background.report import PAGE, PDF, ReportJob, Tell, page_picture
 from riglens.app.commands.options import Housings, Libraries, SceneArguments, ScoreArguments, number
 from riglens.app.commands.output import require_ending, require_outputs
+from riglens.app.commands.running import guarded
 from riglens.app.commands.tolerance import require_draws
+from riglens.app.evaluation.names import label_of
 from riglens.app.evaluation.options import USUAL_DRAWS, SceneOptions, ScoreOptions
 from riglens.app.launch.system_libraries import require_system_libraries
 from riglens.app.studies.report_document import ReportDocument, document_of
@@ -146,6 +149,16 @@ def write_report(
     with stage_bar("Making the report") as tell:
         document = document_of(plan, report_of(plan, tell))
     _write(out, rendered(document, out.suffix.lower()))
+
+
+def serve(pipe: Connection) -> None:
+    """Make the report of a job of the window; the last message is what is wrong, empty for nothing."""
+    job = pipe.recv()
+    with redirect_stderr(StringIO()) as said:
+        code = guarded(lambda: prepare(job, lambda share, stage: pipe.send((share, stage))), label_of)
+    lines = said.getvalue().split("\n")
+    last = next((line for line in reversed(lines) if line.strip()), "the process exited without a message")
+    pipe.send(last.removeprefix("riglens: ") if code else "")
 
 
 def prepare(job: ReportJob, tell: Tell) -> None:

@@ -1,23 +1,19 @@
-"""Draw pictures in a separate process, so that the window stays responsive: jobs go in, PNG files come out.
-
-Both ends belong to one program, and pickle what they say. Run as `python -m riglens.app.rendering.picture_process`.
-"""
+"""Draw pictures in a separate process, so that the window stays responsive: jobs go in, PNG files come out."""
 
 from __future__ import annotations
 
-import pickle
-import subprocess
-import sys
 from contextlib import suppress
 from dataclasses import dataclass
+from multiprocessing.connection import Connection
 
 from PySide6.QtCore import QObject
 
+from riglens.app.background.own_process import OwnProcess
 from riglens.app.background.worker import BackgroundWorker, Context
 from riglens.app.launch.display import prepare_drawing
 from riglens.core.errors import InputError
 
-COMMAND = (sys.executable, "-m", "riglens.app.rendering.picture_process")
+WORK = "riglens.app.rendering.picture_process:main"
 
 
 @dataclass(frozen=True)
@@ -39,7 +35,7 @@ class PictureMaker(BackgroundWorker[PictureJob, bytes]):
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__("drawing of pictures", self._drawn, parent)
-        self._process: subprocess.Popen[bytes] | None = None
+        self._process: OwnProcess | None = None
 
     def cancel(self) -> None:
         """Give up the picture that is being drawn, and end the process; the next job starts another."""
@@ -54,27 +50,19 @@ class PictureMaker(BackgroundWorker[PictureJob, bytes]):
     def _end_process(self) -> None:
         process, self._process = self._process, None
         if process is not None:
-            process.kill()
-            with suppress(OSError), process:
-                pass  # closes the pipes
+            process.end()
 
     def _drawn(self, job: PictureJob, context: Context[bytes]) -> bytes:
         """Return the picture of a job; raise InputError where there is none. Called by the thread."""
         process = self._process
-        if process is None or process.poll() is not None:
-            self._end_process()
-            process = subprocess.Popen(COMMAND, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
-            self._process = process
-        assert process.stdin is not None and process.stdout is not None
+        if process is None or not process.is_alive:
+            process = self._process = OwnProcess(WORK)
         try:
-            pickle.dump(job, process.stdin)
-            process.stdin.flush()
-            answer: bytes | str = pickle.load(process.stdout)  # by this program
-        except (EOFError, OSError, ValueError, pickle.UnpicklingError) as error:
+            process.pipe.send(job)
+            png: bytes = process.receive()
+        except (EOFError, OSError) as error:
             raise InputError("the drawing process exited without a result") from error
-        if isinstance(answer, str):
-            raise InputError(answer)
-        return answer
+        return png
 
 
 # ---------------------------------------------------------------------- in the process
@@ -86,19 +74,9 @@ def _draw(job: PictureJob) -> bytes:
     return png_of(render_still(job.state, job.size_px, job.scale, transparent=job.transparent))
 
 
-def main() -> None:
-    """Draw until there are no more jobs."""
+def main(pipe: Connection) -> None:
+    """Draw until there are no more jobs; a picture that cannot be drawn ends the process."""
     prepare_drawing()
     with suppress(EOFError):
         while True:
-            job = pickle.load(sys.stdin.buffer)  # by the window, which is the same program
-            try:
-                answer: bytes | str = _draw(job)
-            except Exception as error:  # the window says it; the next job may do better
-                answer = f"{type(error).__name__}: {error}"
-            pickle.dump(answer, sys.stdout.buffer)
-            sys.stdout.buffer.flush()
-
-
-if __name__ == "__main__":
-    main()
+            pipe.send(_draw(pipe.recv()))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from multiprocessing.connection import Connection
 
 import numpy as np
 import pytest
@@ -105,7 +106,7 @@ def test_what_is_previewed_is_saved_larger_by_the_code_that_draws_everywhere_als
     bench.qtbot.waitUntil(lambda: picture.maker._process is not None, timeout=TIMEOUT_MS)
     process = picture.maker._process
     bench.qtbot.waitUntil(lambda: picture.dialog is None, timeout=TIMEOUT_MS)
-    assert process.poll() is not None
+    assert not process.is_alive
     saved = pixels(QImage(str(tmp_path / "view.png")))
     assert saved.shape == (2 * SIZE[1], 2 * SIZE[0], 4) and saved[0, -1, 3] == 0
 
@@ -152,8 +153,12 @@ def test_a_picture_beyond_the_limit_cannot_be_saved(bench, monkeypatch):
     assert not dialog.save.isEnabled()
 
 
+def die(pipe: Connection) -> None:
+    pipe.recv()
+
+
 def test_when_the_process_dies_the_window_says_so(bench, monkeypatch):
-    monkeypatch.setattr("riglens.app.rendering.picture_process.COMMAND", ("/bin/false",))
+    monkeypatch.setattr("riglens.app.rendering.picture_process.WORK", f"{__name__}:die")
     dialog = opened_dialog(bench)
     bench.qtbot.waitUntil(lambda: bench.workbench.errors.isVisible(), timeout=TIMEOUT_MS)
     assert dialog.save.isEnabled()

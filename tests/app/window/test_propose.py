@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import csv
-import io
-import pickle
 import queue
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
+from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, get_args, get_type_hints
 
@@ -28,8 +27,7 @@ from riglens.app.background.proposing import (
     SearchProgress,
     Server,
     Spots,
-    read_answer,
-    serve,
+    answer_of,
 )
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.search_options import OBJECTIVES, SearchOptions
@@ -167,10 +165,7 @@ def test_what_is_typed_is_searched_for(desk: FullDesk) -> None:
 def test_the_process_searches_for_figures_of_other_sensors_and_voxels(town: Path, objective: str) -> None:
     model = "nuscenes-front" if objective == "cameras" else "generic-16"
     options = OPTIONS.replace(add=(model,), objective=objective)
-    inbox, sink = queue.SimpleQueue[Any](), io.BytesIO()
-    inbox.put(request(1, town, options=options))
-    Server(inbox, sink).serve_one()
-    *_, end = read(sink)
+    *_, end = answers(request(1, town, options=options), at_once=False)
     assert end.problem == "" and end.result.best.value > end.result.before
     assert end.result.sentence() in sentence_of(end.result)
     assert ("on target over" in verdict_of(end.result)) == (objective != "cameras")
@@ -307,12 +302,16 @@ def test_searches_of_the_session_are_kept_until_other_data_are_loaded(
     assert propose.result is None and box.count() == 0
 
 
+def break_down(pipe: Connection) -> None:
+    raise ValueError("no such thing")
+
+
 def test_a_process_that_ends_by_itself_is_told(qtbot: QtBot) -> None:
-    proposer, lines = Proposer(program="raise SystemExit('no such thing')"), list[str]()
+    proposer, lines = Proposer(work=f"{__name__}:break_down"), list[str]()
     proposer.failed.connect(lines.append, Qt.ConnectionType.QueuedConnection)
     proposer.send("stop")
     qtbot.waitUntil(lambda: bool(lines), timeout=TIMEOUT_MS)
-    assert lines == ["no such thing"]
+    assert lines == ["ValueError: no such thing"]
     proposer.end()
 
 
@@ -337,19 +336,19 @@ def test_changes_are_made_to_the_rig_as_it_is_now() -> None:
 
 
 # ---------------------------------------------------------------------- the process
-def answers(*messages: object) -> list[Any]:
-    """What the process answers to messages that are all there when it looks, at the end of which it ends."""
-    source, sink = io.BytesIO(b"".join(map(pickle.dumps, messages))), io.BytesIO()
-    serve(source, sink)
-    return read(sink)
-
-
-def read(sink: io.BytesIO) -> list[Any]:
-    end, found = sink.tell(), list[Any]()
-    sink.seek(0)
-    while sink.tell() < end:
-        found.append(read_answer(sink))
-    return found
+def answers(*messages: object, at_once: bool = True) -> list[Any]:
+    """What the process answers to messages that are all there when it looks, at the end of which it ends; or to
+    messages that come when the one before has been served."""
+    inbox, found = queue.SimpleQueue[Any](), list[bytes]()
+    server = Server(inbox, found.append)
+    for message in messages:
+        inbox.put(message)
+        if not at_once:
+            server.serve_one()
+    inbox.put(None)
+    while server.serve_one():
+        pass
+    return [answer_of(content) for content in found]
 
 
 def request(number: int, town: Path, **changes: Any) -> ProposalRequest:
@@ -371,12 +370,8 @@ def test_a_problem_is_one_line(town: Path) -> None:
 def test_gains_change_as_a_sensor_moves(town: Path) -> None:
     roof, front = RIG.sensors
     low = RIG.replace(sensors=(roof.replace(position=(2.0, 0.0, 0.5)), front))
-    inbox, sink = queue.SimpleQueue[Any](), io.BytesIO()
-    server = Server(inbox, sink)
-    for message in (request(1, town, work="skin"), GainsRequest(low)):
-        inbox.put(message)
-        server.serve_one()
-    first, second = (one for one in read(sink) if isinstance(one, Gains))
+    found = answers(request(1, town, work="skin"), GainsRequest(low), at_once=False)
+    first, second = (one for one in found if isinstance(one, Gains))
     assert (first.rig, second.rig) == (RIG, low) and len(first.gains) == len(second.gains) > 5
     assert (first.gains >= 0.0).all() and first.gains.max() > 0.0
     assert not np.array_equal(first.gains, second.gains)

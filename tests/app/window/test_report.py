@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
+from multiprocessing.connection import Connection
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -23,8 +25,18 @@ from tests.app.window.desk import FullDesk, full_desk
 from tests.app.window_bench import RIG
 from tests.waiting import TIMEOUT_MS
 
-REFUSES = "import sys; print('note: a\\nriglens: no such thing', file=sys.stderr); sys.exit(2)"
-SLEEPS = "import time; time.sleep(60)"
+
+def refuse(pipe: Connection) -> None:
+    pipe.send((0.0, ""))
+    pipe.send("no such thing")
+
+
+def break_down(pipe: Connection) -> None:
+    raise ValueError("a mistake")
+
+
+def sleep(pipe: Connection) -> None:
+    time.sleep(60)
 
 
 @pytest.fixture
@@ -61,8 +73,9 @@ def test_a_report_is_made_of_the_rigs_scene_and_settings_of_its_request(tmp_path
 
 
 def test_what_is_refused_is_the_error_and_cancelling_ends_the_process(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"^no such thing$"):
-        make_report(job(tmp_path), lambda share, stage: None, REFUSES)
+    for work, line in (("refuse", "no such thing"), ("break_down", "ValueError: a mistake")):
+        with pytest.raises(InputError, match=f"^{line}$"):
+            make_report(job(tmp_path), lambda share, stage: None, f"{__name__}:{work}")
     with pytest.raises(InputError, match=r"^.*missing\.csv: "):
         make_report(job(tmp_path, boxes=tmp_path / "missing.csv"), lambda share, stage: None)
 
@@ -70,7 +83,7 @@ def test_what_is_refused_is_the_error_and_cancelling_ends_the_process(tmp_path: 
         raise Cancelled
 
     with pytest.raises(Cancelled):
-        make_report(job(tmp_path), cancel, SLEEPS)
+        make_report(job(tmp_path), cancel, f"{__name__}:sleep")
 
 
 def test_the_pages_of_a_report_are_those_of_its_pdf() -> None:
