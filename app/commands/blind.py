@@ -22,7 +22,6 @@ from riglens.app.commands.options import (
     ThreadArguments,
 )
 from riglens.app.commands.output import deliver, require_ending, require_outputs
-from riglens.app.evaluation.blind_text import hole_text
 from riglens.app.studies.files import csv_text, write_text
 from riglens.app.terminal.console import progress_bar, results
 from riglens.app.terminal.loading import load_rigs
@@ -36,6 +35,7 @@ from riglens.core.review.blind import (
     BlindMap,
     BlindSettings,
     By,
+    Hole,
     share_seen,
     unseen_by,
 )
@@ -165,7 +165,7 @@ def _areas_table(found: BlindMap, by: By, k: int) -> Table:
         areas = found.area_m2(height, by, k)
         cells = (f"{area:.1f}" for area in areas.sum(axis=1).tolist())
         made.add_row(
-            f"{height:.2f} m", *cells, f"{areas.sum():.1f}", hole_text(found.largest_hole(height, by, k))
+            f"{height:.2f} m", *cells, f"{areas.sum():.1f}", _hole_text(found.largest_hole(height, by, k))
         )
     ground = found.ground_m2()
     made.add_section()
@@ -173,6 +173,11 @@ def _areas_table(found: BlindMap, by: By, k: int) -> Table:
         "ground", *(f"{area:.0f}" for area in ground.sum(axis=1).tolist()), f"{ground.sum():.0f}", ""
     )
     return made
+
+
+def _hole_text(hole: Hole | None) -> str:
+    """Return the area of a patch and its distance from the car."""
+    return "none" if hole is None else f"{hole.area_m2:.1f} m², {hole.nearest_m:.1f} m off"
 
 
 def _profiles_table(profiles: Sequence[ProfileVerdict]) -> Table:

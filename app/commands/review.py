@@ -96,13 +96,11 @@ def review(
         Also write one JSON document, with a key per part, to a file; with - to standard output, instead of the tables.
     """
     parts = parts_of(only)
-    asked = _ReviewOptions(
-        RangePlan(min_points), profiles_of(profiles), Drawing.of(errors, draws, seed, sample)
-    )
+    asked = RangePlan(min_points), profiles_of(profiles), Drawing.of(errors, draws, seed, sample)
     (opened,) = load_rigs([rig], score.solid(), libraries, housings)
     opened = damaged_rig(opened, damaged)
     require_outputs((rig, *profiles, *scene.files), json)
-    found = Review(opened, scene, score, asked, TargetSettings(min_points=min_points), halves)
+    found = Review(opened, scene, score, *asked, TargetSettings(min_points=min_points), halves)
     made = {name: PARTS[name](found) for name in parts}
     document = {"riglens": FORMAT_VERSION} | {name: part for name, (part, _) in made.items()}
 
@@ -115,22 +113,15 @@ def review(
 
 
 @dataclass(frozen=True)
-class _ReviewOptions:
-    """Settings of the parts."""
-
-    plan: RangePlan
-    profiles: tuple[Profile, ...]
-    drawing: Drawing
-
-
-@dataclass(frozen=True)
 class Review:
     """A rig under review; scene and traffic are loaded once, when the first part needs them."""
 
     rig: Rig
     scene: SceneOptions
     score: ScoreOptions
-    asked: _ReviewOptions
+    plan: RangePlan
+    profiles: tuple[Profile, ...]
+    drawing: Drawing
     counting: TargetSettings
     halves: bool = False
 
@@ -150,12 +141,12 @@ class Review:
     def blind(self) -> Part:
         """Find blind zones and judge test objects."""
         settings = BlindSettings()
-        found, judged = blind_zones(self.rig, settings, self.asked.profiles, self.score.threads)
+        found, judged = blind_zones(self.rig, settings, self.profiles, self.score.threads)
         return blind_document(found, judged), lambda: print_blind(found, judged, "any", 1)
 
     def range(self) -> Part:
         """Find detection ranges."""
-        found = detection_range(self.rig, self.asked.plan, self.score.threads)
+        found = detection_range(self.rig, self.plan, self.score.threads)
         return range_document(found), lambda: print_range(found)
 
     def redundancy(self) -> Part:
@@ -165,8 +156,8 @@ class Review:
 
     def tolerance(self) -> Part:
         """Draw errors and find how figures spread."""
-        traffic = self.traffic if self.asked.drawing.sample else None
-        found, document = drawn(self.rig, self.field, traffic, self.score, self.asked.drawing)
+        traffic = self.traffic if self.drawing.sample else None
+        found, document = drawn(self.rig, self.field, traffic, self.score, self.drawing)
         return document, lambda: print_tolerance(found, document["body"])
 
     def audit(self) -> Part:

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from riglens.app.evaluation.edit_costs import EditCosts
-from riglens.app.evaluation.heatmap import NO_WORDS, Heatmaps, marks_for, needs_seen, seen_by, seen_words
-from riglens.app.evaluation.known_body import with_known_body
+from riglens.app.evaluation.heatmap import NO_WORDS, Heatmaps, marks_for, needs_seen, seen_by
+from riglens.app.evaluation.known_body import known_body, with_known_body
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.requests import (
     FRAME_MS,
@@ -21,7 +21,6 @@ from riglens.app.evaluation.requests import (
     Result,
 )
 from riglens.app.evaluation.scenario import load_scenario
-from riglens.app.evaluation.surroundings import Surroundings
 from riglens.core.engine.engine import Engine, Evaluation
 from riglens.core.engine.inspect import sees_voxel
 from riglens.core.engine.sight import Sight, sight
@@ -29,7 +28,8 @@ from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.estimate import estimated
 from riglens.core.metric.scores import Method, MetricSettings, Scores
 from riglens.core.metric.voxel import Voxel, VoxelFacts, voxel_facts
-from riglens.core.rig.model import Rig, Sensor
+from riglens.core.review.blind import BlindEngine, BlindMap, BlindSettings
+from riglens.core.rig.model import Rig, Sensor, Vehicle
 from riglens.core.scene.boxes import CLASSES, Progress
 from riglens.core.scene.columns import Words
 from riglens.core.scene.pog import Pog, coarse_pog
@@ -84,7 +84,7 @@ class Scoring:
         self._others: Engine | None = None
         self._was_slow = False
         self._known: tuple[MetricSettings, Scores, Scores] | None = None
-        self._around = Surroundings(threads)
+        self._around: tuple[Vehicle, BlindEngine] | None = None
 
     # ------------------------------------------------------------------ exact
     def exact(self, request: EvaluationRequest, cancel: Cancel) -> Result:
@@ -99,7 +99,7 @@ class Scoring:
         baseline = self._baseline_of(request, evaluation)  # last: the engine may hold its sensors afterwards
         marks = replace(marks, baseline=baseline.seen, baseline_name=baseline.rig.name)
         heatmap = self.scene.heatmaps.heatmap(request.heat, request.heat_class, marks)
-        blind = self._around.blind_map(request) if request.blind else None
+        blind = self._blind_map(request.rig) if request.blind else None
         return Result(
             request, self.scene, evaluation, baseline.scores, heatmap, top_view, picked, marks, blind
         )
@@ -132,9 +132,17 @@ class Scoring:
             if request.rig != rig:
                 found = self._engine.evaluate(rig, with_known_body(settings, rig), wants_seen)
                 self._costs.note(rig, found.elapsed_ms)
-            known = _Baseline(rig, settings, found.scores, seen_words(found) if wants_seen else NO_WORDS)
+            known = _Baseline(rig, settings, found.scores, found.seen_by_any() if wants_seen else NO_WORDS)
             self._baseline = known
         return known
+
+    def _blind_map(self, rig: Rig) -> BlindMap:
+        """Return the blind zones around the car, which is solid once its mesh has been read; an engine follows edits
+        until there is another car."""
+        if self._around is None or self._around[0] != rig.vehicle:
+            settings = BlindSettings(body=known_body(rig, "blocks"))
+            self._around = rig.vehicle, BlindEngine(rig.vehicle, settings, self._threads)
+        return self._around[1].evaluate(rig)
 
     def other(self, rig: Rig, settings: MetricSettings, cancel: Cancel) -> Scores:
         """Return the exact scores of a rig other than the one being edited; raise Cancelled when `cancel` returns True.
