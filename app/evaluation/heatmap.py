@@ -56,17 +56,12 @@ def seen_by(by: SeenBy, engine: Engine, evaluation: Evaluation) -> Words:
         return many
     if by == "kinds":
         return evaluation.seen_by_two_kinds()
-    return seen_words(evaluation) if by == "any" else evaluation.seen[by]
+    return evaluation.seen_by_any() if by == "any" else evaluation.seen[by]
 
 
 def marks_of(evaluation: Evaluation) -> VoxelMarks:
     """Return the inputs from an evaluation that holds the seen voxels, without a baseline."""
-    return VoxelMarks(seen_words(evaluation), NO_WORDS, NO_WORDS)
-
-
-def seen_words(evaluation: Evaluation) -> Words:
-    """Return the voxels that any sensor sees."""
-    return evaluation.seen_by_any()
+    return VoxelMarks(evaluation.seen_by_any(), NO_WORDS, NO_WORDS)
 
 
 def marks_for(mode: HeatMode, engine: Engine, evaluation: Evaluation) -> VoxelMarks:

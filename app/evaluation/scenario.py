@@ -84,12 +84,6 @@ def boxes_of(options: SceneOptions, paths: Sequence[Path]) -> Source:
     return open_as_said(lift_m=ground.lift_m, notes=(f"ground: {ground.text()}; moved to z = 0",))
 
 
-def load_field(options: SceneOptions, progress: Progress | None = None) -> tuple[Pog, EntropyField]:
-    """Return the POG and its entropies, as `load_scenario` loads them."""
-    found = load_scenario(options, progress)
-    return found.pog, found.field
-
-
 def load_scenario(options: SceneOptions, progress: Progress | None = None) -> Scenario:
     """Return the scene for these options; raise InputError on bad input or conflicting options.
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from riglens.app.evaluation.heatmap import Heatmaps, VoxelMarks, marks_for, marks_of, seen_words
+from riglens.app.evaluation.heatmap import Heatmaps, VoxelMarks, marks_for, marks_of
 from riglens.app.evaluation.options import (
     MAX_SCALE,
     MAX_SIDE_PX,
@@ -144,7 +144,7 @@ def scored_state(
             if baseline.vehicle.body == rig.vehicle.body:
                 baseline = baseline.with_body_mesh(rig.vehicle.body_mesh)
             before = engine.evaluate(baseline, settings)
-            marks = replace(marks, baseline=seen_words(before), baseline_name=before.rig.name)
+            marks = replace(marks, baseline=before.seen_by_any(), baseline_name=before.rig.name)
     return _state(pog, field, evaluation, marks, picture)
 
 

@@ -9,7 +9,7 @@ from rich.table import Table
 from rich.text import Text
 
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
-from riglens.app.evaluation.scenario import load_field
+from riglens.app.evaluation.scenario import load_scenario
 from riglens.app.studies.accuracy_chart import chart
 from riglens.app.studies.accuracy_text import (
     accuracy_csv,
@@ -74,7 +74,7 @@ def _other_fields(scene: SceneOptions, voxel_m: float, edges: tuple[float, ...])
         other = replace(scene, voxel_m=factor * voxel_m)
         try:
             with progress_bar(f"Building the POG at {edge_text(factor * voxel_m)}") as progress:
-                fields[factor * voxel_m] = load_field(other, progress)[1]
+                fields[factor * voxel_m] = load_scenario(other, progress).field
         except InputError as error:
             note(f"{edge_text(factor * voxel_m)} is left out: {error.message}")
     return fields

@@ -13,7 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
-from riglens.app.evaluation.scenario import load_field, source_of
+from riglens.app.evaluation.scenario import load_scenario, source_of
 from riglens.app.studies.accuracy_text import edge_text
 from riglens.app.studies.files import csv_text, require_folder, write_text
 from riglens.app.studies.pages import page
@@ -106,7 +106,7 @@ def _grids(scene: SceneOptions) -> Callable[[float, Progress], EntropyField | No
         if scene.pog is not None:
             return None
         try:
-            return load_field(replace(scene, voxel_m=voxel_m), progress)[1]
+            return load_scenario(replace(scene, voxel_m=voxel_m), progress).field
         except InputError as error:
             note(f"{edge_text(voxel_m)} is left out: {error}")
             return None

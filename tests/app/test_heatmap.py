@@ -10,7 +10,6 @@ from riglens.app.evaluation.heatmap import (
     VoxelMarks,
     marks_for,
     marks_of,
-    seen_words,
 )
 from riglens.core.engine.engine import Engine
 from riglens.core.metric.entropy import EntropyField
@@ -105,7 +104,7 @@ def test_three_and_more_sensors_are_one_step(bench):
 def test_changes_are_what_is_seen_more_and_less_than_by_the_baseline(bench):
     before = Engine(bench.field).evaluate(rig_of(FIRST))
     after = Engine(bench.field).evaluate(rig_of(SECOND))
-    shown = bench.shown("change", VoxelMarks(seen_words(after), NO_WORDS, seen_words(before), "one"))
+    shown = bench.shown("change", VoxelMarks(after.seen_by_any(), NO_WORDS, before.seen_by_any(), "one"))
     first, second = (bench.at_cells(shown, seen_by(bench.field, sensor)) for sensor in (FIRST, SECOND))
     assert np.array_equal(np.sign(shown.values), second.astype(int) - first.astype(int))
     assert shown.scale == "change" and shown.note.startswith("against one: cells of 0.5 m")
@@ -113,7 +112,7 @@ def test_changes_are_what_is_seen_more_and_less_than_by_the_baseline(bench):
 
 
 def test_against_itself_a_rig_changes_nothing(bench):
-    seen = seen_words(bench.evaluation)
+    seen = bench.evaluation.seen_by_any()
     shown = bench.shown("change", VoxelMarks(seen, NO_WORDS, seen))
     assert not shown.values.any() and shown.vmax > 0.0
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.app.evaluation.ground_map import ground_map
-from riglens.app.evaluation.heatmap import Heatmaps, marks_for, seen_words
+from riglens.app.evaluation.heatmap import Heatmaps, marks_for
 from riglens.app.evaluation.options import HeatMode
 from riglens.app.rendering.picture import Findings, PictureWords, with_words
 from riglens.core.engine.engine import Engine
@@ -64,7 +64,7 @@ def state(mode: HeatMode, dark: bool, words: PictureWords, look: HeatLook | None
     evaluation = engine.evaluate(RIG)
     marks = marks_for(mode, engine, evaluation)
     before = engine.evaluate(BEFORE)
-    marks = replace(marks, baseline=seen_words(before), baseline_name="before")
+    marks = replace(marks, baseline=before.seen_by_any(), baseline_name="before")
     heat = Heatmaps(DisplayGrid.build(pog, field)).heatmap(mode, "car", marks)
     shown = SceneState(
         rig=RIG, grid=GRID, heatmap=heat, heat_look=look or HeatLook(), palette=palette(dark), selected="roof"
