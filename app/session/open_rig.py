@@ -71,7 +71,7 @@ class OpenRig(QObject):
         self._rig_file = rig_file or new_rig_file(rig)
         self._dragged: Names = ()
         self._last_edit = Edit("")
-        self.path = path
+        self.path: Path | None = path
         self._selection: Names = ()
         self._failed: frozenset[str] = frozenset()
         self._working = rig, self._failed, rig
@@ -81,6 +81,11 @@ class OpenRig(QObject):
     def rig(self) -> Rig:
         """Return the current rig, including an open drag."""
         return self._history.rig
+
+    @property
+    def folder(self) -> Path | None:
+        """Folder of the rig's file; None for a rig that was never saved."""
+        return None if self.path is None else self.path.parent
 
     @property
     def saved_rig(self) -> Rig:

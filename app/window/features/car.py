@@ -51,7 +51,7 @@ class Car(Feature):
     def _follow(self) -> None:
         """Show the vehicle when it, or the file that its mesh comes from, is another."""
         vehicle = self.document.rig.vehicle
-        path = mesh_path(vehicle.body, self._folder()) if vehicle.has_mesh_file else None
+        path = mesh_path(vehicle.body, self.document.folder) if vehicle.has_mesh_file else None
         if (vehicle, path) == self._shown:
             return
         is_other_file = self._shown is None or path != self._shown[1]
@@ -118,19 +118,16 @@ class Car(Feature):
         self.bench.guarded(self.document.apply)(rig.replace(vehicle=vehicle), "scale of the mesh")
 
     # ------------------------------------------------------------------ choosing a file
-    def _folder(self) -> Path | None:
-        return self.document.path.parent if self.document.path is not None else None
-
     def _choose_mesh(self) -> None:
         """Ask for a mesh file."""
-        path = self.bench.dialogs.mesh_file(self.bench.window, self._folder())
+        path = self.bench.dialogs.mesh_file(self.bench.window, self.document.folder)
         if path is not None:
             self.take_mesh(path)
 
     def take_mesh(self, path: Path) -> None:
         """Make a mesh file the body of the car; the current one is read again."""
         rig = self.document.rig
-        vehicle = rig.vehicle.replace(body=mesh_name(path, self._folder()))
+        vehicle = rig.vehicle.replace(body=mesh_name(path, self.document.folder))
         if vehicle == rig.vehicle:
             self._read, self._shown = None, None
             self._follow()

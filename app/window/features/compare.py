@@ -145,8 +145,7 @@ class Compare(Feature):
             self._add(name, "snapshot", rig)
 
     def _choose_file(self) -> None:
-        folder = self.document.path.parent if self.document.path is not None else None
-        path = self.bench.dialogs.open_rig(self.bench.window, folder)
+        path = self.bench.dialogs.open_rig(self.bench.window, self.document.folder)
         if path is not None:
             self.bench.guarded(self.add_file)(path)
 

@@ -57,8 +57,7 @@ class Files(Feature):
 
     def open(self) -> None:
         """Ask for a rig file, then about changes that would be lost, and open it."""
-        folder = self.document.path.parent if self.document.path is not None else None
-        path = self.bench.dialogs.open_rig(self.bench.window, folder)
+        path = self.bench.dialogs.open_rig(self.bench.window, self.document.folder)
         if path is not None and self.may_lose_changes():
             self._open(path)
 
@@ -141,8 +140,7 @@ def file_name(rig_name: str, suffix: str) -> str:
 
 def beside_rig(document: Document, name: str, suffix: str) -> Path:
     """Return a file name for a result, in the folder of the rig's file if it has one."""
-    path = Path(file_name(name, suffix))
-    return document.path.parent / path if document.path is not None else path
+    return (document.folder or Path()) / file_name(name, suffix)
 
 
 KEY = "files/recent"

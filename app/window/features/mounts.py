@@ -45,8 +45,7 @@ class Mounts(LiveCheck[MountsPanel, "RigRequest[MountLimits | None]", "tuple[Vio
 
     def _choose_file(self) -> None:
         """Load the limits of a file of requirements, as for `riglens check`; InputError when it has none."""
-        folder = None if self.document.path is None else self.document.path.parent
-        path = self.bench.dialogs.requirements_file(self.bench.window, folder)
+        path = self.bench.dialogs.requirements_file(self.bench.window, self.document.folder)
         if path is not None:
             self._use(limits_in(path), path.name)
 

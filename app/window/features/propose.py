@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import asdict, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, get_args, get_type_hints
 
 from pydantic import TypeAdapter, ValidationError
@@ -27,6 +26,7 @@ from riglens.app.window.actions import Spec
 from riglens.app.window.docks import InSight
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.compare import Compare
+from riglens.app.window.features.files import beside_rig
 from riglens.app.window.features.sensors import follow_marks
 from riglens.app.window.settings import Settings
 from riglens.app.window.status import TOLD_MS
@@ -393,13 +393,8 @@ class Propose(Feature):
 
     def export(self) -> None:
         """Write rigs and figures of all proposals into a folder."""
-        path = self.document.path
-        chosen = self.bench.dialogs.export_rig(
-            self.bench.window,
-            (path.parent / "proposals") if path is not None else Path("proposals"),
-            "proposals",
-            True,
-        )
+        suggestion = beside_rig(self.document, "proposals", "")
+        chosen = self.bench.dialogs.export_rig(self.bench.window, suggestion, "proposals", True)
         if chosen is not None and self.result is not None:
             self.result.save(chosen)
             self.bench.status.showMessage(f"Proposals written: {chosen}", TOLD_MS)

@@ -18,6 +18,7 @@ from riglens.app.evaluation.requests import fixed_options
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.compare import Compare
+from riglens.app.window.features.files import beside_rig
 from riglens.app.window.features.propose import Propose
 from riglens.app.window.status import TOLD_MS
 from riglens.app.window.workbench import Workbench
@@ -56,8 +57,8 @@ class Report(Feature):
             for row in self._compare.rows
             if row.origin != "current"
         )
-        folder = None if self.document.path is None else self.document.path.parent
-        return tuple(dict.fromkeys(with_full_mesh_path(rig, folder) for rig in (self.document.rig, *kept)))
+        folder, rigs = self.document.folder, (self.document.rig, *kept)
+        return tuple(dict.fromkeys(with_full_mesh_path(rig, folder) for rig in rigs))
 
     def start(self) -> None:
         """Start a report; edits meanwhile do not affect it."""
@@ -85,8 +86,8 @@ class Report(Feature):
         dialog.show()
 
     def _save(self, made: Path, suffix: str) -> None:
-        folder = Path() if self.document.path is None else self.document.path.parent
-        chosen = self.bench.dialogs.save_report(self.bench.window, folder / f"report{suffix}")
+        suggestion = beside_rig(self.document, "report", suffix)
+        chosen = self.bench.dialogs.save_report(self.bench.window, suggestion)
         if chosen is None:
             return
         name = PDF if chosen.suffix.lower() == ".pdf" else PAGE

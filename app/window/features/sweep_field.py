@@ -42,12 +42,9 @@ class SweepField(Feature):
         self.maker = maker or BackgroundWorker("sweep of a field", field_curve, self)
         self.curve = FieldCurve(bench.window)
         self._asked: tuple[FieldRequest, NumberEdit] | None = None
-        queued = Qt.ConnectionType.QueuedConnection
-        self.maker.answered.connect(self._take, queued)
-        self.maker.failed.connect(self._refuse, queued)
+        self.serve(self.maker, self._take, self._refuse)
         self.curve.chosen.connect(self._set)
         self.curve.closed.connect(self._forget)
-        bench.closing.connect(self.maker.close)
         for edit in bench.panels.inspector.findChildren(NumberEdit):
             if edit.path is not None:
                 edit.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)

@@ -84,8 +84,7 @@ class Tolerance(Feature):
             self._required = None
             self.strip.show_required("")
         else:
-            folder = None if self.document.path is None else self.document.path.parent
-            path = self.bench.dialogs.requirements_file(self.bench.window, folder)
+            path = self.bench.dialogs.requirements_file(self.bench.window, self.document.folder)
             if path is None:
                 return
             self._required = requirements_of_figures(path)
