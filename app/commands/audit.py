@@ -6,9 +6,8 @@ from rich.table import Table
 from rich.text import Text
 
 from riglens.app.commands.options import (
-    Housings,
     JsonFigures,
-    Libraries,
+    RigArguments,
     RigName,
     SceneArguments,
     SolidBody,
@@ -41,13 +40,12 @@ def audit(
     scene: SceneArguments = SceneArguments(),
     body: SolidBody = None,
     score: ThreadArguments = ThreadArguments(),
-    libraries: Libraries = (),
-    housings: Housings = None,
+    reading: RigArguments = RigArguments(),
     json: JsonFigures = None,
 ) -> None:
     """Trace every ray of each sensor: to the solid car, past the region, to the ground, or into uncertain space."""
     score = score.solid(body)
-    (opened,) = load_rigs([rig], score, libraries, housings)
+    (opened,) = load_rigs([rig], score, reading.libraries, reading.housings)
     require_outputs((rig, *scene.files), json)
     _, field = load_scene(scene, [opened], score)
     with progress_bar("Tracing rays"):

@@ -13,10 +13,9 @@ from rich.text import Text
 
 from riglens.app.commands.kind_choices import SeenByChoice
 from riglens.app.commands.options import (
-    Housings,
     JsonFigures,
-    Libraries,
     Profiles,
+    RigArguments,
     RigName,
     SolidBody,
     ThreadArguments,
@@ -61,8 +60,7 @@ def blind(
     profiles: Profiles = (),
     body: SolidBody = None,
     score: ThreadArguments = ThreadArguments(),
-    libraries: Libraries = (),
-    housings: Housings = None,
+    reading: RigArguments = RigArguments(),
     out: Annotated[Path | None, Parameter(metavar="FILE.csv|.png")] = None,
     json: JsonFigures = None,
 ) -> None:
@@ -87,7 +85,7 @@ def blind(
     """
     score = score.solid(body)
     settings = BlindSettings(voxel, width, within_m=within)
-    (opened,) = load_rigs([rig], score, libraries, housings)
+    (opened,) = load_rigs([rig], score, reading.libraries, reading.housings)
     asked = profiles_of(profiles)
     require_ending("out", out, ".csv", ".png")
     require_outputs((rig, *profiles), out, json)

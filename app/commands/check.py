@@ -16,7 +16,7 @@ from rich.text import Text
 
 from riglens.app.commands.blind import profiles_of
 from riglens.app.commands.evaluate import wrong_places
-from riglens.app.commands.options import Housings, Json, Libraries, Profiles, RunArguments, SceneArguments
+from riglens.app.commands.options import Json, Profiles, RigArguments, RunArguments, SceneArguments
 from riglens.app.commands.output import deliver, require_outputs
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.terminal.console import note, progress_bar, results
@@ -82,8 +82,7 @@ def check(
     profiles: Profiles = (),
     scene: SceneArguments = SceneArguments(),
     score: RunArguments = RunArguments(),
-    libraries: Libraries = (),
-    housings: Housings = None,
+    reading: RigArguments = RigArguments(),
     json: Json = None,
     junit: Annotated[Path | None, Parameter(metavar="FILE")] = None,
     github: bool = False,
@@ -110,7 +109,7 @@ def check(
     """
     if github and json == "-":
         raise InputError("cannot share standard output: name a file with", "github", "json")
-    loaded = load_rigs(rigs, score.solid(), libraries, housings)
+    loaded = load_rigs(rigs, score.solid(), reading.libraries, reading.housings)
     asked = CheckInputs.of(requirements, profiles, loaded)
     required = asked.required
     score = score.as_required(required.body, requirements)

@@ -11,9 +11,8 @@ from rich.table import Table
 from rich.text import Text
 
 from riglens.app.commands.options import (
-    Housings,
     Json,
-    Libraries,
+    RigArguments,
     RigName,
     SolidBody,
     ThreadArguments,
@@ -49,8 +48,7 @@ def command(
     deceleration: Annotated[float, Parameter(group=BRAKING, metavar="MPS2")] = 5.0,
     score: ThreadArguments = ThreadArguments(),
     body: SolidBody = None,
-    libraries: Libraries = (),
-    housings: Housings = None,
+    reading: RigArguments = RigArguments(),
     csv: Annotated[Path | None, Parameter(metavar="FILE.csv")] = None,
     chart: Annotated[Path | None, Parameter(metavar="FILE.png|.svg")] = None,
     json: Json = None,
@@ -88,7 +86,7 @@ def command(
         deceleration_mps2=deceleration,
     )
     require_ending("chart", chart, ".png", ".svg")
-    (opened,) = load_rigs([rig], score, libraries, housings)
+    (opened,) = load_rigs([rig], score, reading.libraries, reading.housings)
     require_outputs((rig,), csv, chart, json)
     found = detection_range(opened, plan, score.threads)
     if csv is not None:

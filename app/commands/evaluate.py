@@ -11,10 +11,9 @@ from riglens.app.commands.options import (
     COUNT,
     CountArguments,
     EverythingArguments,
-    Housings,
     JsonFigures,
-    Libraries,
     Parts,
+    RigArguments,
     RigNames,
     ScoreArguments,
     Surroundings,
@@ -31,8 +30,7 @@ def evaluate(
     surroundings: Surroundings = None,
     by: Parts = "ring",
     count: CountArguments = CountArguments(),
-    libraries: Libraries = (),
-    housings: Housings = None,
+    reading: RigArguments = RigArguments(),
     score: ScoreArguments = ScoreArguments(),
     json: JsonFigures = None,
 ) -> None:
@@ -60,7 +58,7 @@ def evaluate(
 
     if not targets:
         count.require_unused(scene, surroundings, by)
-    loaded = load_rigs(rigs, score, libraries, housings)
+    loaded = load_rigs(rigs, score, reading.libraries, reading.housings)
     require_count_outputs(count, loaded, (*rigs, *scene.files), json, by)
     _, field = load_scene(scene, loaded, score)
     for line in wrong_places(loaded):  # what is refused is refused in one line

@@ -14,9 +14,8 @@ from rich.text import Text
 
 from riglens.app.commands.check import CheckInputs, scene_for, unmet_by
 from riglens.app.commands.options import (
-    Housings,
     Json,
-    Libraries,
+    RigArguments,
     RigName,
     SourceArguments,
     Surroundings,
@@ -79,8 +78,7 @@ def optimise(
     seed: Annotated[int, number(FRAMES)] = 0,
     scene: SourceArguments = SourceArguments(),
     score: ThreadArguments = ThreadArguments(),
-    libraries: Libraries = (),
-    housings: Housings = None,
+    reading: RigArguments = RigArguments(),
     out: Annotated[Path | None, Parameter(metavar="DIR")] = None,
     json: Json = None,
 ) -> None:
@@ -119,12 +117,14 @@ def optimise(
     """
     rules, moves = search.rules(), _moves(move, exchange)
     score = score.solid()
-    (opened,) = load_rigs([rig], score, libraries, housings)
+    (opened,) = load_rigs([rig], score, reading.libraries, reading.housings)
     asked = None if requirements is None else CheckInputs.of(requirements, (), [opened])
     if asked is not None:
         rules = rules if asked.required.mounts is None else _stricter(rules, asked.required.mounts)
     additions = search.additions(rules, _box(inside))
-    reference = None if against is None else load_rigs([against], score, libraries, housings)[0]
+    reference = (
+        None if against is None else load_rigs([against], score, reading.libraries, reading.housings)[0]
+    )
     require_outputs((rig, *scene.files, *check_boxes), json)
     if out is not None:
         check_folder(out)

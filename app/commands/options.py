@@ -13,6 +13,7 @@ from riglens.app.evaluation.names import option_of
 from riglens.app.evaluation.options import Said, SceneOptions, ScoreOptions
 from riglens.app.terminal.console import is_standard_output
 from riglens.core.errors import InputError
+from riglens.core.metric.scores import Body
 
 SCENE = Group("Scene: boxes and grid", sort_key=10)
 SCORE = Group("Score", sort_key=20)
@@ -88,15 +89,6 @@ Parts = Annotated[Literal["ring", "sector"], Parameter(name="--by", group=COUNT)
 """Split of a table of objects, for a single rig."""
 SolidBody = Annotated[Literal["ignored", "blocks"] | None, Parameter(name="--body", show=False)]
 """For commands with a solid car: `blocks` is accepted, `ignored` rejected (`ScoreOptions.solid`)."""
-Housings = Annotated[
-    Literal["ignored", "blocks"] | None,
-    Parameter(
-        name="--housings",
-        metavar="NAME",
-        help="Rays pass through the housings of other sensors or end at them, wherever they end at the car "
-        "(as set in each rig).",
-    ),
-]
 Libraries = Annotated[
     tuple[Path, ...],
     Parameter(
@@ -193,6 +185,22 @@ else:
     RunArguments = arguments(ScoreOptions, SCORE, "threads", "body")
     BodyArguments = arguments(ScoreOptions, SCORE, "body")
     ThreadArguments = arguments(ScoreOptions, SCORE, "threads")
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class RigArguments:
+    """Options of reading rigs."""
+
+    libraries: Libraries = ()
+    housings: Annotated[
+        Body | None,
+        Parameter(
+            metavar="NAME",
+            help="Rays pass through the housings of other sensors or end at them, wherever they end at the car "
+            "(as set in each rig).",
+        ),
+    ] = None
 
 
 @Parameter(name="*")

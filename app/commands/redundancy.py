@@ -10,9 +10,8 @@ from rich.table import Table
 from rich.text import Text
 
 from riglens.app.commands.options import (
-    Housings,
     JsonFigures,
-    Libraries,
+    RigArguments,
     RigName,
     SceneArguments,
     ScoreArguments,
@@ -71,8 +70,7 @@ def redundancy(
     min_points: Annotated[int, number(FAILING)] = 5,
     within: Annotated[float, Parameter(group=FAILING, metavar="M")] = 60.0,
     halves: Annotated[bool, Parameter(group=FAILING, negative="")] = False,
-    libraries: Libraries = (),
-    housings: Housings = None,
+    reading: RigArguments = RigArguments(),
     json: JsonFigures = None,
 ) -> None:
     """Report the coverage by one, two and three sensors, and the losses when sensors, pairs or groups fail.
@@ -89,7 +87,7 @@ def redundancy(
         Also list the losses by each sensor with half of its view blocked: left, right, upper, lower.
     """
     counting = TargetSettings(min_points=min_points)
-    (opened,) = load_rigs([rig], score, libraries, housings)
+    (opened,) = load_rigs([rig], score, reading.libraries, reading.housings)
     require_outputs((rig, *scene.files), json)
     _, field = load_scene(scene, [opened], score)
     traffic = None

@@ -11,9 +11,8 @@ from cyclopts import Parameter
 
 from riglens.app.commands.options import (
     BodyArguments,
-    Housings,
-    Libraries,
     Out,
+    RigArguments,
     RigName,
     SceneArguments,
     number,
@@ -105,8 +104,7 @@ def render(
     look: PictureArguments = PictureArguments(),
     scene: SceneArguments = SceneArguments(),
     score: BodyArguments = BodyArguments(),
-    libraries: Libraries = (),
-    housings: Housings = None,
+    reading: RigArguments = RigArguments(),
 ) -> None:
     """Draw a rig, its rays and the heatmap of a class into a PNG file, without a display.
 
@@ -115,11 +113,11 @@ def render(
     out
         The picture (.png).
     """
-    use_libraries(libraries)
+    use_libraries(reading.libraries)
     picture = look.picture(out)
     prepare_drawing()
     require_writable(out)
-    opened = with_choice(load_rig(rig), housings)
+    opened = with_choice(load_rig(rig), reading.housings)
     baseline = load_rig(picture.baseline) if picture.baseline is not None else None
     opened = as_drawn(opened, Path(rig).parent)
     score = drawn_score(opened, score.body)

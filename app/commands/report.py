@@ -13,7 +13,7 @@ from typing import Annotated, Any
 from cyclopts import Group, Parameter
 
 from riglens.app.background.report import PAGE, PDF, ReportJob, Tell, page_picture
-from riglens.app.commands.options import Housings, Libraries, SceneArguments, ScoreArguments, number
+from riglens.app.commands.options import RigArguments, SceneArguments, ScoreArguments, number
 from riglens.app.commands.output import require_ending, require_outputs
 from riglens.app.commands.running import guarded
 from riglens.app.commands.tolerance import require_draws
@@ -72,8 +72,7 @@ def report(
     author: Annotated[str | None, Parameter(group=REPORT, metavar="TEXT")] = None,
     scene: SceneArguments = SceneArguments(),
     score: ScoreArguments = ScoreArguments(),
-    libraries: Libraries = (),
-    housings: Housings = None,
+    reading: RigArguments = RigArguments(),
 ) -> int:
     """Write a page about one or more rigs that needs no network and no script, or check an earlier one.
 
@@ -105,7 +104,7 @@ def report(
             raise InputError("cannot be combined with", "verify", "out")
         if rigs:
             raise InputError(f"brings its own rigs: leave out {' '.join(rigs)}", "verify")
-        use_libraries(libraries)
+        use_libraries(reading.libraries)
         return verified(verify, scene, score, meshes)
     if out is None:
         raise InputError("report: name rigs and --out FILE.html, or --verify FILE.html|.pdf")
@@ -121,7 +120,7 @@ def report(
     if out.suffix.lower() == ".pdf":
         _require_pango()
     require_draws(draws, seed, 0)
-    loaded = load_rigs(rigs, score.solid(), libraries, housings)
+    loaded = load_rigs(rigs, score.solid(), reading.libraries, reading.housings)
     require_outputs((*rigs, *scene.files, *([requirements] if requirements else [])), out)
     labels = labels_of(project, revision, author)
     write_report(loaded, out, scene, score, requirements, (draws, seed), labels)

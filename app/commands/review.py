@@ -15,10 +15,9 @@ from riglens.app.commands.blind import blind_zones, print_blind, profiles_of
 from riglens.app.commands.detection_range import detection_range, print_range
 from riglens.app.commands.mounts import mounts_document, print_mounts
 from riglens.app.commands.options import (
-    Housings,
     Json,
-    Libraries,
     Profiles,
+    RigArguments,
     RigName,
     SceneArguments,
     ScoreArguments,
@@ -66,8 +65,7 @@ def review(
     halves: Annotated[bool, Parameter(group=REVIEW, negative="")] = False,
     scene: SceneArguments = SceneArguments(),
     score: ScoreArguments = ScoreArguments(),
-    libraries: Libraries = (),
-    housings: Housings = None,
+    reading: RigArguments = RigArguments(),
     json: Json = None,
 ) -> None:
     """Review a rig: blind zones, detection range, redundancy, tolerance, ray outcomes, mounts.
@@ -97,7 +95,7 @@ def review(
     """
     parts = parts_of(only)
     asked = RangePlan(min_points), profiles_of(profiles), Drawing.of(errors, draws, seed, sample)
-    (opened,) = load_rigs([rig], score.solid(), libraries, housings)
+    (opened,) = load_rigs([rig], score.solid(), reading.libraries, reading.housings)
     opened = damaged_rig(opened, damaged)
     require_outputs((rig, *profiles, *scene.files), json)
     found = Review(opened, scene, score, *asked, TargetSettings(min_points=min_points), halves)

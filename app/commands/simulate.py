@@ -14,8 +14,7 @@ from riglens.app.commands.options import (
     SCENE,
     BodyArguments,
     Dask,
-    Housings,
-    Libraries,
+    RigArguments,
     RigNames,
     Surroundings,
     TrafficArguments,
@@ -104,8 +103,7 @@ def simulate(
     workers: Workers = None,
     dask: Dask = None,
     carla: Annotated[str | None, Parameter(group=CARLA, metavar="HOST:PORT")] = None,
-    libraries: Libraries = (),
-    housings: Housings = None,
+    reading: RigArguments = RigArguments(),
 ) -> None:
     """Simulate what rigs measure in traffic, as data sets in nuScenes' format.
 
@@ -133,11 +131,11 @@ def simulate(
     extras, where = Extras(pictures == "on", points is not None), Where(workers, dask)
     job = DataSetJob(out, scene, sweeps.settings, extras, where, every, sequences)
     if carla is not None:
-        use_libraries(libraries)
+        use_libraries(reading.libraries)
         collect_in_carla(rigs, carla, job)
         return
     job = replace(job, scene=with_surroundings(scene, surroundings))
-    make_data_sets(load_rigs(rigs, score, libraries, housings), score, job)
+    make_data_sets(load_rigs(rigs, score, reading.libraries, reading.housings), score, job)
 
 
 @dataclass(frozen=True)

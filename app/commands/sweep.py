@@ -16,9 +16,8 @@ from riglens.app.commands.options import (
     CountArguments,
     Dask,
     EverythingArguments,
-    Housings,
     Json,
-    Libraries,
+    RigArguments,
     RigNames,
     ScoreArguments,
     Surroundings,
@@ -75,8 +74,7 @@ def sweep(
     scene: EverythingArguments = EverythingArguments(),
     surroundings: Surroundings = None,
     count: SweepCountArguments = SweepCountArguments(),
-    libraries: Libraries = (),
-    housings: Housings = None,
+    reading: RigArguments = RigArguments(),
     score: ScoreArguments = ScoreArguments(),
     workers: Workers = None,
     dask: Dask = None,
@@ -118,7 +116,7 @@ def sweep(
     require_ending("chart", chart, ".png", ".svg")
     require_outputs((*rigs, *scene.files, *([table] if table else [])), out, chart, json)
     design = design_of([Span.parsed(text) for text in vary], sobol, design_seed, table)
-    loaded = load_rigs(rigs, score, libraries, housings)
+    loaded = load_rigs(rigs, score, reading.libraries, reading.housings)
     options = sweep_options(loaded, with_surroundings(scene, surroundings), count, score, compute, blind)
     sweep = LoadedSweep(Sweep.of(loaded, design), options, design.kind, score.threads)
     if chart is not None:

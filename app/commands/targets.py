@@ -13,10 +13,9 @@ from rich.text import Text
 
 from riglens.app.commands.options import (
     CountArguments,
-    Housings,
     JsonFigures,
-    Libraries,
     Parts,
+    RigArguments,
     RigNames,
     RunArguments,
     Surroundings,
@@ -91,8 +90,7 @@ def targets(
     by: Parts = "ring",
     count: CountArguments = CountArguments(),
     score: RunArguments = RunArguments(),
-    libraries: Libraries = (),
-    housings: Housings = None,
+    reading: RigArguments = RigArguments(),
     json: JsonFigures = None,
 ) -> None:
     """Count the points and pixels of rigs on objects, including occlusion by traffic.
@@ -106,7 +104,7 @@ def targets(
     by
         Parts of the table, for one rig: rings of 10 m of distance, or sectors of 45° around the car.
     """
-    loaded = load_rigs(rigs, score, libraries, housings)
+    loaded = load_rigs(rigs, score, reading.libraries, reading.housings)
     require_count_outputs(count, loaded, (*rigs, *scene.files), json, by)
     found = count_hits(loaded, with_surroundings(scene, surroundings), count, score)
     deliver(found.document(), json, lambda: found.show(by))

@@ -10,9 +10,8 @@ from rich.table import Table
 from rich.text import Text
 
 from riglens.app.commands.options import (
-    Housings,
     JsonFigures,
-    Libraries,
+    RigArguments,
     RigName,
     SceneArguments,
     ScoreArguments,
@@ -79,8 +78,7 @@ def tolerance(
     figure: Errors = "seen car",
     scene: SceneArguments = SceneArguments(),
     score: ScoreArguments = ScoreArguments(),
-    libraries: Libraries = (),
-    housings: Housings = None,
+    reading: RigArguments = RigArguments(),
     json: JsonFigures = None,
 ) -> None:
     """Report the spread of a rig's figures under small errors of its mounts and of the car's pose.
@@ -103,7 +101,7 @@ def tolerance(
         Figure by which the worst draw is chosen, such as "seen car" or "on_target pedestrian".
     """
     asked = Drawing.of(errors, draws, seed, sample)
-    (opened,) = load_rigs([rig], score, libraries, housings)
+    (opened,) = load_rigs([rig], score, reading.libraries, reading.housings)
     require_outputs((rig, *scene.files), worst, json)
     figures = [f"{kind} {cls}" for kind in (SEEN, ON_TARGET) for cls in CLASSES]
     if figure not in figures:
