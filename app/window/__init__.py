@@ -19,7 +19,7 @@ It is built by `build.Features`, where it gets the features that it needs as arg
 by its signals; what was answered is in `bench.answers`. Edits of the rig go to `self.document`, through
 `bench.guarded(...)`, which turns an InputError into a message. What the view shows is changed by
 `viewport.show_state(replace(viewport.state, ...))`. Long work: `bench.tasks.run`. Sections of menus and toolbar:
-places.py. `restore` and `keep` carry choices to the next session; `mouse` adds lines to the sheet of shortcuts.
+places.py. `remember` keeps a choice for the next session; `mouse` adds lines to the sheet of shortcuts.
 
 A feature knows neither the main window nor the builder, and an import contract says so.
 """

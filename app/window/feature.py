@@ -9,7 +9,7 @@ from PySide6.QtCore import QObject, Qt
 
 from riglens.app.background.worker import BackgroundWorker
 from riglens.app.window.actions import Spec
-from riglens.app.window.settings import Settings
+from riglens.app.window.settings import Kept, Settings
 from riglens.app.window.workbench import Workbench
 
 
@@ -30,16 +30,26 @@ class Feature(QObject):
         self.actions = bench.actions
         bench.actions.add(self.specs)
         bench.gestures.extend(self.mouse)
+        self._remembered: list[tuple[str, Callable[[], Any], Callable[[Any], object]]] = []
         self.session.scene_changed.connect(self.forget_scene)
 
     def forget_scene(self) -> None:
         """Release what is held of the scene before: requests, answers; called once there is another scene."""
 
+    def remember(self, key: str, get: Callable[[], Kept], put: Callable[[Kept], object]) -> None:
+        """Keep a value between sessions under a key of the settings. `get` must be quick; `put` gets any value of that
+        type, the present one where none was kept."""
+        self._remembered.append((key, get, put))
+
     def restore(self, settings: Settings) -> None:
         """Apply the settings of an earlier session; called once all features exist. Expect any value."""
+        for key, get, put in self._remembered:
+            put(settings.read(key, get()))
 
     def keep(self, settings: Settings) -> None:
         """Write the settings for the next session; called after changes and at the end, so it must be quick."""
+        for key, get, _ in self._remembered:
+            settings.write(key, get())
 
     def serve(
         self,

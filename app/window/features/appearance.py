@@ -51,6 +51,7 @@ class Theme(Feature):
         self.actions["theme_system"].setChecked(True)
         self.bind(**dict.fromkeys(CHOICES, self.apply))
         QGuiApplication.styleHints().colorSchemeChanged.connect(self.apply)
+        self.remember("theme", lambda: self.choice, self._take)
 
     @property
     def choice(self) -> str:
@@ -71,14 +72,10 @@ class Theme(Feature):
         self._follow.show_all()
         self.bench.theme_changed.emit(dark)
 
-    def restore(self, settings: Settings) -> None:
-        key = settings.read("theme", "theme_system")
+    def _take(self, key: str) -> None:
         if key in CHOICES:
             self.actions[key].setChecked(True)
             self.apply()
-
-    def keep(self, settings: Settings) -> None:
-        settings.write("theme", self.choice)
 
 
 def fitting_size(wanted: QSize, screen: QSize) -> QSize:

@@ -15,7 +15,6 @@ from riglens.app.window.feature import Feature
 from riglens.app.window.features.compared import ComparedRigs
 from riglens.app.window.features.files import Exchange, Files, beside_rig
 from riglens.app.window.features.targets import Targets
-from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
@@ -90,6 +89,7 @@ class Compare(Feature):
         self._targets.counted.connect(self._on_count)
         self._rigs.changed.connect(self._show)
         self.session.baseline_changed.connect(self._show_pinned)
+        self.remember("compare/bars", panel.bars.isChecked, panel.set_bars)
         self._show_pinned()
 
     def _show_pinned(self) -> None:
@@ -195,13 +195,7 @@ class Compare(Feature):
         self.panel.model.set_rows(self.rows)
         self.panel.show_progress(total - len(self._rigs.missing), total, self._rigs.is_given_up)
 
-    # ------------------------------------------------------------------ between sessions, export
-    def restore(self, settings: Settings) -> None:
-        self.panel.set_bars(settings.read("compare/bars", False))
-
-    def keep(self, settings: Settings) -> None:
-        settings.write("compare/bars", self.panel.bars.isChecked())
-
+    # ------------------------------------------------------------------ export
     def _export(self) -> None:
         path = self.bench.dialogs.save_table(self.bench.window, beside_rig(self.document, "rigs", ".csv"))
         if path is None:

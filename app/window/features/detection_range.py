@@ -14,7 +14,6 @@ from riglens.app.studies.files import csv_text, write_text
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.checks import add_check, check_spec
 from riglens.app.window.features.files import beside_rig
-from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
 from riglens.core.errors import InputError
 from riglens.core.targets.detection_range import USUAL_PLAN, DetectionRange, RangePlan
@@ -74,6 +73,9 @@ class DetectionRangeShown(Feature):
         self.panel.make_wanted.connect(self._make)
         self.panel.export_wanted.connect(bench.guarded(self._export))
         bench.theme_changed.connect(lambda _: self._show_anew())
+        self.remember(
+            "card/plan", lambda: {name: getattr(self._plan, name) for name in KEPT}, self._take_plan
+        )
 
     # ------------------------------------------------------------------ asking
     @property
@@ -165,18 +167,13 @@ class DetectionRangeShown(Feature):
         return f"{before} ({why})"
 
     # ------------------------------------------------------------------ between sessions, export
-    def restore(self, settings: Settings) -> None:
-        """Restore the thresholds of an earlier session."""
-        kept = settings.read("card/plan", dict[str, Any]())
+    def _take_plan(self, kept: dict[str, Any]) -> None:
+        """Take the thresholds and the braking model of an earlier session."""
         numbers: dict[str, Any] = {
             name: kept[name] for name, kind in KEPT.items() if type(kept.get(name)) is kind
         }
         with suppress(InputError):
             self._choose(RangePlan(**numbers))
-
-    def keep(self, settings: Settings) -> None:
-        """Write the thresholds and the braking model."""
-        settings.write("card/plan", {name: getattr(self._plan, name) for name in KEPT})
 
     def _export(self) -> None:
         if self._shown is None or not self.is_current:

@@ -13,7 +13,6 @@ from riglens.app.evaluation.options import HEAT_TITLES, TARGET_HEAT_TITLES, Heat
 from riglens.app.evaluation.requests import Result
 from riglens.app.window.actions import Choice, Spec, menu_button
 from riglens.app.window.feature import Feature
-from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
 from riglens.core.scene.boxes import CLASSES
 from riglens.widgets.heatmap.scale import HeatLook
@@ -85,6 +84,11 @@ class Heat(Feature):
         self.set_legend(True)
         self._modes.keep_room(TITLES.values())
         self._classes.keep_room(CLASSES)
+        self.remember("heat/mode", lambda: str(self.session.heat.mode), self.set_mode)
+        self.remember("heat/class", lambda: self.session.heat.class_name, self.set_class)
+        self.remember("heat/legend", self.actions["legend"].isChecked, self.set_legend)
+        # a slice left over would hide what is expected
+        self.remember("heat/look", lambda: asdict(replace(self.panel.look, slice_m=None)), self._take_look)
 
     def add_look(self, panel: QWidget) -> None:
         """Put a panel under those that open under the button with the sliders."""
@@ -103,30 +107,18 @@ class Heat(Feature):
         self.set_class(CLASSES[(shown + 1) % len(CLASSES)])
 
     def set_mode(self, mode: str) -> None:
-        """Set the mode of the heatmap: a key of TITLES."""
-        self.session.set_heat(replace(self.session.heat, mode=cast(HeatMode, mode)))
+        """Set the mode of the heatmap: a key of TITLES; nothing happens for another one."""
+        if mode in TITLES:
+            self.session.set_heat(replace(self.session.heat, mode=cast(HeatMode, mode)))
 
     def set_class(self, name: str) -> None:
-        """Choose the class of traffic that the heatmap is about."""
-        self.session.set_heat(replace(self.session.heat, class_name=name))
+        """Choose the class of traffic that the heatmap is about; nothing happens for one that there is not."""
+        if name in CLASSES:
+            self.session.set_heat(replace(self.session.heat, class_name=name))
 
-    def restore(self, settings: Settings) -> None:
-        heat = self.session.heat
-        mode: str = settings.read("heat/mode", str(heat.mode))
-        name = settings.read("heat/class", heat.class_name)
-        self.set_mode(mode if mode in TITLES else heat.mode)
-        self.set_class(name if name in CLASSES else heat.class_name)
-        self.set_legend(settings.read("heat/legend", True))
-        look = look_of(settings.read("heat/look", {}))
-        if look is not None:
+    def _take_look(self, kept: dict[str, Any]) -> None:
+        if (look := look_of(kept)) is not None:
             self.panel.set_look(look)
-
-    def keep(self, settings: Settings) -> None:
-        settings.write("heat/mode", self.session.heat.mode)
-        settings.write("heat/class", self.session.heat.class_name)
-        settings.write("heat/legend", self.actions["legend"].isChecked())
-        look = replace(self.panel.look, slice_m=None)  # a slice left over would hide what is expected
-        settings.write("heat/look", asdict(look))
 
     def _show_look(self, look: HeatLook) -> None:
         self.viewport.show_state(replace(self.viewport.state, heat_look=look))
@@ -192,19 +184,16 @@ class RaysShown(Feature):
             **{f"fill_{fill}": partial(self.set_fill, fill) for fill in FILLS},
         )
         self.panel.look_changed.connect(self._show)
+        self.remember("rays/look", lambda: asdict(self.panel.look), self._take_look)
         self._show(self.panel.look)
 
     def set_fill(self, fill: Fill) -> None:
         """Fill the fields of view of sensors: footprints, frusta, or none."""
         self.panel.set_look(replace(self.panel.look, fill=fill))
 
-    def restore(self, settings: Settings) -> None:
-        look = ray_look_of(settings.read("rays/look", {}))
-        if look is not None:
+    def _take_look(self, kept: dict[str, Any]) -> None:
+        if (look := ray_look_of(kept)) is not None:
             self.panel.set_look(look)
-
-    def keep(self, settings: Settings) -> None:
-        settings.write("rays/look", asdict(self.panel.look))
 
     def _show(self, look: RayLook) -> None:
         self.actions["rays"].setChecked(look.shown)

@@ -13,7 +13,6 @@ from riglens.app.evaluation.requests import LoadedScene, Result
 from riglens.app.window.docks import InSight
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.frame import FrameView
-from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
 from riglens.core.rig.model import Rig, Sensor
 from riglens.core.sensors.registry import kind_named, kind_of
@@ -69,15 +68,9 @@ class Map(Feature):
         self.session.scene_changed.connect(self._follow_scene)
         bench.answers.answered.connect(self._follow_result)
         bench.recompute.load_ended.connect(self._on_load_ended, Qt.ConnectionType.QueuedConnection)
+        self.remember("map/shown", lambda: self.panel.shown, self.panel.choose)
+        self.remember("map/ground", self.panel.on_ground.isChecked, self.panel.on_ground.setChecked)
         self.panel.map.set_message(LOADING)
-
-    def restore(self, settings: Settings) -> None:
-        self.panel.choose(settings.read("map/shown", ""))
-        self.panel.on_ground.setChecked(settings.read("map/ground", False))
-
-    def keep(self, settings: Settings) -> None:
-        settings.write("map/shown", self.panel.shown)
-        settings.write("map/ground", self.panel.on_ground.isChecked())
 
     def _tell_source(self) -> None:
         """Set the coverage that the session computes for the map: none while the map is hidden."""

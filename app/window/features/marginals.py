@@ -15,7 +15,6 @@ from riglens.app.evaluation.requests import Result
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.checks import add_check, check_spec
 from riglens.app.window.features.targets import Targets
-from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
 from riglens.core.metric.scores import Scores
 from riglens.core.rig.edits import with_enabled
@@ -65,6 +64,7 @@ class Marginals(Feature):
         self.document.failed_changed.connect(self._on_rig)
         self.document.selection_changed.connect(self._show_selected)
         bench.panels.tree.measure_menu_wanted.connect(self._open_menu)
+        self.remember("list/loss", lambda: str(self.measure), self.choose)
         self._show_selected()
 
     def _on_rig(self) -> None:
@@ -254,14 +254,6 @@ class Marginals(Feature):
         menu = self.measure_menu()
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         menu.popup(place)
-
-    def restore(self, settings: Settings) -> None:
-        """Restore the measure of an earlier session."""
-        self.choose(settings.read("list/loss", self.measure))
-
-    def keep(self, settings: Settings) -> None:
-        """Write which measure the list shows."""
-        settings.write("list/loss", self.measure)
 
 
 def _same_sensors(one: Rig, other: Rig) -> bool:

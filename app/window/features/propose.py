@@ -28,7 +28,6 @@ from riglens.app.window.feature import Feature
 from riglens.app.window.features.compare import Compare
 from riglens.app.window.features.files import beside_rig
 from riglens.app.window.features.sensors import follow_marks
-from riglens.app.window.settings import Settings
 from riglens.app.window.status import TOLD_MS
 from riglens.app.window.workbench import Workbench
 from riglens.core.errors import InputError
@@ -162,6 +161,7 @@ class Propose(Feature):
         bench.panels.tree.menu_wanted.connect(lambda menu: menu.addAction(self.actions["improve"]))
         follow_marks(self.document, self._update)
         bench.closing.connect(self.proposer.end)
+        self.remember("propose/options", lambda: asdict(panel.options), self._take_options)
 
     def _turn(self, is_seen: bool) -> None:
         """Give the panel room when it is first seen; show no ghosts while it is not."""
@@ -171,18 +171,12 @@ class Propose(Feature):
         self._was_seen |= is_seen
         self._show_ghosts("")
 
-    def restore(self, settings: Settings) -> None:
-        """Restore the options of an earlier session; what no longer exists is left out."""
+    def _take_options(self, kept: dict[str, Any]) -> None:
+        """Take the options of an earlier session; what no longer exists is left out."""
         known = {entry.name for entry in default_library().entries()}
         with suppress(ValidationError, InputError):  # options of another version, or edited by hand
-            options = TypeAdapter(SearchOptions).validate_python(
-                settings.read("propose/options", asdict(USUAL))
-            )
+            options = TypeAdapter(SearchOptions).validate_python(kept)
             self.panel.show_options(options.replace(add=tuple(one for one in options.add if one in known)))
-
-    def keep(self, settings: Settings) -> None:
-        """Write them for the next."""
-        settings.write("propose/options", asdict(self.panel.options))
 
     # ------------------------------------------------------------------ the search
     def start(self) -> None:

@@ -6,7 +6,6 @@ from PySide6.QtCore import Qt
 
 from riglens.app.evaluation.requests import Approximation, Result
 from riglens.app.window.feature import Feature
-from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
 from riglens.widgets.panels.scores.text import FIGURES_HELP, FIGURES_TITLE
 from riglens.widgets.timers import Timers, single_shot
@@ -36,6 +35,7 @@ class ScoresShown(Feature):
         self.session.scene_changed.connect(lambda _: self.panel.set_stale())
         bench.theme_changed.connect(self._show_again)
         self.session.baseline_changed.connect(self._show_baseline)
+        self.remember("scores/details", lambda: self.panel.has_details, self.panel.set_details)
         self._show_baseline()
 
     def _show_baseline(self) -> None:
@@ -80,9 +80,3 @@ class ScoresShown(Feature):
             self.panel.show_scores(result.evaluation.scores, result.baseline_scores)
             if was_stale:
                 self.panel.set_stale()
-
-    def restore(self, settings: Settings) -> None:
-        self.panel.set_details(settings.read("scores/details", False))
-
-    def keep(self, settings: Settings) -> None:
-        settings.write("scores/details", self.panel.has_details)

@@ -8,7 +8,6 @@ from PySide6.QtCore import Qt, Signal
 
 from riglens.app.background.counting import CountAnswer, CountRequest
 from riglens.app.window.feature import Feature
-from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
 from riglens.core.targets.quantities import Cells, PredictedCells
 from riglens.widgets.panels.controls.scrolled import scrolled
@@ -51,6 +50,10 @@ class Targets(Feature):
             changed.connect(self._ask)
         bench.answers.answered.connect(lambda _: self._ask())
         bench.theme_changed.connect(lambda _: self._show())
+        self.remember("targets/quantity", lambda: self.panel.quantity.key, self.panel.choose)
+        self.remember(
+            "targets/min_points", lambda: str(self.session.targets.min_points), self._take_min_points
+        )
 
     @property
     def is_current(self) -> bool:
@@ -58,17 +61,9 @@ class Targets(Feature):
         answer = self.answer
         return answer is not None and answer.is_whole and answer.request is self._asked
 
-    def restore(self, settings: Settings) -> None:
-        """Restore the choice of an earlier session."""
-        self.panel.choose(settings.read("targets/quantity", ""))
-        number = settings.read("targets/min_points", "")
+    def _take_min_points(self, number: str) -> None:
         if number.isdecimal() and len(number) <= 4 and 1 <= int(number) <= MOST_POINTS:
             self.session.set_targets(replace(self.session.targets, min_points=int(number)))
-
-    def keep(self, settings: Settings) -> None:
-        """Write the chosen quantity and the point threshold."""
-        settings.write("targets/quantity", self.panel.quantity.key)
-        settings.write("targets/min_points", str(self.session.targets.min_points))
 
     def _on_settings(self) -> None:
         self.panel.show_settings(self.session.targets)

@@ -14,7 +14,6 @@ from riglens.app.background.queue import BackgroundRequest
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.checks import add_check, check_spec
 from riglens.app.window.features.targets import Targets
-from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
 from riglens.core.errors import InputError
 from riglens.core.review.tolerance import (
@@ -64,6 +63,10 @@ class Tolerance(Feature):
         for changed in (bench.answers.answered, self.document.rig_settled, targets.counted):
             changed.connect(lambda *_: self._ask())
         bench.theme_changed.connect(lambda _: self._show())
+        self.remember("tolerance/figure", lambda: self.strip.figure, self.strip.choose)
+        self.remember(
+            "tolerance/profile", lambda: "" if self.profile is None else self.profile.name, self._take_profile
+        )
 
     # ------------------------------------------------------------------ the choice
     def choose(self, name: str) -> None:
@@ -91,16 +94,11 @@ class Tolerance(Feature):
             self.strip.show_required(path.name)
         self._show()
 
-    def restore(self, settings: Settings) -> None:
-        self.strip.choose(settings.read("tolerance/figure", ""))
+    def _take_profile(self, name: str) -> None:
         try:
-            self.choose(settings.read("tolerance/profile", ""))
+            self.choose(name)
         except InputError:  # of another version of the program
             self.choose("")
-
-    def keep(self, settings: Settings) -> None:
-        settings.write("tolerance/figure", self.strip.figure)
-        settings.write("tolerance/profile", "" if self.profile is None else self.profile.name)
 
     # ------------------------------------------------------------------ asking
     def _request(self) -> ToleranceRequest | None:
