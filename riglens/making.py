@@ -125,7 +125,7 @@ def simulate(
     job = command.DataSetJob(Path(out), options, settings, extras, where, every, sequences)
     with called_from_python(warn):
         if carla is None:
-            job = replace(job, scene=command.with_surroundings(options, surroundings))
+            job = replace(job, scene=options.surrounded(surroundings, in_town=True))
             return tuple(command.make_data_sets(several, score, job))
         command.collect_in_carla(several, carla, job)
     return (job.out,)

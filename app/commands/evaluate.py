@@ -49,7 +49,7 @@ def evaluate(
     """
     # --help needs nothing of this
     from riglens.app.commands.output import deliver
-    from riglens.app.commands.targets import count_hits, require_count_outputs, with_surroundings
+    from riglens.app.commands.targets import count_hits, require_count_outputs
     from riglens.app.evaluation.scenario import settings_of
     from riglens.app.terminal.console import note
     from riglens.app.terminal.loading import load_rigs, load_scene
@@ -67,7 +67,7 @@ def evaluate(
     document = evaluation_document(field, settings_of(score), evaluations)
     found = None
     if targets:
-        found = count_hits(loaded, with_surroundings(scene, surroundings), count, score)
+        found = count_hits(loaded, scene.surrounded(surroundings), count, score)
         document["targets"] = found.document()
 
     def show() -> None:

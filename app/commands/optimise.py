@@ -24,7 +24,6 @@ from riglens.app.commands.options import (
     number,
 )
 from riglens.app.commands.output import deliver, require_outputs
-from riglens.app.commands.targets import with_surroundings
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.search_options import HIGHEST_M, SearchOptions, numbers_of
 from riglens.app.terminal.console import progress_bar, results
@@ -128,7 +127,7 @@ def optimise(
     require_outputs((rig, *scene.files, *check_boxes), json)
     if out is not None:
         check_folder(out)
-    scene = with_surroundings(scene, surroundings)
+    scene = scene.surrounded(surroundings)
     search = search.replace(objective="s_ms") if s_ms else search
     problem = search.problem(
         opened,

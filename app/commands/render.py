@@ -17,6 +17,7 @@ from riglens.app.commands.options import (
     SceneArguments,
     number,
 )
+from riglens.app.evaluation.options import HeatMode
 from riglens.app.evaluation.scenario import settings_of
 from riglens.app.launch.display import prepare_drawing
 from riglens.app.rendering.render import RenderRequest, as_drawn, drawn_score, score_and_draw
@@ -26,11 +27,6 @@ from riglens.core.errors import InputError
 from riglens.core.files import require_writable
 from riglens.core.rig.library import use_libraries
 from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, RayLook
-
-Heat = Literal[
-    "probability", "entropy", "seen", "unseen", "sensors", "change", "twice", "thrice", "kinds", "off"
-]
-
 
 _HEATMAP = (
     "Content of the heatmap: occupancy probability, entropy, seen or unseen entropy, number "
@@ -53,7 +49,7 @@ class PictureArguments:
         Literal["car", "bicycle", "pedestrian"], Parameter(name="--class", metavar="NAME")
     ] = "car"
     """Class of the heatmap."""
-    heatmap: Annotated[Heat, Parameter(metavar="NAME", help=_HEATMAP)] = "seen"
+    heatmap: Annotated[HeatMode, Parameter(metavar="NAME", help=_HEATMAP)] = "seen"
     baseline: Annotated[str | None, Parameter(metavar="RIG")] = None
     """Reference rig of --heatmap change."""
     slice_m: Annotated[tuple[float, float] | None, Parameter(name="--slice", metavar="FROM TO")] = None

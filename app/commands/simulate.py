@@ -134,7 +134,7 @@ def simulate(
         use_libraries(reading.libraries)
         collect_in_carla(rigs, carla, job)
         return
-    job = replace(job, scene=with_surroundings(scene, surroundings))
+    job = replace(job, scene=scene.surrounded(surroundings, in_town=True))
     make_data_sets(load_rigs(rigs, score, reading.libraries, reading.housings), score, job)
 
 
@@ -218,16 +218,6 @@ def collect_in_carla(rigs: Sequence[Rig | str], address: str, job: DataSetJob) -
     said = {"frames": scene.frames, "every": job.every}
     wanted = Wanted(**{name: value for name, value in said.items() if value is not None})
     collect(rig, job.out, address, wanted, job.settings, job.extras)
-
-
-def with_surroundings(scene: SceneOptions, said: str | None) -> SceneOptions:
-    """Return the traffic with what stands around it, where that is known and not refused."""
-    known = scene.boxes is None or scene.occluders is not None
-    if said == "block" and not known:
-        raise InputError(
-            "cannot block: occluders are unknown; specify them with", "surroundings", "occluders"
-        )
-    return replace(scene, surroundings=known and said != "ignored")
 
 
 def _load(scene: SceneOptions, every: int, sequences: int | None) -> tuple[Traffic, list[Scene]]:

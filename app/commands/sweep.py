@@ -26,7 +26,7 @@ from riglens.app.commands.options import (
     number,
 )
 from riglens.app.commands.output import deliver, require_ending, require_outputs
-from riglens.app.commands.targets import count_settings, with_surroundings
+from riglens.app.commands.targets import count_settings
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.evaluation.scenario import settings_of
 from riglens.app.evaluation.sweeping import LoadedSweep, SweepOptions, piece_folder
@@ -117,7 +117,7 @@ def sweep(
     require_outputs((*rigs, *scene.files, *([table] if table else [])), out, chart, json)
     design = design_of([Span.parsed(text) for text in vary], sobol, design_seed, table)
     loaded = load_rigs(rigs, score, reading.libraries, reading.housings)
-    options = sweep_options(loaded, with_surroundings(scene, surroundings), count, score, compute, blind)
+    options = sweep_options(loaded, scene.surrounded(surroundings), count, score, compute, blind)
     sweep = LoadedSweep(Sweep.of(loaded, design), options, design.kind, score.threads)
     if chart is not None:
         from riglens.app.studies.sweep_chart import require_drawable  # matplotlib

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -106,13 +106,8 @@ def targets(
     """
     loaded = load_rigs(rigs, score, reading.libraries, reading.housings)
     require_count_outputs(count, loaded, (*rigs, *scene.files), json, by)
-    found = count_hits(loaded, with_surroundings(scene, surroundings), count, score)
+    found = count_hits(loaded, scene.surrounded(surroundings), count, score)
     deliver(found.document(), json, lambda: found.show(by))
-
-
-def with_surroundings(scene: SceneOptions, said: str | None) -> SceneOptions:
-    """Return the scene with occluders, where requested or where tables of them are given."""
-    return replace(scene, surroundings=said == "block" or (said is None and scene.occluders is not None))
 
 
 def require_count_outputs(

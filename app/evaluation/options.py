@@ -27,7 +27,7 @@ MIN_SIDE_PX, MAX_SIDE_PX, MAX_SCALE = 64, 8192, 4
 """Limits of a picture's sides before scaling, and of the scale."""
 
 HeatMode = Literal[
-    "off", "probability", "entropy", "seen", "unseen", "sensors", "change", "twice", "thrice", "kinds"
+    "probability", "entropy", "seen", "unseen", "sensors", "change", "twice", "thrice", "kinds", "off"
 ]  # fmt: skip
 HEAT_TITLES: dict[HeatMode, str] = {
     "off": "Off",
@@ -189,6 +189,12 @@ class SceneOptions:
     def files(self) -> tuple[Path, ...]:
         """Return the given files and folders that are read."""
         return tuple(path for path in (self.boxes, self.pog, *(self.occluders or ())) if path is not None)
+
+    def surrounded(self, said: str | None, in_town: bool = False) -> SceneOptions:
+        """Return the same where occluders hide objects if "block" was said, and by default where tables of them are
+        given; `in_town`: in the bundled town, too."""
+        usual = self.occluders is not None or (in_town and self.boxes is None)
+        return replace(self, surroundings=usual if said is None else said == "block")
 
     def for_rigs(self, rigs: Sequence[Rig], score: ScoreOptions) -> SceneOptions:
         """Return the same with the rigs that an automatic voxel edge has to suit."""
