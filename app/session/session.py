@@ -62,7 +62,7 @@ class Session(QObject):
         self._told_baseline = document.saved_rig
         self._voxel: Voxel | None = None
         self._map_source: SeenBy | None = None
-        self._look_around: frozenset[str] = frozenset()
+        self._looks_around = False
         self._scene: LoadedScene | None = None
         self._body: Body | None = body
         self._meshes: dict[str, BodyMesh] = {}
@@ -148,7 +148,7 @@ class Session(QObject):
         mode: HeatMode = heat.mode if heat.mode in HEAT_TITLES else "off"
         return EvaluationRequest(
             document.revision, self.working_rig, self.with_mesh(self.baseline), self.settings, mode, heat.class_name,
-            document.is_dragging, self._map_source, self._voxel, bool(self._look_around),
+            document.is_dragging, self._map_source, self._voxel, self._looks_around,
         )  # fmt: skip
 
     # ------------------------------------------------------------------ what the user wants
@@ -224,12 +224,10 @@ class Session(QObject):
             if source is not None:
                 self.asked_changed.emit()
 
-    def look_around(self, who: str, is_wanted: bool) -> None:
-        """Enable blind zones while at least one client needs them."""
-        before, self._look_around = self._look_around, self._look_around - {who}
-        if is_wanted:
-            self._look_around |= {who}
-        if self._look_around and not before:
+    def look_around(self, is_wanted: bool) -> None:
+        """Set whether blind zones are wanted; that none are needs no new result."""
+        before, self._looks_around = self._looks_around, is_wanted
+        if is_wanted and not before:
             self.asked_changed.emit()
 
     def show_scene(self, scene: LoadedScene) -> None:
