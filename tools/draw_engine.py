@@ -1,7 +1,7 @@
 """Draws docs/images/engine-*.svg: the seven small drawings of docs/engine.md.
 
 What they show is computed here from a few numbers, in plain Python, so that the same files come out everywhere.
-Run it from the root of the project after changing a drawing: python tools/draw_engine.py
+Run it from the root of the project after changing a drawing: python -m tools.draw_engine
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from itertools import pairwise
 from pathlib import Path
 
-from drawing import (
+from tools.drawing import (
     BLUE,
     FAINT,
     GREEN,
@@ -26,8 +26,8 @@ from drawing import (
     Drawing,
     Point,
 )
-from mesh_drawing import mesh
-from sheet_drawing import sheets
+from tools.mesh_drawing import mesh
+from tools.sheet_drawing import sheets
 
 FOLDER = Path("docs/images")
 

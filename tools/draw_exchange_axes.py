@@ -1,19 +1,25 @@
 """Draws docs/images/exchange-axes.svg: origin and axes of every rig format on a car seen from its right side.
 
-Run it from the root of the project after changing a panel: python tools/draw_exchange_axes.py
+Run it from the root of the project after changing a panel: python -m tools.draw_exchange_axes
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from xml.sax.saxutils import escape
+
+from tools.drawing import BLUE, FAINT, GREEN, GREY, RED, Drawing, Point
 
 TARGET = Path("docs/images/exchange-axes.svg")
 WIDTH, HEIGHT, COLUMNS, GAP = 306, 236, 3, 10
 GROUND, REAR, FRONT, CENTRE, AXLE, ROOF = 150, 76, 206, 146, 136, 84
-RED, GREEN, BLUE, INK, GREY = "#c62828", "#2e7d32", "#1565c0", "#1f2933", "#5f6b76"
 ARROW = 46
+BODY = (
+    "M 36 132 Q 34 112 54 108 L 84 104 Q 98 86 122 84 L 158 84 Q 182 86 200 104 L 232 110 Q 250 114 250 132 "
+    "L 226 132 A 20 20 0 0 0 186 132 L 96 132 A 20 20 0 0 0 56 132 Z"
+)
+"""A car that drives to the right."""
+LENS, WHITE, METAL = "M 0 0 l -34 -11 l 0 22 z", "#ffffff", "#eef1f4"
 
 
 @dataclass(frozen=True)
@@ -146,123 +152,67 @@ PANELS = (
 )
 
 
-def text(
-    x: float,
-    y: float,
-    words: str,
-    size: int = 12,
-    colour: str = INK,
-    weight: str = "normal",
-    at: str = "start",
-) -> str:
-    """A line of text."""
-    style = f'font-size="{size}" fill="{colour}" font-weight="{weight}" text-anchor="{at}"'
-    return f'<text x="{x:g}" y="{y:g}" {style}>{escape(words)}</text>'
-
-
-def label(x: float, y: float, name: str, colour: str) -> str:
-    """The name of an axis, with a white edge that keeps it legible on lines."""
-    edge = f'<text x="{x:g}" y="{y:g}" font-size="13" font-weight="bold" text-anchor="middle" stroke="#fff"'
-    return f'{edge} stroke-width="4">{name}</text>{text(x, y, name, 13, colour, "bold", "middle")}'
-
-
-def car() -> str:
-    """A car that drives to the right, and the ground."""
-    body = (
-        "M 36 132 Q 34 112 54 108 L 84 104 Q 98 86 122 84 L 158 84 Q 182 86 200 104 L 232 110 Q 250 114 250 132 "
-        "L 226 132 A 20 20 0 0 0 186 132 L 96 132 A 20 20 0 0 0 56 132 Z"
-    )
-    wheels = "".join(
-        f'<circle cx="{x}" cy="{AXLE}" r="14" fill="#fff" stroke="{GREY}" stroke-width="2"/>'
-        for x in (REAR, FRONT)
-    )
-    ground = f'<line x1="16" y1="{GROUND}" x2="290" y2="{GROUND}" stroke="{GREY}" stroke-width="1.5"/>'
-    return f'<path d="{body}" fill="#eef1f4" stroke="{GREY}" stroke-width="1.5"/>{wheels}{ground}'
-
-
-def arrow(x: float, y: float, dx: float, dy: float, colour: str, name: str) -> str:
-    """An axis in the plane of the picture with its name at the tip."""
-    ends = f'x1="{x}" y1="{y}" x2="{x + dx}" y2="{y + dy}"'
-    line = f'<line {ends} stroke="{colour}" stroke-width="2.5" marker-end="url(#{colour[1:]})"/>'
-    place = (x + dx + (4 if dx > 0 else -4), y - 8) if dx else (x + 10, y + dy + (4 if dy < 0 else 6))
-    return line + label(*place, name, colour)
-
-
-def across(x: float, y: float, is_near: bool, colour: str, name: str) -> str:
-    """Return an axis towards the reader (a dot) or away (a cross), next to the origin."""
-    cx, cy = x - 18, y - 21
-    ring = f'<circle cx="{cx}" cy="{cy}" r="7" fill="#fff" stroke="{colour}" stroke-width="2"/>'
-    cross = f'<path d="M {cx - 4.5} {cy - 4.5} l 9 9 m 0 -9 l -9 9" stroke="{colour}" stroke-width="2"/>'
-    inner = f'<circle cx="{cx}" cy="{cy}" r="2.6" fill="{colour}"/>' if is_near else cross
-    return ring + inner + label(cx - 15, cy + 4, name, colour)
-
-
-def frame(x: float, y: float, axes: dict[str, str]) -> str:
-    """Axes in a point."""
+def frame(d: Drawing, at: Point, axes: dict[str, str]) -> None:
+    """Axes in a point: arrows in the plane of the picture; a dot towards the reader, a cross away."""
     steps = {"forward": (ARROW, 0), "back": (-ARROW, 0), "up": (0, -ARROW), "down": (0, 28)}
-    drawn = []
+    x, y = at
     for (name, where), colour in zip(axes.items(), (RED, GREEN, BLUE), strict=True):
         if where in steps:
-            drawn.append(arrow(x, y, *steps[where], colour, name))
+            dx, dy = steps[where]
+            d.arrow(at, (x + dx, y + dy), colour)
+            place = (x + dx + (4 if dx > 0 else -4), y - 8) if dx else (x + 10, y + dy + (4 if dy < 0 else 6))
         else:
-            drawn.append(across(x, y, where == "near", colour, name))
-    return (
-        "".join(drawn) + f'<circle cx="{x}" cy="{y}" r="4.5" fill="{INK}" stroke="#fff" stroke-width="1.5"/>'
-    )
+            cx, cy = x - 18, y - 21
+            d.dot(cx, cy, 7, WHITE, colour)
+            if where == "near":
+                d.dot(cx, cy, 2.6, colour)
+            else:
+                d.shape("M -4.5 -4.5 l 9 9 m 0 -9 l -9 9", cx, cy, stroke=colour)
+            place = cx - 15, cy + 4
+        d.dot(place[0], place[1] - 4, 6, WHITE)  # keeps it legible on lines
+        d.text(*place, f"*{name}", 13, colour, "middle")
+    d.dot(x, y, 4.5)
 
 
-def box(index: int, content: str) -> str:
-    """A panel in its place of the grid."""
-    x, y = GAP + index % COLUMNS * (WIDTH + GAP), GAP + index // COLUMNS * (HEIGHT + GAP)
-    border = f'<rect width="{WIDTH}" height="{HEIGHT}" rx="6" fill="#fff" stroke="#cfd6dc"/>'
-    return f'<g transform="translate({x} {y})">{border}{content}</g>'
+def panel(d: Drawing, left: float, top: float, found: Panel) -> None:
+    """Draw a format: a car on the ground, and the frame on it."""
+    d.shape(BODY, left, top, METAL)
+    for x in (REAR, FRONT):
+        d.dot(left + x, top + AXLE, 14, WHITE, GREY)
+    d.line([(left + 16, top + GROUND), (left + 290, top + GROUND)], GREY, 1.5)
+    frame(d, (left + found.origin[0], top + found.origin[1]), found.axes)
+    d.text(left + 14, top + 24, f"*{found.title}", 15)
+    for row, words in enumerate(found.lines):
+        d.text(left + 14, top + 198 + 20 * row, words)
 
 
-def panel(found: Panel) -> str:
-    """A format."""
-    words = (
-        text(14, 24, found.title, 15, INK, "bold")
-        + text(14, 198, found.lines[0])
-        + text(14, 218, found.lines[1])
-    )
-    return car() + frame(*found.origin, found.axes) + words
-
-
-def legend() -> str:
-    """Return the two orientations of a camera, and a key of the crosses and dots."""
-    lens = '<path d="M {0} {1} l -34 -11 l 0 22 z" fill="#eef1f4" stroke="#5f6b76"/>'
-    body = lens.format(78, 100) + frame(78, 100, {"x": "forward", "y": "away", "z": "up"})
-    optical = lens.format(206, 100) + frame(206, 100, {"x": "near", "y": "down", "z": "forward"})
-    words = (
-        text(14, 24, "Sensors", 15, INK, "bold") + text(40, 178, "body axes") + text(172, 178, "optical axes")
-    )
-    how = text(14, 200, "⊗ away from you: to the left of the car", 12, GREY)
-    return (
-        body
-        + optical
-        + words
-        + how
-        + text(14, 219, "⊙ at you: to its right · cars drive to the right", 12, GREY)
-    )
-
-
-def marker(colour: str) -> str:
-    """The tip of an arrow."""
-    shape = f'<path d="M 0 0 L 8 4 L 0 8 z" fill="{colour}"/>'
-    size = 'markerWidth="8" markerHeight="8" refX="5" refY="4" markerUnits="userSpaceOnUse"'
-    return f'<marker id="{colour[1:]}" {size} orient="auto">{shape}</marker>'
+def legend(d: Drawing, left: float, top: float) -> None:
+    """Draw the two orientations of a camera, and a key of the crosses and dots."""
+    d.text(left + 14, top + 24, "*Sensors", 15)
+    for x, words, axes in (
+        (78, "body axes", {"x": "forward", "y": "away", "z": "up"}),
+        (206, "optical axes", {"x": "near", "y": "down", "z": "forward"}),
+    ):
+        d.shape(LENS, left + x, top + 100, METAL)
+        frame(d, (left + x, top + 100), axes)
+        d.text(left + x - 36, top + 178, words)
+    d.text(left + 14, top + 200, "⊗ away from you: to the left of the car", 12, GREY)
+    d.text(left + 14, top + 219, "⊙ at you: to its right · cars drive to the right", 12, GREY)
 
 
 def drawing() -> str:
     """The whole picture."""
-    boxes = [panel(found) for found in PANELS] + [legend()]
-    rows = -(-len(boxes) // COLUMNS)
-    width, height = GAP + COLUMNS * (WIDTH + GAP), GAP + rows * (HEIGHT + GAP)
-    head = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}"'
-    defs = "".join(marker(colour) for colour in (RED, GREEN, BLUE))
-    content = "\n".join(box(index, one) for index, one in enumerate(boxes))
-    ground = f'<rect width="{width}" height="{height}" fill="#f5f7f9"/>'
-    return f'{head} font-family="DejaVu Sans, Verdana, sans-serif"><defs>{defs}</defs>\n{ground}\n{content}\n</svg>\n'
+    rows = -(-(len(PANELS) + 1) // COLUMNS)
+    size = GAP + COLUMNS * (WIDTH + GAP), GAP + rows * (HEIGHT + GAP)
+    d = Drawing(*size, "Origin and axes of every rig format")
+    for index in range(len(PANELS) + 1):
+        x, y = GAP + index % COLUMNS * (WIDTH + GAP), GAP + index // COLUMNS * (HEIGHT + GAP)
+        d.box(x, y, WIDTH, HEIGHT, WHITE, FAINT, 6)
+        if index < len(PANELS):
+            panel(d, x, y, PANELS[index])
+        else:
+            legend(d, x, y)
+    return d.svg()
 
 
 if __name__ == "__main__":

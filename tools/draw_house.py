@@ -1,18 +1,20 @@
 """Draws docs/images/house.svg: floors and rooms of RigLens, and the way of one drag through them.
 
-Run it from the root of the project after changing a room: python tools/draw_house.py
+Run it from the root of the project after changing a room: python -m tools.draw_house
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import accumulate
 from pathlib import Path
-from xml.sax.saxutils import escape
+
+from tools.drawing import GREY, RED, Drawing
 
 TARGET = Path("docs/images/house.svg")
 WIDTH, MARGIN, LABEL_WIDTH, GAP = 1120, 16, 150, 10
 ROOM_HEIGHT, FLOOR_PAD = 54, 12
-INK, GREY, PAPER, WAY = "#1f2933", "#5f6b76", "#ffffff", "#c62828"
+WHITE = "#ffffff"
 
 
 @dataclass(frozen=True)
@@ -111,60 +113,47 @@ HOUSE = (
 )
 
 
-def text(
-    x: float, y: float, words: str, size: int, colour: str = INK, weight: str = "normal", at: str = "start"
-) -> str:
-    """A line of text."""
-    style = f'font-size="{size}" fill="{colour}" font-weight="{weight}" text-anchor="{at}"'
-    return f'<text x="{x:g}" y="{y:g}" {style}>{escape(words)}</text>'
-
-
-def room(x: float, y: float, width: float, it: Room) -> list[str]:
-    """Return a room with its name and purpose, and its number on the path of a drag."""
+def room(d: Drawing, x: float, y: float, width: float, it: Room) -> None:
+    """Draw a room with its name and purpose, and its number on the path of a drag."""
     middle = x + width / 2
-    parts = [
-        f'<rect x="{x:g}" y="{y:g}" width="{width:g}" height="{ROOM_HEIGHT}" rx="5" fill="{PAPER}" stroke="{GREY}"/>'
-    ]
+    d.box(x, y, width, ROOM_HEIGHT, WHITE, GREY, 5)
     if it.name:
-        parts.append(text(middle, y + 23, it.name, 15, weight="bold", at="middle"))
-    parts.append(text(middle, y + (42 if it.name else 32), it.words, 12, GREY, at="middle"))
+        d.text(middle, y + 23, f"*{it.name}", 15, at="middle")
+    d.text(middle, y + (42 if it.name else 32), it.words, 12, GREY, "middle")
     if it.stop is not None:
-        parts.append(f'<circle cx="{x + 18:g}" cy="{y + 18:g}" r="11" fill="{WAY}"/>')
-        parts.append(text(x + 18, y + 22.5, str(it.stop), 13, PAPER, "bold", "middle"))
-    return parts
+        d.dot(x + 18, y + 18, 11, RED)
+        d.text(x + 18, y + 22.5, f"*{it.stop}", 13, WHITE, "middle")
 
 
-def floor(y: float, it: Floor) -> tuple[list[str], float]:
-    """A floor with all of its storeys, and the y below it."""
-    height = 2 * FLOOR_PAD + len(it.storeys) * (ROOM_HEIGHT + GAP) - GAP
+def height_of(it: Floor) -> int:
+    """Return the height of a floor with all of its storeys."""
+    return 2 * FLOOR_PAD + len(it.storeys) * (ROOM_HEIGHT + GAP) - GAP
+
+
+def floor(d: Drawing, y: float, it: Floor) -> None:
+    """Draw a floor with all of its storeys."""
     full = WIDTH - 2 * MARGIN
-    parts = [f'<rect x="{MARGIN}" y="{y:g}" width="{full}" height="{height}" rx="8" fill="{it.colour}"/>']
-    parts.append(text(MARGIN + 14, y + 32, it.name, 18, weight="bold"))
-    parts += [text(MARGIN + 14, y + 52 + 15 * n, words, 12, GREY) for n, words in enumerate(it.words)]
+    d.box(MARGIN, y, full, height_of(it), it.colour, "none", 8)
+    d.text(MARGIN + 14, y + 32, f"*{it.name}", 18)
+    for number, words in enumerate(it.words):
+        d.text(MARGIN + 14, y + 52 + 15 * number, words, 12, GREY)
     left, inside = MARGIN + LABEL_WIDTH, full - LABEL_WIDTH - FLOOR_PAD
     for number, rooms in enumerate(it.storeys):
         width = (inside - GAP * (len(rooms) - 1)) / len(rooms)
         top = y + FLOOR_PAD + number * (ROOM_HEIGHT + GAP)
         for place, one in enumerate(rooms):
-            parts += room(left + place * (width + GAP), top, width, one)
-    return parts, y + height + GAP
+            room(d, left + place * (width + GAP), top, width, one)
 
 
 def drawing() -> str:
     """The whole picture as SVG."""
-    parts: list[str] = []
-    y = float(MARGIN)
-    for it in HOUSE:
-        more, y = floor(y, it)
-        parts += more
+    tops = list(accumulate((height_of(it) + GAP for it in HOUSE), initial=MARGIN))
+    d = Drawing(WIDTH, tops[-1] + 28, "Floors and rooms of RigLens")
+    for y, it in zip(tops, HOUSE, strict=False):
+        floor(d, y, it)
     note = "Imports go down, from floor to floor and from storey to storey. Red: the way of one mouse move."
-    parts.append(text(MARGIN + 2, y + 14, note, 13, GREY))
-    height = y + 28
-    head = (
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height:g}" width="{WIDTH}" '
-        f'height="{height:g}" font-family="sans-serif">'
-    )
-    return "\n".join([head, f'<rect width="100%" height="100%" fill="{PAPER}"/>', *parts, "</svg>", ""])
+    d.text(MARGIN + 2, tops[-1] + 14, note, 13, GREY)
+    return d.svg()
 
 
 if __name__ == "__main__":

@@ -33,11 +33,20 @@ class Drawing:
         self._parts.append(f'<text x="{x:.1f}" y="{y:.1f}" {style}>{escape(words.lstrip("*"))}</text>')
 
     def box(
-        self, x: float, y: float, width: float, height: float, fill: str = "none", stroke: str = FAINT
+        self,
+        x: float,
+        y: float,
+        width: float,
+        height: float,
+        fill: str = "none",
+        stroke: str = FAINT,
+        radius: float = 0.0,
     ) -> None:
-        """A rectangle."""
+        """A rectangle, perhaps with round corners."""
+        round_ = f' rx="{radius:g}"' if radius else ""
         self._parts.append(
-            f'<rect x="{x:.1f}" y="{y:.1f}" width="{width:.1f}" height="{height:.1f}" fill="{fill}" stroke="{stroke}"/>'
+            f'<rect x="{x:.1f}" y="{y:.1f}" width="{width:.1f}" height="{height:.1f}"{round_} fill="{fill}" '
+            f'stroke="{stroke}"/>'
         )
 
     def line(
@@ -71,6 +80,13 @@ class Drawing:
         self.line([start, base], colour, 1.4)
         head = [(base[0] - 3.5 * uy, base[1] + 3.5 * ux), end, (base[0] + 3.5 * uy, base[1] - 3.5 * ux)]
         self.line(head, colour, 1.0, fill=colour)
+
+    def shape(self, path: str, x: float, y: float, fill: str = "none", stroke: str = GREY) -> None:
+        """A path of SVG around a place."""
+        self._parts.append(
+            f'<path transform="translate({x:.1f} {y:.1f})" d="{path}" fill="{fill}" stroke="{stroke}" '
+            'stroke-width="1.5"/>'
+        )
 
     def svg(self) -> str:
         """The file's text."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from drawing import BLUE, FAINT, GREY, INK, ORANGE, PALE_BLUE, PALE_ORANGE, RED, Drawing, Point
+from tools.drawing import BLUE, FAINT, GREY, INK, ORANGE, PALE_BLUE, PALE_ORANGE, RED, Drawing, Point
 
 COLUMNS, ROWS = 13, 9
 BEND = -0.16

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from drawing import BLUE, GREY, PALE_BLUE, PALE_GREEN, PALE_ORANGE, RED, Drawing, Point
+from tools.drawing import BLUE, GREY, PALE_BLUE, PALE_GREEN, PALE_ORANGE, RED, Drawing, Point
 
 
 def sheets() -> str:
