@@ -17,7 +17,7 @@ from riglens.core.scene.boxes import Progress
 from riglens.core.targets.settings import Phase
 from riglens.core.targets.shapes import Shape
 from riglens.results import Listing
-from riglens.scenes import Scene, load_scene, with_blocking_mesh
+from riglens.scenes import Scene, load_scene, with_blocking_meshes
 
 
 def survey(
@@ -120,7 +120,7 @@ def simulate(
     )
     settings = SimulationSettings(seed, shape, range_law, phase, noise_m, dropout, clutter, road)
     score = ScoreOptions(body=body)
-    several = [with_blocking_mesh(rig, score.body_of(rig), mesh_folder) for rig in _several(rigs)]
+    several = with_blocking_meshes(rigs, score, mesh_folder)
     extras, where = Extras(pictures, points), Where(workers, dask)
     job = command.DataSetJob(Path(out), options, settings, extras, where, every, sequences)
     with called_from_python(warn):
@@ -175,7 +175,7 @@ def report(
     require_ending("out", path, ".html", ".pdf")
     require_draws(draws, seed, 0)
     require_outputs(options.files, path)
-    several = [with_blocking_mesh(rig, "blocks", mesh_folder) for rig in _several(rigs)]
+    several = with_blocking_meshes(rigs, score.solid(), mesh_folder)
     labels = labels_of(project, revision, author)
     with called_from_python(warn):
         write_report(several, path, options, score, _path(requirements), (draws, seed), labels)
@@ -195,10 +195,6 @@ def verify_report(
     options, folder = SceneOptions(boxes=_path(boxes)), _path(meshes)
     with called_from_python(warn):
         return verified(Path(path), options, ScoreOptions(threads=threads), folder) == 0
-
-
-def _several(rigs: Rig | Sequence[Rig]) -> list[Rig]:
-    return [rigs] if isinstance(rigs, Rig) else list(rigs)
 
 
 def _path(path: StrPath | None) -> Path | None:

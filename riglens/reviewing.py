@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TypedDict
 
 from riglens.app.evaluation.options import ScoreOptions
 from riglens.app.evaluation.scenario import settings_of
@@ -33,15 +32,8 @@ from riglens.results import (
     ReviewResult,
     ToleranceResult,
 )
-from riglens.scenes import Scene, audit, load_scene, with_blocking_mesh
+from riglens.scenes import Scene, audit, load_scene, with_blocking_mesh, with_blocking_meshes
 from riglens.traffic import load_traffic
-
-
-class Solid(TypedDict):
-    """Arguments that all parts of a review share."""
-
-    threads: int | None
-    mesh_folder: StrPath
 
 
 def blind(
@@ -204,8 +196,7 @@ def check(
     """
     from riglens.app.commands import check as command
 
-    listed = [rigs] if isinstance(rigs, Rig) else rigs
-    several = [with_blocking_mesh(rig, "blocks", mesh_folder) for rig in listed]
+    several = with_blocking_meshes(rigs, ScoreOptions().solid(), mesh_folder)
     asked = command.CheckInputs.of(Path(requirements), tuple(Path(one) for one in profiles), several)
     score = ScoreOptions(threads=threads, body=body).as_required(asked.required.body, asked.file)
     if scene is None and asked.required.needs_scene:
@@ -260,23 +251,25 @@ def review(
         scene = load_scene()
         traffic = traffic or load_traffic()
     rig = damaged_rig(rig, damaged)
-    solid: Solid = {"threads": threads, "mesh_folder": mesh_folder}
 
     def of_scene() -> Scene:
         assert scene is not None
         return scene
 
     makers: dict[str, Callable[[], Result]] = {
-        "blind": lambda: blind(rig, profiles=profiles, **solid),
-        "range": lambda: detection_range(rig, min_points=min_points, **solid),
+        "blind": lambda: blind(rig, profiles=profiles, threads=threads, mesh_folder=mesh_folder),
+        "range": lambda: detection_range(
+            rig, min_points=min_points, threads=threads, mesh_folder=mesh_folder
+        ),
         "redundancy": lambda: redundancy(
-            rig, of_scene(), traffic, min_points=min_points, halves=halves, method=method, body=body, **solid
+            rig, of_scene(), traffic, min_points=min_points, halves=halves, method=method, body=body,
+            threads=threads, mesh_folder=mesh_folder,
         ),
         "tolerance": lambda: tolerance(
             rig, of_scene(), traffic if sample else None, errors=errors, draws=draws, seed=seed, sample=sample,
-            method=method, body=body, **solid,
+            method=method, body=body, threads=threads, mesh_folder=mesh_folder,
         ),
-        "audit": lambda: audit(rig, of_scene(), **solid),
+        "audit": lambda: audit(rig, of_scene(), threads=threads, mesh_folder=mesh_folder),
         "mounts": lambda: mounts(rig, mesh_folder=mesh_folder),
     }  # fmt: skip
     return ReviewResult(rig, {name: makers[name]() for name in PARTS if name in only})

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -207,6 +207,12 @@ def audit(
 def with_blocking_mesh(rig: Rig, body: Body | None, folder: StrPath) -> Rig:
     """Return the rig with the mesh of a body that blocks, where a file holds it; warn of a size that is not a car's."""
     return with_mesh_read(rig, Path(folder), warn) if body == "blocks" else rig
+
+
+def with_blocking_meshes(rigs: Rig | Sequence[Rig], score: ScoreOptions, folder: StrPath) -> list[Rig]:
+    """Return a rig or several with their meshes, where these block."""
+    listed = [rigs] if isinstance(rigs, Rig) else rigs
+    return [with_blocking_mesh(rig, score.body_of(rig), folder) for rig in listed]
 
 
 class ForManyRigs:

@@ -20,7 +20,7 @@ from riglens.core.targets.settings import Phase
 from riglens.core.targets.shapes import Shape
 from riglens.core.targets.traffic import WITHIN_M
 from riglens.results import Result, Rows
-from riglens.scenes import with_blocking_mesh
+from riglens.scenes import with_blocking_meshes
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -148,8 +148,7 @@ def sweep(
         within_m, sample, shape, "on" if range_law else "off", phase, seed, min_points,
         None if calibration is None else Path(calibration),
     )  # fmt: skip
-    listed = [rigs] if isinstance(rigs, Rig) else list(rigs)
-    several = [with_blocking_mesh(rig, score.body_of(rig), mesh_folder) for rig in listed]
+    several = with_blocking_meshes(rigs, score, mesh_folder)
     options = command.sweep_options(several, scene, count, score, compute, blind_m)
     with called_from_python(warn), tempfile.TemporaryDirectory(prefix="riglens-") as folder:
         path = Path(folder) / "sweep.parquet" if out is None else Path(out)

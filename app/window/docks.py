@@ -30,12 +30,6 @@ class Docks:
     def __iter__(self) -> Iterator[QDockWidget]:
         return iter(self._docks.values())
 
-    def __contains__(self, title: str) -> bool:
-        return title in self._docks
-
-    def __len__(self) -> int:
-        return len(self._docks)
-
     def add(self, title: str, content: QWidget, area: Area, beside: str | None = None) -> QDockWidget:
         """Add a dock that can be closed and reopened by the View menu; `beside` makes it a tab of another dock."""
         dock = QDockWidget(title, self._window)
