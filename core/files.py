@@ -80,6 +80,12 @@ def atomic_write(
     return _replace_when_done(Path(os.path.realpath(path)), path, mode)
 
 
+def write_file(path: str | os.PathLike[str], content: str | bytes) -> None:
+    """Write a whole file, as `atomic_write` does."""
+    with atomic_write(path) as stream:
+        stream.write(content.encode("utf-8") if isinstance(content, str) else content)
+
+
 def is_stream(path: str | os.PathLike[str]) -> bool:
     """Return whether this is a device, pipe or socket: no file can be next to it or replace it."""
     try:

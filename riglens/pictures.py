@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from riglens.app.evaluation.scenario import settings_of
 from riglens.arguments import ClassName, StrPath, warn
-from riglens.core.files import atomic_write
+from riglens.core.files import write_file
 from riglens.core.metric.scores import Body
 from riglens.core.optimise.results import OptimiseResult
 from riglens.core.rig.model import Rig
@@ -113,8 +113,7 @@ class Picture:
 
     def save(self, path: StrPath) -> None:
         """Write the PNG file."""
-        with atomic_write(path) as stream:
-            stream.write(self.png)
+        write_file(path, self.png)
 
     def _repr_png_(self) -> bytes:
         return self.png

@@ -21,11 +21,11 @@ from riglens.app.commands.options import (
     ThreadArguments,
 )
 from riglens.app.commands.output import deliver, require_ending, require_outputs
-from riglens.app.studies.files import csv_text, write_text
+from riglens.app.studies.files import csv_text
 from riglens.app.terminal.console import progress_bar, results
 from riglens.app.terminal.loading import load_rigs
 from riglens.app.terminal.tables import table
-from riglens.core.files import atomic_write
+from riglens.core.files import write_file
 from riglens.core.kernels.runtime import jit
 from riglens.core.review.blind import (
     HEIGHTS_M,
@@ -113,13 +113,12 @@ def blind_zones(
 def _write_map(path: Path, found: BlindMap, by: By, k: int) -> None:
     """Write the lowest visible heights as a table or as a picture, whichever the name ends in."""
     if path.suffix.lower() == ".csv":
-        write_text(path, csv_text(list(_rows(found, by, k))))
+        write_file(path, csv_text(list(_rows(found, by, k))))
         return
     from riglens.app.studies.blind_chart import blind_figure  # matplotlib
-    from riglens.app.studies.pictures import picture
+    from riglens.app.studies.pictures import write_picture
 
-    with atomic_write(path) as stream:
-        stream.write(picture(blind_figure(found, by, k)))
+    write_picture(path, blind_figure(found, by, k))
 
 
 def _rows(found: BlindMap, by: By, k: int) -> Iterator[dict[str, object]]:

@@ -15,7 +15,7 @@ from riglens.app.evaluation.calibrating import calibrated
 from riglens.app.terminal.console import progress_bar, results
 from riglens.app.terminal.loading import load_rig
 from riglens.app.terminal.tables import table
-from riglens.core.files import atomic_write
+from riglens.core.files import write_file
 from riglens.core.rig.library import use_libraries
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.study.calibrating import Rules
@@ -63,8 +63,7 @@ def calibrate(
     opened = None if rig is None else load_rig(rig)
     with progress_bar("Reading boxes") as progress:
         found = calibrated(detections, scene, within, rules, name, opened, progress)
-    with atomic_write(out, "w") as stream:
-        stream.write(found.text())
+    write_file(out, found.text())
     console = results()
     console.print(_table(found))
     console.print(f"{out}: objects {found.domain.region}", soft_wrap=True)

@@ -24,7 +24,7 @@ from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic
 from riglens.app.terminal.tables import table
 from riglens.assets import asset_path
 from riglens.core.errors import InputError
-from riglens.core.files import atomic_write
+from riglens.core.files import write_file
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.review.check_junit import RigCheck, junit_xml
 from riglens.core.review.checking import NO_ROAD_USERS, Check, Subject
@@ -211,8 +211,7 @@ def _write_junit(path: Path, found: Checked) -> None:
         "data sha256": (source["data"] or {}).get("sha256", ""),
         "seed": str(asked.required.seed),
     }
-    with atomic_write(path) as stream:
-        stream.write(junit_xml(found.checks, str(asked.file), _lines(asked), properties, asked.day))
+    write_file(path, junit_xml(found.checks, str(asked.file), _lines(asked), properties, asked.day))
 
 
 def _lines(asked: CheckInputs) -> dict[str, int]:

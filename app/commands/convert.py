@@ -12,7 +12,7 @@ from riglens.app.evaluation.names import option_of
 from riglens.app.evaluation.options import Triple
 from riglens.app.terminal.console import note_report, results
 from riglens.core.errors import InputError
-from riglens.core.files import atomic_write, require_apart
+from riglens.core.files import require_apart, write_file
 from riglens.core.formats.exchange import WRITABLE, format_called, format_for, read_rig, write_rig
 from riglens.core.formats.mounts import ReadOptions
 from riglens.core.formats.opening import open_rig
@@ -76,8 +76,7 @@ def convert(
         note_report(found)
     if report is not None:
         texts = (found.text(option_of) for found in (read, written) if found is not None)
-        with atomic_write(report) as file:
-            file.write("\n".join(texts).encode("utf-8"))
+        write_file(report, "\n".join(texts))
     count = len(rig.sensors)
     line = f"{out}: {count} sensor{'' if count == 1 else 's'} as {target.title}"
     results(out).print(line, soft_wrap=True)

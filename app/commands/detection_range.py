@@ -19,11 +19,11 @@ from riglens.app.commands.options import (
     number,
 )
 from riglens.app.commands.output import deliver, require_ending, require_outputs
-from riglens.app.studies.files import csv_text, write_text
+from riglens.app.studies.files import csv_text
 from riglens.app.terminal.console import results
 from riglens.app.terminal.loading import load_rigs
 from riglens.app.terminal.tables import table
-from riglens.core.files import atomic_write
+from riglens.core.files import write_file
 from riglens.core.rig.model import Rig
 from riglens.core.shown_text import visible
 from riglens.core.targets.detection_range import DetectionRange, RangePlan, RangeRow, around
@@ -90,9 +90,12 @@ def command(
     require_outputs((rig,), csv, chart, json)
     found = detection_range(opened, plan, score.threads)
     if csv is not None:
-        write_text(csv, csv_text(range_lines(found)))
+        write_file(csv, csv_text(range_lines(found)))
     if chart is not None:
-        _draw(chart, found)
+        from riglens.app.studies.detection_range_chart import range_figure  # matplotlib
+        from riglens.app.studies.pictures import write_picture
+
+        write_picture(chart, range_figure(found))
     deliver(range_document(found), json, lambda: print_range(found))
 
 
@@ -100,14 +103,6 @@ def detection_range(rig: Rig, plan: RangePlan, threads: int | None) -> Detection
     """Find the detection ranges of a rig."""
     warm_up(threads)
     return detection_range_of(rig, plan, threads)
-
-
-def _draw(path: Path, found: DetectionRange) -> None:
-    from riglens.app.studies.detection_range_chart import range_figure  # matplotlib
-    from riglens.app.studies.pictures import picture
-
-    with atomic_write(path) as stream:
-        stream.write(picture(range_figure(found), "svg" if path.suffix.lower() == ".svg" else "png"))
 
 
 def print_range(ranges: DetectionRange) -> None:

@@ -20,7 +20,7 @@ from riglens.app.commands.output import deliver
 from riglens.app.terminal.console import results
 from riglens.app.terminal.tables import table
 from riglens.core.errors import InputError
-from riglens.core.files import atomic_write
+from riglens.core.files import write_file
 from riglens.core.rig.library import Cuboid, Entry, Library, default_library, use_libraries
 from riglens.core.rig.model import Camera, Lidar, Sensor
 from riglens.core.rig.presets import PRESETS, preset
@@ -61,8 +61,7 @@ def rigs(name: Name = None, /, *, out: Annotated[Path | None, Parameter(metavar=
     if out is None:
         sys.stdout.write(text)
         return
-    with atomic_write(out, "w") as stream:
-        stream.write(text)
+    write_file(out, text)
     results(out).print(f"{out}: preset {name}", soft_wrap=True)
 
 

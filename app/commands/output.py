@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from riglens.core.errors import InputError
-from riglens.core.files import atomic_write, require_writable
+from riglens.core.files import require_writable, write_file
 from riglens.core.plain import to_text
 
 
@@ -33,6 +33,5 @@ def deliver(document: dict[str, Any], json: str | None, show: Callable[[], None]
         sys.stdout.write(text)
         return
     if json is not None:
-        with atomic_write(json, "w") as stream:
-            stream.write(text)
+        write_file(json, text)
     show()

@@ -42,7 +42,7 @@ from riglens.app.studies.report_reading import (
 from riglens.app.terminal.console import note, results, stage_bar
 from riglens.app.terminal.loading import load_rigs
 from riglens.core.errors import InputError
-from riglens.core.files import atomic_write
+from riglens.core.files import write_file
 from riglens.core.plain import to_text
 from riglens.core.review.requirements import Requirements, requirements_in
 from riglens.core.rig.library import use_libraries
@@ -147,7 +147,7 @@ def write_report(
     plan = ReportPlan(tuple(rigs), scene, score, draws, seed, required, text, labels)
     with stage_bar("Making the report") as tell:
         document = document_of(plan, report_of(plan, tell))
-    _write(out, rendered(document, out.suffix.lower()))
+    write_file(out, rendered(document, out.suffix.lower()))
 
 
 def serve(pipe: Connection) -> None:
@@ -169,8 +169,8 @@ def prepare(job: ReportJob, tell: Tell) -> None:
     document = document_of(plan, report_of(plan, tell))
     tell(1.0, "Drawing the pages")
     pdf = rendered(document, ".pdf")
-    _write(job.folder / PAGE, rendered(document, ".html"))
-    _write(job.folder / PDF, pdf)
+    write_file(job.folder / PAGE, rendered(document, ".html"))
+    write_file(job.folder / PDF, pdf)
     from riglens.app.rendering.pdf import page_images  # Pango
 
     for page, image in enumerate(page_images(pdf), 1):
@@ -186,11 +186,6 @@ def _require_pango() -> None:
         raise InputError(
             f"a PDF needs the library Pango, a page (.html) does not: {str(error).split(chr(10))[0]}"
         ) from error
-
-
-def _write(path: Path, content: bytes) -> None:
-    with atomic_write(path) as stream:
-        stream.write(content)
 
 
 def rendered(document: ReportDocument, form: str) -> bytes:

@@ -34,7 +34,6 @@ from riglens.app.terminal.console import note, progress_bar, results
 from riglens.app.terminal.loading import load_rigs
 from riglens.app.terminal.resumable import parts_folder, resumable
 from riglens.core.errors import InputError
-from riglens.core.files import atomic_write
 from riglens.core.pieces.where import Where
 from riglens.core.rig.model import Rig
 from riglens.core.shown_text import visible
@@ -131,12 +130,10 @@ def sweep(
 
 def draw(found: Table, figures: Sequence[str], path: Path) -> None:
     """Draw the chart of a sweep into a file; raise InputError where its fields or figures cannot be drawn."""
-    from riglens.app.studies.pictures import picture
+    from riglens.app.studies.pictures import write_picture
     from riglens.app.studies.sweep_chart import sweep_figure  # matplotlib
 
-    drawn = sweep_figure(found, figures)
-    with atomic_write(path) as stream:
-        stream.write(picture(drawn, "svg" if path.suffix.lower() == ".svg" else "png"))
+    write_picture(path, sweep_figure(found, figures))
 
 
 def design_of(spans: Sequence[Span], points: int | None, seed: int, path: Path | None) -> Design:

@@ -21,11 +21,11 @@ from riglens.app.commands.options import (
 from riglens.app.commands.output import deliver, require_outputs
 from riglens.app.evaluation.options import ScoreOptions
 from riglens.app.evaluation.scenario import settings_of
-from riglens.app.studies.files import write_text
 from riglens.app.terminal.console import progress_bar, results
 from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic
 from riglens.app.terminal.tables import table
 from riglens.core.errors import InputError
+from riglens.core.files import write_file
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.review.documents import tolerance_document
 from riglens.core.review.measures import ON_TARGET, SEEN, Measures
@@ -110,7 +110,7 @@ def tolerance(
     traffic = load_traffic(scene, WITHIN_M) if sample != 0 and scene.pog is None else None
     found, document = drawn(opened, field, traffic, score, asked, sensitivities)
     if worst is not None:
-        write_text(worst, dumps(worst_rig(found, figure)))
+        write_file(worst, dumps(worst_rig(found, figure)))
     deliver(document, json, lambda: print_tolerance(found, document["body"]))
 
 

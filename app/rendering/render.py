@@ -25,7 +25,7 @@ from riglens.app.terminal.scores import print_scores, score_rigs
 from riglens.core.engine.engine import Engine, Evaluation
 from riglens.core.engine.evaluation_json import evaluation_document
 from riglens.core.errors import InputError
-from riglens.core.files import atomic_write, is_stream, require_writable
+from riglens.core.files import is_stream, require_writable, write_file
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import PAPER_SETTINGS, Body, MetricSettings
 from riglens.core.plain import to_text
@@ -243,10 +243,8 @@ def score_without_window(rigs: Sequence[Rig], folder: Path, scene: SceneOptions,
     evaluations = score_rigs(rigs, field, score, with_seen=True)
     print_scores(evaluations, field, score)
     document = evaluation_document(field, settings_of(score), evaluations)
-    with atomic_write(scores, "w") as stream:
-        stream.write(to_text(document))
-    with atomic_write(rig_file, "w") as stream:
-        stream.write(dumps(rig))
+    write_file(scores, to_text(document))
+    write_file(rig_file, dumps(rig))
     picture = RenderRequest(screenshot)
     _draw(_state(pog, field, evaluations[0], marks_of(evaluations[0]), picture), picture)
     results().print(f"Written: {screenshot}, {rig_file}, {scores}", soft_wrap=True)

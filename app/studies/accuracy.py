@@ -19,12 +19,13 @@ from riglens.app.studies.accuracy_text import (
     point_text,
     verdicts,
 )
-from riglens.app.studies.files import require_folder, write_text
+from riglens.app.studies.files import require_folder
 from riglens.app.studies.pictures import PICTURES, write_pictures
 from riglens.app.terminal.console import note, progress_bar, results
 from riglens.app.terminal.loading import load_rig, load_scene
 from riglens.app.terminal.tables import table
 from riglens.core.errors import InputError
+from riglens.core.files import write_file
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.shown_text import visible
 from riglens.core.study.accuracy import (
@@ -81,7 +82,7 @@ def _other_fields(scene: SceneOptions, voxel_m: float, edges: tuple[float, ...])
 
 
 def _write(found: AccuracyStudy, source: str, folder: Path) -> None:
-    write_text(folder / "accuracy.csv", accuracy_csv(found))
+    write_file(folder / "accuracy.csv", accuracy_csv(found))
     write_pictures(chart(found, source), folder, "accuracy")
 
 

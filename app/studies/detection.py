@@ -27,7 +27,7 @@ from riglens.app.studies.detection_files import (
     rig_lines,
     seed_lines,
 )
-from riglens.app.studies.files import csv_text, require_folder, write_text
+from riglens.app.studies.files import csv_text, require_folder
 from riglens.app.terminal.console import note, progress_bar, results
 from riglens.app.terminal.loading import with_meshes
 from riglens.app.terminal.resumable import resumable
@@ -35,7 +35,7 @@ from riglens.app.terminal.tables import table
 from riglens.core.detect.net import Device, machine
 from riglens.core.engine.engine import Engine
 from riglens.core.errors import InputError
-from riglens.core.files import atomic_write
+from riglens.core.files import write_file
 from riglens.core.formats.opening import open_rig
 from riglens.core.metric.scores import Body
 from riglens.core.pieces.where import Where
@@ -187,10 +187,9 @@ def write(result: Result, recalls: Iterable[Recall], tallies: Iterable[Tally], o
     texts[NAMES[8]] = csv_text(list(recall_lines(recalls)), RECALL_COLUMNS)
     texts[NAMES[9]] = csv_text([asdict(one) for one in tallies], TALLY_COLUMNS)
     for name, text in texts.items():
-        write_text(out / name, text)
+        write_file(out / name, text)
     for name, picture in ((NAMES[5], chart(result)), (NAMES[6], pair_chart(result))):
-        with atomic_write(out / name) as stream:
-            stream.write(picture)
+        write_file(out / name, picture)
 
 
 def _say(result: Result, console: Console) -> None:

@@ -12,10 +12,11 @@ from rich.text import Text
 from riglens.app.evaluation.options import SceneOptions, Triple
 from riglens.app.evaluation.scenario import load_scenario
 from riglens.app.evaluation.traffic import load_traffic
-from riglens.app.studies.files import csv_text, require_folder, write_text
+from riglens.app.studies.files import csv_text, require_folder
 from riglens.app.terminal.console import progress_bar, results
 from riglens.app.terminal.tables import table
 from riglens.core.engine.engine import Engine
+from riglens.core.files import write_file
 from riglens.core.study.external import (
     FIGURES,
     GROUPS,
@@ -49,7 +50,7 @@ def study(nuscenes: Path | None, kitti: Path | None, threads: int | None, frames
             traffic = load_traffic(scene, WITHIN_M[recording])
             found += outcomes(recording, traffic, engine, min(frames, traffic.frames), progress)
     say(found, results())
-    write_text(out / NAME, csv_text(list(lines(found))))
+    write_file(out / NAME, csv_text(list(lines(found))))
     results().print(f"{out}: {NAME}", soft_wrap=True)
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import IO
 
 from riglens.core.errors import InputError
-from riglens.core.files import atomic_write, require_writable
+from riglens.core.files import require_writable
 from riglens.core.shown_text import spreadsheet_cell
 
 
@@ -22,12 +22,6 @@ def require_folder(folder: Path, names: Sequence[str]) -> None:
         raise InputError(f"{folder}: folder cannot be created: {error.strerror}", "out") from error
     for name in names:
         require_writable(folder / name)
-
-
-def write_text(path: Path, text: str) -> None:
-    """Write a text file completely, or leave the old one unchanged."""
-    with atomic_write(path, "w") as stream:
-        stream.write(text)
 
 
 def csv_text(lines: Sequence[Mapping[str, object]], columns: Sequence[str] = ()) -> str:

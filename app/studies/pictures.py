@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal
 
 import matplotlib as mpl
 
-from riglens.core.files import atomic_write
+from riglens.core.files import write_file
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -30,5 +30,9 @@ def picture(figure: Figure, form: PictureFormat = "png", dpi: int | None = None)
 def write_pictures(figure: Figure, folder: Path, name: str) -> None:
     """Put the chart into a folder in each of the formats, as NAME.svg and NAME.png."""
     for form in PICTURES:
-        with atomic_write(folder / f"{name}.{form}") as stream:
-            stream.write(picture(figure, form))
+        write_file(folder / f"{name}.{form}", picture(figure, form))
+
+
+def write_picture(path: Path, figure: Figure) -> None:
+    """Write the chart in the format that the ending names."""
+    write_file(path, picture(figure, "svg" if path.suffix.lower() == ".svg" else "png"))

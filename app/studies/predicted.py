@@ -12,9 +12,10 @@ from rich.text import Text
 
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.traffic import load_traffic
-from riglens.app.studies.files import csv_text, require_folder, write_text
+from riglens.app.studies.files import csv_text, require_folder
 from riglens.app.terminal.console import progress_bar, results
 from riglens.app.terminal.tables import table
+from riglens.core.files import write_file
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.shown_text import visible
 from riglens.core.study.detection.published import PROTOCOL, published_rigs
@@ -45,11 +46,11 @@ def study(detection: Path, recall: Path | None, out: Path) -> None:
         objects = objects_by_number(rigs, traffic, PROTOCOL, progress)
     rays = {rig.name: sum(lidar.ray_count for lidar in rig.enabled_lidars()) for rig in rigs}
     found = [calibrate_rigs(rays, objects[unit], observed, unit, PROTOCOL) for unit in UNITS]
-    write_text(out / NAMES[0], csv_text(list(rig_lines(found[0]))))
-    write_text(out / NAMES[1], csv_text(list(count_lines(found[0].rigs, objects["cells"]))))
-    write_text(out / NAMES[2], found[0].calibration.text())
+    write_file(out / NAMES[0], csv_text(list(rig_lines(found[0]))))
+    write_file(out / NAMES[1], csv_text(list(count_lines(found[0].rigs, objects["cells"]))))
+    write_file(out / NAMES[2], found[0].calibration.text())
     if found_by is not None:
-        write_text(out / NAMES[3], found_by.text())
+        write_file(out / NAMES[3], found_by.text())
     console = results()
     console.print(_rig_table(found[0]))
     console.print(_error_table(found))

@@ -13,12 +13,13 @@ from rich.text import Text
 
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.studies.accuracy_text import edge_text, percent
-from riglens.app.studies.files import csv_text, require_folder, write_text
+from riglens.app.studies.files import csv_text, require_folder
 from riglens.app.studies.pictures import PICTURES, write_pictures
 from riglens.app.studies.sensor_methods_chart import chart
 from riglens.app.terminal.console import progress_bar, results
 from riglens.app.terminal.loading import load_rig, load_scene
 from riglens.app.terminal.tables import table
+from riglens.core.files import write_file
 from riglens.core.shown_text import visible
 from riglens.core.study.sensor_methods import (
     QUICK_REPETITIONS,
@@ -63,8 +64,8 @@ def study(
 
 
 def _write(found: SensorStudy, source: str, folder: Path) -> None:
-    write_text(folder / f"{NAME}.csv", csv_text([*_rows(found)]))
-    write_text(folder / f"{NAME}.json", json.dumps(as_json(found), indent=1) + "\n")
+    write_file(folder / f"{NAME}.csv", csv_text([*_rows(found)]))
+    write_file(folder / f"{NAME}.json", json.dumps(as_json(found), indent=1) + "\n")
     write_pictures(chart(found, caption(found, source)), folder, NAME)
 
 

@@ -15,7 +15,7 @@ from rich.text import Text
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.evaluation.scenario import load_scenario, source_of
 from riglens.app.studies.accuracy_text import edge_text
-from riglens.app.studies.files import csv_text, require_folder, write_text
+from riglens.app.studies.files import csv_text, require_folder
 from riglens.app.studies.pages import page
 from riglens.app.studies.stability_findings import (
     TITLES,
@@ -28,6 +28,7 @@ from riglens.app.terminal.console import note, progress_bar, results
 from riglens.app.terminal.loading import load_scene
 from riglens.app.terminal.tables import table
 from riglens.core.errors import InputError
+from riglens.core.files import write_file
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.scene.boxes import CLASSES, Progress
 from riglens.core.study.stability_edits import EDITS, QUICK_EDITS, method_rows
@@ -80,7 +81,7 @@ def study(scene: SceneOptions, score: ScoreOptions, folder: Path, quick: bool, e
     described = caption(metric, field.data.short_source)
     texts = (page_of(rows, metric, described), methods_csv(rows), metric_csv(metric))
     for name, text in zip(FILES, texts, strict=True):
-        write_text(folder / name, text)
+        write_file(folder / name, text)
     console = results()
     for block in (
         methods_table(rows),

@@ -13,7 +13,7 @@ from rich.text import Text
 
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.evaluation.scenario import settings_of
-from riglens.app.studies.files import csv_text, write_text
+from riglens.app.studies.files import csv_text
 from riglens.app.studies.table2 import compare_papers, print_papers, write_papers
 from riglens.app.terminal.console import progress_bar, results
 from riglens.app.terminal.figures import thousands
@@ -21,7 +21,7 @@ from riglens.app.terminal.loading import load_scene
 from riglens.app.terminal.scores import print_scene
 from riglens.app.terminal.tables import table
 from riglens.core.engine.engine import Engine
-from riglens.core.files import require_writable
+from riglens.core.files import require_writable, write_file
 from riglens.core.rig.presets import PAPER_RIGS, preset
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.study.table1 import MEASURES, Measure, Table1, Table1Row, table1
@@ -50,7 +50,7 @@ def study(
     if detection_csv is not None:
         write_papers(papers, detection_csv)
     if csv_target is not None:
-        write_text(csv_target, table1_csv(found))
+        write_file(csv_target, table1_csv(found))
     console = results(csv_target)
     print_scene(field, rigs, score, console)
     console.print(figures_table(found))

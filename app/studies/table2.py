@@ -13,11 +13,12 @@ from rich.text import Text
 
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.traffic import load_traffic
-from riglens.app.studies.files import csv_text, write_text
+from riglens.app.studies.files import csv_text
 from riglens.app.terminal.console import note, progress_bar
 from riglens.app.terminal.figures import thousands
 from riglens.app.terminal.tables import table
 from riglens.core.engine.engine import Engine
+from riglens.core.files import write_file
 from riglens.core.scene.boxes import CLASSES, DataReport
 from riglens.core.study.detection.statistics import COLUMNS, MEAN
 from riglens.core.study.detection.surrogates import SURROGATES, Surrogates, surrogates
@@ -162,4 +163,4 @@ def csv_lines(found: Sequence[Compared]) -> Iterator[dict[str, object]]:
 
 def write_papers(found: Sequence[Compared], path: Path) -> None:
     """Write the figures as CSV."""
-    write_text(path, csv_text(list(csv_lines(found))))
+    write_file(path, csv_text(list(csv_lines(found))))

@@ -16,12 +16,12 @@ from rich.text import Text
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.scenario import remarks_on
 from riglens.app.evaluation.traffic import load_traffic
-from riglens.app.studies.files import csv_text, require_folder, write_text
+from riglens.app.studies.files import csv_text, require_folder
 from riglens.app.studies.pictures import picture
 from riglens.app.terminal.console import note, progress_bar, results
 from riglens.app.terminal.tables import table
 from riglens.core.errors import InputError
-from riglens.core.files import atomic_write
+from riglens.core.files import write_file
 from riglens.core.formats.opening import open_rig
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
@@ -75,10 +75,9 @@ def study(
     for line in remarks_on(traffic.data):
         note(line)
     pairs = predict(traffic, true, placed, threads)
-    write_text(out / NAMES[0], csv_text(list(summary(pairs))))
-    write_text(out / NAMES[1], csv_text(list(objects(pairs))))
-    with atomic_write(out / NAMES[2]) as stream:
-        stream.write(chart(pairs))
+    write_file(out / NAMES[0], csv_text(list(summary(pairs))))
+    write_file(out / NAMES[1], csv_text(list(objects(pairs))))
+    write_file(out / NAMES[2], chart(pairs))
     console = results()
     console.print(share_table(pairs))
     for number in (*range(len(pairs.sequences)), None) if len(pairs.sequences) > 1 else (None,):

@@ -17,7 +17,7 @@ from riglens.app.window.features.files import Exchange, Files, beside_rig
 from riglens.app.window.features.targets import Targets
 from riglens.app.window.workbench import Workbench
 from riglens.core.errors import InputError
-from riglens.core.files import atomic_write
+from riglens.core.files import write_file
 from riglens.core.metric.scores import Reading, Scores
 from riglens.core.rig.model import Rig
 from riglens.core.rig.presets import PAPER_RIGS, PRESETS, preset
@@ -201,7 +201,6 @@ class Compare(Feature):
         if path is None:
             return
         try:
-            with atomic_write(path) as stream:
-                stream.write(self.panel.as_text(",").encode("utf-8"))
+            write_file(path, self.panel.as_text(","))
         except InputError as error:
             self.bench.report_error(str(error))

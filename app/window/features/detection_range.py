@@ -10,12 +10,13 @@ from PySide6.QtCore import Qt
 
 from riglens.app.background.rig_questions import RigRequest, detection_range
 from riglens.app.background.worker import BackgroundWorker
-from riglens.app.studies.files import csv_text, write_text
+from riglens.app.studies.files import csv_text
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.checks import add_check, check_spec
 from riglens.app.window.features.files import beside_rig
 from riglens.app.window.workbench import Workbench
 from riglens.core.errors import InputError
+from riglens.core.files import write_file
 from riglens.core.targets.detection_range import USUAL_PLAN, DetectionRange, RangePlan
 from riglens.core.targets.detection_range_table import range_lines
 from riglens.widgets.panels.detection_range.panel import RangePanel
@@ -181,4 +182,4 @@ class DetectionRangeShown(Feature):
         ranges = self._shown[0]
         path = self.bench.dialogs.save_table(self.bench.window, beside_rig(self.document, "card", ".csv"))
         if path is not None:
-            write_text(path, csv_text(range_lines(ranges)))
+            write_file(path, csv_text(range_lines(ranges)))

@@ -16,7 +16,7 @@ from riglens.app.window.feature import Feature
 from riglens.app.window.features.files import beside_rig
 from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
-from riglens.core.files import atomic_write
+from riglens.core.files import write_file
 from riglens.widgets.panels.dialogs.picture import PictureDialog
 from riglens.widgets.theme import LIGHT, palette
 
@@ -125,7 +125,7 @@ class Picture(Feature):
             QGuiApplication.clipboard().setImage(QImage.fromData(png))
             self.dialog.set_done("copied")
         elif isinstance(purpose, Path):
-            self.bench.guarded(_write)(purpose, png)
+            self.bench.guarded(write_file)(purpose, png)
             self.dialog.accept()
 
     def _on_failed(self, problem: str) -> None:
@@ -139,8 +139,3 @@ class Picture(Feature):
         if dialog is not None:
             self._options, self._scale = dialog.options, dialog.choice.scale
             dialog.deleteLater()
-
-
-def _write(path: Path, png: bytes) -> None:
-    with atomic_write(path) as file:
-        file.write(png)
