@@ -41,6 +41,7 @@ NICE = 10
 """Niceness of the process, so that edits in the window take precedence."""
 IMPROVED_WITHIN_M = 0.5
 """How far from where it is a sensor gets a better mount."""
+SearchWork = Literal["add", "improve", "skin"]
 
 
 @dataclass(frozen=True)
@@ -48,7 +49,7 @@ class ProposalRequest:
     """A search: "add" sensors, "improve" the sensor called `sensor`, or only find the gains of the "skin"."""
 
     number: int
-    work: Literal["add", "improve", "skin"]
+    work: SearchWork
     rig: Rig
     scene: SceneOptions
     options: SearchOptions = SearchOptions()

@@ -17,6 +17,7 @@ from riglens.app.background.proposing import (
     Proposer,
     SearchEnd,
     SearchProgress,
+    SearchWork,
 )
 from riglens.app.evaluation.names import label_of
 from riglens.app.evaluation.options import SceneOptions
@@ -183,25 +184,19 @@ class Propose(Feature):
         """Begin a search for the current rig; raise InputError without objects or models."""
         if not self.panel.models:
             raise InputError("choose at least one sensor model to add")
-        self._send(
-            ProposalRequest(self._number + 1, "add", self.session.rig, self._scene(), self.panel.options)
-        )
+        self._ask("add", self.panel.options)
 
     def improve(self) -> None:
         """Begin a search for a better mount of the selected sensor."""
         name = self.document.selected
         assert name is not None
         self.bench.docks.bring_up(DOCK)
-        request = ProposalRequest(self._number + 1, "improve", self.session.rig, self._scene(), sensor=name)
-        self._send(request)
+        self._ask("improve", sensor=name)
 
     def find_gains(self) -> None:
         """Begin to cast what `start` would, for the gains alone; a search under way brings them anyway."""
         if not self._is_running:
-            work = ProposalRequest(
-                self._number + 1, "skin", self.session.rig, self._scene(), self.panel.options
-            )
-            self._send(work)
+            self._ask("skin", self.panel.options)
 
     def _scene(self) -> SceneOptions:
         scene = self.session.scene
@@ -216,11 +211,13 @@ class Propose(Feature):
         """Return the title of the figure that the last search maximised."""
         return OBJECTIVES["on_target" if self._asked is None else self._asked.options.objective]
 
-    def _send(self, request: ProposalRequest) -> None:
-        if request.work != "improve":
+    def _ask(self, work: SearchWork, options: SearchOptions = SearchOptions(), sensor: str = "") -> None:
+        number = self._number + 1
+        request = ProposalRequest(number, work, self.session.rig, self._scene(), options, sensor)
+        if work != "improve":
             self.begun.emit()
         self._forget_result()
-        self._asked, self._number, self._is_running = request, request.number, True
+        self._asked, self._number, self._is_running = request, number, True
         self.proposer.send(request)
         self.panel.show_state("running")
         self.panel.show_progress("Loading", 0.0)
@@ -415,16 +412,11 @@ class Propose(Feature):
 
 def merged(rig: Rig, base: Rig, changes: Sequence[Sensor]) -> Rig:
     """Return a rig with changes that were made to an earlier state of it; raise InputError where they collide."""
-    names = {sensor.name for sensor in rig.sensors}
-    moved = {
-        sensor.name: sensor for sensor in changes if any(sensor.name == one.name for one in base.sensors)
-    }
-    added = [sensor for sensor in changes if sensor.name not in moved]
-    for sensor in added:
-        if sensor.name in names:
-            raise InputError(f"'{sensor.name}' is already in the rig")
-    for name in moved:
-        if name not in names:
-            raise InputError(f"'{name}' is no longer in the rig")
-    kept = [moved.get(sensor.name, sensor) for sensor in rig.sensors]
-    return rig.replace(sensors=(*kept, *added))
+    before = {sensor.name for sensor in base.sensors}
+    sensors = {sensor.name: sensor for sensor in rig.sensors}
+    for sensor in changes:
+        if (sensor.name in before) != (sensor.name in sensors):
+            said = "no longer" if sensor.name in before else "already"
+            raise InputError(f"'{sensor.name}' is {said} in the rig")
+        sensors[sensor.name] = sensor
+    return rig.replace(sensors=tuple(sensors.values()))
