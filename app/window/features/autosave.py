@@ -95,7 +95,7 @@ class Autosave(Feature):
             f"RigLens ended without saving {_title(found[0])}.{more}",
             choices={
                 "Recover": partial(self.recover, found[0]),
-                "Discard": partial(self.discard, found[0]),
+                "Discard": partial(self.bench.guarded(self.discard), found[0]),
             },
         )
 
@@ -126,12 +126,8 @@ class Autosave(Feature):
         self.document.apply(unsaved.rig, "recover unsaved changes")
 
     def discard(self, orphan: Orphan) -> None:
-        """Delete the autosave of a window, and ask about the next."""
-        try:
-            discard(orphan)
-        except InputError as error:
-            self.bench.report_error(str(error))
-            return
+        """Delete the autosave of a window, and ask about the next; InputError when it cannot be deleted."""
+        discard(orphan)
         self.offer()
 
 

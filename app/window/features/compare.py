@@ -16,7 +16,6 @@ from riglens.app.window.features.compared import ComparedRigs
 from riglens.app.window.features.files import Exchange, Files, beside_rig
 from riglens.app.window.features.targets import Targets
 from riglens.app.window.workbench import Workbench
-from riglens.core.errors import InputError
 from riglens.core.files import write_file
 from riglens.core.metric.scores import Reading, Scores
 from riglens.core.rig.model import Rig
@@ -84,7 +83,7 @@ class Compare(Feature):
         panel.table.remove_wanted.connect(self._rigs.remove)
         panel.model.renamed.connect(self._rigs.rename)
         panel.score_wanted.connect(self._rigs.go_on)
-        panel.export_wanted.connect(self._export)
+        panel.export_wanted.connect(bench.guarded(self._export))
         bench.answers.answered.connect(self._on_result)
         self._targets.counted.connect(self._on_count)
         self._rigs.changed.connect(self._show)
@@ -198,9 +197,5 @@ class Compare(Feature):
     # ------------------------------------------------------------------ export
     def _export(self) -> None:
         path = self.bench.dialogs.save_table(self.bench.window, beside_rig(self.document, "rigs", ".csv"))
-        if path is None:
-            return
-        try:
+        if path is not None:
             write_file(path, self.panel.as_text(","))
-        except InputError as error:
-            self.bench.report_error(str(error))

@@ -54,7 +54,8 @@ class Drop(Feature):
             self._files.open_path(paths[kinds.index("rig")])
         traffic = [path for path, kind in zip(paths, kinds, strict=True) if kind in ("boxes", "pog")]
         if traffic:
-            self._scene_data.load_path(traffic[0], is_pog=_kind(traffic[0]) == "pog")
+            load = self.bench.guarded(self._scene_data.load_path)
+            load(traffic[0], _kind(traffic[0]) == "pog")
         if "mesh" in kinds:
             self._car.take_mesh(paths[kinds.index("mesh")])
 

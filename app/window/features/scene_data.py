@@ -53,7 +53,9 @@ class SceneData(Feature):
         self._note = ""
         self._strip = bench.status.add_strip("Loading boxes")
         self._strip.cancel.setObjectName("cancel_load")
-        self.bind(boxes_file=self._choose_file, boxes_folder=self._choose_folder)
+        choose_file = bench.guarded(lambda *_: self._choose(bench.dialogs.box_file(bench.window)))
+        choose_folder = bench.guarded(lambda *_: self._choose(bench.dialogs.box_folder(bench.window)))
+        self.bind(boxes_file=choose_file, boxes_folder=choose_folder)
         queued = Qt.ConnectionType.QueuedConnection
         bench.recompute.scene_loaded.connect(self._on_scene, queued)
         bench.recompute.load_progress.connect(self._strip.show_progress, queued)
@@ -61,8 +63,8 @@ class SceneData(Feature):
         bench.recompute.load_ended.connect(self._on_load_ended, queued)
         self._strip.cancelled.connect(bench.recompute.cancel_load)
         bench.panels.scene.load_wanted.connect(self._load_choice)
-        bench.panels.scene.file_wanted.connect(self._choose_file)
-        bench.panels.scene.folder_wanted.connect(self._choose_folder)
+        bench.panels.scene.file_wanted.connect(choose_file)
+        bench.panels.scene.folder_wanted.connect(choose_folder)
 
     @property
     def is_loading(self) -> bool:
@@ -80,7 +82,8 @@ class SceneData(Feature):
         recompute.load(self._options)
 
     def load_path(self, path: Path, is_pog: bool) -> None:
-        """Load a box data set on the grid in use, or a stored POG with its own."""
+        """Load a box data set on the grid in use, or a stored POG with its own; InputError for one without a known
+        origin."""
         if is_pog:
             self.load(SceneOptions(pog=path))
             return
@@ -125,23 +128,13 @@ class SceneData(Feature):
                 self.bench.status.set_no_data()
                 self.bench.panels.scene.set_nothing_loaded()
 
-    def _choose_file(self) -> None:
-        self._choose(self.bench.dialogs.box_file(self.bench.window))
-
-    def _choose_folder(self) -> None:
-        self._choose(self.bench.dialogs.box_folder(self.bench.window))
-
     def _choose(self, path: Path | None) -> None:
         from riglens.core.scene.readers import (
             default_origin_m,  # many readers: not while the window opens
         )
 
         if path is not None:
-            try:
-                self.bench.panels.scene.choose_boxes(path, default_origin_m(path))
-            except InputError as error:
-                self.bench.report_error(str(error))
-                return
+            self.bench.panels.scene.choose_boxes(path, default_origin_m(path))
             self.bench.docks.bring_up("Scene")
 
 
