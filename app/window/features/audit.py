@@ -11,7 +11,6 @@ from riglens.app.background.queue import BackgroundRequest
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.checks import add_check, check_spec
 from riglens.app.window.workbench import Workbench
-from riglens.core.rig.model import Rig
 from riglens.widgets.panels.checks.audit import ASKED, OUTDATED, AuditPanel
 
 if TYPE_CHECKING:  # loads the compiler
@@ -70,14 +69,8 @@ class Audit(Feature):
             self.panel.show_audits({}, ASKED if self._asked is not None else "", False)
             return
         request, audit = self.answer
-        is_current = self._is_current(request)
+        rig, settings = self.session.working_rig, self.session.settings
+        is_same_rig = (request.rig.sensors, request.rig.vehicle) == (rig.sensors, rig.vehicle)
+        is_current = is_same_rig and request.settings == settings
         note = ASKED if self._asked is not None else "" if is_current else OUTDATED
         self.panel.show_audits({found.name: found for found in audit.sensors}, note, is_current)
-
-    def _is_current(self, request: AuditRequest) -> bool:
-        session = self.session
-        return request.settings == session.settings and _same_rays(request.rig, session.working_rig)
-
-
-def _same_rays(one: Rig, other: Rig) -> bool:
-    return one is other or (one.sensors == other.sensors and one.vehicle == other.vehicle)

@@ -61,9 +61,9 @@ class Autosave(Feature):
         if self._writing is not None or self.document.is_dragging:
             self._timer.start()
             return
-        state = Unsaved(self.document.rig, self.document.saved_rig, self.document.path)
+        file, state = self._file, Unsaved(self.document.rig, self.document.saved_rig, self.document.path)
         self._writing = self.bench.tasks.run(
-            "Autosave", partial(_write, self._file, state), lambda _: None, self._written
+            "Autosave", lambda _: file.write(state), lambda _: None, self._written
         )
 
     def _written(self) -> None:
@@ -129,10 +129,6 @@ class Autosave(Feature):
         """Delete the autosave of a window, and ask about the next; InputError when it cannot be deleted."""
         discard(orphan)
         self.offer()
-
-
-def _write(file: AutosaveFile, state: Unsaved, progress: object) -> None:
-    file.write(state)
 
 
 def _title(orphan: Orphan) -> str:

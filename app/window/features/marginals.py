@@ -79,7 +79,7 @@ class Marginals(Feature):
         result = self.answers.result
         if result is None or self.document.is_dragging or not self.answers.is_current:
             return
-        if self._knows(result):
+        if self.result is not None:  # of this rig: any other edit has dropped it
             return
         request = result.request
         self._forget_scores()
@@ -117,15 +117,6 @@ class Marginals(Feature):
         """Return the names of the sensors that count, the selected one first."""
         names = [sensor.name for sensor in rig.sensors if sensor.enabled]
         return sorted(names, key=lambda name: name != self.document.selected)
-
-    def _knows(self, result: Result) -> bool:
-        known = self.result
-        return (
-            known is not None
-            and known.scene is result.scene
-            and known.request.settings == result.request.settings
-            and _same_sensors(known.request.rig, result.request.rig)
-        )
 
     def _drop_if_changed(self) -> None:
         """Discard results of another rig or of other settings."""

@@ -44,7 +44,7 @@ class SweepField(Feature):
         self._asked: tuple[FieldRequest, NumberEdit] | None = None
         self.serve(self.maker, self._take, self._refuse)
         self.curve.chosen.connect(self._set)
-        self.curve.closed.connect(self._forget)
+        self.curve.closed.connect(self.maker.drop)
         for edit in bench.panels.inspector.findChildren(NumberEdit):
             if edit.path is not None:
                 edit.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
@@ -102,9 +102,6 @@ class SweepField(Feature):
         asked, self._asked = self._asked, None
         if asked is not None:
             asked[1].edited.emit(value)
-
-    def _forget(self) -> None:
-        self.maker.drop()
 
     def forget_scene(self) -> None:
         """Forget a request, which holds the traffic before."""
