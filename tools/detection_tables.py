@@ -8,9 +8,7 @@ variances of its 95 % intervals and the covariances that follow from those of th
 
 from __future__ import annotations
 
-import csv
 from itertools import combinations
-from pathlib import Path
 
 import numpy as np
 
@@ -32,26 +30,19 @@ from riglens.core.study.detection.surrogates import surrogates
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import WITHIN_M
+from tools.detection_second import DATA, Line, lines
 
-DATA = Path(__file__).resolve().parents[1] / "docs" / "data"
 IMAGES = DATA.parent / "images"
 OF_OBJECTS = ("on_target", "share_5", "share_1")
 FROM_DETECTIONS = ("s_ms", "residual", "hits", "seen", "on_target_60m", "share_5_60m")
 """Figures whose correlations were computed when the study ran; the last two are those of objects within 60 m."""
 _WIDTH = 2 * 1.959964
 """Standard deviations of a normal distribution between the ends of its 95 % interval."""
-Line = dict[str, str]
-
-
-def lines(name: str) -> list[Line]:
-    """Read a table of docs/data."""
-    with (DATA / name).open(encoding="utf-8", newline="") as stream:
-        return list(csv.DictReader(stream))
 
 
 def precisions(prefix: str, protocol: Protocol, sequences: int) -> Precisions:
     """Average precision of the tables, with replicas drawn from what its intervals say."""
-    table, seeds = lines(f"{prefix}.csv"), lines(f"{prefix}-seeds.csv")
+    table, seeds = lines(DATA / f"{prefix}.csv"), lines(DATA / f"{prefix}-seeds.csv")
     rigs = tuple(dict.fromkeys(line["rig"] for line in table))
     shape = (len(rigs), len(COLUMNS))
     value = np.array([float(line["ap"]) for line in table]).reshape(shape)
@@ -59,7 +50,7 @@ def precisions(prefix: str, protocol: Protocol, sequences: int) -> Precisions:
     by_seed = np.array([[float(line[column]) for column in COLUMNS] for line in seeds])
     apart = {
         (line["rig"], line["other"], line["class"]): _spread(line, "difference")
-        for line in lines(f"{prefix}-pairs.csv")
+        for line in lines(DATA / f"{prefix}-pairs.csv")
     }
     replicas = np.empty((REPLICAS, *shape))
     rng = np.random.default_rng(0)
@@ -85,7 +76,7 @@ def renew(prefix: str, study: Study, engine: Engine) -> Result:
     """Compute the figures of a study's rigs, and write its table of rigs; return what is known of it."""
     targets, settings = TargetEngine(study.tested), TargetSettings(body=study.protocol.simulation.body)
     found = surrogates(study.compared, engine, targets, settings, lambda share: None, study.judged)
-    table = lines(f"{prefix}.csv")
+    table = lines(DATA / f"{prefix}.csv")
     for number, line in enumerate(table):
         place, column = divmod(number, len(COLUMNS))
         for name in ("s_ms", "seen"):  # the rigs are those that were measured
@@ -102,7 +93,7 @@ def ranks(result: Result) -> list[dict[str, object]]:
     """Rank correlations: those that were computed from the detections stay, the others are made anew."""
     kept: list[dict[str, object]] = [
         dict(line)
-        for line in lines("detection-ranks.csv")
+        for line in lines(DATA / "detection-ranks.csv")
         if line["surrogate"] in FROM_DETECTIONS and line["among"] in ("all rigs", "equal ray count")
     ]
     names = ("among", "class", "surrogate", "statistic")
