@@ -34,48 +34,42 @@ class Dialogs:
 
     def open_rig(self, parent: QWidget, folder: Path | None) -> Path | None:
         """Ask for the rig file to open."""
-        return _path(QFileDialog.getOpenFileName(parent, "Open a rig", str(folder or ""), OPEN_FILES)[0])
+        return _open(parent, "Open a rig", folder, OPEN_FILES)
 
     def save_rig(self, parent: QWidget, suggestion: Path) -> Path | None:
         """Ask where to save the rig."""
-        chosen = QFileDialog.getSaveFileName(parent, "Save the rig", str(suggestion), RIG_FILES)[0]
-        return _with_suffix(_path(chosen), ".yaml")
+        return _save(parent, "Save the rig", suggestion, RIG_FILES, ".yaml")
 
     def export_rig(self, parent: QWidget, suggestion: Path, title: str, is_folder: bool) -> Path | None:
         """Ask where to write the rig in another format: a file, or a folder to make."""
         question = f"Name of the folder for {title}" if is_folder else f"Export as {title}"
-        suffix = suggestion.suffix
+        suffix = "" if is_folder else suggestion.suffix
         filter_ = "Folders (*)" if is_folder else f"Files (*{suffix});;All files (*)"
-        chosen = _path(QFileDialog.getSaveFileName(parent, question, str(suggestion), filter_)[0])
-        return chosen if is_folder else _with_suffix(chosen, suffix)
+        return _save(parent, question, suggestion, filter_, suffix)
 
     def save_picture(self, parent: QWidget, suggestion: Path) -> Path | None:
         """Ask where to save the picture."""
-        chosen = QFileDialog.getSaveFileName(parent, "Save the picture", str(suggestion), PICTURES)[0]
-        return _with_suffix(_path(chosen), ".png")
+        return _save(parent, "Save the picture", suggestion, PICTURES, ".png")
 
     def save_table(self, parent: QWidget, suggestion: Path) -> Path | None:
         """Ask where to save a table."""
-        chosen = QFileDialog.getSaveFileName(parent, "Save the table", str(suggestion), TABLES)[0]
-        return _with_suffix(_path(chosen), ".csv")
+        return _save(parent, "Save the table", suggestion, TABLES, ".csv")
 
     def save_report(self, parent: QWidget, suggestion: Path) -> Path | None:
         """Ask where to write the report."""
-        chosen = QFileDialog.getSaveFileName(parent, "Write a report", str(suggestion), REPORTS)[0]
-        return _with_suffix(_path(chosen), ".html")
+        return _save(parent, "Write a report", suggestion, REPORTS, ".html")
 
     def requirements_file(self, parent: QWidget, folder: Path | None) -> Path | None:
         """Ask for the file of requirements to check against."""
-        title = "Open a file of requirements"
-        return _path(QFileDialog.getOpenFileName(parent, title, str(folder or ""), REQUIREMENTS)[0])
+        return _open(parent, "Open a file of requirements", folder, REQUIREMENTS)
 
     def mesh_file(self, parent: QWidget, folder: Path | None) -> Path | None:
         """Ask for the mesh of the car's body."""
-        return _path(QFileDialog.getOpenFileName(parent, "Open a mesh", str(folder or ""), MESH_FILES)[0])
+        return _open(parent, "Open a mesh", folder, MESH_FILES)
 
     def box_file(self, parent: QWidget) -> Path | None:
         """Ask for the box table to score on."""
-        return _path(QFileDialog.getOpenFileName(parent, "Open a box table", "", BOX_FILES)[0])
+        return _open(parent, "Open a box table", None, BOX_FILES)
 
     def box_folder(self, parent: QWidget) -> Path | None:
         """Ask for the folder of a box data set to score on."""
@@ -123,10 +117,15 @@ class Dialogs:
         box.open()
 
 
+def _open(parent: QWidget, title: str, folder: Path | None, files: str) -> Path | None:
+    return _path(QFileDialog.getOpenFileName(parent, title, str(folder or ""), files)[0])
+
+
+def _save(parent: QWidget, title: str, suggestion: Path, files: str, suffix: str) -> Path | None:
+    """Return the chosen name, with the usual ending if it has none."""
+    path = _path(QFileDialog.getSaveFileName(parent, title, str(suggestion), files)[0])
+    return path.with_name(path.name + suffix) if path is not None and not path.suffix else path
+
+
 def _path(chosen: str) -> Path | None:
     return Path(chosen) if chosen else None
-
-
-def _with_suffix(path: Path | None, suffix: str) -> Path | None:
-    """Return the name with the usual ending if it has none."""
-    return path.with_name(path.name + suffix) if path is not None and not path.suffix else path
