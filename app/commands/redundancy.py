@@ -126,7 +126,23 @@ class Redundancy:
 
     def show(self) -> None:
         """Print coverage by number of sensors and the losses by failures on standard output."""
-        _print(self.rig, self.body, self.voxels, self.targets)
+        console = results()
+        console.print(Text(f"{visible(self.rig.name)}: redundancy, body {self.body}"), soft_wrap=True)
+        for title, found in (("entropy, in % of H(Ω)", self.voxels), ("objects, in % of all", self.targets)):
+            if found is not None:
+                console.print(_covered_table(found, title))
+                console.print(_failures_table(found, title))
+        console.print(
+            "Covered: more is better; two kinds: by sensors of two kinds. Lost when it fails: less is better; worst "
+            "sector: the 45° in which the largest share is lost.",
+            soft_wrap=True,
+        )
+        if self.targets is not None:
+            console.print(
+                "Objects: 1 = detected by the rig; 2, 3 = by that many sensors, each on its own.",
+                soft_wrap=True,
+            )
+        console.print(f"This is {NO_EVIDENCE}.", soft_wrap=True)
 
 
 def redundancy_of(
@@ -151,27 +167,6 @@ def redundancy_of(
             how = replace(counting, body=settings.body)
             targets = found(target_counter(TargetEngine(traffic, score.threads), how))
     return Redundancy(rig, score.body_of(rig), field, voxels, targets, counting.min_points)
-
-
-def _print(rig: Rig, body: str, voxels: Coverage, targets: Coverage | None) -> None:
-    """Print coverage by number of sensors and the losses by failures on standard output."""
-    console = results()
-    console.print(Text(f"{visible(rig.name)}: redundancy, body {body}"), soft_wrap=True)
-    for title, found in (("entropy, in % of H(Ω)", voxels), ("objects, in % of all", targets)):
-        if found is not None:
-            console.print(_covered_table(found, title))
-            console.print(_failures_table(found, title))
-    console.print(
-        "Covered: more is better; two kinds: by sensors of two kinds. Lost when it fails: less is better; worst "
-        "sector: the 45° in which the largest share is lost.",
-        soft_wrap=True,
-    )
-    if targets is not None:
-        console.print(
-            "Objects: 1 = detected by the rig; 2, 3 = by that many sensors, each on its own.",
-            soft_wrap=True,
-        )
-    console.print(f"This is {NO_EVIDENCE}.", soft_wrap=True)
 
 
 def _covered_table(found: Coverage, title: str) -> Table:
