@@ -169,13 +169,14 @@ class Scoring:
     def approximate(self, request: EvaluationRequest, cancel: Cancel) -> Approximation | None:
         """Return a coarse result; None when there is nothing to estimate it from."""
         settings = with_known_body(request.settings, request.rig)
-        if self._known is None or not _same_sets(self._known[0], settings):
+        coarse = self.scene.coarse
+        if coarse is None or self._known is None or not _same_sets(self._known[0], settings):
             return None
         found = self._evaluate_coarse(request.rig, request.settings, cancel)
         scores = estimated(found.scores, *self._known[1:], request.settings)
         if scores is None:
             return None
-        return Approximation(request, scores, self._coarse_voxel_m, found.elapsed_ms)
+        return Approximation(request, scores, coarse.grid.voxel_m, found.elapsed_ms)
 
     def learn(self, result: Result, cancel: Cancel) -> None:
         """Base the next coarse estimates on an exact answer.
@@ -202,11 +203,6 @@ class Scoring:
     def has_learnt(self) -> bool:
         """Return whether there is an exact answer from which coarse ones can be estimated."""
         return self._known is not None
-
-    @property
-    def _coarse_voxel_m(self) -> float:
-        assert self.scene.coarse is not None
-        return self.scene.coarse.grid.voxel_m
 
 
 def _same_sets(one: MetricSettings, other: MetricSettings) -> bool:
