@@ -7,7 +7,7 @@ from pathlib import Path
 from PySide6.QtCore import Qt, QUrl
 from PySide6.QtWidgets import QDialog, QHBoxLayout, QPushButton, QTextBrowser, QVBoxLayout, QWidget
 
-from riglens.widgets.panels.controls.building import filled, room_around
+from riglens.widgets.panels.controls.building import button, filled, room_around
 from riglens.widgets.panels.controls.style import MARGIN
 
 WIDTH_PX, HEIGHT_PX = 760, 720
@@ -24,10 +24,9 @@ class Guide(QDialog):
         self.text.setOpenExternalLinks(True)
         self.text.setFrameShape(QTextBrowser.Shape.NoFrame)
         self.text.document().setDocumentMargin(2 * MARGIN)
-        back, start, close = QPushButton("Back"), QPushButton("Start"), QPushButton("Close")
-        back.clicked.connect(self.text.backward)
-        start.clicked.connect(self.text.home)
-        close.clicked.connect(self.reject)
+        back = button(QPushButton("Back"), self.text.backward)
+        start = button(QPushButton("Start"), self.text.home)
+        close = button(QPushButton("Close"), self.reject)
         back.setEnabled(False)
         self.text.backwardAvailable.connect(back.setEnabled)
         row = filled(QHBoxLayout(), back, start, None, close, margins=(MARGIN, 0, MARGIN, MARGIN))

@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
 
 from riglens.core.rig.library import default_library
 from riglens.core.sensors.registry import kinds
+from riglens.widgets.panels.controls.building import button, filled
 from riglens.widgets.panels.controls.scrolled import ElidedLabel
 from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel, plain_tip
 from riglens.widgets.panels.fields.form import ChoiceBox, Form
@@ -65,35 +66,22 @@ class ProposePanel(QWidget):
         as_panel(self)
         self._offers: tuple[Offer, ...] = ()
         self._key = ""
-        self._models, self._model_menu = QToolButton(), QMenu(self)
         self.forms = tuple(Form() for _ in columns)
         """Forms of the options, one for each column."""
-        self.start, self.pause, self.stop = QPushButton("Start"), QPushButton("Pause"), QPushButton("Stop")
         self.searches = ChoiceBox()
         self.searches.setToolTip("Searches of this session.")
         self.searches.activated.connect(self.search_chosen)
-        self.bar, self.skin = QProgressBar(), QCheckBox("Gain on car")
+        self.bar = QProgressBar()
+        self.bar.setRange(0, 1000)
+        self.bar.setFixedWidth(_BAR_PX)
         self.sentence, self.verdict = ElidedLabel(NO_SEARCH), ElidedLabel()
-        self.plots, self.tabs = Plots(), QTabWidget()
-        self.table, self.checks = FigureTable("Proposed rigs"), FigureTable("Checks of the gain")
-        self.apply, self.compare = QPushButton("Apply"), QPushButton("Compare")
-        self.export = QPushButton("Export…")
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(MARGIN, SPACING, MARGIN, SPACING)
-        layout.setSpacing(SPACING)
-        head = QHBoxLayout()
-        head.addWidget(self.sentence, 1)
-        head.addWidget(self.searches)
-        head.addWidget(self.bar)
-        layout.addLayout(head)
-        left, row = QVBoxLayout(), QHBoxLayout()
-        left.addLayout(self._commands())
-        self._add_tabs(self._options(columns))
-        left.addWidget(self.tabs, 1)
-        row.setSpacing(2 * SPACING)
-        row.addLayout(left)
-        row.addWidget(self.plots, 1)
-        layout.addLayout(row, 1)
+        self.plots = Plots()
+        self.plots.hovered.connect(self._hover)
+        self.plots.chosen.connect(self.choose)
+        head = filled(QHBoxLayout(), self.sentence, 1, self.searches, self.bar)
+        left = filled(QVBoxLayout(), self._commands(), self._tabs(self._options(columns)), 1)
+        body = filled(QHBoxLayout(), left, self.plots, 1, spacing=2 * SPACING)
+        filled(QVBoxLayout(self), head, body, 1, margins=(MARGIN, SPACING, MARGIN, SPACING), spacing=SPACING)
         self.show_options(options)
         self.show_state("idle")
         self.show_offers(())
@@ -102,9 +90,7 @@ class ProposePanel(QWidget):
 
     # ------------------------------------------------------------------ building
     def _commands(self) -> QHBoxLayout:
-        self._models.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-        self._models.setMenu(self._model_menu)
-        self._models.setToolTip("Library models to choose among.")
+        self._model_menu = QMenu(self)
         for kind in kinds():
             for maker, entries in default_library().by_maker(kind.name).items():
                 menu = self._model_menu.addMenu(f"{kind.title}: {maker}")
@@ -113,24 +99,23 @@ class ProposePanel(QWidget):
                     action.setCheckable(True)
                     action.setData(entry.name)
                     action.toggled.connect(lambda _: self._name_models())
+        self._models = button(QToolButton(), tip="Library models to choose among.")
+        self._models.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        self._models.setMenu(self._model_menu)
+        self.skin = QCheckBox("Gain on car")
         self.skin.setToolTip(SKIN_TIP)
         self.skin.toggled.connect(self.skin_wanted)
-        self.start.clicked.connect(lambda: self.start_wanted.emit())
+        self.start = button(QPushButton("Start"), self.start_wanted)
+        self.pause = QPushButton("Pause")
         self.pause.setCheckable(True)
-        self.pause.clicked.connect(lambda on: self.pause_wanted.emit(on))
-        self.stop.setToolTip("End the search; the best rig so far stays.")
-        self.stop.clicked.connect(lambda: self.stop_wanted.emit())
-        self.bar.setRange(0, 1000)
-        self.bar.setFixedWidth(_BAR_PX)
-        line = QHBoxLayout()
-        for widget in (self._models, self.skin, self.start, self.pause, self.stop):
-            line.addWidget(widget, int(widget is self._models))
-        return line
+        self.pause.clicked.connect(self.pause_wanted)
+        tip = "End the search; the best rig so far stays."
+        self.stop = button(QPushButton("Stop"), self.stop_wanted, tip)
+        return filled(QHBoxLayout(), self._models, 1, self.skin, self.start, self.pause, self.stop)
 
     def _options(self, columns: Sequence[Mapping[str, FieldInfo]]) -> QWidget:
         options = QWidget()
-        fields = QHBoxLayout(options)
-        fields.setContentsMargins(0, SPACING, 0, 0)
+        fields = filled(QHBoxLayout(options), margins=(0, SPACING, 0, 0))
         for form, infos in zip(self.forms, columns, strict=True):
             rows = ModelRows(form)
             for name, info in infos.items():
@@ -142,11 +127,8 @@ class ProposePanel(QWidget):
             fields.addWidget(form, 0, Qt.AlignmentFlag.AlignTop)
         return options
 
-    def _add_tabs(self, options: QWidget) -> None:
-        for label in (self.sentence, self.verdict):
-            label.setTextFormat(Qt.TextFormat.PlainText)
-        self.plots.hovered.connect(self._hover)
-        self.plots.chosen.connect(self.choose)
+    def _tabs(self, options: QWidget) -> QTabWidget:
+        self.table, self.checks = FigureTable("Proposed rigs"), FigureTable("Checks of the gain")
         for table in (self.table, self.checks):
             table.give_titles(_NAME_PX, _ROW_PX, _CELL_PX)
             table.verticalHeader().setMaximumWidth(_NAME_PX)
@@ -155,28 +137,22 @@ class ProposePanel(QWidget):
         self.table.entered.connect(lambda index: self._hover(self._offers[index.row()].key))
         self.table.viewport().installEventFilter(self)
         self.table.clicked.connect(lambda index: self.choose(self._offers[index.row()].key))
-        self.apply.setToolTip("Add the sensors of the chosen proposal to the rig, as one step.")
-        self.apply.clicked.connect(lambda: self.apply_wanted.emit(self._key))
-        self.compare.setToolTip("Show the chosen proposal next to the rig in the Compare panel.")
-        self.compare.clicked.connect(lambda: self.compare_wanted.emit(self._key))
-        self.export.setToolTip("Write the proposals as rig files, and their figures as a table.")
-        self.export.clicked.connect(lambda: self.export_wanted.emit())
+        tip = "Add the sensors of the chosen proposal to the rig, as one step."
+        self.apply = button(QPushButton("Apply"), lambda: self.apply_wanted.emit(self._key), tip)
+        tip = "Show the chosen proposal next to the rig in the Compare panel."
+        self.compare = button(QPushButton("Compare"), lambda: self.compare_wanted.emit(self._key), tip)
+        tip = "Write the proposals as rig files, and their figures as a table."
+        self.export = button(QPushButton("Export…"), self.export_wanted, tip)
         buttons, checks = QWidget(), QWidget()
-        line = QHBoxLayout(buttons)
-        line.setContentsMargins(0, 0, 0, 0)
-        line.setSpacing(SPACING - 2)
-        for button in (self.apply, self.compare, self.export):
-            line.addWidget(button)
-        column = QVBoxLayout(checks)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(2)
-        column.addWidget(self.checks, 1)
-        column.addWidget(self.verdict)
+        filled(QHBoxLayout(buttons), self.apply, self.compare, self.export, spacing=SPACING - 2)
+        filled(QVBoxLayout(checks), self.checks, 1, self.verdict, spacing=2)
+        self.tabs = QTabWidget()
         self.tabs.setDocumentMode(True)
         self.tabs.setFixedWidth(options.sizeHint().width())
         for page, title in ((options, "Options"), (self.table, "Proposals"), (checks, "Checks")):
             self.tabs.addTab(page, title)
         self.tabs.setCornerWidget(buttons)
+        return self.tabs
 
     # ------------------------------------------------------------------ options
     @property
@@ -226,8 +202,8 @@ class ProposePanel(QWidget):
         if self.start.isEnabled() and state == "running":
             self.tabs.setCurrentWidget(self.table)
         self.start.setEnabled(state == "idle")
-        for button in (self.pause, self.stop):
-            button.setEnabled(state != "idle")
+        for made in (self.pause, self.stop):
+            made.setEnabled(state != "idle")
         self.pause.setChecked(state == "paused")
         self.pause.setText("Go on" if state == "paused" else "Pause")
         self.bar.setVisible(state != "idle")
@@ -291,8 +267,8 @@ class ProposePanel(QWidget):
         self.chosen.emit(key)
 
     def _enable(self) -> None:
-        for button in (self.apply, self.compare):
-            button.setEnabled(bool(self._key))
+        for made in (self.apply, self.compare):
+            made.setEnabled(bool(self._key))
 
     def _hover(self, key: str) -> None:
         self.plots.highlight(key)

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QShowEvent
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QSpinBox, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QSpinBox, QToolButton, QVBoxLayout, QWidget
 
 from riglens.core.targets.quantities import Quantity, quantities_of
 from riglens.core.targets.settings import TargetSettings
+from riglens.widgets.panels.controls.building import button, filled, plain_label, tool
 from riglens.widgets.panels.controls.icons import icon
 from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel, plain_tip
 from riglens.widgets.panels.fields.form import ChoiceBox
@@ -62,19 +63,12 @@ class TargetsPanel(QWidget):
         self._shown: tuple[Traffic, TargetScores, TargetScores, str] | None = None
         self._is_stale = self._is_behind = False
         self.table, self.rose = TargetTable(), RoseView()
-        self._quantity, self._points, self._note = ChoiceBox(), QSpinBox(), QLabel(WAITING)
-        self._region = ChoiceBox()
+        self._quantity, self._region, self._points = ChoiceBox(), ChoiceBox(), QSpinBox()
+        self._note = plain_label(WAITING, "hint", shrinks=True)
         self._quantities: tuple[Quantity, ...] = ()
         self._said = ""
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(0)
-        body = QHBoxLayout()
-        body.setSpacing(0)
-        body.addWidget(self.table, 1)
-        body.addWidget(self.rose)
-        layout.addLayout(body, 1)
-        layout.addLayout(self._controls())
+        body = filled(QHBoxLayout(), self.table, 1, self.rose, spacing=0)
+        filled(QVBoxLayout(self), body, 1, self._controls(), spacing=0)
         self.table.row_chosen.connect(self._show_rose)
 
     def _controls(self) -> QHBoxLayout:
@@ -94,14 +88,10 @@ class TargetsPanel(QWidget):
         self._points.setKeyboardTracking(False)
         self._points.setToolTip(POINTS_TIP)
         self._points.valueChanged.connect(self._on_points)
-        self._note.setObjectName("hint")
-        self._note.setTextFormat(Qt.TextFormat.PlainText)
-        self._note.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-        row = QHBoxLayout()
-        row.setContentsMargins(MARGIN, 5, MARGIN, 6)
-        row.setSpacing(SPACING)
-        for widget in (QLabel("Show"), self._quantity, self._region, QLabel("Detected from"), self._points):
-            row.addWidget(widget)
+        row = filled(
+            QHBoxLayout(), QLabel("Show"), self._quantity, self._region, QLabel("Detected from"), self._points,
+            margins=(MARGIN, 5, MARGIN, 6), spacing=SPACING,
+        )  # fmt: skip
         row.addSpacing(SPACING)
         for control in self._frame_controls():
             row.addWidget(control)
@@ -111,26 +101,19 @@ class TargetsPanel(QWidget):
 
     def _frame_controls(self) -> tuple[QWidget, ...]:
         """Return the controls that choose the frame in the 3D view; disabled until there is one."""
-        self._frame_on, self._frame, self._next = QToolButton(), QSpinBox(), QToolButton()
-        self._play = QToolButton()
-        self._play.setObjectName("play_frames")
-        self._play.setIcon(icon("play"))
-        self._play.setCheckable(True)
-        self._play.setToolTip("Play all frames.")
-        self._play.toggled.connect(self.play_wanted)
-        self._frame_on.setObjectName("frame_on")
-        self._frame_on.setText("Frame")
+        self._frame_on = button(QToolButton(), tip=FRAME_TIP, name="frame_on", text="Frame")
         self._frame_on.setCheckable(True)
-        self._frame_on.setToolTip(FRAME_TIP)
+        self._frame_on.toggled.connect(lambda _: self._tell_frame())
+        self._frame = QSpinBox()
         self._frame.setObjectName("frame_number")
         self._frame.setKeyboardTracking(False)
         self._frame.setToolTip("Number of the frame in the data, from 0.")
-        self._next.setObjectName("next_missed")
-        self._next.setText("Next missed")
-        self._next.setToolTip("Show the next object that no sensor detects, the nearest first.")
-        self._frame_on.toggled.connect(lambda _: self._tell_frame())
         self._frame.valueChanged.connect(lambda _: self._tell_frame())
-        self._next.clicked.connect(lambda _: self.next_missed_wanted.emit())
+        self._play = tool(icon("play"), tip="Play all frames.", name="play_frames")
+        self._play.setCheckable(True)
+        self._play.toggled.connect(self.play_wanted)
+        tip = "Show the next object that no sensor detects, the nearest first."
+        self._next = button(QToolButton(), self.next_missed_wanted, tip, "next_missed", "Next missed")
         self.set_frames(0)
         return self._frame_on, self._frame, self._play, self._next
 
@@ -196,9 +179,8 @@ class TargetsPanel(QWidget):
     def show_settings(self, settings: TargetSettings) -> None:
         """Show settings that were chosen elsewhere."""
         self._settings = settings
-        self._points.blockSignals(True)
-        self._points.setValue(settings.min_points)
-        self._points.blockSignals(False)
+        with QSignalBlocker(self._points):
+            self._points.setValue(settings.min_points)
 
     def show_counts(self, traffic: Traffic, now: TargetScores, before: TargetScores, baseline: str) -> None:
         """Show counts next to those of the baseline, which is called `baseline`; both from the same frames."""
