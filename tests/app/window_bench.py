@@ -32,7 +32,7 @@ from riglens.core.targets.settings import TargetSettings
 from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.panels.help.shortcut_sheet import Group
 from riglens.widgets.viewport.scene_state import SceneState
-from riglens.widgets.viewport.view import View
+from riglens.widgets.viewport.view import Tool, View
 from tests.hand_clock import HandClock
 from tests.waiting import TIMEOUT_MS
 
@@ -118,14 +118,8 @@ class FakeViewport(View):
     def look_at(self, x_m: float, y_m: float) -> None:
         self.told.append(("look", x_m, y_m))
 
-    def set_picking(self, is_on: bool) -> None:
-        self.told.append(("picking", is_on))
-
-    def set_measuring(self, is_on: bool) -> None:
-        self.told.append(("measuring", is_on))
-
-    def set_painting(self, is_on: bool) -> None:
-        self.told.append(("painting", is_on))
+    def set_tool(self, tool: Tool, is_on: bool) -> None:
+        self.told.append((tool, is_on))
 
     def set_snap(self, snap: bool) -> None:
         self.told.append(("snap", snap))

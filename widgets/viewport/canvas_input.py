@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from PySide6.QtCore import QEvent, QObject, QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QHelpEvent, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QWheelEvent
 from PySide6.QtWidgets import QToolTip, QWidget
@@ -13,7 +11,6 @@ from riglens.widgets.gizmo.nudge import NudgeKey
 from riglens.widgets.panels.controls.style import plain_tip
 from riglens.widgets.theme import SELECTED_COLOUR
 from riglens.widgets.viewport.controller import Button, ViewController
-from riglens.widgets.viewport.drawn_scene import DrawnScene
 
 _BUTTONS: dict[Qt.MouseButton, Button] = {
     Qt.MouseButton.LeftButton: "left",
@@ -74,7 +71,8 @@ class CanvasInput(QObject):
         elif event.type() == QEvent.Type.MouseButtonPress:
             self._canvas.setFocus(Qt.FocusReason.MouseFocusReason)
             shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
-            self._controller.press(pixel, button, shift)
+            alt = bool(event.modifiers() & Qt.KeyboardModifier.AltModifier)
+            self._controller.press(pixel, button, shift, alt)
         elif event.type() == QEvent.Type.MouseButtonRelease:
             is_adding = bool(event.modifiers() & _ADDING)
             is_removing = bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier)
@@ -113,7 +111,7 @@ def handle_key(controller: ViewController, event: QKeyEvent) -> bool:
         controller.invert(is_press)
         return False
     if is_press and event.key() == Qt.Key.Key_Escape:
-        return controller.cancel()
+        return controller.escape()
     if is_press and controller.type_key(_letter(event)):
         return True
     if not is_press or event.key() not in _NUDGES:
@@ -134,7 +132,6 @@ def _letter(event: QKeyEvent) -> str:
     return event.text().replace(",", ".")
 
 
-_CLICK_PX = 4.0
 _BOX_FILL = 40
 
 
@@ -164,54 +161,3 @@ class BoxFrame(QWidget):
         painter.setBrush(colour)
         painter.drawRect(self.rect().adjusted(0, 0, -1, -1))
         painter.end()
-
-
-class CellPicker(QObject):
-    """Listens to a canvas before anything else does, and swallows the clicks that pick a cell."""
-
-    picked = Signal(object)
-    """A PickedCell; None when no cell is drawn there."""
-    escaped = Signal()
-    """Escape was pressed on the canvas while nothing was being dragged."""
-
-    def __init__(self, canvas: QWidget, scene: DrawnScene, is_dragging: Callable[[], bool]) -> None:
-        super().__init__(canvas)
-        self._canvas, self._scene, self._is_dragging = canvas, scene, is_dragging
-        self._is_on = False
-        self._pressed: QPointF | None = None
-        canvas.installEventFilter(self)
-
-    def set_on(self, is_on: bool) -> None:
-        """Pick with every left click, or with Alt only."""
-        self._is_on = is_on
-        self._canvas.setCursor(Qt.CursorShape.CrossCursor if is_on else Qt.CursorShape.ArrowCursor)
-
-    def stop(self) -> None:
-        """Stop listening."""
-        self._canvas.removeEventFilter(self)
-
-    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Take the clicks that pick; everything else goes on to the view."""
-        if isinstance(event, QMouseEvent):
-            return self._on_mouse(event)
-        is_press = isinstance(event, QKeyEvent) and event.type() == QEvent.Type.KeyPress
-        if is_press and event.key() == Qt.Key.Key_Escape and not self._is_dragging():  # type: ignore[attr-defined]
-            self.escaped.emit()
-        return False
-
-    def _on_mouse(self, event: QMouseEvent) -> bool:
-        is_left = event.button() == Qt.MouseButton.LeftButton
-        if event.type() == QEvent.Type.MouseButtonPress and is_left and not self._is_dragging():
-            with_alt = bool(event.modifiers() & Qt.KeyboardModifier.AltModifier)
-            if self._is_on or with_alt:
-                self._pressed = event.position()
-                self._canvas.setFocus(Qt.FocusReason.MouseFocusReason)
-                return True
-        if self._pressed is None:
-            return False
-        if event.type() == QEvent.Type.MouseButtonRelease and is_left:
-            moved, self._pressed = event.position() - self._pressed, None
-            if max(abs(moved.x()), abs(moved.y())) <= _CLICK_PX:
-                place = event.position() * self._canvas.devicePixelRatioF()
-                self.picked.emit(self._scene.under_mouse.cell((place.x(), place.y())))
-        return True

@@ -1,10 +1,10 @@
 """Handle mouse and keys in the 3D view: pixels in, camera moves, picks, drags and poses out.
 
 Left on a handle drags all that is selected, left elsewhere orbits, a left click selects, one sensor more with Ctrl or
-Shift. Shift+left draws a box around sensors to select. Middle pans, right zooms, a right click asks for a menu. The
-wheel zooms towards the cursor, a double-click shows a sensor from close by, arrow keys nudge, Escape cancels. Digits
-typed while an arrow or a ring is dragged say how far it goes. While a sensor is being placed it follows the mouse over
-the car, and a click leaves it there.
+Shift; with Alt it picks a cell of the heatmap. Shift+left draws a box around sensors to select. Middle pans, right
+zooms, a right click asks for a menu. The wheel zooms towards the cursor, a double-click shows a sensor from close by,
+arrow keys nudge, Escape cancels. Digits typed while an arrow or a ring is dragged say how far it goes. While a sensor
+is being placed it follows the mouse over the car, and a click leaves it there.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from riglens.widgets.gizmo.drag import Drag, begin_drag
 from riglens.widgets.gizmo.echo import amount_of, drag_echo, typed_echo
 from riglens.widgets.gizmo.nudge import NudgeKey, nudge_turned, nudged
 from riglens.widgets.viewport.drawn_scene import DrawnScene
-from riglens.widgets.viewport.view import View
+from riglens.widgets.viewport.view import Tool, View
 
 Button = Literal["left", "middle", "right", "none"]
-Gesture = Literal["orbit", "pan", "zoom", "box", "brush", "none"]
+Gesture = Literal["orbit", "pan", "zoom", "box", "brush", "pick", "none"]
 """Action of a drag that grasped no handle."""
 
 
@@ -81,7 +81,8 @@ class ViewController:
         self._last: Pixel = (0.0, 0.0)
         self._gesture: Gesture = "none"
         self._moved = False
-        self._is_measuring = self._is_painting = False
+        self.tool: Tool | None = None
+        """The tool in hand, None for none."""
 
     @property
     def dragging(self) -> str | None:
@@ -112,27 +113,24 @@ class ViewController:
         """Set whether drags end on round numbers; holding Ctrl inverts this."""
         self._snap = snap
 
-    def set_measuring(self, is_on: bool) -> None:
-        """Set whether clicks choose places to measure between; they then choose no sensors, and no handle can be
-        grasped."""
-        self._is_measuring = is_on
+    def set_tool(self, tool: Tool, is_on: bool) -> None:
+        """Take a tool in hand, or put it away if it is the one in hand."""
+        if is_on or self.tool == tool:
+            self.tool = tool if is_on else None
 
-    def set_painting(self, is_on: bool) -> None:
-        """Set whether the left button paints on the car, and orbits the view off the car; clicks then select no
-        sensors."""
-        self._is_painting = is_on
-
-    def press(self, pixel: Pixel, button: Button, shift: bool = False) -> None:
-        """Handle a press of a mouse button."""
+    def press(self, pixel: Pixel, button: Button, shift: bool = False, alt: bool = False) -> None:
+        """Handle a press of a mouse button; with Alt the left one picks a cell."""
         if self.busy:
             return
         self._button, self._pressed, self._last, self._moved = button, pixel, pixel, False
         with_shift: Gesture = "box" if shift else "orbit"
         gestures: dict[Button, Gesture] = {"left": with_shift, "middle": "pan", "right": "zoom"}
         self._gesture = gestures.get(button, "none")
-        if self._gesture != "orbit" or self.is_placing or self._is_measuring:
+        if button == "left" and (alt or self.tool == "pick") and self._held is None:
+            self._gesture = "pick"
+        if self._gesture != "orbit" or self.is_placing or self.tool == "measure":
             return
-        if self._is_painting:
+        if self.tool == "paint":
             self._begin_stroke(pixel)
         else:
             self._grasp(pixel)
@@ -171,6 +169,9 @@ class ViewController:
             self._let_go(pixel)
         elif gesture == "brush":
             self._view.brush_ended.emit(True)
+        elif gesture == "pick":
+            if is_click:
+                self._view.cell_picked.emit(self._scene.under_mouse.cell(pixel))
         elif is_click and button == "left":
             self._click(pixel, adding)
         elif is_click and gesture == "zoom" and self._held is None:
@@ -182,10 +183,10 @@ class ViewController:
 
     def _click(self, pixel: Pixel, adding: bool) -> None:
         """Select the sensor under the mouse; a click on nothing while `adding` is ignored."""
-        if self._is_measuring:
+        if self.tool == "measure":
             self._view.place_picked.emit(self._scene.place_at(pixel))
             return
-        if self._is_painting:
+        if self.tool == "paint":
             return
         name = self._scene.under_mouse.sensor(pixel)
         if not adding:
@@ -196,7 +197,7 @@ class ViewController:
     def double_click(self, pixel: Pixel) -> None:
         """Look at the sensor under the mouse from close by."""
         name = self._scene.under_mouse.sensor(pixel)
-        if name is not None and self._held is None and not (self._is_measuring or self._is_painting):
+        if name is not None and self._held is None and self.tool not in ("measure", "paint"):
             self._scene.frame((name,))
             self._changed()
 
@@ -215,6 +216,12 @@ class ViewController:
         """Handle the mouse leaving the view."""
         if not self.busy and (self._scene.set_hovered(None) | self._scene.aim_at(None)):
             self._changed()
+
+    def escape(self) -> bool:
+        """Handle Escape: the view says so unless a sensor follows the mouse, and what is in progress is given up."""
+        if self._held is None:
+            self._view.escaped.emit()
+        return self.cancel()
 
     def cancel(self) -> bool:
         """Give up a drag, a placing, a stroke or a box and restore what was before it. False when there was none."""
@@ -341,9 +348,9 @@ class ViewController:
 
     def _hover(self, pixel: Pixel) -> None:
         sensor = self._scene.under_mouse.sensor(pixel)
-        handle = None if self._is_measuring or self._is_painting else self._scene.under_mouse.handle(pixel)
+        handle = None if self.tool in ("measure", "paint") else self._scene.under_mouse.handle(pixel)
         is_changed = self._scene.set_hovered(handle or sensor)
-        if self._is_measuring and self._scene.aim_at(pixel):
+        if self.tool == "measure" and self._scene.aim_at(pixel):
             self._scene.set_quick(True)
             is_changed = True
         if is_changed:

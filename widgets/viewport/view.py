@@ -3,12 +3,20 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from typing import Literal
 
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QWidget
 
 from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.viewport.scene_state import SceneState
+
+Tool = Literal["pick", "measure", "paint"]
+"""Use of the left button in place of selecting and dragging sensors.
+
+pick: a click picks a cell of the heatmap, as one with Alt always does. measure: clicks choose places to measure
+between, and drags still turn the view. paint: it paints on the car, and off the car it turns the view.
+"""
 
 
 class View(QWidget):
@@ -92,16 +100,8 @@ class View(QWidget):
         """Turn the view to a point on the ground; keep the distance."""
 
     @abstractmethod
-    def set_picking(self, is_on: bool) -> None:
-        """Make every left click pick a cell of the heatmap; otherwise only clicks with Alt do."""
-
-    @abstractmethod
-    def set_measuring(self, is_on: bool) -> None:
-        """Make clicks choose places to measure between; drags still turn the view."""
-
-    @abstractmethod
-    def set_painting(self, is_on: bool) -> None:
-        """Set whether the left button paints on the car; off the car drags still orbit the view."""
+    def set_tool(self, tool: Tool, is_on: bool) -> None:
+        """Take a tool in hand, or put it away if it is: then clicks select sensors again."""
 
     @abstractmethod
     def set_snap(self, snap: bool) -> None:

@@ -16,12 +16,12 @@ from riglens.core.rig.model import Sensor
 from riglens.widgets.drawing.camera import OrbitCamera, Pixel
 from riglens.widgets.panels.sensors.library import MODEL_MIME
 from riglens.widgets.timers import Timers, single_shot
-from riglens.widgets.viewport.canvas_input import BoxFrame, CanvasInput, CellPicker
+from riglens.widgets.viewport.canvas_input import BoxFrame, CanvasInput
 from riglens.widgets.viewport.controller import ViewController
 from riglens.widgets.viewport.drawn_scene import DrawnScene
 from riglens.widgets.viewport.redraw import Parts, Redraw
 from riglens.widgets.viewport.scene_state import SceneState
-from riglens.widgets.viewport.view import View
+from riglens.widgets.viewport.view import Tool, View
 
 _MAX_NAME_BYTES = 200
 OVER_TRAFFIC_DEG = 35.0
@@ -56,9 +56,6 @@ class ViewportBase(View):
         self._input.used.connect(self._redraw.postpone_rest)
         self._input.resized.connect(self._on_resized)
         self.placing_changed.connect(self._show_cross)
-        self._picker = CellPicker(canvas, scene, lambda: self._controller.dragging is not None)
-        self._picker.picked.connect(self.cell_picked)
-        self._picker.escaped.connect(self.escaped)
         layout = self.layout()
         assert layout is not None
         layout.addWidget(canvas)
@@ -68,11 +65,9 @@ class ViewportBase(View):
 
     @property
     def state(self) -> SceneState:
-        """Return the state that is shown, with changes made in the view itself."""
         return self._scene.state
 
     def show_state(self, state: SceneState) -> None:
-        """Show a state; only differences from the current one are updated."""
         before = self.state
         if (before.rig, before.heat_look, before.ray_look) != (state.rig, state.heat_look, state.ray_look):
             self._expect_more()
@@ -81,41 +76,25 @@ class ViewportBase(View):
 
     @property
     def picture_size(self) -> tuple[int, int]:
-        """Width and height of the view in logical pixels."""
         return self._canvas.width(), self._canvas.height()
 
     # ---- actions that are not state
 
-    def set_picking(self, is_on: bool) -> None:
-        """Make every left click pick a cell of the heatmap; otherwise only clicks with Alt do."""
-        self._picker.set_on(is_on)
-
-    def set_measuring(self, is_on: bool) -> None:
-        """Make clicks choose places to measure between; drags still turn the view."""
-        self._show_cross(is_on)
-        self._controller.set_measuring(is_on)
-        if is_on:
-            self._canvas.setFocus(Qt.FocusReason.OtherFocusReason)  # Escape ends it
-
-    def set_painting(self, is_on: bool) -> None:
-        """Set whether the left button paints on the car; off the car drags still orbit the view."""
-        self._show_cross(is_on)
-        self._controller.set_painting(is_on)
-        if is_on:
+    def set_tool(self, tool: Tool, is_on: bool) -> None:
+        self._controller.set_tool(tool, is_on)
+        self._show_cross(self._controller.tool is not None)
+        if is_on and tool != "pick":
             self._canvas.setFocus(Qt.FocusReason.OtherFocusReason)  # Escape ends it
 
     def set_view(self, name: str, wide: bool = False) -> None:
-        """Look from "iso", "top", "front", "left", "rear" or "right"; `wide` shows the whole ROI in the iso view."""
         self._scene.set_view(name, wide)
         self.request_render()
 
     def chosen_camera(self) -> OrbitCamera | None:
-        """Return the camera that the user chose; None while the first view is fitted to the size of the widget."""
         camera = self._scene.state.camera
         return None if camera is self._home else camera
 
     def frame_sensors(self, names: tuple[str, ...]) -> None:
-        """Look at these sensors from close by; without names, at the car with all the sensors shown."""
         self._scene.frame(names)
         self.request_render()
 
@@ -133,7 +112,6 @@ class ViewportBase(View):
         self.request_render()
 
     def set_snap(self, snap: bool) -> None:
-        """Make drags end on round numbers: 0.05 m and 5 degrees."""
         self._controller.set_snap(snap)
 
     @property
@@ -142,15 +120,12 @@ class ViewportBase(View):
         return self._controller.snaps
 
     def set_placing(self, upright: bool, below_rails: bool) -> None:
-        """Say how sensors are put on the car: level, and through narrow things on the roof."""
         self._scene.set_placing(upright, below_rails)
 
     def cancel_drag(self) -> bool:
-        """Give up the drag or the placing in progress; False when there is none."""
         return self._controller.cancel()
 
     def begin_placing(self) -> bool:
-        """Make the selected sensor follow the mouse over the car until a click; False when none is selected."""
         self._canvas.setFocus(Qt.FocusReason.OtherFocusReason)
         return self._controller.begin_placing()
 
@@ -164,13 +139,11 @@ class ViewportBase(View):
         self._redraw.request()
 
     def close_viewport(self) -> None:
-        """Stop all timers and release the graphics; the widget draws nothing from then on."""
         if self._closed:
             return
         self._closed = True
         self._redraw.stop()
         self._input.stop()
-        self._picker.stop()
         self._release()
 
     def _ask_menu(self, name: str | None, pixel: Pixel) -> None:

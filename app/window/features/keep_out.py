@@ -132,7 +132,7 @@ class KeepOutZones(Feature):
                 self.actions[tool].trigger()  # one tool takes the mouse
         if not self.actions["keep_out_shown"].isChecked():
             self.actions["keep_out_shown"].trigger()
-        self.viewport.set_painting(True)
+        self.viewport.set_tool("paint", True)
         self.bench.status.showMessage(HINT)
 
     def end(self) -> None:
@@ -142,7 +142,7 @@ class KeepOutZones(Feature):
             self._put_away()
 
     def _put_away(self) -> None:
-        self.viewport.set_painting(False)
+        self.viewport.set_tool("paint", False)
         self.bench.status.clearMessage()
 
     def _take_brush(self, key: str) -> None:

@@ -37,7 +37,7 @@ class Measure(Feature):
         if self.actions["measure"].isChecked():
             if self.actions["pick"].isChecked():
                 self.actions["pick"].trigger()  # one tool takes the clicks
-            self.viewport.set_measuring(True)
+            self.viewport.set_tool("measure", True)
             self.document.rig_changed.connect(self._follow)  # no drag wakes it otherwise
             self.bench.status.showMessage(HINT)
         else:
@@ -49,7 +49,7 @@ class Measure(Feature):
         if not action.isChecked() and self.viewport.state.measured is None:
             return
         action.setChecked(False)
-        self.viewport.set_measuring(False)
+        self.viewport.set_tool("measure", False)
         self.document.rig_changed.disconnect(self._follow)
         self.bench.status.clearMessage()
         self._show(None)

@@ -68,7 +68,7 @@ class Pick(Feature):
         self.session.pick(None)
 
     def _set_tool(self) -> None:
-        self.viewport.set_picking(self.actions["pick"].isChecked())
+        self.viewport.set_tool("pick", self.actions["pick"].isChecked())
 
     def _on_escape(self) -> None:
         """Clear the voxel on the first Escape and put the tool away on the second."""

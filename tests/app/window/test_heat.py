@@ -148,13 +148,13 @@ def test_the_card_follows_the_rig(bench: Bench) -> None:
 
 def test_escape_forgets_the_voxel_and_then_puts_the_tool_away(bench: Bench) -> None:
     bench.act("pick")
-    assert bench.viewport.told[-1] == ("picking", True)
+    assert bench.viewport.told[-1] == ("pick", True)
     found = pick(bench)
     bench.viewport.escaped.emit()
     assert bench.session.voxel is None and not found.card.isVisible() and bench.viewport.state.marker is None
     assert bench.workbench.actions["pick"].isChecked()
     bench.viewport.escaped.emit()
-    assert bench.viewport.told[-1] == ("picking", False)
+    assert bench.viewport.told[-1] == ("pick", False)
 
 
 def test_escape_closes_the_card_wherever_the_focus_is(bench: Bench) -> None:

@@ -63,9 +63,7 @@ def test_the_zones_of_the_limits_are_shown_by_choice_and_those_of_a_file_take_th
 
 def test_a_stroke_paints_spots_as_one_undo_step_and_the_check_says_who_stands_there(desk: FullDesk) -> None:
     desk.act("keep_out_paint")
-    assert (
-        desk.viewport.told[-1] == ("painting", True) and desk.workbench.actions["keep_out_shown"].isChecked()
-    )
+    assert desk.viewport.told[-1] == ("paint", True) and desk.workbench.actions["keep_out_shown"].isChecked()
     stroke(desk, ROOF_M, (0.101, 0.2, 1.44), (0.3, 0.2, 1.4404))
     painted = ((*ROOF_M, 0.1), (0.3, 0.2, 1.44, 0.1))
     assert desk.document.rig.keep_out == painted
@@ -101,7 +99,7 @@ def test_from_a_painted_spot_on_the_brush_erases_and_a_stroke_given_up_changes_n
     assert len(desk.document.rig.keep_out) == 1
     desk.viewport.escaped.emit()
     assert (
-        desk.viewport.told[-1] == ("painting", False)
+        desk.viewport.told[-1] == ("paint", False)
         and not desk.workbench.actions["keep_out_paint"].isChecked()
     )
 

@@ -28,7 +28,7 @@ def click(desk: FullDesk, *places: Place | None) -> None:
 
 def test_two_clicks_measure_the_third_begins_anew_and_escape_ends_all(desk: FullDesk) -> None:
     desk.act("measure")
-    assert desk.viewport.told[-1] == ("measuring", True)
+    assert desk.viewport.told[-1] == ("measure", True)
     click(desk, ROOF)
     assert desk.viewport.state.measured == Measured(ROOF)
     click(desk, None)
@@ -40,9 +40,9 @@ def test_two_clicks_measure_the_third_begins_anew_and_escape_ends_all(desk: Full
     assert desk.viewport.state.measured == Measured(FRONT)
     desk.viewport.escaped.emit()
     assert desk.viewport.state.measured is None and not desk.workbench.actions["measure"].isChecked()
-    assert desk.viewport.told[-1] == ("measuring", False) and desk.workbench.status.currentMessage() == ""
+    assert desk.viewport.told[-1] == ("measure", False) and desk.workbench.status.currentMessage() == ""
     desk.viewport.escaped.emit()
-    assert desk.viewport.told[-1] == ("measuring", False)
+    assert desk.viewport.told[-1] == ("measure", False)
 
 
 def test_the_line_follows_a_sensor_that_is_dragged_and_goes_with_one_that_is_deleted(desk: FullDesk) -> None:

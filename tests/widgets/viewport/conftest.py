@@ -1,12 +1,14 @@
 """A view of each kind; what all views share is tried on the quicker one, and with `make slow` on both."""
 
 from collections.abc import Iterator
+from typing import get_args
 
 import pytest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from riglens.widgets.viewport.scene_state import SceneState
+from riglens.widgets.viewport.view import Tool
 from tests.widgets.viewport.views import BOTH, RIG, AnyView, settle, shown
 
 
@@ -24,8 +26,9 @@ def view(opened: tuple[AnyView, SceneState]) -> AnyView:
     """The view as it was opened: with its first camera, and no tool in hand."""
     made, first = opened
     made.cancel_drag()
-    for put_away in (made.set_snap, made.set_picking, made.set_measuring, made.set_painting):
-        put_away(False)
+    for tool in get_args(Tool):
+        made.set_tool(tool, False)
+    made.set_snap(False)
     made.set_placing(upright=False, below_rails=False)
     made.show_state(first)
     settle(made)

@@ -23,7 +23,7 @@ def clicked(view, pixel) -> Place | None:
 
 def test_clicks_find_sensors_body_and_ground_and_select_nothing(view) -> None:
     heard = listen(view)
-    view.set_measuring(True)
+    view.set_tool("measure", True)
     assert clicked(view, pixel_at(view, np.array(LIDAR.position))) == Place(LIDAR.position, "roof", "roof")
     roof_m = np.array([0.0, 0.0, view.state.vehicle.height])
     body = clicked(view, pixel_at(view, roof_m))
@@ -39,12 +39,12 @@ def test_clicks_find_sensors_body_and_ground_and_select_nothing(view) -> None:
 def test_past_everything_nothing_is_measured_and_drags_turn_the_view(view) -> None:
     view.set_view("front")
     settle(view)
-    view.set_measuring(True)
+    view.set_tool("measure", True)
     assert clicked(view, np.array([20.0, 20.0])) is None
     camera, heard = view.state.camera, listen(view)
     drag(view, np.array([60.0, 60.0]), np.array([200.0, 90.0]))
     assert view.state.camera != camera and heard.signals == []
-    view.set_measuring(False)
+    view.set_tool("measure", False)
     QTest.mouseClick(view._canvas, Qt.MouseButton.LeftButton, pos=to_point(view, np.array([20.0, 20.0])))
     assert heard.story() == ["sensor_picked"]
 
@@ -64,7 +64,7 @@ def test_the_line_is_drawn_over_everything_with_its_numbers_inside_the_view(view
 
 
 def test_a_rubber_band_follows_the_mouse_until_the_second_click(view) -> None:
-    view.set_measuring(True)
+    view.set_tool("measure", True)
     change(view, measured=Measured(Place(LIDAR.position, "roof", "roof")))
     texts = view._scene._measure.texts
     assert texts[1] == "click the second point"

@@ -20,7 +20,7 @@ def test_a_stroke_tells_where_it_touches_the_car_and_beside_it_a_drag_turns_the_
     view.brushed.connect(lambda point_m, begins: heard.append((point_m, begins)))
     view.brush_ended.connect(heard.append)
     story, camera = listen(view), view.state.camera
-    view.set_painting(True)
+    view.set_tool("paint", True)
     drag(view, pixel_at(view, ROOF_M), pixel_at(view, ROOF_M - [0.3, 0.0, 0.0]))
     (first, begins), *more, end = heard
     assert begins and first == pytest.approx(ROOF_M, abs=0.06) and end is True
@@ -35,7 +35,7 @@ def test_a_stroke_tells_where_it_touches_the_car_and_beside_it_a_drag_turns_the_
 def test_escape_gives_a_stroke_up(view) -> None:
     heard: list[bool] = []
     view.brush_ended.connect(heard.append)
-    view.set_painting(True)
+    view.set_tool("paint", True)
     QTest.mousePress(view._canvas, Qt.MouseButton.LeftButton, pos=to_point(view, pixel_at(view, ROOF_M)))
     QTest.keyClick(view._canvas, Qt.Key.Key_Escape)
     QTest.mouseRelease(view._canvas, Qt.MouseButton.LeftButton, pos=to_point(view, pixel_at(view, ROOF_M)))
