@@ -6,7 +6,7 @@ frame, and the owner of the plotter renders it.
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import replace
 from time import perf_counter
 
@@ -40,18 +40,13 @@ from riglens.widgets.viewport.scene_state import ALL_FIELDS, SceneState
 from riglens.widgets.viewport.under_mouse import UnderMouse
 from riglens.widgets.viewport.words_layer import WordsLayer
 
-# What each part of the scene is made from, by the names of SceneState's fields.
-_CAR = {"vehicle"}
-_GROUND = {"grid", "palette"}
+# What parts of the scene are made from, by the names of SceneState's fields.
 _BODIES = {"rig", "hidden", "failed", "selected", "also_selected", "show_selection", "palette"}
-_MASTS = {*_BODIES, "masts"} - {"failed"}
-_STUBS = {"rig", "hidden", "ray_look", "stubs"}
 _FANS = {"solid_body", "rig", "hidden", "failed", "selected", "show_selection", "palette"}
 _ALL_FANS = {"grid", "ray_look", "palette"}
 _HEAT = {"heatmap", "skin_gain"}
-_LEGEND = {*_HEAT, "heat_look", "show_legend", "palette"}
-_BACKDROP = ("camera", "grid", "palette", "show_ground", "vehicle")
 _KEY = {"rig", "hidden", "failed", "selected", "show_selection", "show_legend", "ray_look", "palette"}
+_BACKDROP = ("camera", "grid", "palette", "show_ground", "vehicle")
 _CENTRE_PX = 8.0
 """So near to the middle plane a sensor that snaps is put on it."""
 
@@ -123,57 +118,48 @@ class DrawnScene:
         before, self._state = self._state, state
         changed = before.changed(state)
         self._update(changed, before)
-        if changed & _CAR or ("palette" in changed and self._has_car):
+        if "vehicle" in changed or ("palette" in changed and self._has_car):
             self._show_car()
 
     def _update(self, changed: frozenset[str], before: SceneState) -> None:
         """Bring all layers except the car in line with the state, of which these fields have `changed`."""
-        state, palette = self._state, self._state.palette
-        if "palette" in changed:
-            self._stage.backdrop.set_background(palette.background, top=palette.background_top)
-            self._gizmo.set_palette(palette)
-        if changed & _GROUND:
-            self._ground.set_grid(state.grid, palette)
-            self._roi.set_grid(state.grid, palette)
-        if changed & _GROUND or "show_ground" in changed:
-            self._ground.set_shown(state.show_ground)
-        if changed & _BODIES:
-            self._rig.show_bodies(state, self._hovered)
-        if changed & {"ghosts", "palette"}:
-            self._rig.show_ghosts(state)
-        if changed & {*_CAR, "keep_out"}:
-            self._keep_out.show(state.vehicle, state.keep_out)
-        if changed & _MASTS:
-            self._masts.show(state)
-        if changed & _STUBS:
-            self._stubs.show(state)
+        for fields, show in self._parts():
+            if changed & fields:
+                show(self._state)
         if changed & (_FANS | _ALL_FANS):
-            all_fans = bool(changed & _ALL_FANS) or before.other_fans_differ(state)
-            self._rig.show_fans(state, self._quick, others=all_fans)
-        if "heat_look" in changed:
-            self._heatmap.set_look(state.heat_look)
-        if changed & _HEAT:
-            self._heatmap.set_data(state.heatmap if state.skin_gain is None else None)
-        if changed & {*_CAR, "skin_gain"}:
-            self._skin_gain.show(state.vehicle, state.skin_gain)
-        if changed & _LEGEND:
-            self._words.show_legend(state)
-        if "post" in changed:
-            self._post.show(state.post)
-        if "ground_map" in changed:
-            self._ground_map.show(state.ground_map)
-        if changed & {"ground_map", "show_legend", "palette"}:
-            self._words.show_ground_key(state)
-        if changed & _KEY:
-            self._words.show_key(state)
-        if changed & {"caption", "palette"}:
-            self._words.show_caption(state)
-        if changed & {"traffic", "palette"}:
-            self._traffic.set_frame(state.traffic, palette)
-        if changed & {"measured", "palette"}:
-            self._measure.show(state.measured, palette)
-        if changed & {"marker", "palette"}:
-            self._marker.set_marker(state.marker, palette)
+            all_fans = bool(changed & _ALL_FANS) or before.other_fans_differ(self._state)
+            self._rig.show_fans(self._state, self._quick, others=all_fans)
+
+    def _parts(self) -> tuple[tuple[set[str], Callable[[SceneState], None]], ...]:
+        """Return the fields that each part but car and rays is made from, and what makes it, in this order."""
+        words = self._words
+        return (
+            ({"palette"}, self._show_palette),
+            ({"grid", "palette"}, lambda s: self._ground.set_grid(s.grid, s.palette)),
+            ({"grid", "palette"}, lambda s: self._roi.set_grid(s.grid, s.palette)),
+            ({"grid", "palette", "show_ground"}, lambda s: self._ground.set_shown(s.show_ground)),
+            (_BODIES, lambda s: self._rig.show_bodies(s, self._hovered)),
+            ({"ghosts", "palette"}, self._rig.show_ghosts),
+            ({"vehicle", "keep_out"}, lambda s: self._keep_out.show(s.vehicle, s.keep_out)),
+            ({*_BODIES, "masts"} - {"failed"}, self._masts.show),
+            ({"rig", "hidden", "ray_look", "stubs"}, self._stubs.show),
+            ({"heat_look"}, lambda s: self._heatmap.set_look(s.heat_look)),
+            (_HEAT, lambda s: self._heatmap.set_data(s.heatmap if s.skin_gain is None else None)),
+            ({"vehicle", "skin_gain"}, lambda s: self._skin_gain.show(s.vehicle, s.skin_gain)),
+            ({*_HEAT, "heat_look", "show_legend", "palette"}, words.show_legend),
+            ({"post"}, lambda s: self._post.show(s.post)),
+            ({"ground_map"}, lambda s: self._ground_map.show(s.ground_map)),
+            ({"ground_map", "show_legend", "palette"}, words.show_ground_key),
+            (_KEY, words.show_key),
+            ({"caption", "palette"}, words.show_caption),
+            ({"traffic", "palette"}, lambda s: self._traffic.set_frame(s.traffic, s.palette)),
+            ({"measured", "palette"}, lambda s: self._measure.show(s.measured, s.palette)),
+            ({"marker", "palette"}, lambda s: self._marker.set_marker(s.marker, s.palette)),
+        )
+
+    def _show_palette(self, state: SceneState) -> None:
+        self._stage.backdrop.set_background(state.palette.background, top=state.palette.background_top)
+        self._gizmo.set_palette(state.palette)
 
     def _show_car(self) -> None:
         self._body.set_vehicle(self._state.vehicle, self._state.palette)
@@ -320,15 +306,13 @@ class DrawnScene:
         state = self._state
         self._set_coarse()
         self._stage.set_camera(state.camera, 2.0 * float(np.linalg.norm(state.grid.roi_m)) + 20.0)
-        self._ground.arrange(state.camera, self.size, self._pixel_ratio)
         if not (self._quick and self._standing.is_kept(self._place())):
             self._heatmap.arrange(state.camera, self._stage.haze_size, self._quick)
             self._haze, self._cell_m = self._wanted_haze(), self._heatmap.drawn_cell_m
-        self._rig.arrange(state.camera, self.size, self._pixel_ratio)
+        for layer in (self._ground, self._rig, self._marker, self._measure):
+            layer.arrange(state.camera, self.size, self._pixel_ratio)
         self._words.arrange(state, self._cell_m, self.size, self._pixel_ratio)
-        self._marker.arrange(state.camera, self.size, self._pixel_ratio)
         self._masts.arrange(state.camera, self.size, self._pixel_ratio, self._is_behind_car)
-        self._measure.arrange(state.camera, self.size, self._pixel_ratio)
         self._stubs.set_line_width(self._pixel_ratio)
         lit = self._hovered if isinstance(self._hovered, Handle) else None
         self._gizmo.arrange(self.under_mouse.gizmo(), state.gizmo_mode, state.camera, lit)
