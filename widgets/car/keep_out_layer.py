@@ -12,19 +12,19 @@ from vtkmodules.vtkRenderingCore import vtkRenderer
 from riglens.core.rig.model import Spot, Vehicle
 from riglens.widgets.car.keep_out import KeepOut, Zone
 from riglens.widgets.car.layer import mesh_surface
-from riglens.widgets.car.parts import drawn_parts
-from riglens.widgets.drawing.actors import Material, surface_actor
+from riglens.widgets.car.parts import Parts, drawn_parts
+from riglens.widgets.drawing.actors import Material, hidden, surface_actor
 from riglens.widgets.drawing.surface import join, set_normals
 
 ZONE_COLOUR, SPOT_COLOUR = "#f5a524", "#f43f5e"
 _OPACITY, _OFF_M = 0.62, 0.004
 
 
-def skin_parts(vehicle: Vehicle) -> dict[str, pv.PolyData]:
+def skin_parts(vehicle: Vehicle) -> Parts:
     """Return the surfaces of a car by material; that of a mesh file has one without a name."""
     if vehicle.body_mesh is not None:
         return {"": mesh_surface(vehicle.body_mesh.placed(vehicle.mesh))}
-    return {part.material: part.mesh for part in drawn_parts(vehicle)}
+    return drawn_parts(vehicle)
 
 
 class _Skin:
@@ -40,7 +40,7 @@ class _Skin:
     def of(self, zone: Zone) -> list[pv.PolyData]:
         """Return the pieces of a zone; none of a material that the car does not have."""
         if not zone.boxes_m:
-            return [self.parts[zone.material]] if zone.material in self.parts else []
+            return [mesh for name, mesh in self.parts.items() if name == zone.material]
         pieces = []
         for low, high in zone.boxes_m:
             box = vtkBox()
@@ -102,9 +102,8 @@ class KeepOutLayer:
         self._actors = []
         for colour in (ZONE_COLOUR, SPOT_COLOUR):
             actor = surface_actor(pv.PolyData(), Material(colour, ambient=0.55, diffuse=0.45, specular=0.0))
-            actor.prop.opacity, actor.visibility = _OPACITY, False
-            renderer.AddActor(actor)
-            self._actors.append(actor)
+            actor.prop.opacity = _OPACITY
+            self._actors.append(hidden(renderer, actor))
         self._of: Vehicle | None = None
         self._skin: _Skin | None = None
         self._zones: tuple[Zone, ...] | None = None

@@ -15,7 +15,7 @@ from riglens.core.rig.model import Vehicle
 from riglens.widgets.car.materials import baked_actors, car_materials
 from riglens.widgets.car.parts import drawn_parts
 from riglens.widgets.car.stand_in import stand_in_parts
-from riglens.widgets.drawing.actors import rgba_actor, surface_actor
+from riglens.widgets.drawing.actors import exchange, rgba_actor, surface_actor
 from riglens.widgets.drawing.camera import Points, ViewRay
 from riglens.widgets.drawing.surface import join, set_normals
 from riglens.widgets.theme import Palette
@@ -31,36 +31,35 @@ class BodyLayer:
         self._renderer, self._ground_renderer = renderer, ground_renderer
         self._actors: list[pv.Actor] = []
         self._quick_actors: list[pv.Actor] = []
-        self._shadow: pv.Actor | None = None
+        self._shadows: list[pv.Actor] = []
         self._quick = False
         self._solid = pv.PolyData()
         self._locator: vtkStaticCellLocator | None = None
 
     def set_vehicle(self, vehicle: Vehicle, palette: Palette) -> None:
         """Draw a vehicle, with the mesh of its file; where that is missing, a plain box replaces it."""
-        mesh = vehicle.body_mesh
-        if mesh is None:
+        body_mesh = vehicle.body_mesh
+        if body_mesh is None:
             parts = stand_in_parts(vehicle) if vehicle.lacks_mesh else drawn_parts(vehicle)
-            actors = [surface_actor(part.mesh, car_materials(palette)[part.material]) for part in parts]
-            solid, quick = join([part.mesh for part in parts]), baked_actors(parts, palette)
+            actors = [surface_actor(mesh, car_materials(palette)[name]) for name, mesh in parts.items()]
+            solid, quick = join(list(parts.values())), baked_actors(parts, palette)
         else:
-            placed = mesh.placed(vehicle.mesh)
+            placed = body_mesh.placed(vehicle.mesh)
             solid = mesh_surface(placed)
             actors = quick = [_mesh_actor(solid, palette)]
-            if len(mesh.triangles) > _QUICK_TRIANGLES:
+            if len(body_mesh.triangles) > _QUICK_TRIANGLES:
                 quick = [_mesh_actor(mesh_surface(placed.coarse(_QUICK_CELLS)), palette)]
         self._exchange(actors, quick, rgba_actor(shadow_mesh(vehicle), "rgba"))
         self._solid, self._locator = solid, None
 
     def _exchange(self, actors: list[pv.Actor], quick: list[pv.Actor], shadow: pv.Actor) -> None:
-        for actor in dict.fromkeys([*self._actors, *self._quick_actors]):
-            self._renderer.RemoveActor(actor)
-        if self._shadow is not None:
-            self._ground_renderer.RemoveActor(self._shadow)
-        self._actors, self._quick_actors, self._shadow = actors, quick, shadow
-        for actor in dict.fromkeys([*actors, *quick]):
-            self._renderer.AddActor(actor)
-        self._ground_renderer.AddActor(shadow)
+        exchange(
+            self._renderer,
+            dict.fromkeys([*self._actors, *self._quick_actors]),
+            dict.fromkeys([*actors, *quick]),
+        )
+        exchange(self._ground_renderer, self._shadows, [shadow])
+        self._actors, self._quick_actors, self._shadows = actors, quick, [shadow]
         self.set_quick(self._quick)
 
     def set_quick(self, quick: bool) -> None:

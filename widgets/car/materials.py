@@ -6,15 +6,14 @@ out once. Faces that look away are left out.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 
-from riglens.widgets.car.parts import DrawnPart
+from riglens.widgets.car.parts import Parts
 from riglens.widgets.drawing.actors import Material, rgba_actor, surface_colours
 from riglens.widgets.drawing.lights import light_on
+from riglens.widgets.drawing.surface import appended
 from riglens.widgets.theme import Palette, mix
 
 
@@ -39,13 +38,12 @@ _SEEN_INSIDE = "dark"
 """The wheel housings, which are open: they are drawn from both sides."""
 
 
-def baked_actors(parts: Sequence[DrawnPart], palette: Palette) -> list[pv.Actor]:
+def baked_actors(parts: Parts, palette: Palette) -> list[pv.Actor]:
     """Return unlit actors that show the parts as the lights would, without highlights."""
     materials = car_materials(palette)
-    baked = {part.material: baked_mesh(part.mesh, materials[part.material]) for part in parts}
+    baked = {name: baked_mesh(mesh, materials[name]) for name, mesh in parts.items()}
     inside = baked.pop(_SEEN_INSIDE, None)
-    first, *others = baked.values()
-    outside = rgba_actor(first.append_polydata(*others), "rgb")
+    outside = rgba_actor(appended(list(baked.values())), "rgb")
     outside.prop.culling = "back"
     return [outside] if inside is None else [outside, rgba_actor(inside, "rgb")]
 

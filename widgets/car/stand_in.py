@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from riglens.core.rig.model import Vehicle
 from riglens.core.shown_text import visible
 from riglens.core.vehicle.surface import rounded_box
-from riglens.widgets.car.parts import DrawnPart
+from riglens.widgets.car.parts import Parts
 from riglens.widgets.drawing.surface import drawn, join, set_normals
 
 _CLEARANCE, _ROUND = 0.12, 0.06
@@ -22,7 +22,7 @@ _MOST_LETTERS = 40
 Points = NDArray[np.float64]
 
 
-def stand_in_parts(vehicle: Vehicle) -> tuple[DrawnPart, ...]:
+def stand_in_parts(vehicle: Vehicle) -> Parts:
     """Return the box and the words on it."""
     half_x, half_y, low, high = (
         vehicle.length / 2,
@@ -42,7 +42,7 @@ def stand_in_parts(vehicle: Vehicle) -> tuple[DrawnPart, ...]:
         (-ahead, up, middle + (half_y + _INK_M) * left, (vehicle.length, high - low)),
     )
     ink = [_written(words, *face) for face in faces]
-    return DrawnPart("panel", drawn(box)), DrawnPart("trim", join(ink))
+    return {"panel": drawn(box), "trim": join(ink)}
 
 
 def _short_name(body: str) -> str:

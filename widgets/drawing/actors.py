@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, cast
 
@@ -10,7 +11,7 @@ import pyvista as pv
 from numpy.typing import NDArray
 from vtkmodules.util.numpy_support import numpy_to_vtkIdTypeArray, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkDataArray, vtkIdTypeArray
-from vtkmodules.vtkRenderingCore import vtkPolyDataMapper
+from vtkmodules.vtkRenderingCore import vtkPolyDataMapper, vtkProp, vtkRenderer
 
 from riglens.widgets.theme import rgb
 
@@ -95,6 +96,28 @@ def _colour_by_array(actor: pv.Actor, array: str) -> None:
     mapper.SetColorModeToDirectScalars()
     mapper.SetScalarModeToUsePointFieldData()
     mapper.SelectColorArray(array)
+
+
+def hidden(renderer: vtkRenderer, actor: pv.Actor) -> pv.Actor:
+    """Add an actor to a renderer, out of sight until it is shown."""
+    actor.visibility = False
+    renderer.AddActor(actor)
+    return actor
+
+
+def show_mesh(actor: pv.Actor, mesh: pv.PolyData | None) -> None:
+    """Have an actor show a mesh; without one, or without points, it is out of sight."""
+    actor.visibility = mesh is not None and mesh.n_points > 0
+    if mesh is not None and mesh.n_points:
+        actor.mapper.SetInputData(mesh)
+
+
+def exchange(renderer: vtkRenderer, before: Iterable[vtkProp], now: Iterable[vtkProp]) -> None:
+    """Have a renderer show these in place of others."""
+    for prop in before:
+        renderer.RemoveActor(prop)
+    for prop in now:
+        renderer.AddActor(prop)
 
 
 def line_mesh(starts_m: NDArray[Any], ends_m: NDArray[Any]) -> pv.PolyData:

@@ -10,7 +10,7 @@ from vtkmodules.vtkRenderingCore import vtkActor2D, vtkPolyDataMapper2D, vtkText
 
 from riglens.core.shown_text import visible_lines
 from riglens.widgets.drawing.camera import Size
-from riglens.widgets.theme import rgb
+from riglens.widgets.theme import Palette, rgb
 
 _FONTS = f"{matplotlib.get_data_path()}/fonts/ttf"
 FONT_FILE, BOLD_FONT_FILE = f"{_FONTS}/DejaVuSans.ttf", f"{_FONTS}/DejaVuSans-Bold.ttf"
@@ -45,6 +45,14 @@ def text_actor(bold: bool = False, justification: int = 0) -> vtkTextActor:
     font.SetFontFile(BOLD_FONT_FILE if bold else FONT_FILE)
     font.SetJustification(justification)
     return actor
+
+
+def put_on_panel(actor: vtkTextActor, palette: Palette, opacity: float) -> None:
+    """Write in the colour of a palette's text, over a panel of its background."""
+    style = actor.GetTextProperty()
+    style.SetColor(*rgb(palette.text))
+    style.SetBackgroundColor(*rgb(palette.background))
+    style.SetBackgroundOpacity(opacity)
 
 
 def set_words(actor: vtkTextActor, words: str) -> None:

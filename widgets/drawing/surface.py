@@ -27,9 +27,13 @@ def set_normals(mesh: pv.PolyData, normals: Points) -> None:
     mesh.point_data.active_normals_name = "Normals"
 
 
+def appended(meshes: Sequence[pv.PolyData]) -> pv.PolyData:
+    """Return meshes as one, with the arrays that all of them have."""
+    return meshes[0].append_polydata(*meshes[1:]) if len(meshes) > 1 else meshes[0]
+
+
 def join(meshes: Sequence[pv.PolyData]) -> pv.PolyData:
     """Return all meshes as one, with their normals."""
-    full = [mesh for mesh in meshes if mesh.n_cells]
-    joined = full[0].append_polydata(*full[1:]) if len(full) > 1 else full[0]
+    joined = appended([mesh for mesh in meshes if mesh.n_cells])
     joined.point_data.active_normals_name = "Normals"
     return joined

@@ -6,7 +6,7 @@ dimensions has its true size; others are somewhat larger than life. Each is one 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal
@@ -21,7 +21,7 @@ from riglens.core.rig.library import Cylinder, body_of
 from riglens.core.rig.model import Sensor
 from riglens.core.vehicle.surface import lathe, rounded_box
 from riglens.widgets.drawing.actors import rgba_actor
-from riglens.widgets.drawing.surface import drawn
+from riglens.widgets.drawing.surface import appended, drawn
 from riglens.widgets.sensors.appearance import Shape, appearance_of, colour_of
 from riglens.widgets.theme import LINKED_COLOUR, WORST_COLOUR, Palette, mix, rgb
 
@@ -99,7 +99,7 @@ def _puck(colour: str) -> pv.PolyData:
         _tinted(_upright(base), colour), _tinted(_upright(window), _DARK),
         _tinted(_upright(cap), mix(colour, "#ffffff", 0.15)), _tinted(nose, mix(colour, "#000000", 0.25)),
     ]  # fmt: skip
-    return _joined(parts)
+    return appended(parts)
 
 
 def _solid_state(colour: str) -> pv.PolyData:
@@ -112,7 +112,7 @@ def _solid_state(colour: str) -> pv.PolyData:
         for z in (-0.03, -0.01, 0.01, 0.03)
     ]
     parts = [_tinted(body, colour), _tinted(window, _DARK)]
-    return _joined([*parts, *(_tinted(fin, mix(colour, "#000000", 0.35)) for fin in fins)])
+    return appended([*parts, *(_tinted(fin, mix(colour, "#000000", 0.35)) for fin in fins)])
 
 
 def _camera(colour: str) -> pv.PolyData:
@@ -125,7 +125,7 @@ def _camera(colour: str) -> pv.PolyData:
         _tinted(body, colour), _tinted(fin, mix(colour, "#ffffff", 0.35)),
         _tinted(_forward(barrel), _DARK), _tinted(_forward(glass), _LENS),
     ]  # fmt: skip
-    return _joined(parts)
+    return appended(parts)
 
 
 def _upright(profile: list[tuple[float, float]]) -> pv.PolyData:
@@ -146,33 +146,24 @@ def _tinted(mesh: pv.PolyData, colour: str) -> pv.PolyData:
     return flat
 
 
-def _joined(parts: list[pv.PolyData]) -> pv.PolyData:
-    mesh = parts[0]
-    for part in parts[1:]:
-        mesh = mesh.append_polydata(part)
-    return mesh
-
-
-_OFF_OPACITY, FAILED_OPACITY, _GHOST_OPACITY, WORST_OPACITY = 0.45, 0.3, 0.65, 0.6
-NOT_FAINT: Mapping[str, float] = {}
+_OFF_OPACITY, FAILED_OPACITY, PLACED_OPACITY, WORST_OPACITY = 0.45, 0.3, 0.65, 0.6
 
 
 class SensorLayer:
-    """Pucks, boxes and camera bodies by sensor name, and a ghost of one that is about to be placed."""
+    """Pucks, boxes and camera bodies by sensor name."""
 
     def __init__(self, renderer: vtkRenderer) -> None:
         self._renderer = renderer
         self._actors: dict[str, pv.Actor] = {}
         self._looks: dict[str, tuple[object, ...]] = {}
         self._poses: dict[str, Pose] = {}
-        self._ghost: pv.Actor | None = None
 
     def set_sensors(
         self,
-        sensors: list[Sensor],
-        marks: dict[str, Mark],
+        sensors: Sequence[Sensor],
+        marks: Mapping[str, Mark],
         palette: Palette,
-        faint: Mapping[str, float] = NOT_FAINT,
+        faint: Mapping[str, float],
     ) -> None:
         """Show exactly these sensors; those named in `marks` are highlighted, `faint` gives the opacity of ghosts."""
         for gone in self._actors.keys() - {sensor.name for sensor in sensors}:
@@ -188,18 +179,6 @@ class SensorLayer:
         if name in self._actors and self._poses.get(name) != pose:
             self._poses[name] = pose
             self._actors[name].user_matrix = pose.vehicle_SE3_sensor()
-
-    def set_ghost(self, sensor: Sensor | None, palette: Palette) -> None:
-        """Show where a sensor would be placed, or None."""
-        if self._ghost is not None:
-            self._renderer.RemoveActor(self._ghost)
-            self._ghost = None
-        if sensor is not None:
-            self._ghost = self._new_actor(
-                sensor_mesh(sensor_body(sensor), colour_of(sensor.kind), palette, "selected")
-            )
-            self._ghost.prop.opacity = _GHOST_OPACITY
-            self._ghost.user_matrix = sensor.pose.vehicle_SE3_sensor()
 
     def _set_look(self, sensor: Sensor, mark: Mark, palette: Palette, opacity: float) -> None:
         body, colour = sensor_body(sensor), colour_of(sensor.kind)

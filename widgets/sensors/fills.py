@@ -5,6 +5,8 @@ Both are geometry: fields of view and ranges, cut off at the ROI, as if there we
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
@@ -14,7 +16,8 @@ from riglens.core.rig.model import Sensor
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.sensing.rays import Rays, clip_to_roi, sensor_rays
 from riglens.core.sensors.registry import kind_of
-from riglens.widgets.drawing.actors import rgba_actor
+from riglens.widgets.drawing.actors import hidden, rgba_actor, show_mesh
+from riglens.widgets.drawing.surface import appended
 from riglens.widgets.sensors.appearance import appearance_of, ray_colour, selected_ray_colour
 from riglens.widgets.sensors.ray_look import Fill
 from riglens.widgets.theme import Palette, rgb
@@ -45,7 +48,7 @@ def fill_mesh(sensor: Sensor, grid: VoxelGrid, fill: Fill, colour: str, opacity:
             parts.append(pv.PolyData(points, np.insert(quads, 0, quads.shape[1], axis=1).ravel()))
     if not parts:
         return pv.PolyData()
-    mesh = parts[0].append_polydata(*parts[1:]) if parts[1:] else parts[0]
+    mesh = appended(parts)
     points = mesh.points
     rgba = np.append(np.array(rgb(colour)) * 255, 255 * opacity).astype(np.uint8)
     mesh["rgba"] = np.tile(rgba, (len(points), 1))
@@ -126,34 +129,18 @@ class FillsLayer:
     """The surfaces of all sensors that are switched on: those of the selected one stronger."""
 
     def __init__(self, renderer: vtkRenderer) -> None:
-        self._actors = [rgba_actor(pv.PolyData(), "rgba") for _ in range(2)]
+        self._actors = [hidden(renderer, rgba_actor(pv.PolyData(), "rgba")) for _ in range(2)]
         for actor in self._actors:
             actor.force_translucent = True
-            actor.visibility = False
-            renderer.AddActor(actor)
 
-    def set_selected(self, sensor: Sensor | None, grid: VoxelGrid, palette: Palette, fill: Fill) -> None:
-        """Fill the selected sensor's field of view, or nothing."""
-        shown = [] if sensor is None or fill == "none" else [sensor]
-        self._show(
-            1,
-            [
-                fill_mesh(one, grid, fill, selected_ray_colour(one.kind, palette), _OPACITY[fill][1])
-                for one in shown
-            ],
-        )
-
-    def set_others(self, sensors: list[Sensor], grid: VoxelGrid, palette: Palette, fill: Fill) -> None:
-        """Fill the fields of view of the other sensors."""
-        shown = [] if fill == "none" else sensors
-        self._show(
-            0, [fill_mesh(one, grid, fill, ray_colour(one.kind, palette), _OPACITY[fill][0]) for one in shown]
-        )
-
-    def _show(self, which: int, meshes: list[pv.PolyData]) -> None:
+    def show(
+        self, sensors: Sequence[Sensor], is_selected: bool, grid: VoxelGrid, palette: Palette, fill: Fill
+    ) -> None:
+        """Fill the field of view of the selected sensor, or those of all others."""
+        colour = selected_ray_colour if is_selected else ray_colour
+        meshes = [
+            fill_mesh(sensor, grid, fill, colour(sensor.kind, palette), _OPACITY[fill][is_selected])
+            for sensor in (() if fill == "none" else sensors)
+        ]
         full = [mesh for mesh in meshes if mesh.n_points]
-        self._actors[which].visibility = bool(full)
-        if full:
-            self._actors[which].mapper.SetInputData(
-                full[0].append_polydata(*full[1:]) if full[1:] else full[0]
-            )
+        show_mesh(self._actors[is_selected], appended(full) if full else None)

@@ -6,6 +6,7 @@ lines.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +19,7 @@ from riglens.core.scene.grid import VoxelGrid
 from riglens.core.sensing.rays import clip_to_roi, sensor_rays
 from riglens.core.sensors.registry import kind_of
 from riglens.core.vehicle.solid import Solid
-from riglens.widgets.drawing.actors import line_mesh, rgba_actor
+from riglens.widgets.drawing.actors import hidden, line_mesh, rgba_actor, show_mesh
 from riglens.widgets.drawing.camera import OrbitCamera, Size
 from riglens.widgets.sensors.appearance import appearance_of, ray_colour, selected_ray_colour
 from riglens.widgets.sensors.ray_look import Strokes
@@ -206,50 +207,39 @@ class RaysLayer:
     """
 
     def __init__(self, renderer: vtkRenderer) -> None:
-        self._others, self._selected = (_FanLines(renderer, width_px) for width_px in _WIDTHS_PX)
+        self._fans = tuple(_FanLines(renderer, width_px) for width_px in _WIDTHS_PX)
 
     def set_line_width(self, width_px: float) -> None:
         """Set the width of the lines, for pictures of higher resolution."""
-        for fan in (self._others, self._selected):
+        for fan in self._fans:
             fan.set_width(width_px)
 
     def arrange(self, camera: OrbitCamera, size: Size, pixel_ratio: float) -> None:
         """Draw fainter rays where they crowd: from far away, and where a camera sees all of them side on."""
         pixel_m = pixel_ratio * camera.metres_per_pixel(np.array(camera.focal_m), size)
         level = 1.0 - (1.0 - _THINNEST) * camera.from_the_side
-        for fan in (self._others, self._selected):
+        for fan in self._fans:
             fan.set_opacity(level * min(1.0, (_NEAR_PIXEL_M / pixel_m) ** 0.5), level)
 
-    def set_selected(
+    def show(
         self,
-        sensor: Sensor | None,
+        sensors: Sequence[Sensor],
+        is_selected: bool,
         grid: VoxelGrid,
         palette: Palette,
         strokes: Strokes,
         solid: Solid | None = None,
     ) -> None:
-        """Draw the fan of the selected sensor, or none; rays end at the solid."""
-        fan = Fan(pv.PolyData(), pv.PolyData())
-        if sensor is not None:
-            colour = selected_ray_colour(sensor.kind, palette)
-            fan = fan_of(sensor, grid, strokes, colour, True, solid, _rings_on(palette))
-        self._selected.show(fan, palette.seam)
-
-    def set_others(
-        self,
-        sensors: list[Sensor],
-        grid: VoxelGrid,
-        palette: Palette,
-        strokes: Strokes,
-        solid: Solid | None = None,
-    ) -> None:
-        """Draw the fans of the sensors that are not selected; rays end at the solid."""
+        """Draw the fan of the selected sensor, or those of all others; rays end at the solid."""
+        colour = selected_ray_colour if is_selected else ray_colour
         fans = [
-            fan_of(sensor, grid, strokes, ray_colour(sensor.kind, palette), False, solid, _rings_on(palette))
+            fan_of(
+                sensor, grid, strokes, colour(sensor.kind, palette), is_selected, solid, _rings_on(palette)
+            )
             for sensor in sensors
         ]
         rays, edges = (_joined([fan[part] for fan in fans]) for part in (0, 1))
-        self._others.show(Fan(rays, edges), palette.seam)
+        self._fans[is_selected].show(Fan(rays, edges), palette.seam)
 
 
 class _FanLines:
@@ -258,12 +248,10 @@ class _FanLines:
     def __init__(self, renderer: vtkRenderer, width_px: float) -> None:
         self._width_px = width_px
         self.rays, self.seams, self.edges = (
-            rgba_actor(pv.PolyData(), name) for name in ("rgba", "seam", "rgba")
+            hidden(renderer, rgba_actor(pv.PolyData(), name)) for name in ("rgba", "seam", "rgba")
         )
         for actor in (self.rays, self.seams, self.edges):
             actor.force_translucent = True
-            actor.visibility = False
-            renderer.AddActor(actor)
         self.set_width(1.0)
 
     def set_width(self, width_px: float) -> None:
@@ -284,6 +272,4 @@ class _FanLines:
             below[:, :3] = np.array(rgb(seam)) * 255
             fan.edges["seam"] = below
         for actor, mesh in ((self.rays, fan.rays), (self.seams, fan.edges), (self.edges, fan.edges)):
-            actor.visibility = mesh.n_points > 0
-            if mesh.n_points:
-                actor.mapper.SetInputData(mesh)
+            show_mesh(actor, mesh)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from riglens.core.scene.boxes import CLASSES
-from riglens.widgets.drawing.actors import rgba_actor
+from riglens.widgets.drawing.actors import exchange, rgba_actor
 from riglens.widgets.theme import Palette, mix, rgb
 from riglens.widgets.traffic.frame import STANDING_COLOUR, ShownFrame, colour_of
 from riglens.widgets.traffic.shapes import shape_of
@@ -37,12 +37,10 @@ class TrafficLayer:
 
     def set_frame(self, frame: ShownFrame | None, palette: Palette) -> None:
         """Show another frame, or none."""
-        for actor in self._actors:
-            self._renderer.RemoveActor(actor)
-        self._actors = [] if frame is None else [*_solids(frame, palette), *_returns(frame, palette)]
-        for actor in self._actors:
-            actor.prop.point_size = _POINT_PX * self._pixel_ratio
-            self._renderer.AddActor(actor)
+        actors = [] if frame is None else [*_solids(frame, palette), *_returns(frame, palette)]
+        exchange(self._renderer, self._actors, actors)
+        self._actors = actors
+        self.set_pixel_ratio(self._pixel_ratio)
 
 
 def box_colours(frame: ShownFrame, palette: Palette) -> list[str]:

@@ -9,7 +9,7 @@ from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from riglens.core.rig.model import Vehicle
 from riglens.widgets.car.keep_out_layer import skin_parts
-from riglens.widgets.drawing.actors import Material, surface_actor
+from riglens.widgets.drawing.actors import Material, hidden, surface_actor
 from riglens.widgets.drawing.surface import join, set_normals
 from riglens.widgets.heatmap.scale import HeatmapData, Values, colour_rows, colours
 
@@ -24,9 +24,8 @@ class GainLayer:
     """One surface over the car; other values at the same spots change its colours alone."""
 
     def __init__(self, renderer: vtkRenderer) -> None:
-        self._actor = surface_actor(pv.PolyData(), Material("#ffffff", 0.6, 0.4, 0.0))
-        self._actor.visibility = False
-        renderer.AddActor(self._actor)
+        actor = surface_actor(pv.PolyData(), Material("#ffffff", 0.6, 0.4, 0.0), "gain")
+        self._actor = hidden(renderer, actor)
         self._made: tuple[Vehicle, Values] | None = None
         self.mesh = pv.PolyData()
         self._nearest: NDArray[np.int64] = np.zeros(0, np.int64)
@@ -49,10 +48,6 @@ class GainLayer:
         shown[:, 3] = np.where(np.isnan(data.values)[self._nearest], 0, 255)
         self.mesh["gain"] = shown
         self._actor.mapper.SetInputData(self.mesh)
-        self._actor.mapper.ScalarVisibilityOn()
-        self._actor.mapper.SetColorModeToDirectScalars()
-        self._actor.mapper.SetScalarModeToUsePointFieldData()
-        self._actor.mapper.SelectColorArray("gain")
 
 
 def _near_skin(vehicle: Vehicle, spots_m: Values) -> tuple[pv.PolyData, NDArray[np.int64]]:

@@ -13,7 +13,7 @@ import pyvista as pv
 from vtkmodules.vtkRenderingCore import vtkProp, vtkRenderer, vtkTexture
 
 from riglens.core.scene.grid import VoxelGrid
-from riglens.widgets.drawing.actors import line_mesh, plain_actor
+from riglens.widgets.drawing.actors import exchange, hidden, line_mesh, plain_actor
 from riglens.widgets.drawing.camera import OrbitCamera, Size
 from riglens.widgets.theme import Palette, mix
 from riglens.widgets.viewport.ground_map import GroundMap
@@ -42,24 +42,19 @@ class GroundLayer:
 
     def set_grid(self, grid: VoxelGrid, palette: Palette) -> None:
         """Draw the ground for a ROI: grid lines reach the next 10 m beyond it."""
-        for actor in self._actors:
-            self._renderer.RemoveActor(actor)
-        for actor in self._triad:
-            self._triad_renderer.RemoveActor(actor)
         half_x, half_y = (_STEP_M * math.ceil(length / 2 / _STEP_M) for length in grid.roi_m[:2])
         fine, strong = _grid_lines(half_x, half_y)
         self._labels = _Labels(half_x, half_y)
-        self._actors = [
+        actors = [
             plain_actor(_plane(half_x, half_y), color=palette.ground, lighting=False),
             plain_actor(fine, color=palette.grid_line, lighting=False),
             plain_actor(strong, color=palette.grid_line_strong, lighting=False),
             plain_actor(self._labels.mesh, color=mix(palette.text, palette.ground, 0.35), lighting=False),
         ]
-        for actor in self._actors:
-            self._renderer.AddActor(actor)
-        self._triad = _triad(palette)
-        for actor in self._triad:
-            self._triad_renderer.AddActor(actor)
+        triad = _triad(palette)
+        exchange(self._renderer, self._actors, actors)
+        exchange(self._triad_renderer, self._triad, triad)
+        self._actors, self._triad = actors, triad
 
     def set_shown(self, shown: bool) -> None:
         """Show ground and axes, or leave them out."""
@@ -152,34 +147,29 @@ class RoiLayer:
     """ROI box outline; rebuilt when the grid or the palette changes."""
 
     def __init__(self, renderer: vtkRenderer) -> None:
-        self._renderer = renderer
-        self._actor: pv.Actor | None = None
+        self._actor = plain_actor(pv.PolyData(), lighting=False, line_width=1)
+        renderer.AddActor(self._actor)
 
     def set_grid(self, grid: VoxelGrid, palette: Palette) -> None:
         """Outline a grid's ROI."""
-        if self._actor is not None:
-            self._renderer.RemoveActor(self._actor)
         low = np.array(grid.origin_m)
         high = low + np.array(grid.roi_m)
         bounds = (low[0], high[0], low[1], high[1], low[2], high[2])
-        outline = pv.Box(bounds).extract_all_edges()
-        self._actor = plain_actor(outline, color=palette.roi, lighting=False, line_width=1)
-        self._renderer.AddActor(self._actor)
+        self._actor.mapper.SetInputData(pv.Box(bounds).extract_all_edges())
+        self._actor.prop.color = palette.roi
 
 
 class GroundMapLayer:
     """One rectangle with a picture on it, so that a map of any size costs a frame next to nothing."""
 
     def __init__(self, renderer: vtkRenderer) -> None:
-        self._actor = plain_actor(pv.PolyData(), lighting=False, color="#ffffff")
+        self._actor = hidden(renderer, plain_actor(pv.PolyData(), lighting=False, color="#ffffff"))
         self._actor.force_translucent = True
-        self._actor.visibility = False
         self._image, texture = pv.ImageData(dimensions=(1, 1, 1)), vtkTexture()
         texture.SetInputData(self._image)
         texture.SetColorModeToDirectScalars()
         texture.InterpolateOff()
         self._actor.SetTexture(texture)
-        renderer.AddActor(self._actor)
         self._placed: object = None
 
     @property

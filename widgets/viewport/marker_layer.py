@@ -7,7 +7,7 @@ import numpy as np
 import pyvista as pv
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
-from riglens.widgets.drawing.actors import Material, mapper_of, surface_actor
+from riglens.widgets.drawing.actors import Material, hidden, plain_actor, surface_actor
 from riglens.widgets.drawing.camera import OrbitCamera, Size
 from riglens.widgets.theme import Palette, rgb
 from riglens.widgets.viewport.scene_state import Marker, Post
@@ -24,13 +24,8 @@ class MarkerLayer:
 
     def __init__(self, overlay: vtkRenderer) -> None:
         cube = pv.Cube().extract_all_edges()
-        self._actors = tuple(pv.Actor(mapper=mapper_of(cube)) for _ in _WIDTHS_PX)
+        self._actors = tuple(hidden(overlay, plain_actor(cube, lighting=False)) for _ in _WIDTHS_PX)
         self._marker: Marker | None = None
-        for actor in self._actors:
-            actor.prop.lighting = False
-            actor.pickable = False
-            actor.visibility = False
-            overlay.AddActor(actor)
 
     def set_marker(self, marker: Marker | None, palette: Palette) -> None:
         """Point out another cube, or none."""
@@ -57,10 +52,9 @@ class PostLayer:
         mesh = pv.Cylinder(
             center=(0.0, 0.0, 0.5), direction=(0.0, 0.0, 1.0), radius=1.0, height=1.0, resolution=48
         )
-        self._actor = surface_actor(mesh, Material(UNSEEN_COLOUR, ambient=0.5, diffuse=0.5))
+        actor = surface_actor(mesh, Material(UNSEEN_COLOUR, ambient=0.5, diffuse=0.5))
+        self._actor = hidden(main, actor)
         self._actor.prop.opacity = _POST_OPACITY
-        self._actor.visibility = False
-        main.AddActor(self._actor)
 
     def show(self, post: Post | None) -> None:
         """Point out another object, or none."""

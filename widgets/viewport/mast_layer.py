@@ -10,10 +10,10 @@ import pyvista as pv
 from numpy.typing import NDArray
 from vtkmodules.vtkRenderingCore import vtkRenderer, vtkTextActor
 
-from riglens.widgets.drawing.actors import line_mesh, plain_actor
+from riglens.widgets.drawing.actors import hidden, line_mesh, plain_actor, show_mesh
 from riglens.widgets.drawing.camera import OrbitCamera, Size
-from riglens.widgets.drawing.label import place_text, set_words, text_actor
-from riglens.widgets.theme import Palette, rgb
+from riglens.widgets.drawing.label import place_text, put_on_panel, set_words, text_actor
+from riglens.widgets.theme import DARK
 from riglens.widgets.viewport.masts import Mast
 from riglens.widgets.viewport.scene_state import SceneState
 
@@ -40,9 +40,8 @@ class StubsLayer:
     """Rays of a sensor that end at the car, in a warning colour; gone as soon as the sensor is elsewhere."""
 
     def __init__(self, main: vtkRenderer) -> None:
-        self._actor = plain_actor(pv.PolyData(), color=STUB_COLOUR, lighting=False, opacity=_STUB_OPACITY)
-        self._actor.visibility = False
-        main.AddActor(self._actor)
+        look = {"color": STUB_COLOUR, "lighting": False, "opacity": _STUB_OPACITY}
+        self._actor = hidden(main, plain_actor(pv.PolyData(), **look))
 
     def show(self, state: SceneState) -> None:
         """Draw the stubs of a state from the current places of the sensors."""
@@ -65,15 +64,14 @@ class MastLayer:
     def __init__(self, main: vtkRenderer, overlay: vtkRenderer) -> None:
         self._overlay = overlay
         colours = (EDGE_COLOUR, MAST_COLOUR)
-        self._free = tuple(plain_actor(pv.PolyData(), color=c, lighting=False) for c in colours)
-        self._buried = tuple(plain_actor(pv.PolyData(), color=c, lighting=False) for c in colours)
-        for renderer, actors in ((main, self._free), (overlay, self._buried)):
-            for actor in actors:
-                actor.visibility = False
-                renderer.AddActor(actor)
+        self._free, self._buried = (
+            tuple(hidden(where, plain_actor(pv.PolyData(), color=c, lighting=False)) for c in colours)
+            for where in (main, overlay)
+        )
         self._labels: list[vtkTextActor] = []
         self._shown: list[tuple[Mast, Points, bool]] = []
         self._drawn: tuple[object, ...] = ()
+        self._palette = DARK
 
     def show(self, state: SceneState) -> None:
         """Draw the masts of the sensors that are shown, from where these are now."""
@@ -94,10 +92,8 @@ class MastLayer:
             ends = [ends for mast, ends, _ in self._shown if mast.is_buried == is_buried]
             lines = _lines(np.stack(ends)) if ends else None
             for actor in actors:
-                actor.visibility = lines is not None
-                if lines is not None:
-                    actor.mapper.SetInputData(lines)
-        self._colour_labels(state.palette)
+                show_mesh(actor, lines)
+        self._palette = state.palette
 
     def arrange(self, camera: OrbitCamera, size: Size, pixel_ratio: float, is_hidden: IsHidden) -> None:
         """Put labels next to masts: that of the selected sensor in full, then those of the longest, while there is
@@ -107,36 +103,20 @@ class MastLayer:
                 actor.prop.line_width = width_px * pixel_ratio
         wanted = [] if size[0] < 2 else _placed(self._shown, camera, size, _FONT_PX * pixel_ratio, is_hidden)
         while len(self._labels) < len(wanted):
-            self._add_label()
+            self._labels.append(text_actor())
+            self._overlay.AddViewProp(self._labels[-1])
         for number, label in enumerate(self._labels):
             label.SetVisibility(number < len(wanted))
             if number < len(wanted):
                 words, (left, low, _, high) = wanted[number]
                 set_words(label, f" {words} ")
+                put_on_panel(label, self._palette, 0.85)
                 place_text(label, left, low + 0.28 * (high - low), _FONT_PX * pixel_ratio)
 
     @property
     def label_texts(self) -> list[str]:
         """Return the labels in sight."""
         return [label.GetInput().strip() for label in self._labels if label.GetVisibility()]
-
-    def _add_label(self) -> None:
-        label = text_actor()
-        label.SetPickable(False)
-        self._overlay.AddViewProp(label)
-        self._labels.append(label)
-        self._colour_label(label)
-
-    def _colour_labels(self, palette: Palette) -> None:
-        self._palette = palette
-        for label in self._labels:
-            self._colour_label(label)
-
-    def _colour_label(self, label: vtkTextActor) -> None:
-        style = label.GetTextProperty()
-        style.SetColor(*rgb(self._palette.text))
-        style.SetBackgroundColor(*rgb(self._palette.background))
-        style.SetBackgroundOpacity(0.85)
 
 
 def _placed(

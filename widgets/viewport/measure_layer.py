@@ -9,10 +9,10 @@ import pyvista as pv
 from numpy.typing import NDArray
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
-from riglens.widgets.drawing.actors import line_mesh, plain_actor
+from riglens.widgets.drawing.actors import hidden, line_mesh, plain_actor, show_mesh
 from riglens.widgets.drawing.camera import OrbitCamera, Size
-from riglens.widgets.drawing.label import place_text, set_words, text_actor, text_width_px
-from riglens.widgets.theme import AXIS_COLOURS, MEASURE_COLOUR, Palette, rgb
+from riglens.widgets.drawing.label import place_text, put_on_panel, set_words, text_actor, text_width_px
+from riglens.widgets.theme import AXIS_COLOURS, MEASURE_COLOUR, Palette
 from riglens.widgets.viewport.measured import LEAST_M, Measured, Place, measured_lines
 
 _LINE_PX, _LEG_PX, _DROP_PX = 2.4, 2.4, 1.2
@@ -27,16 +27,18 @@ class MeasureLayer:
     def __init__(self, overlay: vtkRenderer) -> None:
         self._widths_px = (_LINE_PX, _DROP_PX, *(_LEG_PX,) * 3)
         colours = (MEASURE_COLOUR, MEASURE_COLOUR, *AXIS_COLOURS)
-        self._lines = [plain_actor(pv.PolyData(), color=colour, lighting=False) for colour in colours]
-        self._ends = [plain_actor(pv.Sphere(radius=1.0), color=colours[0], lighting=False) for _ in range(2)]
+        self._lines = [
+            hidden(overlay, plain_actor(pv.PolyData(), color=colour, lighting=False)) for colour in colours
+        ]
+        self._ends = [
+            hidden(overlay, plain_actor(pv.Sphere(radius=1.0), color=MEASURE_COLOUR, lighting=False))
+            for _ in range(2)
+        ]
         self._text = text_actor()
         self._text.GetTextProperty().SetLineSpacing(1.25)
         self._text.SetVisibility(False)
         self._found: Measured | None = None
         self._palette: Palette | None = None
-        for actor in (*self._lines, *self._ends):
-            actor.pickable = actor.visibility = False
-            overlay.AddActor(actor)
         overlay.AddViewProp(self._text)
 
     def show(self, found: Measured | None, palette: Palette) -> None:
@@ -44,9 +46,7 @@ class MeasureLayer:
         self._found, self._palette = found, palette
         self._lines[0].prop.opacity = _BAND_OPACITY if found is not None and found.second is None else 1.0
         for actor, ends in zip(self._lines, _segments(found), strict=True):
-            actor.visibility = bool(len(ends))
-            if len(ends):
-                actor.mapper.SetInputData(line_mesh(ends[:, 0], ends[:, 1]))
+            show_mesh(actor, line_mesh(ends[:, 0], ends[:, 1]))
         places = () if found is None else found.places
         for number, actor in enumerate(self._ends):
             actor.visibility = number < len(places)
@@ -55,10 +55,7 @@ class MeasureLayer:
         self._text.SetVisibility(found is not None)
         if found is not None:
             set_words(self._text, "\n".join(f" {line} " for line in measured_lines(found)))
-            style = self._text.GetTextProperty()
-            style.SetColor(*rgb(palette.text))
-            style.SetBackgroundColor(*rgb(palette.background))
-            style.SetBackgroundOpacity(0.88)
+            put_on_panel(self._text, palette, 0.88)
 
     def aim(self, place: Place | None) -> bool:
         """Stretch a rubber band from the first place to the one under the mouse; whether that changed anything."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,14 +13,14 @@ from riglens.core.geometry import Pose
 from riglens.core.rig.model import Sensor
 from riglens.core.vehicle.housings import with_housings
 from riglens.core.vehicle.solid import solid_of
-from riglens.widgets.drawing.actors import mapper_of
+from riglens.widgets.drawing.actors import hidden, plain_actor, show_mesh
 from riglens.widgets.drawing.camera import OrbitCamera, Size
 from riglens.widgets.gizmo.drag import Handle
 from riglens.widgets.sensors.appearance import ray_colour
-from riglens.widgets.sensors.bodies import FAILED_OPACITY, WORST_OPACITY, Mark, SensorLayer
+from riglens.widgets.sensors.bodies import FAILED_OPACITY, PLACED_OPACITY, WORST_OPACITY, Mark, SensorLayer
 from riglens.widgets.sensors.fills import FillsLayer
 from riglens.widgets.sensors.rays import RaysLayer
-from riglens.widgets.theme import LINKED_COLOUR, Palette, rgb
+from riglens.widgets.theme import LINKED_COLOUR, Palette
 from riglens.widgets.viewport.scene_state import SceneState
 
 _LINK_PX = 1.5
@@ -30,11 +31,8 @@ class RigLayer:
 
     def __init__(self, renderer: vtkRenderer, rays: vtkRenderer) -> None:
         self._sensors, self._fills, self._rays = SensorLayer(renderer), FillsLayer(rays), RaysLayer(rays)
-        self._ghosts = SensorLayer(renderer)
-        self._links = pv.Actor(mapper=mapper_of(pv.Line()))
-        self._links.prop.color, self._links.prop.lighting = rgb(LINKED_COLOUR), False
-        self._links.visibility = False
-        renderer.AddActor(self._links)
+        self._ghosts, self._placed = SensorLayer(renderer), SensorLayer(renderer)
+        self._links = hidden(renderer, plain_actor(pv.PolyData(), color=LINKED_COLOUR, lighting=False))
         self.set_line_width(1.0)
 
     def set_line_width(self, width_px: float) -> None:
@@ -55,10 +53,8 @@ class RigLayer:
 
     def _show_links(self, pairs: list[tuple[str, str]], state: SceneState) -> None:
         """Draw a line between the two sensors of each pair."""
-        self._links.visibility = bool(pairs)
-        if pairs:
-            places_m = np.array([state.rig.sensor(name).position for pair in pairs for name in pair])
-            self._links.mapper.SetInputData(pv.line_segments_from_points(places_m))
+        places_m = np.array([state.rig.sensor(name).position for pair in pairs for name in pair])
+        show_mesh(self._links, pv.line_segments_from_points(places_m) if pairs else None)
 
     def show_fans(self, state: SceneState, quick: bool, others: bool = True) -> None:
         """Rebuild the rays, fewer while something moves; those of sensors that are not selected only with `others`."""
@@ -68,16 +64,15 @@ class RigLayer:
         palette, solid = state.palette, None
         if state.solid_body is not None:
             solid = with_housings(solid_of(state.solid_body), state.rig.obstacles)
+        if others:
+            strokes = look.of_others(len(rest), quick)
+            self._rays.show(rest if look.shown else (), False, grid, palette, strokes, solid)
+            self._fills.show(rest, False, grid, palette, look.fill)
         if selected is not None and not state.show_selection:
             palette = replace(palette, selected=ray_colour(selected.kind, palette))
-        strokes = look.of_selected(quick)
-        self._rays.set_selected(selected if look.shown else None, grid, palette, strokes, solid)
-        self._fills.set_selected(selected, grid, palette, look.fill)
-        if others:
-            casting = rest if look.shown else []
-            strokes = look.of_others(len(casting), quick)
-            self._rays.set_others(casting, grid, state.palette, strokes, solid)
-            self._fills.set_others(rest, grid, state.palette, look.fill)
+        chosen = [] if selected is None else [selected]
+        self._rays.show(chosen if look.shown else (), True, grid, palette, look.of_selected(quick), solid)
+        self._fills.show(chosen, True, grid, palette, look.fill)
 
     def arrange(self, camera: OrbitCamera, size: Size, pixel_ratio: float) -> None:
         """Fit the rays to the viewing direction."""
@@ -89,10 +84,16 @@ class RigLayer:
 
     def show_ghosts(self, state: SceneState) -> None:
         """Show the sensors of the worst draw next to those of the rig."""
-        names = [sensor.name for sensor in state.ghosts]
-        faint, marks = dict.fromkeys(names, WORST_OPACITY), dict[str, Mark](dict.fromkeys(names, "worst"))
-        self._ghosts.set_sensors(list(state.ghosts), marks, state.palette, faint)
+        _show_alike(self._ghosts, state.ghosts, "worst", WORST_OPACITY, state.palette)
 
     def set_ghost(self, sensor: Sensor | None, palette: Palette) -> None:
         """Show where a sensor that is not in the rig would be placed, or None."""
-        self._sensors.set_ghost(sensor, palette)
+        sensors = [] if sensor is None else [sensor]
+        _show_alike(self._placed, sensors, "selected", PLACED_OPACITY, palette)
+
+
+def _show_alike(
+    layer: SensorLayer, sensors: Sequence[Sensor], mark: Mark, opacity: float, palette: Palette
+) -> None:
+    names = [sensor.name for sensor in sensors]
+    layer.set_sensors(sensors, dict.fromkeys(names, mark), palette, dict.fromkeys(names, opacity))

@@ -6,7 +6,15 @@ import numpy as np
 from vtkmodules.vtkRenderingCore import vtkActor2D, vtkRenderer, vtkTextActor
 
 from riglens.widgets.drawing.camera import Pixel, Size
-from riglens.widgets.drawing.label import Plate, place_text, set_words, text_actor, text_width_px, unit_px
+from riglens.widgets.drawing.label import (
+    Plate,
+    place_text,
+    put_on_panel,
+    set_words,
+    text_actor,
+    text_width_px,
+    unit_px,
+)
 from riglens.widgets.heatmap.legend import Box, LegendLayer, Spot
 from riglens.widgets.sensors.ray_key import KeyEntry, RayKeyLayer, entries_of
 from riglens.widgets.theme import Palette, mix, rgb
@@ -132,12 +140,9 @@ class EchoLayer:
         self._actor.SetVisibility(bool(text))
         if not text:
             return
-        style = self._actor.GetTextProperty()
-        style.SetFontSize(round(_ECHO_PX * pixel_ratio))
-        style.SetColor(*rgb(palette.text))
-        style.SetBackgroundColor(*rgb(palette.background))
-        style.SetBackgroundOpacity(0.88)
-        style.SetLineSpacing(1.25)
+        put_on_panel(self._actor, palette, 0.88)
+        self._actor.GetTextProperty().SetFontSize(round(_ECHO_PX * pixel_ratio))
+        self._actor.GetTextProperty().SetLineSpacing(1.25)
         set_words(self._actor, "\n".join(f" {line} " for line in text.split("\n")))
         width, height = text_size_px(text, pixel_ratio)
         x = min(pixel[0] + _ECHO_OFFSET_PX[0] * pixel_ratio, size[0] - width)

@@ -141,9 +141,9 @@ def layer() -> Iterator[RaysLayer]:
 def drawn(layer: RaysLayer, look: RayLook, quick: bool = False) -> tuple[list[int], list[int]]:
     """Number of lines and largest opacity of the selected sensor's fan, and of ten others."""
     others = [CAMERA, MANY_BEAMS] * 5
-    layer.set_selected(LIDAR, GRID, DARK, look.of_selected(quick))
-    layer.set_others(others, GRID, DARK, look.of_others(len(others), quick))
-    drawn = [(fan.rays, fan.edges) for fan in (layer._selected, layer._others)]
+    layer.show([LIDAR], True, GRID, DARK, look.of_selected(quick))
+    layer.show(others, False, GRID, DARK, look.of_others(len(others), quick))
+    drawn = [(fan.rays, fan.edges) for fan in reversed(layer._fans)]
     meshes = [[pv.wrap(actor.mapper.GetInput()) for actor in fan] for fan in drawn]
     lines = [sum(mesh.n_lines for mesh in fan) for fan in meshes]
     return lines, [max(int(mesh["rgba"][:, 3].max()) for mesh in fan) for fan in meshes]
@@ -206,8 +206,8 @@ def test_labels_on_the_ground_grow_with_the_distance_as_long_as_there_is_room(pi
 
 @pytest.mark.parametrize("palette", [DARK, LIGHT])
 def test_rings_of_a_lidar_that_is_not_selected_stand_out_from_the_ground(layer, palette):
-    layer.set_others([LIDAR], GRID, palette, RayLook().of_others(7))
-    ring = np.asarray(pv.wrap(layer._others.edges.mapper.GetInput())["rgba"])[0] / 255.0
+    layer.show([LIDAR], False, GRID, palette, RayLook().of_others(7))
+    ring = np.asarray(pv.wrap(layer._fans[False].edges.mapper.GetInput())["rgba"])[0] / 255.0
     shown = ring[3] * ring[:3] + (1.0 - ring[3]) * np.array(rgb(palette.ground))
     assert contrast(shown, rgb(palette.ground)) > 1.8
 
