@@ -28,6 +28,15 @@ _PERSON = (
 _BOX = ((-0.5, -0.5), (-0.5, 0.5), (0.5, 0.5), (0.5, -0.5))
 _PROFILES = (_CAR, _RIDER, _PERSON, _BOX)
 """Outlines from the side (x, z), by class; the last one for everything else."""
+_FACES = (
+    ((8, 0, 1), (8, 1, 2), (8, 2, 3), (3, 4, 5), (8, 3, 5), (8, 5, 6), (6, 7, 8)),
+    ((8, 0, 1), (8, 1, 2), (8, 2, 3), (3, 4, 5), (3, 5, 6), (8, 3, 6), (6, 7, 8)),
+    (
+        (10, 0, 1), (10, 1, 2), (10, 2, 3), (10, 3, 4), (10, 4, 5), (5, 6, 7), (10, 5, 7), (10, 7, 8), (8, 9, 10),
+    ),
+    ((3, 0, 1), (1, 2, 3)),
+)  # fmt: skip
+"""Triangles that fill each outline, by the numbers of its corners."""
 _INSET = (0.86, 0.7, 0.8, 1.0)
 """Width of the upper edge as a part of the box's."""
 
@@ -49,45 +58,5 @@ def shape_of(cls: int) -> Solid:
             np.stack([here, there + count, here + count], axis=1),
         ]
     )
-    face = _filled(outline)
+    face = np.array(_FACES[kind])
     return np.concatenate([left, right]), np.concatenate([sides, face, face[:, ::-1] + count])
-
-
-def _filled(outline: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return triangles (k - 2, 3) that fill a simple outline (k, 2), by cutting off ears."""
-    left, found = list(range(len(outline))), []
-    sign = np.sign(_area(outline))
-    while len(left) > 3:
-        for place in range(len(left)):
-            a, b, c = left[place - 1], left[place], left[(place + 1) % len(left)]
-            if _is_ear(outline, left, (a, b, c), sign):
-                found.append((a, b, c))
-                left.pop(place)
-                break
-        else:
-            break
-    return np.array([*found, tuple(left[:3])], np.int64)
-
-
-def _area(outline: NDArray[np.float64]) -> float:
-    x, z = outline[:, 0], outline[:, 1]
-    return float((x * np.roll(z, -1) - np.roll(x, -1) * z).sum())
-
-
-def _is_ear(outline: NDArray[np.float64], left: list[int], corner: tuple[int, int, int], sign: float) -> bool:
-    """Return whether a corner sticks out and holds no other corner."""
-    a, b, c = (outline[number] for number in corner)
-    if _area(np.array([a, b, c])) * sign <= 0.0:
-        return False
-    others = [outline[number] for number in left if number not in corner]
-    return not any(_is_within(point, a, b, c, sign) for point in others)
-
-
-def _is_within(
-    point: NDArray[np.float64],
-    a: NDArray[np.float64],
-    b: NDArray[np.float64],
-    c: NDArray[np.float64],
-    sign: float,
-) -> bool:
-    return all(_area(np.array([p, q, point])) * sign >= 0.0 for p, q in ((a, b), (b, c), (c, a)))
