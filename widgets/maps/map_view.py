@@ -38,8 +38,8 @@ from riglens.widgets.maps.map_items import (
     outside_mark,
     roi_rectangle,
 )
-from riglens.widgets.maps.paint import SHARE_MAP, argb, colours, draw_message, image_of, small_font
-from riglens.widgets.panels.controls.style import tones
+from riglens.widgets.maps.paint import SHARE_MAP, argb, colours, draw_message, image_of
+from riglens.widgets.panels.controls.style import small_font, tones
 
 if TYPE_CHECKING:  # made by the thread that counts, which loads the compiler
     from riglens.core.targets.ground import GroundView
@@ -185,7 +185,7 @@ class MapPicture(QWidget):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         look, view = tones(), self.plane
         painter.fillRect(self.rect(), QColor(look.field))
-        painter.setFont(small_font(painter))
+        painter.setFont(small_font(painter.font()))
         painter.save()
         painter.setClipRect(view.area)
         self._draw_cells(painter, view)

@@ -13,7 +13,7 @@ from PySide6.QtCore import QEvent, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QImage, QMouseEvent, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QWidget
 
-from riglens.widgets.panels.controls.style import numbers_font, tones
+from riglens.widgets.panels.controls.style import small_font, tones
 from riglens.widgets.theme import Tones
 
 SHARE_MAP, RANGE_MAP = "viridis", "turbo"
@@ -40,14 +40,6 @@ def image_of(pixels: NDArray[np.uint32]) -> QImage:
     data = np.ascontiguousarray(pixels, np.uint32)
     rows, columns = data.shape
     return QImage(data.data, columns, rows, 4 * columns, QImage.Format.Format_ARGB32).copy()
-
-
-def small_font(painter: QPainter) -> QFont:
-    """Return the widget's font, a little smaller, with figures of equal width."""
-    font = numbers_font(painter.font())
-    font.setPointSizeF(max(7.0, font.pointSizeF() - 1.0))
-    font.setBold(False)
-    return font
 
 
 def draw_tag(painter: QPainter, at: QPointF, text: str, ink: QColor, paper: QColor) -> None:
@@ -147,7 +139,7 @@ class ImageView(QWidget):
         look = tones()
         painter.fillRect(self.rect(), QColor(look.panel))
         if not self.image_area.isEmpty():
-            painter.setFont(small_font(painter))
+            painter.setFont(small_font(painter.font()))
             painter.save()
             self.draw(painter, look)
             painter.restore()

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QFont, QFontMetricsF, QMouseEvent, QPainter, QPaintEvent, QPen
+from PySide6.QtGui import QColor, QFontMetricsF, QMouseEvent, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QWidget
 
 from riglens.widgets.panels.compare.model import CompareModel, CompareRow, ScoreColumn
-from riglens.widgets.panels.controls.style import numbers_font, plain_tip, tones
+from riglens.widgets.panels.controls.style import plain_tip, small_font, tones
 from riglens.widgets.theme import RIG_COLOURS, Tones
 
 WIDEST_PX, FILLED = 64.0, 0.78
@@ -112,13 +112,13 @@ class CompareChart(QWidget):
 
     def _has_room_for_numbers(self, area: QRectF) -> bool:
         step = area.width() / max(1, len(self._rows))
-        return area.height() > 4 * _LINE_PX and step > QFontMetricsF(self._font()).horizontalAdvance(
-            "−888.88 %"
-        )
+        return area.height() > 4 * _LINE_PX and step > QFontMetricsF(
+            small_font(self.font())
+        ).horizontalAdvance("−888.88 %")
 
     def legend(self) -> list[tuple[QRectF, str, str]]:
         """Return the entries that fit into a few lines: place, key, name."""
-        metrics = QFontMetricsF(self._font())
+        metrics = QFontMetricsF(small_font(self.font()))
         entries: list[tuple[QRectF, str, str]] = []
         x, line = _EDGE_PX, 0
         for row in self._rows:
@@ -136,11 +136,6 @@ class CompareChart(QWidget):
         places = [place for place, _, _ in self.legend()]
         return (places[-1].top() - 4.0) / _LINE_PX + 1.0 if places else 0.0
 
-    def _font(self) -> QFont:
-        font = numbers_font(self.font())
-        font.setPointSizeF(max(7.0, font.pointSizeF() - 1.0))
-        return font
-
     def colour_of(self, key: str) -> QColor:
         """Return the colour of a rig by its place in the list, not the order shown; faint when others are selected."""
         keys = [row.key for row in self._model.rows]
@@ -154,7 +149,7 @@ class CompareChart(QWidget):
     def paintEvent(self, event: QPaintEvent) -> None:
         painter, look = QPainter(self), tones()
         painter.fillRect(self.rect(), QColor(look.field))
-        painter.setFont(self._font())
+        painter.setFont(small_font(self.font()))
         self._draw_legend(painter, look)
         for chart in self.charts():
             self._draw_chart(painter, chart, look)

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QFont, QMouseEvent, QPainter, QPaintEvent, QPen, QPolygonF
+from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen, QPolygonF
 from PySide6.QtWidgets import QWidget
 
 from riglens.widgets.heatmap.scale import number_text, tick_values
 from riglens.widgets.panels.compare.chart import side_by_side
-from riglens.widgets.panels.controls.style import numbers_font, plain_tip, tones
+from riglens.widgets.panels.controls.style import plain_tip, small_font, tones
 
 _EDGE_PX, _GAP_PX, _LINE_PX, _DOT_PX, _NEAR_PX = 8.0, 22.0, 15.0, 4.5, 10.0
 _TICK_PX, _BETWEEN_PX, _PAD = 42.0, 8.0, 0.08
@@ -153,7 +153,7 @@ class Plots(QWidget):
         painter, look = QPainter(self), tones()
         painter.fillRect(self.rect(), QColor(look.field))
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.setFont(self._font())
+        painter.setFont(small_font(self.font()))
         for plot, frame, place in self._frames():
             painter.setPen(QColor(look.text))
             title = painter.fontMetrics().elidedText(
@@ -173,11 +173,6 @@ class Plots(QWidget):
             for dot in plot.dots:
                 self._draw_dot(painter, frame.at(dot.x, dot.y), dot)
         painter.end()
-
-    def _font(self) -> QFont:
-        font = numbers_font(self.font())
-        font.setPointSizeF(max(7.0, font.pointSizeF() - 1.0))
-        return font
 
     def _draw_ticks(self, painter: QPainter, frame: _Frame) -> None:
         """Draw a labelled line for each round value, as many as fit without their numbers touching."""
