@@ -173,7 +173,7 @@ def test_any_sequence_of_edits_ends_exact_to_the_last_bit(opened: Open) -> None:
     bench.act("undo")
     bench.settle()
     assert numbers(bench) == fresh_numbers(bench)
-    assert not bench.panels.scores.is_estimate
+    assert not bench.panels.scores.table.cell("car", "seen").is_italic
 
 
 def test_a_quick_engine_never_answers_coarsely(opened: Open, timed: type[TimedEngine]) -> None:
@@ -268,7 +268,6 @@ def test_coarse_numbers_are_marked_have_no_change_and_cannot_be_copied(
     opened: Open, timed: type[TimedEngine]
 ) -> None:
     with coarse_shown(opened, timed) as bench:
-        assert bench.panels.scores.is_estimate
         for key, cell in cells(bench).items():
             assert cell.is_italic, key
             assert cell.text == "…" if key.endswith("change") else cell.text.startswith("≈ "), key
@@ -315,7 +314,7 @@ def test_an_approximation_older_than_what_is_shown_is_dropped(opened: Open) -> N
     bench.document.set_enabled(("roof",), False)
     bench.settle()
     bench.workbench.answers.take_approximation(old[0])
-    assert not bench.panels.scores.is_estimate
+    assert not bench.panels.scores.table.cell("car", "seen").is_italic
     assert bench.workbench.status.state.text() == "exact"
 
 

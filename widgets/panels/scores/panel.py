@@ -57,7 +57,6 @@ class ScoresPanel(QWidget):
         as_panel(self)
         self._settings = settings
         self._is_stale = True
-        self._is_estimate = False
         self._baseline = LAST_SAVED
         self.table = ScoreTable()
         self.table.forget_counted(NOT_COUNTED_NOTE)
@@ -144,7 +143,7 @@ class ScoresPanel(QWidget):
 
     def show_scores(self, scores: Scores, baseline: Scores) -> None:
         """Show up-to-date scores and their change against those of the baseline."""
-        self._is_stale = self._is_estimate = False
+        self._is_stale = False
         self.table.show_scores(scores, baseline, self._settings)
 
     def show_counted(self, on_target: Cells, predicted: PredictedCells) -> None:
@@ -166,12 +165,12 @@ class ScoresPanel(QWidget):
 
     def show_estimate(self, scores: Scores) -> None:
         """Show rough scores until the exact ones arrive; until then there is nothing to copy."""
-        self._is_stale = self._is_estimate = True
+        self._is_stale = True
         self.table.show_estimate(scores)
 
     def show_pending(self) -> None:
         """Show no scores until there are some."""
-        self._is_stale, self._is_estimate = True, False
+        self._is_stale = True
         self.table.show_pending()
 
     def set_stale(self) -> None:
@@ -184,11 +183,6 @@ class ScoresPanel(QWidget):
     def is_stale(self) -> bool:
         """Return whether the numbers are greyed."""
         return self._is_stale
-
-    @property
-    def is_estimate(self) -> bool:
-        """Return whether the numbers are rough ones."""
-        return self._is_estimate
 
     # ------------------------------------------------------------------ what the user does
     def _on_weight(self, value: float) -> None:
