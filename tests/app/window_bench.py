@@ -121,12 +121,6 @@ class FakeViewport(View):
     def set_tool(self, tool: Tool, is_on: bool) -> None:
         self.told.append((tool, is_on))
 
-    def set_snap(self, snap: bool) -> None:
-        self.told.append(("snap", snap))
-
-    def set_placing(self, upright: bool, below_rails: bool) -> None:
-        self.told.append(("placing", upright, below_rails))
-
     def begin_placing(self) -> bool:
         self.told.append(("place",))
         self.placing_changed.emit(True)

@@ -74,7 +74,6 @@ class ViewController:
         self._scene, self._view = scene, view
         self._changed, self._boxing, self._ask_menu = changed, boxing, ask_menu
         self._held: _Held | None = None
-        self._snap = False
         self._inverted = False
         self._button: Button = "none"
         self._pressed: Pixel = (0.0, 0.0)
@@ -102,16 +101,12 @@ class ViewController:
     @property
     def snaps(self) -> bool:
         """Return whether a drag or a placing ends on round numbers now."""
-        return self._snap != self._inverted
+        return self._scene.state.snap != self._inverted
 
     def takes(self, key: str) -> bool:
         """Return whether a key says how far the arrow or ring goes that is being dragged."""
         drag = self._held.drag if self._held else None
         return key in _TYPED and drag is not None and drag.handle.kind != "plane"
-
-    def set_snap(self, snap: bool) -> None:
-        """Set whether drags end on round numbers; holding Ctrl inverts this."""
-        self._snap = snap
 
     def set_tool(self, tool: Tool, is_on: bool) -> None:
         """Take a tool in hand, or put it away if it is the one in hand."""

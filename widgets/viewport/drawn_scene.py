@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from riglens.core.geometry import Pose, Vec3
 from riglens.core.rig.groups import Poses
 from riglens.core.rig.model import Sensor
-from riglens.core.vehicle.placing import FREE, PlacingRules, placed
+from riglens.core.vehicle.placing import placed
 from riglens.widgets.car.keep_out_layer import KeepOutLayer
 from riglens.widgets.car.layer import BodyLayer
 from riglens.widgets.drawing.camera import WIDEST_M, OrbitCamera, Pixel, Size, ViewRay, framed, view_camera
@@ -88,7 +88,6 @@ class DrawnScene:
         self._gizmo = GizmoActors(stage.overlay, palette)
         self._rig.set_line_width(pixel_ratio)
         self._has_car = False
-        self._placing = FREE
         self._update(ALL_FIELDS, self._state)
 
     @property
@@ -250,10 +249,6 @@ class DrawnScene:
         """Return what is under each pixel of the picture."""
         return UnderMouse(self._state, self.size, self._pixel_ratio)
 
-    def set_placing(self, upright: bool, below_rails: bool) -> None:
-        """Say how sensors are put on the car: level, and through narrow things on the roof."""
-        self._placing = PlacingRules(upright=upright, below_rails=below_rails)
-
     def place_at(self, pixel: Pixel) -> Place | None:
         """Return the place to measure from under a pixel: a sensor's middle, else the car or the ground before it, or
         None."""
@@ -289,7 +284,7 @@ class DrawnScene:
     def pose_on_body(self, pixel: Pixel, sensor: Sensor, snap: bool = False) -> Pose | None:
         """Return the pose of a sensor on the car under a pixel, on round places with `snap`; None off the car."""
         self._bring_car()
-        rules, ray = self._placing, self._state.camera.ray(pixel, self.size)
+        rules, ray = self._state.placing, self._state.camera.ray(pixel, self.size)
         hit = self._body.hit(ray)
         if snap and hit is not None:
             pixel_m = self._state.camera.metres_per_pixel(hit[0], self.size) * self._pixel_ratio

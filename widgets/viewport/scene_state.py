@@ -9,6 +9,7 @@ from riglens.core.geometry import Pose, Vec3
 from riglens.core.rig.groups import Poses, centre_m
 from riglens.core.rig.model import Rig, Sensor, Vehicle
 from riglens.core.scene.grid import VoxelGrid
+from riglens.core.vehicle.placing import FREE, PlacingRules
 from riglens.widgets.car.keep_out import KeepOut
 from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.gizmo.drag import GizmoMode, Space
@@ -67,7 +68,8 @@ class SceneState:
     get no handles. A plain box is drawn of a vehicle whose mesh file has not been read. Rays end at the `solid_body`,
     where there is one. Without `show_selection` the selected sensor has the colour of its kind, but still the rays of
     a selected one. `skin_gain` colours the car by values at spots on its skin, in place of the heatmap. `ghosts` are
-    sensors that are not in the rig, to be seen beside those that are.
+    sensors that are not in the rig, to be seen beside those that are. With `snap` drags end on round numbers, 0.05 m
+    and 5 degrees; `placing` says how sensors are put on the car.
     """
 
     vehicle: Vehicle = field(default_factory=Vehicle)
@@ -97,6 +99,8 @@ class SceneState:
     gizmo_mode: GizmoMode = "both"
     gizmo_space: Space = "local"
     show_gizmo: bool = True
+    snap: bool = False
+    placing: PlacingRules = FREE
     show_ground: bool = True
     show_selection: bool = True
     ray_look: RayLook = DEFAULT_RAYS

@@ -104,14 +104,6 @@ class View(QWidget):
         """Take a tool in hand, or put it away if it is: then clicks select sensors again."""
 
     @abstractmethod
-    def set_snap(self, snap: bool) -> None:
-        """Make drags end on round numbers: 0.05 m and 5 degrees."""
-
-    @abstractmethod
-    def set_placing(self, upright: bool, below_rails: bool) -> None:
-        """Set how sensors are mounted on the car: level, and on the roof below narrow parts."""
-
-    @abstractmethod
     def begin_placing(self) -> bool:
         """Make the selected sensor follow the mouse over the car until a click; False when none is selected."""
 

@@ -111,16 +111,10 @@ class ViewportBase(View):
         )
         self.request_render()
 
-    def set_snap(self, snap: bool) -> None:
-        self._controller.set_snap(snap)
-
     @property
     def snaps(self) -> bool:
         """Return whether sensors put on the car snap to round places."""
         return self._controller.snaps
-
-    def set_placing(self, upright: bool, below_rails: bool) -> None:
-        self._scene.set_placing(upright, below_rails)
 
     def cancel_drag(self) -> bool:
         return self._controller.cancel()

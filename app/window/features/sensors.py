@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from html import escape
 from typing import Any
@@ -23,6 +24,7 @@ from riglens.core.rig.library import Entry, default_library, sensor_from_model
 from riglens.core.rig.model import Rig
 from riglens.core.sensors.registry import AnyKind, kind_of, kinds, shown_kinds
 from riglens.core.shown_text import visible
+from riglens.core.vehicle.placing import PlacingRules
 from riglens.widgets.panels.controls.icons import icon
 from riglens.widgets.panels.controls.menus import add_entry
 from riglens.widgets.panels.sensors.library import LibraryList
@@ -254,7 +256,9 @@ class Placing(Feature):
 
     def _set_rules(self) -> None:
         """Pass the ticked mounting options to the view."""
-        self.viewport.set_placing(*(self.actions[key].isChecked() for key in RULES))
+        upright, below_rails = (self.actions[key].isChecked() for key in RULES)
+        placing = PlacingRules(upright=upright, below_rails=below_rails)
+        self.viewport.show_state(replace(self.viewport.state, placing=placing))
 
     def add(self, model: str, pose: Pose) -> None:
         """Add a sensor of a library model at a pose and select it."""

@@ -93,8 +93,7 @@ class Views(Feature):
             frame=self.frame,
             frame_all=self.frame_all,
             ortho=self.set_ortho,
-            snap=self.set_snap,
-            **dict.fromkeys((*GIZMOS, "local"), self.set_gizmo),
+            **dict.fromkeys((*GIZMOS, "local", "snap"), self.set_gizmo),
             **{view: partial(self.viewport.set_view, view) for view in VIEWS},
         )
         views = bench.places.add_submenu("view/looks", "View from", [self.actions[key] for key in VIEWS])
@@ -108,15 +107,12 @@ class Views(Feature):
         bench.places.add_to_toolbar("views", menu_button("view_from", "frame", tip, menu))
 
     def set_gizmo(self) -> None:
-        """Show the ticked handles in the view."""
+        """Show the ticked handles in the view, and have drags snap or not."""
         actions = self.actions
         mode = next(key for key in GIZMOS if actions[key].isChecked())
         space: Space = "local" if actions["local"].isChecked() else "world"
-        self.viewport.show_state(replace(self.viewport.state, gizmo_mode=mode, gizmo_space=space))
-
-    def set_snap(self) -> None:
-        """Turn snapping of drags on or off."""
-        self.viewport.set_snap(self.actions["snap"].isChecked())
+        snap, state = actions["snap"].isChecked(), self.viewport.state
+        self.viewport.show_state(replace(state, gizmo_mode=mode, gizmo_space=space, snap=snap))
 
     def frame(self) -> None:
         """Frame the selected sensors, or the car with all its sensors."""
@@ -151,7 +147,6 @@ class Views(Feature):
         self.actions["local"].setChecked(settings.read("gizmo/local", False))
         self.actions["snap"].setChecked(settings.read("gizmo/snap", False))
         self.set_gizmo()
-        self.set_snap()
         camera = camera_of(settings.read("view/camera", {}))
         if camera is not None:
             self.look(camera)

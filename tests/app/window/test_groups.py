@@ -10,6 +10,7 @@ from pytestqt.qtbot import QtBot
 from riglens.app.window.settings import Settings
 from riglens.core.geometry import Pose
 from riglens.core.rig.edits import linked, mirrored_pose
+from riglens.core.vehicle.placing import PlacingRules
 from tests.app.window.desk import FullDesk, full_desk
 from tests.app.window_bench import CAMERA, LIDAR, RIG
 
@@ -153,11 +154,11 @@ def test_a_right_click_on_nothing_opens_the_menu_of_the_view_and_keeps_the_selec
 def test_how_sensors_are_put_on_the_car_is_chosen_and_kept(qtbot: QtBot) -> None:
     kept = Settings()
     with full_desk(qtbot, kept=kept) as bench:
-        assert ("placing", False, False) in bench.viewport.told
+        assert bench.viewport.state.placing == PlacingRules()
         bench.act("place_upright")
-        assert bench.viewport.told[-1] == ("placing", True, False)
+        assert bench.viewport.state.placing == PlacingRules(upright=True)
         bench.act("place_below_rails")
-        assert bench.viewport.told[-1] == ("placing", True, True)
+        assert bench.viewport.state.placing == PlacingRules(upright=True, below_rails=True)
         bench.features.placing.keep(kept)
     with full_desk(qtbot, kept=kept) as bench:
-        assert ("placing", True, True) in bench.viewport.told
+        assert bench.viewport.state.placing == PlacingRules(upright=True, below_rails=True)

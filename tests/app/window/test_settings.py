@@ -48,7 +48,7 @@ def test_what_was_chosen_is_there_again_the_next_time(qtbot: QtBot, tmp_path: Pa
         assert bench.session.heat == HeatChoice("entropy", "bicycle")
         assert bench.workbench.actions["rotate"].isChecked() and bench.workbench.actions["local"].isChecked()
         assert (bench.viewport.state.gizmo_mode, bench.viewport.state.gizmo_space) == ("rotate", "local")
-        assert bench.workbench.actions["snap"].isChecked() and ("snap", True) in bench.viewport.told
+        assert bench.workbench.actions["snap"].isChecked() and bench.viewport.state.snap
         assert bench.viewport.state.camera == OrbitCamera((1.0, 2.0, 3.0), 25.0, 30.0, 40.0, True)
         assert bench.workbench.docks["Scene"].isHidden()
 

@@ -28,8 +28,6 @@ def view(opened: tuple[AnyView, SceneState]) -> AnyView:
     made.cancel_drag()
     for tool in get_args(Tool):
         made.set_tool(tool, False)
-    made.set_snap(False)
-    made.set_placing(upright=False, below_rails=False)
     made.show_state(first)
     settle(made)
     return made

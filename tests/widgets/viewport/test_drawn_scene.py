@@ -12,6 +12,7 @@ import pyvista as pv
 
 from riglens.core.rig.model import Lidar, LinearAngles, Rig, Vehicle
 from riglens.core.scene.grid import VoxelGrid
+from riglens.core.vehicle.placing import PlacingRules
 from riglens.widgets.car.keep_out import KeepOut, Zone
 from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.heatmap.scale import HeatLook, HeatmapData
@@ -102,6 +103,8 @@ CHANGES: list[tuple[dict[str, Any], set[str]]] = [
     ({"gizmo_mode": "move"}, set()),
     ({"gizmo_space": "world"}, set()),
     ({"show_gizmo": False}, set()),
+    ({"snap": True}, set()),
+    ({"placing": PlacingRules(upright=True)}, set()),
     ({"show_ground": False}, {"ground.set_shown"}),
     ({"show_selection": False}, {"masts.show", "rig.show_bodies", "rig.show_fans of the selected sensor"}),
     ({"fixed": frozenset({"roof"})}, set()),

@@ -14,6 +14,7 @@ from riglens.core.geometry import Pose
 from riglens.core.rig.edits import linked
 from riglens.core.rig.library import sensor_from_model
 from riglens.core.rig.model import Rig
+from riglens.core.vehicle.placing import PlacingRules
 from riglens.core.vehicle.profiles import reference_vehicle
 from riglens.widgets.gizmo.drag import Handle, along_axis_m, gizmo_axes
 from riglens.widgets.panels.sensors.library import MODEL_MIME
@@ -348,7 +349,7 @@ def test_a_ring_of_several_turns_them_about_their_centre_as_one_body(view, space
 
 def test_a_group_snaps_by_how_far_it_goes_so_round_places_stay_round(view):
     change(view, gizmo_mode="move", gizmo_space="world", **BOTH)
-    view.set_snap(True)
+    change(view, snap=True)
     heard = listen(view)
     start = handle_pixel(view, Handle("move", 2))
     drag(view, start, start + np.array([0.0, -40.0]))
@@ -392,7 +393,7 @@ def test_dragging_a_plane_moves_the_sensor_in_that_plane_only(view):
 
 def test_with_snapping_a_drag_ends_on_round_numbers_and_ctrl_inverts_it(view):
     change(view, gizmo_mode="move", gizmo_space="world")
-    view.set_snap(True)
+    change(view, snap=True)
     heard = listen(view)
     start = handle_pixel(view, Handle("move", 2))
     drag(view, start, start + np.array([0.0, -33.0]), release=False)
@@ -492,11 +493,11 @@ def place(view, position_m, key=NO_KEY) -> None:
 
 def test_placing_snaps_to_the_grid_and_the_middle_line_and_ctrl_inverts_it(view):
     heard = listen(view)
-    view.set_snap(True)
+    change(view, snap=True)
     place(view, (-0.512, 0.021, 1.45))
     x_m, y_m, _ = heard.pose().position_m
     assert y_m == 0.0 and x_m == round(round(x_m / 0.05) * 0.05, 9)
-    view.set_snap(False)
+    change(view, snap=False)
     place(view, (-0.512, 0.321, 1.45), CTRL)
     x_m, y_m, _ = heard.pose().position_m
     assert all(value == round(round(value / 0.05) * 0.05, 9) for value in (x_m, y_m)) and y_m != 0.0
@@ -509,7 +510,7 @@ def test_placing_can_keep_sensors_upright(view):
     slope = (1.5, -0.2, 0.85)
     place(view, slope)
     assert abs(heard.pose().rpy_deg[1]) > 3.0
-    view.set_placing(upright=True, below_rails=False)
+    change(view, placing=PlacingRules(upright=True))
     place(view, slope)
     assert heard.pose().rpy_deg == (0.0, 0.0, 0.0)
 
@@ -520,7 +521,7 @@ def test_placing_can_ignore_the_rails_on_the_roof_and_so_does_a_drop(view):
     settle(view)
     rail = tuple(pixel_at(view, (-1.0, 0.5875, 1.78)))
     on_rail = place_at(view, rail, "generic-16")
-    view.set_placing(upright=False, below_rails=True)
+    change(view, placing=PlacingRules(below_rails=True))
     on_roof = place_at(view, rail, "generic-16")
     assert abs(on_rail.rpy_deg[0]) > 30.0  # the rail is round
     assert abs(on_roof.rpy_deg[0]) < 20.0 and abs(on_roof.position_m[1] - 0.5875) < 0.06
