@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QColor, QPalette
 from PySide6.QtWidgets import QGridLayout, QLabel, QWidget
 
 from riglens.core.scene.boxes import CLASSES
 from riglens.widgets.panels.controls.building import plain_label
-from riglens.widgets.panels.controls.style import numbers_font, tones
+from riglens.widgets.panels.controls.style import numbers_font
 from riglens.widgets.panels.scores.text import NONE
 from riglens.widgets.panels.sensors.losses import MEASURES, Known, Measure, class_change
 
@@ -66,7 +65,7 @@ class MarginalView(QWidget):
     def set_stale(self, stale: bool) -> None:
         """Grey the numbers because the rig has changed, or show them as current."""
         for cell in self._cells.values():
-            _colour(cell, tones().muted if stale else tones().text)
+            cell.setEnabled(not stale)
 
     def text_of(self, class_name: str, key: Measure) -> str:
         """Return the text of a cell."""
@@ -83,9 +82,3 @@ def _label(text: str, muted: bool = False) -> QLabel:
     label.setFont(numbers_font(label.font()))
     label.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
     return label
-
-
-def _colour(label: QLabel, colour: str) -> None:
-    palette = label.palette()
-    palette.setColor(QPalette.ColorRole.WindowText, QColor(colour))
-    label.setPalette(palette)
