@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from html import escape
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
@@ -86,7 +84,7 @@ class SensorViewPanel(QWidget):
 
     def set_frames(self, count: int) -> None:
         """Set the number of frames; the chosen one stays if it is still valid."""
-        with self._silent():
+        with QSignalBlocker(self.frame), QSignalBlocker(self.slider):
             self.frame.setRange(0, max(0, count - 1))
             self.slider.setRange(0, max(0, count - 1))
             self.slider.setValue(self.frame.value())
@@ -96,7 +94,7 @@ class SensorViewPanel(QWidget):
 
     def choose_frame(self, number: int) -> None:
         """Choose another frame without asking for its picture."""
-        with self._silent():
+        with QSignalBlocker(self.frame), QSignalBlocker(self.slider):
             self.frame.setValue(number)
             self.slider.setValue(self.frame.value())
 
@@ -137,14 +135,7 @@ class SensorViewPanel(QWidget):
         self.colouring.setVisible(page is self.ranges)
 
     def _choose(self, frame: int) -> None:
-        with self._silent():
+        with QSignalBlocker(self.frame), QSignalBlocker(self.slider):
             self.frame.setValue(frame)
             self.slider.setValue(frame)
         self.frame_chosen.emit(frame)
-
-    @contextmanager
-    def _silent(self) -> Iterator[None]:
-        blockers = [QSignalBlocker(widget) for widget in (self.frame, self.slider)]
-        yield
-        for blocker in blockers:
-            blocker.unblock()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import QCheckBox, QGridLayout, QLabel, QPushButton, QSlider, QWidget
 
 from riglens.widgets.heatmap.scale import DEFAULT_LOOK, HeatLook, HeatmapData, value_text
@@ -123,8 +123,7 @@ class HeatPanel(LookPanel):
     def set_look(self, look: HeatLook) -> None:
         """Set the sliders to a look, and signal it."""
         widgets = (self.threshold, self.opacity, self.log, self.sliced, self.bottom, self.thickness)
-        for widget in widgets:
-            widget.blockSignals(True)
+        blockers = [QSignalBlocker(widget) for widget in widgets]
         self.threshold.setValue(round(look.threshold * _STEPS))
         self.opacity.setValue(round(look.opacity * _STEPS))
         self.log.setChecked(look.log)
@@ -134,8 +133,7 @@ class HeatPanel(LookPanel):
         self.thickness.setRange(1, self._layers)
         self.bottom.setValue(round(low_m / self._cell_m))
         self.thickness.setValue(round((high_m - low_m) / self._cell_m))
-        for widget in widgets:
-            widget.blockSignals(False)
+        del blockers
         self._on_changed()
 
     @property
@@ -209,13 +207,11 @@ class RaysPanel(LookPanel):
         """Set check box and sliders to a look, and signal it."""
         self._fill = look.fill
         widgets = (self.shown, self.opacity, self.density)
-        for widget in widgets:
-            widget.blockSignals(True)
+        blockers = [QSignalBlocker(widget) for widget in widgets]
         self.shown.setChecked(look.shown)
         self.opacity.setValue(round(look.opacity * _PERCENT))
         self.density.setValue(_step(look.density))
-        for widget in widgets:
-            widget.blockSignals(False)
+        del blockers
         self._on_changed()
 
     @property

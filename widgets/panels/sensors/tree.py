@@ -12,6 +12,7 @@ from PySide6.QtCore import (
     QModelIndex,
     QPersistentModelIndex,
     QPoint,
+    QSignalBlocker,
     QSize,
     Qt,
     Signal,
@@ -100,43 +101,38 @@ class SensorList(QTreeWidget):
         Rows are rebuilt only when sensors are added or removed, never while one of them is edited.
         """
         shown = (rig.sensors, hidden, locked, tones())
-        self.blockSignals(True)
         if shown != self._shown:
             if self._shown[-1:] != shown[-1:]:
                 self._kinds = []  # other colours: rebuild every row
             self._shown, self._hidden, self._locked = shown, hidden, locked
             self._enabled = frozenset(sensor.name for sensor in rig.sensors if sensor.enabled)
             self._rig = rig
-            self._show_rows(rig)
+            self._show_rows()
         self._show_selection(selection)
-        self.blockSignals(False)
 
     def show_problems(self, problems: Mapping[str, str]) -> None:
         """Mark the sensors with problems, and name them in their tooltips."""
         if problems != self._problems:
             self._problems = dict(problems)
-            self.blockSignals(True)
-            self._show_rows(self._rig)
-            self.blockSignals(False)
+            self._show_rows()
 
     def set_failed(self, failed: frozenset[str]) -> None:
         """Mark the sensors that are taken as failed."""
         if failed != self._failed:
             self._failed = failed
-            self.blockSignals(True)
-            self._show_rows(self._rig)
-            self.blockSignals(False)
+            self._show_rows()
 
     def _show_selection(self, selection: Names) -> None:
         """Select these rows and no others."""
         self._selection = selection
-        if not selection:
-            self.setCurrentIndex(QModelIndex())
-            self.clearSelection()
-            return
-        for name, item in self._items.items():
-            item.setSelected(name in selection)
-        self.setCurrentItem(self._items[selection[-1]], NAME, QItemSelectionModel.SelectionFlag.NoUpdate)
+        with QSignalBlocker(self):
+            if not selection:
+                self.setCurrentIndex(QModelIndex())
+                self.clearSelection()
+                return
+            for name, item in self._items.items():
+                item.setSelected(name in selection)
+            self.setCurrentItem(self._items[selection[-1]], NAME, QItemSelectionModel.SelectionFlag.NoUpdate)
 
     @property
     def chosen(self) -> Names:
@@ -152,11 +148,10 @@ class SensorList(QTreeWidget):
     def show_losses(self, losses: Mapping[str, Loss]) -> None:
         """Show the losses without each sensor, as far as known; bars are relative to the largest loss."""
         largest = max((loss.size for loss in losses.values() if loss.size is not None), default=0.0)
-        self.blockSignals(True)
-        for name, loss in losses.items():
-            if name in self._items:
-                show_loss(self._items[name], loss, largest)
-        self.blockSignals(False)
+        with QSignalBlocker(self):
+            for name, loss in losses.items():
+                if name in self._items:
+                    show_loss(self._items[name], loss, largest)
 
     def show_measure(self, measure: Measure) -> None:
         """Say in which measure losses are."""
@@ -170,13 +165,13 @@ class SensorList(QTreeWidget):
 
     def set_losses_stale(self) -> None:
         """Grey the losses: they belong to an earlier rig."""
-        self.blockSignals(True)
-        for row in self._rows:
-            set_loss_stale(row)
-        self.blockSignals(False)
+        with QSignalBlocker(self):
+            for row in self._rows:
+                set_loss_stale(row)
 
     # ------------------------------------------------------------------ rows
-    def _show_rows(self, rig: Rig) -> None:
+    def _show_rows(self) -> None:
+        blocker, rig = QSignalBlocker(self), self._rig
         names = [sensor.kind for sensor in rig.sensors]
         if names != self._kinds:
             self._kinds, self._lines = names, []
@@ -189,6 +184,7 @@ class SensorList(QTreeWidget):
         self._lines = lines
         self._has_links = any(sensor.mirror_of is not None for sensor in rig.sensors)
         self._fit_names()
+        blocker.unblock()
 
     def _state_of(self, rig: Rig, name: str) -> RowState:
         problem = self._problems.get(name, "")
@@ -339,9 +335,8 @@ class SensorTree(SensorList):
         elif wanted not in (name, shown) and wanted in self._items:
             reason = f"Name: '{wanted}' is used by another sensor; names must be unique."
         if reason or wanted in (name, shown):
-            self.blockSignals(True)
-            item.setText(NAME, shown)
-            self.blockSignals(False)
+            with QSignalBlocker(self):
+                item.setText(NAME, shown)
         if reason:
             self.refused.emit(reason)
         elif wanted not in (name, shown):
