@@ -87,35 +87,23 @@ class Tones:
     error_field: str
 
 
-LIGHT_TONES = Tones(
-    window="#eef1f4",
-    panel="#f8f9fb",
-    field="#ffffff",
-    border="#d3d9e0",
-    text="#1f2933",
-    muted="#55606d",
-    accent="#2563eb",
-    selection="#2563eb",
-    chosen="#d6e2fb",
-    more="#0f766e",
-    less="#a34a07",
-    error="#b91c1c",
-    error_field="#fdecec",
-)
-DARK_TONES = Tones(
-    window="#20242b",
-    panel="#262b33",
-    field="#1b1f26",
-    border="#3b434f",
-    text="#e3e8ee",
-    muted="#93a0ae",
-    accent="#5b93f7",
-    selection="#2f62c4",
-    chosen="#2f4468",
-    more="#2dd4bf",
-    less="#fbbf24",
-    error="#f87171",
-    error_field="#3a2226",
+_LIGHT_AND_DARK = {
+    "window": ("#eef1f4", "#20242b"),
+    "panel": ("#f8f9fb", "#262b33"),
+    "field": ("#ffffff", "#1b1f26"),
+    "border": ("#d3d9e0", "#3b434f"),
+    "text": ("#1f2933", "#e3e8ee"),
+    "muted": ("#55606d", "#93a0ae"),
+    "accent": ("#2563eb", "#5b93f7"),
+    "selection": ("#2563eb", "#2f62c4"),
+    "chosen": ("#d6e2fb", "#2f4468"),
+    "more": ("#0f766e", "#2dd4bf"),
+    "less": ("#a34a07", "#fbbf24"),
+    "error": ("#b91c1c", "#f87171"),
+    "error_field": ("#fdecec", "#3a2226"),
+}
+LIGHT_TONES, DARK_TONES = (
+    Tones(**{name: pair[number] for name, pair in _LIGHT_AND_DARK.items()}) for number in (0, 1)
 )
 
 
