@@ -36,6 +36,14 @@ ENOUGH_TIP = (
     "fewer than 5 as hard (LEVEL_2); KITTI requires 40 px (easy) or 25 px (moderate, hard)."
 )
 STOP_TIP = "Braking model (our choice): enter your own. Stopping distance: v t + v² / 2a."
+_BOXES = {
+    "min_points": ("card_points", (1, MOST_POINTS), None, "≥ ", " points", ENOUGH_TIP),
+    "min_height_px": ("card_px", (1, MOST_PX), 0, "≥ ", " px", ENOUGH_TIP),
+    "to_m": ("card_to", (LEAST_TO_M, int(FARTHEST_M)), None, "up to ", " m", "Maximum distance"),
+    "reaction_s": ("card_reaction", (0, 60), 1, "reaction ", " s", STOP_TIP),
+    "deceleration_mps2": ("card_brake", (1, 20), 1, "brakes ", " m/s²", STOP_TIP),
+}
+"""Boxes by the fields of a RangePlan: name, ends, decimals (None of integers), words around the number, tooltip."""
 
 
 class RangePanel(QWidget):
@@ -72,16 +80,12 @@ class RangePanel(QWidget):
         self.show_current(False)
 
     def _controls(self) -> QHBoxLayout:
-        self._points, self._px, self._to = QSpinBox(), QDoubleSpinBox(), QSpinBox()
-        self._reaction, self._brake = QDoubleSpinBox(), QDoubleSpinBox()
-        self._px.setDecimals(0)
-        for box, name, ends, prefix, suffix, tip in (
-            (self._points, "card_points", (1, MOST_POINTS), "≥ ", " points", ENOUGH_TIP),
-            (self._px, "card_px", (1, MOST_PX), "≥ ", " px", ENOUGH_TIP),
-            (self._to, "card_to", (LEAST_TO_M, int(FARTHEST_M)), "up to ", " m", "Maximum distance"),
-            (self._reaction, "card_reaction", (0, 60), "reaction ", " s", STOP_TIP),
-            (self._brake, "card_brake", (1, 20), "brakes ", " m/s²", STOP_TIP),
-        ):
+        self._boxes: dict[str, QSpinBox | QDoubleSpinBox] = {}
+        for field, (name, ends, decimals, prefix, suffix, tip) in _BOXES.items():
+            box = self._boxes[field] = QSpinBox() if decimals is None else QDoubleSpinBox()
+            if isinstance(box, QDoubleSpinBox) and decimals is not None:
+                box.setDecimals(decimals)
+                box.setSingleStep(0.1**decimals)
             box.setObjectName(name)
             box.setFixedWidth(_BOX_PX)
             box.setRange(*ends)
@@ -90,25 +94,17 @@ class RangePanel(QWidget):
             box.setToolTip(plain_tip(tip))
             box.setKeyboardTracking(False)
             box.valueChanged.connect(lambda _: self._on_values())
-        for box in (self._reaction, self._brake):
-            box.setDecimals(1)
-            box.setSingleStep(0.1)
         self._ways.setToolTip(plain_tip(STOP_TIP))
-        boxes = (self._points, self._px, self._to, self._reaction, self._brake)
-        return _row(QLabel("Enough"), *boxes, self._ways, 1)
+        return _row(QLabel("Enough"), *self._boxes.values(), self._ways, 1)
 
     # ------------------------------------------------------------------ what is shown
     def show_plan(self, plan: RangePlan) -> None:
         """Show the thresholds and the braking model."""
         self._plan = plan
-        boxes = (self._points, self._px, self._to, self._reaction, self._brake)
-        blockers = [QSignalBlocker(box) for box in boxes]
-        self._points.setValue(plan.min_points)
-        self._px.setValue(plan.min_height_px)
-        self._to.setValue(round(plan.to_m))
-        self._reaction.setValue(plan.reaction_s)
-        self._brake.setValue(plan.deceleration_mps2)
-        del blockers
+        for field, box in self._boxes.items():
+            value = getattr(plan, field)
+            with QSignalBlocker(box):
+                box.setValue(round(value) if isinstance(box, QSpinBox) else value)
         ways = ", ".join(f"{plan.stopping_m(speed):.0f}" for speed in plan.speeds_kmh)
         self._ways.setText(f"stops in {ways} m from {', '.join(f'{v:g}' for v in plan.speeds_kmh)} km/h")
 
@@ -151,16 +147,8 @@ class RangePanel(QWidget):
         (self.make_wanted if self._button.text() == "Update" else self.stop_wanted).emit()
 
     def _on_values(self) -> None:
-        self.plan_wanted.emit(
-            replace(
-                self._plan,
-                min_points=self._points.value(),
-                min_height_px=self._px.value(),
-                to_m=float(self._to.value()),
-                reaction_s=self._reaction.value(),
-                deceleration_mps2=self._brake.value(),
-            )
-        )
+        values = {field: type(getattr(self._plan, field))(box.value()) for field, box in self._boxes.items()}
+        self.plan_wanted.emit(replace(self._plan, **values))
 
 
 def _keep_room(widget: QWidget) -> None:
