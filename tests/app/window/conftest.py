@@ -11,8 +11,9 @@ import pytest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot, _close_widgets
 
+from riglens.app.window.features.follow import Follow
 from riglens.app.window.features.scene_data import choice_of
-from tests.app.window.desk import FullDesk, full_desk
+from tests.app.window.desk import Desk, FullDesk, full_desk, open_desk
 from tests.app.window_bench import Bench, open_bench
 
 
@@ -44,6 +45,17 @@ def desk(qtbot: QtBot) -> Iterator[FullDesk]:
         opened.load()
         opened.answer()
         yield opened
+
+
+@pytest.fixture
+def followed(qtbot: QtBot) -> Iterator[Desk]:
+    """A desk with data, before the first scores, whose view, list and inspector follow the rig: for one feature."""
+    made = open_desk(qtbot)
+    Follow(made.workbench).show_all()
+    made.workbench.answers.ask()
+    made.load()
+    yield made
+    made.workbench.closing.emit()
 
 
 @pytest.fixture(scope="module")

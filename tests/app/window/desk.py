@@ -17,6 +17,7 @@ from pytestqt.qtbot import QtBot
 from riglens.app.background.background_requests import AuditRequest, ScoreRequest, ToleranceRequest
 from riglens.app.background.queue import BackgroundRequest
 from riglens.app.background.recompute import Recompute
+from riglens.app.background.worker import BackgroundWorker
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.requests import Approximation, EvaluationRequest, Result
 from riglens.app.session.document import Document
@@ -82,6 +83,21 @@ class FakeRecompute(Recompute):
 
     def cancel_load(self) -> None:
         self.loads.clear()
+
+
+class FakeWorker(BackgroundWorker[Any, Any]):
+    """Takes note of what it is asked, and answers nothing: a test sends its signals."""
+
+    def __init__(self) -> None:
+        super().__init__("fake", lambda request, context: None)
+        self.requests: list[Any] = []
+        self.dropped: list[Any] = []
+
+    def ask(self, request: Any) -> None:
+        self.requests.append(request)
+
+    def drop(self) -> None:
+        self.dropped += self.requests[-1:]
 
 
 @dataclass

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -13,11 +12,10 @@ from PySide6.QtWidgets import QPushButton
 from pytestqt.qtbot import QtBot
 
 from riglens.app.window.features.audit import Audit
-from riglens.app.window.features.follow import Follow
 from riglens.core.engine.audit import RAY_OUTCOMES, RigAudit, audit
 from riglens.core.rig.model import Rig
 from riglens.widgets.panels.checks.audit import ASKED, OUTCOMES, OUTDATED, percents
-from tests.app.window.desk import Desk, open_desk
+from tests.app.window.desk import Desk
 from tests.app.window_bench import RIG, open_bench
 from tests.core.builders import grid_of, random_field
 from tests.waiting import TIMEOUT_MS
@@ -30,14 +28,10 @@ def audited(rig: Rig) -> RigAudit:
 
 
 @pytest.fixture
-def desk(qtbot: QtBot) -> Iterator[Desk]:
-    made = open_desk(qtbot)
-    Follow(made.workbench).show_all()
-    made.workbench.answers.ask()
-    made.load()
-    made.answer()
-    made.document.select("roof")
-    yield made
+def desk(followed: Desk) -> Desk:
+    followed.answer()
+    followed.document.select("roof")
+    return followed
 
 
 def press(feature: Audit) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,7 +15,6 @@ from riglens.app.background.rig_questions import RigRequest, detection_range
 from riglens.app.background.worker import BackgroundWorker
 from riglens.app.studies.detection_range_chart import range_figure
 from riglens.app.window.features.detection_range import DetectionRangeShown, RangeRequest
-from riglens.app.window.features.follow import Follow
 from riglens.app.window.settings import Settings
 from riglens.core.geometry import Pose
 from riglens.core.sensors.camera import CAMERA
@@ -32,7 +30,7 @@ from riglens.core.targets.detection_range import (
 from riglens.core.targets.detection_range_making import detection_range_of
 from riglens.widgets.panels.detection_range.chart import RangeChart, edge_m, ring_step_m
 from riglens.widgets.panels.detection_range.table import STOPS, Line, RangeTable, tip_of
-from tests.app.window.desk import Desk, open_desk
+from tests.app.window.desk import Desk, FakeWorker
 from tests.app.window_bench import RIG
 from tests.waiting import TIMEOUT_MS
 
@@ -42,43 +40,21 @@ BLOCKS = USUAL_PLAN.with_body("blocks")
 """What the window asks for unless told otherwise: the car is solid."""
 
 
-class FakeMaker(BackgroundWorker[RangeRequest, DetectionRange]):
-    """Takes note of what it is asked, and answers nothing: a test sends its signals."""
-
-    def __init__(self) -> None:
-        super().__init__("detection range", detection_range)
-        self.requests: list[RangeRequest] = []
-        self.dropped: list[RangeRequest] = []
-
-    def ask(self, request: RangeRequest) -> None:
-        self.requests.append(request)
-
-    def drop(self) -> None:
-        self.dropped.append(self.requests[-1])
+@pytest.fixture
+def maker() -> FakeWorker:
+    return FakeWorker()
 
 
 @pytest.fixture
-def maker() -> FakeMaker:
-    return FakeMaker()
+def desk(followed: Desk) -> Desk:
+    return followed
 
 
 @pytest.fixture
-def desk(qtbot: QtBot) -> Iterator[Desk]:
-    made = open_desk(qtbot)
-    Follow(made.workbench).show_all()
-    made.workbench.answers.ask()
-    made.load()
-    yield made
-    made.workbench.closing.emit()
-
-
-@pytest.fixture
-def shown(desk: Desk, maker: FakeMaker, qtbot: QtBot) -> DetectionRangeShown:
+def shown(desk: Desk, maker: FakeWorker, qtbot: QtBot) -> DetectionRangeShown:
     """The feature with its dock in sight, before the first scores."""
     feature = DetectionRangeShown(desk.workbench, maker)
-    desk.workbench.window.show()
-    desk.act("detection_range")
-    qtbot.waitUntil(lambda: bool(feature.in_sight), timeout=TIMEOUT_MS)
+    desk.open_page("detection_range", feature)
     return feature
 
 
@@ -97,7 +73,7 @@ def is_grey(feature: DetectionRangeShown) -> bool:
 
 
 def test_a_detection_range_is_made_after_the_first_scores_and_only_while_somebody_looks(
-    desk: Desk, maker: FakeMaker, qtbot: QtBot
+    desk: Desk, maker: FakeWorker, qtbot: QtBot
 ) -> None:
     feature = DetectionRangeShown(desk.workbench, maker)
     desk.answer()
@@ -108,7 +84,7 @@ def test_a_detection_range_is_made_after_the_first_scores_and_only_while_somebod
     assert maker.requests[0] == RigRequest(desk.document.rig, BLOCKS) and not feature.is_current
 
 
-def test_scores_come_first(desk: Desk, maker: FakeMaker, shown: DetectionRangeShown) -> None:
+def test_scores_come_first(desk: Desk, maker: FakeWorker, shown: DetectionRangeShown) -> None:
     assert maker.requests == [] and "after the first scores" in shown.panel.note
     desk.answer()
     assert len(maker.requests) == 1
@@ -117,7 +93,7 @@ def test_scores_come_first(desk: Desk, maker: FakeMaker, shown: DetectionRangeSh
 
 
 def test_the_detection_range_says_of_which_rig_it_is(
-    desk: Desk, maker: FakeMaker, shown: DetectionRangeShown
+    desk: Desk, maker: FakeWorker, shown: DetectionRangeShown
 ) -> None:
     desk.answer()
     assert "computing" in shown.panel.note and not shown.panel.export.isEnabled()
@@ -138,7 +114,7 @@ def test_the_detection_range_says_of_which_rig_it_is(
 
 
 def test_undo_brings_the_detection_range_back_without_making_it(
-    desk: Desk, maker: FakeMaker, shown: DetectionRangeShown
+    desk: Desk, maker: FakeWorker, shown: DetectionRangeShown
 ) -> None:
     desk.answer()
     answer(maker.requests[-1], shown)
@@ -149,7 +125,7 @@ def test_undo_brings_the_detection_range_back_without_making_it(
 
 
 def test_an_answer_to_an_earlier_rig_is_shown_as_out_of_date(
-    desk: Desk, maker: FakeMaker, shown: DetectionRangeShown
+    desk: Desk, maker: FakeWorker, shown: DetectionRangeShown
 ) -> None:
     desk.answer()
     first = maker.requests[-1]
@@ -160,7 +136,7 @@ def test_an_answer_to_an_earlier_rig_is_shown_as_out_of_date(
 
 
 def test_the_detection_range_is_of_what_works(
-    desk: Desk, maker: FakeMaker, shown: DetectionRangeShown
+    desk: Desk, maker: FakeWorker, shown: DetectionRangeShown
 ) -> None:
     desk.answer()
     answer(maker.requests[-1], shown)
@@ -171,7 +147,7 @@ def test_the_detection_range_is_of_what_works(
 
 
 def test_the_detection_range_is_of_a_solid_car_whatever_the_scores_are_of(
-    desk: Desk, maker: FakeMaker, shown: DetectionRangeShown
+    desk: Desk, maker: FakeWorker, shown: DetectionRangeShown
 ) -> None:
     desk.answer()
     desk.session.set_body("ignored")
@@ -181,7 +157,7 @@ def test_the_detection_range_is_of_a_solid_car_whatever_the_scores_are_of(
 
 
 def test_progress_is_shown_and_work_can_be_stopped_and_asked_for_again(
-    desk: Desk, maker: FakeMaker, shown: DetectionRangeShown
+    desk: Desk, maker: FakeWorker, shown: DetectionRangeShown
 ) -> None:
     desk.answer()
     maker.progressed.emit(maker.requests[-1], 0.4)
@@ -201,7 +177,7 @@ def test_progress_is_shown_and_work_can_be_stopped_and_asked_for_again(
 
 
 def test_a_detection_range_that_cannot_be_made_says_why(
-    desk: Desk, maker: FakeMaker, shown: DetectionRangeShown
+    desk: Desk, maker: FakeWorker, shown: DetectionRangeShown
 ) -> None:
     desk.answer()
     maker.failed.emit("no room")
@@ -210,7 +186,7 @@ def test_a_detection_range_that_cannot_be_made_says_why(
 
 
 def test_what_is_enough_makes_another_detection_range_and_braking_does_not(
-    desk: Desk, maker: FakeMaker, shown: DetectionRangeShown
+    desk: Desk, maker: FakeWorker, shown: DetectionRangeShown
 ) -> None:
     desk.answer()
     answer(maker.requests[-1], shown)
@@ -228,7 +204,7 @@ def test_what_is_enough_makes_another_detection_range_and_braking_does_not(
 
 
 def test_the_plan_is_kept_and_nonsense_is_not_taken_up(
-    desk: Desk, maker: FakeMaker, shown: DetectionRangeShown
+    desk: Desk, maker: FakeWorker, shown: DetectionRangeShown
 ) -> None:
     kept = Settings()
     shown._choose(RangePlan(min_points=7, deceleration_mps2=6.5))
@@ -249,7 +225,7 @@ def test_the_plan_is_kept_and_nonsense_is_not_taken_up(
 
 
 def test_what_is_shown_is_exported(
-    desk: Desk, maker: FakeMaker, shown: DetectionRangeShown, tmp_path: Path
+    desk: Desk, maker: FakeWorker, shown: DetectionRangeShown, tmp_path: Path
 ) -> None:
     desk.answer()
     answer(maker.requests[-1], shown)

@@ -30,7 +30,7 @@ from riglens.core.targets.settings import USUAL, TargetSettings
 from riglens.core.vehicle.solid import Solid
 from riglens.core.view.frame_scene import FrameScene, Missed, frame_scene
 from riglens.widgets.traffic.frame import ShownFrame
-from tests.app.window.desk import Desk, full_desk, open_desk
+from tests.app.window.desk import Desk, FakeWorker, full_desk, open_desk
 from tests.app.window_bench import RIG
 from tests.core.targets.cases import random_traffic, traffic
 from tests.hand_clock import HandTimers
@@ -41,15 +41,8 @@ TRAFFIC = traffic([(frame, 0, (x, 4.0, 0.8), (4.0, 1.8, 1.6), 0.0) for frame, x 
 NO_BODY = Solid.of(np.zeros((0, 3, 3)))
 
 
-class FakeCaster(BackgroundWorker):
-    """Takes note of what it is asked, and answers when a test says so."""
-
-    def __init__(self) -> None:
-        super().__init__("frame view", FrameCasting())
-        self.requests: list[FrameRequest] = []
-
-    def ask(self, request: FrameRequest) -> None:
-        self.requests.append(request)
+class FakeCaster(FakeWorker):
+    """Answers when a test says so."""
 
     def answer(self, missed: Missed | None = None) -> None:
         request = self.requests[-1]

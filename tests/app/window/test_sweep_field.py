@@ -9,41 +9,19 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QWidget
 
-from riglens.app.background.field_sweep import Curve, field_curve
-from riglens.app.background.worker import BackgroundWorker
-from riglens.app.window.features.follow import Follow
+from riglens.app.background.field_sweep import Curve
 from riglens.app.window.features.sweep_field import ENTRY, SweepField
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.sweep.curve import CurvePoint
 from riglens.widgets.panels.fields.edits import NumberEdit
 from riglens.widgets.panels.fields.quantity import METRES
 from riglens.widgets.panels.inspector.field_curve import FieldCurve
-from tests.app.window.desk import open_desk
-
-
-class FakeMaker(BackgroundWorker):
-    """Takes note of what it is asked, and answers nothing: a test sends its signals."""
-
-    def __init__(self) -> None:
-        super().__init__("sweep", field_curve)
-        self.requests = []
-        self.drops = 0
-
-    def ask(self, request) -> None:
-        self.requests.append(request)
-
-    def drop(self) -> None:
-        self.drops += 1
+from tests.app.window.desk import FakeWorker
 
 
 @pytest.fixture
-def desk(qtbot):
-    made = open_desk(qtbot)
-    Follow(made.workbench).show_all()
-    made.workbench.answers.ask()
-    made.load()
-    yield made
-    made.workbench.closing.emit()
+def desk(followed):
+    return followed
 
 
 @pytest.fixture
@@ -58,7 +36,7 @@ def targets(desk):
 @pytest.fixture
 def feature(desk, targets):
     desk.workbench.window.show()
-    return SweepField(desk.workbench, targets, FakeMaker())
+    return SweepField(desk.workbench, targets, FakeWorker())
 
 
 def field(desk, name) -> NumberEdit:
@@ -80,12 +58,8 @@ def points(*values):
 
 
 def test_a_click_on_a_point_sets_the_value_in_one_step(desk, feature):
-    name = (
-        desk.session.rig.sensors[0].name
-        if hasattr(desk.session, "rig")
-        else desk.session.document.rig.sensors[0].name
-    )
     document = desk.session.document
+    name = document.rig.sensors[0].name
     document.select(name)
     edit = field(desk, "z")
     entry(feature, edit).trigger()
@@ -98,7 +72,7 @@ def test_a_click_on_a_point_sets_the_value_in_one_step(desk, feature):
     before = document.rig
     QTest.mouseClick(feature.curve, Qt.MouseButton.LeftButton, pos=feature.curve.place_of(1).toPoint())
     assert document.rig.sensor(name).position[2] == 1.5 and not feature.curve.isVisible()
-    assert feature.maker.drops == 1
+    assert len(feature.maker.dropped) == 1
     document.undo()
     assert document.rig == before
 
