@@ -28,9 +28,11 @@ from riglens.core.engine.engine import Engine
 from riglens.core.geometry import Pose
 from riglens.core.metric.scores import MetricSettings, Scores
 from riglens.core.rig.model import Camera, Lidar, LinearAngles, Rig
+from riglens.core.scene.boxes import CLASSES
 from riglens.core.targets.settings import TargetSettings
 from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.panels.help.shortcut_sheet import Group
+from riglens.widgets.panels.scores.text import columns
 from riglens.widgets.viewport.scene_state import SceneState
 from riglens.widgets.viewport.view import Tool, View
 from tests.hand_clock import HandClock
@@ -329,6 +331,20 @@ class Bench(Hands):
         """What a new engine says about a rig on the scene and with the settings in use."""
         evaluation = Engine(self.scenes[-1].field).evaluate(rig, self.session.settings)
         return evaluation.scores
+
+    def exact_numbers(self) -> list[list[float]]:
+        """Every digit that the score table shows, as it is copied."""
+        lines = self.panels.scores.table.as_text().splitlines()[1:]
+        return [[float(cell) for cell in line.split("\t")[7:]] for line in lines]
+
+    def fresh_numbers(self) -> list[list[float]]:
+        """The same of a new engine, with the changes since the last save."""
+        now, saved = self.fresh_scores(self.document.rig), self.fresh_scores(self.document.saved_rig)
+        rows = []
+        for name in CLASSES:
+            pairs = [(c.value(now.classes[name]), c.value(saved.classes[name])) for c in columns()]
+            rows.append([number for value, before in pairs for number in (value, value - before)])
+        return rows
 
     def shown(self, class_name: str, column: str) -> str:
         """The text of a cell of the score table."""

@@ -93,20 +93,6 @@ def know(bench: Bench, *names: str) -> None:
     assert bench.workbench.recompute.wait_until_idle()
 
 
-def numbers(bench: Bench) -> list[list[float]]:
-    lines = bench.panels.scores.table.as_text().splitlines()[1:]
-    return [[float(cell) for cell in line.split("\t")[7:]] for line in lines]
-
-
-def fresh_numbers(bench: Bench) -> list[list[float]]:
-    now, saved = bench.fresh_scores(bench.document.rig), bench.fresh_scores(bench.document.saved_rig)
-    rows = []
-    for name in CLASSES:
-        pairs = [(c.value(now.classes[name]), c.value(saved.classes[name])) for c in columns()]
-        rows.append([number for value, before in pairs for number in (value, value - before)])
-    return rows
-
-
 class TimedEngine:
     """The engine with other times on its clock (1 ms if not told), and a gate before exact answers."""
 
@@ -159,7 +145,7 @@ def test_a_slow_edit_shows_coarse_scores_first_and_ends_exact_to_the_last_bit(op
     assert watch.kinds[-1] == "exact"
     assert watch.states[0] == "coarse (δ 1 m), exact follows"
     assert watch.states[-1] == "exact"
-    assert numbers(bench) == fresh_numbers(bench)
+    assert bench.exact_numbers() == bench.fresh_numbers()
 
 
 def test_any_sequence_of_edits_ends_exact_to_the_last_bit(opened: Open) -> None:
@@ -172,7 +158,7 @@ def test_any_sequence_of_edits_ends_exact_to_the_last_bit(opened: Open) -> None:
     bench.act("undo")
     bench.act("undo")
     bench.settle()
-    assert numbers(bench) == fresh_numbers(bench)
+    assert bench.exact_numbers() == bench.fresh_numbers()
     assert not bench.panels.scores.table.cell("car", "seen").is_italic
 
 
@@ -217,7 +203,7 @@ def test_while_the_mouse_moves_answers_are_coarse_and_the_exact_one_waits_for_it
     assert bench.document.is_dragging
     assert watch.shown[-2:] == [("coarse", last), ("exact", last)]
     bench.settle()
-    assert numbers(bench) == fresh_numbers(bench)
+    assert bench.exact_numbers() == bench.fresh_numbers()
     bench.viewport.release("roof")
 
 
@@ -256,7 +242,7 @@ def coarse_shown(opened: Open, timed: type[TimedEngine]) -> Iterator[Bench]:
         timed.gate.set()
     bench.viewport.release("roof")
     bench.settle()
-    assert numbers(bench) == fresh_numbers(bench)
+    assert bench.exact_numbers() == bench.fresh_numbers()
 
 
 def cells(bench: Bench) -> dict[str, Any]:
@@ -347,7 +333,7 @@ def test_the_first_sensor_of_a_kind_is_answered_exactly_as_there_is_nothing_to_e
     bench.document.add(lidar)
     bench.settle()
     assert watch.kinds == ["exact"]
-    assert numbers(bench) == fresh_numbers(bench)
+    assert bench.exact_numbers() == bench.fresh_numbers()
 
 
 def test_a_coarse_answer_that_saves_no_time_is_not_given(

@@ -13,11 +13,8 @@ from PySide6.QtWidgets import QApplication, QComboBox, QLineEdit, QPushButton
 
 from riglens.app.background.recompute import CANCELLED
 from riglens.app.evaluation.options import SceneOptions
-from riglens.app.evaluation.requests import Result
 from riglens.core.geometry import Pose
 from riglens.core.metric.scores import MetricSettings
-from riglens.core.scene.boxes import CLASSES
-from riglens.widgets.panels.scores.text import columns
 from tests.app.window_bench import RIG, Bench, choose_item, scene_options, type_into
 from tests.waiting import TIMEOUT_MS
 
@@ -25,22 +22,6 @@ from tests.waiting import TIMEOUT_MS
 @pytest.fixture
 def bench(whole: Bench) -> Bench:
     return whole
-
-
-def exact_numbers(bench: Bench) -> list[list[float]]:
-    """Every digit the table shows, as it is copied."""
-    lines = bench.panels.scores.table.as_text().splitlines()[1:]
-    return [[float(cell) for cell in line.split("\t")[7:]] for line in lines]
-
-
-def expected_numbers(bench: Bench) -> list[list[float]]:
-    """The same from a fresh engine, against the saved rig."""
-    now, saved = bench.fresh_scores(bench.document.rig), bench.fresh_scores(bench.document.saved_rig)
-    rows = []
-    for name in CLASSES:
-        pairs = [(c.value(now.classes[name]), c.value(saved.classes[name])) for c in columns()]
-        rows.append([number for value, before in pairs for number in (value, value - before)])
-    return rows
 
 
 def test_the_scores_follow_the_drag_while_the_mouse_is_down(bench: Bench) -> None:
@@ -63,7 +44,7 @@ def test_after_a_drag_the_scores_are_those_of_a_fresh_evaluation_bit_for_bit(ben
     bench.act("undo")
     bench.act("redo")
     bench.settle()
-    assert exact_numbers(bench) == expected_numbers(bench)
+    assert bench.exact_numbers() == bench.fresh_numbers()
 
 
 def test_a_number_that_is_out_of_date_is_greyed_until_the_new_one_is_there(bench: Bench) -> None:
@@ -76,17 +57,6 @@ def test_a_number_that_is_out_of_date_is_greyed_until_the_new_one_is_there(bench
     bench.settle()
     assert not bench.panels.scores.is_stale
     assert bench.workbench.status.state.text() == "exact"
-
-
-def test_an_answer_older_than_the_one_shown_is_dropped(bench: Bench) -> None:
-    old: list[Result] = []
-    bench.workbench.recompute.evaluated.connect(old.append, Qt.ConnectionType.QueuedConnection)
-    bench.drag("roof", (3.0, 0.0, 1.0))
-    bench.settle()
-    bench.document.set_enabled(("roof",), False)
-    bench.settle()
-    bench.workbench.answers.take(old[0])
-    assert bench.shown("car", "lidar") == "0.00"
 
 
 def test_the_change_counts_from_the_rig_that_was_opened_and_then_from_the_saved_one(
@@ -104,7 +74,7 @@ def test_the_change_counts_from_the_rig_that_was_opened_and_then_from_the_saved_
     bench.act("undo")
     bench.settle()
     assert bench.shown("car", "s_ms change").startswith("−")
-    assert exact_numbers(bench) == expected_numbers(bench)
+    assert bench.exact_numbers() == bench.fresh_numbers()
 
 
 def test_changes_are_recounted_when_lambda_or_reading_change(bench: Bench) -> None:
@@ -118,7 +88,7 @@ def test_changes_are_recounted_when_lambda_or_reading_change(bench: Bench) -> No
     choose_item(reading, "residual")
     bench.settle()
     assert bench.session.settings == MetricSettings("exact", "residual", 0.75, body=None)
-    assert exact_numbers(bench) == expected_numbers(bench)
+    assert bench.exact_numbers() == bench.fresh_numbers()
 
 
 def test_a_lambda_that_is_no_weight_is_refused(bench: Bench) -> None:
@@ -175,7 +145,7 @@ def test_another_voxel_edge_is_loaded_and_scored(bench: Bench) -> None:
     bench.qtbot.waitUntil(lambda: len(bench.scenes) == 2, timeout=TIMEOUT_MS)
     bench.settle()
     assert bench.scenes[1].field.grid.voxel_m == 0.25
-    assert exact_numbers(bench) == expected_numbers(bench)
+    assert bench.exact_numbers() == bench.fresh_numbers()
     assert "δ 0.25 m" in bench.workbench.status.scene.text()
 
 
