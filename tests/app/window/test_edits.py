@@ -91,14 +91,6 @@ def test_the_eye_hides_a_sensor_from_the_view_but_not_from_the_scores(bench: Ful
     assert bench.viewport.state.hidden == frozenset()
 
 
-def test_a_hidden_sensor_comes_back_by_its_key(unscored: Bench) -> None:
-    click_row(unscored, "roof")
-    unscored.qtbot.keyClick(unscored.workbench.window, Qt.Key.Key_H)
-    assert unscored.viewport.state.hidden == {"roof"}
-    unscored.qtbot.keyClick(unscored.workbench.window, Qt.Key.Key_H)
-    assert unscored.viewport.state.hidden == frozenset()
-
-
 def rename_in_list(bench: FullDesk, name: str, text: str) -> None:
     tree = bench.panels.tree
     tree.editItem(tree._items[name], NAME)
@@ -140,17 +132,6 @@ def test_a_drag_in_the_view_is_followed_by_list_and_inspector_and_is_one_step(un
     unscored.qtbot.keyClick(unscored.workbench.window, Qt.Key.Key_Z, shift)
     assert unscored.document.rig.sensor("roof").position == (0.1, 0.2, 2.65)
     assert agree(unscored)
-
-
-@pytest.mark.parametrize("key", ["undo", "redo"])
-def test_undo_and_redo_during_a_drag_only_give_up_the_drag(bench: FullDesk, key: str) -> None:
-    bench.document.set_enabled(("front",), False)
-    bench.viewport.press("roof")
-    bench.viewport.drag_to("roof", Pose((4.0, 0.0, 1.0)))
-    bench.features.edits.travel(getattr(bench.document, key))
-    assert bench.document.rig.sensor("roof") == LIDAR
-    assert not bench.document.rig.sensor("front").enabled
-    assert not bench.document.is_dragging
 
 
 EDITS: dict[str, Callable[[Bench], object]] = {
@@ -198,18 +179,6 @@ def test_everything_that_changes_the_rig_is_one_step_back_and_forth(bench: FullD
     while document.undo_label is not None:
         bench.act("undo")
     assert document.rig == start
-
-
-def test_deleting_a_sensor_while_it_is_dragged_ends_the_drag(bench: FullDesk) -> None:
-    click_row(bench, "roof")
-    bench.viewport.press("roof")
-    bench.viewport.drag_to("roof", Pose((4.0, 0.0, 1.0)))
-    bench.act("delete")
-    bench.viewport.drag_to("roof", Pose((5.0, 0.0, 1.0)))
-    bench.viewport.release("roof")
-    assert [sensor.name for sensor in bench.document.rig.sensors] == ["front"]
-    bench.act("undo")
-    assert bench.document.rig == RIG
 
 
 def test_gizmo_modes_and_views_reach_the_viewport(unscored: Bench) -> None:

@@ -159,12 +159,6 @@ def test_a_threshold_that_makes_no_sense_is_not_taken_up(desk: Desk, targets: Ta
         assert desk.session.targets == before
 
 
-def test_a_problem_is_told_in_the_panel(desk: Desk, targets: Targets) -> None:
-    start(desk)
-    targets._on_problem("no boxes")
-    assert targets.panel._note.text() == "no boxes" and targets.answer is None
-
-
 def test_a_pinned_baseline_is_asked_for(desk: Desk, targets: Targets) -> None:
     start(desk)
     pinned = Rig(name="pinned", sensors=desk.document.rig.sensors[:1])
