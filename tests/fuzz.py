@@ -32,21 +32,25 @@ from riglens.app.session import autosave
 from riglens.assets import asset_path
 from riglens.core import cache_folder
 from riglens.core.errors import InputError
-from riglens.core.formats.exchange import read_rig
+from riglens.core.formats.exchange import FORMATS, WRITABLE, read_rig
 from riglens.core.kernels.runtime.compiled import KernelFolder
 from riglens.core.rig import library
+from riglens.core.rig.model import Rig
 from riglens.core.rig.pose_text import parse_pose
 from riglens.core.rig.presets import preset
-from riglens.core.rig.yaml.file import dumps
+from riglens.core.rig.yaml.file import dumps, loads, same_rig
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import build_pog
 from riglens.core.scene.pog_store import load_pog, save_pog
 from riglens.core.scene.readers import open_boxes
+from riglens.core.scene.readers.occluders import open_occluders
 from riglens.core.vehicle.mesh_parse import MAX_MEMORY_BYTES, parse_mesh
-from tests.core.broken_files import SOURCES, csv_file, mutated
+from tests.broken import mutated
 from tests.core.formats.cases import SMALL, write_files
-from tests.core.formats.mutations import mutated as mutated_text
 from tests.core.formats.test_xacro import CALIBRATION, CAR, KIT, MACROS
+from tests.core.sound_boxes import SOURCES, csv_file
+from tests.core.test_occluders import OCCLUDERS
+from tests.core.test_occluders import POSES as POSES_OF_FRAMES
 
 LONGEST_S, LONGEST_WAIT_S = 20, 600
 """Of the processor, far above the limits of every reader, and by the clock, where something waits for ever."""
@@ -56,11 +60,25 @@ Attempt = Callable[[random.Random], None]
 
 @dataclass(frozen=True)
 class Target:
-    """Something that takes input: `attempt` hands broken input in; `files` are those that it breaks."""
+    """Something that takes input: `attempt` hands broken input in; `files` are those that it breaks, one of which a
+    line that refuses them names if `is_named`."""
 
     name: str
     attempt: Attempt
     files: tuple[Path, ...] = ()
+    is_named: bool = False
+
+    def is_told_by(self, line: str) -> bool:
+        """Whether a line says well enough what is wrong."""
+        names = (
+            [name for file in self.files for name in (file.name, file.parent.name)] if self.is_named else [""]
+        )
+        return (
+            bool(line)
+            and line.isprintable()
+            and len(line) <= LONGEST_LINE
+            and any(name in line for name in names)
+        )
 
 
 @dataclass(frozen=True)
@@ -87,6 +105,7 @@ def targets(folder: Path) -> list[Target]:
     return [
         *made,
         _pog(folder / "pog"),
+        _occluders(folder / "occluders"),
         *_caches(folder / "caches"),
         *_reviews(folder / "reviews"),
         *_texts(),
@@ -94,20 +113,19 @@ def targets(folder: Path) -> list[Target]:
     ]
 
 
-def _of_files(name: str, read: Callable[[], object], *files: Path, is_text: bool = False) -> Target:
+def _of_files(
+    name: str, read: Callable[[random.Random], object], *files: Path, is_named: bool = False
+) -> Target:
     """Breaks one of some files at a time, reads, and puts the file in order again."""
     sound = {file: file.read_bytes() for file in files}
 
     def attempt(chance: random.Random) -> None:
         file = chance.choice(files)
-        if is_text:
-            file.write_bytes(mutated_text(sound[file], chance))
-        else:
-            file.write_bytes(mutated(sound[file], np.random.default_rng(chance.getrandbits(64))))
-        read()
+        file.write_bytes(mutated(sound[file], chance))
+        read(chance)
         file.write_bytes(sound[file])
 
-    return Target(name, attempt, files)
+    return Target(name, attempt, files, is_named)
 
 
 def _formats(folder: Path) -> Iterator[Target]:
@@ -116,7 +134,23 @@ def _formats(folder: Path) -> Iterator[Target]:
         place = write_files(folder / case, files)
         path = place / next(iter(files)) if len(files) == 1 else place
         paths = [place / name for name in files]
-        yield _of_files(f"rig {case}", lambda path=path: read_rig(path), *paths, is_text=True)  # type: ignore[misc]
+
+        def read(chance: random.Random, path: Path = path, name: str = case.removesuffix("-raw")) -> None:
+            rig = read_rig(path, chance.choice((name, None))).rig
+            assert same_rig(loads(dumps(rig)).rig, rig)
+            if chance.random() < 0.1:
+                _write(rig)
+
+        yield _of_files(f"rig {case}", read, *paths, is_named=True)
+
+
+def _write(rig: Rig) -> None:
+    """Write a rig in every format; one without sensors may be refused."""
+    for name in WRITABLE:
+        try:
+            FORMATS[name].write(rig)
+        except InputError as error:
+            assert "no enabled sensor to write" in str(error)
 
 
 XACRO = {"car.xacro": CAR, "macros.xacro": MACROS, "kit.xacro": KIT, "kit.yaml": CALIBRATION}
@@ -145,7 +179,7 @@ def _xacro(folder: Path) -> Target:
         file = chance.choice(files)
         content = file.read_bytes()
         if chance.random() < 0.5:
-            content = mutated_text(content, chance)
+            content = mutated(content, chance)
         for _ in range(chance.randint(0, 2)):
             words = "".join(chance.choices(TOKENS, k=chance.randint(1, 12)))
             expressions = re.findall(rb"\$\{[^}]*\}", content) or [b"lidar"]
@@ -162,18 +196,36 @@ def _boxes(folder: Path) -> Iterator[Target]:
         place.mkdir(parents=True)
         sound = source(place)
 
-        def read(path: Path = sound.path) -> None:
-            for _ in open_boxes(path).batches():
-                pass
+        yield _of_files(
+            f"boxes {source.__name__}",
+            lambda _, path=sound.path: _read_boxes(path),  # type: ignore[misc]
+            *sound.files,
+            is_named=True,
+        )
 
-        yield _of_files(f"boxes {source.__name__}", read, *sound.files)
+
+def _read_boxes(path: Path) -> None:
+    """Read box data, which have to be boxes if they are not refused."""
+    source = open_boxes(path)
+    for batch in source.batches():
+        assert np.isfinite(batch.centre_m).all() and np.isfinite(batch.rotation).all()
+        assert (batch.size_m > 0).all() and (np.diff(batch.frame) >= 0).all()
+    assert source.report().frames > 0 and len(source.content_hash) == 64
+
+
+def _occluders(folder: Path) -> Target:
+    folder.mkdir(parents=True)
+    table, poses = folder / "occluders.csv", folder / "poses.csv"
+    table.write_text(OCCLUDERS)
+    poses.write_text(POSES_OF_FRAMES)
+    return _of_files("occluders", lambda _: open_occluders(table, poses).around(("a", 0), 1e9), table, poses)
 
 
 def _pog(folder: Path) -> Target:
     folder.mkdir(parents=True)
     path = folder / "a.npz"
     save_pog(build_pog(open_boxes(csv_file(folder).path), VoxelGrid(1.0, (20.0, 20.0, 4.0))), path)
-    return _of_files("POG", lambda: load_pog(path), path)
+    return _of_files("POG", lambda _: load_pog(path), path, is_named=True)
 
 
 def _meshes(folder: Path) -> Iterator[Target]:
@@ -183,7 +235,7 @@ def _meshes(folder: Path) -> Iterator[Target]:
     for ending in ("glb", "obj", "ply", "stl"):
         path = folder / f"a.{ending}"
         trimesh.creation.box((4.0, 2.0, 1.5)).export(path)
-        yield _of_files(f"mesh {ending}", lambda path=path: parse_mesh(path), path)  # type: ignore[misc]
+        yield _of_files(f"mesh {ending}", lambda _, path=path: parse_mesh(path), path)  # type: ignore[misc]
 
 
 LIBRARY = """made-up-16:
@@ -203,12 +255,12 @@ def _caches(folder: Path) -> Iterator[Target]:
     kept = cache_folder.cache_folder() / library.NAME
     bundled = asset_path("library.yaml")
     library.stored_entries(bundled)
-    yield _of_files("cache of the library", lambda: library.stored_entries(bundled), kept)
-    yield _of_files("library of the user", lambda: library.read_entries(own, own.name), own, is_text=True)
+    yield _of_files("cache of the library", lambda _: library.stored_entries(bundled), kept)
+    yield _of_files("library of the user", lambda _: library.read_entries(own, own.name), own)
     kernels = KernelFolder()
     kernels.write("fuzz.nbc", b"machine code" * 20)
     if kernels.path is not None:
-        yield _of_files("cache of a kernel", lambda: kernels.read("fuzz.nbc"), kernels.path / "fuzz.nbc")
+        yield _of_files("cache of a kernel", lambda _: kernels.read("fuzz.nbc"), kernels.path / "fuzz.nbc")
 
 
 REQUIRED = """riglens_requirements: 1
@@ -241,16 +293,16 @@ def _reviews(folder: Path) -> Iterator[Target]:
     required.write_text(REQUIRED)
     page.write_text(PAGE)
 
-    def place_all() -> None:
+    def place_all(_: object) -> None:
         for profile in read_profiles(profiles):
             targets_of(profile, Outline(-2.3, 2.3, -0.9, 0.9))
 
-    def look_into() -> None:
+    def look_into(_: object) -> None:
         inputs_of(attached_figures(page.read_bytes(), page.name), page.name)
 
-    yield _of_files("blind zone profiles", place_all, profiles, is_text=True)
-    yield _of_files("requirements", lambda: read_requirements(required), required, is_text=True)
-    yield _of_files("report", look_into, page, is_text=True)
+    yield _of_files("blind zone profiles", place_all, profiles)
+    yield _of_files("requirements", lambda _: read_requirements(required), required)
+    yield _of_files("report", look_into, page)
 
 
 def _autosave(folder: Path) -> Target:
@@ -258,7 +310,7 @@ def _autosave(folder: Path) -> Target:
     rig = preset("W+T")
     autosave.AutosaveFile(folder).write(autosave.Unsaved(rig, rig, None))
     (path,) = folder.glob(f"*{autosave.SUFFIX}")
-    return _of_files("autosave", lambda: autosave.orphans(folder), path, is_text=True)
+    return _of_files("autosave", lambda _: autosave.orphans(folder), path)
 
 
 POSES = (
@@ -329,10 +381,10 @@ def _texts() -> Iterator[Target]:
     copied = dumps(preset("W+T")).encode()
 
     def paste(chance: random.Random) -> None:
-        sensors_in(mutated_text(copied, chance).decode("utf-8", "replace"))
+        sensors_in(mutated(copied, chance).decode("utf-8", "replace"))
 
     def paste_pose(chance: random.Random) -> None:
-        parse_pose(mutated_text(chance.choice(POSES).encode(), chance).decode("utf-8", "replace"))
+        parse_pose(mutated(chance.choice(POSES).encode(), chance).decode("utf-8", "replace"))
 
     yield Target("clipboard: sensors", paste)
     yield Target("clipboard: a pose", paste_pose)
@@ -364,9 +416,7 @@ def outcome(target: Target, chance: random.Random) -> str:
             target.attempt(chance)
     except InputError as error:
         line = str(error)
-        return (
-            "refused" if line and line.isprintable() and len(line) <= LONGEST_LINE else f"said {line[:300]!r}"
-        )
+        return "refused" if target.is_told_by(line) else f"said {line[:300]!r}"
     except BaseException as error:
         if isinstance(error, KeyboardInterrupt):
             raise

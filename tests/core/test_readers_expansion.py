@@ -18,7 +18,7 @@ from riglens.core.errors import InputError
 from riglens.core.scene.readers import argoverse, open_boxes
 from riglens.core.scene.readers import rows as row_readers
 from tests.core.argoverse_log import random_columns, write_log
-from tests.core.broken_files import CSV
+from tests.core.sound_boxes import CSV
 
 _POOLS: list[pa.MemoryPool] = []
 """Arrow's buffers do not keep their pool alive."""

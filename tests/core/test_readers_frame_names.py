@@ -7,8 +7,8 @@ import numpy as np
 
 from riglens.core.scene.readers import open_boxes
 from tests.core.argoverse_log import random_columns, write_log
-from tests.core.broken_files import CALIB, LABEL, kitti_tracking
 from tests.core.nuscenes_folder import random_boxes, write_tables
+from tests.core.sound_boxes import CALIB, LABEL, kitti_tracking
 
 
 def names(path: Path) -> list[tuple[str, int]]:

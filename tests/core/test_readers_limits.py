@@ -3,6 +3,7 @@
 import gzip
 import json
 import os
+import shutil
 import tracemalloc
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -15,7 +16,7 @@ from riglens.core.scene import limits
 from riglens.core.scene.boxes import CLASSES, DataReport
 from riglens.core.scene.readers import common, frames, kitti, nuscenes_tables, open_boxes, text_blocks
 from riglens.core.scene.readers.common import Tally, added_up
-from tests.core.broken_files import (
+from tests.core.sound_boxes import (
     HEADER,
     LABEL,
     SOURCES,
@@ -25,7 +26,7 @@ from tests.core.broken_files import (
     kitti_object,
     kitti_tracking,
 )
-from tests.core.broken_files import (
+from tests.core.sound_boxes import (
     nuscenes_tables as nuscenes_folder,
 )
 
@@ -248,3 +249,15 @@ def test_nuscenes_texts_of_absurd_length_are_refused(tmp_path: Path) -> None:
     records = json.loads(victim.read_text())
     victim.write_text(json.dumps([*records[:-1], records[-1] | {"name": "n" * 201}]))
     assert "'name'" in refused(sound.path)
+
+
+def test_a_file_that_cannot_be_opened_is_named(tmp_path: Path) -> None:
+    path = csv_file(tmp_path).path
+    source = open_boxes(path)
+    path.unlink()
+    path.mkdir()
+    with pytest.raises(InputError, match=r"boxes\.csv: cannot be read"):
+        list(source.batches())
+    shutil.rmtree(path)
+    with pytest.raises(InputError, match=r"boxes\.csv: cannot be read"):
+        _ = source.content_hash

@@ -9,8 +9,8 @@ from riglens.core.errors import InputError
 from riglens.core.formats.exchange import read_rig
 from riglens.core.reading_time import MAX_BOXES_S, MAX_RIG_S, ReadingTime
 from riglens.core.scene.readers import open_boxes
-from tests.core.broken_files import SOURCES, Sound
 from tests.core.formats.cases import SMALL, write_files
+from tests.core.sound_boxes import SOURCES, Sound
 
 
 def slow(step_s: float) -> Callable[[], float]:
