@@ -332,9 +332,7 @@ def _entropy_q(field: EntropyField, mask: NDArray[np.bool_]) -> list[int]:
 
 @pytest.mark.parametrize("name", [name for name in WRITABLE if name != "riglens"])
 def test_no_other_format_drops_it_in_silence(name: str) -> None:
-    write = FORMATS[name].write
-    assert write is not None
-    written = write(rig_with(TOP, EYE, probe()))
+    written = FORMATS[name].write(rig_with(TOP, EYE, probe()))
     assert any("probe: " in line and "(probe)" in line for line in written.report.lines())
     assert not any("probe" in text for text in written.files.values() if isinstance(text, str))
 

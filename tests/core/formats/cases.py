@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from riglens.core.formats.base import Imported
-from riglens.core.formats.exchange import read_rig
+from riglens.core.formats.exchange import FORMATS, read_rig
 from riglens.core.formats.mounts import ReadOptions
+from riglens.core.formats.report import Report
 from riglens.core.rig.model import Camera, Lidar, LinearAngles, Rig, Sensor, Vehicle
 
 Matrix = NDArray[np.float64]
@@ -80,6 +81,16 @@ def read_files(files: Files, name: str | None = None, options: ReadOptions | Non
         folder = write_files(Path(made) / "rig", files)
         path = folder / next(iter(files)) if len(files) == 1 else folder
         return read_rig(path, name, options)
+
+
+def written(name: str, rig: Rig) -> Files:
+    """The text of every file that a format writes."""
+    return FORMATS[name].write(rig).files
+
+
+def report_on(name: str, rig: Rig) -> Report:
+    """What is said about writing a rig."""
+    return FORMATS[name].write(rig).report
 
 
 # ---------------------------------------------------------------- small files

@@ -8,8 +8,7 @@ import pytest
 from riglens.core.errors import InputError
 from riglens.core.formats.exchange import read_rig
 from riglens.core.formats.mounts import ReadOptions
-from tests.core.formats.cases import CARLA_TOML, lidar, read_files, rig_of
-from tests.core.formats.test_poses_written import written
+from tests.core.formats.cases import CARLA_TOML, lidar, read_files, rig_of, written
 from tests.core.formats.test_reports import has
 
 SETS = {

@@ -10,13 +10,10 @@ import xml.etree.ElementTree as ElementTree
 import numpy as np
 import pytest
 
-from riglens.core.formats.exchange import FORMATS
 from riglens.core.formats.lens_export import extent, most_off_deg
-from riglens.core.formats.report import Report
 from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt, LinearAngles, Rig
 from riglens.core.sensors.camera import pixel_directions
-from tests.core.formats.cases import camera, lidar, read_files, rig_of
-from tests.core.formats.test_poses_written import written
+from tests.core.formats.cases import camera, lidar, read_files, report_on, rig_of, written
 from tests.core.formats.test_reports import has
 from tests.core.formats.test_round_trips import again
 
@@ -30,12 +27,6 @@ MEDIUM_DEG = math.degrees(800.0 / 380.0)
 """120.6 degrees, where a pinhole of that focal length has 92.9."""
 
 BENT = {"fx": 380.0, "fy": 380.0, "cx": 400.0, "cy": 300.0, "distortion": BrownConrady(k1=-0.2)}
-
-
-def report_on(name: str, rig: Rig) -> Report:
-    write = FORMATS[name].write
-    assert write is not None
-    return write(rig).report
 
 
 def osi_fields_deg(rig: Rig) -> tuple[float, float]:

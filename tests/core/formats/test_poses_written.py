@@ -15,9 +15,7 @@ from hypothesis import given, settings
 from ruamel.yaml import YAML
 from scipy.spatial.transform import Rotation
 
-from riglens.core.formats.exchange import FORMATS
 from riglens.core.formats.osi import WHEEL_RADIUS_M
-from riglens.core.rig.model import Rig
 from tests.core.formats.cases import (
     OPTICAL_IN_BODY,
     POSES,
@@ -32,17 +30,11 @@ from tests.core.formats.cases import (
     rig_of,
     rotation,
     transform,
+    written,
 )
 from tests.core.formats.test_poses_read import unreal
 
 REAR_AXLE = transform(Rotation.identity(), (VEHICLE.rear_axle_x, 0.0, 0.0))
-
-
-def written(name: str, rig: Rig) -> dict[str, str]:
-    """The text of every file that a format writes."""
-    write = FORMATS[name].write
-    assert write is not None
-    return dict(write(rig).files)
 
 
 def from_rpy_rad(position: Any, rpy_rad: Any) -> Matrix:

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from riglens.core.errors import InputError
-from riglens.core.formats.exchange import FORMATS, READABLE, WRITABLE, read_rig
+from riglens.core.formats.exchange import READABLE, WRITABLE, read_rig
 from riglens.core.formats.mounts import ReadOptions, find_model
 from riglens.core.formats.report import KINDS, Notes, Report
-from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt, Lidar, LinearAngles, Rig, Vehicle
+from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt, Lidar, LinearAngles, Vehicle
 from tests.core.formats.cases import (
     AUTOWARE_KIT,
     CARLA,
@@ -28,19 +28,13 @@ from tests.core.formats.cases import (
     camera,
     lidar,
     read_files,
+    report_on,
     rig_of,
     write_files,
 )
 
 LEVEL = ((0.5, 0.25, 1.75), (0.0, 0.0, 0.0))
 CAR_SAID = ReadOptions(vehicle=VEHICLE, origin_m=(0.0, 0.0, 0.0))
-
-
-def written(name: str, rig: Rig) -> Report:
-    """What is said about writing a rig."""
-    write = FORMATS[name].write
-    assert write is not None
-    return write(rig).report
 
 
 def has(report: Report, *pieces: str) -> bool:
@@ -128,7 +122,7 @@ def test_every_export_says_what_it_leaves_out(name: str) -> None:
         lidar("right", LEVEL, mirror_of="left"),
         lidar("off", LEVEL, enabled=False),
     )
-    report = written(name, rig)
+    report = report_on(name, rig)
     assert has(report, "ignored", "lens distortion", "bent") == (name != "autoware")
     assert has(report, "ignored", "disabled", "off")
     assert has(report, "ignored", "mirror pair", "right")

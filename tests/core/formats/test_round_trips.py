@@ -19,8 +19,8 @@ from tests.core.formats.cases import (
     read_files,
     rig_of,
     sensor_matrix,
+    written,
 )
-from tests.core.formats.test_poses_written import written
 
 BOTH_WAYS = [name for name, format_ in FORMATS.items() if format_.reads and format_.writes]
 NAMES = st.sampled_from(

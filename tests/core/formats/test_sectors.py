@@ -14,8 +14,7 @@ from riglens.core.rig.model import Camera, KannalaBrandt, Lidar, LinearAngles, R
 from riglens.core.rig.presets import preset
 from riglens.core.sensors.radar import Radar, Scan
 from riglens.core.sensors.ultrasonic import Ultrasonic
-from tests.core.formats.cases import OSI, assert_same_pose, read_files, sensor_matrix
-from tests.core.formats.test_poses_written import written
+from tests.core.formats.cases import OSI, assert_same_pose, read_files, sensor_matrix, written
 from tests.core.formats.test_reports import has
 from tests.core.formats.test_round_trips import again
 
@@ -58,9 +57,7 @@ def test_carlas_radar_has_one_symmetric_scan() -> None:
     assert isinstance(back, Radar) and back.scans[0].range_m == 70.0
     assert (back.scans[0].azimuth_deg, back.scans[0].elevation_deg) == ((-45.0, 45.0), (-10.0, 10.0))
     more = RADAR.replace(scans=(WIDE.replace(azimuth_deg=(-10.0, 30.0), range_m=90.0), WIDE))
-    write = FORMATS["carla"].write
-    assert write is not None
-    report = write(Rig(sensors=(more, SONAR))).report
+    report = FORMATS["carla"].write(Rig(sensors=(more, SONAR))).report
     assert has(report, "approximated", "symmetric", "bumper radar") and has(
         report, "1 scans of shorter range"
     )
