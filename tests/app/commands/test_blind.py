@@ -46,16 +46,3 @@ def test_a_profile_of_ones_own_takes_the_place_of_the_others(riglens, tmp_path):
     assert [profile["name"] for profile in document["profiles"]] == ["post"] and document["profiles"][0][
         "passes"
     ]
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (("--width", "-1"), "--width must be between 0 and 5 m (got -1)"),
-        (("--within", "1000"), "--within must be between 1 and 100 m (got 1000)"),
-        (("--out", "map.gif"), "--out must end in .csv or .png"),
-        (("--profile", "missing.yaml"), "missing.yaml: no such file"),
-    ],
-)
-def test_bad_input_is_told_in_one_line(riglens, arguments, said):
-    assert said in riglens("blind", "Center", *arguments).refused()

@@ -3,8 +3,6 @@
 import csv
 import json
 
-import pytest
-
 FEW = ("--directions", "2", "--to", "12")
 
 
@@ -29,18 +27,3 @@ def test_a_detection_range_as_json_csv_and_chart(riglens, tmp_path):
     assert png.read_bytes().startswith(b"\x89PNG")
     assert riglens("card", "Center", *FEW, "--chart", svg, "--json", "-").out == text.read_text()
     assert b"pedestrian" in svg.read_bytes() or svg.read_bytes().startswith(b"<?xml")
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (("--to", "1"), "--to must be between"),
-        (("--deceleration", "0"), "--deceleration must be between"),
-        (("--directions", "0"), "--directions must be between 1 and 72 (got 0)"),
-        (("--min-points", "0"), "--min-points must be between"),
-        (("--chart", "card.bmp"), "--chart must end in .png or .svg (got card.bmp)"),
-    ],
-)
-def test_bad_words_are_told_in_one_line(riglens, words, message):
-    result = riglens("card", "Center", *words)
-    assert result.code == 2 and message in result.err

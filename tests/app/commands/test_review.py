@@ -2,8 +2,6 @@
 
 import json
 
-import pytest
-
 from riglens.app.commands.review import PARTS
 from tests.app.conftest import SMALL_GRID
 
@@ -56,16 +54,3 @@ def test_damage_is_tried_without_changing_the_rig(riglens, small_rig):
     names = [mount["name"] for mount in without["mounts"]["sensors"]]
     assert names == [mount["name"] for mount in whole["mounts"]["sensors"]][2:]
     assert json.loads(riglens(*words).out) == whole
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (("--only", "blind,card"), "--only must be some of blind,range,"),
-        (("--draws", "0"), "--draws must be an integer from 1 to"),
-        (("--errors", "magic"), "--errors must be one of assembly"),
-        (("--min-points", "0"), "--min-points must be"),
-    ],
-)
-def test_bad_input_is_one_line(riglens, words, said):
-    assert said in riglens("review", "Center", *words).refused()

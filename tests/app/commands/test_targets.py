@@ -116,23 +116,6 @@ def test_the_table_has_a_column_for_each_further_kind_of_the_rigs(riglens, boxes
     assert "radars = at least 1 returns" in found and "neither" in found and "ultrasonic" not in found
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (("--within", "0"), "--within must be above 0"),
-        (("--sample", "0"), "--sample must be an integer ≥ 1 (got 0)"),
-        (("--min-points", "-1"), "--min-points must be an integer ≥ 1 (got -1)"),
-        (("--seed", "1.5"), "must be an integer (got 1.5)"),
-        (("--objects", "o.txt"), "--objects must end in .csv or .parquet (got o.txt)"),
-        (("--objects", "no/folder/o.csv"), "cannot be written"),
-        (("Center", "--objects", "o.csv"), "--objects is for one rig (got 2 rigs)"),
-        (("--frames", "3"), "specify it with --boxes"),
-    ],
-)
-def test_bad_input_is_one_line(riglens, words, message):
-    assert message in riglens("targets", "W+T", *words).refused()
-
-
 def test_what_stands_around_hides_road_users(riglens, boxes, tmp_path):
     """A wall right around the car leaves nothing to see; it belongs to the frames of sequence s."""
     walls, poses = tmp_path / "walls.csv", tmp_path / "poses.csv"

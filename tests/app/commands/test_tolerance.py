@@ -39,16 +39,3 @@ def test_the_rig_of_the_worst_draw_scores_what_the_table_says(riglens, boxes, tm
     (rig,) = json.loads(found.out)["rigs"]
     assert rig["classes"]["car"]["any"]["seen"] == spread["worst"]
     assert rig["name"] == f"Center, {profile}, draw {spread['worst_draw']}"
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (("--profile", "magic"), "--errors must be one of assembly"),
-        (("--draws", "0"), "--draws must be an integer from 1 to"),
-        (("--seed", "-1"), "--seed must be an integer from 0 to"),
-        (("--figure", "seen lorry"), "--figure must be one of seen car"),
-    ],
-)
-def test_bad_input_is_told_in_one_line(riglens, arguments, said):
-    assert said in riglens("tolerance", "Center", *arguments).refused()
