@@ -1,13 +1,12 @@
 """`riglens optimise`: a table for people, JSON for programs, rigs in a folder, and refusals in one line."""
 
-import csv
 import json
 
-import numpy as np
 import pytest
 
 import riglens as rl
 from riglens.core.rig.yaml.file import load_rig
+from tests.app.town import write_town
 
 FEW = ("--add", "generic-16", "--spots", "1.4", "--frames", "4", "--held-out", "12", "--threads", "1")
 
@@ -15,21 +14,7 @@ FEW = ("--add", "generic-16", "--spots", "1.4", "--frames", "4", "--held-out", "
 @pytest.fixture(scope="module")
 def town(tmp_path_factory):
     """Objects in 20 frames."""
-    path, rng = tmp_path_factory.mktemp("town") / "boxes.csv", np.random.default_rng(0)
-    with open(path, "w", newline="") as stream:
-        table = csv.writer(stream)
-        table.writerow(["seq", "frame", "cls", "x", "y", "z", "length", "width", "height", "yaw"])
-        for frame in range(20):
-            for cls, size in (
-                ("car", (4.5, 1.9, 1.6)),
-                ("bicycle", (1.8, 0.6, 1.7)),
-                ("pedestrian", (0.6, 0.6, 1.8)),
-            ):
-                for _ in range(2):
-                    turn = rng.uniform(0.0, 6.28)
-                    x, y = rng.uniform(6.0, 40.0) * np.array([np.cos(turn), np.sin(turn)])
-                    table.writerow(["s", frame, cls, f"{x:.2f}", f"{y:.2f}", 0.9, *size, 0])
-    return path
+    return write_town(tmp_path_factory.mktemp("town") / "boxes.csv", frames=20, each=2, far_m=40.0)
 
 
 def test_the_json_the_folder_and_python_say_the_same(riglens, town, tmp_path):

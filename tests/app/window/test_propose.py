@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import queue
 from collections.abc import Iterator
 from dataclasses import replace
@@ -50,6 +49,7 @@ from riglens.widgets.panels.propose.shown import (
     sentence_of,
     verdict_of,
 )
+from tests.app.town import write_town
 from tests.app.window.desk import FullDesk, full_desk
 from tests.app.window_bench import RIG, choose_item
 from tests.waiting import TIMEOUT_MS
@@ -60,20 +60,7 @@ OPTIONS = SearchOptions(("generic-16",), frames=4, spots_m=1.0)
 @pytest.fixture(scope="module")
 def town(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Objects around the car in 10 frames."""
-    path, rng = tmp_path_factory.mktemp("town") / "boxes.csv", np.random.default_rng(0)
-    with open(path, "w", newline="") as stream:
-        table = csv.writer(stream)
-        table.writerow(["seq", "frame", "cls", "x", "y", "z", "length", "width", "height", "yaw"])
-        for frame in range(10):
-            for cls, size in (
-                ("car", (4.5, 1.9, 1.6)),
-                ("bicycle", (1.8, 0.6, 1.7)),
-                ("pedestrian", (0.6, 0.6, 1.8)),
-            ):
-                turn = rng.uniform(0.0, 6.28)
-                x, y = rng.uniform(6.0, 30.0) * np.array([np.cos(turn), np.sin(turn)])
-                table.writerow(["s", frame, cls, f"{x:.2f}", f"{y:.2f}", 0.9, *size, 0])
-    return path
+    return write_town(tmp_path_factory.mktemp("town") / "boxes.csv", frames=10, each=1, far_m=30.0)
 
 
 @pytest.fixture(scope="module")
