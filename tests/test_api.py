@@ -7,7 +7,6 @@ import sys
 import warnings
 from pathlib import Path
 
-import matplotlib.image
 import pytest
 
 import riglens as rl
@@ -203,11 +202,3 @@ def test_a_converted_rig_tells_what_the_format_cannot_hold(tmp_path: Path) -> No
         rl.convert(rig, tmp_path / "rig.unknown")
     assert rl.convert(rig, tmp_path / "rig.unknown", target_format="riglens") == rig
     assert (tmp_path / "rig.unknown").read_text().startswith("riglens: 1")
-
-
-def test_a_picture_is_drawn(scene: rl.Scene, tmp_path: Path, xvfb: str) -> None:
-    out, rig = tmp_path / "picture.png", rl.open_rig("W+T")
-    rl.render(rig, scene, out, view="top", size_px=(320, 200), baseline=moved(rig, 0.5), heatmap="change")
-    picture = matplotlib.image.imread(out)
-    assert picture.shape[:2] == (200, 320)
-    assert picture[..., :3].std() > 0.01

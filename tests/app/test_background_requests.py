@@ -81,27 +81,6 @@ def test_other_rigs_are_scored_as_a_fresh_engine_scores_them_bit_for_bit(desk: D
         assert scores == Engine(desk.scenes[0].field, 1).evaluate(request.rig, SETTINGS).scores
 
 
-def test_what_is_asked_for_again_is_answered_once(desk: Desk) -> None:
-    with desk.recompute._queue.lock:  # the thread starts when everything is in the queue
-        desk.ask("roof", "front")
-        desk.ask("roof")
-    desk.wait(lambda: len(desk.answers) == 2)
-    desk.edit(1)
-    desk.wait(lambda: "edit" in desk.order)
-    assert desk.order == ["front", "roof", "edit"]
-
-
-def test_what_is_forgotten_is_not_answered(desk: Desk) -> None:
-    with desk.recompute._queue.lock:
-        desk.ask("roof", "front", group="old")
-        desk.ask("all", group="new")
-        desk.recompute.drop_group("old")
-    desk.wait(lambda: bool(desk.answers))
-    desk.edit(1)
-    desk.wait(lambda: "edit" in desk.order)
-    assert desk.order == ["all", "edit"]
-
-
 class HeldScoring:
     """Waits inside side jobs until a test lets go, then does as it is told."""
 

@@ -91,15 +91,6 @@ def test_a_pog_has_no_road_users_to_count_points_on(riglens, boxes, tmp_path):
     assert ranks.split()[2:] == ["–"] * 4
 
 
-@pytest.mark.slow
-def test_nuscenes_boxes_order_the_groups_as_the_paper_does(riglens, shared_data):
-    table = shared_data / "boxes" / "nuscenes_mini_val_ego.csv.gz"
-    out = riglens("study", "table1", "--boxes", table, "--origin", "-1.35", "0", "0").out
-    groups = [line for line in out.splitlines() if "LiDAR groups" in line or "camera groups" in line]
-    assert len(groups) == 6
-    assert all(" yes " in line for line in groups)
-
-
 def test_the_csv_of_table1_holds_every_figure_in_full_precision():
     def scores_of(lidar: float) -> Scores:
         one = ClassScores(

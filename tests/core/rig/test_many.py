@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from riglens.core.errors import InputError
-from riglens.core.rig.edits import duplicated, free_name, linked, list_text, with_enabled, without
+from riglens.core.rig.edits import duplicated, free_name, list_text, with_enabled, without
 from riglens.core.rig.model import MAX_SENSORS, Rig
 from riglens.core.rig.presets import preset
 
@@ -35,18 +35,6 @@ def test_copies_stand_behind_the_others_under_names_of_their_own(names: set[str]
     for name, copy in zip((n for n in NAMES if n in names), copies, strict=True):
         x, y, z = RIG.sensor(name).position
         assert grown.sensor(copy).position == (x, y + 0.2, z)
-
-
-def test_the_copy_of_a_mirror_pair_is_a_pair_in_place_and_half_a_pair_stands_alone() -> None:
-    pair = linked(RIG, "CAM_FRONT_LEFT", "CAM_FRONT_RIGHT")
-    grown, copies = duplicated(pair, {"CAM_FRONT_LEFT", "CAM_FRONT_RIGHT"}, 0.2)
-    assert [grown.sensor(name).mirror_of for name in copies] == [None, copies[0]]
-    assert [grown.sensor(name).position for name in copies] == [
-        pair.sensor(name).position for name in ("CAM_FRONT_LEFT", "CAM_FRONT_RIGHT")
-    ]
-    _, (alone,) = duplicated(pair, {"CAM_FRONT_RIGHT"}, 0.2)
-    assert duplicated(pair, {"CAM_FRONT_RIGHT"}, 0.2)[0].sensor(alone).mirror_of is None
-    assert without(pair, {"CAM_FRONT_LEFT"}).sensor("CAM_FRONT_RIGHT").mirror_of is None
 
 
 def test_more_copies_than_a_rig_can_hold_are_refused() -> None:
