@@ -24,7 +24,8 @@ from riglens.core.scene.readers import open_boxes
 from tests.core.test_pog_parts import GRID, HEADER, Build, assert_same, sequence, tables
 from tests.waiting import TIMEOUT_S, poll
 
-SOON = Limits(silent_s=2.0, without_workers_s=0.2)
+SOON = Limits(silent_s=2.0)
+BARE_SOON = Limits(without_workers_s=0.2)
 REPOSITORY = Path(__file__).parents[3]
 
 
@@ -304,20 +305,20 @@ GONE = (
 
 
 @pytest.mark.parametrize(
-    ("victim", "harm"),
+    ("victim", "harm", "limits"),
     [
-        pytest.param("worker", signal.SIGKILL, id="no workers"),
-        pytest.param("scheduler", signal.SIGKILL, id="dead scheduler", marks=pytest.mark.slow),
-        pytest.param("scheduler", signal.SIGSTOP, id="silent scheduler", marks=pytest.mark.slow),
+        pytest.param("worker", signal.SIGKILL, BARE_SOON, id="no workers"),
+        pytest.param("scheduler", signal.SIGKILL, SOON, id="dead scheduler", marks=pytest.mark.slow),
+        pytest.param("scheduler", signal.SIGSTOP, SOON, id="silent scheduler", marks=pytest.mark.slow),
     ],
 )
 def test_a_cluster_that_goes_away_ends_the_build_and_what_is_done_is_kept(
-    build: Build, tmp_path: Path, victim: str, harm: signal.Signals
+    build: Build, tmp_path: Path, victim: str, harm: signal.Signals, limits: Limits
 ) -> None:
     with (
         Cluster(tmp_path) as cluster,
         pytest.raises(ChildProcessError, match=f"({GONE}).*; finished parts are kept: run the same"),
-        cluster_workers(cluster.address, SOON) as workers,
+        cluster_workers(cluster.address, limits) as workers,
     ):
         build.on(workers, lambda _: getattr(cluster, victim).send_signal(harm))
     assert 1 <= build.kept < 8
