@@ -79,7 +79,8 @@ def warm_up(
         engine.evaluate(rig, settings or MetricSettings(), with_seen=False)
         return
     engine.evaluate(WARM_UP, with_seen=False)
-    engine.evaluate(ON_THE_CAR, MetricSettings(body="blocks"), with_seen=False)
+    for one in (engine, Engine(field, 1, for_edits=False)):  # edits beside other programs take one thread
+        one.evaluate(ON_THE_CAR, MetricSettings(body="blocks"), with_seen=False)
     _compile_edits(field)
 
 

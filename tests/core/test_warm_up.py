@@ -38,7 +38,8 @@ for change in (tilt, near, close, lambda sensor: sensor):
 low = lambda sensor: tilt(sensor.replace(position=(*sensor.position[:2], 1.5)))
 for change in (low, lambda sensor: low(sensor).replace(rpy_deg=sensor.rpy_deg)):
     sensors = tuple(change(sensor) for sensor in rig.sensors)
-    engine.evaluate(rig.model_copy(update={"sensors": sensors}), MetricSettings(body="blocks"))
+    for one in (engine, Engine(field, 1)):  # few threads, as beside other programs
+        one.evaluate(rig.model_copy(update={"sensors": sensors}), MetricSettings(body="blocks"))
 first = rig.sensors[0]
 for x in (0.0, 0.1):
     moved = first.replace(position=(x, *first.position[1:]))
