@@ -19,6 +19,7 @@ from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensors.registry import kind_of
 from riglens.core.targets.engine import TargetEngine
+from riglens.core.targets.quantities import RESOLVED
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import Traffic
 
@@ -195,12 +196,12 @@ def guard(
 
 
 def verdict(kept: Sequence[Kept]) -> Verdict:
-    """Return "resolved" where the gain in held-out frames is two standard errors and half of the gain when chosen, and
-    two standard errors in all other data."""
+    """Return "resolved" where the gain in held-out frames is large enough to tell rigs apart, two standard errors and
+    half of the gain when chosen, and two standard errors in all other data."""
     held_out = next((one for one in kept if one.case == HELD_OUT), None)
     if held_out is None:
         return "not checked"
-    is_resolved = held_out.is_clear and held_out.share >= KEPT
+    is_resolved = held_out.gain >= RESOLVED and held_out.is_clear and held_out.share >= KEPT
     is_resolved &= all(one.is_clear for one in kept if one.is_other_data)
     return "resolved" if is_resolved else "not resolved"
 

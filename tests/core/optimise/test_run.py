@@ -311,6 +311,7 @@ def test_a_gain_that_stays_is_resolved_and_one_that_halves_is_not() -> None:
     assert verdict([Kept(HELD_OUT, 0.02, 0.011, 0.8)]) == "not resolved"
     assert verdict([Kept(HELD_OUT, 0.02, 0.005, 0.4)]) == "not resolved"
     assert verdict([Kept(HELD_OUT, 0.0, 0.0, 0.0)]) == "not resolved"
+    assert verdict([Kept(HELD_OUT, 0.009, 0.001, 0.9)]) == "not resolved"  # tells no rigs apart
     assert verdict([]) == "not checked"
 
 
