@@ -308,7 +308,7 @@ GONE = (
     ("victim", "harm", "limits"),
     [
         pytest.param("worker", signal.SIGKILL, BARE_SOON, id="no workers"),
-        pytest.param("scheduler", signal.SIGKILL, SOON, id="dead scheduler", marks=pytest.mark.slow),
+        pytest.param("scheduler", signal.SIGKILL, BARE_SOON, id="dead scheduler", marks=pytest.mark.slow),
         pytest.param("scheduler", signal.SIGSTOP, SOON, id="silent scheduler", marks=pytest.mark.slow),
     ],
 )
