@@ -25,7 +25,7 @@ from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt, Rig
 from riglens.core.rig.pose_text import parse_pose
 from riglens.core.rig.presets import preset
 from riglens.core.rig.yaml.file import dumps, same_rig
-from riglens.core.scene import pog_checks
+from riglens.core.scene import pog_store
 from riglens.core.scene.boxes import BoxBatch, FrameLabels, rotations_from_quaternions, rotations_from_yaw
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import PogSum, build_pog
@@ -106,7 +106,7 @@ def test_a_pog_larger_than_the_free_memory_is_refused_before_it_is_taken(
 ) -> None:
     stored = io.BytesIO()
     write_pog(build_pog(BOXES, GRID), stored)
-    monkeypatch.setattr(pog_checks.psutil, "virtual_memory", lambda: SimpleNamespace(available=100))
+    monkeypatch.setattr(pog_store.psutil, "virtual_memory", lambda: SimpleNamespace(available=100))
     with pytest.raises(ValueError, match=r"words: needs .* GB of memory"):
         read_pog(stored)
 
