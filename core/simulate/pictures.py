@@ -13,8 +13,7 @@ from riglens.core.kernels.objects.pictures import NO_RAY, OWN_CAR, SKY
 from riglens.core.kernels.objects.sweeps import GROUND, STATIC
 from riglens.core.rig.model import Camera, Rig
 from riglens.core.simulate.clutter import KINDS
-from riglens.core.simulate.own_body import own_solid, stopped_m
-from riglens.core.simulate.sweeps import canvas_for
+from riglens.core.simulate.sweeps import canvas_for, own_solid, stopped_m
 from riglens.core.simulate.world import World, Worlds
 from riglens.core.targets.beams import beams_of
 from riglens.core.vehicle.solid import Solid

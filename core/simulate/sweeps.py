@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -11,15 +12,17 @@ from numpy.typing import NDArray
 from riglens.core.kernels.objects import sweeps as kernel
 from riglens.core.kernels.objects.box_frames import Beams, Canvas
 from riglens.core.kernels.objects.sweeps import GROUND, STATIC
-from riglens.core.rig.model import Lidar, Rig
-from riglens.core.simulate.own_body import own_solid, stopped_m
+from riglens.core.metric.scores import Body
+from riglens.core.rig.model import Lidar, Rig, Sensor
+from riglens.core.sensing.body_ends import barrier_of
 from riglens.core.simulate.settings import SimulationSettings
 from riglens.core.simulate.world import World, Worlds, earlier
-from riglens.core.targets.beams import beams_of
+from riglens.core.targets.beams import NOT_STOPPED, beams_of, stops_of
 from riglens.core.targets.contribution import phases_rad
 from riglens.core.targets.draws import mixed, sensor_key
 from riglens.core.targets.range_law import anchors_of, glass_of, range_for
 from riglens.core.targets.shapes import REFLECTIVITY, WIDTH
+from riglens.core.vehicle.housings import car_of
 from riglens.core.vehicle.solid import Solid
 
 __all__ = ["GROUND", "STATIC", "Simulator", "Sweep"]
@@ -150,6 +153,18 @@ def _source(lidar: Lidar, body: Solid | None, settings: SimulationSettings) -> _
     )
     beams = beams_of(lidar, glass=glass_of(lidar, settings.targets()), ends_m=ends_m)
     return _Source(lidar, beams, (returns, noise, losses), _law(lidar, settings))
+
+
+def own_solid(rig: Rig, said: Body | None) -> Solid | None:
+    """Return the body of a rig's car where it blocks, as said or else as the rig says."""
+    return car_of(rig) if (said or rig.body) == "blocks" else None
+
+
+@lru_cache(maxsize=32)
+def stopped_m(sensor: Sensor, body: Solid | None) -> NDArray[np.float64]:
+    """Return the distances of `riglens.core.targets.beams.stops_of`, kept: a native camera takes seconds, and a
+    process needs it many times."""
+    return NOT_STOPPED if body is None else stops_of(sensor, barrier_of(sensor, body))
 
 
 def canvas_for(beams: Beams) -> Canvas:
