@@ -22,6 +22,7 @@ from riglens.core.review.mounts import (
     beyond_m,
     is_in_zone,
     is_painted,
+    sizes_m,
 )
 from riglens.core.review.outline import Outline
 from riglens.core.rig.edits import mirrored_pose, partner_of
@@ -408,12 +409,7 @@ def _outs(rig: Rig, outline: Outline, sensors: Sequence[Sensor]) -> Doubles:
 
 def _grows(out: Doubles, rules: MountLimits, rig: Rig, outline: Outline) -> NDArray[np.bool_]:
     """Return whether housings that stick out so far (..., 5) make the car larger than the rules allow, (...)."""
-    sizes = (
-        (outline.length_m + out[..., 0] + out[..., 1], rules.length_m),
-        (outline.width_m + out[..., 2] + out[..., 3], rules.width_m),
-        (rig.vehicle.height + out[..., 4], rules.total_height_m),
-    )
-    over = [size > most for size, most in sizes if most is not None]
+    over = [size > most for _, size, most in sizes_m(out, rig, outline, rules) if most is not None]
     return np.asarray(np.any([np.zeros(out.shape[:-1], np.bool_), *over], axis=0))
 
 

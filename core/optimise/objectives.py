@@ -55,10 +55,6 @@ class CameraTableMaker(ObjectTableMaker):
     def _covered(self, sensor: Sensor, one: Contribution) -> Cells:
         return np.flatnonzero(heights_px(cast(Camera, sensor), one.found) >= HEIGHT_PX).astype(np.int32)
 
-    def owners_of(self, numbers: Cells | Ids) -> Cells:
-        """Return the objects, which are their own numbers."""
-        return np.asarray(numbers, np.int32)
-
 
 class SeenTableMaker(TableMaker):
     """Table maker that finds the voxels that LiDARs traverse, each worth its share of the entropy of its classes.
@@ -90,10 +86,6 @@ class SeenTableMaker(TableMaker):
             if not self._caster.mark(sensor, "exact", self._caster.window(sensor), marks, is_stale, barrier):
                 raise Cancelled
         return np.flatnonzero(_bits(marks)[self._keep]).astype(np.int32)
-
-    def owners_of(self, numbers: Cells | Ids) -> Cells:
-        """Return the voxels, which are objects of one cell."""
-        return np.asarray(numbers, np.int32)
 
 
 def _bits(words: NDArray[np.uint64]) -> NDArray[np.bool_]:

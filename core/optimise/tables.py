@@ -217,9 +217,9 @@ class TableMaker(ABC):
         """Yield the numbers that each of some sets of sensors covers, in order."""
         return (self.cells_of(sensors, is_stale) for sensors in sets)
 
-    @abstractmethod
     def owners_of(self, numbers: Cells | Ids) -> Cells:
-        """Return the objects of rising numbers."""
+        """Return the objects of rising numbers: these themselves, where each object has one cell."""
+        return np.asarray(numbers, np.int32)
 
     def known(self, base: Cells) -> Cells:
         """Return how many of some numbers each object has, (objects,)."""

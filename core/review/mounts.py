@@ -244,15 +244,21 @@ def _complaints(mount: Mount, limits: MountLimits) -> list[str]:
 
 def _size_complaints(rig: Rig, mounts: tuple[Mount, ...], limits: MountLimits) -> list[Violation]:
     """Return the violations of the car's size with its sensors."""
-    outline = Outline.of(rig.vehicle)
-    out = {side: max([0.0, *(mount.beyond_m[side] for mount in mounts)]) for side in SIDES}
-    sizes = (
-        ("length", outline.length_m + out["front"] + out["rear"], limits.length_m),
-        ("width", outline.width_m + out["left"] + out["right"], limits.width_m),
-        ("height", rig.vehicle.height + out["top"], limits.total_height_m),
-    )
+    beyond = np.array([list(mount.beyond_m.values()) for mount in mounts]).reshape(-1, len(SIDES))
+    out = beyond.max(axis=0, initial=0.0)
     return [
         Violation("car", f"{word} with sensors must be at most {most:g} m (is {size:.3f} m)")
-        for word, size, most in sizes
+        for word, size, most in sizes_m(out, rig, Outline.of(rig.vehicle), limits)
         if most is not None and size > most
     ]
+
+
+def sizes_m(
+    out: Doubles, rig: Rig, outline: Outline, limits: MountLimits
+) -> tuple[tuple[str, Doubles, float | None], ...]:
+    """Return length, width and height (...) of the car with housings that stick out by SIDES (..., 5), and limits."""
+    return (
+        ("length", outline.length_m + out[..., 0] + out[..., 1], limits.length_m),
+        ("width", outline.width_m + out[..., 2] + out[..., 3], limits.width_m),
+        ("height", rig.vehicle.height + out[..., 4], limits.total_height_m),
+    )
