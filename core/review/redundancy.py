@@ -149,17 +149,18 @@ def voxel_coverage(
         kernel.sum_by_sector(voxels, sectors, depth, field.entropies, sums)
         return sums[:, : len(CLASSES)]
 
-    def seen_by(names: Iterable[str]) -> tuple[Words, Words]:
-        return _once_and_twice((own[name] for name in names), keep)
+    def seen_by(names: Iterable[str]) -> Words:
+        return _once_and_twice((own[name] for name in names), keep)[0]
 
-    kinds = (seen_by(s.name for s in sensors if s.kind == kind)[0] for kind in kind_names())
+    kinds = (seen_by(s.name for s in sensors if s.kind == kind) for kind in kind_names())
     levels = covered_at_least(engine, rig, method)
     by_one, by_two = levels[0] & ~levels[1], levels[1] & ~levels[2]
     alone = {name: entropy(voxels & by_one) for name, voxels in own.items()} if with_failures else {}
 
     def lost(members: tuple[str, ...]) -> Sums:
         if len(members) > 2:
-            return entropy(seen_by(members)[0] & ~seen_by(own.keys() - members)[0])
+            return entropy(seen_by(members) & ~seen_by(own.keys() - members))
+        # of up to two sensors it is what exactly one of them sees, and what exactly these two do
         shared = [entropy(own[one] & own[other] & by_two) for one, other in combinations(members, 2)]
         return np.asarray(np.sum([*(alone[name] for name in members), *shared], axis=0))
 
