@@ -14,16 +14,7 @@ from riglens.widgets.theme import DARK, LIGHT
 from riglens.widgets.viewport.drawn_scene import DrawnScene
 from riglens.widgets.viewport.scene_state import SceneState
 
-SIZE_PX = (320, 200)
 AROUND = [OrbitCamera((0.0, 0.0, 0.9), 13.0, azimuth, 18.0) for azimuth in (-50.0, 40.0, 130.0, 220.0)]
-
-
-@pytest.fixture
-def plotter():
-    plotter = pv.Plotter(off_screen=True, window_size=list(SIZE_PX), lighting="none")
-    render_window(plotter).SetMultiSamples(0)
-    yield plotter
-    plotter.close()
 
 
 def picture(plotter: pv.Plotter, scene: DrawnScene, camera: OrbitCamera, quick: bool) -> np.ndarray:

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import pyvista as pv
 
 from riglens.core.rig.model import Rig, Vehicle
 from riglens.core.scene.grid import VoxelGrid
@@ -16,22 +15,11 @@ from riglens.widgets.sensors.ray_look import RayLook
 from riglens.widgets.theme import LIGHT
 from riglens.widgets.viewport.drawn_scene import DrawnScene
 from riglens.widgets.viewport.scene_state import SceneState
+from tests.widgets.conftest import BOTH_SIZES
 from tests.widgets.viewport.test_still import LIDAR, wall
 
 CAMERA = OrbitCamera((0.0, 0.0, 0.7), 14.0, -70.0, 12.0)
 STATE = SceneState(rig=Rig(sensors=(LIDAR,)), heatmap=wall(4.0), camera=CAMERA)
-
-
-@pytest.fixture(params=[(320, 200), (323, 199)], ids=["even", "odd"])
-def plotter(request):
-    plotter = pv.Plotter(off_screen=True, window_size=list(request.param), lighting="none")
-    render_window(plotter).SetMultiSamples(0)
-    yield plotter
-    plotter.close()
-
-
-ODD = pytest.mark.parametrize("plotter", [(323, 199)], indirect=True)
-"""For what has nothing to do with stretching: one size is enough."""
 
 
 def picture(plotter, scene, quick):
@@ -51,6 +39,7 @@ def blocks(image):
     return image[: 10 * height, : 10 * width].reshape(height, 10, width, 10, 3).mean(axis=(1, 3))
 
 
+@BOTH_SIZES
 def test_a_moving_picture_shows_everything_where_it_is_at_rest(plotter):
     scene = DrawnScene(plotter)
     scene.show(STATE)
@@ -60,6 +49,7 @@ def test_a_moving_picture_shows_everything_where_it_is_at_rest(plotter):
     assert np.abs(rest.mean(axis=(0, 1)) - moving.mean(axis=(0, 1))).max() < 4.0
 
 
+@BOTH_SIZES
 def test_only_the_haze_is_coarse_and_only_while_something_moves(plotter):
     scene = DrawnScene(plotter)
     scene.show(STATE)
@@ -71,7 +61,6 @@ def test_only_the_haze_is_coarse_and_only_while_something_moves(plotter):
     assert scene._stage.haze_size == (width, height)
 
 
-@ODD
 @pytest.mark.parametrize("selected", [None, "roof"])
 def test_edges_are_smooth_with_and_without_anything_in_front(plotter, selected):
     scene = DrawnScene(plotter)
@@ -82,6 +71,7 @@ def test_edges_are_smooth_with_and_without_anything_in_front(plotter, selected):
     assert len(np.unique(smooth.reshape(-1, 3), axis=0)) > 1.2 * len(np.unique(rough.reshape(-1, 3), axis=0))
 
 
+@BOTH_SIZES
 def test_the_coarse_haze_follows_the_size_of_the_window(plotter):
     scene = DrawnScene(plotter)
     scene.show(STATE)
@@ -95,6 +85,7 @@ def test_the_coarse_haze_follows_the_size_of_the_window(plotter):
 BARE = replace(STATE, heatmap=None, rig=Rig(), show_legend=False)
 
 
+@BOTH_SIZES
 def test_ground_grid_and_metres_are_the_same_pixels_while_something_moves(plotter):
     scene = DrawnScene(plotter)
     scene.show(replace(BARE, camera=OrbitCamera((12.0, 0.0, 0.0), 12.0, -70.0, 40.0)))
@@ -103,6 +94,7 @@ def test_ground_grid_and_metres_are_the_same_pixels_while_something_moves(plotte
     assert np.array_equal(rest, moving)
 
 
+@BOTH_SIZES
 def test_every_frame_of_a_drag_shows_the_backdrop_and_only_the_first_draws_it(plotter):
     scene = DrawnScene(plotter)
     scene.show(STATE)
@@ -111,7 +103,6 @@ def test_every_frame_of_a_drag_shows_the_backdrop_and_only_the_first_draws_it(pl
     assert not scene._stage.backdrop.GetDraw()
 
 
-@ODD
 @pytest.mark.parametrize(
     "change",
     [

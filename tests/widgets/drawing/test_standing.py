@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import pyvista as pv
 
 from riglens.core.rig.model import Rig
 from riglens.widgets.drawing.camera import OrbitCamera
@@ -31,14 +30,6 @@ class HandClock:
 
     def __call__(self):
         return self.now_s
-
-
-@pytest.fixture
-def plotter():
-    plotter = pv.Plotter(off_screen=True, window_size=[321, 200], lighting="none")
-    render_window(plotter).SetMultiSamples(0)
-    yield plotter
-    plotter.close()
 
 
 @pytest.fixture

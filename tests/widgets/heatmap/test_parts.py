@@ -11,7 +11,7 @@ from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.drawing.stage import render_window
 from riglens.widgets.heatmap.levels import LEVEL_LAYERS, RowsBehind, full_level, in_parts
 from riglens.widgets.viewport.drawn_scene import DrawnScene
-from tests.widgets.drawing.test_stage import STATE, plotter  # noqa: F401
+from tests.widgets.drawing.test_stage import STATE
 
 RANDOM = np.random.default_rng(3)
 CENTRES = RANDOM.uniform((-30, -20, 0), (30, 20, 4), (20_000, 3)).astype(np.float32)
@@ -49,7 +49,7 @@ def pixels(scene: DrawnScene, window) -> np.ndarray:
 
 
 @pytest.mark.parametrize("smooth", [False, True], ids=["rough", "smooth"])
-def test_drawn_in_parts_the_picture_is_the_same_to_the_last_bit(plotter, smooth, monkeypatch) -> None:  # noqa: F811
+def test_drawn_in_parts_the_picture_is_the_same_to_the_last_bit(plotter, smooth, monkeypatch) -> None:
     monkeypatch.setattr("riglens.widgets.heatmap.levels.in_parts.__defaults__", (5e3,))
     scene, window = DrawnScene(plotter), render_window(plotter)
     scene.show(STATE)
@@ -63,7 +63,7 @@ def test_drawn_in_parts_the_picture_is_the_same_to_the_last_bit(plotter, smooth,
     assert np.array_equal(pixels(scene, window), at_once)
 
 
-def test_a_picture_that_was_given_up_leaves_nothing_in_the_next_one(plotter, monkeypatch) -> None:  # noqa: F811
+def test_a_picture_that_was_given_up_leaves_nothing_in_the_next_one(plotter, monkeypatch) -> None:
     monkeypatch.setattr("riglens.widgets.heatmap.levels.in_parts.__defaults__", (5e3,))
     scene, window = DrawnScene(plotter), render_window(plotter)
     scene.show(STATE)

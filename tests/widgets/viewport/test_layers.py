@@ -24,6 +24,7 @@ from riglens.widgets.sensors.rays import RaysLayer, fan_of, fan_rows
 from riglens.widgets.theme import DARK, LIGHT, mix, rgb
 from riglens.widgets.viewport.ground_layer import GroundLayer
 from tests.core.vehicle.solids import body_ends
+from tests.widgets.conftest import contrast
 
 GRID = VoxelGrid()
 LIDAR = Lidar(
@@ -210,18 +211,3 @@ def test_rings_of_a_lidar_that_is_not_selected_stand_out_from_the_ground(layer, 
     ring = np.asarray(pv.wrap(layer._fans[False].edges.mapper.GetInput())["rgba"])[0] / 255.0
     shown = ring[3] * ring[:3] + (1.0 - ring[3]) * np.array(rgb(palette.ground))
     assert contrast(shown, rgb(palette.ground)) > 1.8
-
-
-def contrast(first, second) -> float:
-    """Contrast ratio of two colours (WCAG 2)."""
-    lows, highs = sorted(0.05 + luminance(colour) for colour in (first, second))
-    return highs / lows
-
-
-def luminance(colour) -> float:
-    linear = np.where(
-        np.asarray(colour) <= 0.04045,
-        np.asarray(colour) / 12.92,
-        ((np.asarray(colour) + 0.055) / 1.055) ** 2.4,
-    )
-    return float(linear @ [0.2126, 0.7152, 0.0722])
