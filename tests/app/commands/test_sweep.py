@@ -3,6 +3,8 @@
 # ruff: noqa: F811
 
 import json
+import os
+import signal
 from pathlib import Path
 
 import pytest
@@ -157,6 +159,25 @@ def test_an_interrupted_sweep_computes_only_what_is_missing(
 
 
 MANY = ("--vary", "roof.z=1.7:2.1:20", "--vary", "roof.yaw=0:90:20")
+
+
+@pytest.mark.slow
+def test_a_killed_sweep_goes_on_and_gives_the_same_bytes(riglens_process, sweep, boxes, small_rig, tmp_path):
+    out, parts = tmp_path / "killed.parquet", tmp_path / "killed.parquet.parts"
+    words = ("sweep", small_rig, "--boxes", boxes, "--out", out, *COMMON, *MANY, "--workers", "2")
+    process = riglens_process(*words)
+    wait_for_part(process, parts)
+    os.kill(process.pid, signal.SIGKILL)
+    process.communicate()
+    assert not out.exists()
+    kept = {path.name: path.stat().st_mtime_ns for path in parts.glob("*.piece")}
+    again = riglens_process(*words)
+    wait_for_part(again, parts, min(len(kept) + 1, 4))
+    assert kept.items() <= {path.name: path.stat().st_mtime_ns for path in parts.glob("*.piece")}.items()
+    _, errors = again.communicate(timeout=TIMEOUT_S)
+    assert again.returncode == 0, errors
+    sweep(*MANY, "--workers", "1")
+    assert out.read_bytes() == (tmp_path / "out.parquet").read_bytes() and not parts.exists()
 
 
 @pytest.mark.slow

@@ -1,5 +1,9 @@
 """A data set on the disk: whatever interrupts it, the files are the same; what does not fit is told in one line."""
 
+import os
+import signal
+import subprocess
+import sys
 import zipfile
 from collections.abc import Callable
 from dataclasses import replace
@@ -28,6 +32,9 @@ from riglens.core.simulate.sweeps import GROUND, STATIC, Simulator
 from riglens.core.simulate.units import Extras, simulate_unit, unpacked
 from riglens.core.simulate.world import Worlds
 from tests.core.simulate.small import CAMERA, SETTINGS, dataset, lidar, make, rig, road_users
+from tests.waiting import poll
+
+REPOSITORY = Path(__file__).resolve().parents[3]
 
 
 @pytest.fixture(autouse=True)
@@ -78,6 +85,28 @@ def test_what_was_interrupted_goes_on_to_the_same_files(
     (tmp_path / "set" / "samples" / "LIDAR_TOP" / "half").unlink()
     assert content(tmp_path / "set") == whole
     assert DatasetFolder(tmp_path / "set", what).is_complete
+
+
+_CHILD = """
+from pathlib import Path
+from riglens.core.simulate import dataset as module
+from tests.core.simulate.small import dataset, make
+module.UNIT_FRAMES = 2
+make(Path({path!r}), dataset())
+"""
+
+
+def test_a_killed_run_goes_on_to_the_same_files(tmp_path: Path, whole: dict[str, bytes]) -> None:
+    """Killed as soon as the first piece is there, in the middle of whatever comes next."""
+    path = tmp_path / "set"
+    child = subprocess.Popen([sys.executable, "-c", _CHILD.format(path=str(path))], cwd=REPOSITORY)
+    try:
+        poll(lambda: child.poll() is not None or any((path / ".riglens").glob("unit-*")))
+        os.kill(child.pid, signal.SIGKILL)
+    finally:
+        child.wait()
+    make(path, dataset())
+    assert content(path) == whole
 
 
 def interrupted(path: Path, what: module.Dataset) -> None:
