@@ -15,7 +15,7 @@ ALL = -1
 
 
 class Fan(NamedTuple):
-    """What the fans need of an upright sensor beside its rays.
+    """A fan: what is known of the rays of an upright sensor beside the `Cast` itself.
 
     headings (planes, 2) unit vectors in x and y of the vehicle; slopes (rays,), ascending, are dz by forward
     distance, which is scales (planes,) times the distance along the heading; near, far (rays,): forward distances
