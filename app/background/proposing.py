@@ -40,7 +40,7 @@ WORK = "riglens.app.background.proposing:main"
 NICE = 10
 """Niceness of the process, so that edits in the window take precedence."""
 IMPROVED_WITHIN_M = 0.5
-"""How far from where it is a sensor gets a better mount."""
+"""Greatest distance of a better mount from where the sensor is."""
 SearchWork = Literal["add", "improve", "skin"]
 
 

@@ -153,7 +153,8 @@ class Desk(Hands):
 class StandIn(SimpleNamespace):
     """Something like a LoadedScene, equal only to itself."""
 
-    __eq__, __hash__ = object.__eq__, object.__hash__
+    __eq__ = object.__eq__
+    __hash__ = object.__hash__  # type: ignore[assignment]
 
 
 def loaded(grid: VoxelGrid = GRID) -> Any:
