@@ -93,7 +93,7 @@ def test_everything_in_the_window_calls_parallel_kernels_on_one_thread(
             bench.session.pick((20, 20, 2))
             bench.settle()
             qtbot.waitUntil(
-                lambda: bench.features.sensor_view.pictures.wait_until_idle(0.0), timeout=TIMEOUT_MS
+                lambda: bench.features.sensor_view.is_current, timeout=TIMEOUT_MS
             )
             qtbot.waitUntil(lambda: bench.features.targets.is_current, timeout=TIMEOUT_MS)
             qtbot.waitUntil(lambda: bench.features.detection_range.is_current, timeout=TIMEOUT_MS)

@@ -155,6 +155,7 @@ class SensorView(Feature):
         self.panel, self.pictures = SensorViewPanel(), make_pictures(self)
         self._no_scene = LOADING
         self._asked: PictureRequest | None = None
+        self._is_answered = True
         self.dock = bench.docks.add(
             "Sensor view", self.panel, Qt.DockWidgetArea.RightDockWidgetArea, beside="Inspector"
         )
@@ -170,6 +171,11 @@ class SensorView(Feature):
         self.document.failed_changed.connect(self._show_notes)
         self.session.scene_changed.connect(self._on_scene)
         bench.recompute.load_ended.connect(self._on_load_ended, Qt.ConnectionType.QueuedConnection)
+
+    @property
+    def is_current(self) -> bool:
+        """Return whether the picture shown is the one requested last."""
+        return self._is_answered
 
     def _follow_frame(self, number: int) -> None:
         """Show the frame that the 3D view shows."""
@@ -196,7 +202,7 @@ class SensorView(Feature):
             return
         sensor, scene = self.document.selected_sensor(), self.session.scene
         if sensor is None or scene is None:
-            self._asked = None
+            self._asked, self._is_answered = None, True
             has_sensors = bool(self.document.rig.sensors)
             why = self._no_scene if scene is None else NOTHING_SELECTED if has_sensors else NO_SENSORS
             self.panel.show_text(why)
@@ -205,7 +211,7 @@ class SensorView(Feature):
             sensor, self.panel.chosen_frame, scene, self.viewport.state.vehicle, self.document.rig.obstacles
         )
         if request != self._asked:
-            self._asked = request
+            self._asked, self._is_answered = request, False
             if self.panel.page is self.panel.text:
                 self.panel.show_text(WAITING)
             self.pictures.ask(request)
@@ -213,6 +219,8 @@ class SensorView(Feature):
     def _show(self, request: PictureRequest, picture: SensorPicture) -> None:
         """Show a picture of the selected sensor; also one for an earlier pose, until the next arrives."""
         sensor = self.document.selected_sensor()
+        if request is self._asked:
+            self._is_answered = True
         if sensor is None or sensor.name != request.sensor.name or request.scene is not self.session.scene:
             return
         self.panel.set_title(visible(sensor.name))
@@ -235,5 +243,5 @@ class SensorView(Feature):
             self.panel.set_note(" ".join(note for note in (about, off, failed) if note))
 
     def _on_failed(self, problem: str) -> None:
-        self._asked = None
+        self._asked, self._is_answered = None, True
         self.panel.show_text(problem)
