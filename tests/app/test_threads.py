@@ -92,9 +92,7 @@ def test_everything_in_the_window_calls_parallel_kernels_on_one_thread(
             bench.drag(name, (0.2, 0.1, 2.1), (0.4, 0.1, 2.2))
             bench.session.pick((20, 20, 2))
             bench.settle()
-            qtbot.waitUntil(
-                lambda: bench.features.sensor_view.is_current, timeout=TIMEOUT_MS
-            )
+            qtbot.waitUntil(lambda: bench.features.sensor_view.is_current, timeout=TIMEOUT_MS)
             qtbot.waitUntil(lambda: bench.features.targets.is_current, timeout=TIMEOUT_MS)
             qtbot.waitUntil(lambda: bench.features.detection_range.is_current, timeout=TIMEOUT_MS)
         rows = bench.features.compare

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from riglens.core.rig.model import Camera, Lidar, Sensor
 from riglens.core.sensing.rays import clip_to_roi, sensor_rays
+from riglens.core.sensors.camera import field_of_view_deg
 from tests.core.builders import camera, grid_of, lidar, random_sensor, spinning
 from tests.core.oracle import camera_directions, grid_rays, lidar_directions, slab_lengths, vehicle_directions
 
@@ -135,3 +136,10 @@ def test_clipping_bears_denormal_directions(tiny: float) -> None:
 def test_clipping_respects_the_range() -> None:
     t0, t1 = clip_to_roi(GRID, sensor_rays(lidar((0.0, 0.0, 1.0), range_m=(0.5, 2.0))))
     assert (t0[0], t1[0]) == (0.5, 2.0)
+
+
+def test_the_field_of_view_of_an_image_off_its_centre_is_the_sum_of_both_sides() -> None:
+    found = field_of_view_deg(by_intrinsics())
+    across = math.atan(801.25 / 700.0) + math.atan(798.75 / 700.0)
+    upwards = math.atan(444.0 / 650.5) + math.atan(456.0 / 650.5)
+    assert found == pytest.approx(np.degrees([across, upwards]).tolist())

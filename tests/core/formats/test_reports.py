@@ -199,6 +199,14 @@ def test_the_list_of_formats_is_the_documented_one() -> None:
     assert list(WRITABLE) == [*both, "osi"]
 
 
+def test_what_pandaset_files_lack_is_told_of_each_sensor() -> None:
+    calibration = PANDASET["calibration.yaml"]
+    files = {"calibration.yaml": calibration.replace("main_pandar64", "front_gt")}
+    report = read_files(files, "pandaset").report
+    assert has(report, "approximated", "image size not in the file: 1920 x 1080 pixels", "(front_camera)")
+    assert has(report, "converted", "its own x right and y forward", "(front_gt)")
+
+
 def test_unknown_types_and_single_beams_of_carla_are_told() -> None:
     lidar = {"type": "sensor.lidar.hss", "id": "l", "channels": 1, "lower_fov": -30.0, "upper_fov": 10.0}
     odd = {"type": "sensor.camera.x_ray", "id": "c", "image_size_x": 800, "image_size_y": 600}

@@ -188,7 +188,9 @@ def test_the_worst_draw_can_be_drawn_again() -> None:
 
 def test_draws_taken_one_by_one_with_pauses_are_those_of_one_go() -> None:
     rig, profile = looking_down(), profile_called("assembly")
-    whole = tolerance(rig, profile, ring_m, 16, 3, with_sensitivities=False)
+    told = list[float]()
+    whole = tolerance(rig, profile, ring_m, 16, 3, with_sensitivities=False, progress=told.append)
+    assert told == [done / 21 for done in range(1, 22)]
     run, known = ToleranceRun(rig, profile, 16, 3), []
     assert run.result() is None and run.steps == 1 + 16 + 4
     while run.done < run.steps:

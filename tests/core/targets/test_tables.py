@@ -115,6 +115,7 @@ def test_a_median_of_an_even_number_lies_between_the_middle_two() -> None:
     rays = lidar((0.0, 0.0, 1.0))  # one ray: the near box has one point, the far one none
     found = TargetEngine(among, threads=1).evaluate(rig_of(rays), EXACT)
     assert table_of(among, found, found, quantity("points")).cells.value[0, 0] == 0.5
+    assert found.classes[CLASSES[0]].total.median_points == 0.5
 
 
 def test_sectors_are_centred_on_the_axes_and_count_to_the_left() -> None:
