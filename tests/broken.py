@@ -15,8 +15,8 @@ WORDS = (
     b"\xef\xbb\xbf", b"\xed\xa0\x80", b"\xe2\x80\xa8", b"\xf0\x9f\x98\x80", b"cos\nsystem\n(S'x'\ntR.", b"\x80\x04\x95",
     b"\x1f\x8b", b"PAR1", b"ARROW1", b"|O8", b"<f8", b"(8, 999999999)", b"\xff\xff\xff\x7f", b"\xff" * 8, b"\x00" * 8,
 )  # fmt: skip
-"""What parsers trip over: extreme numbers, quotes, nesting, entities, tags, other encodings, marks of other formats,
-pickles."""
+"""Input that parsers trip over: extreme numbers, quotes, nesting, entities, tags, other encodings, pickles, marks of
+other formats."""
 _NUMBER = re.compile(rb"-?\d+(\.\d+)?([eE][-+]?\d+)?")
 _NAME = re.compile(rb"[A-Za-z_]\w*")
 

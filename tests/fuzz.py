@@ -69,7 +69,7 @@ class Target:
     is_named: bool = False
 
     def is_told_by(self, line: str) -> bool:
-        """Whether a line says well enough what is wrong."""
+        """Return whether a line names what is wrong."""
         names = (
             [name for file in self.files for name in (file.name, file.parent.name)] if self.is_named else [""]
         )

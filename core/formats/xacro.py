@@ -59,7 +59,7 @@ class _Scope:
         return _Scope(self.values.new_child(), self.blocks.new_child())
 
     def outer(self, levels: int) -> _Scope:
-        """Return the scope that is so many levels outside."""
+        """Return the scope the given number of levels further out."""
         return _Scope(ChainMap(*self.values.maps[levels:]), ChainMap(*self.blocks.maps[levels:]))
 
 

@@ -324,8 +324,8 @@ def test_changes_are_made_to_the_rig_as_it_is_now() -> None:
 
 # ---------------------------------------------------------------------- the process
 def answers(*messages: object, at_once: bool = True) -> list[Any]:
-    """What the process answers to messages that are all there when it looks, at the end of which it ends; or to
-    messages that come when the one before has been served."""
+    """Return the answers of the process to messages that have all arrived when it starts; or to
+    messages that each arrive when the one before has been served."""
     inbox, found = queue.SimpleQueue[Any](), list[bytes]()
     server = Server(inbox, found.append)
     for message in messages:

@@ -89,7 +89,7 @@ def written(name: str, rig: Rig) -> Files:
 
 
 def report_on(name: str, rig: Rig) -> Report:
-    """What is said about writing a rig."""
+    """Return the report of writing a rig."""
     return FORMATS[name].write(rig).report
 
 

@@ -1,4 +1,4 @@
-"""How the threads of the kernels are told to wait, and kernels that start none."""
+"""Kernel threads wait as they are told, and serial kernels start none."""
 
 import os
 
