@@ -54,31 +54,41 @@ def _changing(come: np.ndarray, gone: np.ndarray, free: np.ndarray, where: np.nd
     return count
 
 
+@inlined
+def _seen_at(
+    where: np.ndarray, union: np.ndarray, kinds: np.ndarray, start: int, room: np.ndarray
+) -> np.ndarray:
+    """As `_seen`, of some kinds, in the words listed only: few change."""
+    if kinds.size == 1:
+        return union[kinds[0], start : start + room.size]
+    for word in where:
+        w = np.uint64(word)
+        room[w] = 0
+        for kind in kinds:
+            room[w] |= union[kind, np.uint64(start) + w]
+    return room
+
+
 class _Row(NamedTuple):
-    """A row of the grid: what only those who come or go may see, the union of this kind, those of all kinds (kinds,
-    words), and the runs of equal entropies."""
+    """A row of the grid: what only those who come or go may see, the unions of this kind and of the other kinds, and
+    the runs of equal entropies."""
 
     free: np.ndarray
     own: np.ndarray
-    unions: np.ndarray
+    other: np.ndarray
     starts: np.ndarray
     first: np.ndarray
 
 
 @kernel
 def _tally(
-    row: _Row, others: np.ndarray, come: np.ndarray, gone: np.ndarray, where: np.ndarray, codes: np.ndarray,
-    tallies: np.ndarray,
-) -> None:  # fmt: skip
+    row: _Row, come: np.ndarray, gone: np.ndarray, where: np.ndarray, codes: np.ndarray, tallies: np.ndarray
+) -> None:
     """Store the new union in the words listed, and count, by code of their entropies, the voxels that this kind (low
-    32 bits) and any sensor (high bits) gain; run by run, as all voxels of a run have the same code. others (k,): the
-    other kinds that see something, read only where something changes."""
+    32 bits) and any sensor (high bits) gain; run by run, as all voxels of a run have the same code."""
     for word in where:
         w = np.uint64(word)
-        changed, other = (come[w] ^ gone[w]) & row.free[w], np.uint64(0)
-        for kind in others:
-            other |= row.unions[kind, w]
-        alone = ~other
+        changed, alone = (come[w] ^ gone[w]) & row.free[w], ~row.other[w]
         gained, lost = changed & come[w], changed & gone[w]
         starts, first = row.starts[w], np.int64(row.first[w])
         row.own[w] ^= changed
@@ -229,24 +239,24 @@ def settle(
     """
     words, partial, counter, others = region.words, _room(workers), new_counter(), kinds[1:]
     for worker in numba.prange(workers):
-        rooms, where = np.empty((2, words), np.uint64), np.empty(words + 1, np.int32)
+        rooms, where = np.empty((3, words), np.uint64), np.empty(words + 1, np.int32)
         tallies = np.zeros(entropies.entropies_q.shape[0], np.int64)
         first, end = _take_rows(region, counter)
         while first < end:
             for ix in range(first, end):
                 a = ix * region.row_words + region.first_word
                 b = a + words
+                come = _seen(stack, slots.arrived, a, rooms[0])
+                gone = _seen(stack, slots.leaving, a, rooms[1])
+                changing = where[: _changing(come, gone, free[a:b], where)]
                 row = _Row(
                     free[a:b],
                     union[kinds[0], a:b],
-                    union[:, a:b],
+                    _seen_at(changing, union, others, a, rooms[2]),
                     entropies.starts[a:b],
                     entropies.first[a:b],
                 )
-                come = _seen(stack, slots.arrived, a, rooms[0])
-                gone = _seen(stack, slots.leaving, a, rooms[1])
-                count = _changing(come, gone, row.free, where)
-                _tally(row, others, come, gone, where[:count], entropies.codes, tallies)
+                _tally(row, come, gone, changing, entropies.codes, tallies)
                 for slot in slots.leaving:
                     stack[slot, a:b] = 0
             first, end = _take_rows(region, counter)
