@@ -19,6 +19,7 @@ from tests.bench.scenes import (
 )
 
 ROUNDS = 5
+PAPER_CAST = (352, 128)
 
 
 @dataclass(frozen=True)
@@ -55,8 +56,8 @@ def rig_with(kind: Kind, pose: str) -> tuple[Rig, str]:
     sensor = rig.sensor(name)
     if kind.model == "dense":
         sensor = dense_rays(sensor.replace(azimuth_offsets_deg=None))
-    if isinstance(sensor, Camera) and kind.name.endswith("native"):
-        sensor = sensor.replace(cast=sensor.image)
+    if isinstance(sensor, Camera):
+        sensor = sensor.replace(cast=sensor.image if kind.name.endswith("native") else PAPER_CAST)
     return rig.with_sensor(name, sensor), name
 
 
