@@ -42,7 +42,7 @@ def any_lidar(rng: np.random.Generator, grid: VoxelGrid) -> Lidar:
 
 
 def seen_by_sheets(sensor: Lidar, field: EntropyField, workers: int = 1, **limits: float) -> Mask | None:
-    """Return the voxels that core and sheets see; None where they are not used."""
+    """Return the voxels that core and sheets mark; None for a sensor without them."""
     caster, marks = Caster(field, workers), np.zeros_like(field.index.words)
     rays = caster.rays(sensor, "exact")
     sheets = make_sheets(sensor, rays, **limits)  # type: ignore[arg-type]

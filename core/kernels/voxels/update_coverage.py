@@ -58,7 +58,7 @@ def _changing(come: np.ndarray, gone: np.ndarray, free: np.ndarray, where: np.nd
 def _seen_at(
     where: np.ndarray, union: np.ndarray, kinds: np.ndarray, start: int, room: np.ndarray
 ) -> np.ndarray:
-    """As `_seen`, of some kinds, in the words listed only: few change."""
+    """As `_seen`, of some rows of the union (kinds, words), but only in the words listed, int32 (n,): few change."""
     if kinds.size == 1:
         return union[kinds[0], start : start + room.size]
     for word in where:

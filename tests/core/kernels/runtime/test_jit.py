@@ -1,4 +1,4 @@
-"""Kernel threads wait as they are told, and serial kernels start none."""
+"""Kernel threads wait as the environment says, and serial kernels start none."""
 
 import os
 
