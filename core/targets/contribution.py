@@ -118,6 +118,7 @@ class TargetCaster:
         objects = slice(*(int(self._objects_before[frame]) for frame in frames))
         found = np.zeros((kernel.COLUMNS, objects.stop - objects.start), np.int32)
         found[kernel.FIRST_ROW : kernel.LAST_ROW + 1] = -1
+        found[kernel.FIRST_CELL : kernel.LAST_CELL] = np.iinfo(np.int32).max
         at, ranks = np.zeros(found.shape[1], np.int64), self._ranks - objects.start
         scratch = _scratch(workers, rays)
         at_once = max(1, TURNING_RAYS_AT_ONCE // rays)

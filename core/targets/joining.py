@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import reduce
 from typing import Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.kernels.objects import unique_cells
-from riglens.core.kernels.objects.counts import ALONE, CELLS, FIRST_ROW, LAST_ROW, RAYS
+from riglens.core.kernels.objects.counts import ALONE, CELLS, FIRST_CELL, FIRST_ROW, LAST_CELL, LAST_ROW, RAYS
 from riglens.core.rig.model import Camera, Rig
 from riglens.core.sensors.registry import further_kinds
 from riglens.core.targets.contribution import Contribution
@@ -19,13 +20,15 @@ Counts = NDArray[np.int64]
 Doubles = NDArray[np.float64]
 Lidars = tuple[Contribution, ...]
 T = TypeVar("T")
+WORDS, WORDS_PER_CELL = 1 << 20, 8
+"""Marks may take that many words of 8 bytes, and as many more for each cell; real traffic takes one for five cells."""
 
 
 class Gatherer:
     """Collector of the sensors' hits on the same objects, over successive calls."""
 
     def __init__(self, workers: int) -> None:
-        self._workers = workers
+        self._cells = JoinedCells(workers)
         self._lidars = _Kept[tuple[Counts, Counts, Counts]]()
         self._cameras = _Kept[tuple[Doubles, Doubles, Doubles]]()
 
@@ -37,7 +40,7 @@ class Gatherer:
         )
         native = np.array([_native(camera) for camera in cameras]).reshape(-1, 2)
         points, alone, cells = self._lidars.of(
-            (of_lidars, count), lambda: _by_lidars(of_lidars, count, self._workers)
+            (of_lidars, count), lambda: _by_lidars(of_lidars, count, self._cells)
         )
         pixels, pixels_alone, heights_px = self._cameras.of(
             (of_cameras, count, native.tolist()), lambda: _by_cameras(of_cameras, count, native)
@@ -86,10 +89,10 @@ def heights_px(camera: Camera, found: NDArray[np.int32]) -> Doubles:
     return np.where(first >= 0, last - first + 1, 0) * _native(camera)[1]
 
 
-def _by_lidars(lidars: Lidars, objects: int, workers: int) -> tuple[Counts, Counts, Counts]:
+def _by_lidars(lidars: Lidars, objects: int, cells: JoinedCells) -> tuple[Counts, Counts, Counts]:
     """Return points (objects, lidars), points of all LiDARs without occlusion, and unique cells, both (objects,)."""
     alone = _column(lidars, ALONE, objects).sum(axis=1)
-    return _column(lidars, RAYS, objects), alone, joined_cells(lidars, objects, workers)
+    return _column(lidars, RAYS, objects), alone, cells.of(lidars, objects)
 
 
 def _by_cameras(
@@ -123,19 +126,64 @@ class _Kept(Generic[T]):
         return self._last[1]
 
 
-def joined_cells(lidars: Lidars, objects: int, workers: int) -> Counts:
-    """Count the distinct cells of all LiDARs together on each of the first objects, (objects,); with one worker in any
-    thread."""
-    lidars = tuple(dict.fromkeys(lidars))  # twins share theirs
-    if len(lidars) < 2:
-        return lidars[0].found[CELLS, :objects].astype(np.int64) if lidars else np.zeros(objects, np.int64)
-    begins = np.cumsum([0, *(one.cells.size for one in lidars)])
-    lists = unique_cells.Lists(
-        np.stack([one.cell_starts[:objects] + begin for one, begin in zip(lidars, begins, strict=False)]),
-        np.stack([one.found[CELLS, :objects] for one in lidars]),
-        np.concatenate([one.cells for one in lidars]),
-    )
-    found, most = np.empty(objects, np.int64), int(lists.counts.sum(axis=0).max(initial=0))
-    count = unique_cells.count_cells_serial if workers == 1 else unique_cells.count_cells
-    count(lists, most, workers, found)
-    return found
+class JoinedCells:
+    """Counter of the distinct cells of all LiDARs together, over successive calls; with one worker in any thread.
+
+    Marks of all cells but those of the LiDAR that was moved last are kept: a drag looks up its cells alone.
+    """
+
+    def __init__(self, workers: int) -> None:
+        self._workers = workers
+        self._last: Lidars = ()
+        self._others = _Kept[tuple[unique_cells.Marks, Counts] | None]()
+
+    def of(self, lidars: Lidars, objects: int) -> Counts:
+        """Count the distinct cells on each of the first objects, (objects,)."""
+        lidars = tuple(dict.fromkeys(lidars))  # twins share theirs
+        moved = [one for one in lidars if one not in self._last] or lidars[-1:]
+        self._last = lidars
+        if len(lidars) < 2:
+            self._others = _Kept()
+            return np.asarray(_column(lidars, CELLS, objects).sum(axis=1))
+        others = tuple(one for one in lidars if one is not moved[0])
+        marked = self._others.of((others, objects), lambda: self._marked(others, objects))
+        if marked is None:
+            return sorted_cells(lidars, objects)
+        marks, found = marked[0], marked[1].copy()
+        self._count(marks, moved[0], False, found)
+        return found
+
+    def _marked(self, lidars: Lidars, objects: int) -> tuple[unique_cells.Marks, Counts] | None:
+        """Return marks of the cells of all these LiDARs, and their number on each object; None where the marks would
+        take far more memory than the cells."""
+        first, last = (
+            reduce(extreme, (one.found[row : row + 3, :objects] for one in lidars)).astype(np.int64)
+            for extreme, row in ((np.minimum, FIRST_CELL), (np.maximum, LAST_CELL))
+        )
+        sides = np.maximum(last - first + 1, 0)
+        words = (sides.prod(axis=0) + 63) // 64
+        if words.sum() > WORDS + WORDS_PER_CELL * sum(one.cells.size for one in lidars):
+            return None
+        begins, found = np.cumsum(words) - words, np.zeros(objects, np.int64)
+        marks = unique_cells.Marks(first, sides, begins, np.zeros(int(words.sum()), np.int64))
+        for one in lidars:
+            self._count(marks, one, True, found)
+        return marks, found
+
+    def _count(self, marks: unique_cells.Marks, lidar: Contribution, marks_them: bool, found: Counts) -> None:
+        count = unique_cells.count_unmarked_serial if self._workers == 1 else unique_cells.count_unmarked
+        counts, starts = lidar.found[CELLS, : found.size], lidar.cell_starts[: found.size]
+        count(marks, starts, counts, lidar.cells, marks_them, self._workers, found)
+
+
+def sorted_cells(lidars: Lidars, objects: int) -> Counts:
+    """Count the distinct cells of all LiDARs on each of the first objects by sorting them, (objects,): slow, and in
+    memory that grows with the cells alone, however far apart they are."""
+    every = list[Counts]()
+    for one in lidars:
+        counts = one.found[CELLS, :objects].astype(np.int64)
+        shift = one.cell_starts[:objects] - np.cumsum(counts) + counts
+        place = np.arange(counts.sum()) + np.repeat(shift, counts)
+        every.append(np.stack([np.repeat(np.arange(objects), counts), one.cells[place]]))
+    owner, _ = np.unique(np.concatenate(every, axis=1), axis=1)
+    return np.bincount(owner, minlength=objects)

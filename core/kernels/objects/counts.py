@@ -37,10 +37,11 @@ from riglens.core.kernels.rays.lattice import Direction
 from riglens.core.kernels.rays.phases import mixed, unit
 from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined, parallel_kernel, serial
 
-RAYS, ALONE, FIRST_ROW, LAST_ROW, CELLS = 0, 1, 2, 3, 4
+RAYS, ALONE, FIRST_ROW, LAST_ROW, CELLS, FIRST_CELL, LAST_CELL = 0, 1, 2, 3, 4, 5, 8
 """Rows of results on objects: rays that enter it first, rays that would without occlusion, first and last row of the
-lattice among the former (-1: none), distinct cells that they enter (LiDARs)."""
-COLUMNS = 5
+lattice among the former (-1: none), distinct cells that they enter (LiDARs), and along three axes, a row each, the
+first and the last of these (none: the last before the first)."""
+COLUMNS = 11
 
 
 class Desk(NamedTuple):
@@ -151,7 +152,10 @@ def _take(
     if not beams.turns:
         return 0
     note_cells(start, desk.hits, rays, cells)
-    return keep_distinct(rays, cells, desk.table)
+    kept, block = keep_distinct(rays, cells, desk.table)
+    for axis in range(3):
+        found[FIRST_CELL + axis, one], found[LAST_CELL + axis, one] = block[axis], block[axis + 3]
+    return int(kept)
 
 
 @lean_inlined
@@ -291,7 +295,7 @@ def cast_frames(
     phases (frames,) radians; keys uint64 (frames,) of the draws; ranks (n,): places of boxes among the m objects that
     count, below 0 for the others; most: boxes in any frame. Scratch (workers, rays):
     inverse 0, owner and last -1; tables (workers, k).
-    Takes found int32 (COLUMNS, m), with 0, 0, -1, -1, 0 before; cells int64 (workers, k), behind the first filled
+    Takes found int32 (COLUMNS, m), of no object met before; cells int64 (workers, k), behind the first filled
     (workers,) of them: the cells entered, and how many there are then; at (m,): where those of an object begin among
     its worker's.
     """

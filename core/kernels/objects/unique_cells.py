@@ -1,6 +1,7 @@
 """Count the distinct cells that rays hit on an object: of one LiDAR, and of several together.
 
-Each cell of the block around them has a bit; where that takes too much memory, a hash table replaces the bits.
+Each cell of the block around them has a bit; for one LiDAR, where that takes too much memory, a hash table replaces the
+bits.
 """
 
 from __future__ import annotations
@@ -73,6 +74,7 @@ class Block(NamedTuple):
 
 
 EMPTY = Block(_MASK, _MASK, _MASK, 0, 0, 0)
+"""Of no cell: the first lies behind the last."""
 
 
 @lean_inlined
@@ -121,19 +123,20 @@ def put(block: Block, key: int, table: np.ndarray) -> int:
 
 
 @lean
-def keep_distinct(number: int, cells: np.ndarray, table: np.ndarray) -> int:
-    """Keep the first of equal ones among the first `number` cells, in their order; return the number kept."""
+def keep_distinct(number: int, cells: np.ndarray, table: np.ndarray) -> tuple[int, Block]:
+    """Keep the first of equal ones among the first `number` cells, in their order; return the number kept, and the
+    block around them."""
     block, kept = EMPTY, 0
     for place in range(number):
         block = widened(block, cells[place])
     if not has_room(block, table):
-        return _keep_hashed(number, cells, table)
+        return _keep_hashed(number, cells, table), block
     clear(block, table)
     for place in range(number):
         cell = cells[place]
         cells[kept] = cell
         kept += put(block, cell, table)
-    return kept
+    return kept, block
 
 
 @lean
@@ -148,35 +151,45 @@ def _keep_hashed(number: int, cells: np.ndarray, table: np.ndarray) -> int:
     return kept
 
 
-class Lists(NamedTuple):
-    """Cells of LiDARs on objects, each LiDAR's own ones once: of LiDAR l on object o counts[l, o] of them, from
-    cells[starts[l, o]] on."""
+class Marks(NamedTuple):
+    """A bit for each cell of a block of each of n objects: blocks from corners to corners + sides - 1, both int64
+    (3, n), whose bits are in uint64 words, from begins[o], (n,), on."""
 
-    starts: np.ndarray
-    counts: np.ndarray
-    cells: np.ndarray
+    corners: np.ndarray
+    sides: np.ndarray
+    begins: np.ndarray
+    words: np.ndarray
 
 
 @parallel_kernel
-def count_cells(lists: Lists, most: int, workers: int, to: np.ndarray) -> None:
-    """Return the number of distinct cells (objects,) of all LiDARs; most: cells of all of them on any object."""
+def count_unmarked(
+    marks: Marks, starts: np.ndarray, counts: np.ndarray, cells: np.ndarray, marks_them: bool, workers: int,
+    to: np.ndarray,
+) -> None:  # fmt: skip
+    """Add to `to` int64 (n,) the number of a LiDAR's cells on each object without a mark; mark those in the block, if
+    wanted. It has counts[o] distinct cells on object o, from cells[starts[o]] on."""
     for worker in numba.prange(workers):
-        cells, table = np.empty(most, np.int64), np.empty(table_mask(most) + 1, np.int64)
         for one in range(to.size * worker // workers, to.size * (worker + 1) // workers):
-            to[one] = _number_of(lists, one, cells, table)
+            to[one] += _unmarked(marks, one, cells, starts[one], starts[one] + counts[one], marks_them)
 
 
-count_cells_serial = serial(count_cells)
+count_unmarked_serial = serial(count_unmarked)
 
 
 @lean_inlined
-def _number_of(lists: Lists, one: int, cells: np.ndarray, table: np.ndarray) -> int:
-    """Return the number of distinct cells of an object; room for its cells, and a table for `keep_distinct`."""
-    number, lidars = 0, 0
-    for lidar in range(lists.starts.shape[0]):
-        start, count = lists.starts[lidar, one], lists.counts[lidar, one]
-        for place in range(start, start + count):
-            cells[number] = lists.cells[place]
-            number += 1
-        lidars += count > 0
-    return int(keep_distinct(number, cells, table)) if lidars > 1 else int(number)
+def _unmarked(marks: Marks, one: int, cells: np.ndarray, start: int, end: int, marks_them: bool) -> int:
+    i0, j0, k0 = marks.corners[0, one], marks.corners[1, one], marks.corners[2, one]
+    rows, columns, depth = marks.sides[0, one], marks.sides[1, one], marks.sides[2, one]
+    first_bit, new = marks.begins[one] << 6, 0
+    for place in range(start, end):
+        i, j, k = cell_of(cells[place])
+        i, j, k = i - i0, j - j0, k - k0
+        if i < 0 or j < 0 or k < 0 or i >= rows or j >= columns or k >= depth:
+            new += 1
+            continue
+        bit = first_bit + (i * columns + j) * depth + k
+        word = marks.words[bit >> 6]
+        new += 1 - ((word >> (bit & 63)) & 1)
+        if marks_them:
+            marks.words[bit >> 6] = word | (1 << (bit & 63))
+    return int(new)

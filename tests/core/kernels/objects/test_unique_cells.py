@@ -4,11 +4,8 @@ import numpy as np
 import pytest
 
 from riglens.core.kernels.objects.unique_cells import (
-    Lists,
     cell_key,
     cell_of,
-    count_cells,
-    count_cells_serial,
     keep_distinct,
     table_mask,
 )
@@ -38,29 +35,10 @@ def test_of_one_lidar_the_first_of_equal_cells_are_kept_in_order(number, reach):
     cells = random_cells(rng, number, reach) if number else np.zeros(0, np.int64)
     wanted = list(dict.fromkeys(cells.tolist()))
     table = np.full(table_mask(max(number, 16)) + 1, -7, np.int64)  # as an object before left it
-    kept = keep_distinct(number, cells, table)
+    kept, block = keep_distinct(number, cells, table)
     assert cells[:kept].tolist() == wanted
-
-
-@pytest.mark.parametrize("reach", [NEAR, FAR])
-@pytest.mark.parametrize("lidars", [1, 2, 4])
-def test_of_several_lidars_each_cell_counts_once(lidars, reach):
-    rng = np.random.default_rng(10 * lidars + reach)
-    objects, every, starts, counts, at = 9, [], *np.zeros((2, lidars, 9), np.int64), 0
-    of_object: list[set[int]] = [set() for _ in range(objects)]
-    for lidar in range(lidars):
-        for one in range(objects):
-            own = np.unique(random_cells(np.random.default_rng(one), 12, reach))
-            own = own[rng.random(own.size) < 0.6] if one else own[:0]
-            starts[lidar, one], counts[lidar, one] = at, own.size
-            every.append(own)
-            of_object[one] |= set(own.tolist())
-            at += own.size
-    lists = Lists(starts, counts, np.concatenate(every))
-    found = np.zeros(objects, np.int64)
-    count_cells_serial(lists, 12 * lidars, 1, found)
-    assert found.tolist() == [len(cells) for cells in of_object] and found[0] == 0
-    for workers in (1, 2):
-        found[:] = -1
-        count_cells(lists, 12 * lidars, workers, found)
-        assert found.tolist() == [len(cells) for cells in of_object]
+    along_axes = np.array([cell_of(cell) for cell in wanted]).reshape(-1, 3)
+    if number:
+        assert tuple(block) == (*along_axes.min(axis=0), *along_axes.max(axis=0))
+    else:
+        assert block.i0 > block.i1 and block.j0 > block.j1 and block.k0 > block.k1
