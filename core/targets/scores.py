@@ -27,6 +27,10 @@ Doubles = NDArray[np.float64]
 Counts = NDArray[np.int64]
 
 
+def _unfailed(names: tuple[str, ...], failed: Collection[str]) -> NDArray[np.bool_]:
+    return np.array([name not in failed for name in names], np.bool_)
+
+
 @dataclass(frozen=True)
 class Returns:
     """Rays of the sensors of one kind, by name, that reach k objects first, or rows of pixels that show them: counts
@@ -38,7 +42,7 @@ class Returns:
 
     def without(self, failed: Collection[str]) -> Counts:
         """Return the counts of all sensors together but those that failed, or of the best of them for images, (k,)."""
-        left = self.counts[:, np.array([name not in failed for name in self.names], np.bool_)]
+        left = self.counts[:, _unfailed(self.names, failed)] if failed else self.counts
         return np.asarray(left.max(axis=1, initial=0) if self.is_image else left.sum(axis=1))
 
 
@@ -70,9 +74,10 @@ class ObjectCounts:
     def detected(self, min_points: int, failed: Collection[str] = ()) -> dict[str, NDArray[np.bool_]]:
         """Return by kind of sensor which objects are detected (k,) without some sensors: LiDARs by `min_points` points
         of all, cameras by 25 px of height in one, others by the number of returns set by their kind."""
-        points = Returns(self.lidars, self.points).without(failed)
-        cameras = np.array([name not in failed for name in self.cameras], np.bool_)
-        tallest = self.heights_px[:, cameras].max(axis=1, initial=0.0)
+        points, tallest = self.all_points, self.height_px
+        if failed:
+            points = self.points[:, _unfailed(self.lidars, failed)].sum(axis=1)
+            tallest = self.heights_px[:, _unfailed(self.cameras, failed)].max(axis=1, initial=0.0)
         return {
             LIDAR.name: points >= min_points,
             CAMERA.name: tallest >= HEIGHT_PX,
@@ -267,13 +272,8 @@ class Groups:
         group = self.cls * self._places + place
         self._order = np.argsort(group, kind="stable")
         self._frame = traffic.frame_of_box[self.box][self._order] - self.span.start
-        self._bounds = np.searchsorted(group[self._order], np.arange(len(CLASSES) * self._places + 1))
-
-    def slices(self, number: int) -> list[slice]:
-        """Return the places of a class among `sorted` values: all of them, then group by group."""
-        first = number * self._places
-        bounds = self._bounds[first : first + self._places + 1].tolist()
-        return [slice(bounds[0], bounds[-1]), *(slice(*pair) for pair in pairwise(bounds))]
+        self.bounds = np.searchsorted(group[self._order], np.arange(len(CLASSES) * self._places + 1))
+        self.class_bounds = self.bounds[:: self._places]
 
     def sorted(self, values: NDArray[Any]) -> NDArray[Any]:
         """Return values of objects (k,), class by class and group by group."""
@@ -285,21 +285,31 @@ class Groups:
             self._inside[domain] = domain.holds(self._centre_m)
         return self._inside[domain]
 
-    def mean(self, values: Doubles, part: slice | Counts) -> Estimate:
-        """Return the mean of a part of sorted values, and its standard error."""
-        mine = values[part]
-        if not mine.size:
-            return Estimate()
-        mean = float(mine.sum() / mine.size)
-        if self.frames == self.of_frames:
-            return Estimate(mean)
-        misses = np.bincount(self._frame[part], mine - mean, self.frames)
-        return Estimate(mean, float(standard_error(misses, mine.size, self.of_frames)))
+    def means(
+        self, values: Doubles, bounds: Counts, places: Counts | slice = slice(None)
+    ) -> list[list[Estimate]]:
+        """Return the means of sorted values (columns, k) from each bound to the next, column by column, and their
+        standard errors; places (k,): among the sorted objects if not all have a value."""
+        sizes, columns = np.diff(bounds), len(values)
+        means = np.empty((len(sizes), columns))
+        for place, (start, end) in enumerate(pairwise(bounds.tolist())):
+            means[place] = values[:, start:end].sum(axis=1) / max(1, end - start)
+        errors = np.zeros(means.shape)
+        if self.frames < self.of_frames:
+            part = np.repeat(np.arange(len(sizes)), sizes)
+            bins = self._frame[places] + self.frames * (part + len(sizes) * np.arange(columns)[:, None])
+            misses = np.bincount(bins.ravel(), (values - means[part].T).ravel(), self.frames * means.size)
+            by_frame = misses.reshape(columns, len(sizes), self.frames).T
+            errors = standard_error(by_frame, np.maximum(sizes, 1)[:, None], self.of_frames)
+        return [
+            [Estimate(*pair) for pair in zip(*rows, strict=True)]
+            for rows in zip(means.tolist(), errors.tolist(), strict=True)
+        ]
 
     def means_by_class(self, values: Doubles) -> dict[str, Estimate]:
         """Return the means of values of objects (k,) by class."""
-        ordered = self.sorted(values)
-        return {name: self.mean(ordered, self.slices(number)[0]) for number, name in enumerate(CLASSES)}
+        means = self.means(self.sorted(values)[None], self.class_bounds)
+        return {name: mean for name, (mean,) in zip(CLASSES, means, strict=True)}
 
 
 def standard_error(misses: NDArray[Any], objects: ArrayLike, of_frames: int) -> Doubles:
@@ -325,11 +335,13 @@ def scores_of(
     predicted = _of_objects(groups, settings.calibration or shipped(), objects)
     objects = replace(objects, predicted=predicted, found=_of_objects(groups, settings.recall, objects))
     tables = _Sorted.of(groups, objects, settings)
+    within_m, rings_m = float(groups.edges_m[-1]), list(pairwise(groups.edges_m.tolist()))
+    totals = _rows(groups, tables, settings, groups.class_bounds, [(0.0, within_m)])
+    rings = _rows(groups, tables, settings, groups.bounds, rings_m) if with_rings else [[]] * len(totals)
     classes = {
-        name: _class_targets(groups, tables, number, settings, with_rings)
-        for number, name in enumerate(CLASSES)
+        name: ClassTargets(total, tuple(rows))
+        for name, (total,), rows in zip(CLASSES, totals, rings, strict=True)
     }
-    within_m = float(groups.edges_m[-1])
     return TargetScores(rig, settings, groups.of_frames, groups.span, within_m, objects, classes)
 
 
@@ -345,13 +357,8 @@ def sectors_of(traffic: Traffic, scores: TargetScores) -> dict[str, dict[str, Ro
     """Tabulate the figures of a rig by class and sector, each of all distances."""
     groups = Groups(traffic, scores.span, "sector")
     tables = _Sorted.of(groups, scores.objects, scores.settings)
-    return {
-        name: {
-            sector: _row(groups, tables, part, (0.0, scores.within_m), _errors(scores.settings, name))
-            for sector, part in zip(SECTORS, groups.slices(number)[1:], strict=True)
-        }
-        for number, name in enumerate(CLASSES)
-    }
+    rows = _rows(groups, tables, scores.settings, groups.bounds, [(0.0, scores.within_m)] * len(SECTORS))
+    return {name: dict(zip(SECTORS, found, strict=True)) for name, found in zip(CLASSES, rows, strict=True)}
 
 
 def ring_edges_m(within_m: float) -> tuple[float, ...]:
@@ -360,22 +367,38 @@ def ring_edges_m(within_m: float) -> tuple[float, ...]:
 
 
 @dataclass(frozen=True)
+class _Known:
+    """Values of those objects that have one, at places (n,) among the sorted objects."""
+
+    places: Counts
+    values: Doubles
+
+    @classmethod
+    def of(cls, groups: Groups, values: Doubles) -> Self:
+        """Return the values of objects (k,) that are not NaN."""
+        ordered = groups.sorted(values)
+        places = np.flatnonzero(~np.isnan(ordered))
+        return cls(places, ordered[places])
+
+    def means(self, groups: Groups, bounds: Counts) -> list[tuple[Estimate, int]]:
+        """Return the means from each bound to the next, and the number of values."""
+        bounds = np.searchsorted(self.places, bounds)
+        means = groups.means(self.values[None], bounds, self.places)
+        return [(mean, objects) for (mean,), objects in zip(means, np.diff(bounds).tolist(), strict=True)]
+
+
+@dataclass(frozen=True)
 class _Sorted:
-    """Inputs of the tables, sorted by class and ring or sector."""
+    """Inputs of the tables, sorted by class and ring or sector: points and height_px (k,); predicted and found, where
+    they are known; means (columns, k) of `names`, then of the further kinds, by name."""
 
     points: Doubles
     height_px: Doubles
-    on_target: Doubles
-    share_1: Doubles
-    share_5: Doubles
-    share_n: Doubles
-    visible: Doubles
-    share_25px: Doubles
-    both: Doubles
-    neither: Doubles
-    predicted: Doubles
-    found: Doubles
-    by_kind: Mapping[str, Doubles] = field(kw_only=True)
+    predicted: _Known
+    found: _Known
+    means: Doubles
+    names: tuple[str, ...]
+    kinds: tuple[str, ...]
 
     @classmethod
     def of(cls, groups: Groups, objects: ObjectCounts, settings: TargetSettings) -> Self:
@@ -383,31 +406,56 @@ class _Sorted:
             groups.sorted(column)
             for column in (objects.all_points, objects.height_px, objects.on_target, objects.visible)
         )
-        found = {kind: groups.sorted(flags) for kind, flags in objects.detected(settings.min_points).items()}
-        by_lidar, by_camera = found[LIDAR.name], found[CAMERA.name]
-        kinds = np.sum(list(found.values()), axis=0)
-        columns = (
-            points, height_px, on_target, points >= 1, points >= 5, by_lidar, visible, by_camera,
-            kinds >= 2, kinds == 0, groups.sorted(objects.predicted), groups.sorted(objects.found),
-        )  # fmt: skip
-        others = {kind: found[kind].astype(np.float64) for kind in objects.returns}
-        return cls(*(column.astype(np.float64) for column in columns), by_kind=others)
+        detected = {
+            kind: groups.sorted(flags) for kind, flags in objects.detected(settings.min_points).items()
+        }
+        by_lidar, by_camera = detected[LIDAR.name], detected[CAMERA.name]
+        kinds = np.sum(list(detected.values()), axis=0)
+        means = {
+            "on_target": on_target,
+            "share_1": points >= 1,
+            "share_5": points >= 5,
+            "share_n": by_lidar,
+            "visible": visible,
+            "share_25px": by_camera,
+            "both": kinds >= 2,
+            "neither": kinds == 0,
+        }
+        others = [detected[kind] for kind in objects.returns]
+        columns = np.array([*means.values(), *others], np.float64)
+        predicted, found = (_Known.of(groups, values) for values in (objects.predicted, objects.found))
+        return cls(points, height_px, predicted, found, columns, tuple(means), tuple(objects.returns))
 
 
-def _class_targets(
-    groups: Groups, tables: _Sorted, number: int, settings: TargetSettings, with_rings: bool
-) -> ClassTargets:
-    whole, *rings = groups.slices(number)
-    edges = groups.edges_m.tolist()
-    errors = _errors(settings, CLASSES[number])
-    return ClassTargets(
-        _row(groups, tables, whole, (0.0, edges[-1]), errors),
-        tuple(
-            _row(groups, tables, part, ring, errors)
-            for part, ring in zip(rings, pairwise(edges), strict=True)
-            if with_rings
-        ),
-    )
+def _rows(
+    groups: Groups,
+    tables: _Sorted,
+    settings: TargetSettings,
+    bounds: Counts,
+    places_m: list[tuple[float, float]],
+) -> list[list[Row]]:
+    """Return the rows of each class, of the objects from each bound to the next: of so many distances a class."""
+    known = [values.means(groups, bounds) for values in (tables.predicted, tables.found)]
+    parts = zip(pairwise(bounds.tolist()), groups.means(tables.means, bounds), *known, strict=True)
+    rows = list[list[Row]]()
+    for name in CLASSES:
+        errors = _errors(settings, name)
+        rows.append(
+            [
+                Row(
+                    *place_m,
+                    end - start,
+                    median_points=_median(tables.points[start:end]),
+                    median_height_px=_median(tables.height_px[start:end]),
+                    by_kind=dict(zip(tables.kinds, means[len(tables.names) :], strict=True)),
+                    predicted=_predicted(predicted, errors[0]),
+                    found=_predicted(found, errors[1]),
+                    **dict[str, Any](zip(tables.names, means, strict=False)),
+                )
+                for place_m, ((start, end), means, predicted, found) in zip(places_m, parts, strict=False)
+            ]
+        )
+    return rows
 
 
 def _errors(settings: TargetSettings, name: str) -> tuple[float, float]:
@@ -419,38 +467,10 @@ def _errors(settings: TargetSettings, name: str) -> tuple[float, float]:
     return 0.0 if predicted is None else predicted.error, 0.0 if found is None else found.error
 
 
-def _row(
-    groups: Groups, tables: _Sorted, part: slice, ring_m: tuple[float, float], errors: tuple[float, float]
-) -> Row:
-    def mean(values: Doubles) -> Estimate:
-        return groups.mean(values, part)
-
-    return Row(
-        *ring_m,
-        part.stop - part.start,
-        mean(tables.on_target),
-        mean(tables.share_1),
-        mean(tables.share_5),
-        mean(tables.share_n),
-        _median(tables.points[part]),
-        mean(tables.visible),
-        mean(tables.share_25px),
-        _median(tables.height_px[part]),
-        mean(tables.both),
-        mean(tables.neither),
-        {kind: mean(values) for kind, values in tables.by_kind.items()},
-        _predicted(groups, tables.predicted, part, errors[0]),
-        _predicted(groups, tables.found, part, errors[1]),
-    )
-
-
-def _predicted(groups: Groups, values: Doubles, part: slice, error: float) -> Predicted | None:
+def _predicted(known: tuple[Estimate, int], error: float) -> Predicted | None:
     """Return the mean over the objects of which the calibration says something; None without any."""
-    known = part.start + np.flatnonzero(~np.isnan(values[part]))
-    if not known.size:
-        return None
-    found = groups.mean(values, known)
-    return Predicted(found.value, math.hypot(found.se, error), len(known), found.se)
+    mean, objects = known
+    return Predicted(mean.value, math.hypot(mean.se, error), objects, mean.se) if objects else None
 
 
 def _median(values: Doubles) -> float:
