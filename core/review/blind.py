@@ -148,14 +148,21 @@ class Hole:
 
 @dataclass(frozen=True)
 class BlindMap:
-    """Lowest level seen in each column: levels uint16 (kinds + 1, 3, nx, ny) for `by_names` and k = 1, 2, 3; NONE:
-    never seen."""
+    """Lowest level seen in each column: levels uint16 (groups, 3, nx, ny) for `groups` of sensors, those of `by_names`
+    that the rig has, and k = 1, 2, 3; NONE: never seen."""
 
     rig: Rig
     settings: BlindSettings
     grid: VoxelGrid
     ground: Ground
+    groups: tuple[By, ...]
     levels: Levels
+
+    def levels_of(self, by: By, k: int) -> Levels:
+        """Return the lowest levels (nx, ny) that k sensors of a group see."""
+        if by not in self.groups:
+            return np.full(self.levels.shape[2:], NONE, np.uint16)
+        return np.asarray(self.levels[self.groups.index(by), k - 1])
 
     def lowest_m(self, by: By = "any", k: int = 1) -> NDArray[np.float64]:
         """Return L_k (nx, ny): the height in metres from which on k sensors see an object; inf: none below the region's
@@ -163,7 +170,7 @@ class BlindMap:
 
         It is the top of the lowest voxel, so never less than what rays truly need, and up to an edge more.
         """
-        levels = self.levels[by_names().index(by), k - 1]
+        levels = self.levels_of(by, k)
         return np.where(levels == NONE, np.inf, (levels + 1.0) * self.grid.voxel_m)
 
     def unseen(self, height_m: float, by: By = "any", k: int = 1) -> Flags:
@@ -175,7 +182,7 @@ class BlindMap:
         tops = (np.arange(self.grid.shape[2]) + 1.0) * self.grid.voxel_m
         step_of = np.searchsorted(np.array(HEIGHTS_M), tops - _EPSILON_M).astype(np.uint8)
         step_of = np.append(step_of, np.uint8(len(HEIGHTS_M)))
-        levels = np.minimum(self.levels[by_names().index(by), k - 1], self.grid.shape[2])
+        levels = np.minimum(self.levels_of(by, k), self.grid.shape[2])
         return np.asarray(step_of[levels], np.uint8)
 
     @property
@@ -266,6 +273,7 @@ class BlindEngine:
         self._marks = empty_words(self.grid)
         self._offsets = _disc(settings.width_m / settings.voxel_m / 2.0)
         self._held: dict[_Look, Levels] = {}
+        self._around: Levels = np.empty((0, *self.grid.shape[:2]), np.uint16)
 
     def evaluate(self, rig: Rig, failed: Collection[str] = (), stance: Pose = Pose()) -> BlindMap:
         """Return the lowest levels that the rig's enabled sensors see around the car, without those that have failed.
@@ -277,11 +285,15 @@ class BlindEngine:
         looks = [(one, None if solid is None else obstacle_of(one, solid)) for one in sensors]
         self._held = {look: self._held[look] if look in self._held else self._lowest(*look) for look in looks}
         counted = [look for look in looks if look[0].name not in failed]
-        around = np.array([self._held[look] for look in counted], np.uint16).reshape(-1, *self.grid.shape[:2])
-        kinds = np.array([by_names().index(sensor.kind) - 1 for sensor, _ in counted], np.int64)
-        levels = np.empty((len(by_names()), kernel.MOST_COUNTED, *self.grid.shape[:2]), np.uint16)
-        kernel.three_lowest(around, kinds, NONE, self._workers, levels)
-        return BlindMap(rig, self.settings, self.grid, self.ground, levels)
+        if len(self._around) != len(counted):
+            self._around = np.empty((len(counted), *self.grid.shape[:2]), np.uint16)
+        for place, look in enumerate(counted):
+            self._around[place] = self._held[look]
+        groups = ("any", *sorted({sensor.kind for sensor, _ in counted}))
+        kinds = np.array([groups.index(sensor.kind) - 1 for sensor, _ in counted], np.int64)
+        levels = np.empty((len(groups), kernel.MOST_COUNTED, *self.grid.shape[:2]), np.uint16)
+        kernel.three_lowest(self._around, kinds, NONE, self._workers, levels)
+        return BlindMap(rig, self.settings, self.grid, self.ground, groups, levels)
 
     def _lowest(self, sensor: Sensor, stop: Obstacle | None) -> Levels:
         """Cast a sensor, and return its lowest levels around columns (nx, ny)."""

@@ -32,10 +32,10 @@ def by_hand(levels: dict[tuple[float, float], int]) -> BlindMap:
     settings, outline = BlindSettings(0.5, 0.0, within_m=2.0), Outline(-0.75, 0.75, -0.75, 0.75)
     grid = grid_around(outline, settings)
     ground = Ground.of(grid, outline, settings.bands_m)
-    found = np.zeros((3, 3, *grid.shape[:2]), np.uint16)
+    found = np.zeros((1, 3, *grid.shape[:2]), np.uint16)
     for (x, y), level in levels.items():
         found[:, :, np.searchsorted(ground.x_m, x - 0.1), np.searchsorted(ground.y_m, y - 0.1)] = level
-    return BlindMap(Rig(), settings, grid, ground, found)
+    return BlindMap(Rig(), settings, grid, ground, ("any",), found)
 
 
 def test_an_object_as_tall_as_the_lowest_voxel_reaches_is_seen() -> None:

@@ -25,10 +25,10 @@ def lowest() -> Lowest:
     outline = Outline.of(VEHICLE)
     grid = grid_around(outline, SETTINGS)
     ground = Ground.of(grid, outline, SETTINGS.bands_m)
-    levels = np.full((len(by_names()), 3, *grid.shape[:2]), NONE, np.uint16)
+    levels = np.full((1, 3, *grid.shape[:2]), NONE, np.uint16)
     ahead = np.where(ground.x_m > 3.0, 0, np.where(ground.x_m < -3.0, int(NONE), 3))
     levels[0, 0] = ahead[:, None]
-    return Lowest(BlindMap(Rig(vehicle=VEHICLE), SETTINGS, grid, ground, levels), "any", 1)
+    return Lowest(BlindMap(Rig(vehicle=VEHICLE), SETTINGS, grid, ground, ("any",), levels), "any", 1)
 
 
 def test_steps_are_the_number_of_heights_below_the_lowest_visible_one(lowest: Lowest) -> None:
