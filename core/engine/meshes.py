@@ -24,6 +24,12 @@ from riglens.core.sensors.base import unplaced
 
 OVERHEAD = 1e-6
 """Directions of the border closer to the vertical have no bearing."""
+LONGEST = 2.0
+"""Longest side of a triangle in diagonals between rays, of which nine in ten are shorter. Where a lens spreads its last
+rays far apart they are cast one by one, as triangles count only as near as the largest of them is small; a lens without
+distortion spreads them most in the middle, where most rays are."""
+SAMPLE = 1 << 12
+"""Diagonals that are measured for it."""
 ROOM = 2.0
 """Margin in voxels around the outline of the view: more than a column takes."""
 Doubles = NDArray[np.float64]
@@ -134,13 +140,19 @@ last one it is one step of the lattice to each of the others."""
 def _widest(
     rows: Doubles, numbers: Ids, lower: NDArray[np.bool_], upper: NDArray[np.bool_]
 ) -> tuple[float, Doubles, Doubles] | None:
-    """Return `RayMesh.radius`, `steps` and `apart`; None if a triangle is turned over, or there is none.
+    """Return `RayMesh.radius`, `steps` and `apart`, and take out triangles that are far larger than most; None if a
+    triangle is turned over, or there is none.
 
     A place in a triangle is its last corner and shares of the two steps that begin there, together at most one. So it
     is at most half of each step away from one of the corners.
     """
-    sizes = np.zeros(SIZES)
-    if not measure_triangles(rows, numbers, lower, upper, sizes) or not sizes[0]:
+    sizes, some = np.zeros(SIZES), np.flatnonzero(lower)
+    if not some.size:
+        return None
+    i, j = np.unravel_index(some[:: 1 + some.size // SAMPLE], lower.shape)
+    diagonals = np.linalg.norm(rows[numbers[i, j]] - rows[numbers[i + 1, j + 1]], axis=1)
+    longest = LONGEST * float(np.quantile(diagonals, 0.9))
+    if not measure_triangles(rows, numbers, lower, upper, longest, sizes) or not sizes[0]:
         return None
     return float(sizes[0]), sizes[1:4], sizes[4:] * (1.0 + 1e-9)
 
