@@ -274,6 +274,7 @@ class BlindEngine:
         self._offsets = _disc(settings.width_m / settings.voxel_m / 2.0)
         self._held: dict[_Look, Levels] = {}
         self._around: Levels = np.empty((0, *self.grid.shape[:2]), np.uint16)
+        self._rows: list[_Look] = []
 
     def evaluate(self, rig: Rig, failed: Collection[str] = (), stance: Pose = Pose()) -> BlindMap:
         """Return the lowest levels that the rig's enabled sensors see around the car, without those that have failed.
@@ -285,10 +286,12 @@ class BlindEngine:
         looks = [(one, None if solid is None else obstacle_of(one, solid)) for one in sensors]
         self._held = {look: self._held[look] if look in self._held else self._lowest(*look) for look in looks}
         counted = [look for look in looks if look[0].name not in failed]
-        if len(self._around) != len(counted):
-            self._around = np.empty((len(counted), *self.grid.shape[:2]), np.uint16)
+        if len(self._rows) != len(counted):
+            self._around, self._rows = np.empty((len(counted), *self.grid.shape[:2]), np.uint16), []
         for place, look in enumerate(counted):
-            self._around[place] = self._held[look]
+            if self._rows[place : place + 1] != [look]:
+                self._around[place] = self._held[look]
+        self._rows = counted
         groups = ("any", *sorted({sensor.kind for sensor, _ in counted}))
         kinds = np.array([groups.index(sensor.kind) - 1 for sensor, _ in counted], np.int64)
         levels = np.empty((len(groups), kernel.MOST_COUNTED, *self.grid.shape[:2]), np.uint16)

@@ -78,12 +78,15 @@ def parts_of(shape: Shape, cls: NDArray[np.uint8], size_m: Doubles) -> Parts:
     if shape == "box":
         return parts_by_kind((WHOLE,), np.zeros(len(cls), np.int64), size_m)
     kind = np.where((cls == 1) & (height_m < RIDDEN_M), 4, cls.astype(np.int64))
-    low, tall = (parts_by_kind(SHAPES, one, size_m) for one in (kind, np.where(cls == 0, 5, kind)))
-    share = np.clip((height_m - LOW_M) / (TALL_M - LOW_M), 0.0, 1.0)[low.box, None]
-    return low._replace(
-        offset_m=low.offset_m + share * (tall.offset_m - low.offset_m),
-        half_m=low.half_m + share * (tall.half_m - low.half_m),
-    )
+    parts = parts_by_kind(SHAPES, kind, size_m)
+    higher = np.flatnonzero((cls == 0) & (height_m > LOW_M))
+    if higher.size:
+        tall = parts_by_kind((TALL_CAR,), np.zeros(higher.size, np.int64), size_m[higher])
+        mine = (parts.starts[higher, None] + np.arange(len(TALL_CAR))).ravel()
+        share = np.clip((height_m[higher] - LOW_M) / (TALL_M - LOW_M), 0.0, 1.0)[tall.box, None]
+        for column, towards in ((parts.offset_m, tall.offset_m), (parts.half_m, tall.half_m)):
+            column[mine] += share * (towards - column[mine])
+    return parts
 
 
 def parts_by_kind(shapes: Sequence[tuple[Part, ...]], kind: NDArray[np.int64], size_m: Doubles) -> Parts:
