@@ -154,8 +154,8 @@ class JoinedCells:
         return found
 
     def _marked(self, lidars: Lidars, objects: int) -> tuple[unique_cells.Marks, Counts] | None:
-        """Return marks of the cells of all these LiDARs, and their number on each object; None where the marks would
-        take far more memory than the cells."""
+        """Return marks of the cells of all these LiDARs, and their number on each object; None if the marks need far
+        more memory than the cells."""
         first, last = (
             reduce(extreme, (one.found[row : row + 3, :objects] for one in lidars)).astype(np.int64)
             for extreme, row in ((np.minimum, FIRST_CELL), (np.maximum, LAST_CELL))

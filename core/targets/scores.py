@@ -434,7 +434,7 @@ def _rows(
     bounds: Counts,
     places_m: list[tuple[float, float]],
 ) -> list[list[Row]]:
-    """Return the rows of each class, of the objects from each bound to the next: of so many distances a class."""
+    """Return the rows of each class: one for each of its distances `places_m`, of the objects between two bounds."""
     known = [values.means(groups, bounds) for values in (tables.predicted, tables.found)]
     parts = zip(pairwise(bounds.tolist()), groups.means(tables.means, bounds), *known, strict=True)
     rows = list[list[Row]]()
