@@ -10,6 +10,7 @@ pyvista is loaded before Qt: once PySide6 is loaded, every import also reads the
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
@@ -20,7 +21,11 @@ _CANVAS = "matplotlib.backends.backend_agg"
 
 
 def load_pyvista() -> None:
-    """Load the half of pyvista that draws, and VTK with it; best before Qt."""
+    """Load the half of pyvista that draws, and VTK with it; best before Qt.
+
+    Its first plotter would run `xset`, or open a window of its own, to find out whether it can draw: RigLens knows.
+    """
+    os.environ.setdefault("ALLOW_PLOTTING", "true")
     canvas = StandIn(_CANVAS, FigureCanvasAgg=when_called(_CANVAS, "FigureCanvasAgg"))
     with standing_in(StandIn("matplotlib.pyplot"), canvas):
         import pyvista.plotting  # noqa: F401
