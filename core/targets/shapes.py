@@ -58,8 +58,8 @@ BICYCLE = (
     Part((0.30, 0.42), (-0.50, 0.50), (0.40, 0.80)),
 )
 PEDESTRIAN = (Part((-0.32, 0.32), (-0.33, 0.33), (-0.90, 0.95)),)
-SHAPES = (LOW_CAR, CYCLIST, PEDESTRIAN, WHOLE, BICYCLE, TALL_CAR)
-"""Of the classes and of other things, in the order of their numbers; then those that depend on the height."""
+SHAPES = (LOW_CAR, CYCLIST, PEDESTRIAN, WHOLE, BICYCLE)
+"""Of the classes and of other things, in the order of their numbers; then a bicycle without a rider."""
 
 
 class Parts(NamedTuple):
@@ -80,12 +80,11 @@ def parts_of(shape: Shape, cls: NDArray[np.uint8], size_m: Doubles) -> Parts:
     kind = np.where((cls == 1) & (height_m < RIDDEN_M), 4, cls.astype(np.int64))
     parts = parts_by_kind(SHAPES, kind, size_m)
     higher = np.flatnonzero((cls == 0) & (height_m > LOW_M))
-    if higher.size:
-        tall = parts_by_kind((TALL_CAR,), np.zeros(higher.size, np.int64), size_m[higher])
-        mine = (parts.starts[higher, None] + np.arange(len(TALL_CAR))).ravel()
-        share = np.clip((height_m[higher] - LOW_M) / (TALL_M - LOW_M), 0.0, 1.0)[tall.box, None]
-        for column, towards in ((parts.offset_m, tall.offset_m), (parts.half_m, tall.half_m)):
-            column[mine] += share * (towards - column[mine])
+    tall = parts_by_kind((TALL_CAR,), np.zeros(higher.size, np.int64), size_m[higher])
+    mine = (parts.starts[higher, None] + np.arange(len(TALL_CAR))).ravel()
+    share = np.clip((height_m[higher] - LOW_M) / (TALL_M - LOW_M), 0.0, 1.0)[tall.box, None]
+    for column, towards in ((parts.offset_m, tall.offset_m), (parts.half_m, tall.half_m)):
+        column[mine] += share * (towards - column[mine])
     return parts
 
 

@@ -153,7 +153,7 @@ def _keep_hashed(number: int, cells: np.ndarray, table: np.ndarray) -> int:
 
 class Marks(NamedTuple):
     """A bit for each cell of a block of each of n objects: blocks from corners to corners + sides - 1, both int64
-    (3, n), whose bits are in uint64 words, from begins[o], (n,), on."""
+    (3, n), whose bits are in words int64 (m,), from word begins[o], (n,), on."""
 
     corners: np.ndarray
     sides: np.ndarray
@@ -178,6 +178,7 @@ count_unmarked_serial = serial(count_unmarked)
 
 @lean_inlined
 def _unmarked(marks: Marks, one: int, cells: np.ndarray, start: int, end: int, marks_them: bool) -> int:
+    """As `count_unmarked`, of cells start..end-1 on one object; a cell outside its block has no mark."""
     i0, j0, k0 = marks.corners[0, one], marks.corners[1, one], marks.corners[2, one]
     rows, columns, depth = marks.sides[0, one], marks.sides[1, one], marks.sides[2, one]
     first_bit, new = marks.begins[one] << 6, 0
