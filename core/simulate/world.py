@@ -16,7 +16,7 @@ from riglens.core.kernels.objects.sweeps import Looks, Surface
 from riglens.core.simulate.clutter import KINDS, Clutter, Footprints, scattered
 from riglens.core.simulate.motion import SWEEP_S, Before, Motion, before
 from riglens.core.simulate.settings import USUAL_SIMULATION, SimulationSettings
-from riglens.core.targets.shapes import Parts, Shape, parts_by_kind, parts_of
+from riglens.core.targets.shapes import SHAPES, kind_numbers, kinds_of
 from riglens.core.targets.traffic import NO_CLASS, Traffic
 
 Doubles = NDArray[np.float64]
@@ -105,7 +105,7 @@ class Worlds:
         clutter = scattered(rng, self.settings.clutter, self._footprints(users))
         stands = _standing(clutter, surface)
         t, number = self.traffic, given.stop - given.start + len(clutter.kind)
-        parts, soft = _parts(self.settings.shape, t.cls[given], t.size_m[given], clutter)
+        shape = kind_numbers(self.settings.shape, t.cls[given], t.size_m[given])
         boxes = Boxes(
             np.array([0, number]),
             np.concatenate([t.centre_m[given], stands]),
@@ -113,11 +113,12 @@ class Worlds:
             np.concatenate([t.rotation[given], clutter.rotation()]),
             np.ones(number, np.bool_),
             np.concatenate([t.cls[given], np.full(len(clutter.kind), NO_CLASS, np.uint8)]),
-            *parts,
+            np.concatenate([shape, (len(SHAPES) + clutter.kind).astype(np.uint8)]),
+            *_KINDS,
         )
         bright = rng.uniform(*BRIGHT, number)
         kind = np.concatenate([np.full(given.stop - users.stop, -1), clutter.kind])
-        return World(boxes, Looks(users.stop - users.start, soft, bright, ROAD_BRIGHT), surface, kind)
+        return World(boxes, Looks(users.stop - users.start, _SOFT_M, bright, ROAD_BRIGHT), surface, kind)
 
     def _places(self, frame: int) -> tuple[slice, slice]:
         """Return the slice of a frame's boxes, and that of the objects, which come first among them."""
@@ -175,19 +176,6 @@ def _standing(clutter: Clutter, surface: Surface) -> Doubles:
     return np.column_stack([x, y, surface.height + bump + clutter.size_m[:, 2] / 2.0])
 
 
-def _parts(shape: Shape, cls: NDArray[np.uint8], size_m: Doubles, clutter: Clutter) -> tuple[Parts, Doubles]:
-    """Return parts of boxes and, after them, of clutter; and the depth to which rays enter each part."""
-    given, more = parts_of(shape, cls, size_m), parts_by_kind(_MADE_OF, clutter.kind, clutter.size_m)
-    joined = Parts(
-        np.concatenate([given.starts, given.starts[-1] + more.starts[1:]]),
-        np.concatenate([given.box, (len(cls) + more.box).astype(np.int32)]),
-        np.concatenate([given.offset_m, more.offset_m]),
-        np.concatenate([given.half_m, more.half_m]),
-        np.concatenate([given.is_glass, more.is_glass]),
-    )
-    soft = np.concatenate([np.zeros(len(given.box)), _SOFT[clutter.kind][more.box]])
-    return joined, soft
-
-
-_MADE_OF = tuple(kind.parts for kind in KINDS)
-_SOFT = np.array([kind.soft_m for kind in KINDS])
+_KINDS = kinds_of([*SHAPES, *((kind.parts,) for kind in KINDS)])
+_SOFT_M = np.array([*(0.0 for _ in SHAPES), *(kind.soft_m for kind in KINDS)])
+"""Depth to which rays enter boxes of each kind."""

@@ -19,7 +19,7 @@ from riglens.core.targets.clearance import Clearance
 from riglens.core.targets.draws import mixed, sensor_key, units
 from riglens.core.targets.range_law import glass_of, law_of
 from riglens.core.targets.settings import TargetSettings
-from riglens.core.targets.shapes import Shape, parts_of
+from riglens.core.targets.shapes import SHAPES, Shape, kind_numbers, kinds_of
 from riglens.core.targets.traffic import Traffic
 from riglens.core.vehicle.solid import Barrier
 
@@ -83,13 +83,12 @@ class TargetCaster:
         self._ranks, self._objects_before = np.where(traffic.counts, before[:-1], -1), before[traffic.starts]
 
     def _boxes_of(self, shape: Shape) -> Boxes:
-        """Return the boxes for the kernels, and the parts that they consist of."""
+        """Return the boxes for the kernels."""
         if shape not in self._boxes:
             traffic = self._traffic
-            parts = parts_of(shape, traffic.cls, traffic.size_m)
             self._boxes[shape] = Boxes(
-                traffic.starts, traffic.centre_m, traffic.half_m, traffic.rotation, traffic.counts,
-                traffic.cls, *parts,
+                traffic.starts, traffic.centre_m, traffic.half_m, traffic.rotation, traffic.counts, traffic.cls,
+                kind_numbers(shape, traffic.cls, traffic.size_m), *kinds_of(SHAPES),
             )  # fmt: skip
         return self._boxes[shape]
 

@@ -6,13 +6,15 @@ docs/study-targets.md. Bounds of parts are in half sizes of the box.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from riglens.core.kernels.objects.box_frames import MOST_PARTS
 
 Shape = Literal["box", "class"]
 Doubles = NDArray[np.float64]
@@ -58,61 +60,38 @@ BICYCLE = (
     Part((0.30, 0.42), (-0.50, 0.50), (0.40, 0.80)),
 )
 PEDESTRIAN = (Part((-0.32, 0.32), (-0.33, 0.33), (-0.90, 0.95)),)
-SHAPES = (LOW_CAR, CYCLIST, PEDESTRIAN, WHOLE, BICYCLE)
-"""Of the classes and of other things, in the order of their numbers; then a bicycle without a rider."""
+SHAPES = ((LOW_CAR, TALL_CAR), (CYCLIST,), (PEDESTRIAN,), (WHOLE,), (BICYCLE,))
+"""Shapes of the classes and of other things, in the order of their numbers, then of a bicycle without a rider; of a car
+those of a low one and of a tall one."""
+_WHOLE, _UNRIDDEN = SHAPES.index((WHOLE,)), SHAPES.index((BICYCLE,))
 
 
-class Parts(NamedTuple):
-    """Parts of n boxes, m in all: starts (n + 1,), box (m,), offset and half size (m, 3) in metres, is_glass (m,)."""
+class Kinds(NamedTuple):
+    """Kinds of shapes, k of them, as `kernels.objects.box_frames.Traffic` holds them."""
 
-    starts: NDArray[np.int64]
-    box: NDArray[np.int32]
-    offset_m: Doubles
-    half_m: Doubles
-    is_glass: NDArray[np.bool_]
+    numbers: NDArray[np.int64]
+    bounds: Doubles
+    heights_m: Doubles
+    glass: NDArray[np.bool_]
 
 
-def parts_of(shape: Shape, cls: NDArray[np.uint8], size_m: Doubles) -> Parts:
-    """Return parts of boxes of classes (n,), as in Traffic, and sizes (n, 3) in metres."""
-    height_m = size_m[:, 2]
+def kinds_of(shapes: Sequence[Sequence[tuple[Part, ...]]]) -> Kinds:
+    """Return kinds for the kernels: of each the parts of a box, or those of a low one and of a tall one."""
+    numbers = np.array([len(shape[0]) for shape in shapes])
+    bounds = np.zeros((len(shapes), MOST_PARTS, 2, 2, 3))
+    glass = np.zeros((len(shapes), MOST_PARTS), np.bool_)
+    heights_m = np.array([(math.inf, math.inf) if len(shape) == 1 else (LOW_M, TALL_M) for shape in shapes])
+    for kind, shape in enumerate(shapes):
+        for height, parts in enumerate((shape[0], shape[-1])):
+            for place, part in enumerate(parts):
+                low, high = np.array((part.x, part.y, part.z)).T
+                bounds[kind, place, height] = (low + high) / 2.0, (high - low) / 2.0
+                glass[kind, place] = part.is_glass
+    return Kinds(numbers, bounds, heights_m, glass)
+
+
+def kind_numbers(shape: Shape, cls: NDArray[np.uint8], size_m: Doubles) -> NDArray[np.uint8]:
+    """Return which of `SHAPES` boxes have, (n,), by their classes (n,), as in Traffic, and sizes (n, 3) in metres."""
     if shape == "box":
-        return parts_by_kind((WHOLE,), np.zeros(len(cls), np.int64), size_m)
-    kind = np.where((cls == 1) & (height_m < RIDDEN_M), 4, cls.astype(np.int64))
-    parts = parts_by_kind(SHAPES, kind, size_m)
-    higher = np.flatnonzero((cls == 0) & (height_m > LOW_M))
-    tall = parts_by_kind((TALL_CAR,), np.zeros(higher.size, np.int64), size_m[higher])
-    mine = (parts.starts[higher, None] + np.arange(len(TALL_CAR))).ravel()
-    share = np.clip((height_m[higher] - LOW_M) / (TALL_M - LOW_M), 0.0, 1.0)[tall.box, None]
-    for column, towards in ((parts.offset_m, tall.offset_m), (parts.half_m, tall.half_m)):
-        column[mine] += share * (towards - column[mine])
-    return parts
-
-
-def parts_by_kind(shapes: Sequence[tuple[Part, ...]], kind: NDArray[np.int64], size_m: Doubles) -> Parts:
-    """Return parts of boxes of kinds (n,), places in `shapes`, and sizes (n, 3) in metres."""
-    number = np.array([len(parts) for parts in shapes])[kind]
-    starts = np.concatenate([[0], np.cumsum(number)])
-    box = np.repeat(np.arange(len(kind)), number)
-    place = np.arange(len(box)) - starts[box]
-    bounds, glass = _tables(tuple(shapes))
-    low, high = bounds[kind[box], place, :, 0], bounds[kind[box], place, :, 1]
-    half = size_m[box] / 2.0
-    return Parts(
-        starts,
-        box.astype(np.int32),
-        (low + high) / 2.0 * half,
-        (high - low) / 2.0 * half,
-        glass[kind[box], place],
-    )
-
-
-@lru_cache(maxsize=8)
-def _tables(shapes: tuple[tuple[Part, ...], ...]) -> tuple[Doubles, NDArray[np.bool_]]:
-    """Return bounds (shapes, parts, 3, 2) and which parts are glass (shapes, parts)."""
-    most = max(len(parts) for parts in shapes)
-    bounds, glass = np.zeros((len(shapes), most, 3, 2)), np.zeros((len(shapes), most), np.bool_)
-    for number, parts in enumerate(shapes):
-        for place, part in enumerate(parts):
-            bounds[number, place] = part.x, part.y, part.z
-            glass[number, place] = part.is_glass
-    return bounds, glass
+        return np.full(len(cls), _WHOLE, np.uint8)
+    return np.where((cls == 1) & (size_m[:, 2] < RIDDEN_M), _UNRIDDEN, cls).astype(np.uint8)

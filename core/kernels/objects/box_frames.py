@@ -11,6 +11,9 @@ from riglens.core.kernels.rays.lattice import Direction, rotated_back
 from riglens.core.kernels.rays.phases import mixed, unit
 from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined
 
+_PART_BITS = 2
+MOST_PARTS = 1 << _PART_BITS
+"""Of a box."""
 _TINY = 1e-300
 """Stand-in for a distance of zero between the sensor and the plane of a face, a divisor."""
 
@@ -18,11 +21,12 @@ _TINY = 1e-300
 class Traffic(NamedTuple):
     """Boxes of all frames, in the vehicle frame: those of frame f are starts[f]..starts[f + 1] (frames + 1,);
     centres, halves (n, 3) metres, rotations (n, 3, 3) box to vehicle frame; counts (n,) bool: those that count;
-    cls (n,): their classes.
+    cls (n,): their classes; kind uint8 (n,): which of k kinds of shapes they have.
 
-    Each box is made of parts, boxes within it: those of box b are part_starts[b]..part_starts[b + 1] (n + 1,); box_of
-    (m,) is the box of a part; offsets, part_halves (m, 3) in metres and in the axes of the box; is_glass (m,): whether
-    it gives LiDARs no return.
+    Boxes are made of parts, boxes within them: numbers (k,) of parts, at most MOST_PARTS each; bounds
+    (k, MOST_PARTS, 2, 2, 3): of a part of a low box, then of a tall one, middle and half size along the axes of the
+    box, in half sizes of it; heights_m (k, 2): up to the first a box is a low one, from the second on a tall one, in
+    metres; glass (k, MOST_PARTS): whether a part gives LiDARs no return. Part p of box b is number b * MOST_PARTS + p.
     """
 
     starts: np.ndarray
@@ -31,11 +35,11 @@ class Traffic(NamedTuple):
     rotations: np.ndarray
     counts: np.ndarray
     cls: np.ndarray
-    part_starts: np.ndarray
-    box_of: np.ndarray
-    offsets: np.ndarray
-    part_halves: np.ndarray
-    is_glass: np.ndarray
+    kind: np.ndarray
+    numbers: np.ndarray
+    bounds: np.ndarray
+    heights_m: np.ndarray
+    glass: np.ndarray
 
 
 class Beams(NamedTuple):
@@ -125,9 +129,63 @@ def new_faces() -> Faces:
 
 
 @lean_inlined
+def parts_of(traffic: Traffic, box: int) -> tuple[int, int]:
+    """Return the number of the first part of a box, and the number after the last one."""
+    first = box << _PART_BITS
+    return first, first + traffic.numbers[traffic.kind[box]]
+
+
+@lean_inlined
+def box_of(part: int) -> int:
+    """Return the box of a part."""
+    return part >> _PART_BITS
+
+
+@lean_inlined
+def bounds_of(traffic: Traffic, part: int) -> tuple[Direction, Direction]:
+    """Return the middle and the half size of a part in metres, in the axes of its box."""
+    box = box_of(part)
+    half, kind = half_of(traffic, box), traffic.kind[box]
+    bounds, heights_m = traffic.bounds[kind, part & (MOST_PARTS - 1)], traffic.heights_m[kind]
+    tall = 0.0
+    if 2.0 * half[2] > heights_m[0]:
+        tall = min((2.0 * half[2] - heights_m[0]) / (heights_m[1] - heights_m[0]), 1.0)
+    return (
+        (
+            _between(bounds, 0, 0, half[0], tall),
+            _between(bounds, 0, 1, half[1], tall),
+            _between(bounds, 0, 2, half[2], tall),
+        ),
+        (
+            _between(bounds, 1, 0, half[0], tall),
+            _between(bounds, 1, 1, half[1], tall),
+            _between(bounds, 1, 2, half[2], tall),
+        ),
+    )
+
+
+@lean_inlined
+def _between(bounds: np.ndarray, row: int, axis: int, half: float, tall: float) -> float:
+    low, high = bounds[0, row, axis] * half, bounds[1, row, axis] * half
+    return float(low + tall * (high - low))
+
+
+@lean_inlined
+def half_of(traffic: Traffic, box: int) -> Direction:
+    """Return the half size of a box, metres."""
+    return traffic.halves[box, 0], traffic.halves[box, 1], traffic.halves[box, 2]
+
+
+@lean_inlined
+def is_glass(traffic: Traffic, part: int) -> bool:
+    """Return whether a part is glass."""
+    return bool(traffic.glass[traffic.kind[box_of(part)], part & (MOST_PARTS - 1)])
+
+
+@lean_inlined
 def is_lost(traffic: Traffic, beams: Beams, key: np.uint64, part: int, place: int, column: int) -> bool:
     """Return whether the ray of a LiDAR that meets a part is lost in its glass."""
-    return bool(traffic.is_glass[part] and glass_draw(beams, key, place, column) < beams.glass[1])
+    return bool(is_glass(traffic, part) and glass_draw(beams, key, place, column) < beams.glass[1])
 
 
 @lean_inlined
@@ -156,7 +214,7 @@ def turned(turn: np.ndarray, d: Direction) -> Direction:
 
 
 @lean_inlined
-def set_faces(start: Direction, half: np.ndarray, faces: Faces) -> None:
+def set_faces(start: Direction, half: Direction, faces: Faces) -> None:
     """Write the faces of a box for rays from `start`, in the axes of the box."""
     for axis in range(3):
         s, h = start[axis], half[axis]
@@ -191,7 +249,7 @@ def distance_of(traffic: Traffic, beams: Beams, box: int) -> float:
 @lean_inlined
 def radius_of(traffic: Traffic, box: int) -> float:
     """Return the distance from the centre of a box to its corners, metres."""
-    a, b, c = traffic.halves[box, 0], traffic.halves[box, 1], traffic.halves[box, 2]
+    a, b, c = half_of(traffic, box)
     return float(np.sqrt(a * a + b * b + c * c))
 
 
@@ -222,6 +280,6 @@ def set_centre(start: Direction, turn: np.ndarray, centre: np.ndarray) -> None:
 
 
 @lean_inlined
-def is_inside(start: Direction, half: np.ndarray) -> bool:
+def is_inside(start: Direction, half: Direction) -> bool:
     """Return whether a point in the axes of a box is in it or on its surface."""
     return bool(abs(start[0]) <= half[0] and abs(start[1]) <= half[1] and abs(start[2]) <= half[2])

@@ -15,6 +15,8 @@ from riglens.core.kernels.objects.box_frames import (
     Beams,
     Canvas,
     Traffic,
+    bounds_of,
+    box_of,
     is_lost,
     local_direction,
     new_faces,
@@ -47,7 +49,7 @@ COLUMNS = 11
 class Desk(NamedTuple):
     """Room for a worker: the depth order of a frame; the image of a box; what rays of a group have met; seen (rows *
     words,) uint64: a bit for each ray that has met something nearer; hits (4, rays): of rays that meet an object, their
-    directions in its axes and how far it is; table of cells."""
+    directions in its axes and 1 / t of the hit; table of cells."""
 
     depth_order: DepthOrder
     outline: Outline
@@ -87,10 +89,10 @@ def is_in_range(traffic: Traffic, beams: Beams, box: int, row: int, slot: int, i
 def cosine_of(traffic: Traffic, part: int, start: Direction, along: Direction) -> float:
     """Return the cosine of the angle between a ray, in the axes of an object, and the normal of the face by which it
     enters a part; 1 for a ray that starts inside."""
-    offset, half = traffic.offsets[part], traffic.part_halves[part]
+    middle, half = bounds_of(traffic, part)
     last, cosine = -np.inf, 1.0
     for axis in range(3):
-        s = abs(start[axis] - offset[axis]) - half[axis]
+        s = abs(start[axis] - middle[axis]) - half[axis]
         if s > 0.0:  # the face entered is the one that is reached last
             at = s / abs(along[axis])
             if at > last:
@@ -120,7 +122,7 @@ def _take(
         for column in range(canvas.spans[place, 0], canvas.spans[place, 1]):
             slot = base + column
             part = canvas.owner[slot]
-            if part < 0 or traffic.box_of[part] != box:
+            if part < 0 or box_of(part) != box:
                 continue
             if desk.seen[place * words + (column >> 6)] >> np.uint64(column & 63) & np.uint64(1):
                 continue
@@ -133,17 +135,18 @@ def _take(
             ):
                 continue
             if beams.turns:
-                along, t = turned(turn, local_direction(beams, place, column)), 1.0 / canvas.inverse[slot]
+                along, inverse = turned(turn, local_direction(beams, place, column)), canvas.inverse[slot]
                 if beams.law.size > 0:
                     ray = row * beams.columns + beams.column_of[column]
                     chance, cosine = (
                         unit(mixed(sweep.key, np.uint64(ray))),
                         cosine_of(traffic, part, start, along),
                     )
-                    if not is_returned(t, beams.law[traffic.cls[box]], beams.law[3], cosine, chance):
+                    half_m, width = beams.law[traffic.cls[box]], beams.law[3]
+                    if not is_returned(1.0 / inverse, half_m, width, cosine, chance):
                         continue
                 desk.hits[0, rays], desk.hits[1, rays], desk.hits[2, rays] = along
-                desk.hits[3, rays] = t
+                desk.hits[3, rays] = inverse
             rays += 1
         if rays > before:
             found[FIRST_ROW, one] = min(found[FIRST_ROW, one], row) if found[FIRST_ROW, one] >= 0 else row

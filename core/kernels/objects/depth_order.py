@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from riglens.core.kernels.objects.box_frames import Beams, Traffic, is_inside, reach_of, start_of
+from riglens.core.kernels.objects.box_frames import Beams, Traffic, half_of, is_inside, reach_of, start_of
 from riglens.core.kernels.rays.lattice import Direction, rotated_back
 from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined
 
@@ -77,7 +77,7 @@ def _look_round(traffic: Traffic, beams: Beams, frame: int, depth_order: DepthOr
     ahead = beams.rotation[:, 0]
     for box in range(traffic.starts[frame], traffic.starts[frame + 1]):
         x, y, z = _to(traffic, beams, box)
-        half = traffic.halves[box]
+        half = half_of(traffic, box)
         radius2, away2 = _square(half[0], half[1], half[2]), _square(x, y, z)
         if away2 > (reach + np.sqrt(radius2)) ** 2 * _WIDER:
             continue
@@ -116,7 +116,7 @@ def _to(traffic: Traffic, beams: Beams, box: int) -> Direction:
 
 
 @lean_inlined
-def _nearest(start: Direction, half: np.ndarray) -> float:
+def _nearest(start: Direction, half: Direction) -> float:
     """Return the distance of a box from a point in its axes."""
     return float(
         np.sqrt(
@@ -130,7 +130,7 @@ def _nearest(start: Direction, half: np.ndarray) -> float:
 
 
 @lean_inlined
-def _farthest(start: Direction, half: np.ndarray) -> float:
+def _farthest(start: Direction, half: Direction) -> float:
     """Return the distance of the farthest corner of a box from a point in its axes."""
     return float(np.sqrt(_square(abs(start[0]) + half[0], abs(start[1]) + half[1], abs(start[2]) + half[2])))
 

@@ -15,9 +15,13 @@ from riglens.core.kernels.objects.box_frames import (
     Canvas,
     Faces,
     Traffic,
+    bounds_of,
     distance_of,
     glass_draw,
+    half_of,
+    is_glass,
     is_inside,
+    parts_of,
     radius_of,
     reach_of,
     set_centre,
@@ -149,7 +153,7 @@ def _meet_rows(
 
 
 @lean_inlined
-def _rows_of_part(faces: Faces, start: Direction, half: np.ndarray, window: Window) -> Window:
+def _rows_of_part(faces: Faces, start: Direction, half: Direction, window: Window) -> Window:
     """Return the window of a box around a spinning sensor, narrowed to the rows of a part of it."""
     turn, middle, wide = faces.turn, 0.0, 0.0
     for axis in range(3):
@@ -160,7 +164,7 @@ def _rows_of_part(faces: Faces, start: Direction, half: np.ndarray, window: Wind
 
 @lean
 def _meet_blocks(
-    beams: Beams, faces: Faces, start: Direction, centre: np.ndarray, half: np.ndarray, canvas: Canvas
+    beams: Beams, faces: Faces, start: Direction, centre: np.ndarray, half: Direction, canvas: Canvas
 ) -> int:
     """As `_meet_rows` for a lattice without straight rows and columns: block by block of its directions."""
     entered, block = 0, 0
@@ -178,7 +182,7 @@ def _meet_blocks(
 
 
 @lean_inlined
-def _may_enter(turn: np.ndarray, start: Direction, half: np.ndarray, cone: np.ndarray, far: float) -> bool:
+def _may_enter(turn: np.ndarray, start: Direction, half: Direction, cone: np.ndarray, far: float) -> bool:
     """Return whether rays of a cone may enter a box whose centre is at a distance: whether the axis of the cone runs
     through the box with as much room around it as rays at the edge of the cone are from the axis there."""
     radius = np.sqrt(half[0] * half[0] + half[1] * half[1] + half[2] * half[2])
@@ -196,7 +200,7 @@ def _may_enter(turn: np.ndarray, start: Direction, half: np.ndarray, cone: np.nd
 
 
 @lean_inlined
-def _cone_of(centre: np.ndarray, half: np.ndarray) -> tuple[float, float, float]:
+def _cone_of(centre: np.ndarray, half: Direction) -> tuple[float, float, float]:
     """Return the distance of a box's centre, and sine and cosine of the half angle of a cone around the box."""
     radius2 = half[0] * half[0] + half[1] * half[1] + half[2] * half[2]
     far2 = centre[0] * centre[0] + centre[1] * centre[1] + centre[2] * centre[2]
@@ -227,7 +231,7 @@ def _is_apart(
 def _window_of(
     beams: Beams,
     start: Direction,
-    half: np.ndarray,
+    half: Direction,
     turn: np.ndarray,
     centre: np.ndarray,
     corners: np.ndarray,
@@ -245,7 +249,7 @@ def _window_of(
 @lean_inlined
 def _faces_of(traffic: Traffic, beams: Beams, box: int, part: int, key: np.uint64, faces: Faces) -> Faces:
     """Return the faces of a part of a box."""
-    is_clear = beams.glass[0] > 0.0 and traffic.is_glass[part]
+    is_clear = beams.glass[0] > 0.0 and is_glass(traffic, part)
     return Faces(box, part, is_clear, key, faces.turn, faces.enter, faces.rest, faces.leave, faces.other)
 
 
@@ -268,7 +272,7 @@ def meet_box(
     centre: np.ndarray, canvas: Canvas,
 ) -> int:  # fmt: skip
     """Write the nearest entries of a box on the canvas; return the number of rays that enter it, without occlusion."""
-    entered, half, start = 0, traffic.halves[box], start_of(traffic, beams, box)
+    entered, half, start = 0, half_of(traffic, box), start_of(traffic, beams, box)
     if is_inside(start, half):
         return 0
     set_turn(traffic, rotation, box, faces.turn)
@@ -276,15 +280,15 @@ def meet_box(
     far, sine, cosine = _cone_of(centre, half)
     if _is_apart(1.0, 0.0, 0.0, beams.field[0], beams.field[1], centre, far, sine, cosine):
         return 0
-    parts = range(traffic.part_starts[box], traffic.part_starts[box + 1])
+    parts = range(*parts_of(traffic, box))
     if beams.blocks.shape[0] > 0:
         for part in parts:
-            offset = traffic.offsets[part]
-            place = (start[0] - offset[0], start[1] - offset[1], start[2] - offset[2])
+            middle, part_half = bounds_of(traffic, part)
+            place = (start[0] - middle[0], start[1] - middle[1], start[2] - middle[2])
             set_centre(place, faces.turn, centre)
-            set_faces(place, traffic.part_halves[part], faces)
+            set_faces(place, part_half, faces)
             own = _faces_of(traffic, beams, box, part, key, faces)
-            entered += _meet_blocks(beams, own, place, centre, traffic.part_halves[part], canvas)
+            entered += _meet_blocks(beams, own, place, centre, part_half, canvas)
         return entered
     window = _window_of(beams, start, half, faces.turn, centre, corners)
     if window.width < 0.0:
@@ -292,8 +296,8 @@ def meet_box(
     is_large = beams.row_of.size * beams.columns * sine * sine > _LARGE
     columns = _columns_between(beams, window.left, window.width)
     for part in parts:
-        offset, part_half, mine = traffic.offsets[part], traffic.part_halves[part], window
-        place = (start[0] - offset[0], start[1] - offset[1], start[2] - offset[2])
+        (middle, part_half), mine = bounds_of(traffic, part), window
+        place = (start[0] - middle[0], start[1] - middle[1], start[2] - middle[2])
         if is_large:
             mine = _window_of(beams, place, part_half, faces.turn, centre, corners)
             if mine.width < 0.0:

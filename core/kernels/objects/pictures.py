@@ -10,7 +10,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from riglens.core.kernels.objects.box_frames import Beams, Canvas, Traffic, local_direction, new_faces, turned
+from riglens.core.kernels.objects.box_frames import (
+    Beams,
+    Canvas,
+    Traffic,
+    bounds_of,
+    box_of,
+    is_glass,
+    local_direction,
+    new_faces,
+    turned,
+)
 from riglens.core.kernels.objects.counts import is_stopped, wipe
 from riglens.core.kernels.objects.nearest import meet_frame
 from riglens.core.kernels.objects.sweeps import GROUND, STATIC, Surface, ground_at, set_frames
@@ -52,10 +62,10 @@ class Image(NamedTuple):
 @lean_inlined
 def _face_light(traffic: Traffic, box: int, part: int, start: np.ndarray, along: Direction) -> float:
     """Return the brightness of the face by which a ray enters a part, 0.35 to 1."""
-    offset, half = traffic.offsets[part], traffic.part_halves[part]
+    middle, half = bounds_of(traffic, part)
     last, axis_of, sign = -np.inf, 2, 1.0
     for axis in range(3):
-        from_middle = start[axis] - offset[axis]
+        from_middle = start[axis] - middle[axis]
         s = abs(from_middle) - half[axis]
         if s > 0.0 and s / abs(along[axis]) > last:
             last, axis_of = s / abs(along[axis]), axis
@@ -133,11 +143,11 @@ def _paint(
                 x, y = beams.origin[0] + t * d[0], beams.origin[1] + t * d[1]
                 _dab(paint.road, _patch_light(x, y), t * length, paint, pixel)
                 continue
-            box = traffic.box_of[part]
+            box = box_of(part)
             to.what[row, column] = box if box < paint.users else STATIC
             if box < paint.users:
                 _note_seen(to.seen[box], row, column)
-            colour = paint.glass if traffic.is_glass[part] else paint.boxes[box]
+            colour = paint.glass if is_glass(traffic, part) else paint.boxes[box]
             light = _face_light(traffic, box, part, starts[box], turned(turns[box], local))
             _dab(colour, light, t * length, paint, pixel)
 

@@ -14,6 +14,9 @@ from riglens.core.kernels.objects.box_frames import (
     Beams,
     Faces,
     Traffic,
+    bounds_of,
+    half_of,
+    parts_of,
     set_centre,
     set_faces,
     set_turn,
@@ -75,7 +78,7 @@ def words_of(columns: int) -> int:
 @lean_inlined
 def draw_box(traffic: Traffic, beams: Beams, box: int, rotation: np.ndarray, to: Outline) -> bool:
     """Set the bits of the rays that enter a box; return False where the outline cannot decide."""
-    start, half, turn = start_of(traffic, beams, box), traffic.halves[box], to.faces.turn
+    start, half, turn = start_of(traffic, beams, box), half_of(traffic, box), to.faces.turn
     set_turn(traffic, rotation, box, turn)
     if not _can_be_drawn(traffic, beams, box, start):
         return False
@@ -87,11 +90,11 @@ def draw_box(traffic: Traffic, beams: Beams, box: int, rotation: np.ndarray, to:
         bounds[1] = row
         return True
     to.mask[row * words : end * words] = 0
-    for part in range(traffic.part_starts[box], traffic.part_starts[box + 1]):
-        offset = traffic.offsets[part]
-        place = (start[0] - offset[0], start[1] - offset[1], start[2] - offset[2])
-        count = _project(place, traffic.part_halves[part], to)
-        set_faces(place, traffic.part_halves[part], to.faces)
+    for part in range(*parts_of(traffic, box)):
+        middle, part_half = bounds_of(traffic, part)
+        place = (start[0] - middle[0], start[1] - middle[1], start[2] - middle[2])
+        count = _project(place, part_half, to)
+        set_faces(place, part_half, to.faces)
         _draw_part(beams, count, column, last, to)
     return True
 
@@ -100,19 +103,19 @@ def draw_box(traffic: Traffic, beams: Beams, box: int, rotation: np.ndarray, to:
 def _can_be_drawn(traffic: Traffic, beams: Beams, box: int, start: Direction) -> bool:
     """Return whether a box is not so near that rays may meet it before they are as far ahead as boxes are cut, nor too
     far or too thin for outlines."""
-    half, thin, near2, far2 = traffic.halves[box], np.inf, 0.0, 0.0
+    half, thin, near2, far2 = half_of(traffic, box), np.inf, 0.0, 0.0
     for axis in range(3):
         near, far = max(abs(start[axis]) - half[axis], 0.0), abs(start[axis]) + half[axis]
         near2, far2 = near2 + near * near, far2 + far * far
-    for part in range(traffic.part_starts[box], traffic.part_starts[box + 1]):
-        for axis in range(3):
-            thin = min(thin, traffic.part_halves[part, axis])
+    for part in range(*parts_of(traffic, box)):
+        _, part_half = bounds_of(traffic, part)
+        thin = min(thin, part_half[0], part_half[1], part_half[2])
     ahead = np.sqrt(near2) * beams.field[0]
     return bool(ahead > 1.001 * _AHEAD_M and far2 < _FAR_M * _FAR_M and 2.0 * thin >= _THIN_M)
 
 
 @lean_inlined
-def _project(start: Direction, half: np.ndarray, to: Outline) -> int:
+def _project(start: Direction, half: Direction, to: Outline) -> int:
     """Project the corners of a box, in whose axes the sensor is at `start`, to the image plane, and behind them the
     places where its edges are cut; return the number filled."""
     set_centre(start, to.faces.turn, to.centre)

@@ -14,6 +14,7 @@ from riglens.core.kernels.objects.box_frames import (
     Beams,
     Canvas,
     Traffic,
+    box_of,
     is_inside,
     is_lost,
     local_direction,
@@ -38,9 +39,9 @@ _SQRT3 = 1.7320508075688772
 
 
 class Looks(NamedTuple):
-    """Reflection model of a frame: `users`, the number of objects, which come first among its boxes; soft (m,): depth
-    to which rays enter a part, metres; bright (n,): intensity of each box at a right angle, and `road` that of the
-    ground."""
+    """Reflection model of a frame: `users`, the number of objects, which come first among its boxes; soft (k,): depth
+    to which rays enter boxes of each kind, metres; bright (n,): intensity of each box at a right angle, and `road` that
+    of the ground."""
 
     users: int
     soft: np.ndarray
@@ -172,10 +173,10 @@ def _note_returns(
             t = 1.0 / inverse
             deep, cosine, bright, half_m, what = 0.0, -d[2], looks.road, 0.0, GROUND
             if part >= 0:
-                box = traffic.box_of[part]
+                box = box_of(part)
                 along, s = turned(turns[box], local), starts[box]
                 cosine = cosine_of(traffic, part, (s[0], s[1], s[2]), along)
-                deep, bright, what = looks.soft[part], looks.bright[box], STATIC
+                deep, bright, what = looks.soft[traffic.kind[box]], looks.bright[box], STATIC
                 if box < looks.users:
                     what = box
                     to.reached[box] += 1
@@ -221,7 +222,8 @@ def count_inside(
 ) -> None:
     """Count the points (p, 3) in each box (n,), faces included; boxes as in `Traffic`."""
     for box in range(counts.size):
-        centre, half, turn = centres[box], halves[box], rotations[box]
+        centre, turn = centres[box], rotations[box]
+        half = halves[box, 0], halves[box, 1], halves[box, 2]
         radius2 = half[0] * half[0] + half[1] * half[1] + half[2] * half[2]
         for k in range(points.shape[0]):
             x, y, z = points[k, 0] - centre[0], points[k, 1] - centre[1], points[k, 2] - centre[2]

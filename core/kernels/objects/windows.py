@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from riglens.core.kernels.rays.lattice import Direction
 from riglens.core.kernels.runtime.jit import lean, lean_inlined
 
 MARGIN = 1e-9
@@ -30,7 +31,7 @@ NOWHERE = Window(0.0, 0.0, 0.0, -1.0, 0.0, 0.0)
 
 
 @lean_inlined
-def corners_of(centre: np.ndarray, turn: np.ndarray, half: np.ndarray, to: np.ndarray) -> None:
+def corners_of(centre: np.ndarray, turn: np.ndarray, half: Direction, to: np.ndarray) -> None:
     """Corners (8, 3) in the axes of the sensor of a box at `centre` (3,) there; turn (3, 3): sensor's to box's axes."""
     for corner in range(8):
         x = half[0] if corner & 1 else -half[0]

@@ -7,15 +7,17 @@ from numpy.typing import NDArray
 
 from riglens.core.rig.model import Lidar, Rig
 from riglens.core.sensing.rays import local_directions
+from riglens.core.simulate.clutter import KINDS
 from riglens.core.simulate.settings import SimulationSettings
 from riglens.core.simulate.sweeps import GROUND, STATIC
 from riglens.core.simulate.world import World, Worlds
 from riglens.core.targets.contribution import phases_rad
 from riglens.core.targets.draws import mixed, sensor_key, units
 from riglens.core.targets.range_law import anchors_of, range_for
-from riglens.core.targets.shapes import GLASS_PASSES, GLASS_RETURNS, REFLECTIVITY, WIDTH
+from riglens.core.targets.shapes import GLASS_PASSES, GLASS_RETURNS, REFLECTIVITY, SHAPES, WIDTH
 from riglens.core.vehicle.solid import Solid
 from tests.core.targets.brute_force import return_words
+from tests.core.targets.parts import Parts, parts_by_kind
 from tests.core.vehicle.solids import body_ends
 
 Doubles = NDArray[np.float64]
@@ -38,15 +40,16 @@ def sweep(rig: Rig, worlds: Worlds, frame: int, solid: Solid | None = None) -> E
 def _of(lidar: Lidar, worlds: Worlds, frame: int, solid: Solid | None) -> Expected:
     settings, world = worlds.settings, worlds.world(frame)
     origin, d = np.array(lidar.position), _directions(lidar, settings, frame)
+    parts = parts_of_world(world)
     entry, cosine = entries(world, origin, d, lidar.range_m)
     words = return_words(lidar, settings.seed, frame)
     draws = units(mixed(words, np.array([0])))
     passes, returns_from = (GLASS_PASSES, 1.0 - GLASS_RETURNS) if settings.range_law else (0.0, 1.0)
-    entry[np.ix_(draws < passes, world.boxes.is_glass)] = np.inf
+    entry[np.ix_(draws < passes, parts.is_glass)] = np.inf
     part = entry.argmin(axis=1) if entry.shape[1] else np.zeros(len(d), int)
     t = entry[np.arange(len(d)), part] if entry.shape[1] else np.full(len(d), np.inf)
     met = np.isfinite(t)
-    box = world.boxes.box_of[part] if entry.shape[1] else part
+    box = parts.box[part] if entry.shape[1] else part
     what = np.where(met, np.where(box < world.looks.users, box, STATIC), GROUND)
     ground = ground_m(world, origin, d)
     t = np.where(
@@ -54,7 +57,7 @@ def _of(lidar: Lidar, worlds: Worlds, frame: int, solid: Solid | None) -> Expect
     )
     returns = np.isfinite(t)
     if entry.shape[1]:
-        returns &= ~(met & world.boxes.is_glass[part] & (draws < returns_from))
+        returns &= ~(met & parts.is_glass[part] & (draws < returns_from))
     returns &= t < (np.inf if solid is None else body_ends(lidar, solid))
     if settings.range_law and anchors_of(lidar):
         cls = world.boxes.cls[box] if entry.shape[1] else box
@@ -69,7 +72,7 @@ def _of(lidar: Lidar, worlds: Worlds, frame: int, solid: Solid | None) -> Expect
         )
     words = _words(lidar, settings, frame, "losses")
     returns &= (words >> np.uint64(32)) / 2.0**32 >= settings.dropout
-    deep = np.where(met, world.looks.soft[part], 0.0) if entry.shape[1] else 0.0
+    deep = np.where(met, world.looks.soft[world.boxes.kind[box]], 0.0) if entry.shape[1] else 0.0
     t = t + deep * (words & np.uint64(0xFFFFFFFF)) / 2.0**32
     t = t + settings.noise_m * _bells(_words(lidar, settings, frame, "noise"))
     rays = _in_order(lidar)
@@ -123,18 +126,24 @@ def _directions(lidar: Lidar, settings: SimulationSettings, frame: int) -> Doubl
     return np.asarray(local_directions(lidar, np.arange(lidar.ray_count)) @ (lidar.pose.rotation() @ turn).T)
 
 
+def parts_of_world(world: World) -> Parts:
+    """The parts of all boxes of a frame."""
+    kinds = [*SHAPES, *((kind.parts,) for kind in KINDS)]
+    return parts_by_kind(kinds, world.boxes.kind, 2.0 * world.boxes.halves)
+
+
 def entries(
     world: World, origin: Doubles, d: Doubles, range_m: tuple[float, float]
 ) -> tuple[Doubles, Doubles]:
     """Where each ray enters each part (rays, parts), inf: nowhere, and the cosine at the face."""
-    boxes = world.boxes
-    entry, cosine = np.full((2, len(d), len(boxes.box_of)), np.inf)
-    for part, box in enumerate(boxes.box_of):
+    boxes, parts = world.boxes, parts_of_world(world)
+    entry, cosine = np.full((2, len(d), len(parts.box)), np.inf)
+    for part, box in enumerate(parts.box):
         turn = boxes.rotations[box]
         start, along = turn.T @ (origin - boxes.centres[box]), d @ turn
         if (np.abs(start) <= boxes.halves[box]).all():
             continue
-        start, half = start - boxes.offsets[part], boxes.part_halves[part]
+        start, half = start - parts.offset_m[part], parts.half_m[part]
         with np.errstate(divide="ignore", invalid="ignore"):
             a, b = (-half - start) / along, (half - start) / along
         first, last = np.minimum(a, b), np.maximum(a, b)

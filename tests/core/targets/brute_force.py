@@ -11,9 +11,10 @@ from riglens.core.targets.contribution import phases_rad
 from riglens.core.targets.draws import mixed, sensor_key, units
 from riglens.core.targets.range_law import anchors_of, range_for
 from riglens.core.targets.settings import EXACT, TargetSettings
-from riglens.core.targets.shapes import GLASS_PASSES, GLASS_RETURNS, REFLECTIVITY, WIDTH, Parts, parts_of
+from riglens.core.targets.shapes import GLASS_PASSES, GLASS_RETURNS, REFLECTIVITY, WIDTH
 from riglens.core.targets.traffic import Traffic
 from riglens.core.vehicle.solid import Solid
+from tests.core.targets.parts import Parts, parts_of
 from tests.core.vehicle.solids import body_ends
 
 Doubles = NDArray[np.float64]

@@ -26,11 +26,11 @@ from riglens.core.targets.shapes import (
     REFLECTIVITY,
     TALL_M,
     WIDTH,
-    parts_of,
 )
 from riglens.core.targets.traffic import NO_CLASS
 from tests.core.builders import camera, lidar, rig_of, spinning
 from tests.core.targets.cases import Box, traffic
+from tests.core.targets.parts import parts_of
 
 CAR, BICYCLE, PEDESTRIAN = 0, 1, 2
 CUBE_M = (2.0, 2.0, 2.0)

@@ -9,10 +9,10 @@ from riglens.core.kernels.objects.depth_order import DepthOrder, line_up, new_de
 from riglens.core.rig.model import Lidar, LinearAngles
 from riglens.core.targets.beams import beams_of
 from riglens.core.targets.contribution import TargetCaster
-from riglens.core.targets.shapes import parts_of
 from riglens.core.targets.traffic import Traffic
 from tests.core.targets.brute_force import _directions, _entries
 from tests.core.targets.cases import random_traffic, traffic
+from tests.core.targets.parts import parts_of
 
 AROUND = Lidar(
     name="L",
