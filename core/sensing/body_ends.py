@@ -205,14 +205,15 @@ def _by_triangle(
     from riglens.core.kernels.body import shadow as kernel  # the compiler
 
     rows, columns = len(screen.row_of), len(screen.column_of)
-    at = np.zeros((rows, columns))
+    at = np.empty((rows, columns))
     has_end, is_over = np.zeros((2, rows, (columns + 63) // 64), np.uint64)
     find_ends = kernel.find_ends_serial if workers == 1 else kernel.find_ends
     find_ends(rays, screen, *barrier, empty_box, workers, at, has_end, is_over)
     stopped, cut = has_end | is_over, has_end & ~is_over
-    is_stopped, some = np.zeros((rows, columns), np.bool_), np.flatnonzero(stopped.any(axis=1))
+    some = np.flatnonzero(stopped.any(axis=1))
     if not some.size:
-        return _no_shadow(is_stopped.size)
+        return _no_shadow(rows * columns)
+    is_stopped = np.zeros((rows, columns), np.bool_)
     if screen.is_camera:
         is_stopped[some] = _unpacked(stopped[some], columns)
     else:
@@ -237,7 +238,7 @@ def _by_bins(
     """Offer each triangle to the rays of a lens that can meet it."""
     from riglens.core.kernels.body import lens_shadow as kernel  # the compiler
 
-    at, still = np.zeros(len(rays.rows)), np.diff(bins.first)
+    at, still = np.empty(len(rays.rows)), np.diff(bins.first)
     has_end, is_over = np.zeros((2, len(rays.rows)), np.bool_)
     find_ends = kernel.find_lens_ends_serial if workers == 1 else kernel.find_lens_ends
     find_ends(rays, bins, *barrier, empty_box, workers, at, has_end, is_over, still)

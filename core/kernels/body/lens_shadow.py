@@ -168,8 +168,8 @@ def find_lens_ends(
     is_over: np.ndarray,
     still: np.ndarray,
 ) -> None:
-    """Write where listed rays, in metres, first meet a solid beyond `start` (see `LensEnds` and `Barring`); zeros
-    before, and in `still` all rays of each bin. Workers share strips of bins."""
+    """Write where listed rays, in metres, first meet a solid beyond `start` (see `LensEnds` and `Barring`); none
+    has an end before, and `still` has all rays of each bin. Workers share strips of bins."""
     strips = min(bins.sizes[0], 1 if workers == 1 else 4 * workers)
     for worker in numba.prange(workers):
         normals, stack = np.empty((3, 3)), np.empty(128, np.int64)

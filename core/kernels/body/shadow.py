@@ -53,8 +53,8 @@ from riglens.core.kernels.runtime.jit import lean, lean_inlined, parallel_kernel
 
 
 class Ends(NamedTuple):
-    """State of the rays, by row and column: at (rows, columns) metres, the first hit outside of the empty box; has_end,
-    is_over uint64 (rows, words): a bit for each ray with a hit, and for each finished ray."""
+    """State of the rays, by row and column: at (rows, columns) metres, the first hit outside of the empty box of a ray
+    with one; has_end, is_over uint64 (rows, words): a bit for each ray with a hit, and for each finished ray."""
 
     at: np.ndarray
     has_end: np.ndarray
@@ -320,8 +320,8 @@ def find_ends(
     has_end: np.ndarray,
     is_over: np.ndarray,
 ) -> None:
-    """Write where the rays of a lattice, in metres, first meet a solid beyond `start` (see `Ends` and `Barring`); all
-    zeros before. Workers share strips of columns, a whole number of words each."""
+    """Write where the rays of a lattice, in metres, first meet a solid beyond `start` (see `Ends` and `Barring`); no
+    bits before. Workers share strips of columns, a whole number of words each."""
     columns = screen.column_of.size
     words = (columns + 63) // 64
     strips = min(words, 1 if workers == 1 else 4 * workers)
