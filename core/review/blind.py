@@ -9,9 +9,9 @@ on k sensors see such an object.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -257,11 +257,18 @@ _Look = tuple[Sensor, Obstacle | None]
 """A sensor, and what stops its rays."""
 
 
+class _Row(NamedTuple):
+    """A look, and the row that holds its levels."""
+
+    look: _Look
+    row: int
+
+
 class BlindEngine:
     """Compute the blind zones of rigs on one vehicle; only changed sensors are computed again.
 
-    Of each sensor the lowest levels around columns are kept, uint16 (nx, ny), and no voxels. Call it from the thread
-    that owns the parallel kernels."""
+    Of each sensor the lowest levels around columns are kept, uint16 (rows, nx, ny), and no voxels. Call it from the
+    thread that owns the parallel kernels."""
 
     def __init__(self, vehicle: Vehicle, settings: BlindSettings, threads: int | None = None) -> None:
         self.settings, self._workers = settings, jit.use_threads(threads)
@@ -272,9 +279,8 @@ class BlindEngine:
         self._caster = Caster(self._field, self._workers)
         self._marks = empty_words(self.grid)
         self._offsets = _disc(settings.width_m / settings.voxel_m / 2.0)
-        self._held: dict[_Look, Levels] = {}
         self._around: Levels = np.empty((0, *self.grid.shape[:2]), np.uint16)
-        self._rows: list[_Look] = []
+        self._rows: dict[str, _Row] = {}
 
     def evaluate(self, rig: Rig, failed: Collection[str] = (), stance: Pose = Pose()) -> BlindMap:
         """Return the lowest levels that the rig's enabled sensors see around the car, without those that have failed.
@@ -283,32 +289,37 @@ class BlindEngine:
         jit.use_threads(self._workers)
         sensors = [sensor.finest() for sensor in rig.sensors if sensor.enabled]
         solid = car_of(rig, stance) if self.settings.body == "blocks" else None
-        looks = [(one, None if solid is None else obstacle_of(one, solid)) for one in sensors]
-        self._held = {look: self._held[look] if look in self._held else self._lowest(*look) for look in looks}
-        counted = [look for look in looks if look[0].name not in failed]
-        if len(self._rows) != len(counted):
-            self._around, self._rows = np.empty((len(counted), *self.grid.shape[:2]), np.uint16), []
-        for place, look in enumerate(counted):
-            if self._rows[place : place + 1] != [look]:
-                self._around[place] = self._held[look]
-        self._rows = counted
-        groups = ("any", *sorted({sensor.kind for sensor, _ in counted}))
-        kinds = np.array([groups.index(sensor.kind) - 1 for sensor, _ in counted], np.int64)
+        self._look({one.name: (one, None if solid is None else obstacle_of(one, solid)) for one in sensors})
+        counted = [sensor for sensor in sensors if sensor.name not in failed]
+        rows = np.array([self._rows[sensor.name].row for sensor in counted], np.int64)
+        groups = ("any", *sorted({sensor.kind for sensor in counted}))
+        kinds = np.array([groups.index(sensor.kind) - 1 for sensor in counted], np.int64)
         levels = np.empty((len(groups), kernel.MOST_COUNTED, *self.grid.shape[:2]), np.uint16)
-        kernel.three_lowest(self._around, kinds, NONE, self._workers, levels)
+        kernel.three_lowest(self._around, rows, kinds, NONE, self._workers, levels)
         return BlindMap(rig, self.settings, self.grid, self.ground, groups, levels)
 
-    def _lowest(self, sensor: Sensor, stop: Obstacle | None) -> Levels:
-        """Cast a sensor, and return its lowest levels around columns (nx, ny)."""
+    def _look(self, looks: Mapping[str, _Look]) -> None:
+        """Make these looks, by the sensors' names, the ones that are kept: cast the new ones."""
+        self._rows = {name: one for name, one in self._rows.items() if looks.get(name) == one.look}
+        if len(self._around) < len(looks):
+            more = np.empty((len(looks) - len(self._around), *self.grid.shape[:2]), np.uint16)
+            self._around = np.concatenate([self._around, more])
+        free = iter(set(range(len(self._around))) - {one.row for one in self._rows.values()})
+        for name, look in looks.items():
+            if name not in self._rows:
+                row = next(free)
+                self._cast(*look, self._around[row])
+                self._rows[name] = _Row(look, row)
+
+    def _cast(self, sensor: Sensor, stop: Obstacle | None, around: Levels) -> None:
+        """Cast a sensor, and write its lowest levels around columns (nx, ny)."""
         barrier = None if stop is None else stop.barrier
         self._marks[:] = 0
         self._caster.mark(sensor, "exact", self._caster.window(sensor), self._marks, barrier=barrier)
         lowest: Levels = np.empty(self.grid.shape[:2], np.uint16)
         keep, depth = self._field.index.words, words_per_column(self.grid)
         kernel.lowest_levels(self._marks, keep, depth, NONE, self._workers, lowest.ravel())
-        around = np.empty_like(lowest)
         kernel.lowest_around(lowest, self._offsets, NONE, self._workers, around)
-        return around
 
 
 def _disc(radius: float) -> NDArray[np.int64]:

@@ -55,23 +55,30 @@ class Obstacle:
     """The part of a car that stops the rays of a sensor; equal ones stop the same rays of it at the same places.
 
     fingerprint: of the body, with the housings that its rays may meet; start_m: the distance from the sensor at which
-    all this begins to count.
+    all this begins to count; met: those housings, of the solid.
     """
 
     fingerprint: str
     start_m: float
-    barrier: Barrier = field(compare=False, repr=False)
+    kind: str = field(compare=False, repr=False)
+    solid: Solid = field(compare=False, repr=False)
+    met: tuple[Housing, ...] = field(default=(), compare=False, repr=False)
+
+    @property
+    def barrier(self) -> Barrier:
+        """The same for the kernels, made anew each time."""
+        return self.solid.barrier(self.kind, self.start_m, self.met)
 
 
 def obstacle_of(sensor: Sensor, solid: Solid) -> Obstacle:
     """Return what of a car stops the rays of a sensor: of housings those of others that lie in its view."""
     start_m = housing_radius_m(sensor)
     if not solid.housings:
-        return Obstacle(solid.fingerprint, start_m, solid.barrier(sensor.kind, start_m))
+        return Obstacle(solid.fingerprint, start_m, sensor.kind, solid)
     others = [one for one in solid.housings if one.name != sensor.name]
     met = tuple(one for one in others if _may_meet(sensor, one, start_m))
     key = hashlib.sha256(repr((solid.body, met)).encode()).hexdigest() if met else solid.body
-    return Obstacle(key, start_m, solid.barrier(sensor.kind, start_m, met))
+    return Obstacle(key, start_m, sensor.kind, solid, met)
 
 
 def barrier_of(sensor: Sensor, solid: Solid) -> Barrier:

@@ -69,17 +69,23 @@ def _sink(row: np.ndarray, first: np.ndarray, second: np.ndarray, third: np.ndar
 
 
 @parallel_kernel
-def three_lowest(around: np.ndarray, kinds: np.ndarray, none: int, workers: int, levels: np.ndarray) -> None:
+def three_lowest(
+    around: np.ndarray, rows: np.ndarray, kinds: np.ndarray, none: int, workers: int, levels: np.ndarray
+) -> None:
     """Write the three lowest of the sensors' levels in each column, uint16 (kinds + 1, 3, nx, ny): of all sensors,
     then of each kind; `none` where there is no such sensor.
 
-    around uint16 (n, nx, ny): as `lowest_around` writes; kinds (n,): of the sensors, from 0.
+    around uint16 (r, nx, ny): as `lowest_around` writes, of which rows (n,) count; kinds (n,): of the sensors, from 0.
     """
     nx = around.shape[1]
     for worker in numba.prange(workers):
         for ix in range(nx * worker // workers, nx * (worker + 1) // workers):
-            levels[:, :, ix, :] = none
-            for i in range(kinds.size):
-                row, own = around[i, ix], 1 + kinds[i]
-                _sink(row, levels[0, 0, ix], levels[0, 1, ix], levels[0, 2, ix])
-                _sink(row, levels[own, 0, ix], levels[own, 1, ix], levels[own, 2, ix])
+            for kind in range(levels.shape[0]):
+                for k in range(MOST_COUNTED):
+                    levels[kind, k, ix, :] = none
+            for i in range(rows.size):
+                own = levels[1 + kinds[i]]
+                _sink(around[rows[i], ix], own[0, ix], own[1, ix], own[2, ix])
+            for kind in range(1, levels.shape[0]):
+                for k in range(MOST_COUNTED):
+                    _sink(levels[kind, k, ix], levels[0, 0, ix], levels[0, 1, ix], levels[0, 2, ix])

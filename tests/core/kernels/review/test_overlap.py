@@ -47,10 +47,10 @@ def test_the_three_lowest_of_different_sensors_count_by_kind() -> None:
     around = np.full((5, 1, 3), NONE, np.uint16)
     around[0, 0], around[1, 0], around[3, 0], around[4, 0] = [5, 5, 1], [4, NONE, 9], [8, 0, 0], [6, 5, 0]
     levels = np.empty((3, 3, 1, 3), np.uint16)
-    three_lowest(around[[0, 1, 4]], np.array([0, 1, 1]), NONE, 2, levels)
+    three_lowest(around, np.array([0, 1, 4]), np.array([0, 1, 1]), NONE, 2, levels)
     assert levels[0, :, 0].T.tolist() == [[4, 5, 6], [5, 5, NONE], [0, 1, 9]]
     assert levels[1, :, 0, 0].tolist() == [5, NONE, NONE] and levels[2, :, 0].T.tolist()[2] == [0, 9, NONE]
-    three_lowest(around[:0], np.zeros(0, np.int64), NONE, 1, levels)
+    three_lowest(around, np.zeros(0, np.int64), np.zeros(0, np.int64), NONE, 1, levels)
     assert (levels == NONE).all()
 
 
