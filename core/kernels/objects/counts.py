@@ -166,10 +166,12 @@ def _hide(columns: int, desk: Desk) -> None:
     """Note that the rays of a group have met something, and leave the canvas empty."""
     canvas, words = desk.canvas, words_of(columns)
     for place in range(canvas.touched[0], canvas.touched[1]):
-        for column in range(canvas.spans[place, 0], canvas.spans[place, 1]):
-            slot = place * columns + column
+        # unsigned, as in `nearest`
+        base, first = np.uint64(place * columns), np.uint64(place * words)
+        for column in range(np.uint64(canvas.spans[place, 0]), np.uint64(canvas.spans[place, 1])):
+            slot, bit = base + column, np.uint64(1) << (column & np.uint64(63))
             if canvas.owner[slot] >= 0:
-                desk.seen[place * words + (column >> 6)] |= np.uint64(1) << np.uint64(column & 63)
+                desk.seen[first + (column >> np.uint64(6))] |= bit
                 canvas.inverse[slot], canvas.owner[slot] = 0.0, -1
         canvas.spans[place, 0], canvas.spans[place, 1] = columns, 0
     canvas.touched[0], canvas.touched[1] = canvas.spans.shape[0], 0
