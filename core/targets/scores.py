@@ -298,7 +298,8 @@ class Groups:
         if self.frames < self.of_frames:
             part = np.repeat(np.arange(len(sizes)), sizes)
             bins = self._frame[places] + self.frames * (part + len(sizes) * np.arange(columns)[:, None])
-            misses = np.bincount(bins.ravel(), (values - means[part].T).ravel(), self.frames * means.size)
+            missed = (values - np.repeat(means.T, sizes, axis=1)).ravel()
+            misses = np.bincount(bins.ravel(), missed, self.frames * means.size)
             by_frame = misses.reshape(columns, len(sizes), self.frames).T
             errors = standard_error(by_frame, np.maximum(sizes, 1)[:, None], self.of_frames)
         return [
