@@ -8,6 +8,7 @@ those that meet something informative before they end are walked one by one (see
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from functools import partial, singledispatch, singledispatchmethod
 from typing import NamedTuple
@@ -46,7 +47,7 @@ from riglens.core.metric.scores import Method
 from riglens.core.rig.model import Camera, Lidar, Sensor
 from riglens.core.scene.columns import Words, words_per_column
 from riglens.core.sensing.rational_walk import walk_rational
-from riglens.core.sensing.rays import farthest_m, lattice, rotate, sensor_rays
+from riglens.core.sensing.rays import farthest_m, lattice, limits_m, rotate, sensor_rays
 from riglens.core.sensors.lattice import Lattice
 from riglens.core.vehicle.solid import Barrier
 
@@ -82,8 +83,9 @@ def _outermost(sensor: Sensor) -> NDArray[np.float64] | None:
 
     All rays of a sensor that looks into sectors, which has few.
     """
-    table = lattice(sensor)
-    return rotate(sensor.pose.rotation(), table.directions()) if table.limits_m.size else None
+    if not limits_m(sensor).size:
+        return None
+    return rotate(sensor.pose.rotation(), lattice(sensor).directions())
 
 
 @_outermost.register
@@ -218,14 +220,14 @@ class Caster:
         point the same way: all corner rays of a pinhole, all rays where a lens has distortion or rows have limits."""
         nx, ny, _ = self._field.grid.shape
         sides, cells = [0, nx, 0, ny], min(farthest_m(sensor) / self._field.grid.voxel_m, FARTHEST)
-        for axis, place in enumerate(self._field.grid.to_grid(sensor.position)[:2]):
-            most = (nx, ny)[axis]
-            sides[2 * axis] = int(np.clip(np.floor(place - cells) - 1, 0, most - 1))
-            sides[2 * axis + 1] = int(np.clip(np.ceil(place + cells) + 1, 1, most))
+        places = self._field.grid.to_grid(sensor.position)[:2]
+        for axis, (place, most) in enumerate(zip(places, (nx, ny), strict=True)):
+            sides[2 * axis] = min(max(math.floor(place - cells) - 1, 0), most - 1)
+            sides[2 * axis + 1] = min(max(math.ceil(place + cells) + 1, 1), most)
         directions = _outermost(sensor)
         if directions is not None:
-            for axis, place in enumerate(self._field.grid.to_grid(sensor.position)[:2]):
-                cell = int(np.clip(np.floor(place), 0, (nx, ny)[axis] - 1))
+            for axis, (place, most) in enumerate(zip(places, (nx, ny), strict=True)):
+                cell = min(max(math.floor(place), 0), most - 1)
                 if (directions[:, axis] > 0.0).all():
                     sides[2 * axis] = max(cell - 1, sides[2 * axis])
                 elif (directions[:, axis] < 0.0).all():
