@@ -14,7 +14,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.kernels.objects.box_frames import MOST_PARTS
+from riglens.core.kernels.runtime.codes import MOST_PARTS
 
 Shape = Literal["box", "class"]
 Doubles = NDArray[np.float64]

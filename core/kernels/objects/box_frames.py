@@ -9,11 +9,9 @@ import numpy as np
 
 from riglens.core.kernels.rays.lattice import Direction, rotated_back
 from riglens.core.kernels.rays.phases import mixed, unit
+from riglens.core.kernels.runtime.codes import MOST_PARTS, PART_BITS
 from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined
 
-_PART_BITS = 2
-MOST_PARTS = 1 << _PART_BITS
-"""Of a box."""
 _TINY = 1e-300
 """Stand-in for a distance of zero between the sensor and the plane of a face, a divisor."""
 
@@ -131,14 +129,14 @@ def new_faces() -> Faces:
 @lean_inlined
 def parts_of(traffic: Traffic, box: int) -> tuple[int, int]:
     """Return the number of the first part of a box, and the number after the last one."""
-    first = box << _PART_BITS
+    first = box << PART_BITS
     return first, first + traffic.numbers[traffic.kind[box]]
 
 
 @lean_inlined
 def box_of(part: int) -> int:
     """Return the box of a part."""
-    return part >> _PART_BITS
+    return part >> PART_BITS
 
 
 @lean_inlined

@@ -10,3 +10,6 @@ CLASS_COUNT = 3
 VOXELS = 3
 """Columns of the sums of covered entropy: one for each of three classes, in units of 2^-32 nat, then the number of
 voxels."""
+PART_BITS = 2
+MOST_PARTS = 1 << PART_BITS
+"""Parts of the shape of a box; the lowest bits of a part's number say which."""
