@@ -55,7 +55,7 @@ class Obstacle:
     """The part of a car that stops the rays of a sensor; equal ones stop the same rays of it at the same places.
 
     fingerprint: of the body, with the housings that its rays may meet; start_m: the distance from the sensor at which
-    all this begins to count; met: those housings, of the solid.
+    all this begins to count; kind: of the sensor; solid: the car; met: those housings.
     """
 
     fingerprint: str
