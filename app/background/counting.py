@@ -166,7 +166,7 @@ class Counting:
 
             self._data = None
             traffic = load_traffic(options, WITHIN_M, context.stop_if_closing)
-            engine = TargetEngine(traffic, is_serial=True)
+            engine = TargetEngine(traffic, threads=1)
             self._data = _Data(options, traffic, engine, engine.beside(), engine.beside())
         return self._data
 

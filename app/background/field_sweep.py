@@ -39,7 +39,7 @@ def field_curve(request: FieldRequest, context: Context[Curve]) -> Curve:
 
     rig, values = request.rig, nearby_values(request.rig, request.field)
     figures = Figures(None, request.settings, FRAMES)
-    sweeper = Sweeper(figures, rig, None, request.traffic, is_serial=True)
+    sweeper = Sweeper(figures, rig, None, request.traffic, threads=1)
     found: tuple[CurvePoint, ...] = ()
     for point in curve(rig, request.field, values, sweeper):
         found = (*found, point)

@@ -99,6 +99,6 @@ class FrameCasting:
 
         traffic, place = request.traffic, request.place
         if self._counted is None or self._counted[0]() is not traffic or self._counted[1] != place:
-            self._counted = ref(traffic), place, TargetEngine(traffic.frame_alone(place), is_serial=True)
+            self._counted = ref(traffic), place, TargetEngine(traffic.frame_alone(place), threads=1)
         lidars = request.rig.with_lidars_alone()
         return self._counted[2].evaluate(lidars, request.settings).objects

@@ -29,7 +29,7 @@ def detection_range(request: RigRequest[RangePlan], context: Context[DetectionRa
     """Return the detection range of a rig."""
     from riglens.core.targets.detection_range_making import detection_range_of
 
-    return detection_range_of(request.rig, request.options, is_serial=True, progress=context.report)
+    return detection_range_of(request.rig, request.options, threads=1, progress=context.report)
 
 
 def object_verdicts(

@@ -85,8 +85,8 @@ def _draw_maps() -> None:
 
 
 def _count_points() -> None:
-    for is_serial in (True, False):
-        engine = TargetEngine(_traffic(), is_serial=is_serial)
+    for threads in (1, None):
+        engine = TargetEngine(_traffic(), threads)
         for body in BODIES:
             engine.evaluate(RIG, TargetSettings(body=body))
             engine.evaluate(Rig(sensors=RIG.sensors[:2]), TargetSettings(body=body))
@@ -111,7 +111,7 @@ def _audit_rays() -> None:
 
 def _find_ranges() -> None:
     plan = RangePlan(to_m=10.0)
-    detection_range_of(RIG, plan, is_serial=True)
+    detection_range_of(RIG, plan, threads=1)
 
 
 def _try_test_objects() -> None:

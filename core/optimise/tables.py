@@ -316,7 +316,7 @@ class ObjectTableMaker(TableMaker):
     ) -> None:
         self._traffic, self._frames, self._solid = traffic, frames, solid
         self._settings = replace(settings, min_points=1)
-        self._caster, self._serial = TargetCaster(traffic, workers), TargetCaster(traffic, is_serial=True)
+        self._caster, self._serial = TargetCaster(traffic, workers), TargetCaster(traffic)
         box = np.flatnonzero(traffic.counts[: traffic.starts[frames]])
         ring = weights.at(traffic.distance_m[box])
         if which is not None:

@@ -45,7 +45,7 @@ class Sweeper:
     """Computer of rows; only the sensors that differ from the rig before are cast. For one thread.
 
     `reference` is the rig that changes are measured against, object by object, so that most of the sampling error
-    cancels. `is_serial`: for a thread that must not call parallel kernels; for hits on objects alone.
+    cancels.
     """
 
     def __init__(
@@ -55,11 +55,10 @@ class Sweeper:
         field: EntropyField | None,
         traffic: Traffic | None,
         threads: int | None = None,
-        is_serial: bool = False,
     ) -> None:
         self._figures, self._reference, self._threads = figures, reference, threads
         self._engine = None if field is None else Engine(field, threads)
-        self._targets = None if traffic is None else TargetEngine(traffic, threads, is_serial)
+        self._targets = None if traffic is None else TargetEngine(traffic, threads)
         self._blind: tuple[Vehicle, BlindEngine] | None = None
 
     def row(self, rig: Rig) -> Row:

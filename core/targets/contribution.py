@@ -72,11 +72,10 @@ def phases_rad(sensor: Sensor, settings: TargetSettings, frame: Ids) -> NDArray[
 
 
 class TargetCaster:
-    """Caster of sensors into one set of traffic with a number of workers; `is_serial` for a thread that must not
-    call parallel kernels."""
+    """Caster of sensors into one set of traffic with a number of workers; one calls serial kernels alone."""
 
-    def __init__(self, traffic: Traffic, workers: int = 1, is_serial: bool = False) -> None:
-        self._traffic, self._workers, self._is_serial = traffic, 1 if is_serial else workers, is_serial
+    def __init__(self, traffic: Traffic, workers: int = 1) -> None:
+        self._traffic, self._workers = traffic, workers
         self._boxes: dict[Shape, Boxes] = {}
         self._clearance = Clearance(traffic)
         before = np.concatenate([[0], np.cumsum(traffic.counts)])
@@ -126,7 +125,7 @@ class TargetCaster:
         at_once = max(1, min(end - first, at_once))
         chunk = -(-at_once // workers) * rays if beams.turns else 0
         cells = _Cells(workers, chunk, -(-(end - first) // at_once))
-        cast = kernel.cast_frames_serial if self._is_serial else kernel.cast_frames
+        cast = kernel.cast_frames_serial if self._workers == 1 else kernel.cast_frames
         for start in range(first, end, at_once):
             if is_stale():
                 return None

@@ -49,17 +49,15 @@ def detection_range_of(
     rig: Rig,
     plan: RangePlan = USUAL_PLAN,
     threads: int | None = None,
-    is_serial: bool = False,
     progress: Progress = _unheard,
 ) -> DetectionRange:
     """Return the detection ranges of a rig's enabled sensors.
 
-    `is_serial`: for a thread that must not call parallel kernels.
     `progress` gets the share that is done, from 0 to 1, again every few milliseconds; what it raises ends the work.
     """
     steps_deg, lidars = lattice_steps_deg(rig.enabled_lidars()), rig.with_lidars_alone()
     solid = car_of(rig) if plan.settings.body == "blocks" else None
-    counting = _Counting(lidars, plan, steps_deg, threads, is_serial)
+    counting = _Counting(lidars, plan, steps_deg, threads)
     enabled = [sensor for sensor in rig.sensors if sensor.enabled]
     others = {
         kind: counting._replace(
@@ -136,7 +134,6 @@ class _Counting(NamedTuple):
     plan: RangePlan
     steps_deg: tuple[float, float]
     threads: int | None
-    is_serial: bool
 
     def points(self, case: Case, tell: Callable[[], None]) -> NDArray[np.int64]:
         """Return points or returns (places within the lattice, distances) on an object; calls `tell` often."""
@@ -150,7 +147,7 @@ class _Counting(NamedTuple):
         ]
         found = np.zeros(len(places) * self.plan.distances_m().size, np.int64)
         if self.sensors.sensors:
-            engine = TargetEngine(_alone(case.cls, places), self.threads, self.is_serial)
+            engine = TargetEngine(_alone(case.cls, places), self.threads)
             scores = engine.evaluate(self.sensors, self.plan.settings, cancel=partial(_stays_wanted, tell))
             found[engine.traffic.row[scores.objects.box]] = (
                 scores.objects.all_points + scores.objects.all_returns

@@ -34,16 +34,14 @@ _Shape = tuple[Sensor, TargetSettings, Obstacle | None]
 
 
 class TargetEngine:
-    """Incremental counting for rigs in one set of traffic, with a number of threads (all processors by default).
-
-    `is_serial`: for a thread that must not call parallel kernels; the counts are the same.
+    """Incremental counting for rigs in one set of traffic, with a number of threads (all processors by default); one
+    calls serial kernels alone.
     """
 
-    def __init__(self, traffic: Traffic, threads: int | None = None, is_serial: bool = False) -> None:
+    def __init__(self, traffic: Traffic, threads: int | None = None) -> None:
         self._traffic = traffic
-        self._workers = 1 if is_serial else jit.use_threads(threads)
-        self._is_serial = is_serial
-        self._caster = TargetCaster(traffic, self._workers, is_serial)
+        self._workers = jit.use_threads(threads)
+        self._caster = TargetCaster(traffic, self._workers)
         self._found = WeakValueDictionary[_Shape, Contribution]()
         self._held: dict[_Shape, Contribution] = {}
         self._shown: set[_Shape] = set()
@@ -81,8 +79,7 @@ class TargetEngine:
         """
         started = time.perf_counter()
         settings = replace(settings, body=settings.body or rig.body)
-        if not self._is_serial:
-            jit.use_threads(self._workers)
+        jit.use_threads(self._workers)
         span = self._span(frames)
         solid = car_of(rig, stance) if settings.body == "blocks" else None
         wanted = {sensor.name: _shape_of(sensor, settings, solid) for sensor in rig.sensors if sensor.enabled}

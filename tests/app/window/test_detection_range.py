@@ -35,7 +35,7 @@ from tests.app.window_bench import RIG
 from tests.waiting import TIMEOUT_MS
 
 NEAR = RangePlan(bearings_deg=around(4), to_m=12.0)
-RANGES = detection_range_of(RIG, NEAR, is_serial=True)
+RANGES = detection_range_of(RIG, NEAR, threads=1)
 BLOCKS = USUAL_PLAN.with_body("blocks")
 """What the window asks for unless told otherwise: the car is solid."""
 

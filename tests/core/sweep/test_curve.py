@@ -32,7 +32,7 @@ def traffic():
 def test_changes_are_those_of_counts_from_scratch(traffic, name):
     far = with_values(RIG, {field_called(RIG, "front.hfov_deg"): 30.0})
     field = field_called(far, name)
-    sweeper = Sweeper(Figures(None, USUAL, 8), far, None, traffic, is_serial=True)
+    sweeper = Sweeper(Figures(None, USUAL, 8), far, None, traffic, threads=1)
     values = nearby_values(far, field)[::5]
     points = list(curve(far, field, values, sweeper))
     assert tuple(point.value for point in points) == values

@@ -85,7 +85,7 @@ def test_counts_do_not_depend_on_threads_or_on_what_was_asked_before() -> None:
     engine = TargetEngine(TRAFFIC, 2)
     engine.evaluate(rig, USUAL)
     found = engine.evaluate(rig, usual).objects
-    fresh = TargetEngine(TRAFFIC, is_serial=True).evaluate(rig, usual).objects
+    fresh = TargetEngine(TRAFFIC, threads=1).evaluate(rig, usual).objects
     assert (found.points == fresh.points).all() and (found.cells == fresh.cells).all()
 
 

@@ -50,7 +50,7 @@ def test_objects_of_other_frames_and_sensors_far_from_the_car() -> None:
 
 def _hits(made: Traffic, seed: int) -> list[Contribution]:
     rig, settings = random_rig(np.random.default_rng(seed), 5), TargetSettings(body="blocks")
-    solid, caster = solid_of(rig.vehicle), TargetCaster(made, is_serial=True)
+    solid, caster = solid_of(rig.vehicle), TargetCaster(made)
     found = [caster.cast(one, settings, barrier_of(one, solid), (0, 4), never_stale) for one in rig.sensors]
     return [one for one in found if one is not None]
 

@@ -193,9 +193,8 @@ def test_threads_and_a_rig_without_sensors_change_nothing():
     ranges = [
         detection_range_of(rig, plan, threads=1),
         detection_range_of(rig, plan, threads=3),
-        detection_range_of(rig, plan, is_serial=True),
     ]
-    assert ranges[0].rows == ranges[1].rows == ranges[2].rows
+    assert ranges[0].rows == ranges[1].rows
     empty = detection_range_of(Rig(), plan)
     assert all(row.lidar.most_m == row.camera.most_m == 0.0 for row in empty.rows) and empty.gap_deg == 0.0
 
@@ -209,7 +208,7 @@ class Enough(Exception):
 )
 def test_progress_goes_up_to_one_and_what_it_raises_ends_the_work(sensors):
     plan, told = RangePlan(bearings_deg=(0.0, 90.0), to_m=8.0), []
-    detection_range_of(Rig(sensors=sensors), plan, 1, True, told.append)
+    detection_range_of(Rig(sensors=sensors), plan, 1, told.append)
     assert (
         told == sorted(told) and (told[0], told[-1]) == (0.0, 1.0) and len(set(told)) == len(plan.cases()) + 1
     )
@@ -219,7 +218,7 @@ def test_progress_goes_up_to_one_and_what_it_raises_ends_the_work(sensors):
             raise Enough
 
     with pytest.raises(Enough):
-        detection_range_of(Rig(sensors=sensors), plan, 1, True, stop)
+        detection_range_of(Rig(sensors=sensors), plan, 1, stop)
 
 
 def test_plain_data_say_what_is_unknown():
