@@ -3,9 +3,9 @@
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QPoint, Qt
-from PySide6.QtGui import QGuiApplication
-from PySide6.QtWidgets import QLabel, QLineEdit, QToolButton, QWidget
+from PySide6.QtCore import QEvent, QPoint, Qt
+from PySide6.QtGui import QGuiApplication, QHelpEvent
+from PySide6.QtWidgets import QApplication, QLabel, QLineEdit, QToolButton, QToolTip, QWidget
 from pytestqt.qtbot import QtBot
 
 from riglens.core.geometry import Pose
@@ -144,6 +144,22 @@ def test_the_library_is_searched_by_words_of_name_figures_and_source(bench: Benc
     assert " 1 of " in lidars.text(0) and cameras.isHidden()
     search.clear()
     assert "generic-16" in library.shown
+
+
+def test_a_model_tells_figures_and_source_where_the_mouse_rests(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shown: list[str] = []
+    monkeypatch.setattr(QToolTip, "showText", lambda place, text, *rest: shown.append(text))
+    library = bench.features.library.list
+    row, view = library.row_of("velodyne-vlp-32c"), library.models.viewport()
+    for item in (library.models.topLevelItem(0), row):
+        library.models.scrollToItem(item)
+        place = library.models.visualItemRect(item).center()
+        QApplication.sendEvent(view, QHelpEvent(QEvent.Type.ToolTip, place, view.mapToGlobal(place)))
+    assert len(shown) == 1 and all(
+        text in shown[0] for text in ("(velodyne-vlp-32c)", "32 beams", "VeloView")
+    )
 
 
 def test_a_model_is_dragged_as_its_name(bench: Bench) -> None:

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import lru_cache
 
-from PySide6.QtCore import QByteArray, QMimeData, QPoint, QSize, Qt, Signal
+from PySide6.QtCore import QByteArray, QEvent, QMimeData, QPoint, QSize, Qt, Signal
 from PySide6.QtGui import (
     QBrush,
     QColor,
     QDrag,
     QFont,
     QFontMetrics,
+    QHelpEvent,
     QKeyEvent,
     QPainter,
     QPaintEvent,
@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
     QAbstractItemView,
     QHeaderView,
     QLineEdit,
+    QToolTip,
     QTreeWidget,
     QTreeWidgetItem,
     QVBoxLayout,
@@ -28,7 +29,6 @@ from PySide6.QtWidgets import (
 )
 
 from riglens.core.rig.library import Entry
-from riglens.core.rig.model import Sensor
 from riglens.core.sensing.rays import farthest_m
 from riglens.core.sensors.registry import AnyKind, kinds
 from riglens.widgets.panels.controls.building import filled
@@ -40,25 +40,18 @@ from riglens.widgets.sensors.appearance import colour_of
 MODEL_MIME = "application/x-riglens-model"
 """MIME type of a dragged model; the data are its name in UTF-8."""
 _MODEL = Qt.ItemDataRole.UserRole
-_WORDS = Qt.ItemDataRole.UserRole.value + 1
 _GHOST_OFF_PX = 18
 _NOTHING = "No model matches all of these words"
 
 
-def model_tip(entry: Entry, sensor: Sensor) -> str:
+def _model_tip(entry: Entry) -> str:
     """Return title, figures and source of a model."""
-    notes = [entry.note] if entry.note else []
-    return "\n".join([f"{entry.title} ({entry.name})", *_described(sensor)[1], entry.origin(), *notes])
-
-
-@lru_cache(maxsize=256)
-def _described(sensor: Sensor) -> tuple[str, tuple[str, ...]]:
-    """Return short type and figures of a model; they take longer than all else when the theme changes."""
-    figures = [f"{caption}: {value}" for caption, value in derived_rows(sensor)]
-    low, high = sensor.range_m[0], farthest_m(sensor)
+    figures = [f"{caption}: {value}" for caption, value in derived_rows(entry.example)]
+    low, high = entry.example.range_m[0], farthest_m(entry.example)
     if high != float("inf"):
         figures.append(f"Range: {low:g} to {high:g} m")
-    return short_type(sensor), tuple(figures)
+    notes = [entry.note] if entry.note else []
+    return "\n".join([f"{entry.title} ({entry.name})", *figures, entry.origin(), *notes])
 
 
 class LibraryList(QWidget):
@@ -100,7 +93,7 @@ class LibraryList(QWidget):
         """Keep the models that contain every word of the text somewhere."""
         words = text.casefold().split()
         for row in self.models.rows():
-            row.setHidden(not all(word in row.data(0, _WORDS) for word in words))
+            row.setHidden(not all(word in self.models.tip_of(row).casefold() for word in words))
         self.models.show_counts()
 
     def _ask_for(self, row: QTreeWidgetItem) -> None:
@@ -118,6 +111,8 @@ class _Models(QTreeWidget):
     def __init__(self) -> None:
         super().__init__()
         self._kinds: tuple[AnyKind, ...] = ()
+        self._entries: dict[str, Entry] = {}
+        self._tips: dict[str, str] = {}
         self.setColumnCount(2)
         self.setHeaderHidden(True)
         self.setRootIsDecorated(False)
@@ -134,6 +129,7 @@ class _Models(QTreeWidget):
 
     def set_entries(self, entries: Sequence[Entry]) -> None:
         self.clear()
+        self._entries, self._tips = {entry.name: entry for entry in entries}, {}
         font = numbers_font(QFont())
         self._kinds = kinds()
         for kind in self._kinds:
@@ -149,17 +145,29 @@ class _Models(QTreeWidget):
         self.show_counts()
 
     def _add(self, group: QTreeWidgetItem, entry: Entry, font: QFont) -> None:
-        sensor = entry.example
-        tip = model_tip(entry, sensor)
-        row = QTreeWidgetItem(group, [entry.title, _described(sensor)[0]])
+        row = QTreeWidgetItem(group, [entry.title, short_type(entry.example)])
         row.setFlags(Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable | Qt.ItemFlag.ItemIsDragEnabled)
         row.setData(0, _MODEL, entry.name)
-        row.setData(0, _WORDS, f"{entry.name} {tip}".casefold())
         row.setFont(1, font)
         row.setForeground(1, QBrush(QColor(tones().muted)))
         row.setTextAlignment(1, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-        for column in (0, 1):
-            row.setToolTip(column, plain_tip(f"{tip}\n\nDrag it onto the car, or double-click."))
+
+    def tip_of(self, row: QTreeWidgetItem) -> str:
+        """Return the tooltip of a model; it is made when first wanted, since all of them take a tenth of a second."""
+        name = row.data(0, _MODEL)
+        if name not in self._tips:
+            self._tips[name] = _model_tip(self._entries[name])
+        return self._tips[name]
+
+    def viewportEvent(self, event: QEvent) -> bool:
+        """Show the tooltip of a model."""
+        if isinstance(event, QHelpEvent) and event.type() == QEvent.Type.ToolTip:
+            row = self.itemAt(event.pos())
+            if row is not None and row.data(0, _MODEL) is not None:
+                tip = plain_tip(f"{self.tip_of(row)}\n\nDrag it onto the car, or double-click.")
+                QToolTip.showText(event.globalPos(), tip, self.viewport(), self.visualItemRect(row))
+                return True
+        return super().viewportEvent(event)
 
     def rows(self) -> list[QTreeWidgetItem]:
         """Return the rows of all models."""
