@@ -182,9 +182,11 @@ def _go(major: Axis, minor: Axis, level: Axis, span: Span, marks: np.ndarray) ->
 def _place(g: float, d: float) -> float:
     """Return where a ray begins on one axis. For one that stays in a cell all its way, maybe in a face of it or next to
     one, the middle of the cell is as good, and is clear of both faces."""
+    way = abs(d) * LONGEST
+    if way >= 0.25:
+        return g
     cell = np.floor(g) if d >= 0.0 else np.ceil(g) - 1.0
-    room = cell + 1.0 - g if d >= 0.0 else g - cell
-    return cell + 0.5 if abs(d) * LONGEST < min(room, 0.25) else g
+    return cell + 0.5 if way < (cell + 1.0 - g if d >= 0.0 else g - cell) else g
 
 
 @lean
