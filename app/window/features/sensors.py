@@ -187,9 +187,7 @@ class LibraryPanel(Feature):
         super().__init__(bench)
         self.list = LibraryList()
         once = Qt.ConnectionType.SingleShotConnection
-        self.viewport.shown.connect(
-            self._begin, once
-        )  # a hundred rows with their figures: after the first picture
+        self.viewport.shown.connect(self._begin, once)  # a hundred rows: after the first picture
         self.list.add_wanted.connect(sensors.add)
         self._add_dock()
 
