@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 
+from riglens.core.blind.zones import HEIGHTS_M, BlindMap
 from riglens.core.engine.audit import RigAudit, SensorAudit, audit_document
 from riglens.core.engine.engine import Evaluation
 from riglens.core.engine.evaluation_json import evaluation_document
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import ClassScores, KindScore
 from riglens.core.plain import to_plain
-from riglens.core.review.blind import HEIGHTS_M, BlindMap
 from riglens.core.review.documents import SPREAD, blind_document
 from riglens.core.review.findings import Verdict
 from riglens.core.review.mounts import Mount, Violation

@@ -8,9 +8,9 @@ from pathlib import Path
 from riglens.app.evaluation.options import ScoreOptions
 from riglens.app.evaluation.scenario import settings_of
 from riglens.arguments import StrPath
+from riglens.core.blind.zones import BlindSettings
 from riglens.core.errors import InputError
 from riglens.core.metric.scores import Body, Method
-from riglens.core.review.blind import BlindSettings
 from riglens.core.review.documents import tolerance_document
 from riglens.core.review.measures import Measures
 from riglens.core.review.mounts import USUAL_LIMITS, mounts_of, violations

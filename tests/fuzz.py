@@ -283,7 +283,7 @@ PAGE = (
 
 def _reviews(folder: Path) -> Iterator[Target]:
     from riglens.app.studies.report_reading import attached_figures, inputs_of
-    from riglens.core.review.outline import Outline
+    from riglens.core.blind.outline import Outline
     from riglens.core.review.profiles import read_profiles, targets_of
     from riglens.core.review.requirements import read_requirements
 

@@ -25,6 +25,7 @@ from riglens.app.studies.report_document import document_of
 from riglens.app.studies.report_figures import ReportPlan, report_of
 from riglens.app.studies.report_page import report_page
 from riglens.app.terminal.scores import score_table
+from riglens.core.blind.zones import BlindEngine, BlindSettings, unseen_by
 from riglens.core.engine.audit import audit
 from riglens.core.engine.engine import Engine
 from riglens.core.engine.evaluation_json import evaluation_document
@@ -32,7 +33,6 @@ from riglens.core.errors import InputError
 from riglens.core.formats.exchange import FORMATS, WRITABLE
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import PAPER_SETTINGS, MetricSettings
-from riglens.core.review.blind import BlindEngine, BlindSettings, unseen_by
 from riglens.core.review.documents import blind_document
 from riglens.core.review.profiles import Profile
 from riglens.core.review.redundancy import target_coverage, voxel_coverage

@@ -25,9 +25,7 @@ from riglens.app.studies.files import csv_text
 from riglens.app.terminal.console import progress_bar, results
 from riglens.app.terminal.loading import load_rigs
 from riglens.app.terminal.tables import table
-from riglens.core.files import write_file
-from riglens.core.kernels.runtime import jit
-from riglens.core.review.blind import (
+from riglens.core.blind.zones import (
     HEIGHTS_M,
     SHARE_WITHIN_M,
     BlindEngine,
@@ -38,6 +36,8 @@ from riglens.core.review.blind import (
     share_seen,
     unseen_by,
 )
+from riglens.core.files import write_file
+from riglens.core.kernels.runtime import jit
 from riglens.core.review.documents import blind_document
 from riglens.core.review.profiles import ONLY_GEOMETRY, Profile, bundled_profiles, read_profiles
 from riglens.core.review.verdicts import ProfileVerdict, verdicts

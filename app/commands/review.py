@@ -29,11 +29,11 @@ from riglens.app.commands.tolerance import Drawing, drawn, print_tolerance
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.terminal.console import note, progress_bar, results
 from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic
+from riglens.core.blind.zones import BlindSettings
 from riglens.core.engine.audit import audit as audit_rig
 from riglens.core.engine.audit import audit_document
 from riglens.core.errors import InputError
 from riglens.core.metric.entropy import EntropyField
-from riglens.core.review.blind import BlindSettings
 from riglens.core.review.documents import blind_document
 from riglens.core.review.profiles import Profile
 from riglens.core.rig.edits import damaged as damaged_rig

@@ -18,6 +18,7 @@ from riglens.app.evaluation.kernel_steps import FANS_FIRST, STEPS, is_done, mark
 from riglens.app.evaluation.options import HEAT_TITLES, SceneOptions
 from riglens.app.evaluation.requests import EvaluationRequest
 from riglens.app.evaluation.scoring import Scoring, load_scene
+from riglens.core.blind.zones import BlindEngine, BlindSettings, by_names
 from riglens.core.engine.audit import audit
 from riglens.core.engine.engine import Engine
 from riglens.core.engine.warm_up import (
@@ -31,7 +32,6 @@ from riglens.core.engine.warm_up import (
 )
 from riglens.core.geometry import Pose
 from riglens.core.metric.scores import BODIES, MetricSettings
-from riglens.core.review.blind import BlindEngine, BlindSettings, by_names
 from riglens.core.review.mounts import USUAL_LIMITS, violations
 from riglens.core.review.profiles import bundled_profiles
 from riglens.core.review.redundancy import target_coverage, voxel_coverage

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from riglens.core.review.blind import HEIGHTS_M, OVERLAP_HEIGHT_M, BlindMap, By, called, overlap
+from riglens.core.blind.zones import HEIGHTS_M, OVERLAP_HEIGHT_M, BlindMap, By, called, overlap
 from riglens.widgets.theme import BLIND_COLOURS, OVERLAP_COLOURS
 from riglens.widgets.viewport.ground_map import NOTHING, GroundMap, GroundStep
 

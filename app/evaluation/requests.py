@@ -14,11 +14,11 @@ from riglens.core.shown_text import visible
 
 if TYPE_CHECKING:  # made by the background thread, which loads what computes them
     from riglens.app.evaluation.heatmap import Heatmaps, VoxelMarks
+    from riglens.core.blind.zones import BlindMap
     from riglens.core.engine.engine import Evaluation
     from riglens.core.engine.sight import Sight
     from riglens.core.metric.entropy import EntropyField
     from riglens.core.metric.voxel import Voxel, VoxelFacts
-    from riglens.core.review.blind import BlindMap
     from riglens.core.study.voxel_choice import VoxelChoice
     from riglens.core.view.outlook import Gap
     from riglens.core.view.top_view import SeenBy, TopView

@@ -21,6 +21,7 @@ from riglens.app.evaluation.requests import (
     Result,
 )
 from riglens.app.evaluation.scenario import load_scenario
+from riglens.core.blind.zones import BlindEngine, BlindMap, BlindSettings
 from riglens.core.engine.engine import Engine, Evaluation
 from riglens.core.engine.inspect import sees_voxel
 from riglens.core.engine.sight import Sight, sight
@@ -28,7 +29,6 @@ from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.estimate import estimated
 from riglens.core.metric.scores import Method, MetricSettings, Scores
 from riglens.core.metric.voxel import Voxel, VoxelFacts, voxel_facts
-from riglens.core.review.blind import BlindEngine, BlindMap, BlindSettings
 from riglens.core.rig.model import Rig, Sensor, Vehicle
 from riglens.core.scene.boxes import CLASSES, Progress
 from riglens.core.scene.columns import Words

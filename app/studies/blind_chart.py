@@ -8,7 +8,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
-from riglens.core.review.blind import HEIGHTS_M, BlindMap, By, seen_by
+from riglens.core.blind.zones import HEIGHTS_M, BlindMap, By, seen_by
 from riglens.core.shown_text import visible
 from riglens.widgets.theme import BLIND_COLOURS as COLOURS
 

@@ -12,6 +12,7 @@ from pydantic import Field
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.evaluation.scenario import load_scenario, settings_of
 from riglens.app.evaluation.traffic import load_traffic
+from riglens.core.blind.zones import BlindEngine, BlindMap, BlindSettings
 from riglens.core.engine.audit import audit, audit_document
 from riglens.core.engine.engine import Engine, Evaluation
 from riglens.core.engine.evaluation_json import evaluation_document
@@ -19,7 +20,6 @@ from riglens.core.errors import InputError
 from riglens.core.kernels.runtime import jit
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Body, Method, Reading
-from riglens.core.review.blind import BlindEngine, BlindMap, BlindSettings
 from riglens.core.review.checking import Check, Subject
 from riglens.core.review.documents import (
     blind_document,

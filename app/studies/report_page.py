@@ -17,8 +17,8 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from riglens.app.studies.report_document import ReportDocument
 from riglens.app.studies.report_summary import missed_objects, smallest_range, worst_failure, worst_profile
+from riglens.core.blind.zones import HEIGHTS_M
 from riglens.core.errors import InputError
-from riglens.core.review.blind import HEIGHTS_M
 from riglens.core.review.findings import amounts
 from riglens.core.review.mounts import SIDES, USUAL_LIMITS
 from riglens.core.rig.library import default_library

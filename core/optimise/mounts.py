@@ -10,6 +10,7 @@ from functools import cache, partial
 import numpy as np
 from numpy.typing import NDArray
 
+from riglens.core.blind.outline import Outline
 from riglens.core.errors import Cancelled, InputError, IsStale, never_stale
 from riglens.core.geometry import Pose, rpy_deg_from_rotation
 from riglens.core.optimise.spots import Spot, box_spots, skin_spots
@@ -24,7 +25,6 @@ from riglens.core.review.mounts import (
     is_painted,
     sizes_m,
 )
-from riglens.core.review.outline import Outline
 from riglens.core.rig.edits import mirrored_pose, partner_of
 from riglens.core.rig.library import default_library
 from riglens.core.rig.model import Rig, Sensor, Vehicle

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from riglens.core.blind.zones import BlindEngine, BlindSettings
 from riglens.core.engine.caster import Caster
 from riglens.core.errors import Cancelled, InputError, IsStale, never_stale
 from riglens.core.metric.entropy import EntropyField
@@ -25,7 +26,6 @@ from riglens.core.optimise.tables import (
     hit_shares,
 )
 from riglens.core.optimise.weights import Weights
-from riglens.core.review.blind import BlindEngine, BlindSettings
 from riglens.core.rig.model import Camera, Rig, Sensor
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.columns import empty_words

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from riglens.core.blind.zones import called
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
 from riglens.core.metric.entropy import EntropyField
@@ -20,7 +21,6 @@ from riglens.core.optimise.mounts import NO_ADDITIONS, Additions, Candidate, Mov
 from riglens.core.optimise.objectives import OBJECTIVES, OF_VOXELS, WORST, Objective, sensors_for
 from riglens.core.optimise.tables import UNIT
 from riglens.core.optimise.weights import EVEN, Weights
-from riglens.core.review.blind import called
 from riglens.core.rig.library import default_library
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.file import new_rig_file

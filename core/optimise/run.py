@@ -10,6 +10,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from riglens.core.blind.zones import BlindEngine, BlindSettings
 from riglens.core.errors import Cancelled, InputError, IsStale, never_stale
 from riglens.core.kernels.runtime import jit
 from riglens.core.optimise.bounds import Bound, branch_and_bound, fractional_bound
@@ -27,7 +28,6 @@ from riglens.core.optimise.tables import (
     ObjectTableMaker,
     SetFunction,
 )
-from riglens.core.review.blind import BlindEngine, BlindSettings
 from riglens.core.rig.model import Rig, Sensor
 from riglens.core.targets.traffic import Traffic
 from riglens.core.vehicle.solid import solid_of

@@ -15,12 +15,12 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from riglens.core.blind.zones import BlindEngine
 from riglens.core.errors import Cancelled, IsStale, never_stale
 from riglens.core.kernels.objects.counts import CELLS
 from riglens.core.kernels.objects.unique_cells import CELL_M
 from riglens.core.kernels.optimise import gains as kernel
 from riglens.core.optimise.weights import Weights
-from riglens.core.review.blind import BlindEngine
 from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensing.body_ends import barrier_of

@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any, TypeVar
 
+from riglens.core.blind.zones import BlindEngine, BlindMap, by_names, called
 from riglens.core.engine.engine import Engine
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
 from riglens.core.kernels.runtime import jit
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Body, MetricSettings, Scores
-from riglens.core.review.blind import BlindEngine, BlindMap, by_names, called
 from riglens.core.review.findings import Finding, Verdict, amounts, missing
 from riglens.core.review.measures import Measures
 from riglens.core.review.mounts import USUAL_KEEP_OUT, mounts_of, violations

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from riglens.core.blind.zones import HEIGHTS_M, BlindMap, By, Hole, share_seen
 from riglens.core.metric.entropy import nats
 from riglens.core.metric.scores import Body
 from riglens.core.plain import to_plain
-from riglens.core.review.blind import HEIGHTS_M, BlindMap, By, Hole, share_seen
 from riglens.core.review.findings import Verdict
 from riglens.core.review.measures import ON_TARGET, Measures
 from riglens.core.review.mounts import Mount, Violation

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from riglens.core.blind.outline import Outline
 from riglens.core.geometry import Vec3
-from riglens.core.review.outline import Outline
 from riglens.core.rig.model import Frozen, Rig, Sensor
 from riglens.core.vehicle.housings import housing_corners_m
 from riglens.core.vehicle.solid import MATERIALS, Solid, solid_of

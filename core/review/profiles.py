@@ -16,9 +16,9 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from riglens.assets import asset_path
+from riglens.core.blind.outline import Outline
+from riglens.core.blind.zones import By
 from riglens.core.errors import InputError
-from riglens.core.review.blind import By
-from riglens.core.review.outline import Outline
 from riglens.core.rig.model import Frozen, Vehicle
 from riglens.core.rig.yaml.checked import read_checked
 

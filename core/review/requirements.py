@@ -11,8 +11,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from riglens.core.blind.zones import BlindSettings
 from riglens.core.metric.scores import Body
-from riglens.core.review.blind import BlindSettings
 from riglens.core.review.profiles import Profile
 from riglens.core.review.redundancy import failing_of, halves_of
 from riglens.core.review.sections import (

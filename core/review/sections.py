@@ -7,9 +7,9 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from riglens.core.review.blind import By, unseen_by
+from riglens.core.blind.outline import BANDS_M
+from riglens.core.blind.zones import By, unseen_by
 from riglens.core.review.mounts import MountLimits
-from riglens.core.review.outline import BANDS_M
 from riglens.core.review.redundancy import What
 from riglens.core.review.tolerance import MAX_DRAWS
 from riglens.core.rig.model import Frozen

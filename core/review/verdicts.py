@@ -17,9 +17,9 @@ from functools import singledispatch
 import numpy as np
 from numpy.typing import NDArray
 
+from riglens.core.blind.outline import Outline
 from riglens.core.geometry import Pose
 from riglens.core.metric.scores import Body
-from riglens.core.review.outline import Outline
 from riglens.core.review.profiles import Profile, Target, targets_of
 from riglens.core.rig.model import Camera, Lidar, Rig, Sensor
 from riglens.core.sensing.body_ends import barrier_ends, barrier_of, rays_in_metres

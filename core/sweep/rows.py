@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+from riglens.core.blind.zones import BlindEngine, BlindSettings
 from riglens.core.engine.engine import Engine, Evaluation
 from riglens.core.engine.evaluation_json import evaluation_document, score_figures
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import PAPER_SETTINGS, MetricSettings
-from riglens.core.review.blind import BlindEngine, BlindSettings
 from riglens.core.review.tolerance import NOISE_FLOOR, Spread, disturbed, errors_count, unit_draws
 from riglens.core.rig.model import Rig, Vehicle
 from riglens.core.rig.yaml.file import valid_rig_sha256

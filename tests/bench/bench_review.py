@@ -9,10 +9,10 @@ from statistics import median
 
 import pytest
 
+from riglens.core.blind.zones import BlindEngine, BlindSettings
 from riglens.core.engine.engine import Engine
 from riglens.core.engine.inspect import covered_at_least
 from riglens.core.metric.scores import MetricSettings
-from riglens.core.review.blind import BlindEngine, BlindSettings
 from riglens.core.review.measures import Measures
 from riglens.core.review.mounts import USUAL_LIMITS, violations
 from riglens.core.review.tolerance import ToleranceRun, profile_called

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from riglens.core.blind.zones import BlindEngine, BlindSettings
 from riglens.core.engine.engine import Engine
 from riglens.core.metric.scores import MetricSettings
-from riglens.core.review.blind import BlindEngine, BlindSettings
 from riglens.core.rig.history import History
 from riglens.core.rig.library import default_library
 from riglens.core.rig.model import Lidar, LinearAngles, Rig, Sensor, Vehicle

@@ -17,10 +17,10 @@ from riglens.app.evaluation.ground_map import ground_map
 from riglens.app.evaluation.heatmap import Heatmaps, marks_for
 from riglens.app.evaluation.options import HeatMode
 from riglens.app.rendering.picture import Findings, PictureWords, with_words
+from riglens.core.blind.zones import BlindEngine, BlindSettings
 from riglens.core.engine.engine import Engine
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import PAPER_SETTINGS
-from riglens.core.review.blind import BlindEngine, BlindSettings
 from riglens.core.rig.model import Camera, Lidar, LinearAngles, Rig
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import Pog

@@ -15,7 +15,7 @@ from riglens.widgets.maps.paint import BAR_PX, argb
 from riglens.widgets.theme import BLIND_COLOURS, OVERLAP_COLOURS, Tones
 
 if TYPE_CHECKING:  # made by the thread of the engine, which loads the compiler
-    from riglens.core.review.blind import BlindMap, By
+    from riglens.core.blind.zones import BlindMap, By
 
 _INK = np.uint32(0xFF000000)
 
@@ -47,7 +47,7 @@ class Lowest:
     @property
     def steps(self) -> NDArray[np.uint8]:
         """Return the index into `colours` of each column (nx, ny)."""
-        from riglens.core.review.blind import overlap  # the compiler, loaded by now
+        from riglens.core.blind.zones import overlap  # the compiler, loaded by now
 
         return self.found.steps(self.by, self.k) if self.k else overlap(self.found)
 
@@ -64,7 +64,7 @@ class Lowest:
     @property
     def heights_m(self) -> tuple[float, ...]:
         """The heights at which colours change."""
-        from riglens.core.review.blind import HEIGHTS_M  # the compiler, loaded by now
+        from riglens.core.blind.zones import HEIGHTS_M  # the compiler, loaded by now
 
         return HEIGHTS_M
 
@@ -110,7 +110,7 @@ def draw_lowest_legend(painter: QPainter, area: QRectF, shown: Lowest, tones: To
 
 def lowest_text(shown: Lowest, place_m: tuple[float, float]) -> str:
     """Describe a place of the ground: the height from which an object there is seen."""
-    from riglens.core.review.blind import OVERLAP_HEIGHT_M, seen_by, unseen_by
+    from riglens.core.blind.zones import OVERLAP_HEIGHT_M, seen_by, unseen_by
 
     found, (x, y) = shown.found, place_m
     column = tuple(int((at - low) // shown.cell_m) for at, low in zip((x, y), shown.origin_m, strict=True))
@@ -128,7 +128,7 @@ def lowest_text(shown: Lowest, place_m: tuple[float, float]) -> str:
 
 def lowest_summary(shown: Lowest) -> str:
     """Describe the map: the area of ground on which objects of some heights are unseen."""
-    from riglens.core.review.blind import OVERLAP_HEIGHT_M, unseen_by
+    from riglens.core.blind.zones import OVERLAP_HEIGHT_M, unseen_by
 
     if not shown.k:
         return f"sensors that see an object {OVERLAP_HEIGHT_M:.2f} m tall, more is better"

@@ -14,7 +14,7 @@ from riglens.widgets.panels.controls.building import button, filled
 from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel
 
 if TYPE_CHECKING:  # loads the compiler
-    from riglens.core.review.blind import By
+    from riglens.core.blind.zones import By
 
 
 def seen_by_choices() -> dict[SeenBy, str]:

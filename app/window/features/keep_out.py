@@ -17,8 +17,8 @@ from riglens.core.rig.model import MAX_SPOTS, Spot
 from riglens.widgets.car.keep_out import Box, KeepOut, Zone
 
 if TYPE_CHECKING:  # loads the compiler
+    from riglens.core.blind.outline import Outline
     from riglens.core.review.mounts import KeepOut as Required
-    from riglens.core.review.outline import Outline
 
 RADII_M = {"brush_small": 0.05, "brush_medium": 0.10, "brush_large": 0.20}
 """Of the spots that a brush leaves: our choice."""
@@ -109,7 +109,7 @@ class KeepOutZones(Feature):
             return ()
         key = (vehicle, asked)
         if self._zones is None or self._zones[0] != key:
-            from riglens.core.review.outline import Outline
+            from riglens.core.blind.outline import Outline
 
             outline = Outline.of(vehicle)
             self._zones = (key, tuple(zone_of(one, outline, vehicle.height) for one in asked))

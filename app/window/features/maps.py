@@ -25,7 +25,7 @@ from riglens.widgets.maps.map_view import MANY
 from riglens.widgets.maps.sensor_view import SensorViewPanel
 
 if TYPE_CHECKING:  # made by the thread of the engine, which loads the compiler
-    from riglens.core.review.blind import BlindMap
+    from riglens.core.blind.zones import BlindMap
 
 LOADING = "Loading box data"
 NO_DATA = "No box data are loaded: choose some in the Scene panel"

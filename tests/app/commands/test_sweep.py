@@ -11,7 +11,7 @@ import pytest
 from pyarrow import parquet
 
 from riglens.app.evaluation import sweeping
-from riglens.core.review.blind import BlindEngine, BlindSettings
+from riglens.core.blind.zones import BlindEngine, BlindSettings
 from riglens.core.rig.yaml.file import load_rig
 from riglens.core.sweep.fields import field_called, with_values
 from tests.app.commands.test_pog import address_in, dask, wait_for_part  # noqa: F401

@@ -9,8 +9,8 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from riglens.app.window.features.keep_out import RADII_M, KeepOutZones, zone_of
+from riglens.core.blind.outline import Outline
 from riglens.core.review.mounts import PAINTED, USUAL_KEEP_OUT, USUAL_LIMITS, violations
-from riglens.core.review.outline import Outline
 from riglens.core.rig.model import MAX_SPOTS
 from riglens.widgets.car.keep_out import KeepOut
 from tests.app.window.desk import FullDesk, full_desk

@@ -11,10 +11,10 @@ from pytestqt.qtbot import QtBot
 
 from riglens.app.evaluation.scenario import load_scenario
 from riglens.app.window.settings import Settings
+from riglens.core.blind.zones import OVERLAP_HEIGHT_M, BlindEngine, BlindSettings
 from riglens.core.engine.engine import Engine
 from riglens.core.engine.inspect import covered_at_least
 from riglens.core.geometry import Pose
-from riglens.core.review.blind import OVERLAP_HEIGHT_M, BlindEngine, BlindSettings
 from riglens.core.rig.model import Vehicle
 from riglens.core.scene.columns import pack, unpack
 from riglens.core.scene.pog_store import save_pog

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from riglens.core.blind.outline import Outline
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
 from riglens.core.optimise.mounts import (
@@ -15,7 +16,6 @@ from riglens.core.optimise.mounts import (
 )
 from riglens.core.optimise.spots import skin_spots
 from riglens.core.review.mounts import Beyond, KeepOut, MountLimits, is_in_zone, violations
-from riglens.core.review.outline import Outline
 from riglens.core.rig.edits import mirrored_pose
 from riglens.core.rig.library import default_library
 from riglens.core.rig.model import PARAMETRIC_BODIES, Rig, Vehicle

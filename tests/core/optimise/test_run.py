@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from riglens.core.blind.zones import BlindEngine, BlindSettings
 from riglens.core.errors import Cancelled, InputError
 from riglens.core.optimise.guard import HELD_OUT, Evaluator, Kept, guard, verdict
 from riglens.core.optimise.mounts import Additions, Move, rules_for
 from riglens.core.optimise.results import OptimiseResult, Problem
 from riglens.core.optimise.run import Progress, finished, optimise, skin_gains
-from riglens.core.review.blind import BlindEngine, BlindSettings
 from riglens.core.review.mounts import MountLimits, violations
 from riglens.core.rig.edits import mirrored_pose, with_mirror_image
 from riglens.core.rig.model import Lidar, LinearAngles, Rig

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from riglens.core.blind.zones import BlindEngine, BlindSettings
 from riglens.core.errors import Cancelled, never_stale
 from riglens.core.optimise.tables import UNIT, GroundTableMaker, HitTableMaker, hit_shares
 from riglens.core.optimise.weights import EVEN
-from riglens.core.review.blind import BlindEngine, BlindSettings
 from riglens.core.rig.model import Lidar, LinearAngles, Rig, Vehicle
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import TargetSettings

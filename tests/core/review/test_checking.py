@@ -9,10 +9,10 @@ from xml.etree import ElementTree as ET
 import numpy as np
 import pytest
 
+from riglens.core.blind.zones import BlindEngine
 from riglens.core.engine.engine import Engine
 from riglens.core.errors import InputError
 from riglens.core.metric.entropy import EntropyField
-from riglens.core.review.blind import BlindEngine
 from riglens.core.review.check_junit import RigCheck, junit_xml
 from riglens.core.review.checking import Check, Subject
 from riglens.core.review.documents import check_document

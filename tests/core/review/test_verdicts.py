@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from riglens.core.blind.outline import Outline
 from riglens.core.errors import InputError
-from riglens.core.review.outline import Outline
 from riglens.core.review.profiles import (
     Place,
     Profile,

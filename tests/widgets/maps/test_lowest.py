@@ -5,8 +5,8 @@ import pytest
 from PySide6.QtGui import QColor
 from pytestqt.qtbot import QtBot
 
-from riglens.core.review.blind import HEIGHTS_M, NONE, BlindMap, BlindSettings, Ground, by_names, grid_around
-from riglens.core.review.outline import Outline
+from riglens.core.blind.outline import Outline
+from riglens.core.blind.zones import HEIGHTS_M, NONE, BlindMap, BlindSettings, Ground, by_names, grid_around
 from riglens.core.rig.model import Rig, Vehicle
 from riglens.core.scene.grid import VoxelGrid
 from riglens.widgets.maps.lowest_items import Lowest, lowest_colours, lowest_summary, lowest_text

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from pydantic import AfterValidator
 from scipy import ndimage
 
+from riglens.core.blind.outline import BANDS_M, Outline
 from riglens.core.engine.caster import Caster
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
@@ -26,7 +27,6 @@ from riglens.core.kernels.runtime import jit
 from riglens.core.kernels.voxels.entropy_codes import Runs
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Body
-from riglens.core.review.outline import BANDS_M, Outline
 from riglens.core.rig.model import Rig, Sensor, Vehicle
 from riglens.core.scene.boxes import DataReport
 from riglens.core.scene.columns import VoxelIndex, empty_words, words_per_column

@@ -3,10 +3,8 @@
 import numpy as np
 import pytest
 
-from riglens.core.engine.engine import Engine
-from riglens.core.errors import InputError
-from riglens.core.metric.scores import MetricSettings
-from riglens.core.review.blind import (
+from riglens.core.blind.outline import Outline
+from riglens.core.blind.zones import (
     BlindEngine,
     BlindMap,
     BlindSettings,
@@ -17,7 +15,9 @@ from riglens.core.review.blind import (
     unseen_by,
     whole_field,
 )
-from riglens.core.review.outline import Outline
+from riglens.core.engine.engine import Engine
+from riglens.core.errors import InputError
+from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.model import Rig, Vehicle
 from riglens.core.scene.columns import unpack
 from riglens.core.scene.grid import VoxelGrid
