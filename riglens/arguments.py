@@ -11,11 +11,11 @@ from typing import Literal
 
 from numpy.typing import ArrayLike
 
-from riglens.app.evaluation.options import SceneOptions
 from riglens.core.errors import InputError
 from riglens.core.geometry import triple
 from riglens.core.scene.boxes import DataReport
 from riglens.core.sensors.registry import kind_named, kind_names
+from riglens.evaluation.options import SceneOptions
 
 StrPath = str | os.PathLike[str]
 ClassName = Literal["car", "bicycle", "pedestrian"]
@@ -35,7 +35,7 @@ def warn(line: str) -> None:
 
 def warn_of_data(data: DataReport) -> None:
     """Warn of boxes that do not count and of classes without any."""
-    from riglens.app.evaluation.scenario import remarks_on
+    from riglens.evaluation.scenario import remarks_on
 
     for line in remarks_on(data):
         warn(line)

@@ -9,13 +9,13 @@ from typing import Literal
 
 from numpy.typing import ArrayLike
 
-from riglens.app.evaluation.options import USUAL_DRAWS, SceneOptions, ScoreOptions
 from riglens.arguments import StrPath, scene_options, warn
 from riglens.core.metric.scores import DEFAULT_LAMBDA, Body, Method, Reading
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import Progress
 from riglens.core.targets.settings import Phase
 from riglens.core.targets.shapes import Shape
+from riglens.evaluation.options import USUAL_DRAWS, SceneOptions, ScoreOptions
 from riglens.results import Listing
 from riglens.scenes import Scene, load_scene, with_blocking_meshes
 
@@ -32,7 +32,7 @@ def survey(
 
     Arguments as for `load_scene`; several data sets count as one.
     """
-    from riglens.app.evaluation.described import described
+    from riglens.evaluation.described import described
 
     options = scene_options(None, origin_m=origin_m, frames=frames, classes=classes, find_ground=find_ground)
     document = described(options, [Path(one) for one in boxes], progress).document()
@@ -164,8 +164,8 @@ def report(
     from riglens.app.commands.output import require_ending, require_outputs
     from riglens.app.commands.report import write_report
     from riglens.app.commands.tolerance import require_draws
-    from riglens.app.studies.report_figures import labels_of
     from riglens.app.terminal.console import called_from_python
+    from riglens.reporting.figures import labels_of
 
     path, score = Path(out), ScoreOptions(method, reading, camera_weight, threads, body)
     options = scene_options(

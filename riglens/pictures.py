@@ -8,19 +8,19 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from riglens.app.evaluation.scenario import settings_of
 from riglens.arguments import ClassName, StrPath, warn
 from riglens.core.files import write_file
 from riglens.core.metric.scores import Body
 from riglens.core.optimise.results import OptimiseResult
 from riglens.core.rig.model import Rig
+from riglens.evaluation.scenario import settings_of
 from riglens.results import RigResult, Rows, html_table
 from riglens.scenes import Scene
 from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, Fill, RayLook
 
 if TYPE_CHECKING:
-    from riglens.app.evaluation.options import HeatMode
-    from riglens.app.rendering.render import Theme, View
+    from riglens.evaluation.options import HeatMode
+    from riglens.rendering.render import Theme, View
     from riglens.widgets.viewport.scene_state import SceneState
 
 SIZE_PX = (960, 600)
@@ -86,9 +86,9 @@ def render(
 
     Raises InputError when a value is not accepted or the file cannot be written.
     """
-    from riglens.app.launch.display import prepare_drawing
-    from riglens.app.rendering.render import RenderRequest, as_drawn, drawn_score, score_and_draw
     from riglens.core.files import require_writable
+    from riglens.rendering.display import prepare_drawing
+    from riglens.rendering.render import RenderRequest, as_drawn, drawn_score, score_and_draw
 
     picture = RenderRequest(
         Path(out), view, size_px, scale, class_name, heatmap, transparent=transparent, title=title,
@@ -134,7 +134,7 @@ def show(
     In a notebook by pyvista's Jupyter backend, which can be turned where trame is installed; elsewhere in a window;
     without a display it returns a `Picture`.
     """
-    from riglens.app.launch.display import missing_display, prepare_drawing
+    from riglens.rendering.display import missing_display, prepare_drawing
 
     prepare_drawing()
     from riglens.widgets.viewport.still import png_of, render_still, staged
@@ -155,7 +155,7 @@ def _state(
     theme: Theme,
     mesh_folder: StrPath,
 ) -> SceneState:
-    from riglens.app.rendering.render import RenderRequest, as_drawn, drawn_score, rig_state, scored_state
+    from riglens.rendering.render import RenderRequest, as_drawn, drawn_score, rig_state, scored_state
 
     rig = as_drawn(rig, Path(mesh_folder), warn)
     if scene is None:
@@ -167,8 +167,8 @@ def _state(
 
 def _png(rig: Rig, scene: Scene | None, heatmap: HeatMode) -> bytes | None:
     """Return a picture for a notebook, None if the libraries that draw are missing."""
-    from riglens.app.launch.display import prepare_drawing
-    from riglens.app.launch.system_libraries import MissingLibraries
+    from riglens.rendering.display import prepare_drawing
+    from riglens.rendering.system_libraries import MissingLibraries
 
     try:
         prepare_drawing()

@@ -322,8 +322,8 @@ class BlindResult(Result):
         return f"<BlindResult of {self.zones.rig.name}, unseen ground by height of object: {unseen}>"
 
     def _repr_png_(self) -> bytes:
-        from riglens.app.studies.blind_chart import blind_figure
-        from riglens.app.studies.pictures import picture
+        from riglens.studies.blind_chart import blind_figure
+        from riglens.studies.pictures import picture
 
         return picture(blind_figure(self.zones, "any", 1))
 
@@ -351,8 +351,8 @@ class RangeResult(Result):
         return f"<RangeResult of {found.rig.name}: {len(found.rows)} cases up to {found.plan.to_m:g} m>"
 
     def _repr_png_(self) -> bytes:
-        from riglens.app.studies.detection_range_chart import range_figure
-        from riglens.app.studies.pictures import picture
+        from riglens.studies.detection_range_chart import range_figure
+        from riglens.studies.pictures import picture
 
         return picture(range_figure(self.ranges))
 

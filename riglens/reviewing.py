@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from riglens.app.evaluation.options import ScoreOptions
-from riglens.app.evaluation.scenario import settings_of
 from riglens.arguments import StrPath
 from riglens.core.blind.zones import BlindSettings
 from riglens.core.errors import InputError
@@ -22,6 +20,8 @@ from riglens.core.scene.boxes import Progress
 from riglens.core.targets.detection_range import RangePlan, around
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import Traffic
+from riglens.evaluation.options import ScoreOptions
+from riglens.evaluation.scenario import settings_of
 from riglens.results import (
     BlindResult,
     CheckResult,

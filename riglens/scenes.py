@@ -11,8 +11,6 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from riglens.app.evaluation.options import ScoreOptions
-from riglens.app.evaluation.scenario import load_scenario, settings_of
 from riglens.arguments import ClassName, StrPath, require_kind, scene_options, warn, warn_of_data
 from riglens.core.engine.audit import audit as audit_rig
 from riglens.core.engine.engine import Engine, evaluate_from_scratch
@@ -25,6 +23,8 @@ from riglens.core.scene.columns import unpack
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import Pog
 from riglens.core.vehicle.mesh_file import with_mesh_read
+from riglens.evaluation.options import ScoreOptions
+from riglens.evaluation.scenario import load_scenario, settings_of
 from riglens.results import AuditResult, RigResult
 
 if TYPE_CHECKING:

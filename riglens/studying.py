@@ -14,10 +14,10 @@ from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 import numpy as np
 from pydantic import TypeAdapter, ValidationError
 
-from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.arguments import StrPath, warn
 from riglens.core.errors import InputError
 from riglens.core.rig.model import FORMAT_VERSION, Rig
+from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.results import Listing
 from riglens.rigs import save_rig
 
@@ -47,7 +47,8 @@ def study(name: Study, *inputs: StrPath | Rig, out: StrPath = "out", **options: 
         `rows()` of the first table; `to_dict()` is the JSON that the study writes, or else every table by its file.
     """
     from riglens.app.commands import study as commands
-    from riglens.app.studies import (
+    from riglens.app.terminal.console import called_from_python
+    from riglens.studies import (
         accuracy,
         detection,
         external,
@@ -56,8 +57,7 @@ def study(name: Study, *inputs: StrPath | Rig, out: StrPath = "out", **options: 
         stability,
         targets,
     )
-    from riglens.app.studies.files import require_folder
-    from riglens.app.terminal.console import called_from_python
+    from riglens.studies.files import require_folder
 
     if name not in get_args(Study):
         raise InputError(f"must be one of {', '.join(get_args(Study))} (got '{name}')", "name")

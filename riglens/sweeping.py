@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from numpy.typing import ArrayLike
 
-from riglens.app.evaluation.options import ScoreOptions
 from riglens.arguments import StrPath, scene_options, warn
 from riglens.core.metric.scores import DEFAULT_LAMBDA, Body, Method, Reading
 from riglens.core.rig.model import Rig
@@ -19,6 +18,7 @@ from riglens.core.sweep.table import document_of, header_of, main_figures, write
 from riglens.core.targets.settings import Phase
 from riglens.core.targets.shapes import Shape
 from riglens.core.targets.traffic import WITHIN_M
+from riglens.evaluation.options import ScoreOptions
 from riglens.results import Result, Rows
 from riglens.scenes import with_blocking_meshes
 
@@ -60,7 +60,7 @@ class SweepResult(Result):
 
     def chart(self, *figures: str) -> Figure:
         """Return a chart of some columns over the one or two varied fields; hit coverage by default."""
-        from riglens.app.studies.sweep_chart import sweep_figure  # matplotlib
+        from riglens.studies.sweep_chart import sweep_figure  # matplotlib
 
         return sweep_figure(self._table, figures)
 
@@ -133,9 +133,9 @@ def sweep(
     that is not there, a value that does not fit, or arguments that disagree.
     """
     from riglens.app.commands import sweep as command
-    from riglens.app.evaluation.sweeping import LoadedSweep
     from riglens.app.terminal.console import called_from_python
     from riglens.core.pieces.where import Where
+    from riglens.evaluation.sweeping import LoadedSweep
 
     spans = [Span.of(field, values) for field, values in (vary or {}).items()]
     made = command.design_of(spans, sobol, design_seed, None if design is None else Path(design))

@@ -8,8 +8,6 @@ from pathlib import Path
 
 from numpy.typing import ArrayLike
 
-from riglens.app.evaluation.options import ScoreOptions
-from riglens.app.evaluation.traffic import load_traffic as load_boxes
 from riglens.arguments import StrPath, scene_options, warn_of_data
 from riglens.core.errors import InputError
 from riglens.core.metric.scores import Body
@@ -22,6 +20,8 @@ from riglens.core.targets.settings import Phase, TargetSettings
 from riglens.core.targets.shapes import Shape
 from riglens.core.targets.traffic import WITHIN_M
 from riglens.core.targets.traffic import Traffic as Boxes
+from riglens.evaluation.options import ScoreOptions
+from riglens.evaluation.traffic import load_traffic as load_boxes
 from riglens.results import TargetResult
 from riglens.scenes import ForManyRigs, with_blocking_mesh
 
@@ -198,8 +198,8 @@ def calibrate(
 
     Raises InputError on bad data.
     """
-    from riglens.app.evaluation.calibrating import calibrated  # loads scipy's optimisers
     from riglens.core.study.calibrating import Rules
+    from riglens.evaluation.calibrating import calibrated  # loads scipy's optimisers
 
     options = scene_options(boxes, origin_m=origin_m, frames=None, classes=classes, find_ground=False)
     return calibrated(Path(detections), options, within_m, Rules(min_score, match_m), name, rig)

@@ -282,10 +282,10 @@ PAGE = (
 
 
 def _reviews(folder: Path) -> Iterator[Target]:
-    from riglens.app.studies.report_reading import attached_figures, inputs_of
     from riglens.core.blind.outline import Outline
     from riglens.core.review.profiles import read_profiles, targets_of
     from riglens.core.review.requirements import read_requirements
+    from riglens.reporting.reading import attached_figures, inputs_of
 
     folder.mkdir(parents=True)
     profiles, required, page = (folder / name for name in ("blind.yaml", "required.yaml", "report.html"))

@@ -39,11 +39,11 @@ from PySide6.QtWidgets import (
 )  # fmt: skip
 
 from riglens.app.background.memory import trim
-from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.window.dialogs import Dialogs, Unsaved
 from riglens.app.window.main_window import MainWindow
 from riglens.app.window.start import open_window
 from riglens.core.rig.presets import PRESETS
+from riglens.evaluation.options import SceneOptions, ScoreOptions
 from tests.bench.peak import MEGABYTE
 
 EVERY = 100

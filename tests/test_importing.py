@@ -17,10 +17,11 @@ import importlib, pathlib, sys
 import numba
 settings = lambda: {name: repr(value) for name, value in vars(numba.config).items() if name.isupper()}
 before = settings()
-for room in ("core", "widgets", "app"):
+for room in ("core", "widgets", "riglens", "app"):
     folder = pathlib.Path(sys.argv[1]) / room
     for path in sorted(folder.rglob("*.py")):
-        name = ".".join(("riglens", *path.relative_to(folder.parent).with_suffix("").parts))
+        parts = path.relative_to(folder.parent).with_suffix("").parts
+        name = ".".join(parts if room == "riglens" else ("riglens", *parts))
         if not name.endswith("__main__"):
             importlib.import_module(name)
 changed = {name: value for name, value in settings().items() if value != before[name]}

@@ -19,11 +19,6 @@ from PySide6.QtWidgets import QLabel
 from pytestqt.qtbot import QtBot
 
 import riglens as rl
-from riglens.app.evaluation.options import SceneOptions, ScoreOptions
-from riglens.app.rendering.picture import Findings, score_rows, subtitle
-from riglens.app.studies.report_document import document_of
-from riglens.app.studies.report_figures import ReportPlan, report_of
-from riglens.app.studies.report_page import report_page
 from riglens.app.terminal.scores import score_table
 from riglens.core.blind.zones import BlindEngine, BlindSettings, unseen_by
 from riglens.core.engine.audit import audit
@@ -56,6 +51,11 @@ from riglens.core.targets.settings import EXACT, USUAL
 from riglens.core.targets.targets_json import targets_document
 from riglens.core.vehicle.placing import placed_on
 from riglens.core.vehicle.solid import solid_of
+from riglens.evaluation.options import SceneOptions, ScoreOptions
+from riglens.rendering.picture import Findings, score_rows, subtitle
+from riglens.reporting.document import document_of
+from riglens.reporting.figures import ReportPlan, report_of
+from riglens.reporting.page import report_page
 from riglens.widgets.maps.map_panel import lowest_choices, seen_by_choices
 from riglens.widgets.panels.fields.edits import NumberEdit
 from riglens.widgets.panels.fields.quantity import DEGREES
@@ -422,7 +422,7 @@ def test_a_picture_has_its_scores_and_counts_it() -> None:
 
 MAY_NAME_KINDS = {
     "app/commands/simulate.py": "data sets have the LiDAR and camera channels of nuScenes",
-    "app/studies/accuracy_text.py": "studies of the paper's methods, on its LiDARs and cameras",
+    "riglens/studies/accuracy_text.py": "studies of the paper's methods, on its LiDARs and cameras",
     "app/window/features/propose.py": "proposals are LiDARs",
     "app/window/features/sweep_field.py": "hit coverage is of LiDARs, 25 px of cameras",
     "core/formats": "each format has its own words for each kind",
@@ -512,10 +512,8 @@ def test_a_comparison_of_kinds_is_found_however_it_is_written(source: str, expec
 
 
 def test_no_other_file_compares_kinds_of_sensors() -> None:
-    files = [
-        path for room in ("core", "widgets", "app") for path in sorted((REPOSITORY / room).rglob("*.py"))
-    ]
-    files += sorted((REPOSITORY / "riglens").glob("*.py"))
+    rooms = ("core", "widgets", "riglens", "app")
+    files = [path for room in rooms for path in sorted((REPOSITORY / room).rglob("*.py"))]
     found = [str(one.relative_to(REPOSITORY)) for one in files if compares_kinds(one.read_text("utf-8"))]
     assert [name for name in found if not name.startswith(tuple(MAY_NAME_KINDS))] == []
     assert [place for place in MAY_NAME_KINDS if not any(name.startswith(place) for name in found)] == []

@@ -125,8 +125,8 @@ def test_the_wheel_holds_riglens_and_nothing_else(wheel: Path, stranger: Strange
     names = zipfile.ZipFile(wheel).namelist()
     assert {name.partition("/")[0] for name in names} == {"riglens", f"riglens-{rl.__version__}.dist-info"}
     assert {"riglens/py.typed", "riglens/api.py", "riglens/core/kernels/runtime/jit.py"} <= set(names)
-    templates = {path.name for path in (REPOSITORY / "app" / "studies" / "report").iterdir()}
-    assert {f"riglens/app/studies/report/{name}" for name in templates} <= set(names) and len(templates) > 5
+    templates = {path.name for path in (REPOSITORY / "riglens" / "reporting" / "templates").iterdir()}
+    assert {f"riglens/reporting/templates/{name}" for name in templates} <= set(names) and len(templates) > 5
     own = {path.name for path in stranger.site.iterdir()}
     assert own == {"riglens", f"riglens-{rl.__version__}.dist-info", "bin"}
     assert [path.name for path in (stranger.site / "bin").iterdir()] == ["riglens"]

@@ -15,10 +15,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.app.studies.files import csv_text
 from riglens.core.study.detection.second import PROTOCOLS
 from riglens.core.study.detection.statistics import MEAN
 from riglens.core.study.ranks import spearman
+from riglens.studies.files import csv_text
 
 DATA = Path(__file__).resolve().parents[1] / "docs" / "data"
 TABLES = ("", "-ranks", "-pairs", "-orders", "-recall")

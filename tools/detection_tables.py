@@ -12,13 +12,6 @@ from itertools import combinations
 
 import numpy as np
 
-from riglens.app.evaluation.options import SceneOptions
-from riglens.app.evaluation.scenario import load_scenario
-from riglens.app.evaluation.traffic import load_traffic
-from riglens.app.studies.detection_chart import chart
-from riglens.app.studies.detection_files import order_lines, rank_lines
-from riglens.app.studies.files import csv_text
-from riglens.app.studies.table2 import compare_papers
 from riglens.core.detect.net import Machine
 from riglens.core.engine.engine import Engine
 from riglens.core.study.detection.pieces import Study
@@ -30,6 +23,13 @@ from riglens.core.study.detection.surrogates import surrogates
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import WITHIN_M
+from riglens.evaluation.options import SceneOptions
+from riglens.evaluation.scenario import load_scenario
+from riglens.evaluation.traffic import load_traffic
+from riglens.studies.detection_chart import chart
+from riglens.studies.detection_files import order_lines, rank_lines
+from riglens.studies.files import csv_text
+from riglens.studies.table2 import compare_papers
 from tools.detection_second import DATA, Line, lines
 
 IMAGES = DATA.parent / "images"

@@ -38,25 +38,25 @@ class Floor:
 
 HOUSE = (
     Floor(
-        "riglens",
-        ("the Python interface", "import riglens as rl"),
-        "#ede7f6",
-        ((Room("api", "for scripts"),),),
-    ),
-    Floor(
         "app",
         ("starts and wires", ""),
         "#e3f2fd",
         (
             (Room("commands", "the command line"),),
             (Room("window", "workbench and features", 5),),
-            (
-                Room("session", "current requests", 2),
-                Room("studies", "prose and charts"),
-                Room("rendering", "pictures for files"),
-            ),
+            (Room("session", "current requests", 2),),
             (Room("background", "latest request wins", 3), Room("terminal", "tables, progress, notes")),
-            (Room("evaluation", "scenes, scores, heatmaps"), Room("launch", "displays, libraries, folders")),
+            (Room("launch", "folders, Ctrl-C"),),
+        ),
+    ),
+    Floor(
+        "riglens",
+        ("every job as a", "function: riglens as rl"),
+        "#ede7f6",
+        (
+            (Room("reporting", "pages and PDFs about rigs"),),
+            (Room("studies", "prose and charts"), Room("rendering", "pictures for files")),
+            (Room("evaluation", "scenes, scores, heatmaps"),),
         ),
     ),
     Floor(

@@ -17,9 +17,9 @@ from PySide6.QtCore import QTimer
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDockWidget
 
-from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.window.main_window import MainWindow
 from riglens.app.window.start import open_window
+from riglens.evaluation.options import SceneOptions, ScoreOptions
 
 IMAGES = Path(__file__).resolve().parents[1] / "docs" / "images"
 LONGEST_S = 180

@@ -21,7 +21,7 @@ PYPROJECT = ROOT / "pyproject.toml"
 
 sys.path.insert(0, str(ROOT))
 
-from riglens.app.launch.system_libraries import Purpose, install_command, missing_requirements  # noqa: E402
+from riglens.rendering.system_libraries import Purpose, install_command, missing_requirements  # noqa: E402
 
 PURPOSES: dict[str, Purpose] = {"run": "run", "test": "tests"}
 

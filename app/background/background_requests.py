@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from riglens.app.background.queue import BackgroundRequest
-from riglens.app.evaluation.requests import LoadedScene
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.model import Rig
+from riglens.evaluation.requests import LoadedScene
 
 if TYPE_CHECKING:  # made by the engine's thread, which loads the compiler
     from riglens.core.review.tolerance import ToleranceProfile, ToleranceResult

@@ -22,7 +22,7 @@ class OtherKernels:
     most once, by any thread."""
 
     def __init__(
-        self, command: Sequence[str] = (sys.executable, "-m", "riglens.app.evaluation.every_kernel")
+        self, command: Sequence[str] = (sys.executable, "-m", "riglens.evaluation.every_kernel")
     ) -> None:
         self._command = list(command)
         self._processes: dict[int, subprocess.Popen[bytes] | None] = {}
@@ -32,7 +32,7 @@ class OtherKernels:
 
     def begin(self) -> None:
         """Start the processes, unless all is on disk; without them kernels are compiled when they are needed."""
-        from riglens.app.evaluation.kernel_steps import shares_of  # the thread has loaded the compiler
+        from riglens.evaluation.kernel_steps import shares_of  # the thread has loaded the compiler
 
         for share, steps in enumerate(shares_of(os.cpu_count() or 1)):
             self._start(share, steps)
@@ -40,8 +40,8 @@ class OtherKernels:
     def begin_beside(self) -> None:
         """Start the first share at once, with fans first, where there is a second processor and they are not on
         disk."""
-        from riglens.app.evaluation.kernel_steps import FANS_FIRST, shares_of  # as above
         from riglens.core.engine.warm_up import are_fans_compiled
+        from riglens.evaluation.kernel_steps import FANS_FIRST, shares_of  # as above
 
         processors = os.cpu_count() or 1
         if processors > 1 and not are_fans_compiled():
@@ -57,7 +57,7 @@ class OtherKernels:
             sleep(LOOK_S)
 
     def _start(self, share: int, arguments: Sequence[str]) -> None:
-        from riglens.app.evaluation.kernel_steps import STEPS, is_done  # as above
+        from riglens.evaluation.kernel_steps import STEPS, is_done  # as above
 
         with self._lock:
             if self._is_closed or share in self._processes:
@@ -83,7 +83,7 @@ class OtherKernels:
         """Return how many steps are ready and of how many, None while no process is at work."""
         if not self.is_running:
             return None
-        from riglens.app.evaluation.kernel_steps import (  # loaded by the thread that started it
+        from riglens.evaluation.kernel_steps import (  # loaded by the thread that started it
             STEPS,
             steps_done,
         )

@@ -13,14 +13,14 @@ from PySide6.QtCore import QObject
 
 from riglens.app.background.queue import BackgroundRequest
 from riglens.app.background.worker import CLOSE_S, BackgroundWorker, Context
-from riglens.app.evaluation.known_body import with_known_body
-from riglens.app.evaluation.options import SceneOptions
-from riglens.app.evaluation.requests import LoadedScene
 from riglens.core.errors import InputError
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.targets.quantities import ON_TARGET, Cells, Figures, PredictedCells, figures_of
 from riglens.core.targets.settings import TargetSettings
+from riglens.evaluation.known_body import with_known_body
+from riglens.evaluation.options import SceneOptions
+from riglens.evaluation.requests import LoadedScene
 
 if TYPE_CHECKING:  # made by the thread, which loads the compiler
     from riglens.core.targets.engine import TargetEngine
@@ -160,9 +160,9 @@ class Counting:
         """Return the objects of a data set, read once; an automatic voxel edge does not affect them."""
         if self._data is None or self._data.options is not options:
             # loads the compiler: not while the window opens
-            from riglens.app.evaluation.traffic import load_traffic
             from riglens.core.targets.engine import TargetEngine
             from riglens.core.targets.traffic import WITHIN_M
+            from riglens.evaluation.traffic import load_traffic
 
             self._data = None
             traffic = load_traffic(options, WITHIN_M, context.stop_if_closing)

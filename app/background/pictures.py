@@ -11,14 +11,14 @@ from functools import singledispatch
 from PySide6.QtCore import QObject
 
 from riglens.app.background.worker import CLOSE_S, BackgroundWorker, Context
-from riglens.app.evaluation.options import SceneOptions
-from riglens.app.evaluation.requests import LoadedScene
 from riglens.core.rig.model import Camera, Lidar, Sensor, Vehicle
 from riglens.core.vehicle.housings import with_housings
 from riglens.core.vehicle.solid import Solid, solid_of
 from riglens.core.view.camera_picture import CameraPicture, camera_picture
 from riglens.core.view.frames import FrameBoxes, FrameStore
 from riglens.core.view.range_image import RangeImage, range_image
+from riglens.evaluation.options import SceneOptions
+from riglens.evaluation.requests import LoadedScene
 
 NO_BOXES = "A stored POG holds no boxes of single frames: load the box data set to see its traffic here."
 TOO_MANY = "Only the first {count:,} frames of this data set can be shown here: it has too many boxes."
@@ -98,7 +98,7 @@ class FramePictures:
         if self._frames is None or self._frames[0] is not options:
             self.close()
             # loads the compiler: not while the window opens
-            from riglens.app.evaluation.scenario import source_of
+            from riglens.evaluation.scenario import source_of
 
             self._frames = (options, FrameStore(source_of(options)))
         return self._frames[1]

@@ -21,11 +21,11 @@ import psutil
 from PySide6.QtCore import QObject, Signal
 
 from riglens.app.background.own_process import OwnProcess
-from riglens.app.evaluation.names import label_of
-from riglens.app.evaluation.options import SceneOptions
-from riglens.app.evaluation.search_options import SearchOptions
 from riglens.core.errors import Cancelled, InputError
 from riglens.core.rig.model import Rig
+from riglens.evaluation.names import label_of
+from riglens.evaluation.options import SceneOptions
+from riglens.evaluation.search_options import SearchOptions
 
 if TYPE_CHECKING:  # loads the compiler
     from numpy.typing import NDArray
@@ -243,10 +243,10 @@ class Server:
         return _finished(optimise(problem, None, self._is_stale), tell)
 
     def _problem(self, request: ProposalRequest) -> Problem:
-        from riglens.app.evaluation.scenario import load_scenario
         from riglens.core.optimise.mounts import Move
         from riglens.core.optimise.objectives import OF_VOXELS
         from riglens.core.optimise.results import Problem
+        from riglens.evaluation.scenario import load_scenario
 
         traffic, options = self._traffic_of(request.scene), request.options
         if request.work == "improve":
@@ -255,8 +255,8 @@ class Server:
         return options.problem(request.rig, traffic, voxels=voxels)
 
     def _traffic_of(self, scene: SceneOptions) -> Traffic:
-        from riglens.app.evaluation.traffic import load_traffic
         from riglens.core.targets.traffic import WITHIN_M
+        from riglens.evaluation.traffic import load_traffic
 
         if self._traffic is None or self._traffic[0] != scene:
             self._traffic = scene, load_traffic(scene, WITHIN_M)

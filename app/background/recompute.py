@@ -25,14 +25,14 @@ from riglens.app.background.background_requests import (
 from riglens.app.background.compiling import OtherKernels
 from riglens.app.background.queue import SYSTEM_CLOCK, BackgroundRequest, Clock, Job, Priority, RequestQueue
 from riglens.app.background.worker import WorkerThread, group_of, problem_line
-from riglens.app.evaluation.options import SceneOptions
-from riglens.app.evaluation.requests import FRAME_MS, EvaluationRequest, LoadedScene, Result
 from riglens.core.errors import Cancelled
 from riglens.core.scene.boxes import Progress
+from riglens.evaluation.options import SceneOptions
+from riglens.evaluation.requests import FRAME_MS, EvaluationRequest, LoadedScene, Result
 
 if TYPE_CHECKING:
     from riglens.app.background.tolerating import Tolerating
-    from riglens.app.evaluation.scoring import Scoring
+    from riglens.evaluation.scoring import Scoring
 
 CANCELLED = "Loading was cancelled."
 _HERE = "background"
@@ -180,7 +180,7 @@ class Recompute(QObject):
             self.load_ended.emit(outcome, request)
 
     def _loaded(self, request: SceneOptions, job: Job[Request]) -> Scoring:
-        from riglens.app.evaluation.scoring import Scoring, load_scene  # loads the compiler
+        from riglens.evaluation.scoring import Scoring, load_scene  # loads the compiler
 
         self._compile_beside()
         scene = (self._loader or load_scene)(request, partial(self._report_progress, job))

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from riglens.app.background.own_process import OwnProcess
-from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.core.errors import InputError
 from riglens.core.rig.model import Rig
+from riglens.evaluation.options import SceneOptions, ScoreOptions
 
 PAGE, PDF = "report.html", "report.pdf"
 WORK = "riglens.app.commands.report:serve"

@@ -17,8 +17,8 @@ from typing import Any, Protocol, TypeVar
 
 from PySide6.QtCore import QObject, Qt, Signal
 
-from riglens.app.evaluation.names import label_of
 from riglens.core.errors import Cancelled, InputError
+from riglens.evaluation.names import label_of
 
 Found = TypeVar("Found")
 

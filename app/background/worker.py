@@ -12,8 +12,8 @@ from typing import Generic, TypeVar
 from PySide6.QtCore import QObject, Signal
 
 from riglens.app.background.queue import BackgroundRequest, Job, Priority, RequestQueue
-from riglens.app.evaluation.names import label_of
 from riglens.core.errors import Cancelled, InputError
+from riglens.evaluation.names import label_of
 
 Request = TypeVar("Request")
 Answer = TypeVar("Answer")

@@ -15,13 +15,13 @@ from riglens.app.commands.options import (
 )
 from riglens.app.commands.output import deliver, require_outputs
 from riglens.app.terminal.console import progress_bar, results
-from riglens.app.terminal.figures import percent
 from riglens.app.terminal.loading import load_rigs, load_scene
 from riglens.app.terminal.tables import table
 from riglens.core.engine.audit import RAY_OUTCOMES, RigAudit, audit_document
 from riglens.core.engine.audit import audit as audit_rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.shown_text import visible
+from riglens.core.shown_values import percent
 
 TITLES = (
     "hits\nthe car",

@@ -21,7 +21,6 @@ from riglens.app.commands.options import (
     ThreadArguments,
 )
 from riglens.app.commands.output import deliver, require_ending, require_outputs
-from riglens.app.studies.files import csv_text
 from riglens.app.terminal.console import progress_bar, results
 from riglens.app.terminal.loading import load_rigs
 from riglens.app.terminal.tables import table
@@ -44,6 +43,7 @@ from riglens.core.review.verdicts import ProfileVerdict, verdicts
 from riglens.core.rig.model import Rig
 from riglens.core.scene.sectors import SECTORS
 from riglens.core.shown_text import visible
+from riglens.studies.files import csv_text
 
 ZONES = Group("Blind zones", sort_key=20)
 
@@ -115,8 +115,8 @@ def _write_map(path: Path, found: BlindMap, by: By, k: int) -> None:
     if path.suffix.lower() == ".csv":
         write_file(path, csv_text(list(_rows(found, by, k))))
         return
-    from riglens.app.studies.blind_chart import blind_figure  # matplotlib
-    from riglens.app.studies.pictures import write_picture
+    from riglens.studies.blind_chart import blind_figure  # matplotlib
+    from riglens.studies.pictures import write_picture
 
     write_picture(path, blind_figure(found, by, k))
 

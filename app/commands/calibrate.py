@@ -11,7 +11,6 @@ from rich.table import Table
 
 from riglens.app.commands.options import BoxArguments, Libraries, Out
 from riglens.app.commands.output import require_outputs
-from riglens.app.evaluation.calibrating import calibrated
 from riglens.app.terminal.console import progress_bar, results
 from riglens.app.terminal.loading import load_rig
 from riglens.app.terminal.tables import table
@@ -21,6 +20,7 @@ from riglens.core.scene.boxes import CLASSES
 from riglens.core.study.calibrating import Rules
 from riglens.core.targets.calibration import MATCH_M, MIN_SCORE, WITHIN_M, Calibration
 from riglens.core.targets.quantities import SURE
+from riglens.evaluation.calibrating import calibrated
 
 SHOWN_AT = (1, 5, 10, 20, 50, 100)
 

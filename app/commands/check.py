@@ -18,7 +18,6 @@ from riglens.app.commands.blind import profiles_of
 from riglens.app.commands.evaluate import wrong_places
 from riglens.app.commands.options import Json, Profiles, RigArguments, RunArguments, SceneArguments
 from riglens.app.commands.output import deliver, require_outputs
-from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.terminal.console import note, progress_bar, results
 from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic
 from riglens.app.terminal.tables import table
@@ -37,6 +36,7 @@ from riglens.core.rig.yaml.checked import line_of
 from riglens.core.rig.yaml.nodes import read_text, shown_path
 from riglens.core.shown_text import visible
 from riglens.core.targets.traffic import WITHIN_M, Traffic
+from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.version import installed_version
 
 MARKS: dict[Status, tuple[str, str]] = {

@@ -8,8 +8,6 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from riglens.app.evaluation.names import option_of
-from riglens.app.evaluation.options import Triple
 from riglens.app.terminal.console import note_report, results
 from riglens.core.errors import InputError
 from riglens.core.files import require_apart, write_file
@@ -19,6 +17,8 @@ from riglens.core.formats.opening import open_rig
 from riglens.core.formats.report import Report
 from riglens.core.rig.model import Rig
 from riglens.core.rig.presets import find_preset
+from riglens.evaluation.names import option_of
+from riglens.evaluation.options import Triple
 
 
 def convert(

@@ -18,9 +18,6 @@ from rich.text import Text
 
 from riglens.app.commands.options import Dask, GridArguments, JsonFigures, Out, ReadingArguments, Workers
 from riglens.app.commands.output import deliver, require_outputs
-from riglens.app.evaluation.described import Described, described
-from riglens.app.evaluation.names import option_of
-from riglens.app.evaluation.scenario import boxes_of, grid_of, remarks_on
 from riglens.app.terminal.console import note, progress_bar, results
 from riglens.app.terminal.resumable import parts_folder, resumable
 from riglens.app.terminal.scores import data_line
@@ -36,6 +33,9 @@ from riglens.core.scene.pog_store import save_pog
 from riglens.core.scene.readers import together
 from riglens.core.scene.survey import RINGS_M, SECTORS, Survey
 from riglens.core.shown_text import visible
+from riglens.evaluation.described import Described, described
+from riglens.evaluation.names import option_of
+from riglens.evaluation.scenario import boxes_of, grid_of, remarks_on
 
 SHOWN_UNMAPPED = 20
 

@@ -19,7 +19,6 @@ from riglens.app.commands.options import (
     number,
 )
 from riglens.app.commands.output import deliver, require_ending, require_outputs
-from riglens.app.studies.files import csv_text
 from riglens.app.terminal.console import results
 from riglens.app.terminal.loading import load_rigs
 from riglens.app.terminal.tables import table
@@ -31,6 +30,7 @@ from riglens.core.targets.detection_range_making import detection_range_of
 from riglens.core.targets.detection_range_table import range_document, range_lines
 from riglens.core.targets.detection_range_text import HEADINGS, bearing_text, reach_text, stop_text
 from riglens.core.targets.engine import warm_up
+from riglens.studies.files import csv_text
 
 DETECTION = Group("Detection", sort_key=20)
 BRAKING = Group("Braking", sort_key=21)
@@ -92,8 +92,8 @@ def command(
     if csv is not None:
         write_file(csv, csv_text(range_lines(found)))
     if chart is not None:
-        from riglens.app.studies.detection_range_chart import range_figure  # matplotlib
-        from riglens.app.studies.pictures import write_picture
+        from riglens.studies.detection_range_chart import range_figure  # matplotlib
+        from riglens.studies.pictures import write_picture
 
         write_picture(chart, range_figure(found))
     deliver(range_document(found), json, lambda: print_range(found))

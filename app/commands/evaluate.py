@@ -50,11 +50,11 @@ def evaluate(
     # --help needs nothing of this
     from riglens.app.commands.output import deliver
     from riglens.app.commands.targets import count_hits, require_count_outputs
-    from riglens.app.evaluation.scenario import settings_of
     from riglens.app.terminal.console import note
     from riglens.app.terminal.loading import load_rigs, load_scene
     from riglens.app.terminal.scores import print_scores, score_rigs
     from riglens.core.engine.evaluation_json import evaluation_document
+    from riglens.evaluation.scenario import settings_of
 
     if not targets:
         count.require_unused(scene, surroundings, by)

@@ -24,8 +24,6 @@ from riglens.app.commands.options import (
     number,
 )
 from riglens.app.commands.output import deliver, require_outputs
-from riglens.app.evaluation.options import SceneOptions
-from riglens.app.evaluation.search_options import HIGHEST_M, SearchOptions, numbers_of
 from riglens.app.terminal.console import progress_bar, results
 from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic
 from riglens.core.errors import InputError
@@ -36,6 +34,8 @@ from riglens.core.optimise.run import finished
 from riglens.core.review.mounts import SIDES, Beyond, MountLimits
 from riglens.core.shown_text import visible
 from riglens.core.targets.traffic import WITHIN_M, Traffic
+from riglens.evaluation.options import SceneOptions
+from riglens.evaluation.search_options import HIGHEST_M, SearchOptions, numbers_of
 
 ADDED = Group("Added sensors", sort_key=14)
 MOVED = Group("Moved sensors", sort_key=15)

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args, get_type_hi
 
 from cyclopts import Group, Parameter, Token
 
-from riglens.app.evaluation.names import option_of
-from riglens.app.evaluation.options import Said, SceneOptions, ScoreOptions
 from riglens.app.terminal.console import is_standard_output
 from riglens.core.errors import InputError
 from riglens.core.metric.scores import Body
+from riglens.evaluation.names import option_of
+from riglens.evaluation.options import Said, SceneOptions, ScoreOptions
 
 SCENE = Group("Scene: boxes and grid", sort_key=10)
 SCORE = Group("Score", sort_key=20)

@@ -10,8 +10,8 @@ from typing import NamedTuple
 from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 
 from riglens.app.commands.options import Libraries, RigName, SceneArguments, ScoreArguments
-from riglens.app.evaluation.options import DEFAULT_RIG
 from riglens.core.errors import InputError
+from riglens.evaluation.options import DEFAULT_RIG
 from riglens.version import installed_version
 
 

@@ -18,10 +18,7 @@ from riglens.app.commands.options import (
     number,
 )
 from riglens.app.commands.output import deliver, require_outputs
-from riglens.app.evaluation.options import ScoreOptions
-from riglens.app.evaluation.scenario import settings_of
 from riglens.app.terminal.console import note, progress_bar, results
-from riglens.app.terminal.figures import percent
 from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic
 from riglens.app.terminal.tables import table
 from riglens.core.engine.engine import Engine
@@ -44,9 +41,12 @@ from riglens.core.rig.yaml.file import identity_of
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.sectors import SECTORS
 from riglens.core.shown_text import visible
+from riglens.core.shown_values import percent
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import Traffic
+from riglens.evaluation.options import ScoreOptions
+from riglens.evaluation.scenario import settings_of
 
 FAILING = Group("Redundancy", sort_key=15)
 SHOWN = 5

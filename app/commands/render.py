@@ -17,15 +17,15 @@ from riglens.app.commands.options import (
     SceneArguments,
     number,
 )
-from riglens.app.evaluation.options import HeatMode
-from riglens.app.evaluation.scenario import settings_of
-from riglens.app.launch.display import prepare_drawing
-from riglens.app.rendering.render import RenderRequest, as_drawn, drawn_score, score_and_draw
 from riglens.app.terminal.console import results
 from riglens.app.terminal.loading import load_rig, load_scene, with_choice
 from riglens.core.errors import InputError
 from riglens.core.files import require_writable
 from riglens.core.rig.library import use_libraries
+from riglens.evaluation.options import HeatMode
+from riglens.evaluation.scenario import settings_of
+from riglens.rendering.display import prepare_drawing
+from riglens.rendering.render import RenderRequest, as_drawn, drawn_score, score_and_draw
 from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, RayLook
 
 _HEATMAP = (

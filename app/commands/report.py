@@ -17,28 +17,6 @@ from riglens.app.commands.options import RigArguments, SceneArguments, ScoreArgu
 from riglens.app.commands.output import require_ending, require_outputs
 from riglens.app.commands.running import guarded
 from riglens.app.commands.tolerance import require_draws
-from riglens.app.evaluation.names import label_of
-from riglens.app.evaluation.options import USUAL_DRAWS, SceneOptions, ScoreOptions
-from riglens.app.launch.system_libraries import require_system_libraries
-from riglens.app.studies.report_document import ReportDocument, document_of
-from riglens.app.studies.report_figures import (
-    Labels,
-    ReportPlan,
-    WhyHere,
-    differences,
-    labels_of,
-    report_of,
-    report_profiles,
-)
-from riglens.app.studies.report_page import report_page
-from riglens.app.studies.report_reading import (
-    FIGURES_NAME,
-    attached_figures,
-    first_difference,
-    form_of,
-    inputs_of,
-    read_report,
-)
 from riglens.app.terminal.console import note, results, stage_bar
 from riglens.app.terminal.loading import load_rigs
 from riglens.core.errors import InputError
@@ -52,6 +30,28 @@ from riglens.core.rig.yaml.file import loads
 from riglens.core.rig.yaml.nodes import read_text
 from riglens.core.shown_text import visible
 from riglens.core.vehicle.mesh_file import with_mesh_read
+from riglens.evaluation.names import label_of
+from riglens.evaluation.options import USUAL_DRAWS, SceneOptions, ScoreOptions
+from riglens.rendering.system_libraries import require_system_libraries
+from riglens.reporting.document import ReportDocument, document_of
+from riglens.reporting.figures import (
+    Labels,
+    ReportPlan,
+    WhyHere,
+    differences,
+    labels_of,
+    report_of,
+    report_profiles,
+)
+from riglens.reporting.page import report_page
+from riglens.reporting.reading import (
+    FIGURES_NAME,
+    attached_figures,
+    first_difference,
+    form_of,
+    inputs_of,
+    read_report,
+)
 
 SHOWN = 20
 REPORT = Group("Report", sort_key=5)
@@ -171,7 +171,7 @@ def prepare(job: ReportJob, tell: Tell) -> None:
     pdf = rendered(document, ".pdf")
     write_file(job.folder / PAGE, rendered(document, ".html"))
     write_file(job.folder / PDF, pdf)
-    from riglens.app.rendering.pdf import page_images  # Pango
+    from riglens.reporting.pdf import page_images  # Pango
 
     for page, image in enumerate(page_images(pdf), 1):
         image.save(page_picture(job.folder, page))
@@ -181,7 +181,7 @@ def _require_pango() -> None:
     """Raise MissingLibraries or InputError unless a PDF can be laid out."""
     require_system_libraries("pdf")
     try:
-        import riglens.app.rendering.pdf  # noqa: F401
+        import riglens.reporting.pdf  # noqa: F401
     except OSError as error:  # on systems whose packages are not checked
         raise InputError(
             f"a PDF needs the library Pango, a page (.html) does not: {str(error).split(chr(10))[0]}"
@@ -198,7 +198,7 @@ def rendered(document: ReportDocument, form: str) -> bytes:
         return figures
     if form == ".html":
         return report_page(document).encode("utf-8")
-    from riglens.app.rendering.pdf import pdf_of  # Pango
+    from riglens.reporting.pdf import pdf_of  # Pango
 
     rigs = enumerate(document.figures["inputs"]["rigs"], 1)
     attached = {FIGURES_NAME: figures} | {f"rig{number}.yaml": text.encode("utf-8") for number, text in rigs}

@@ -26,7 +26,6 @@ from riglens.app.commands.options import (
 from riglens.app.commands.output import deliver, require_outputs
 from riglens.app.commands.redundancy import redundancy_of
 from riglens.app.commands.tolerance import Drawing, drawn, print_tolerance
-from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.terminal.console import note, progress_bar, results
 from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic
 from riglens.core.blind.zones import BlindSettings
@@ -42,6 +41,7 @@ from riglens.core.targets.detection_range import RangePlan
 from riglens.core.targets.detection_range_table import range_document
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import WITHIN_M, Traffic
+from riglens.evaluation.options import SceneOptions, ScoreOptions
 
 REVIEW = Group("Review", sort_key=5)
 Part = tuple[dict[str, Any], Callable[[], None]]

@@ -7,12 +7,12 @@ import sys
 import traceback
 from collections.abc import Callable, Sequence
 
-from riglens.app.evaluation.names import option_of
-from riglens.app.evaluation.options import DEFAULT_RIG, SceneOptions, ScoreOptions
 from riglens.app.launch.interrupt import INTERRUPTED, insistent_interrupt
-from riglens.app.launch.system_libraries import MissingLibraries
 from riglens.core.errors import InputError
 from riglens.core.shown_text import visible
+from riglens.evaluation.names import option_of
+from riglens.evaluation.options import DEFAULT_RIG, SceneOptions, ScoreOptions
+from riglens.rendering.system_libraries import MissingLibraries
 
 DONE, BAD_INPUT, FAILED = 0, 2, 3
 

@@ -22,9 +22,6 @@ from riglens.app.commands.options import (
     Workers,
     number,
 )
-from riglens.app.evaluation.options import SceneOptions, ScoreOptions
-from riglens.app.evaluation.scenario import left_out
-from riglens.app.evaluation.traffic import car_poses
 from riglens.app.terminal.console import note, progress_bar, results
 from riglens.app.terminal.loading import load_rig, load_rigs, load_traffic
 from riglens.app.terminal.resumable import workers_for
@@ -50,6 +47,9 @@ from riglens.core.simulate.settings import SimulationSettings
 from riglens.core.simulate.tables import Scene
 from riglens.core.simulate.units import Extras
 from riglens.core.targets.traffic import EVERYWHERE_M, Traffic
+from riglens.evaluation.options import SceneOptions, ScoreOptions
+from riglens.evaluation.scenario import left_out
+from riglens.evaluation.traffic import car_poses
 
 SWEEPS = Group("Sweeps", sort_key=20)
 FILES = Group("Files", sort_key=25)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import gc
 import sys
 
-from riglens.app.evaluation.options import DEFAULT_RIG, PAPER_RIG, SceneOptions, ScoreOptions
-from riglens.app.launch.display import missing_display
 from riglens.app.launch.interrupt import leaving_on_interrupt
-from riglens.app.launch.system_libraries import require_system_libraries
+from riglens.evaluation.options import DEFAULT_RIG, PAPER_RIG, SceneOptions, ScoreOptions
+from riglens.rendering.display import missing_display
+from riglens.rendering.system_libraries import require_system_libraries
 
 
 def start(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
@@ -50,8 +50,8 @@ def _without_window(rig: str, scene: SceneOptions, score: ScoreOptions, problem:
 
     opened = open_rig(rig)
     print(f"no display: running headless ({problem})", file=sys.stderr)
-    from riglens.app.rendering.render import score_without_window
     from riglens.app.terminal.console import note_report
+    from riglens.rendering.render import score_without_window
 
     note_report(opened.report)
     beside = (preset(PAPER_RIG),) if rig == DEFAULT_RIG else ()

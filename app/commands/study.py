@@ -23,19 +23,19 @@ from riglens.app.commands.options import (
     Workers,
     number,
 )
-from riglens.app.evaluation.options import PAPER_RIG
-from riglens.app.studies import accuracy as study_accuracy
-from riglens.app.studies import detection as study_detection
-from riglens.app.studies import external as study_external
-from riglens.app.studies import predicted as study_predicted
-from riglens.app.studies import sensor_methods
-from riglens.app.studies import stability as study_stability
-from riglens.app.studies import table1 as study_table1
-from riglens.app.studies import targets as study_targets
 from riglens.core.errors import InputError
 from riglens.core.pieces.where import Where
 from riglens.core.rig.library import use_libraries
 from riglens.core.study.true_points import Recorder
+from riglens.evaluation.options import PAPER_RIG
+from riglens.studies import accuracy as study_accuracy
+from riglens.studies import detection as study_detection
+from riglens.studies import external as study_external
+from riglens.studies import predicted as study_predicted
+from riglens.studies import sensor_methods
+from riglens.studies import stability as study_stability
+from riglens.studies import table1 as study_table1
+from riglens.studies import targets as study_targets
 
 Folder = Annotated[Path, Parameter(metavar="DIR")]
 

@@ -27,9 +27,6 @@ from riglens.app.commands.options import (
 )
 from riglens.app.commands.output import deliver, require_ending, require_outputs
 from riglens.app.commands.targets import count_settings
-from riglens.app.evaluation.options import SceneOptions, ScoreOptions
-from riglens.app.evaluation.scenario import settings_of
-from riglens.app.evaluation.sweeping import LoadedSweep, SweepOptions, piece_folder
 from riglens.app.terminal.console import note, progress_bar, results
 from riglens.app.terminal.loading import load_rigs
 from riglens.app.terminal.resumable import parts_folder, resumable
@@ -40,6 +37,9 @@ from riglens.core.shown_text import visible
 from riglens.core.sweep.design import Design, Span, Sweep, grid, sobol, table
 from riglens.core.sweep.rows import Figures
 from riglens.core.sweep.table import document_of, header_of, main_figures, write
+from riglens.evaluation.options import SceneOptions, ScoreOptions
+from riglens.evaluation.scenario import settings_of
+from riglens.evaluation.sweeping import LoadedSweep, SweepOptions, piece_folder
 
 if TYPE_CHECKING:
     from pyarrow import Table
@@ -119,7 +119,7 @@ def sweep(
     options = sweep_options(loaded, scene.surrounded(surroundings), count, score, compute, blind)
     sweep = LoadedSweep(Sweep.of(loaded, design), options, design.kind, score.threads)
     if chart is not None:
-        from riglens.app.studies.sweep_chart import require_drawable  # matplotlib
+        from riglens.studies.sweep_chart import require_drawable  # matplotlib
 
         require_drawable(sweep.header, figure)
     found = run_sweep(sweep, out, where)
@@ -130,8 +130,8 @@ def sweep(
 
 def draw(found: Table, figures: Sequence[str], path: Path) -> None:
     """Draw the chart of a sweep into a file; raise InputError where its fields or figures cannot be drawn."""
-    from riglens.app.studies.pictures import write_picture
-    from riglens.app.studies.sweep_chart import sweep_figure  # matplotlib
+    from riglens.studies.pictures import write_picture
+    from riglens.studies.sweep_chart import sweep_figure  # matplotlib
 
     write_picture(path, sweep_figure(found, figures))
 

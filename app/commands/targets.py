@@ -22,9 +22,6 @@ from riglens.app.commands.options import (
     TrafficArguments,
 )
 from riglens.app.commands.output import deliver, require_ending, require_outputs
-from riglens.app.evaluation.options import SceneOptions, ScoreOptions
-from riglens.app.evaluation.scenario import remarks_on
-from riglens.app.studies.files import write_csv
 from riglens.app.terminal.console import note, progress_bar, results
 from riglens.app.terminal.loading import load_rigs, load_traffic
 from riglens.core.errors import InputError
@@ -42,6 +39,9 @@ from riglens.core.targets.scores import Estimate, Row, TargetScores, sectors_of
 from riglens.core.targets.settings import HEIGHT_PX, TargetSettings
 from riglens.core.targets.targets_json import targets_document
 from riglens.core.targets.traffic import Traffic
+from riglens.evaluation.options import SceneOptions, ScoreOptions
+from riglens.evaluation.scenario import remarks_on
+from riglens.studies.files import write_csv
 
 if TYPE_CHECKING:
     import pyarrow as pa

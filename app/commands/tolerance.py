@@ -19,8 +19,6 @@ from riglens.app.commands.options import (
     number,
 )
 from riglens.app.commands.output import deliver, require_outputs
-from riglens.app.evaluation.options import ScoreOptions
-from riglens.app.evaluation.scenario import settings_of
 from riglens.app.terminal.console import progress_bar, results
 from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic
 from riglens.app.terminal.tables import table
@@ -43,6 +41,8 @@ from riglens.core.rig.yaml.file import dumps
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.shown_text import visible
 from riglens.core.targets.traffic import WITHIN_M, Traffic
+from riglens.evaluation.options import ScoreOptions
+from riglens.evaluation.scenario import settings_of
 
 DRAWING = Group("Tolerance", sort_key=15)
 SHOWN = 10

@@ -1,1 +1,1 @@
-"""Prepare the process before any package is loaded: system libraries, display, Ctrl-C, the user's folders."""
+"""Prepare the process before Qt is loaded: Ctrl-C, and the folders of the user."""

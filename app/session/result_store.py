@@ -5,8 +5,8 @@ from __future__ import annotations
 from PySide6.QtCore import QObject, Qt, Signal
 
 from riglens.app.background.recompute import Recompute
-from riglens.app.evaluation.requests import Approximation, EvaluationRequest, Result
 from riglens.app.session.session import Session
+from riglens.evaluation.requests import Approximation, EvaluationRequest, Result
 
 
 class ResultStore(QObject):

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Signal
 
-from riglens.app.evaluation.known_body import known_body
-from riglens.app.evaluation.options import HEAT_TITLES, HeatMode, TargetHeatMode
-from riglens.app.evaluation.requests import EvaluationRequest, LoadedScene
 from riglens.app.session.document import Document
 from riglens.core.metric.scores import Body, MetricSettings
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.targets.settings import TargetSettings
+from riglens.evaluation.known_body import known_body
+from riglens.evaluation.options import HEAT_TITLES, HeatMode, TargetHeatMode
+from riglens.evaluation.requests import EvaluationRequest, LoadedScene
 
 if TYPE_CHECKING:  # loaded with the first scene
     from riglens.core.metric.voxel import Voxel

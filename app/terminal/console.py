@@ -17,10 +17,10 @@ from rich.segment import Segment
 from rich.table import Table
 from rich.text import Text
 
-from riglens.app.evaluation.names import option_of
 from riglens.core.files import is_stream
 from riglens.core.formats.report import Report
 from riglens.core.shown_text import visible, visible_lines
+from riglens.evaluation.names import option_of
 
 PIPE_WIDTH, FEWEST_LETTERS = 140, 12
 """Columns when standard output is a file or a pipe; letters that words keep in a line where a table is too wide."""

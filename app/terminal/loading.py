@@ -5,10 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from riglens.app.evaluation.options import SceneOptions, ScoreOptions
-from riglens.app.evaluation.scenario import load_scenario, remarks_on
-from riglens.app.evaluation.traffic import load_traffic as read_traffic
-from riglens.app.evaluation.voxel_words import reason, tried_lines
 from riglens.app.terminal.console import note, note_report, progress_bar
 from riglens.core.formats.opening import open_rig
 from riglens.core.metric.entropy import EntropyField
@@ -19,6 +15,10 @@ from riglens.core.scene.pog import Pog
 from riglens.core.sensing.rays import missing_ray_count
 from riglens.core.targets.traffic import Traffic
 from riglens.core.vehicle.mesh_file import with_mesh_read
+from riglens.evaluation.options import SceneOptions, ScoreOptions
+from riglens.evaluation.scenario import load_scenario, remarks_on
+from riglens.evaluation.traffic import load_traffic as read_traffic
+from riglens.evaluation.voxel_words import reason, tried_lines
 
 
 def load_rig(name: str) -> Rig:

@@ -8,10 +8,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from riglens.app.evaluation.options import ScoreOptions
-from riglens.app.evaluation.scenario import settings_of
 from riglens.app.terminal.console import progress_bar, results
-from riglens.app.terminal.figures import decimals, percent, thousands
 from riglens.app.terminal.tables import table
 from riglens.core.engine.engine import Evaluation, evaluate_from_scratch
 from riglens.core.engine.warm_up import WARM_UP
@@ -21,6 +18,9 @@ from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES, DataReport
 from riglens.core.sensors.registry import shown_kinds
 from riglens.core.shown_text import visible
+from riglens.core.shown_values import decimals, percent, thousands
+from riglens.evaluation.options import ScoreOptions
+from riglens.evaluation.scenario import settings_of
 
 EXPLANATION: dict[Reading, str] = {
     "covered": (

@@ -10,7 +10,6 @@ from PySide6.QtWidgets import QMainWindow, QTabWidget, QToolBar, QVBoxLayout, QW
 
 from riglens.app.background.counting import Counter
 from riglens.app.background.recompute import Recompute
-from riglens.app.evaluation.options import SceneOptions
 from riglens.app.session.document import Document
 from riglens.app.session.session import Session
 from riglens.app.window.build import AREA, Features, add_panels
@@ -24,6 +23,7 @@ from riglens.app.window.settings import Settings
 from riglens.app.window.status import StatusBar
 from riglens.app.window.workbench import Bars, Panels, Workbench
 from riglens.core.metric.scores import MetricSettings
+from riglens.evaluation.options import SceneOptions
 from riglens.widgets.panels.checks.panel import ChecksPanel
 from riglens.widgets.panels.controls.building import filled, room_around
 from riglens.widgets.panels.controls.messages import MessageBar

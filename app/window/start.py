@@ -11,7 +11,6 @@ from riglens.app.background.compiling import OtherKernels
 from riglens.app.background.counting import make_counter
 from riglens.app.background.memory import FreedMemory, share_memory
 from riglens.app.background.recompute import Recompute
-from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.launch.interrupt import Grace, quit_on_interrupt
 from riglens.app.launch.user_folders import config_folder, state_folder
 from riglens.app.session.document import Document
@@ -21,6 +20,7 @@ from riglens.app.window.unexpected import failures_told
 from riglens.core.formats.opening import open_rig
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.sensing.kept import RAYS
+from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.widgets.panels.controls.style import apply_style, is_dark
 from riglens.widgets.theme import palette
 

@@ -8,8 +8,8 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QStatusBar, QWidget
 
 from riglens.app.background.tasks import Task
-from riglens.app.evaluation.requests import Approximation, LoadedScene, Result, failed_text
 from riglens.core.metric.scores import Body
+from riglens.evaluation.requests import Approximation, LoadedScene, Result, failed_text
 from riglens.widgets.panels.controls.messages import ProgressStrip
 from riglens.widgets.panels.controls.scrolled import ElidedLabel
 from riglens.widgets.panels.controls.style import plain_tip

@@ -11,7 +11,6 @@ from PySide6.QtWidgets import QMainWindow
 from riglens.app.background.counting import Counter
 from riglens.app.background.recompute import Recompute
 from riglens.app.background.tasks import Tasks
-from riglens.app.evaluation.names import label_of
 from riglens.app.session.result_store import ResultStore
 from riglens.app.session.session import Session
 from riglens.app.window.actions import Actions
@@ -21,6 +20,7 @@ from riglens.app.window.places import Places
 from riglens.app.window.settings import Settings
 from riglens.app.window.status import StatusBar
 from riglens.core.errors import InputError
+from riglens.evaluation.names import label_of
 from riglens.widgets.panels.checks.panel import ChecksPanel
 from riglens.widgets.panels.controls.messages import MessageBar
 from riglens.widgets.panels.inspector.panel import Inspector

@@ -57,7 +57,7 @@ def _place(name: str) -> tuple[str, ...] | None:
     if not path.is_relative_to(REPOSITORY):
         return None
     parts = path.relative_to(REPOSITORY).parts
-    return parts if parts[0] in ("app", "widgets", "core") else None
+    return parts if parts[0] in ("app", "riglens", "widgets", "core") else None
 
 
 @contextmanager

@@ -13,12 +13,12 @@ from pytestqt.qtbot import QtBot
 
 from riglens.app.background.background_requests import ScoreRequest
 from riglens.app.background.recompute import BACKGROUND_REST_S, Recompute
-from riglens.app.evaluation.requests import EvaluationRequest, LoadedScene
-from riglens.app.evaluation.scoring import Cancel, Scoring
 from riglens.core.engine.engine import Engine
 from riglens.core.errors import Cancelled
 from riglens.core.metric.scores import MetricSettings, Scores
 from riglens.core.rig.model import Rig
+from riglens.evaluation.requests import EvaluationRequest, LoadedScene
+from riglens.evaluation.scoring import Cancel, Scoring
 from tests.app.window_bench import CAMERA, LIDAR, RIG, scene_options
 from tests.hand_clock import HandClock
 from tests.waiting import TIMEOUT_MS, TIMEOUT_S

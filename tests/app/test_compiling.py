@@ -11,13 +11,13 @@ import pytest
 
 from riglens.app.background import compiling
 from riglens.app.background.compiling import OtherKernels
-from riglens.app.evaluation import every_kernel, kernel_steps
 from riglens.core.engine import warm_up
 from riglens.core.kernels.fans.fan import mark_fan
 from riglens.core.kernels.fans.profile import find_stays, masks_of
 from riglens.core.kernels.runtime.compiled import KernelFolder
 from riglens.core.kernels.voxels import update_coverage
 from riglens.core.rig.model import Rig
+from riglens.evaluation import every_kernel, kernel_steps
 
 LONG = (sys.executable, "-c", "import time; time.sleep(600)")
 

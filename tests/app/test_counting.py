@@ -19,9 +19,6 @@ from riglens.app.background.counting import (
     OtherCount,
     make_counter,
 )
-from riglens.app.evaluation.options import SceneOptions
-from riglens.app.evaluation.requests import LoadedScene
-from riglens.app.evaluation.scoring import load_scene
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import BoxSource
 from riglens.core.scene.readers import open_boxes
@@ -29,6 +26,9 @@ from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.quantities import Figures, figures_of
 from riglens.core.targets.settings import USUAL
 from riglens.core.targets.traffic import read_traffic
+from riglens.evaluation.options import SceneOptions
+from riglens.evaluation.requests import LoadedScene
+from riglens.evaluation.scoring import load_scene
 from tests.app.window_bench import RIG, scene_options
 from tests.waiting import TIMEOUT_S
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from riglens.app.evaluation.edit_costs import REMEMBERED, EditCosts
 from riglens.core.rig.model import Rig
+from riglens.evaluation.edit_costs import REMEMBERED, EditCosts
 from tests.app.window_bench import LIDAR, RIG
 
 

@@ -3,7 +3,12 @@
 import numpy as np
 import pytest
 
-from riglens.app.evaluation.heatmap import (
+from riglens.core.engine.engine import Engine
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.rig.model import Camera
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.view.display import DisplayGrid
+from riglens.evaluation.heatmap import (
     COUNT_LABELS,
     NO_WORDS,
     Heatmaps,
@@ -11,11 +16,6 @@ from riglens.app.evaluation.heatmap import (
     marks_for,
     marks_of,
 )
-from riglens.core.engine.engine import Engine
-from riglens.core.metric.entropy import EntropyField
-from riglens.core.rig.model import Camera
-from riglens.core.scene.boxes import CLASSES
-from riglens.core.view.display import DisplayGrid
 from tests.core.builders import grid_of, rig_of, seen_by, spinning, synthetic_pog
 
 GRID = grid_of(12, 10, 8, 0.5)

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from riglens.app.evaluation.requests import length_text, sight_text
-from riglens.app.evaluation.scoring import VoxelReporter, VoxelRequest
 from riglens.core.engine.engine import Engine
 from riglens.core.engine.sight import Sight
 from riglens.core.metric.entropy import EntropyField
+from riglens.evaluation.requests import length_text, sight_text
+from riglens.evaluation.scoring import VoxelReporter, VoxelRequest
 from tests.core.builders import camera, grid_of, lidar, rig_of, seen_by, spinning, synthetic_pog
 
 GRID = grid_of(20, 20, 8, 0.5)

@@ -13,16 +13,16 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-import riglens.app.evaluation.scoring
+import riglens.evaluation.scoring
 from riglens.app.background.compiling import OtherKernels
 from riglens.app.background.recompute import CANCELLED, Recompute
-from riglens.app.evaluation.options import SceneOptions
-from riglens.app.evaluation.requests import EvaluationRequest, LoadedScene
-from riglens.app.evaluation.scoring import load_scene
 from riglens.core.errors import Cancelled, InputError
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import Progress
+from riglens.evaluation.options import SceneOptions
+from riglens.evaluation.requests import EvaluationRequest, LoadedScene
+from riglens.evaluation.scoring import load_scene
 from tests.app.window_bench import RIG, scene_options
 from tests.hand_clock import HandClock
 from tests.waiting import TIMEOUT_MS, TIMEOUT_S
@@ -208,12 +208,12 @@ class SlowEngine:
         return self._engine.evaluate(rig, settings)
 
 
-app_engine = riglens.app.evaluation.scoring.Engine
+app_engine = riglens.evaluation.scoring.Engine
 
 
 def start_slow(start: StartWorker, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, gates: int) -> Any:
     SlowEngine.gates = []
-    monkeypatch.setattr(riglens.app.evaluation.scoring, "Engine", SlowEngine)
+    monkeypatch.setattr(riglens.evaluation.scoring, "Engine", SlowEngine)
     worker = start()
     worker.recompute.load(scene_options(tmp_path))
     worker.wait(lambda: worker.ended == [""])
@@ -271,7 +271,7 @@ def test_a_failure_is_reported_and_the_next_request_is_answered(
         raise ZeroDivisionError("no way")
 
     with monkeypatch.context() as broken:
-        broken.setattr(riglens.app.evaluation.scoring.Engine, "evaluate", fail)
+        broken.setattr(riglens.evaluation.scoring.Engine, "evaluate", fail)
         worker.recompute.evaluate(request(1))
         worker.wait(lambda: bool(worker.failures))
     assert "ZeroDivisionError: no way" in worker.failures[0]

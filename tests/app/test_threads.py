@@ -20,10 +20,10 @@ import riglens.core.kernels
 from riglens.app.background.counting import make_counter
 from riglens.app.background.pictures import PictureRequest, SensorPicture, make_pictures
 from riglens.app.background.tasks import Tasks
-from riglens.app.evaluation.scoring import LoadedScene, load_scene
 from riglens.core.rig.model import Vehicle
 from riglens.core.targets.detection_range import RangePlan
 from riglens.core.vehicle.solid import Solid
+from riglens.evaluation.scoring import LoadedScene, load_scene
 from tests.app.window_bench import CAMERA, open_bench, scene_options
 from tests.waiting import TIMEOUT_MS, TIMEOUT_S
 
@@ -34,7 +34,7 @@ def all_kernels() -> dict[tuple[str, str], CPUDispatcher]:
     """Compiled functions by the module that names them and by their name, of all modules that may call some."""
     for found in pkgutil.walk_packages(riglens.core.kernels.__path__, "riglens.core.kernels."):
         importlib.import_module(found.name)
-    importlib.import_module("riglens.app.evaluation.scoring")
+    importlib.import_module("riglens.evaluation.scoring")
     return {
         (module_name, name): value
         for module_name, module in list(sys.modules.items())

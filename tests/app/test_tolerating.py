@@ -14,14 +14,14 @@ from riglens.app.background import tolerating
 from riglens.app.background.background_requests import ToleranceProgress, ToleranceRequest
 from riglens.app.background.recompute import Recompute
 from riglens.app.background.tolerating import FRAMES, Tolerating
-from riglens.app.evaluation.requests import EvaluationRequest, LoadedScene
-from riglens.app.evaluation.traffic import load_traffic
 from riglens.core.errors import Cancelled
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.review.measures import Measures
 from riglens.core.review.tolerance import profile_called, tolerance
 from riglens.core.targets.settings import USUAL
 from riglens.core.targets.traffic import WITHIN_M
+from riglens.evaluation.requests import EvaluationRequest, LoadedScene
+from riglens.evaluation.traffic import load_traffic
 from tests.app.window_bench import RIG, scene_options
 from tests.hand_clock import HandClock
 from tests.waiting import TIMEOUT_MS

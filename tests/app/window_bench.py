@@ -15,8 +15,6 @@ from pytestqt.qtbot import QtBot
 
 from riglens.app.background.counting import Counter, CountRequest, OtherCount
 from riglens.app.background.recompute import Recompute
-from riglens.app.evaluation.options import SceneOptions
-from riglens.app.evaluation.requests import FRAME_MS, LoadedScene
 from riglens.app.session.document import Document
 from riglens.app.session.session import HeatChoice, Session
 from riglens.app.window.build import Features
@@ -30,6 +28,8 @@ from riglens.core.metric.scores import MetricSettings, Scores
 from riglens.core.rig.model import Camera, Lidar, LinearAngles, Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.targets.settings import TargetSettings
+from riglens.evaluation.options import SceneOptions
+from riglens.evaluation.requests import FRAME_MS, LoadedScene
 from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.panels.help.shortcut_sheet import Group
 from riglens.widgets.panels.scores.text import columns

@@ -9,9 +9,9 @@ import pytest
 import pyvista as pv
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
-from riglens.app.evaluation.heatmap import Heatmaps, marks_of
 from riglens.core.rig.model import Rig
 from riglens.core.view.display import DisplayGrid
+from riglens.evaluation.heatmap import Heatmaps, marks_of
 from riglens.widgets.drawing.stage import props_of, render_window
 from riglens.widgets.heatmap.scale import HeatmapData
 from riglens.widgets.viewport.drawn_scene import DrawnScene

@@ -13,10 +13,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.app.evaluation.ground_map import ground_map
-from riglens.app.evaluation.heatmap import Heatmaps, marks_for
-from riglens.app.evaluation.options import HeatMode
-from riglens.app.rendering.picture import Findings, PictureWords, with_words
 from riglens.core.blind.zones import BlindEngine, BlindSettings
 from riglens.core.engine.engine import Engine
 from riglens.core.metric.entropy import EntropyField
@@ -25,6 +21,10 @@ from riglens.core.rig.model import Camera, Lidar, LinearAngles, Rig
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import Pog
 from riglens.core.view.display import DisplayGrid
+from riglens.evaluation.ground_map import ground_map
+from riglens.evaluation.heatmap import Heatmaps, marks_for
+from riglens.evaluation.options import HeatMode
+from riglens.rendering.picture import Findings, PictureWords, with_words
 from riglens.widgets.heatmap.scale import HeatLook
 from riglens.widgets.sensors.ray_look import RayLook
 from riglens.widgets.theme import palette

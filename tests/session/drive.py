@@ -18,11 +18,11 @@ from PySide6.QtCore import QPoint, QTimer
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QComboBox, QPushButton
 
-from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.window.main_window import MainWindow
 from riglens.app.window.start import open_window
 from riglens.core.rig.presets import PRESETS
 from riglens.core.rig.yaml.file import dumps, load_rig
+from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.widgets.gizmo.drag import Handle
 from tests.session.person import Answers, Person
 

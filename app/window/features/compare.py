@@ -9,7 +9,6 @@ from pathlib import Path
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QMenu
 
-from riglens.app.evaluation.requests import Result, failed_text
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.compared import ComparedRigs
@@ -21,6 +20,7 @@ from riglens.core.metric.scores import Reading, Scores
 from riglens.core.rig.model import Rig
 from riglens.core.rig.presets import PAPER_RIGS, PRESETS, preset
 from riglens.core.targets.quantities import Figures, figures_of
+from riglens.evaluation.requests import Result, failed_text
 from riglens.widgets.panels.compare.model import CompareRow, Origin
 from riglens.widgets.panels.compare.panel import ComparePanel
 from riglens.widgets.panels.controls.menus import add_entry

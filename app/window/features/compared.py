@@ -10,12 +10,12 @@ from PySide6.QtCore import QObject, Qt, Signal
 from riglens.app.background.background_requests import ScoreRequest
 from riglens.app.background.counting import CountAnswer, CountRequest, OtherCount
 from riglens.app.background.queue import BackgroundRequest
-from riglens.app.evaluation.requests import LoadedScene, Result
 from riglens.app.window.workbench import Workbench
 from riglens.core.metric.scores import MetricSettings, Scores
 from riglens.core.rig.model import Rig
 from riglens.core.targets.quantities import Figures, figures_of
 from riglens.core.targets.settings import TargetSettings
+from riglens.evaluation.requests import LoadedScene, Result
 from riglens.widgets.panels.compare.model import CompareRow, Origin
 
 GROUP = "compare"

@@ -10,7 +10,6 @@ from PySide6.QtCore import Qt
 
 from riglens.app.background.rig_questions import RigRequest, detection_range
 from riglens.app.background.worker import BackgroundWorker
-from riglens.app.studies.files import csv_text
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.checks import add_check, check_spec
 from riglens.app.window.features.files import beside_rig
@@ -19,6 +18,7 @@ from riglens.core.errors import InputError
 from riglens.core.files import write_file
 from riglens.core.targets.detection_range import USUAL_PLAN, DetectionRange, RangePlan
 from riglens.core.targets.detection_range_table import range_lines
+from riglens.studies.files import csv_text
 from riglens.widgets.panels.detection_range.panel import RangePanel
 
 KEPT = {

@@ -9,12 +9,12 @@ from typing import Any, cast
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QMenu, QToolButton, QWidget, QWidgetAction
 
-from riglens.app.evaluation.options import HEAT_TITLES, TARGET_HEAT_TITLES, HeatMode
-from riglens.app.evaluation.requests import Result
 from riglens.app.window.actions import Choice, Spec, menu_button
 from riglens.app.window.feature import Feature
 from riglens.app.window.workbench import Workbench
 from riglens.core.scene.boxes import CLASSES
+from riglens.evaluation.options import HEAT_TITLES, TARGET_HEAT_TITLES, HeatMode
+from riglens.evaluation.requests import Result
 from riglens.widgets.heatmap.scale import HeatLook
 from riglens.widgets.panels.controls.icons import swatch
 from riglens.widgets.panels.scene.look_panels import HeatPanel, RaysPanel

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import Qt
 
 from riglens.app.background.pictures import PictureRequest, SensorPicture, make_pictures
-from riglens.app.evaluation.requests import LoadedScene, Result
 from riglens.app.window.docks import InSight
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.frame import FrameView
@@ -19,6 +18,7 @@ from riglens.core.sensors.registry import kind_named, kind_of
 from riglens.core.shown_text import visible
 from riglens.core.view.camera_picture import CameraPicture
 from riglens.core.view.top_view import TopView
+from riglens.evaluation.requests import LoadedScene, Result
 from riglens.widgets.maps.lowest_items import Lowest
 from riglens.widgets.maps.map_panel import MapPanel
 from riglens.widgets.maps.map_view import MANY
@@ -116,7 +116,7 @@ class Map(Feature):
         """Show the same map on the ground of the 3D view, if that is enabled."""
         state, ground, shown = self.viewport.state, self.panel.ground, None
         if ground is not None and self._blind is not None:
-            from riglens.app.evaluation.ground_map import ground_map  # the compiler, loaded by now
+            from riglens.evaluation.ground_map import ground_map  # the compiler, loaded by now
 
             shown = ground_map(self._blind, *ground)
         if shown is not state.ground_map:

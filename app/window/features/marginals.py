@@ -11,7 +11,6 @@ from PySide6.QtWidgets import QMenu
 from riglens.app.background.background_requests import ScoreRequest
 from riglens.app.background.counting import CountRequest, OtherCount
 from riglens.app.background.queue import BackgroundRequest
-from riglens.app.evaluation.requests import Result
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.checks import add_check, check_spec
 from riglens.app.window.features.targets import Targets
@@ -21,6 +20,7 @@ from riglens.core.rig.edits import with_enabled
 from riglens.core.rig.model import Rig
 from riglens.core.targets.quantities import Figures, figures_of
 from riglens.core.view.outlook import looks_into
+from riglens.evaluation.requests import Result
 from riglens.widgets.maps.map_items import NO_BOXES
 from riglens.widgets.panels.checks.redundancy import RedundancyPanel
 from riglens.widgets.panels.controls.menus import add_entry

@@ -10,7 +10,6 @@ import numpy as np
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QShortcut
 
-from riglens.app.evaluation.requests import PickedVoxel, Result, sight_text
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.frame import FrameView, box_name
@@ -18,6 +17,7 @@ from riglens.app.window.workbench import Workbench
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.vehicle.solid import Solid
+from riglens.evaluation.requests import PickedVoxel, Result, sight_text
 from riglens.widgets.heatmap.pick import PickedCell
 from riglens.widgets.panels.scene.voxel_card import SensorLine, VoxelCard, VoxelText
 from riglens.widgets.panels.scores.text import MINUS

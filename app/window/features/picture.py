@@ -8,15 +8,15 @@ from typing import Literal
 
 from PySide6.QtGui import QGuiApplication, QImage
 
-from riglens.app.evaluation.options import MAX_SIDE_PX, MIN_SIDE_PX
-from riglens.app.rendering.picture import Findings, PictureWords, with_words
-from riglens.app.rendering.picture_process import PictureJob, PictureMaker
+from riglens.app.background.picture_process import PictureJob, PictureMaker
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.files import beside_rig
 from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
 from riglens.core.files import write_file
+from riglens.evaluation.options import MAX_SIDE_PX, MIN_SIDE_PX
+from riglens.rendering.picture import Findings, PictureWords, with_words
 from riglens.widgets.panels.dialogs.picture import PictureDialog
 from riglens.widgets.theme import LIGHT, palette
 

@@ -19,10 +19,6 @@ from riglens.app.background.proposing import (
     SearchProgress,
     SearchWork,
 )
-from riglens.app.evaluation.names import label_of
-from riglens.app.evaluation.options import SceneOptions
-from riglens.app.evaluation.requests import fixed_options
-from riglens.app.evaluation.search_options import OBJECTIVES, SearchOptions
 from riglens.app.window.actions import Spec
 from riglens.app.window.docks import InSight
 from riglens.app.window.feature import Feature
@@ -35,6 +31,10 @@ from riglens.core.errors import InputError
 from riglens.core.rig.library import default_library
 from riglens.core.rig.model import Rig, Sensor
 from riglens.core.sensors.lidar import LIDAR
+from riglens.evaluation.names import label_of
+from riglens.evaluation.options import SceneOptions
+from riglens.evaluation.requests import fixed_options
+from riglens.evaluation.search_options import OBJECTIVES, SearchOptions
 from riglens.widgets.panels.controls.scrolled import scrolled
 from riglens.widgets.panels.propose.panel import ProposePanel
 from riglens.widgets.panels.propose.shown import (

@@ -13,8 +13,6 @@ from PySide6.QtCore import QUrl
 from PySide6.QtGui import QDesktopServices
 
 from riglens.app.background.report import PAGE, PDF, ReportJob, make_report
-from riglens.app.evaluation.options import ScoreOptions
-from riglens.app.evaluation.requests import fixed_options
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.compare import Compare
@@ -26,6 +24,8 @@ from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
 from riglens.core.rig.model import Rig
 from riglens.core.vehicle.mesh_file import with_full_mesh_path
+from riglens.evaluation.options import ScoreOptions
+from riglens.evaluation.requests import fixed_options
 from riglens.widgets.panels.dialogs.report import ReportDialog
 
 

@@ -9,9 +9,6 @@ from pathlib import Path
 
 from PySide6.QtCore import Qt
 
-from riglens.app.evaluation.options import SceneOptions, ScoreOptions
-from riglens.app.evaluation.requests import LoadedScene
-from riglens.app.evaluation.voxel_words import reason, tried_lines
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.status import scene_line
@@ -19,6 +16,9 @@ from riglens.app.window.workbench import Workbench
 from riglens.core.errors import InputError
 from riglens.core.geometry import Vec3
 from riglens.core.scene.grid import DEFAULT_ROI_M, DEFAULT_VOXEL_M, VoxelGrid
+from riglens.evaluation.options import SceneOptions, ScoreOptions
+from riglens.evaluation.requests import LoadedScene
+from riglens.evaluation.voxel_words import reason, tried_lines
 from riglens.widgets.panels.scene.scene_panel import SceneChoice
 
 PREPARING = ("Preparing the engine", "the first start compiles code for this rig")

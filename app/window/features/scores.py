@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from PySide6.QtCore import Qt
 
-from riglens.app.evaluation.requests import Approximation, Result
 from riglens.app.window.feature import Feature
 from riglens.app.window.workbench import Workbench
+from riglens.evaluation.requests import Approximation, Result
 from riglens.widgets.panels.scores.text import FIGURES_HELP, FIGURES_TITLE
 from riglens.widgets.timers import Timers, single_shot
 

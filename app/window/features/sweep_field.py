@@ -9,13 +9,13 @@ from PySide6.QtWidgets import QMenu
 
 from riglens.app.background.field_sweep import Curve, FieldRequest, field_curve
 from riglens.app.background.worker import BackgroundWorker
-from riglens.app.evaluation.known_body import with_known_body
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.targets import Targets
 from riglens.app.window.workbench import Workbench
 from riglens.core.sensors.camera import CAMERA
 from riglens.core.sensors.lidar import LIDAR
 from riglens.core.sweep.fields import VEHICLE, RigField
+from riglens.evaluation.known_body import with_known_body
 from riglens.widgets.panels.controls.menus import add_entry
 from riglens.widgets.panels.fields.edits import NumberEdit
 from riglens.widgets.panels.inspector.field_curve import FieldCurve

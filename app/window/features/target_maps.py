@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from riglens.app.evaluation.options import TARGET_HEAT_TITLES
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.heat import Heat
 from riglens.app.window.features.maps import Map
 from riglens.app.window.features.targets import Targets
 from riglens.app.window.workbench import Workbench
 from riglens.core.scene.boxes import CLASSES
+from riglens.evaluation.options import TARGET_HEAT_TITLES
 from riglens.widgets.heatmap.scale import HeatmapData
 
 if TYPE_CHECKING:  # made by the thread that counts, which loads the compiler

@@ -18,14 +18,20 @@ from scipy.spatial import ConvexHull
 
 from riglens.app.commands import main, report
 from riglens.app.commands.report import rendered
-from riglens.app.launch import system_libraries
-from riglens.app.launch.system_libraries import Requirement
-from riglens.app.rendering.pdf import pdf_of
-from riglens.app.studies import report_reading
-from riglens.app.studies.report_document import Drawings, ReportDocument
-from riglens.app.studies.report_drawings import Label, labels, plans
-from riglens.app.studies.report_figures import differences, labels_of
-from riglens.app.studies.report_page import (
+from riglens.app.terminal.loading import load_rig
+from riglens.core.errors import InputError
+from riglens.core.plain import to_text
+from riglens.core.review.findings import amounts
+from riglens.core.rig.presets import preset
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.shown_text import visible
+from riglens.rendering import system_libraries
+from riglens.rendering.system_libraries import Requirement
+from riglens.reporting import reading as report_reading
+from riglens.reporting.document import Drawings, ReportDocument
+from riglens.reporting.drawings import Label, labels, plans
+from riglens.reporting.figures import differences, labels_of
+from riglens.reporting.page import (
     at,
     few_words,
     first_text,
@@ -40,15 +46,9 @@ from riglens.app.studies.report_page import (
     verdict_text,
     whole,
 )
-from riglens.app.studies.report_reading import attached_figures, figures_in_pdf, inputs_of
-from riglens.app.studies.report_summary import missed_objects, smallest_range, worst_failure, worst_profile
-from riglens.app.terminal.loading import load_rig
-from riglens.core.errors import InputError
-from riglens.core.plain import to_text
-from riglens.core.review.findings import amounts
-from riglens.core.rig.presets import preset
-from riglens.core.scene.boxes import CLASSES
-from riglens.core.shown_text import visible
+from riglens.reporting.pdf import pdf_of
+from riglens.reporting.reading import attached_figures, figures_in_pdf, inputs_of
+from riglens.reporting.summary import missed_objects, smallest_range, worst_failure, worst_profile
 from riglens.widgets.viewport.still import png_of
 from tests.app.conftest import BOXES, SMALL_GRID
 
@@ -379,7 +379,7 @@ def test_the_same_as_a_pdf_holds_figures_and_rigs_and_is_the_same_twice(document
 
 def test_a_pdf_is_the_same_from_process_to_process(tmp_path):
     program = (
-        "import hashlib; from riglens.app.rendering.pdf import pdf_of; "
+        "import hashlib; from riglens.reporting.pdf import pdf_of; "
         "text = '<p>a <b>b</b> <i>c</i> <code>d</code></p><table><tr><td>e</td></tr></table>' * 3; "
         "text = '<html lang=en><title>a</title>' + text; "
         "print(hashlib.sha256(pdf_of(text, {'a.json': b'{}'})).hexdigest())"
@@ -668,7 +668,7 @@ def test_a_pdf_without_its_system_libraries_is_refused_before_any_work(riglens, 
     monkeypatch.setattr(report, "report_of", None)
     out = tmp_path / "a.pdf"
     with monkeypatch.context() as elsewhere:  # no Debian packages, and Pango missing
-        elsewhere.delitem(sys.modules, "riglens.app.rendering.pdf")
+        elsewhere.delitem(sys.modules, "riglens.reporting.pdf")
         elsewhere.setattr(sys, "meta_path", [NoPango(), *sys.meta_path])
         assert "a PDF needs the library Pango" in riglens("report", "Center", "--out", out).refused()
     absent = Requirement("libabsent7", soname="libabsent.so.7")
@@ -683,14 +683,14 @@ class NoPango:
     """Finds no library below what lays out a PDF."""
 
     def find_spec(self, name, path=None, target=None):
-        if name == "riglens.app.rendering.pdf":
+        if name == "riglens.reporting.pdf":
             raise OSError("cannot load library 'libpango-1.0'")
 
 
 def test_only_a_pdf_loads_what_lays_it_out():
     program = (
         "import sys, riglens.app.commands.report, riglens.app.commands.parsing, riglens.app.window; "
-        "sys.exit(bool({'weasyprint', 'pypdfium2', 'riglens.app.rendering.pdf'} & set(sys.modules)))"
+        "sys.exit(bool({'weasyprint', 'pypdfium2', 'riglens.reporting.pdf'} & set(sys.modules)))"
     )
     subprocess.run([sys.executable, "-c", program], check=True)
 

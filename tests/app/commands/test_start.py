@@ -16,7 +16,7 @@ from tests.waiting import TIMEOUT_S
 FOR_LATER = (
     *("numba", "riglens.core.kernels.runtime.jit", "scipy", "pyarrow", "pandas", "trimesh", "dask", "rich"),
     *(
-        "riglens.app.evaluation.scenario",
+        "riglens.evaluation.scenario",
         "riglens.core.scene.readers",
         "riglens.core.formats.exchange",
         "http.client",

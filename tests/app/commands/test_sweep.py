@@ -10,10 +10,10 @@ from pathlib import Path
 import pytest
 from pyarrow import parquet
 
-from riglens.app.evaluation import sweeping
 from riglens.core.blind.zones import BlindEngine, BlindSettings
 from riglens.core.rig.yaml.file import load_rig
 from riglens.core.sweep.fields import field_called, with_values
+from riglens.evaluation import sweeping
 from tests.app.commands.test_pog import address_in, dask, wait_for_part  # noqa: F401
 from tests.app.conftest import SMALL_GRID
 from tests.waiting import TIMEOUT_S

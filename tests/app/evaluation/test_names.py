@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from riglens.app.commands.parsing import app
-from riglens.app.evaluation.names import label_of, option_of
+from riglens.evaluation.names import label_of, option_of
 
 ROOT = Path(__file__).resolve().parents[3]
 NOT_OPTIONS = {"bearings_deg", "speeds_kmh", "name", "field"}
@@ -15,7 +15,7 @@ NOT_OPTIONS = {"bearings_deg", "speeds_kmh", "name", "field"}
 
 def nodes(floor: str, containing: str) -> Iterator[tuple[Path, ast.AST]]:
     """Yield the syntax of the files of a floor that contain a text."""
-    for path in (ROOT / floor).glob("**/*.py" if floor != "riglens" else "*.py"):
+    for path in (ROOT / floor).rglob("*.py"):
         if containing in (source := path.read_text(encoding="utf-8")):
             yield from ((path, node) for node in ast.walk(ast.parse(source)))
 

@@ -1,9 +1,9 @@
 """Why a voxel edge was picked is said with the edge, the bound and what stopped it."""
 
-from riglens.app.evaluation.voxel_words import reason, tried_lines
 from riglens.core.metric.scores import ClassScores, KindScore, Scores
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.study.voxel_choice import Tried, VoxelChoice, choose
+from riglens.evaluation.voxel_words import reason, tried_lines
 
 FINE, MIDDLE, COARSE = 0.05, 0.1, 0.2
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from riglens.app.launch import system_libraries
-from riglens.app.launch.system_libraries import (
+from riglens.rendering import system_libraries
+from riglens.rendering.system_libraries import (
     MissingLibraries,
     Requirement,
     install_command,
@@ -65,7 +65,7 @@ def test_systems_without_debian_packages_are_not_checked(monkeypatch: pytest.Mon
 
 def test_the_check_runs_before_any_package_is_installed() -> None:
     code = (
-        "import sys, riglens.app.launch.system_libraries as check; check.missing_requirements('window');"
+        "import sys, riglens.rendering.system_libraries as check; check.missing_requirements('window');"
         "foreign = {'PySide6', 'vtkmodules', 'pyvista', 'numpy'} & set(sys.modules); sys.exit(bool(foreign))"
     )
     # -S leaves the installed packages out, as on a machine where the set-up has not run yet

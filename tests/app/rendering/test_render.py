@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from riglens.app.commands import start
-from riglens.app.evaluation.options import DEFAULT_RIG, SceneOptions, ScoreOptions
-from riglens.app.rendering import render
 from riglens.core.rig.presets import preset
 from riglens.core.rig.yaml.file import load_rig
+from riglens.evaluation.options import DEFAULT_RIG, SceneOptions, ScoreOptions
+from riglens.rendering import render
 from riglens.widgets.viewport import still
 from tests.app.conftest import SMALL_GRID
 from tests.waiting import TIMEOUT_S
@@ -157,7 +157,7 @@ def test_a_display_that_does_not_answer_is_no_display(riglens_process, tmp_path)
 def test_missing_system_libraries_are_named_with_the_command_that_installs_them(
     riglens, tmp_path, monkeypatch
 ):
-    from riglens.app.launch import system_libraries
+    from riglens.rendering import system_libraries
 
     monkeypatch.setattr(system_libraries.ctypes, "CDLL", _fails_for_egl(system_libraries.ctypes.CDLL))
     line = riglens("render", "W+T", "--out", tmp_path / "a.png").refused()

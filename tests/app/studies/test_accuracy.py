@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from matplotlib.text import Annotation
 
-from riglens.app.studies.accuracy_chart import chart
-from riglens.app.studies.accuracy_text import accuracy_csv, point_text, verdicts
-from riglens.app.studies.pictures import picture
 from riglens.core.study.accuracy import AccuracyStudy, study_accuracy
+from riglens.studies.accuracy_chart import chart
+from riglens.studies.accuracy_text import accuracy_csv, point_text, verdicts
+from riglens.studies.pictures import picture
 from tests.core.builders import field_of, grid_of, rig_of, spinning
 from tests.core.study.small_studies import QUICK, small_accuracy_study
 

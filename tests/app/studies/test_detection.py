@@ -13,10 +13,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from riglens.app.studies import detection
-from riglens.app.studies.detection_chart import chart, chart_figure, correlation, pair_chart
-from riglens.app.studies.detection_files import as_json, pair_lines, rank_lines, rig_lines, seed_lines
-from riglens.app.studies.files import csv_text
 from riglens.core.errors import InputError
 from riglens.core.rig.model import Rig, Vehicle
 from riglens.core.rig.presets import preset
@@ -29,6 +25,10 @@ from riglens.core.study.detection.result import Result
 from riglens.core.study.detection.statistics import COLUMNS, Precisions
 from riglens.core.study.detection.surrogates import SURROGATES, Surrogates
 from riglens.core.study.ranks import RankCorrelation
+from riglens.studies import detection
+from riglens.studies.detection_chart import chart, chart_figure, correlation, pair_chart
+from riglens.studies.detection_files import as_json, pair_lines, rank_lines, rig_lines, seed_lines
+from riglens.studies.files import csv_text
 from tests.core.study.detection.small import NOWHERE, PROTOCOL, rig, traffic
 from tests.core.vehicle.test_mesh_file import stl
 

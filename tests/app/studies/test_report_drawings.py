@@ -1,7 +1,7 @@
 """The car in three dimensions on a report's page: sensors of any kind, also those without rays."""
 
-from riglens.app.studies.report_drawings import view_data
 from riglens.core.rig.presets import preset
+from riglens.reporting.drawings import view_data
 
 
 def test_a_sensor_of_which_all_is_blocked_is_in_the_picture_without_rays() -> None:

@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import pytest
 
-from riglens.app.studies.accuracy_chart import percent_text
-from riglens.app.studies.pictures import picture
-from riglens.app.studies.sensor_methods import FILES, as_json, caption, verdicts
-from riglens.app.studies.sensor_methods_chart import STYLES, chart
 from riglens.core.study.sensor_methods import SensorStudy
+from riglens.studies.accuracy_chart import percent_text
+from riglens.studies.pictures import picture
+from riglens.studies.sensor_methods import FILES, as_json, caption, verdicts
+from riglens.studies.sensor_methods_chart import STYLES, chart
 from tests.app.conftest import SMALL_GRID
 from tests.core.study.small_studies import small_sensor_study
 

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from riglens.app.studies.stability import caption, methods_csv, metric_csv, order_lines, page_of
-from riglens.app.studies.stability_findings import conclusion, findings, methods_verdict
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.study.stability_metric import MetricStudy, Ranking, Setting, study_metric
+from riglens.studies.stability import caption, methods_csv, metric_csv, order_lines, page_of
+from riglens.studies.stability_findings import conclusion, findings, methods_verdict
 from tests.core.builders import field_of, grid_of
 from tests.core.study.small_studies import HAND, PLAN, judged_cases, ranking, small_metric_study
 

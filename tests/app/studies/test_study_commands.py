@@ -7,11 +7,11 @@ import io
 import pytest
 
 from riglens.app.commands import main
-from riglens.app.studies.table1 import table1_csv
 from riglens.app.terminal.console import PIPE_WIDTH
 from riglens.core.metric.scores import ClassScores, KindScore, MetricSettings, Scores
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.study.table1 import compare
+from riglens.studies.table1 import table1_csv
 from tests.app.conftest import BOXES, SMALL_GRID
 
 # ---------------------------------------------------------------- table1

@@ -6,9 +6,9 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
-from riglens.app.studies.sweep_chart import sweep_figure
 from riglens.core.errors import InputError
 from riglens.core.sweep.table import joined
+from riglens.studies.sweep_chart import sweep_figure
 
 
 def made(fields, kind, rigs=1):

@@ -18,8 +18,6 @@ from riglens.app.background.background_requests import AuditRequest, ScoreReques
 from riglens.app.background.queue import BackgroundRequest
 from riglens.app.background.recompute import Recompute
 from riglens.app.background.worker import BackgroundWorker
-from riglens.app.evaluation.options import SceneOptions
-from riglens.app.evaluation.requests import Approximation, EvaluationRequest, Result
 from riglens.app.session.document import Document
 from riglens.app.session.session import Session
 from riglens.app.window.build import Features, add_panels
@@ -32,6 +30,8 @@ from riglens.core.metric.scores import ClassScores, KindScore, MetricSettings, S
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.grid import VoxelGrid
+from riglens.evaluation.options import SceneOptions
+from riglens.evaluation.requests import Approximation, EvaluationRequest, Result
 from riglens.widgets.heatmap.scale import HeatmapData
 from riglens.widgets.panels.checks.panel import ChecksPanel
 from riglens.widgets.panels.controls.messages import MessageBar

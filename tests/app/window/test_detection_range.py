@@ -13,7 +13,6 @@ from pytestqt.qtbot import QtBot
 
 from riglens.app.background.rig_questions import RigRequest, detection_range
 from riglens.app.background.worker import BackgroundWorker
-from riglens.app.studies.detection_range_chart import range_figure
 from riglens.app.window.features.detection_range import DetectionRangeShown, RangeRequest
 from riglens.app.window.settings import Settings
 from riglens.core.geometry import Pose
@@ -28,6 +27,7 @@ from riglens.core.targets.detection_range import (
     around,
 )
 from riglens.core.targets.detection_range_making import detection_range_of
+from riglens.studies.detection_range_chart import range_figure
 from riglens.widgets.panels.detection_range.chart import RangeChart, edge_m, ring_step_m
 from riglens.widgets.panels.detection_range.table import STOPS, Line, RangeTable, tip_of
 from tests.app.window.desk import Desk, FakeWorker

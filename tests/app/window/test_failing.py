@@ -10,8 +10,6 @@ import pytest
 from PySide6.QtWidgets import QMenu
 from pytestqt.qtbot import QtBot
 
-from riglens.app.evaluation.requests import PickedVoxel
-from riglens.app.rendering.picture import PictureWords, with_words
 from riglens.app.session.session import HeatChoice
 from riglens.app.window.features.compared import CURRENT
 from riglens.app.window.features.failing import Failing
@@ -22,6 +20,8 @@ from riglens.core.metric.voxel import VoxelFacts
 from riglens.core.rig.edits import without
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.file import dumps
+from riglens.evaluation.requests import PickedVoxel
+from riglens.rendering.picture import PictureWords, with_words
 from riglens.widgets.panels.sensors.rows import FAILED, LOSS, NAME
 from riglens.widgets.viewport.scene_state import SceneState
 from tests.app.window.desk import Desk, FullDesk, full_desk, open_desk

@@ -14,7 +14,6 @@ from pytestqt.qtbot import QtBot
 from riglens.app.background.counting import CountAnswer
 from riglens.app.background.frames import FrameCasting, FrameRequest, boxes_of
 from riglens.app.background.worker import BackgroundWorker
-from riglens.app.evaluation.requests import PickedVoxel
 from riglens.app.window.features.follow import Follow
 from riglens.app.window.features.frame import FRAME_MS, NONE_MISSED, FrameView, missed_objects, missed_text
 from riglens.app.window.features.pick import hidden_from, voxel_text
@@ -29,6 +28,7 @@ from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import USUAL, TargetSettings
 from riglens.core.vehicle.solid import Solid
 from riglens.core.view.frame_scene import FrameScene, Missed, frame_scene
+from riglens.evaluation.requests import PickedVoxel
 from riglens.widgets.traffic.frame import ShownFrame
 from tests.app.window.desk import Desk, FakeWorker, full_desk, open_desk
 from tests.app.window_bench import RIG

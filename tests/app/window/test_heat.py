@@ -11,13 +11,13 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
-from riglens.app.evaluation.options import HEAT_TITLES
 from riglens.app.window.features.heat import look_of
 from riglens.app.window.features.pick import Pick
 from riglens.core.engine.engine import Engine
 from riglens.core.engine.inspect import sees_voxel
 from riglens.core.geometry import Pose
 from riglens.core.scene.columns import unpack
+from riglens.evaluation.options import HEAT_TITLES
 from riglens.widgets.drawing.camera import ViewRay
 from riglens.widgets.heatmap.pick import PickedCell
 from riglens.widgets.heatmap.scale import DEFAULT_LOOK, HeatLook

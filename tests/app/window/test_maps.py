@@ -9,7 +9,6 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
-from riglens.app.evaluation.scenario import load_scenario
 from riglens.app.window.settings import Settings
 from riglens.core.blind.zones import OVERLAP_HEIGHT_M, BlindEngine, BlindSettings
 from riglens.core.engine.engine import Engine
@@ -22,6 +21,7 @@ from riglens.core.view.camera_picture import CameraPicture
 from riglens.core.view.range_image import RangeImage
 from riglens.core.view.top_view import SeenBy, TopView
 from riglens.core.view.top_views import TopViews
+from riglens.evaluation.scenario import load_scenario
 from riglens.widgets.maps.lowest_items import Lowest, lowest_colours, lowest_text
 from riglens.widgets.maps.map_panel import lowest_choices
 from riglens.widgets.maps.paint import argb

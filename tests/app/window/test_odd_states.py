@@ -10,12 +10,12 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
-import riglens.app.evaluation.scoring
-from riglens.app.evaluation.options import SceneOptions
-from riglens.app.evaluation.scenario import Scenario
+import riglens.evaluation.scoring
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import Progress
 from riglens.core.view.top_view import BLIND
+from riglens.evaluation.options import SceneOptions
+from riglens.evaluation.scenario import Scenario
 from tests.app.window.desk import FullDesk
 from tests.app.window_bench import CAMERA, LIDAR, RIG, Bench, open_bench, scene_options
 from tests.waiting import TIMEOUT_MS
@@ -91,13 +91,13 @@ def test_without_box_data_nothing_pretends_to_be_on_its_way(qtbot: QtBot, tmp_pa
 def test_while_the_first_data_are_loaded_the_docks_say_so(
     qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    gate, load = threading.Event(), riglens.app.evaluation.scoring.load_scenario
+    gate, load = threading.Event(), riglens.evaluation.scoring.load_scenario
 
     def load_later(options: SceneOptions, progress: Progress) -> Scenario:
         gate.wait()
         return load(options, progress)
 
-    monkeypatch.setattr(riglens.app.evaluation.scoring, "load_scenario", load_later)
+    monkeypatch.setattr(riglens.evaluation.scoring, "load_scenario", load_later)
     with open_bench(qtbot, tmp_path, wait=False) as bench:
         bench.document.select("front")
         try:

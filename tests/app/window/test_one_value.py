@@ -13,9 +13,9 @@ from pytestqt.qtbot import QtBot
 import riglens as rl
 from riglens.app.background.counting import make_counter
 from riglens.app.commands import main
-from riglens.app.studies.report_reading import attached_figures
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
+from riglens.reporting.reading import attached_figures
 from tests.app.window_bench import open_bench
 from tests.waiting import TIMEOUT_MS
 

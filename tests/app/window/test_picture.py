@@ -13,10 +13,10 @@ from PySide6.QtGui import QGuiApplication, QImage
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
-from riglens.app.rendering.picture import Findings, PictureWords, with_words
-from riglens.app.rendering.picture_process import PictureJob, PictureMaker
+from riglens.app.background.picture_process import PictureJob, PictureMaker
 from riglens.app.window.settings import Settings
 from riglens.core.rig.model import Rig
+from riglens.rendering.picture import Findings, PictureWords, with_words
 from riglens.widgets.panels.dialogs.picture import PictureDialog
 from riglens.widgets.theme import palette
 from riglens.widgets.viewport.scene_state import SceneState
@@ -158,7 +158,7 @@ def die(pipe: Connection) -> None:
 
 
 def test_when_the_process_dies_the_window_says_so(bench, monkeypatch):
-    monkeypatch.setattr("riglens.app.rendering.picture_process.WORK", f"{__name__}:die")
+    monkeypatch.setattr("riglens.app.background.picture_process.WORK", f"{__name__}:die")
     dialog = opened_dialog(bench)
     bench.qtbot.waitUntil(lambda: bench.workbench.errors.isVisible(), timeout=TIMEOUT_MS)
     assert dialog.save.isEnabled()

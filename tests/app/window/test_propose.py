@@ -28,9 +28,6 @@ from riglens.app.background.proposing import (
     Spots,
     answer_of,
 )
-from riglens.app.evaluation.options import SceneOptions
-from riglens.app.evaluation.search_options import OBJECTIVES, SearchOptions
-from riglens.app.studies.report_figures import WhyHere
 from riglens.app.window.features.propose import DOCK, merged
 from riglens.app.window.settings import Settings
 from riglens.core.errors import InputError
@@ -40,6 +37,9 @@ from riglens.core.optimise.objectives import OBJECTIVES as KNOWN
 from riglens.core.optimise.results import Problem
 from riglens.core.optimise.run import finished
 from riglens.core.rig.yaml.file import load_rig
+from riglens.evaluation.options import SceneOptions
+from riglens.evaluation.search_options import OBJECTIVES, SearchOptions
+from riglens.reporting.figures import WhyHere
 from riglens.widgets.panels.fields.edits import ValueEdit
 from riglens.widgets.panels.propose.chart import apart
 from riglens.widgets.panels.propose.shown import (

@@ -16,14 +16,14 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QComboBox
 from pytestqt.qtbot import QtBot
 
-import riglens.app.evaluation.scoring
-from riglens.app.evaluation.requests import FRAME_MS, Approximation, Result
+import riglens.evaluation.scoring
 from riglens.core.engine.engine import Engine
 from riglens.core.errors import Cancelled
 from riglens.core.geometry import Pose
 from riglens.core.rig.model import Lidar
 from riglens.core.rig.yaml.file import load_rig
 from riglens.core.scene.boxes import CLASSES
+from riglens.evaluation.requests import FRAME_MS, Approximation, Result
 from riglens.widgets.panels.scores.text import columns
 from tests.app.window_bench import Bench, choose_item, open_bench
 from tests.waiting import TIMEOUT_MS
@@ -63,7 +63,7 @@ Open = Callable[..., Bench]
 @pytest.fixture
 def opened(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Open]:
     for name in ("WORTH", "STILL_WORTH"):  # in a tiny scene a coarse answer saves nothing
-        monkeypatch.setattr(riglens.app.evaluation.scoring, name, math.inf)
+        monkeypatch.setattr(riglens.evaluation.scoring, name, math.inf)
     benches: list[AbstractContextManager[Bench]] = []
 
     def open_it(coarse_above_ms: float = ALL_SLOW, **scene: Any) -> Bench:
@@ -132,7 +132,7 @@ def timed(monkeypatch: pytest.MonkeyPatch) -> type[TimedEngine]:
     monkeypatch.setattr(TimedEngine, "coarse_ms", TimedEngine.coarse_ms)
     monkeypatch.setattr(TimedEngine, "gate", None)
     monkeypatch.setattr(TimedEngine, "reached", threading.Event(), raising=False)
-    monkeypatch.setattr(riglens.app.evaluation.scoring, "Engine", TimedEngine)
+    monkeypatch.setattr(riglens.evaluation.scoring, "Engine", TimedEngine)
     return TimedEngine
 
 
@@ -341,8 +341,8 @@ def test_a_coarse_answer_that_saves_no_time_is_not_given(
 ) -> None:
     timed.exact_ms, timed.coarse_ms = {"roof": 50.0, "front": 50.0}, {"roof": 45.0, "front": 5.0}
     bench = opened(FRAME_MS)
-    monkeypatch.setattr(riglens.app.evaluation.scoring, "WORTH", 0.5)
-    monkeypatch.setattr(riglens.app.evaluation.scoring, "STILL_WORTH", 0.8)
+    monkeypatch.setattr(riglens.evaluation.scoring, "WORTH", 0.5)
+    monkeypatch.setattr(riglens.evaluation.scoring, "STILL_WORTH", 0.8)
     know(bench, "roof", "front")
     watch = Watch(bench)
     bench.drag("roof", (3.0, 0.0, 1.0))

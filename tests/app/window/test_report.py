@@ -13,12 +13,12 @@ from PySide6.QtGui import QImage
 from pytestqt.qtbot import QtBot
 
 from riglens.app.background.report import PAGE, PDF, ReportJob, make_report
-from riglens.app.evaluation.options import SceneOptions, ScoreOptions
-from riglens.app.rendering.pdf import page_images, pdf_of
-from riglens.app.studies.report_reading import attached_figures, inputs_of
 from riglens.core.errors import Cancelled, InputError
 from riglens.core.rig.yaml.file import dumps
 from riglens.core.scene.grid import VoxelGrid
+from riglens.evaluation.options import SceneOptions, ScoreOptions
+from riglens.reporting.pdf import page_images, pdf_of
+from riglens.reporting.reading import attached_figures, inputs_of
 from riglens.widgets.panels.dialogs.report import ReportDialog
 from tests.app.conftest import BOXES
 from tests.app.window.desk import FullDesk, full_desk

@@ -9,9 +9,9 @@ import pytest
 from PySide6.QtWidgets import QComboBox, QLabel, QLineEdit, QPushButton
 from pytestqt.qtbot import QtBot
 
-from riglens.app.evaluation.scenario import load_scenario
-from riglens.app.evaluation.voxel_words import reason, tried_lines
 from riglens.core.scene.pog_store import save_pog
+from riglens.evaluation.scenario import load_scenario
+from riglens.evaluation.voxel_words import reason, tried_lines
 from riglens.widgets.panels.controls.style import plain_tip
 from tests.app.window_bench import Bench, choose_item, open_bench, scene_options, type_into
 from tests.core.argoverse_log import random_columns, write_log

@@ -12,9 +12,9 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QComboBox, QLineEdit, QPushButton
 
 from riglens.app.background.recompute import CANCELLED
-from riglens.app.evaluation.options import SceneOptions
 from riglens.core.geometry import Pose
 from riglens.core.metric.scores import MetricSettings
+from riglens.evaluation.options import SceneOptions
 from tests.app.window_bench import RIG, Bench, choose_item, scene_options, type_into
 from tests.waiting import TIMEOUT_MS
 

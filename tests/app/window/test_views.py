@@ -11,11 +11,11 @@ from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication, QInputDialog
 from pytestqt.qtbot import QtBot
 
-from riglens.app.evaluation.heatmap import NO_WORDS, VoxelMarks
 from riglens.app.window.dialogs import Dialogs
 from riglens.app.window.features.views import LONGEST_NAME, MOST_SAVED, SAVED_KEY
 from riglens.app.window.settings import Settings
 from riglens.core.scene.grid import VoxelGrid
+from riglens.evaluation.heatmap import NO_WORDS, VoxelMarks
 from riglens.widgets.drawing.camera import OrbitCamera, ViewRay
 from riglens.widgets.heatmap.pick import PickedCell
 from riglens.widgets.heatmap.scale import HeatmapData

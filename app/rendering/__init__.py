@@ -1,1 +1,0 @@
-"""Pictures for files: the scene of the window, drawn offscreen."""

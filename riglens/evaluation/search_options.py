@@ -1,0 +1,181 @@
+"""Define the options of a search for rigs: plain data, cheap to import."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from riglens.core.errors import InputError
+from riglens.core.optimise.weights import Weights
+from riglens.evaluation.options import Said
+
+if TYPE_CHECKING:  # loads the compiler
+    from riglens.core.optimise.mounts import Additions
+    from riglens.core.optimise.results import Problem
+    from riglens.core.review.mounts import MountLimits
+    from riglens.core.rig.model import Rig
+    from riglens.core.targets.traffic import Traffic
+
+OBJECTIVES = {
+    "on_target": "On target",
+    "predicted": "Predicted AP",
+    "worst_failure": "Worst single failure",
+    "seen": "Entropy seen",
+    "blind": "Near ground seen",
+    "cameras": "Objects ≥ 25 px",
+    "s_ms": "S-MS",
+}
+"""Titles of the objectives."""
+HIGHEST_M = 100.0
+_FIELDS = {"height_m": "lowest_m", "spacing_m": "spacing_m", "beyond_m": "beyond_m"}
+"""Options of the rules of mounts."""
+_METAVARS = {"cost": "MODEL=COST", "weight": "WHAT=W", "floor": "CLASS=VALUE", "move": "NAME or NAME=M"}
+
+
+@dataclass(frozen=True)
+class SearchOptions:
+    """Options of a search for more sensors: what may be added, where, and for which figure.
+
+    The one form of these options: `riglens optimise` reads it from its words, the window makes a form of its fields.
+    """
+
+    add: Annotated[
+        tuple[str, ...], Said("MODEL", "Library model to add; repeated: the search chooses among them.")
+    ] = ()
+    count: Annotated[int, Said("K", "Number of mirror pairs, or of single sensors, to add at most.")] = 1
+    singles: Annotated[bool, Said("", "Add single sensors instead of mirror pairs.")] = False
+    cost: Annotated[
+        tuple[str, ...], Said("MODEL=COST", "Cost of one sensor of a model, such as hesai-qt64=2.5 (1).")
+    ] = ()
+    budget: Annotated[float | None, Said("COST", "Limit of the cost of all added sensors.")] = None
+    spots_m: Annotated[float, Said("M", "Distance between neighbouring mounts on the skin.")] = 0.2
+    lowest_m: Annotated[float, Said("M", "Least height of a sensor over the ground.")] = 0.4
+    spacing_m: Annotated[float, Said("M", "Least distance between two sensors.")] = 0.25
+    beyond_m: Annotated[
+        float | None,
+        Said("M", "Largest overhang of housings over the car's outline at front, rear and sides."),
+    ] = None
+    objective: Annotated[
+        Literal["on_target", "predicted", "worst_failure", "seen", "blind", "cameras", "s_ms"],
+        Said(
+            "NAME",
+            "Figure to maximise: on_target (mean over classes), predicted (detection by the calibration that ships), "
+            "worst_failure (on target with any one LiDAR failed), seen (entropy of voxels seen by LiDARs), blind "
+            "(ground where a low object is seen), cameras (objects of 25 px or more).",
+            OBJECTIVES,
+        ),
+    ] = "on_target"
+    weight: Annotated[
+        tuple[str, ...],
+        Said(
+            "WHAT=W",
+            "Weight of a class (pedestrian=2) or of a ring in metres (0-20=3); may be repeated (1).",
+        ),
+    ] = ()
+    floor: Annotated[
+        tuple[str, ...],
+        Said(
+            "CLASS=VALUE",
+            "Least value of the objective for a class, before anything else (pedestrian=0.5); may be repeated.",
+        ),
+    ] = ()
+    at_least: Annotated[
+        float | None,
+        Said(
+            "VALUE",
+            "Value of the objective to reach: propose the cheapest set that does, the best at that cost.",
+        ),
+    ] = None
+    blind_m: Annotated[
+        float | None,
+        Said(
+            "M",
+            "Also list rigs that leave less ground where an object of this height is in no sensor's view.",
+        ),
+    ] = None
+    frames: Annotated[int, Said("N", "Number of frames to choose by; the gain is checked in others.")] = 100
+
+    def __post_init__(self) -> None:
+        numbers_of("cost", self.cost)
+        numbers_of("floor", self.floor)
+        self.weights()
+
+    def replace(self, **changes: Any) -> SearchOptions:
+        """Return the options with some fields changed; raise InputError for words that do not fit."""
+        return replace(self, **changes)
+
+    def weights(self) -> Weights:
+        """Return weights by class and by ring."""
+        classes, rings = dict[str, float](), dict[tuple[float, float], float]()
+        for name, weight in numbers_of("weight", self.weight).items():
+            low, _, high = name.partition("-")
+            try:
+                rings[float(low), float(high)] = weight
+            except ValueError:
+                classes[name] = weight
+        return Weights(classes, rings)
+
+    def rules(self) -> MountLimits:
+        """Return the rules of mounts; raise InputError for a number outside its limits."""
+        from pydantic import ValidationError
+
+        from riglens.core.review.mounts import MountLimits
+        from riglens.core.rig.yaml.problems import problems
+
+        out = dict.fromkeys(("front", "rear", "left", "right"), self.beyond_m)
+        rules = {"height_m": (self.lowest_m, HIGHEST_M), "spacing_m": self.spacing_m, "beyond_m": out}
+        try:
+            return MountLimits.model_validate(rules)
+        except ValidationError as error:
+            problem = problems(error, rules)[0]
+            raise InputError(problem.complaint.strip(), _FIELDS[str(problem.path[0])]) from error
+
+    def additions(
+        self, rules: MountLimits | None = None, box_m: tuple[tuple[float, float], ...] | None = None
+    ) -> Additions:
+        """Return what may be added, by these rules instead of those of the options, or in a box in the air."""
+        from riglens.core.optimise.mounts import Additions
+
+        return Additions(
+            self.add,
+            self.count,
+            not self.singles,
+            numbers_of("cost", self.cost),
+            math.inf if self.budget is None else self.budget,
+            rules or self.rules(),
+            self.spots_m,
+            box_m=box_m,
+        )
+
+    def problem(self, rig: Rig, traffic: Traffic, additions: Additions | None = None, **more: Any) -> Problem:
+        """Return the problem of a rig in traffic; `more`: its further fields."""
+        from riglens.core.optimise.results import Problem
+
+        return Problem(
+            rig,
+            traffic,
+            additions or self.additions(),
+            self.objective,
+            self.frames,
+            blind_m=self.blind_m,
+            weights=self.weights(),
+            floors=numbers_of("floor", self.floor),
+            at_least=self.at_least,
+            **more,
+        )
+
+
+def numbers_of(option: str, words: tuple[str, ...]) -> Mapping[str, float]:
+    """Return numbers by name, from words such as pedestrian=2."""
+    found = {}
+    for word in words:
+        name, _, number_said = word.rpartition("=")
+        try:
+            found[name] = float(number_said)
+        except ValueError:
+            name = ""
+        if not name:
+            raise InputError(f"must be {_METAVARS[option]} (got '{word}')", option)
+    return found

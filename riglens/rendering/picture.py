@@ -1,0 +1,94 @@
+"""Add labels to pictures of the 3D view; the same for the window's screenshots and `riglens render`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from riglens.core.metric.scores import MetricSettings, Scores
+from riglens.core.rig.model import Rig
+from riglens.core.sensors.registry import shown_kinds
+from riglens.core.shown_values import decimals, percent, thousands
+from riglens.evaluation.requests import failed_text
+from riglens.widgets.viewport.scene_state import Caption, SceneState
+
+if TYPE_CHECKING:
+    from riglens.core.metric.entropy import EntropyField
+
+SIGN = "S-MS falls as coverage grows."
+
+
+@dataclass(frozen=True)
+class PictureWords:
+    """Labels over the scene: colour bar, name of the rig, table of scores."""
+
+    legend: bool = True
+    title: bool = False
+    scores: bool = False
+
+
+@dataclass(frozen=True)
+class Findings:
+    """Content of the labels: the rig, its scores and their inputs."""
+
+    rig: Rig
+    scores: Scores
+    settings: MetricSettings
+    field: EntropyField
+    is_changed: bool = False
+    """True if the rig differs from the file of its name."""
+
+    @property
+    def title(self) -> str:
+        """The rig's name, and that it is not as saved under it."""
+        return f"{self.rig.name} (changed)" if self.is_changed else self.rig.name
+
+
+def with_words(state: SceneState, words: PictureWords, found: Findings | None) -> SceneState:
+    """Return the state for a picture: with legend, name and scores as chosen, without handles or selection."""
+    failed = failed_text(state.failed)
+    caption = Caption(failed)  # no picture of a rig with failed sensors goes about without saying so
+    if found is not None:
+        caption = Caption(
+            title=found.title if words.title else failed,
+            subtitle=" · ".join(filter(None, [subtitle(found), failed])) if words.title else "",
+            table=score_rows(found.scores, found.settings) if words.scores else (),
+            note=score_note(found.settings) if words.scores else "",
+        )
+    return replace(
+        state, show_legend=words.legend, caption=caption, show_gizmo=False, show_selection=False, ghosts=()
+    )
+
+
+def subtitle(found: Findings) -> str:
+    """Return the sensors, voxel edge and data as one line."""
+    present = shown_kinds(sensor.kind for sensor in found.rig.sensors if sensor.enabled)
+    shown = sorted(present, key=lambda kind: kind.name)
+    counts = [(kind, len(found.rig.enabled_of(kind.model))) for kind in shown]
+    sensors = ", ".join(f"{count} {kind.title if count == 1 else kind.plural}" for kind, count in counts)
+    data = f"{found.field.data.short_source}, {found.field.data.frames:,} frames"
+    return f"{sensors} · δ = {found.field.grid.voxel_m:g} m · {data}"
+
+
+def score_rows(scores: Scores, settings: MetricSettings) -> tuple[tuple[str, ...], ...]:
+    """Return the scores as rows of text with a heading on the car's body, entropies in 10³ nat."""
+    digits = min(3, max(decimals(found.h_total) for found in scores.classes.values()))
+    seeing = (
+        name for one in scores.classes.values() for name, found in one.kinds.items() if found.seen > 0.0
+    )
+    shown = sorted(shown_kinds(seeing), key=lambda kind: kind.name)
+    heads = [f"S-MIG {kind.title}" for kind in shown]
+    rows: list[tuple[str, ...]] = [(f"10³ nat, body {settings.body}", *heads, "S-MS", "seen")]
+    for name, found in scores.classes.items():
+        entropies = (*(found.kinds[kind.name].s_mig for kind in shown), found.s_ms)
+        texts = (thousands(entropy, digits).replace("-", "−") for entropy in entropies)
+        rows.append((name, *texts, percent(found.any_seen)))
+    return tuple(rows)
+
+
+def score_note(settings: MetricSettings) -> str:
+    """Return a note on the columns of the table."""
+    weight = f"S-MS = {settings.camera_weight:g} · S-MIG camera + S-MIG LiDAR"
+    if settings.reading != "covered":
+        return f"{weight}, reading {settings.reading}"
+    return f"{weight}. {SIGN}"

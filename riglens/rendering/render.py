@@ -1,0 +1,257 @@
+"""Pictures of a rig without a window: the scene of the window, drawn offscreen into a PNG file."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+from riglens.app.terminal.console import note, progress_bar, results
+from riglens.app.terminal.loading import load_scene
+from riglens.app.terminal.scores import print_scores, score_rigs
+from riglens.core.engine.engine import Engine, Evaluation
+from riglens.core.engine.evaluation_json import evaluation_document
+from riglens.core.errors import InputError
+from riglens.core.files import is_stream, require_writable, write_file
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.metric.scores import PAPER_SETTINGS, Body, MetricSettings
+from riglens.core.plain import to_text
+from riglens.core.rig.model import Rig
+from riglens.core.rig.yaml.file import dumps
+from riglens.core.scene.grid import VoxelGrid
+from riglens.core.scene.pog import Pog
+from riglens.core.vehicle.mesh_file import with_mesh_read
+from riglens.core.vehicle.standing import mount_statuses
+from riglens.core.view.display import DisplayGrid
+from riglens.evaluation.heatmap import Heatmaps, VoxelMarks, marks_for, marks_of
+from riglens.evaluation.options import (
+    MAX_SCALE,
+    MAX_SIDE_PX,
+    MIN_SIDE_PX,
+    HeatMode,
+    SceneOptions,
+    ScoreOptions,
+)
+from riglens.evaluation.scenario import settings_of
+from riglens.rendering.display import prepare_drawing
+from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, LEAST_DENSITY, MOST_DENSITY, RayLook
+
+if TYPE_CHECKING:  # what draws is loaded with the first picture
+    from riglens.widgets.viewport.masts import Mast
+    from riglens.widgets.viewport.scene_state import SceneState
+
+OUT = Path("out")
+"""Default output folder of a run without a window."""
+STAND_IN = "a plain box of the vehicle's size replaces it"
+View = Literal["iso", "top", "front", "left", "rear"]
+Theme = Literal["dark", "light"]
+
+
+@dataclass(frozen=True)
+class RenderRequest:
+    """Request for pictures and their paths; `size_px` is width and height before `scale` enlarges both.
+
+    `threshold`, `log`, `opacity` and `slice_m` are those of HeatLook; `baseline` names the rig that a heatmap
+    of changes starts from.
+    """
+
+    out: Path
+    view: View = "iso"
+    size_px: tuple[int, int] = (1280, 800)
+    scale: int = 1
+    class_name: str = "car"
+    heat: HeatMode = "seen"
+    transparent: bool = False
+    legend: bool = True
+    title: bool = False
+    scores: bool = False
+    theme: Theme = "dark"
+    threshold: float | None = None
+    log: bool = False
+    opacity: float | None = None
+    slice_m: tuple[float, float] | None = None
+    baseline: str | None = None
+    rays: RayLook = DEFAULT_RAYS
+    ground: bool = True
+
+    def __post_init__(self) -> None:
+        if self.out.suffix.lower() != ".png" and not is_stream(self.out):
+            raise InputError(f"must end in .png (got {self.out})", "out")
+        if not 1 <= self.scale <= MAX_SCALE:
+            raise InputError(f"must be an integer from 1 to {MAX_SCALE} (got {self.scale})", "scale")
+        if not all(MIN_SIDE_PX <= side * self.scale <= MAX_SIDE_PX for side in self.size_px):
+            width, height = self.size_px
+            raise InputError(
+                f"must have sides of {MIN_SIDE_PX} to {MAX_SIDE_PX} pixels, scale included "
+                f"(got {width}x{height} at scale {self.scale})",
+                "size_px",
+            )
+        self._check_heatmap()
+        self._check_rays()
+
+    def _check_heatmap(self) -> None:
+        for name, share in (("threshold", self.threshold), ("opacity", self.opacity)):
+            if share is not None and not 0.0 <= share <= 1.0:
+                raise InputError(f"must be between 0 and 1 (got {share:g})", name)
+        if self.slice_m is not None and not -math.inf < self.slice_m[0] < self.slice_m[1] < math.inf:
+            low, high = self.slice_m
+            raise InputError(
+                f"must be two heights in metres, FROM below TO (got {low:g} {high:g})", "slice_m"
+            )
+        if self.heat == "change" and self.baseline is None:
+            raise InputError("change needs", "heatmap", "baseline")
+        if self.heat != "change" and self.baseline is not None:
+            raise InputError("is the reference of changes: needs change as", "baseline", "heatmap")
+
+    def _check_rays(self) -> None:
+        if not 0.0 <= self.rays.opacity <= 1.0:
+            raise InputError(f"must be between 0 and 1 (got {self.rays.opacity:g})", "ray_opacity")
+        if not LEAST_DENSITY <= self.rays.density <= MOST_DENSITY:
+            raise InputError(
+                f"must be between {LEAST_DENSITY:g} and {MOST_DENSITY:g} (got {self.rays.density:g})",
+                "ray_density",
+            )
+
+
+def score_and_draw(
+    rig: Rig,
+    pog: Pog,
+    field: EntropyField,
+    picture: RenderRequest,
+    baseline: Rig | None = None,
+    settings: MetricSettings = PAPER_SETTINGS,
+) -> None:
+    """Evaluate a rig, and the baseline of a heatmap of changes, and draw it; call `prepare_drawing` before."""
+    _draw(scored_state(rig, pog, field, picture, baseline, settings), picture)
+
+
+def scored_state(
+    rig: Rig,
+    pog: Pog,
+    field: EntropyField,
+    picture: RenderRequest,
+    baseline: Rig | None = None,
+    settings: MetricSettings = PAPER_SETTINGS,
+) -> SceneState:
+    """Evaluate a rig, and the baseline of a heatmap of changes, and return what is drawn."""
+    with progress_bar("Casting rays"):
+        engine = Engine(field)
+        evaluation = engine.evaluate(rig, settings)
+        marks = marks_for(picture.heat, engine, evaluation)
+        if baseline is not None:
+            if baseline.vehicle.body == rig.vehicle.body:
+                baseline = baseline.with_body_mesh(rig.vehicle.body_mesh)
+            before = engine.evaluate(baseline, settings)
+            marks = replace(marks, baseline=before.seen_by_any(), baseline_name=before.rig.name)
+    return _state(pog, field, evaluation, marks, picture)
+
+
+def drawn_score(rig: Rig, body: Body | None) -> ScoreOptions:
+    """Return the score options of a picture: where a box replaces the car, it is ignored unless set to block."""
+    return ScoreOptions(body="ignored" if rig.vehicle.lacks_mesh and body is None else body)
+
+
+def as_drawn(rig: Rig, folder: Path, tell: Callable[[str], object] = note) -> Rig:
+    """Return a rig of this folder with the mesh of its body, without it where a box has to stand in for the car.
+
+    Problems with the file, or with the size of the car in it, are reported in a line each.
+    """
+    try:
+        return with_mesh_read(rig, folder, tell)
+    except InputError as error:
+        tell(f"{error}; {STAND_IN}")
+        return rig
+
+
+def rig_state(rig: Rig, theme: Theme) -> SceneState:
+    """Return what is drawn of a rig without a scene: its surroundings of a few metres."""
+    from riglens.widgets.theme import palette
+    from riglens.widgets.viewport.scene_state import SceneState
+
+    vehicle, top_m = rig.vehicle, max([rig.vehicle.height, *(sensor.position[2] for sensor in rig.sensors)])
+    near_m = (
+        2.0 * math.ceil(vehicle.length / 2 + 4),
+        2.0 * math.ceil(vehicle.width / 2 + 3),
+        math.ceil(top_m) + 1.0,
+    )
+    return SceneState(
+        vehicle=vehicle, rig=rig, masts=_masts(rig), grid=VoxelGrid(1.0, near_m),
+        solid_body=None if vehicle.lacks_mesh or rig.body == "ignored" else vehicle,
+        palette=palette(theme == "dark"), show_gizmo=False, show_selection=False,
+    )  # fmt: skip
+
+
+def _state(
+    pog: Pog,
+    field: EntropyField,
+    evaluation: Evaluation,
+    marks: VoxelMarks,
+    picture: RenderRequest,
+) -> SceneState:
+    """Return what is drawn of an evaluated rig: its rays and the heatmap of a class."""
+    from riglens.rendering.picture import Findings, PictureWords, with_words
+    from riglens.widgets.heatmap.scale import DEFAULT_LOOK, HeatLook
+
+    look = HeatLook(
+        DEFAULT_LOOK.threshold if picture.threshold is None else picture.threshold,
+        picture.log,
+        DEFAULT_LOOK.opacity if picture.opacity is None else picture.opacity,
+        picture.slice_m,
+    )
+    cells = Heatmaps(DisplayGrid.build(pog, field)).heatmap(picture.heat, picture.class_name, marks)
+    rig = evaluation.rig
+    state = replace(
+        rig_state(rig, picture.theme),
+        solid_body=rig.vehicle if evaluation.settings.body == "blocks" else None,
+        grid=field.grid, heatmap=cells, heat_look=look, ray_look=picture.rays, show_ground=picture.ground,
+    )  # fmt: skip
+    words = PictureWords(picture.legend, picture.title, picture.scores)
+    return with_words(state, words, Findings(rig, evaluation.scores, evaluation.settings, field))
+
+
+def _draw(state: SceneState, picture: RenderRequest) -> None:
+    from riglens.widgets.viewport.still import render_still
+
+    with progress_bar("Drawing"):
+        render_still(
+            state, picture.size_px, picture.scale, picture.out, picture.transparent, view=picture.view
+        )
+
+
+def _masts(rig: Rig) -> tuple[Mast, ...]:
+    """Return the masts of sensors that are not on the car's surface; none if a box replaces the car."""
+    from riglens.widgets.viewport.masts import masts_of
+
+    return () if rig.vehicle.lacks_mesh else masts_of(mount_statuses(rig))
+
+
+# ---------------------------------------------------------------- instead of the window
+
+
+def score_without_window(rigs: Sequence[Rig], folder: Path, scene: SceneOptions, score: ScoreOptions) -> None:
+    """Score rigs of a folder, print the scores, and write them as JSON, with the first rig as a picture and as YAML."""
+    prepare_drawing()
+    rigs = [as_drawn(rig, folder) for rig in rigs]
+    rig = rigs[0]
+    pog, field = load_scene(scene, rigs, score)
+    screenshot, rig_file, scores = OUT / "screenshot.png", OUT / "rig.yaml", OUT / "scores.json"
+    _make_folder(OUT)
+    for path in (screenshot, rig_file, scores):
+        require_writable(path)
+    evaluations = score_rigs(rigs, field, score, with_seen=True)
+    print_scores(evaluations, field, score)
+    document = evaluation_document(field, settings_of(score), evaluations)
+    write_file(scores, to_text(document))
+    write_file(rig_file, dumps(rig))
+    picture = RenderRequest(screenshot)
+    _draw(_state(pog, field, evaluations[0], marks_of(evaluations[0]), picture), picture)
+    results().print(f"Written: {screenshot}, {rig_file}, {scores}", soft_wrap=True)
+
+
+def _make_folder(folder: Path) -> None:
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: folder cannot be created ({error.strerror})") from error

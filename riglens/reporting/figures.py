@@ -1,0 +1,329 @@
+"""The figures of a report as plain data: the documents of the commands, and all that is needed to make them again."""
+
+from __future__ import annotations
+
+import reprlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from pydantic import Field
+
+from riglens.core.blind.zones import BlindEngine, BlindMap, BlindSettings
+from riglens.core.engine.audit import audit, audit_document
+from riglens.core.engine.engine import Engine, Evaluation
+from riglens.core.engine.evaluation_json import evaluation_document
+from riglens.core.errors import InputError
+from riglens.core.kernels.runtime import jit
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.metric.scores import Body, Method, Reading
+from riglens.core.review.checking import Check, Subject
+from riglens.core.review.documents import (
+    blind_document,
+    check_document,
+    coverage_document,
+    mounts_document,
+    tolerance_document,
+)
+from riglens.core.review.measures import Measures
+from riglens.core.review.mounts import USUAL_LIMITS, mounts_of, violations
+from riglens.core.review.profiles import Profile, bundled_profiles
+from riglens.core.review.redundancy import NO_EVIDENCE, target_coverage, voxel_coverage
+from riglens.core.review.requirements import Requirements
+from riglens.core.review.tolerance import MAX_DRAWS, profile_called, tolerance
+from riglens.core.review.verdicts import verdicts
+from riglens.core.rig.model import FORMAT_VERSION, MAX_SENSORS, Frozen, Rig
+from riglens.core.rig.yaml.file import dumps
+from riglens.core.rig.yaml.nodes import shortened
+from riglens.core.scene.boxes import Progress
+from riglens.core.targets.detection_range import USUAL_PLAN, DetectionRange
+from riglens.core.targets.detection_range_making import detection_range_of
+from riglens.core.targets.detection_range_table import range_document
+from riglens.core.targets.engine import TargetEngine
+from riglens.core.targets.scores import TargetScores
+from riglens.core.targets.settings import TargetSettings
+from riglens.core.targets.targets_json import targets_document
+from riglens.core.targets.traffic import WITHIN_M, Traffic
+from riglens.evaluation.options import SceneOptions, ScoreOptions
+from riglens.evaluation.scenario import load_scenario, settings_of
+from riglens.evaluation.traffic import load_traffic
+from riglens.version import installed_version
+
+SAMPLE_FRAMES = 50
+"""Frames in which tolerances count objects."""
+MOST_LETTERS = 200
+"""In a word of the header."""
+Stage = Callable[[float, str], None]
+"""Callback for the share done and the current stage."""
+_SECONDS = {
+    "Reading the data": 2.0, "Scoring": 0.5, "Counting points on objects": 2.0, "Finding blind zones": 1.0,
+    "Finding detection ranges": 2.0, "Following rays": 2.0, "Counting redundancy": 0.5, "Drawing errors": 0.3,
+    "Checking requirements": 2.0,
+}  # fmt: skip
+"""Stages, and roughly what each takes on two cores: the errors for each draw, the others for each rig."""
+
+
+class Stages:
+    """Progress of a report: its stages and the share that is done, by what each stage usually takes."""
+
+    def __init__(self, tell: Stage, plan: ReportPlan) -> None:
+        self._tell, self._rigs, self._draws = tell, len(plan.rigs), plan.draws
+        each = sum(_SECONDS.values()) - _SECONDS["Reading the data"] - _SECONDS["Drawing errors"]
+        if plan.requirements is None:
+            each -= _SECONDS["Checking requirements"]
+        self._whole = _SECONDS["Reading the data"] + self._rigs * (
+            each + plan.draws * _SECONDS["Drawing errors"]
+        )
+        self._begun = self._length = 0.0
+
+    def begin(self, title: str, of: str = "") -> Progress:
+        """End the stage before, begin this one `of` a rig, and return what takes its own share."""
+        self._begun += self._length
+        self._length = _SECONDS[title] * (self._draws if title == "Drawing errors" else 1)
+        words = f"{title}: {of}" if of and self._rigs > 1 else title
+
+        def progress(share: float) -> None:
+            self._tell(min(1.0, (self._begun + share * self._length) / self._whole), words)
+
+        progress(0.0)
+        return progress
+
+
+class Labels(Frozen):
+    """Words of the reader's own in the header: project, revision, author."""
+
+    project: str | None = Field(default=None, max_length=MOST_LETTERS)
+    revision: str | None = Field(default=None, max_length=MOST_LETTERS)
+    author: str | None = Field(default=None, max_length=MOST_LETTERS)
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """Return the given labels, each with its caption."""
+        given = (("Project", self.project), ("Revision", self.revision), ("Author", self.author))
+        return tuple(f"{name}: {text}" for name, text in given if text)
+
+
+NO_LABELS = Labels()
+
+
+class KeptGain(Frozen):
+    """Gain of a proposal in one case of the guard."""
+
+    case: str = Field(max_length=MOST_LETTERS)
+    gain: float
+    se: float
+    share: float
+
+
+class WhyHere(Frozen):
+    """Reasons for the places of sensors: the search that proposed the first rig of a report, as it was found then."""
+
+    sensors: list[str] = Field(max_length=MAX_SENSORS)
+    sentence: str = Field(max_length=10 * MOST_LETTERS)
+    reference: str = Field(max_length=2 * MOST_LETTERS)
+    verdict: str = Field(max_length=MOST_LETTERS)
+    checks: list[KeptGain] = Field(max_length=100)
+
+
+def labels_of(project: str | None, revision: str | None, author: str | None) -> Labels:
+    """Return the labels of a report; InputError for one that is too long."""
+    given = {"project": project, "revision": revision, "author": author}
+    for name, text in given.items():
+        if text is not None and len(text) > MOST_LETTERS:
+            raise InputError(f"{name} must have at most {MOST_LETTERS} characters (got {len(text)})")
+    return Labels(**given)
+
+
+@dataclass(frozen=True)
+class ReportPlan:
+    """Plan of a report: rigs with the meshes of their bodies, a scene, score options, draws of the tolerance (0: none)
+    and their seed, requirements with their text, if any, labels, and the search behind the first rig, if any."""
+
+    rigs: tuple[Rig, ...]
+    scene: SceneOptions
+    score: ScoreOptions
+    draws: int
+    seed: int
+    requirements: Requirements | None = None
+    requirements_text: str | None = None
+    labels: Labels = NO_LABELS
+    why: WhyHere | None = None
+
+
+class Inputs(Frozen):
+    """Inputs of a report's figures, as attached to it: enough to recompute them, except for box data."""
+
+    rigs: list[str]
+    voxel_m: float
+    roi_m: list[float] = Field(min_length=3, max_length=3)
+    method: Method
+    reading: Reading
+    camera_weight: float = Field(alias="lambda")
+    body: Body | None
+    """None: as set in each rig."""
+    draws: int = Field(ge=0, le=MAX_DRAWS)
+    seed: int = Field(ge=0, lt=1 << 63)
+    boxes: str | None
+    requirements: str | None
+    labels: Labels = Labels()
+    why: WhyHere | None = None
+
+
+@dataclass(frozen=True)
+class Report:
+    """The figures, and what pictures are drawn from, rig by rig: maps of blind zones, and detection ranges."""
+
+    figures: dict[str, Any]
+    maps: tuple[BlindMap, ...]
+    ranges: tuple[DetectionRange, ...]
+
+
+def report_of(plan: ReportPlan, tell: Stage) -> Report:
+    """Make every figure of a report. For the thread of the parallel kernels."""
+    stages, score = Stages(tell, plan), plan.score
+    settings = settings_of(score)
+    stages.begin("Reading the data")
+    field = load_scenario(plan.scene.for_rigs(plan.rigs, score), lambda _: None).field
+    traffic = None if plan.scene.pog is not None else load_traffic(plan.scene, WITHIN_M)
+    evaluations, counted, parts, maps, ranges = [], [], [], [], []
+    for rig in plan.rigs:
+        stages.begin("Scoring", rig.name)
+        engine = Engine(field, score.threads)
+        evaluation = engine.evaluate(rig, settings, False)
+        evaluations.append(replace(evaluation, elapsed_ms=0.0))
+        stages.begin("Counting points on objects", rig.name)
+        counts = _counts(traffic, rig, score)
+        if counts is not None:
+            counted.append(counts)
+        stages.begin("Finding blind zones", rig.name)
+        found = BlindEngine(rig.vehicle, BlindSettings(), score.threads).evaluate(rig)
+        maps.append(found)
+        ranges.append(
+            detection_range_of(
+                rig, USUAL_PLAN, score.threads,
+                progress=stages.begin("Finding detection ranges", rig.name),
+            )
+        )  # fmt: skip
+        parts.append(_parts(plan, rig, found, engine, field, traffic, counts, stages))
+        parts[-1]["card"] = range_document(ranges[-1])
+    figures = _figures(plan, field, traffic, evaluations, counted, parts, score)
+    return Report(figures, tuple(maps), tuple(ranges))
+
+
+def _counts(traffic: Traffic | None, rig: Rig, score: ScoreOptions) -> TargetScores | None:
+    if traffic is None:
+        return None
+    counts = TargetEngine(traffic, score.threads).evaluate(rig, TargetSettings(body=score.body))
+    return replace(counts, elapsed_ms=0.0)
+
+
+def report_profiles() -> tuple[tuple[Profile, ...], list[str]]:
+    """Return the profiles of test objects that a report shows, and the names of the others."""
+    every = bundled_profiles()
+    return (
+        tuple(profile for profile in every if not profile.from_memory),
+        [profile.name for profile in every if profile.from_memory],
+    )
+
+
+def _parts(
+    plan: ReportPlan,
+    rig: Rig,
+    found: BlindMap,
+    engine: Engine,
+    field: EntropyField,
+    traffic: Traffic | None,
+    counts: TargetScores | None,
+    stages: Stages,
+) -> dict[str, Any]:
+    """Return the figures of one rig on its own."""
+    settings, threads = settings_of(plan.score), plan.score.threads
+    body, profiles = plan.score.body_of(rig), report_profiles()[0]
+    judged = verdicts(rig, profiles, "blocks", jit.use_threads(threads))
+    mounted = mounts_document(rig, mounts_of(rig), violations(rig, USUAL_LIMITS))
+    stages.begin("Following rays", rig.name)
+    audited = audit_document(audit(field, rig, "blocks", threads))
+    stages.begin("Counting redundancy", rig.name)
+    voxels = voxel_coverage(engine, rig, settings.method)
+    users = None
+    if traffic is not None and counts is not None:
+        users = target_coverage(traffic, rig, counts.objects, counts.settings.min_points)
+    spread = None
+    if plan.draws:
+        progress = stages.begin("Drawing errors", rig.name)
+        measure = Measures(field, traffic, settings, SAMPLE_FRAMES, threads, designed=rig)
+        assembly = profile_called("assembly")
+        drawn = tolerance(rig, assembly, measure, plan.draws, plan.seed, False, progress)
+        spread = tolerance_document(drawn, body, measure)
+    checked = None
+    if plan.requirements is not None:
+        progress = stages.begin("Checking requirements", rig.name)
+        subject = Subject(rig, body, field, traffic, profiles, threads)
+        checked = check_document(rig, body, Check(subject, plan.requirements).verdicts(progress))
+    return {
+        "blind": blind_document(found, judged),
+        "mounts": mounted,
+        "audit": audited,
+        "redundancy": {
+            "note": NO_EVIDENCE,
+            "voxels": coverage_document(voxels, "nat"),
+            "road_users": None if users is None else coverage_document(users, "road users"),
+        },
+        "tolerance": spread,
+        "check": checked,
+    }
+
+
+def _figures(
+    plan: ReportPlan,
+    field: EntropyField,
+    traffic: Traffic | None,
+    evaluations: Sequence[Evaluation],
+    counted: Sequence[TargetScores],
+    parts: Sequence[dict[str, Any]],
+    score: ScoreOptions,
+) -> dict[str, Any]:
+    grid = field.grid
+    targets = targets_document(traffic, counted) if traffic is not None and counted else None
+    return {
+        "riglens_report": FORMAT_VERSION,
+        "version": installed_version(),
+        "inputs": Inputs(
+            rigs=[dumps(rig) for rig in plan.rigs],
+            voxel_m=grid.voxel_m,
+            roi_m=list(grid.roi_m),
+            method=score.method,
+            reading=score.reading,
+            camera_weight=score.camera_weight,
+            body=score.body,
+            draws=plan.draws,
+            seed=plan.seed,
+            boxes=None if plan.scene.boxes is None else plan.scene.boxes.name,
+            requirements=plan.requirements_text,
+            labels=plan.labels,
+            why=plan.why,
+        ).model_dump(by_alias=True, exclude={"why"} if plan.why is None else None),
+        "left_out": report_profiles()[1],
+        "evaluation": evaluation_document(field, settings_of(score), evaluations),
+        "targets": targets,
+        "rigs": list(parts),
+    }
+
+
+def differences(attached: Any, again: Any, where: str = "") -> list[str]:
+    """Return the differences between two documents, one line each: the path, the attached and the recomputed value."""
+    if isinstance(attached, dict) and isinstance(again, dict):
+        keys = list(dict.fromkeys([*attached, *again]))
+        parts = [
+            differences(attached.get(key), again.get(key), f"{where}.{key}" if where else str(key))
+            for key in keys
+        ]
+        return [line for part in parts for line in part]
+    if isinstance(attached, list) and isinstance(again, list | tuple) and len(attached) == len(again):
+        pairs = enumerate(zip(attached, again, strict=True))
+        return [line for n, (one, other) in pairs for line in differences(one, other, f"{where}[{n}]")]
+    return [] if attached == again else [f"{where}: attached {_short(attached)}, recomputed {_short(again)}"]
+
+
+def _short(value: Any) -> str:
+    return shortened(" ".join(reprlib.repr(value).split()), 80)

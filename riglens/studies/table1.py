@@ -1,0 +1,114 @@
+"""`riglens study table1`: score the paper's eight rigs, print them next to the published figures, write CSV.
+
+Its second half, published detection against our figures, is in `table2`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from rich.table import Table
+from rich.text import Text
+
+from riglens.app.terminal.console import progress_bar, results
+from riglens.app.terminal.loading import load_scene
+from riglens.app.terminal.scores import print_scene
+from riglens.app.terminal.tables import table
+from riglens.core.engine.engine import Engine
+from riglens.core.files import require_writable, write_file
+from riglens.core.rig.presets import PAPER_RIGS, preset
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.shown_values import thousands
+from riglens.core.study.table1 import MEASURES, Measure, Table1, Table1Row, table1
+from riglens.evaluation.options import SceneOptions, ScoreOptions
+from riglens.evaluation.scenario import settings_of
+from riglens.studies.files import csv_text
+from riglens.studies.table2 import compare_papers, print_papers, write_papers
+
+MEASURE_TITLES: dict[Measure, str] = {
+    "camera_s_mig": "Camera S-MIG",
+    "lidar_s_mig": "LiDAR S-MIG",
+    "s_ms": "S-MS",
+}
+
+
+def study(
+    scene: SceneOptions, score: ScoreOptions, csv_target: Path | None, detection_csv: Path | None = None
+) -> None:
+    """Print the paper's Tables I and II next to our figures, and the agreement of the orders; also write them as
+    CSV."""
+    for target in (csv_target, detection_csv):
+        if target is not None:
+            require_writable(target, scene.files)
+    rigs = [preset(name) for name in PAPER_RIGS]
+    _, field = load_scene(scene, rigs, score)
+    engine = Engine(field, score.threads)
+    with progress_bar("Casting rays") as progress:
+        found = table1(engine, settings_of(score), progress)
+    papers = compare_papers(engine, scene)
+    if detection_csv is not None:
+        write_papers(papers, detection_csv)
+    if csv_target is not None:
+        write_file(csv_target, table1_csv(found))
+    console = results(csv_target)
+    print_scene(field, rigs, score, console)
+    console.print(figures_table(found))
+    console.print(orders_table(found))
+    for line in verdict(found):
+        console.print(line, soft_wrap=True)
+    print_papers(papers, console)
+
+
+def table1_csv(found: Table1) -> str:
+    """Return the table as CSV, one line per rig and class, full precision, in nats."""
+    return csv_text([_csv_line(row, cls) for row in found.rows for cls in CLASSES])
+
+
+def _csv_line(row: Table1Row, cls: str) -> dict[str, object]:
+    line: dict[str, object] = {"rig": row.rig, "class": cls}
+    line |= {measure: repr(row.ours[cls].of(measure)) for measure in MEASURES}
+    line |= {f"published_{measure}": repr(row.published[cls].of(measure)) for measure in MEASURES}
+    return line
+
+
+def figures_table(found: Table1) -> Table:
+    """Tabulate the paper's Table I with its three blocks one below the other: our figures next to the published, 10³
+    nat."""
+    shown = table("10³ nat", *(title for name in CLASSES for title in (f"{name}\nours", "\npaper")))
+    for column in shown.columns[2::2]:
+        column.style = "dim"
+    for measure in MEASURES:
+        shown.add_row(Text(MEASURE_TITLES[measure], "bold"))
+        for row in found.rows:
+            shown.add_row(f"  {row.rig}", *_beside(row, measure))
+        shown.add_section()
+    return shown
+
+
+def _beside(row: Table1Row, measure: Measure) -> Iterable[str]:
+    for name in CLASSES:
+        yield thousands(row.ours[name].of(measure), 2)
+        yield thousands(row.published[name].of(measure), 2)
+
+
+def orders_table(found: Table1) -> Table:
+    """Return the order of groups and rigs for each class, lowest first, and the paper's where it differs."""
+    shown = table("class", "order of", "lowest first", "agrees", "τ", words=range(5))
+    for order in found.orders:
+        ours = " < ".join(order.ours)
+        lines = ours if order.agrees else f"{ours}\npaper: {' < '.join(order.published)}"
+        verdict = Text("yes", "green") if order.agrees else Text("no", "bold red")
+        by = "rigs, S-MS" if order.what == "rigs" else order.what
+        tau = "-" if order.kendall_tau is None else f"{order.kendall_tau:.2f}"
+        shown.add_row(order.cls if order.what == "LiDAR groups" else "", by, lines, verdict, tau)
+        if order.what == "rigs":
+            shown.add_section()
+    return shown
+
+
+def verdict(found: Table1) -> Iterable[str]:
+    """Yield how many orders agree, and the conclusion."""
+    same = sum(order.agrees for order in found.orders)
+    yield f"{same} of {len(found.orders)} orders are the paper's; τ is Kendall's rank correlation with it."
+    yield "Compare orders, not figures: those depend on the traffic, the voxel edge and the number of rays."
