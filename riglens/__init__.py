@@ -12,8 +12,30 @@ The other modules are `riglens.core`, `riglens.widgets` and `riglens.app`. A whe
 `riglens.assets`, in this one; in a checkout they are links to the folders beside it.
 """
 
+import sys
 from importlib import import_module
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
 from typing import TYPE_CHECKING
+
+
+def _find_folders() -> None:
+    """Import the folders beside this one where no links lead to them: a checkout on Windows, an unpacked sdist.
+
+    A longer `__path__` would do as well, but make `riglens.tests` and a second `riglens.riglens` importable.
+    """
+    here = Path(__file__).parent
+    for folder in ("app", "assets", "core", "widgets"):
+        source = here.parent / folder / "__init__.py"
+        if (here / folder).is_dir() or not source.is_file():
+            continue
+        spec = spec_from_file_location(f"{__name__}.{folder}", source)
+        assert spec is not None and spec.loader is not None
+        module = sys.modules[spec.name] = globals()[folder] = module_from_spec(spec)
+        spec.loader.exec_module(module)
+
+
+_find_folders()
 
 if TYPE_CHECKING:
     from riglens.api import *  # noqa: F403

@@ -1,26 +1,26 @@
-"""Wheel and source archive work where strangers put them: beside packages of the same names, on paths with spaces."""
+"""Wheel, source archive and checkout work where users put them: without symbolic links, on paths with spaces, beside
+packages of the same names."""
 
 from __future__ import annotations
 
 import json
-import os
+import shutil
 import subprocess
 import sys
-import sysconfig
 import tarfile
 import zipfile
 from pathlib import Path
-from typing import NamedTuple
 
 import pytest
 
 import riglens as rl
+from tests.environment import Environment
 from tests.waiting import TIMEOUT_S
-
-pytestmark = pytest.mark.slow
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 ROOMS = ("app", "assets", "core", "widgets")
+FOLDERS = (*ROOMS, "riglens", "docs")
+FILES = ("CHANGELOG.md", "LICENSE", "README.md", "pyproject.toml")
 WORK = """
 def seen(name):
     import riglens as rl
@@ -32,7 +32,6 @@ USE = """
 import importlib
 import json
 import multiprocessing
-import sys
 from concurrent.futures import ProcessPoolExecutor
 
 import app, assets, core, widgets
@@ -52,33 +51,21 @@ def main():
         found["dask"] = client.submit(seen, "W+T").result()
     scene = rl.load_scene(voxel_m=0.5, roi_m=(20, 20, 4))
     rl.render(rl.open_rig("W+T"), scene, "picture.png", size_px=(320, 200))
-    found["top"] = sorted({name.partition(".")[0] for name in sys.modules} & {"riglens", *ROOMS})
     print(json.dumps(found))
 
 
-ROOMS = ("app", "assets", "core", "widgets")
 if __name__ == "__main__":
     main()
 """
+WHERE = """
+import importlib.util
+import riglens as rl
+import riglens.core.errors
 
-
-class Stranger(NamedTuple):
-    """A project with packages of its own that are called like RigLens' folders, and where RigLens is installed."""
-
-    project: Path
-    site: Path
-
-    def run(self, *words: str) -> str:
-        """Standard output of Python in the project, where RigLens comes from the installed wheel alone."""
-        paths = (self.project, self.site, sysconfig.get_path("purelib"))
-        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(map(str, paths))}
-        # -S: the .pth file of the checkout's editable install is not read
-        command = [sys.executable, "-S", *words]
-        done = subprocess.run(
-            command, cwd=self.project, env=environment, capture_output=True, text=True, timeout=600
-        )
-        assert done.returncode == 0, done.stderr
-        return done.stdout
+assert "W+T" in rl.presets()
+assert importlib.util.find_spec("riglens.riglens") is None
+print(riglens.core.errors.__file__, riglens.assets.asset_path("library.yaml").is_file())
+"""
 
 
 def build(kind: str, source: Path, target: Path) -> Path:
@@ -89,81 +76,132 @@ def build(kind: str, source: Path, target: Path) -> Path:
     return built
 
 
+def files_in(*folders: str) -> set[str]:
+    """What belongs into an archive from folders of the repository, relative to it."""
+    found = [path for folder in folders for path in (REPOSITORY / folder).rglob("*") if path.is_file()]
+    names = {path.relative_to(REPOSITORY).as_posix() for path in found if "__pycache__" not in path.parts}
+    return {name for name in names if not name.startswith(tuple(f"riglens/{room}" for room in ROOMS))}
+
+
 @pytest.fixture(scope="module")
 def checkout(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The source archive, unpacked behind a path with spaces."""
-    archive = build("sdist", REPOSITORY, tmp_path_factory.mktemp("sdist"))
+    """A checkout as `git clone -c core.symlinks=false` makes it: each link is a text file that holds its target."""
     folder = tmp_path_factory.mktemp("check out")
-    with tarfile.open(archive) as files:
-        files.extractall(folder, filter="data")
-    (checkout,) = folder.iterdir()
-    return checkout
-
-
-@pytest.fixture(scope="module")
-def wheel(checkout: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The wheel, built from the source archive."""
-    return build("wheel", checkout, tmp_path_factory.mktemp("wheel"))
-
-
-@pytest.fixture(scope="module")
-def stranger(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Stranger:
-    """A project with its own core, app, widgets and assets, and the wheel behind a path with spaces."""
-    folder = tmp_path_factory.mktemp("some one's")
-    project, site = folder / "the project", folder / "site packages"
+    for name in FOLDERS:
+        links = ROOMS if name == "riglens" else ()
+        shutil.copytree(
+            REPOSITORY / name, folder / name, ignore=shutil.ignore_patterns("__pycache__", *links)
+        )
+    for name in FILES:
+        shutil.copy(REPOSITORY / name, folder)
     for room in ROOMS:
-        (project / room).mkdir(parents=True)
+        (folder / "riglens" / room).write_text(f"../{room}")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def sdist(checkout: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The source archive, built from the checkout without links."""
+    return build("sdist", checkout, tmp_path_factory.mktemp("sdist"))
+
+
+@pytest.fixture(scope="module")
+def unpacked(sdist: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of the unpacked source archive, behind a path with spaces."""
+    folder = tmp_path_factory.mktemp("un packed")
+    with tarfile.open(sdist) as files:
+        files.extractall(folder, filter="data")
+    (unpacked,) = folder.iterdir()
+    return unpacked
+
+
+@pytest.fixture(scope="module")
+def wheel(unpacked: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The wheel, built from the source archive."""
+    return build("wheel", unpacked, tmp_path_factory.mktemp("wheel"))
+
+
+@pytest.fixture(scope="module")
+def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Environment:
+    """An environment with the wheel, behind a path with spaces."""
+    environment = Environment(tmp_path_factory.mktemp("some one's") / "the environment")
+    environment.install(wheel)
+    return environment
+
+
+@pytest.fixture(scope="module")
+def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A project with its own core, app, widgets and assets."""
+    project = tmp_path_factory.mktemp("the project")
+    for room in ROOMS:
+        (project / room).mkdir()
         (project / room / "__init__.py").write_text(f"OWNER = 'the {room} of somebody else'\n")
     (project / "core" / "work.py").write_text(WORK)
     (project / "use.py").write_text(USE)
-    words = ("install", "--no-deps", "--no-index", "--quiet", "--target", str(site), str(wheel))
-    subprocess.run([sys.executable, "-m", "pip", *words], check=True, timeout=TIMEOUT_S)
-    return Stranger(project, site)
+    return project
 
 
-def test_the_wheel_holds_riglens_and_nothing_else(wheel: Path, stranger: Stranger) -> None:
-    names = zipfile.ZipFile(wheel).namelist()
+def test_the_source_archive_holds_every_file_once(sdist: Path) -> None:
+    with tarfile.open(sdist) as files:
+        names = [file.name.partition("/")[2] for file in files.getmembers() if file.isfile()]
+    assert sorted({*names} - {"PKG-INFO", ".gitignore"}) == sorted({*files_in(*FOLDERS), *FILES})
+
+
+def test_the_wheel_holds_riglens_and_nothing_else(wheel: Path) -> None:
+    names = set(zipfile.ZipFile(wheel).namelist())
     assert {name.partition("/")[0] for name in names} == {"riglens", f"riglens-{rl.__version__}.dist-info"}
-    assert {"riglens/py.typed", "riglens/api.py", "riglens/core/kernels/runtime/jit.py"} <= set(names)
-    templates = {path.name for path in (REPOSITORY / "riglens" / "reporting" / "templates").iterdir()}
-    assert {f"riglens/reporting/templates/{name}" for name in templates} <= set(names) and len(templates) > 5
-    own = {path.name for path in stranger.site.iterdir()}
-    assert own == {"riglens", f"riglens-{rl.__version__}.dist-info", "bin"}
-    assert [path.name for path in (stranger.site / "bin").iterdir()] == ["riglens"]
+    within = {name.partition("/")[2] for name in names if name.startswith("riglens/")}
+    own = {name.removeprefix("riglens/") for name in files_in("riglens")}
+    assert {name for name in within if not name.startswith("docs/")} == files_in(*ROOMS) | own
+    assert "docs/first-five-minutes.md" in within
 
 
-def test_it_works_beside_packages_of_the_same_names(stranger: Stranger, xvfb: str) -> None:
-    found = json.loads(stranger.run("use.py"))
+def test_a_checkout_with_links_makes_the_same_wheel(wheel: Path, tmp_path: Path) -> None:
+    linked = zipfile.ZipFile(build("wheel", REPOSITORY, tmp_path))
+    assert {file.filename: file.CRC for file in linked.infolist()} == {
+        file.filename: file.CRC for file in zipfile.ZipFile(wheel).infolist()
+    }
+
+
+@pytest.mark.parametrize("source", ["checkout", "unpacked"])
+def test_sources_without_links_run_in_place(
+    source: str, request: pytest.FixtureRequest, tmp_path: Path
+) -> None:
+    folder = request.getfixturevalue(source)
+    environment = Environment(tmp_path / "environment")
+    for package in ("riglens", "app"):
+        assert "W+T" in environment.run("python", "-m", package, "list", "rigs", cwd=folder)
+    environment.install("--editable", folder)
+    assert "W+T" in environment.run("riglens", "list", "rigs")
+    assert environment.run("python", "-c", WHERE).strip() == f"{folder / 'core' / 'errors.py'} True"
+
+
+def test_the_wheel_runs_in_an_empty_environment(installed: Environment) -> None:
+    assert "W+T" in installed.run("riglens", "list", "rigs")
+    package = installed.site / "riglens"
+    assert installed.run("python", "-c", WHERE).strip() == f"{package / 'core' / 'errors.py'} True"
+
+
+@pytest.mark.slow
+def test_it_works_beside_packages_of_the_same_names(installed: Environment, project: Path, xvfb: str) -> None:
+    found = json.loads(installed.run("python", "use.py", cwd=project))
     assert found["own"] == [f"the {room} of somebody else" for room in ROOMS]
-    package = stranger.site / "riglens"
+    package = installed.site / "riglens"
     assert [Path(found[room]) for room in ROOMS] == [package / room for room in ROOMS]
     scene = rl.load_scene(voxel_m=0.5, roi_m=(20, 20, 4))
     expected = [str(package / "__init__.py"), rl.score(rl.open_rig("W+T"), scene)["car"].seen]
     assert [found["here"], found["process"], found["dask"]] == [expected] * 3
-    assert (stranger.project / "picture.png").read_bytes().startswith(b"\x89PNG")
+    assert (project / "picture.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_the_command_line_works_there(stranger: Stranger) -> None:
-    assert stranger.run("-m", "riglens", "--version").strip() == rl.__version__
+@pytest.mark.slow
+def test_commands_with_processes_work_there(installed: Environment, project: Path) -> None:
     for number in range(2):
-        (stranger.project / f"{number}.csv").write_text(
+        (project / f"{number}.csv").write_text(
             f"seq,frame,cls,x,y,z,length,width,height,yaw\ns,{number},car,6,{number},0.8,4.5,1.9,1.6,0.3\n"
         )
     grid = ("--voxel", "0.5", "--roi", "20", "20", "4")
-    words = ("-m", "riglens", "pog", "0.csv", "1.csv", "--out", "cars.npz", *grid, "--workers", "2")
-    assert "2 frames" in stranger.run(*words)
-    assert '"name": "W+T"' in stranger.run(
-        "-m", "riglens", "evaluate", "W+T", "--pog", "cars.npz", "--json", "-"
-    )
-
-
-def test_the_source_archive_runs_where_it_is_unpacked(checkout: Path) -> None:
-    environment = {**os.environ, "PYTHONPATH": sysconfig.get_path("purelib")}
-    code = "import riglens.core.errors as found; print(found.__file__)"
-    for words in (("-m", "riglens", "--help"), ("-m", "riglens", "presets"), ("-c", code)):
-        command = [sys.executable, "-S", *words]
-        done = subprocess.run(
-            command, cwd=checkout, env=environment, capture_output=True, text=True, timeout=TIMEOUT_S
-        )
-        assert done.returncode == 0, done.stderr
-    assert Path(done.stdout.strip()) == checkout / "riglens" / "core" / "errors.py"
+    words = ("data", "build", "0.csv", "1.csv", "--out", "cars.npz", *grid, "--workers", "2")
+    assert "2 frames" in installed.run("python", "-m", "riglens", *words, cwd=project)
+    words = ("evaluate", "W+T", "--pog", "cars.npz", "--json", "-")
+    assert '"name": "W+T"' in installed.run("python", "-m", "riglens", *words, cwd=project)
