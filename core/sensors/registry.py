@@ -1,14 +1,16 @@
-"""The kinds of sensor that the program knows, in the order in which they are shown."""
+"""Kinds of sensors in the order in which they are shown: built-in ones, then those of installed packages."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import cache
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, ValidationInfo
 from pydantic_core import PydanticCustomError, PydanticKnownError
 
+from riglens.core.extensions import extended
 from riglens.core.sensors.base import Sensor
 from riglens.core.sensors.camera import CAMERA
 from riglens.core.sensors.kind import SensorKind
@@ -17,12 +19,18 @@ from riglens.core.sensors.radar import RADAR
 from riglens.core.sensors.ultrasonic import ULTRASONIC
 
 AnyKind = SensorKind[Any]
-_KINDS: dict[str, AnyKind] = {kind.name: kind for kind in (LIDAR, CAMERA, RADAR, ULTRASONIC)}
+BUILT_IN: dict[str, AnyKind] = {kind.name: kind for kind in (LIDAR, CAMERA, RADAR, ULTRASONIC)}
+"""The kinds that come with RigLens, by name."""
+
+
+@cache
+def _kinds() -> dict[str, AnyKind]:
+    return extended("riglens.sensors", BUILT_IN, SensorKind)
 
 
 def kinds() -> tuple[AnyKind, ...]:
     """Return every kind; LiDARs first, as in lists of sensors."""
-    return tuple(_KINDS.values())
+    return tuple(_kinds().values())
 
 
 def further_kinds(present: Iterable[str]) -> tuple[AnyKind, ...]:
@@ -39,29 +47,29 @@ def shown_kinds(present: Iterable[str]) -> tuple[AnyKind, ...]:
 
 def kind_names() -> tuple[str, ...]:
     """Return the name of every kind; its place is its row in sums and sets of voxels."""
-    return tuple(_KINDS)
+    return tuple(_kinds())
 
 
 def kind_named(name: object) -> AnyKind | None:
     """Return the kind of that name, None when there is none."""
-    return _KINDS.get(name) if isinstance(name, str) else None
+    return _kinds().get(name) if isinstance(name, str) else None
 
 
 def kind_of(sensor: Sensor | str) -> AnyKind:
     """Return the kind of a sensor, or of a name that is known to be one."""
-    return _KINDS[sensor if isinstance(sensor, str) else sensor.kind]
+    return _kinds()[sensor if isinstance(sensor, str) else sensor.kind]
 
 
 @contextmanager
 def registered(kind: AnyKind) -> Iterator[None]:
     """Know one more kind for a while: for tests, and for trying one out."""
-    if kind.name in _KINDS:
+    if kind.name in _kinds():
         raise ValueError(f"kind '{kind.name}' already exists")
-    _KINDS[kind.name] = kind
+    _kinds()[kind.name] = kind
     try:
         yield
     finally:
-        del _KINDS[kind.name]
+        del _kinds()[kind.name]
 
 
 def one_of(names: Iterable[str], name: str) -> str:
@@ -84,6 +92,6 @@ def validated_sensor(value: object, info: ValidationInfo) -> Sensor:
         raise PydanticKnownError("dict_type")
     kind = kind_named(value.get("kind"))
     if kind is None:
-        raise ValueError(f"kind must be {' or '.join(_KINDS)}")
+        raise ValueError(f"kind must be {' or '.join(_kinds())}")
     sensor: Sensor = kind.model.model_validate(value, by_alias=True, by_name=False, context=info.context)
     return sensor

@@ -1,9 +1,9 @@
-"""Appearance of each kind of sensor: one entry per kind, and a plain one for a kind without an entry. No Qt, no VTK."""
+"""Appearance of each kind of sensor: one entry per built-in kind, and a default for any other. No Qt, no VTK."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from riglens.core.sensors.camera import CAMERA
 from riglens.core.sensors.lidar import LIDAR, Lidar
 from riglens.core.sensors.radar import RADAR
+from riglens.core.sensors.registry import BUILT_IN, kind_named
 from riglens.core.sensors.ultrasonic import ULTRASONIC
 from riglens.widgets.sensors.ways import CAMERA_WAYS, LIDAR_WAYS, Ways
 from riglens.widgets.theme import Palette, mix
@@ -116,8 +117,16 @@ APPEARANCES = {
 
 
 def appearance_of(kind: str) -> Appearance:
-    """Return how the sensors of the kind of that name look."""
-    return APPEARANCES.get(kind, PLAIN)
+    """Return how the sensors of the kind of that name look.
+
+    A kind without an entry looks like the one that its model is derived from, in other colours, or else plain.
+    """
+    found, known = APPEARANCES.get(kind), kind_named(kind)
+    if found is not None or known is None:
+        return found or PLAIN
+    bases = (base for base in BUILT_IN.values() if issubclass(known.model, base.model))
+    base = next((APPEARANCES[base.name] for base in bases), PLAIN)
+    return replace(base, colour=PLAIN.colour, ray_colours=PLAIN.ray_colours)
 
 
 def colour_of(kind: str) -> str:

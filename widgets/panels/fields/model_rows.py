@@ -81,6 +81,14 @@ def _kind_of(name: str, info: FieldInfo) -> _Kind:
     return _Kind(plain, NoneType in found, unit, float(str(extra.get("step", 1.0))))
 
 
+def is_editable(info: FieldInfo) -> bool:
+    """Return whether a form has an input for a field: a value, one of several, or a list; not so for other types."""
+    plain = [kind for kind in _alternatives(info.annotation) if kind is not NoneType and not _is_model(kind)]
+    return bool(plain) and (
+        plain[0] in (bool, int, float, str) or get_origin(plain[0]) in (Literal, tuple, list)
+    )
+
+
 def _is_model(kind: Any) -> bool:
     return isinstance(kind, type) and issubclass(kind, BaseModel)
 

@@ -19,7 +19,7 @@ from riglens.widgets.panels.controls.scrolled import breakable
 from riglens.widgets.panels.controls.style import numbers_font, plain_tip
 from riglens.widgets.panels.fields.edits import NumberEdit, TextEdit
 from riglens.widgets.panels.fields.form import ChoiceBox, Form, read, write
-from riglens.widgets.panels.fields.model_rows import ModelRows, titles_of
+from riglens.widgets.panels.fields.model_rows import ModelRows, is_editable, titles_of
 from riglens.widgets.panels.fields.quantity import DEGREES, METRES, Unit
 from riglens.widgets.panels.inspector.marginal_view import MarginalView
 from riglens.widgets.panels.inspector.pose_tools import PairLine, PoseTools
@@ -179,7 +179,8 @@ class SensorForm(Form):
         added: list[Ways] = []
         for name in (name for name in model.model_fields if name not in Sensor.model_fields):
             if name not in ways:
-                self._rows.add(model, name)
+                if is_editable(model.model_fields[name]):  # else it is for the rig file alone
+                    self._rows.add(model, name)
             elif ways[name] not in added:
                 self._rows.add_ways(model, ways[name])
                 added.append(ways[name])
