@@ -181,6 +181,26 @@ class FileBoxSource(ABC):
         return report if self.options.is_part else with_all_frames(report, self.options.frames)
 
 
+@dataclass(frozen=True)
+class BoxFormat:
+    """A format of box data.
+
+    name: of the format; title: in the list of formats that are read. recognises: asked with a path that exists; it
+    looks at names and first bytes alone. opens: the source at a path, or at each of the `members` of a folder.
+    classes: from names in the data, in lower case, to car, bicycle and pedestrian. origin_m: place of the source's
+    origin in the vehicle frame, metres, if that is known, and origin_is: what is there ("the rear axle").
+    """
+
+    name: str
+    title: str
+    recognises: Callable[[Path], bool]
+    opens: Callable[[Path, BoxOptions], FileBoxSource]
+    classes: Mapping[str, str]
+    origin_m: Vec3 | None = None
+    origin_is: str = ""
+    members: Callable[[Path], Sequence[Path]] | None = None
+
+
 def require_frames(frames: int | None) -> None:
     """Raise InputError for a number of frames, where one is given, that no data set has."""
     if frames is not None and not 1 <= frames <= MAX_FRAMES:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 from pathlib import Path
 
 from riglens.core.errors import InputError
+from riglens.core.extensions import extended, first_fitting
 from riglens.core.geometry import Vec3
 from riglens.core.scene.limits import require_few_files
 from riglens.core.scene.readers import argoverse_files, nuscenes
@@ -13,30 +15,18 @@ from riglens.core.scene.readers.argoverse_files import find_logs, is_feather
 from riglens.core.scene.readers.carla import FOLDERS, CarlaSource
 from riglens.core.scene.readers.classes import ANY_TABLE, ARGOVERSE, CARLA, KITTI, NUSCENES, ClassTable
 from riglens.core.scene.readers.collection import BoxCollection
-from riglens.core.scene.readers.common import BoxOptions, FileBoxSource, readable
+from riglens.core.scene.readers.common import BoxFormat, BoxOptions, FileBoxSource, readable
 from riglens.core.scene.readers.kitti import OBJECT, TRACKING, VELODYNE_M, KittiSource, LabelLayout
 from riglens.core.scene.readers.nuscenes import NuscenesSource
 from riglens.core.scene.readers.nuscenes_tables import tables_folder
 
-ACCEPTED = (
-    "a CSV, CSV.gz or Parquet table or a folder of them, a nuScenes folder, annotations.feather or log folders of "
-    "Argoverse 2, a KITTI tracking or object folder, or a CARLA folder"
-)
 PICKLE_ENDINGS = (".pkl", ".pkl.gz", ".pickle")
 TABLE_ENDINGS = (".csv", ".csv.gz", ".parquet", ".pq")
 Source = FileBoxSource | BoxCollection
-Options = Callable[[str, bool], BoxOptions]
-"""From a layout, and whether the data are a part of a larger set, to the options of reading them."""
-_LAYOUTS: dict[str, tuple[Mapping[str, str], Vec3 | None, str]] = {
-    "nuscenes": (NUSCENES, nuscenes.REAR_AXLE_M, "the rear axle is"),
-    "argoverse": (ARGOVERSE, argoverse_files.REAR_AXLE_M, "the rear axle is"),
-    "kitti": (KITTI, VELODYNE_M, "the Velodyne is"),
-    "carla": (CARLA, None, ""),
-    "table": (ANY_TABLE, None, ""),
-}
-"""Classes of a layout's names; the place of its origin in the vehicle frame, metres, where that is known; and what is
-there."""
+Options = Callable[[BoxFormat, bool], BoxOptions]
+"""From a format, and whether the data are a part of a larger set, to the options of reading them."""
 _NO_SHIFT: Vec3 = (0.0, 0.0, 0.0)
+_GROUP = "riglens.formats"
 
 
 def open_boxes(
@@ -56,12 +46,11 @@ def open_boxes(
     the source's table. notes: further sentences for the report. Raise InputError when nothing readable is there.
     """
 
-    def options(layout: str, is_part: bool) -> BoxOptions:
-        names, known_m, what = _LAYOUTS[layout]
-        x, y, z = origin_m or known_m or _NO_SHIFT
-        told = f"origin: {what} at {x:g} {y:g} {z:g} m in the vehicle frame"
-        more = (told,) if origin_m is None and known_m is not None else ()
-        classes = ClassTable(names, dict(class_map or {}))
+    def options(format_: BoxFormat, is_part: bool) -> BoxOptions:
+        x, y, z = origin_m or format_.origin_m or _NO_SHIFT
+        told = f"origin: {format_.origin_is} is at {x:g} {y:g} {z:g} m in the vehicle frame"
+        more = (told,) if origin_m is None and format_.origin_m is not None else ()
+        classes = ClassTable(format_.classes, dict(class_map or {}))
         return BoxOptions((x, y, z + lift_m), classes, None if is_part else frames, is_part, (*notes, *more))
 
     places = [Path(path)] if isinstance(path, str | Path) else list(path)
@@ -82,57 +71,53 @@ def default_origin_m(path: Path) -> Vec3:
     Looks at names and first bytes alone. Raise InputError as open_boxes does.
     """
     with readable(path):
-        return _LAYOUTS[_layout(path)][1] or _NO_SHIFT
+        return _format_of(path).origin_m or _NO_SHIFT
 
 
 def has_known_origin(path: Path) -> bool:
     """Return whether the source fixes the origin's place on its car; only names and first bytes are read."""
     with readable(path):
-        return _LAYOUTS[_layout(path)][1] is not None
+        return _format_of(path).origin_m is not None
 
 
 def _open(place: Path, options: Options, is_part: bool) -> Source:
     with readable(place):
-        layout = _layout(place)
-        chosen = options(layout, is_part)
-        if place.is_file():
-            return _open_file(place, layout, chosen)
-        if layout == "nuscenes":
-            tables = tables_folder(place)
-            assert tables is not None
-            return NuscenesSource(place, tables, chosen)
-        if layout == "kitti":
-            kitti = _kitti_layouts(place)
-            if len(kitti) > 1:
-                raise InputError(f"{place}: must hold label_02 or label_2 (got both)")
-            return KittiSource(place, kitti[0], chosen)
-        if layout == "carla":
-            return CarlaSource(place, chosen)
-        files = find_logs(place) if layout == "argoverse" else _box_tables(place)
+        format_ = _format_of(place)
+        if format_.members is None or place.is_file():
+            return format_.opens(place, options(format_, is_part))
+        files = format_.members(place)
         require_few_files(len(files), place)
-        members = [_open_file(file, layout, options(layout, True)) for file in files]
-        return BoxCollection(str(place), members, chosen.frames, is_part)
+        members = [format_.opens(file, options(format_, True)) for file in files]
+        return BoxCollection(str(place), members, options(format_, is_part).frames, is_part)
 
 
-def _layout(place: Path) -> str:
+def _format_of(place: Path) -> BoxFormat:
     """Return the format of a path, by layout (folder) or content (file); raise InputError for an unknown one."""
     _refuse_pickles(place)
-    if place.is_file():
-        return "argoverse" if is_feather(place) else "table"
-    if not place.is_dir():
-        found = "neither a file nor a folder" if place.exists() else "no such file or folder"
-        raise InputError(f"{place}: {found} (must be {ACCEPTED})")
-    if tables_folder(place):
-        return "nuscenes"
-    if _kitti_layouts(place):
-        return "kitti"
-    if any((place / name).is_dir() for name in FOLDERS):
-        return "carla"
-    if find_logs(place):
-        return "argoverse"
-    if _box_tables(place):
-        return "table"
-    raise InputError(f"{place}: no box data in this folder (must be {ACCEPTED})")
+    problem = "no such file or folder"
+    if place.is_file() or place.is_dir():
+        found = (
+            next((format_ for format_ in _FORMATS if format_.recognises(place)), None)
+            or first_fitting(_GROUP, _added(), lambda format_: format_.recognises(place))
+            or (_TABLE if _TABLE.recognises(place) else None)  # last: any file may be a table
+        )
+        if found is not None:
+            return found
+        problem = "no box data in this folder"
+    elif place.exists():
+        problem = "neither a file nor a folder"
+    titles = ", ".join(format_.title for format_ in (*_FORMATS, *_added()))
+    raise InputError(f"{place}: {problem} (must be {titles}, or {_TABLE.title})")
+
+
+@cache
+def _added() -> tuple[BoxFormat, ...]:
+    """Return the formats of installed packages."""
+    built_in = {format_.name: format_ for format_ in (*_FORMATS, _TABLE)}
+    found = extended(
+        _GROUP, built_in, BoxFormat, beside=(object,)
+    )  # the registry of rig formats reports others
+    return tuple(format_ for name, format_ in found.items() if name not in built_in)
 
 
 def _refuse_pickles(place: Path) -> None:
@@ -146,19 +131,70 @@ def _refuse_pickles(place: Path) -> None:
         )
 
 
-def _open_file(place: Path, layout: str, options: BoxOptions) -> FileBoxSource:
-    # imported late: these load pyarrow, which the window's first picture must not wait for
-    from riglens.core.scene.readers.argoverse import ArgoverseSource
-    from riglens.core.scene.readers.table import TableSource
+def _open_nuscenes(place: Path, options: BoxOptions) -> FileBoxSource:
+    tables = tables_folder(place)
+    assert tables is not None
+    return NuscenesSource(place, tables, options)
 
-    return ArgoverseSource(place, options) if layout == "argoverse" else TableSource(place, options)
+
+def _open_kitti(place: Path, options: BoxOptions) -> FileBoxSource:
+    layouts = _kitti_layouts(place)
+    if len(layouts) > 1:
+        raise InputError(f"{place}: must hold label_02 or label_2 (got both)")
+    return KittiSource(place, layouts[0], options)
 
 
 def _kitti_layouts(path: Path) -> list[LabelLayout]:
     return [layout for layout in (TRACKING, OBJECT) if (path / layout.folder).is_dir()]
 
 
+def _open_argoverse(place: Path, options: BoxOptions) -> FileBoxSource:
+    # imported late, as for tables: this loads pyarrow, which the window's first picture must not wait for
+    from riglens.core.scene.readers.argoverse import ArgoverseSource
+
+    return ArgoverseSource(place, options)
+
+
+def _open_table(place: Path, options: BoxOptions) -> FileBoxSource:
+    from riglens.core.scene.readers.table import TableSource
+
+    return TableSource(place, options)
+
+
 def _box_tables(path: Path) -> list[Path]:
     """Return the tables in a folder, sorted by name."""
     files = (file for file in path.iterdir() if file.name.lower().endswith(TABLE_ENDINGS))
     return sorted(file for file in files if file.is_file() and not file.name.startswith("."))
+
+
+_FORMATS = (
+    BoxFormat(
+        "nuscenes", "a nuScenes folder",
+        lambda place: place.is_dir() and tables_folder(place) is not None,
+        _open_nuscenes, NUSCENES, nuscenes.REAR_AXLE_M, "the rear axle",
+    ),
+    BoxFormat(
+        "kitti", "a KITTI tracking or object folder",
+        lambda place: bool(_kitti_layouts(place)),
+        _open_kitti, KITTI, VELODYNE_M, "the Velodyne",
+    ),
+    BoxFormat(
+        "carla", "a CARLA folder",
+        lambda place: any((place / name).is_dir() for name in FOLDERS),
+        CarlaSource, CARLA,
+    ),
+    BoxFormat(
+        "argoverse", "annotations.feather or log folders of Argoverse 2",
+        lambda place: is_feather(place) if place.is_file() else bool(find_logs(place)),
+        _open_argoverse, ARGOVERSE, argoverse_files.REAR_AXLE_M, "the rear axle", find_logs,
+    ),
+)  # fmt: skip
+"""The built-in formats of folders and logs, in the order in which they are tried."""
+_TABLE = BoxFormat(
+    "table",
+    "a CSV, CSV.gz or Parquet table or a folder of them",
+    lambda place: place.is_file() or bool(_box_tables(place)),
+    _open_table,
+    ANY_TABLE,
+    members=_box_tables,
+)
