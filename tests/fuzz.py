@@ -32,7 +32,7 @@ from riglens.app.session import autosave
 from riglens.assets import asset_path
 from riglens.core import cache_folder
 from riglens.core.errors import InputError
-from riglens.core.formats.exchange import FORMATS, WRITABLE, read_rig
+from riglens.core.formats.exchange import FORMATS, read_rig, writable
 from riglens.core.kernels.runtime.compiled import KernelFolder
 from riglens.core.rig import library
 from riglens.core.rig.model import Rig
@@ -146,7 +146,7 @@ def _formats(folder: Path) -> Iterator[Target]:
 
 def _write(rig: Rig) -> None:
     """Write a rig in every format; one without sensors may be refused."""
-    for name in WRITABLE:
+    for name in writable():
         try:
             FORMATS[name].write(rig)
         except InputError as error:

@@ -25,19 +25,19 @@ from riglens.core.engine.audit import audit
 from riglens.core.engine.engine import Engine
 from riglens.core.engine.evaluation_json import evaluation_document
 from riglens.core.errors import InputError
-from riglens.core.formats.exchange import FORMATS, WRITABLE
+from riglens.core.formats.exchange import FORMATS, writable
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import PAPER_SETTINGS, MetricSettings
 from riglens.core.review.documents import blind_document
 from riglens.core.review.profiles import Profile
 from riglens.core.review.redundancy import target_coverage, voxel_coverage
 from riglens.core.rig.history import History, describe
-from riglens.core.rig.model import Rig, Vehicle
+from riglens.core.rig.model import Lidar, Rig, Vehicle
 from riglens.core.rig.yaml.file import dumps, loads
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.columns import unpack
 from riglens.core.sensing.rays import sensor_rays
-from riglens.core.sensors.base import Sensor
+from riglens.core.sensors.base import Sector, Sensor
 from riglens.core.sensors.kind import HitMeasure, Occlusion, Placement, SensorKind
 from riglens.core.sensors.lattice import Ids
 from riglens.core.sensors.mounting import outwards_rpy_deg
@@ -61,6 +61,7 @@ from riglens.widgets.panels.fields.edits import NumberEdit
 from riglens.widgets.panels.fields.quantity import DEGREES
 from riglens.widgets.panels.inspector.panel import Inspector
 from riglens.widgets.panels.sensors.tree import SensorTree
+from riglens.widgets.sensors.appearance import PLAIN, appearance_of
 from riglens.widgets.sensors.ray_key import entries_of
 from riglens.widgets.sensors.ray_look import RayLook
 from riglens.widgets.theme import DARK
@@ -330,7 +331,7 @@ def _entropy_q(field: EntropyField, mask: NDArray[np.bool_]) -> list[int]:
     return [int(field.entropies_q[field.codes()[chosen], cls].sum()) for cls in range(len(CLASSES))]
 
 
-@pytest.mark.parametrize("name", [name for name in WRITABLE if name != "riglens"])
+@pytest.mark.parametrize("name", [name for name in writable() if name != "riglens"])
 def test_no_other_format_drops_it_in_silence(name: str) -> None:
     written = FORMATS[name].write(rig_with(TOP, EYE, probe()))
     assert any("probe: " in line and "(probe)" in line for line in written.report.lines())
@@ -381,6 +382,35 @@ def test_the_inspector_edits_its_fields(qtbot: QtBot) -> None:
     assert edited == [{"probe": probe(opening_deg=60.0)}]
     derived = inspector.form.findChild(QLabel, "Opening")
     assert derived is not None and derived.text() == "40°"
+
+
+class TunedProbe(Probe):
+    """A probe with fields for which a form has no input."""
+
+    kind: Literal["tuned"] = "tuned"  # type: ignore[assignment]
+    sector: Sector | None = None
+    gains: dict[str, float] = Field(default_factory=dict)
+    power: float = 1.0
+
+
+def test_fields_without_an_input_are_left_to_the_rig_file(qtbot: QtBot) -> None:
+    with registered(replace(PROBE, name="tuned", model=TunedProbe)):
+        inspector = Inspector()
+        qtbot.addWidget(inspector)
+        inspector.set_rig(rig_with(TunedProbe(name="tuned", position=(0.0, 0.0, 1.0))), ("tuned",))
+        found = {edit.objectName() for edit in inspector.form.findChildren(NumberEdit)}
+    assert {"power", "opening_deg"} <= found and not {"sector", "gains"} & found
+
+
+def test_a_kind_derived_from_another_looks_like_it_in_other_colours() -> None:
+    class Scanner(Lidar):
+        kind: Literal["scanner"] = "scanner"  # type: ignore[assignment]
+
+    look = appearance_of("lidar")
+    with registered(replace(kind_of("lidar"), name="scanner", model=Scanner)):
+        derived = appearance_of("scanner")
+    assert derived == replace(look, colour=PLAIN.colour, ray_colours=PLAIN.ray_colours) != look
+    assert appearance_of("probe") == PLAIN
 
 
 def test_its_body_and_its_rays_are_drawn_with_a_key() -> None:

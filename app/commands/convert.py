@@ -11,7 +11,7 @@ from cyclopts import Parameter
 from riglens.app.terminal.console import note_report, results
 from riglens.core.errors import InputError
 from riglens.core.files import require_apart, write_file
-from riglens.core.formats.exchange import WRITABLE, format_called, format_for, read_rig, write_rig
+from riglens.core.formats.exchange import format_called, format_for, read_rig, writable, write_rig
 from riglens.core.formats.mounts import ReadOptions
 from riglens.core.formats.opening import open_rig
 from riglens.core.formats.report import Report
@@ -63,7 +63,7 @@ def convert(
     report
         Also write the conversion report to this file, sensor by sensor.
     """
-    target = format_called(to, WRITABLE) if to else format_for(out)
+    target = format_called(to, writable()) if to else format_for(out)
     require_apart(out, (source,))
     if report is not None:
         require_apart(report, (source,))

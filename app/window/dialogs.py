@@ -11,15 +11,10 @@ from typing import Literal
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFileDialog, QInputDialog, QMessageBox, QWidget
 
-from riglens.core.formats.opening import ENDINGS
 from riglens.widgets.panels.help.guide import Guide
 from riglens.widgets.panels.help.shortcut_sheet import Group, ShortcutSheet
 
 RIG_FILES = "Rig files (*.yaml *.yml);;All files (*)"
-OPEN_FILES = (
-    f"Rigs, also of other programs ({' '.join(f'*{ending}' for ending in (*ENDINGS, '.json.gz'))});;"
-    "RigLens rigs (*.yaml *.yml);;All files (*)"
-)
 BOX_FILES = "Box tables (*.csv *.csv.gz *.parquet *.feather);;All files (*)"
 MESH_FILES = "Meshes (*.glb *.gltf *.obj *.stl *.ply);;All files (*)"
 PICTURES = "PNG pictures (*.png)"
@@ -29,12 +24,20 @@ REPORTS = "Pages (*.html);;PDF (*.pdf)"
 Unsaved = Literal["save", "discard", "cancel"]
 
 
+def rig_files() -> str:
+    """Return the filter for files that hold a rig, of any program."""
+    from riglens.core.formats.exchange import endings  # many formats: not while the window opens
+
+    patterns = " ".join(f"*{ending}" for ending in (*endings(), ".json.gz"))
+    return f"Rigs, also of other programs ({patterns});;RigLens rigs (*.yaml *.yml);;All files (*)"
+
+
 class Dialogs:
     """Questions to the user in Qt's dialogs; None means that they changed their mind."""
 
     def open_rig(self, parent: QWidget, folder: Path | None) -> Path | None:
         """Ask for the rig file to open."""
-        return _open(parent, "Open a rig", folder, OPEN_FILES)
+        return _open(parent, "Open a rig", folder, rig_files())
 
     def save_rig(self, parent: QWidget, suggestion: Path) -> Path | None:
         """Ask where to save the rig."""

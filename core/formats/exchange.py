@@ -1,13 +1,15 @@
-"""Every rig format by name: detecting, reading and writing them."""
+"""Rig formats by name: detecting, reading and writing them."""
 
 from __future__ import annotations
 
 import difflib
 import os
 import time
+from functools import cache
 from pathlib import Path
 
 from riglens.core.errors import InputError
+from riglens.core.extensions import extended, first_fitting
 from riglens.core.files import atomic_folder, atomic_write
 from riglens.core.formats.airsim import AIRSIM
 from riglens.core.formats.apollo import APOLLO
@@ -28,7 +30,7 @@ from riglens.core.formats.mmdet3d import MMDET3D
 from riglens.core.formats.mounts import ReadOptions
 from riglens.core.formats.nuscenes import NUSCENES
 from riglens.core.formats.opencv_yaml import OPENCV
-from riglens.core.formats.opening import ENDINGS, FOREIGN_ENDINGS
+from riglens.core.formats.opening import FOREIGN_ENDINGS
 from riglens.core.formats.osi import OSI
 from riglens.core.formats.pandaset import PANDASET
 from riglens.core.formats.riglens import RIGLENS
@@ -37,6 +39,7 @@ from riglens.core.formats.urdf import URDF
 from riglens.core.reading_time import MAX_RIG_S, Clock, ReadingTime
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.nodes import shortened, shown_path
+from riglens.core.scene.readers.common import BoxFormat
 
 FORMATS = {
     format_.name: format_
@@ -45,10 +48,29 @@ FORMATS = {
         FAST_LIVO, APOLLO, OPENCV, KITTI, KITTI_360, BOREAS, AIRSIM, MMDET3D, CARLA_AGENT, OSI,
     )
 }  # fmt: skip
-"""Every format by its name on the command line; RigLens' own comes first."""
+"""The built-in formats by name on the command line; RigLens' own comes first."""
+GROUP = "riglens.formats"
 
-READABLE = tuple(name for name, format_ in FORMATS.items() if format_.reads)
-WRITABLE = tuple(name for name, format_ in FORMATS.items() if format_.writes)
+
+@cache
+def formats() -> dict[str, Format]:
+    """Return the built-in formats by name, then those of installed packages."""
+    return extended(GROUP, FORMATS, Format, beside=(BoxFormat,))
+
+
+def readable() -> tuple[str, ...]:
+    """Return the names of the formats that can be read."""
+    return tuple(name for name, format_ in formats().items() if format_.reads)
+
+
+def writable() -> tuple[str, ...]:
+    """Return the names of the formats that can be written."""
+    return tuple(name for name, format_ in formats().items() if format_.writes)
+
+
+def endings() -> tuple[str, ...]:
+    """Return the endings of files that may hold a rig."""
+    return tuple(dict.fromkeys(suffix for format_ in formats().values() for suffix in format_.suffixes))
 
 
 def detect(source: Source) -> Format:
@@ -60,13 +82,15 @@ def detect(source: Source) -> Format:
         raise InputError(f"{source.where}: no such file or folder")
     if RIGLENS.fits(source):
         return RIGLENS
-    if source.is_folder or source.suffix in ENDINGS:
-        found = next((format_ for format_ in FORMATS.values() if format_.fits(source)), None)
-        if found is not None:
-            return found
+    found = next((format_ for format_ in FORMATS.values() if format_.fits(source)), None)
+    if found is None:
+        added = (format_ for name, format_ in formats().items() if name not in FORMATS)
+        found = first_fitting(GROUP, added, lambda format_: format_.fits(source))
+    if found is not None:
+        return found
     if not source.is_folder and source.suffix not in FOREIGN_ENDINGS and not _is_other_yaml(source):
         return RIGLENS
-    raise InputError(f"{source.where}: not a rig in a known format (known: {', '.join(READABLE)})")
+    raise InputError(f"{source.where}: not a rig in a known format (known: {', '.join(readable())})")
 
 
 def _is_other_yaml(source: Source) -> bool:
@@ -78,7 +102,7 @@ def _is_other_yaml(source: Source) -> bool:
 def may_be_foreign(path: Path) -> bool:
     """Return whether an existing file or folder may hold a rig of another program, without reading it whole."""
     source = Source(path)
-    is_data = source.is_folder or source.suffix in ENDINGS
+    is_data = source.is_folder or source.suffix in endings()
     return source.path.exists() and is_data and not RIGLENS.fits(source)
 
 
@@ -95,7 +119,7 @@ def read_rig(
     Raise InputError with file, field, what was found and what is accepted.
     """
     source = Source(path, ReadingTime(shown_path(Path(path)), MAX_RIG_S, clock))
-    format_ = detect(source) if name is None else format_called(name, READABLE)
+    format_ = detect(source) if name is None else format_called(name, readable())
     if not source.path.exists():
         raise InputError(f"{source.where}: no such file or folder")
     if options is not None and options.kit is not None and format_ is not AUTOWARE:
@@ -108,7 +132,7 @@ def write_rig(rig: Rig, path: str | os.PathLike[str], name: str | None = None) -
 
     One file, or a folder written whole or not at all. Raise InputError when it cannot be written.
     """
-    format_ = format_for(Path(path)) if name is None else format_called(name, WRITABLE)
+    format_ = format_for(Path(path)) if name is None else format_called(name, writable())
     exported = format_.write(rig)
     if format_.is_folder:
         atomic_folder(path, {file: text.encode("utf-8") for file, text in exported.files.items()})
@@ -122,7 +146,7 @@ def write_rig(rig: Rig, path: str | os.PathLike[str], name: str | None = None) -
 def format_called(name: str, accepted: tuple[str, ...]) -> Format:
     """Return the format of that name; raise an InputError that lists the accepted ones."""
     if name in accepted:
-        return FORMATS[name]
+        return formats()[name]
     close = difflib.get_close_matches(name, accepted, n=1)
     hint = f"did you mean {close[0]}?; " if close else ""
     raise InputError(f"unknown format '{shortened(name)}' ({hint}known: {', '.join(accepted)})")
@@ -130,10 +154,10 @@ def format_called(name: str, accepted: tuple[str, ...]) -> Format:
 
 def format_for(path: Path) -> Format:
     """Return the format of a file's ending; raise InputError when several write files of that ending, or none."""
-    for format_ in FORMATS.values():
+    for format_ in formats().values():
         if format_.writes and path.name.lower().endswith(format_.endings or ("\n",)):
             return format_
     raise InputError(
-        f"must name the format, which the ending of {shown_path(path)} does not: {', '.join(WRITABLE)}",
+        f"must name the format, which the ending of {shown_path(path)} does not: {', '.join(writable())}",
         "target_format",
     )

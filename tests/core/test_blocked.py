@@ -10,7 +10,7 @@ from riglens.core.engine.audit import audit
 from riglens.core.engine.engine import Engine
 from riglens.core.engine.sight import sight
 from riglens.core.errors import InputError
-from riglens.core.formats.exchange import FORMATS, WRITABLE
+from riglens.core.formats.exchange import FORMATS, writable
 from riglens.core.geometry import Pose
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.edits import damaged, in_step, linked
@@ -170,7 +170,7 @@ def test_a_rig_file_gives_them_back_and_a_clean_rig_keeps_its_text_and_hash() ->
     assert loads(file.updated(clean).text).rig == clean
 
 
-@pytest.mark.parametrize("name", [name for name in WRITABLE if name != "riglens"])
+@pytest.mark.parametrize("name", [name for name in writable() if name != "riglens"])
 def test_other_formats_say_that_they_leave_them_out(name: str) -> None:
     report = FORMATS[name].write(Rig(sensors=(SENSORS[4].replace(blocked=(SECTOR,)),))).report
     assert any(line.startswith("ignored: blocked sectors") for line in report.lines())

@@ -215,13 +215,13 @@ class Exchange(Feature):
 
     def _fill(self) -> None:
         """List the formats when the menu is first opened."""
-        from riglens.core.formats.exchange import FORMATS, WRITABLE
+        from riglens.core.formats.exchange import formats, writable
 
         if not self.menu.isEmpty():
             return
-        for name in WRITABLE:
+        for name in writable():
             if name != "riglens":
-                format_ = FORMATS[name]
+                format_ = formats()[name]
                 action = add_entry(self.menu, f"{format_.title}…", partial(self.export, format_))
                 action.setObjectName(f"export_{name}")
                 action.setToolTip("Makes a folder" if format_.is_folder else "Makes a file")

@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 from PySide6.QtGui import QAction
 
-from riglens.app.window.dialogs import OPEN_FILES
+from riglens.app.window.dialogs import rig_files
 from riglens.core.formats.argoverse import POSES
-from riglens.core.formats.exchange import WRITABLE, read_rig
+from riglens.core.formats.exchange import read_rig, writable
 from tests.app.window.desk import FullDesk
 from tests.app.window_bench import RIG
 from tests.core.formats.cases import AUTOWARE_KIT, DRIVEWORKS, NUSCENES, SMALL, URDF, write_files
@@ -45,7 +45,7 @@ def test_a_rig_of_another_program_is_opened_with_a_report(
 
 
 def test_the_dialog_offers_every_kind_of_file_that_is_read() -> None:
-    offered = OPEN_FILES.partition("(")[2].partition(")")[0].split()
+    offered = rig_files().partition("(")[2].partition(")")[0].split()
     names = [name for files in SMALL.values() for name in files]
     for name in (*names, "car.xacro", POSES, "calibrated_sensor.json.gz"):
         assert any(fnmatch(name, pattern) for pattern in offered), name
@@ -74,7 +74,7 @@ def test_a_broken_foreign_file_is_reported_and_the_rig_stays(bench: FullDesk, tm
 
 
 def test_every_exporter_writes_what_is_shown(bench: FullDesk, tmp_path: Path) -> None:
-    for name in [name for name in WRITABLE if name != "riglens"]:
+    for name in [name for name in writable() if name != "riglens"]:
         bench.dialogs.shown.clear()
         bench.dialogs.path = tmp_path / f"out-{name}"
         export(bench, name)

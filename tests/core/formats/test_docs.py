@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from riglens.core.formats.exchange import FORMATS, READABLE, WRITABLE
+from riglens.core.formats.exchange import FORMATS, readable, writable
 
 ROOT = Path(__file__).resolve().parents[3]
 PAGE = (ROOT / "docs" / "formats-exchange.md").read_text(encoding="utf-8")
@@ -17,5 +17,5 @@ def test_every_format_has_its_row_in_both_tables() -> None:
     formats = [row for row in rows if row[0].strip("`") in FORMATS]
     for name in FORMATS:
         first, second = (row for row in formats if row[0] == f"`{name}`")
-        assert (bool(first[2]), bool(first[3])) == (name in READABLE, name in WRITABLE)
+        assert (bool(first[2]), bool(first[3])) == (name in readable(), name in writable())
         assert all(second[:4])

@@ -16,7 +16,7 @@ import pytest
 
 from riglens.core.errors import InputError
 from riglens.core.formats import source
-from riglens.core.formats.exchange import FORMATS, READABLE, detect, read_rig
+from riglens.core.formats.exchange import FORMATS, detect, read_rig, readable
 from riglens.core.formats.source import (
     MAX_DOTS,
     MAX_JSON_BYTES,
@@ -297,7 +297,7 @@ def test_a_link_to_a_device_or_a_folder_of_another_kind_is_no_rig(tmp_path: Path
         refusal(path)
 
 
-@pytest.mark.parametrize("format_", READABLE)
+@pytest.mark.parametrize("format_", readable())
 @pytest.mark.parametrize("content", ["- 1\n- 2\n", "5\n", "null\n"])
 def test_yaml_that_is_not_a_mapping_is_refused_by_every_format(
     tmp_path: Path, format_: str, content: str

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from riglens.core.errors import InputError
-from riglens.core.formats.exchange import READABLE, WRITABLE, read_rig
+from riglens.core.formats.exchange import read_rig, readable, writable
 from riglens.core.formats.mounts import ReadOptions, find_model
 from riglens.core.formats.report import KINDS, Notes, Report
 from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt, Lidar, LinearAngles, Vehicle
@@ -111,7 +111,7 @@ def test_what_the_user_said_is_not_called_approximated(case: str) -> None:
     assert not any(f"; {field} changes it" in lines for field in ("vehicle", "origin_m", "rear_axle_x"))
 
 
-@pytest.mark.parametrize("name", [name for name in WRITABLE if name != "riglens"])
+@pytest.mark.parametrize("name", [name for name in writable() if name != "riglens"])
 def test_every_export_says_what_it_leaves_out(name: str) -> None:
     distortion = BrownConrady(k1=0.1, p1=0.01)
     lens = {"fx": 700.0, "fy": 710.0, "cx": 390.0, "cy": 300.0, "distortion": distortion}
@@ -195,8 +195,8 @@ def test_carla_beams_and_turns_are_counted_as_carla_does() -> None:
 def test_the_list_of_formats_is_the_documented_one() -> None:
     both = ["riglens", "nuscenes", "autoware", "urdf", "carla", "carla-toml", "driveworks"]
     read = "pandaset argoverse kalibr euroc fast-livo apollo opencv kitti kitti-360 boreas airsim mmdet3d carla-agent"
-    assert list(READABLE) == [*both, *read.split(), "osi"]
-    assert list(WRITABLE) == [*both, "osi"]
+    assert list(readable()) == [*both, *read.split(), "osi"]
+    assert list(writable()) == [*both, "osi"]
 
 
 def test_what_pandaset_files_lack_is_told_of_each_sensor() -> None:
