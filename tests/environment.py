@@ -29,16 +29,19 @@ class Environment:
         command = [sys.executable, "-m", "pip", *python, "install", *options, *words]
         subprocess.run(command, cwd=self.site, check=True, timeout=TIMEOUT_S)
 
-    def run(self, script: str, *words: str | Path, cwd: Path | None = None, **variables: str) -> str:
+    def run(self, script: str, *words: str | Path, cwd: Path | None = None) -> str:
         """Return the standard output of a script of the environment, such as "python"; it must end well."""
-        environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+        return self.output(script, *words, cwd=cwd)[0]
+
+    def output(self, script: str, *words: str | Path, cwd: Path | None = None) -> tuple[str, str]:
+        """Return standard output and standard error of a script of the environment; it must end well."""
         done = subprocess.run(
             [self.scripts / script, *words],
             cwd=cwd or self.site,
-            env=environment | variables,
+            env={name: value for name, value in os.environ.items() if name != "PYTHONPATH"},
             capture_output=True,
             text=True,
             timeout=TIMEOUT_S,
         )
         assert done.returncode == 0, done.stderr
-        return done.stdout
+        return done.stdout, done.stderr
