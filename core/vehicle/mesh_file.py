@@ -4,26 +4,21 @@ from __future__ import annotations
 
 import contextlib
 import io
-import os
 import stat
-import subprocess
-import sys
-import time
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
 from riglens.core.errors import InputError
+from riglens.core.limited_process import answer_of
 from riglens.core.rig.body_mesh import BodyMesh
 from riglens.core.rig.model import Rig
-from riglens.core.rig.yaml.nodes import shortened
 from riglens.core.vehicle.mesh import mesh_size_m, size_remark
 
 MAX_BYTES = 200_000_000
 SUFFIXES = (".glb", ".gltf", ".obj", ".ply", ".stl")
 TIME_LIMIT_S = 120.0
-_POLL_S = 0.05
 
 
 def mesh_path(body: str, folder: Path | None) -> Path:
@@ -69,35 +64,11 @@ def read_mesh(path: Path, still_wanted: Callable[[], object] = lambda: None) -> 
         raise InputError(f"{where}: cannot be read to its end")
     if status.st_size > MAX_BYTES:
         raise InputError(f"{where}: larger than {MAX_BYTES / 1e6:g} MB")
-    return _unpacked(_parsed_elsewhere(path, where, still_wanted), where)
-
-
-def _parsed_elsewhere(path: Path, where: str, still_wanted: Callable[[], object]) -> bytes:
-    environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
-    process = subprocess.Popen(
-        [sys.executable, "-m", "riglens.core.vehicle.mesh_parse", str(path.absolute())],
-        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment,
+    packed = answer_of(
+        "riglens.core.vehicle.mesh_parse", str(path.absolute()),
+        where=where, time_limit_s=TIME_LIMIT_S, still_wanted=still_wanted,
     )  # fmt: skip
-    ends_s = time.monotonic() + TIME_LIMIT_S
-    try:
-        while True:
-            with contextlib.suppress(subprocess.TimeoutExpired):
-                packed, complaint = process.communicate(timeout=_POLL_S)
-                break
-            still_wanted()
-            if time.monotonic() > ends_s:
-                raise InputError(f"{where}: reading took more than {TIME_LIMIT_S:g} s")
-    finally:
-        if process.poll() is None:
-            process.kill()
-            process.communicate()
-    if process.returncode == 0:
-        return packed
-    said = complaint.decode("utf-8", "replace").strip().splitlines() or ["no message"]
-    if process.returncode == 2:
-        raise InputError(f"{where}: {said[-1]}")
-    how = f"signal {-process.returncode}" if process.returncode < 0 else shortened(said[-1], 160)
-    raise InputError(f"{where}: cannot be read: the reading process ended with {how}")
+    return _unpacked(packed, where)
 
 
 def _unpacked(packed: bytes, where: str) -> BodyMesh:

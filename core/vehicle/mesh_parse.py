@@ -9,10 +9,9 @@ from __future__ import annotations
 
 import io
 import logging
-import os
 import sys
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 from urllib.parse import unquote, urlparse
 
 import numpy as np
@@ -21,6 +20,7 @@ from numpy.typing import NDArray
 from trimesh.resolvers import Resolver
 
 from riglens.core.errors import InputError
+from riglens.core.limited_process import serve
 from riglens.core.rig.yaml.nodes import shortened
 
 MAX_BYTES = 200_000_000
@@ -197,31 +197,13 @@ def _colours(mesh: Any) -> NDArray[np.uint8] | None:
     return np.tile(np.asarray(material.main_color[:3], dtype=np.uint8), (len(mesh.vertices), 1))
 
 
-def _limit_memory() -> None:
-    if sys.platform != "win32":
-        import resource
-
-        resource.setrlimit(resource.RLIMIT_AS, (MAX_MEMORY_BYTES, MAX_MEMORY_BYTES))
-
-
-def main(path: str, out: BinaryIO) -> int:
-    """Print the arrays of a file; returns the exit code."""
-    logging.disable()
-    _limit_memory()
-    try:
-        arrays = parse_mesh(Path(path))
-    except InputError as error:
-        print(str(error), file=sys.stderr)
-        return 2
+def packed_mesh(path: Path) -> bytes:
+    """Return the arrays of a mesh file as an npz archive; InputError with the reason."""
     packed = io.BytesIO()
-    np.savez(packed, **arrays)  # type: ignore[arg-type]
-    out.write(packed.getvalue())
-    return 0
+    np.savez(packed, **parse_mesh(path))  # type: ignore[arg-type]
+    return packed.getvalue()
 
 
 if __name__ == "__main__":
-    answer = os.dup(1)
-    os.dup2(2, 1)  # whatever a parser prints is no part of the answer
-    with open(answer, "wb") as stream:
-        code = main(sys.argv[1], stream)
-    sys.exit(code)
+    logging.disable()
+    sys.exit(serve(lambda: packed_mesh(Path(sys.argv[1])), MAX_MEMORY_BYTES))
