@@ -10,9 +10,11 @@ Source: CARLA leaderboard, autoagents/autonomous_agent.py and agent_wrapper.py (
 from __future__ import annotations
 
 import ast
+import math
+import operator
 import warnings
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from riglens.core.errors import InputError
@@ -22,7 +24,6 @@ from riglens.core.formats.carla_toml import right_handed
 from riglens.core.formats.mounts import ACTOR, Mounting
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source, Value
-from riglens.core.formats.xacro_sums import Names, evaluated
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.nodes import shortened
 
@@ -38,6 +39,17 @@ LIDAR_RAYS = {
 _POSITION, _ANGLES = ("x", "y", "z"), ("roll", "pitch", "yaw")
 _COMPUTED = object()
 _CONFIG, _CONFIG_FILE = "config", "config.py"
+_ARITHMETIC: dict[type, Callable[[float, float], float]] = {
+    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
+    ast.FloorDiv: operator.floordiv, ast.Mod: operator.mod,
+}  # fmt: skip
+_SIGNS = {ast.USub: -1, ast.UAdd: 1}
+_FUNCTIONS: dict[str, Callable[..., float]] = {
+    **{name: getattr(math, name) for name in ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt")},
+    **{name: getattr(math, name) for name in ("radians", "degrees", "floor", "ceil", "hypot")},
+    "abs": abs, "min": min, "max": max, "float": float, "int": int,
+}  # fmt: skip
+_CONSTANTS = {"pi": math.pi, "e": math.e}
 _Names = dict[str, Any]
 """Values of the names that an expression may use."""
 
@@ -144,11 +156,71 @@ def _fields(node: ast.Dict, names: _Names) -> dict[str, Any]:
 
 
 def _value(node: ast.expr, names: _Names) -> Any:
-    """Return what numbers and texts, lists of them, and names add up to; else _COMPUTED."""
+    """Return the value of numbers and texts, lists of them, names, and sums and products of these; else _COMPUTED."""
     try:
-        return evaluated(node, Names(names.__getitem__, names.__getitem__, names.__getitem__, lambda _: None))
+        return _evaluated(node, names)
     except (ArithmeticError, LookupError, RecursionError, TypeError, ValueError):
         return _COMPUTED
+
+
+def _evaluated(node: ast.expr, names: _Names) -> Any:
+    """Return the value of an expression, without calling anything but _FUNCTIONS; KeyError or TypeError for others."""
+    match node:
+        case ast.Constant(value=int() | float() | str() as value):
+            return value
+        case ast.Name(id=name):
+            return names[name]
+        case ast.Attribute(value=ast.Name(id="math"), attr=name):
+            return _CONSTANTS[name]
+        case ast.Attribute(value=inner, attr=name):
+            return _entry(_evaluated(inner, names), name)
+        case ast.Subscript(value=inner, slice=key):
+            return _entry(_evaluated(inner, names), _evaluated(key, names))
+        case ast.List(elts=parts) | ast.Tuple(elts=parts):
+            return tuple(_evaluated(part, names) for part in parts)
+        case ast.Dict(keys=keys, values=values):
+            return {
+                _key(key, names): _evaluated(value, names) for key, value in zip(keys, values, strict=True)
+            }
+        case ast.UnaryOp(op=sign, operand=inner):
+            return _SIGNS[type(sign)] * _number(_evaluated(inner, names))
+        case ast.BinOp(left=left, op=sign, right=right):
+            first, second = _evaluated(left, names), _evaluated(right, names)
+            if isinstance(sign, ast.Add) and isinstance(first, str) and isinstance(second, str):
+                return first + second
+            return _ARITHMETIC[type(sign)](_number(first), _number(second))
+        case ast.Call(
+            func=ast.Name(id=name) | ast.Attribute(value=ast.Name(id="math"), attr=name),
+            args=parts,
+            keywords=[],
+        ):
+            return _FUNCTIONS[name](*(_number(_evaluated(part, names)) for part in parts))
+    raise TypeError
+
+
+def _entry(inside: Any, key: Any) -> Any:
+    """Return an entry of a dictionary or a list."""
+    is_place = isinstance(inside, tuple) and isinstance(key, int) and not isinstance(key, bool)
+    if not is_place and not isinstance(inside, Mapping):
+        raise TypeError
+    return inside[key]
+
+
+def _key(node: ast.expr | None, names: _Names) -> float | int | str:
+    """Return the key of a dictionary; TypeError for ** and for lists."""
+    key = None if node is None else _evaluated(node, names)
+    if not isinstance(key, (int, float, str)):
+        raise TypeError
+    return key
+
+
+def _number(value: Any) -> float | int:
+    """Return a number of ordinary size; products of larger ones could grow without end."""
+    if not isinstance(value, (int, float)):
+        raise TypeError
+    if abs(value) > 1e12:
+        raise OverflowError
+    return value
 
 
 def _add(node: ast.Dict, names: _Names, source: Source, mounting: Mounting) -> None:

@@ -9,7 +9,6 @@ from scipy.spatial.transform import Rotation
 from riglens.core.errors import InputError
 from riglens.core.formats.exchange import read_rig
 from riglens.core.formats.mounts import ReadOptions
-from riglens.core.formats.xacro_sums import worked_out
 from riglens.core.rig.model import Camera, Lidar
 from riglens.core.sensors.radar import Radar
 from tests.core.formats.cases import CARLA_AGENT, assert_same_pose, read_files, sensor_matrix, transform
@@ -46,7 +45,7 @@ def test_poses_are_turned_from_carlas_axes_and_rays_are_the_leaderboards() -> No
 
 
 def test_sums_of_numbers_are_read_and_what_the_code_would_compute_is_told() -> None:
-    (camera,) = read_files(agent(CAMERA % ("-1.5 + 2 * 0.25", SIZE))).rig.sensors
+    (camera,) = read_files(agent(CAMERA % ("-1.5 + 2 * 0.25 + math.sin(math.pi) * 0", SIZE))).rig.sensors
     assert np.allclose(camera.position, (-1.0, 0.0, 2.0))
     files = agent(f"{CAMERA % ('self.x', SIZE)}, {CAMERA % ('1', SIZE)}")
     read = read_files(files)
@@ -176,7 +175,6 @@ def test_what_cannot_be_read_is_refused_in_one_line(text: str, complaint: str) -
 def test_python_says_nothing_about_its_style() -> None:
     """Python's parser warned on standard error; warnings fail the tests."""
     assert len(read_files(agent(CAMERA % ("1", SIZE), "x = 1or 2\ny = '\\d' is 1")).rig.sensors) == 1
-    assert worked_out("1or 2", {}) == 1
 
 
 def test_powers_are_not_computed() -> None:
