@@ -84,7 +84,7 @@ def numbers_in(element: Element, text: str, count: int) -> list[float]:
     except ValueError:
         found = []
     if len(found) != count or not all(abs(number) <= 1e6 for number in found):
-        accepted = "is a number" if count == 1 else f"are {count} numbers"
+        accepted = "a number" if count == 1 else f"{count} numbers"
         raise element.error(f"must be {accepted} within ±1e6 (got '{shortened(text, 40)}')")
     return found
 

@@ -209,8 +209,6 @@ def read(source: Source, mounting: Mounting) -> Rig:
     if root.tag != "robot":
         raise root.error("the root must be <robot>")
     if is_xacro(root):
-        if source.suffix != ".xacro":
-            raise root.error("contains xacro; give the file the ending .xacro to have it expanded")
         root = expanded(source, notes)
     tree = _joints(root, notes)
     base = _base(root, tree)

@@ -56,11 +56,11 @@ LIDAR = (
 )
 
 
-def first(expression: str, before: str = "") -> float:
+def first(expression: str, before: str = "", name: str = "rig.xacro") -> float:
     """What an expression is, as the place of a LiDAR ahead of base_link, metres."""
     joint = '<joint name="j" type="fixed"><parent link="base_link"/><child link="lidar"/><origin xyz="{} 0 1"/></joint>'
     text = HEAD + before + '<link name="lidar"/>' + joint.format(expression) + "</robot>"
-    read = read_files({"rig.xacro": text})
+    read = read_files({name: text})
     return read.rig.sensor("lidar").position[0] - read.rig.vehicle.rear_axle_x
 
 
@@ -143,11 +143,9 @@ def test_a_module_in_the_current_folder_is_not_run(tmp_path: Path, monkeypatch: 
     assert first("${1 + 1}") == 2.0 and not (tmp_path / "owned").exists()
 
 
-def test_a_urdf_is_not_expanded_unless_it_is_called_xacro(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"car\.urdf:1: <robot>: .*\.xacro"):
-        read_rig(
-            write_files(tmp_path, {"car.urdf": f'{HEAD}<link name="${{1}}_lidar"/></robot>'}) / "car.urdf"
-        )
+def test_a_urdf_that_holds_xacro_is_expanded_too() -> None:
+    """As TurtleBot3 ships its robots."""
+    assert first("${1 + 2}", name="rig.urdf") == 3.0
 
 
 def test_macros_of_a_namespace_methods_of_texts_and_arguments_in_the_name_are_expanded(
