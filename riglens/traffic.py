@@ -121,7 +121,7 @@ class TrafficEngine(ForManyRigs):
         body = ScoreOptions(body=body).body_of(rig)
         settings = TargetSettings(shape, range_law, phase, seed, min_points, body, calibration)
         found = self._engine.evaluate(with_blocking_mesh(rig, body, mesh_folder), settings, sample)
-        return TargetResult(self._engine.traffic, found)
+        return TargetResult(found)
 
 
 def targets(

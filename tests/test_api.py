@@ -12,6 +12,7 @@ import pytest
 import riglens as rl
 import riglens.api as api
 from riglens.app.commands import main
+from riglens.results import Result
 from tests.waiting import TIMEOUT_S
 
 REPOSITORY = Path(__file__).resolve().parents[1]
@@ -202,3 +203,14 @@ def test_a_converted_rig_tells_what_the_format_cannot_hold(tmp_path: Path) -> No
         rl.convert(rig, tmp_path / "rig.unknown")
     assert rl.convert(rig, tmp_path / "rig.unknown", target_format="riglens") == rig
     assert (tmp_path / "rig.unknown").read_text().startswith("riglens: 1")
+
+
+def test_a_table_has_the_columns_of_all_rows():
+    class Uneven(Result):
+        def to_dict(self):
+            return {}
+
+        def rows(self):
+            return [{"rig": "a"}, {"rig": "b", "radar": 0.5}]
+
+    assert Uneven().table().to_pydict() == {"rig": ["a", "b"], "radar": [None, 0.5]}

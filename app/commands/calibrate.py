@@ -14,12 +14,12 @@ from riglens.app.commands.output import require_outputs
 from riglens.app.terminal.console import progress_bar, results
 from riglens.app.terminal.loading import load_rig
 from riglens.app.terminal.tables import table
+from riglens.core.figures.figure import SE_FACTOR
 from riglens.core.files import write_file
 from riglens.core.rig.library import use_libraries
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.study.calibrating import Rules
 from riglens.core.targets.calibration import MATCH_M, MIN_SCORE, WITHIN_M, Calibration
-from riglens.core.targets.quantities import SURE
 from riglens.evaluation.calibrating import calibrated
 
 SHOWN_AT = (1, 5, 10, 20, 50, 100)
@@ -79,7 +79,7 @@ def _table(found: Calibration) -> Table:
             continue
         values = [
             f"{100.0 * value:.1f}"
-            for value in (*curve.at(np.array(SHOWN_AT, np.float64)), SURE * curve.error)
+            for value in (*curve.at(np.array(SHOWN_AT, np.float64)), SE_FACTOR * curve.error)
         ]
         shown.add_row(class_name, f"{curve.objects:,}", *values)
     return shown

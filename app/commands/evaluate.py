@@ -1,4 +1,4 @@
-"""`riglens evaluate`: scores of rigs, and with --targets their hit coverage."""
+"""`riglens evaluate`: the figures of rigs, those that lead first, then objects in full and the paper's scores."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 def evaluate(
     *rigs: RigNames,
-    targets: Annotated[bool, Parameter(group=COUNT)] = False,
+    targets: Annotated[bool | None, Parameter(group=COUNT, negative="--no-targets")] = None,
     scene: EverythingArguments = EverythingArguments(),
     surroundings: Surroundings = None,
     by: Parts = "ring",
@@ -34,14 +34,14 @@ def evaluate(
     score: ScoreArguments = ScoreArguments(),
     json: JsonFigures = None,
 ) -> None:
-    """Score one or more rigs, with --targets also their points and pixels on objects.
+    """Evaluate one or more rigs: the leading figures, points and pixels on objects, and the paper's scores.
 
     Parameters
     ----------
     rigs
         Rig files or preset names.
     targets
-        Also count points and pixels on the objects of the traffic, including occlusion: takes seconds more.
+        Also print every figure of objects. They are counted anyway, unless the traffic is a stored POG.
     surroundings
         block: houses, walls and poles of the bundled scenario hide objects too (ignored).
     by
@@ -50,13 +50,16 @@ def evaluate(
     # --help needs nothing of this
     from riglens.app.commands.output import deliver
     from riglens.app.commands.targets import count_hits, require_count_outputs
-    from riglens.app.terminal.console import note
+    from riglens.app.terminal.console import note, results
+    from riglens.app.terminal.figures import leading_table
     from riglens.app.terminal.loading import load_rigs, load_scene
-    from riglens.app.terminal.scores import print_scores, score_rigs
-    from riglens.core.engine.evaluation_json import evaluation_document
-    from riglens.evaluation.scenario import settings_of
+    from riglens.app.terminal.scores import print_scene, print_scores, score_rigs
+    from riglens.core.figures.documents import evaluation_document
+    from riglens.core.figures.evaluated import Evaluated, EvaluationSettings
+    from riglens.evaluation.scenario import remarks_on, settings_of
 
-    if not targets:
+    with_objects = scene.pog is None if targets is None else targets
+    if not with_objects:
         count.require_unused(scene, surroundings, by)
     loaded = load_rigs(rigs, score, reading.libraries, reading.housings)
     require_count_outputs(count, loaded, (*rigs, *scene.files), json, by)
@@ -64,16 +67,24 @@ def evaluate(
     for line in wrong_places(loaded):  # what is refused is refused in one line
         note(line)
     evaluations = score_rigs(loaded, field, score)
-    document = evaluation_document(field, settings_of(score), evaluations)
     found = None
-    if targets:
-        found = count_hits(loaded, scene.surrounded(surroundings), count, score)
-        document["targets"] = found.document()
+    if with_objects:
+        found = count_hits(loaded, scene.surrounded(surroundings), count, score, told=remarks_on(field.data))
+    settings = EvaluationSettings(settings_of(score))
+    evaluated = [
+        Evaluated(one.rig, settings, field, one, None if found is None else found.counted[number])
+        for number, one in enumerate(evaluations)
+    ]
+    document = evaluation_document(field, settings.metric, evaluated)
 
     def show() -> None:
-        print_scores(evaluations, field, score)
-        if found is not None:
+        console = results()
+        print_scene(field, loaded, score, console)
+        for part in leading_table(evaluated):
+            console.print(part, soft_wrap=isinstance(part, str))
+        if found is not None and (targets or by != "ring"):
             found.show(by)
+        print_scores(evaluations, score)
 
     deliver(document, json, show)
 

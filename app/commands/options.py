@@ -232,9 +232,9 @@ class CountArguments:
             raise InputError(f"must be an integer ≥ 1 (got {self.sample})", "sample")
 
     def require_unused(self, scene: SceneOptions, surroundings: str | None, by: Parts) -> None:
-        """Raise InputError when an option was given that means nothing without --targets."""
+        """Raise InputError when an option was given that means nothing without objects."""
         said = [one.name for one in fields(self) if getattr(self, one.name) != one.default]
         said += ["surroundings"] * (surroundings is not None) + ["occluders"] * (scene.occluders is not None)
         said += ["by"] * (by != "ring")
         for name in said[:1]:
-            raise InputError("needs", name, "targets")
+            raise InputError("counts objects: leave out", name, "no_targets")

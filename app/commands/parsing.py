@@ -24,7 +24,7 @@ class Command(NamedTuple):
 
 COMMANDS = {
     "evaluate": Command(
-        "evaluate:evaluate", "Score rigs, with --targets also their points and pixels on objects."
+        "evaluate:evaluate", "Evaluate rigs: the leading figures, objects, and the paper's scores."
     ),
     "review": Command(
         "review:review", "Blind zones, detection range, redundancy, tolerance, rays and mounts of a rig."

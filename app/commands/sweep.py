@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
+import numpy as np
 from cyclopts import Group, Parameter
 from rich import box
 from rich.table import Table as Printed
@@ -35,8 +36,16 @@ from riglens.core.pieces.where import Where
 from riglens.core.rig.model import Rig
 from riglens.core.shown_text import visible
 from riglens.core.sweep.design import Design, Span, Sweep, grid, sobol, table
-from riglens.core.sweep.rows import Figures
-from riglens.core.sweep.table import document_of, header_of, main_figures, write
+from riglens.core.sweep.rows import SweepFigures
+from riglens.core.sweep.table import (
+    better_of,
+    document_of,
+    doubles,
+    header_of,
+    main_figures,
+    near_best,
+    write,
+)
 from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.evaluation.scenario import settings_of
 from riglens.evaluation.sweeping import LoadedSweep, SweepOptions, piece_folder
@@ -125,7 +134,7 @@ def sweep(
     found = run_sweep(sweep, out, where)
     if chart is not None:
         draw(found, figure, chart)
-    deliver(document_of(found), json, lambda: _print(found, out))
+    deliver(document_of(found), json, lambda: print_figures(found, out))
 
 
 def draw(found: Table, figures: Sequence[str], path: Path) -> None:
@@ -160,7 +169,7 @@ def sweep_options(
         raise InputError(f"must be between 0.05 and 2 m (got {blind_m:g})", "blind_m")
     if compute != "score" and scene.pog is not None:
         raise InputError("holds no objects to count: leave it out, or choose score for", "pog", "compute")
-    figures = Figures(
+    figures = SweepFigures(
         None if compute == "targets" else settings_of(score),
         None if compute == "score" else count_settings(count, score),
         count.sample,
@@ -190,20 +199,21 @@ def run_sweep(sweep: LoadedSweep, out: Path, where: Where) -> Table:
     return found
 
 
-def _print(found: Table, out: Path) -> None:
-    """Print the least and the greatest of the main figures."""
+def print_figures(found: Table, out: Path) -> None:
+    """Print the least, the greatest and the best of the main figures."""
     console = results(out)
     console.print(f"{out}: {found.num_rows:,} rigs, {found.num_columns} columns", soft_wrap=True)
     printed = Printed(box=box.SIMPLE_HEAD, pad_edge=False)
-    for title in ("figure", "least", "greatest", "noise floor", "greatest with"):
-        printed.add_column(title, justify="left" if title in ("figure", "greatest with") else "right")
+    for title in ("figure", "better", "least", "greatest", "noise floor", "best with"):
+        printed.add_column(title, justify="left" if title in ("figure", "better", "best with") else "right")
     header = header_of(found)
     for name in main_figures(found):
-        rows = {row: value for row, value in enumerate(found[name].to_pylist()) if value is not None}
-        if rows:
-            best = max(rows, key=lambda row: rows[row])
-            values = (f"{field} {found[field][best].as_py():g}" for field in header["design"]["fields"])
-            floor = header["noise_floor"].get(name, 0.0)
-            row = (f"{min(rows.values()):.4f}", f"{rows[best]:.4f}", f"{floor:.4f}")
-            printed.add_row(name, *row, visible(", ".join(values) or found["rig"][best].as_py()))
+        values = doubles(found, name)
+        if np.isnan(values).all():
+            continue
+        best = int(near_best(name, values).argmax())
+        where = (f"{field} {found[field][best].as_py():g}" for field in header["design"]["fields"])
+        limits = np.nanmin(values), np.nanmax(values), header["noise_floor"][name]
+        row = (better_of(name), *(f"{one:.4f}" for one in limits))
+        printed.add_row(name, *row, visible(", ".join(where) or found["rig"][best].as_py()))
     console.print(printed)

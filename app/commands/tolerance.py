@@ -23,10 +23,11 @@ from riglens.app.terminal.console import progress_bar, results
 from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic
 from riglens.app.terminal.tables import table
 from riglens.core.errors import InputError
+from riglens.core.figures.registry import tolerated_figures
 from riglens.core.files import write_file
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.review.documents import tolerance_document
-from riglens.core.review.measures import ON_TARGET, SEEN, Measures
+from riglens.core.review.measures import Measures, measured_name
 from riglens.core.review.tolerance import (
     MAX_DRAWS,
     Sensitivity,
@@ -103,7 +104,7 @@ def tolerance(
     asked = Drawing.of(errors, draws, seed, sample)
     (opened,) = load_rigs([rig], score, reading.libraries, reading.housings)
     require_outputs((rig, *scene.files), worst, json)
-    figures = [f"{kind} {cls}" for kind in (SEEN, ON_TARGET) for cls in CLASSES]
+    figures = [measured_name(one, cls) for one in tolerated_figures() for cls in CLASSES]
     if figure not in figures:
         raise InputError(f"must be one of {', '.join(figures)} (got '{figure}')", "figure")
     _, field = load_scene(scene, [opened], score)

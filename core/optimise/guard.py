@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.errors import InputError, IsStale, never_stale
+from riglens.core.figures.hits import RESOLVED
 from riglens.core.optimise.objectives import HIT_COVERAGE, Objective, sensors_for
 from riglens.core.optimise.weights import EVEN, Weights
 from riglens.core.review.tolerance import disturbed, errors_count, profile_called, unit_draws
@@ -19,7 +20,6 @@ from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensors.registry import kind_of
 from riglens.core.targets.engine import TargetEngine
-from riglens.core.targets.quantities import RESOLVED
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import Traffic
 
@@ -124,13 +124,13 @@ class Evaluator:
 
     def __call__(self, rig: Rig, settings: TargetSettings, frames: tuple[int, int]) -> Sample:
         """Evaluate a rig; raise Cancelled when stale. Objects without the figure are left out."""
-        (first, end), quantity = frames, self._goal.quantity
-        assert quantity is not None
+        (first, end), figure = frames, self._goal.figure
+        assert figure is not None
         alone = rig.only(sensors_for(self._goal, rig))
-        objects = self._engine.evaluate(alone, settings, end, cancel=self._is_stale).objects
-        frame, values = self._traffic.frame_of_box[objects.box], quantity.of(objects, settings)
+        counted = self._engine.evaluate(alone, settings, end, cancel=self._is_stale)
+        frame, values = counted.groups.frame, figure.values(counted)
         used = (frame >= first) & ~np.isnan(values)
-        box = objects.box[used]
+        box = counted.objects.box[used]
         ring = self._weights.at(self._traffic.distance_m[box])
         cls = self._traffic.cls[box]
         return Sample(values[used], cls, ring, frame[used] - first, end - first, self._weights.by_class)

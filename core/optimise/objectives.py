@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 from riglens.core.blind.zones import BlindEngine, BlindSettings
 from riglens.core.engine.caster import Caster
 from riglens.core.errors import Cancelled, InputError, IsStale, never_stale
+from riglens.core.figures.hits import ON_TARGET, TALL
+from riglens.core.figures.objects import ObjectFigure
+from riglens.core.figures.predicted import PREDICTED
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.optimise.tables import (
     MOST_CELLS,
@@ -35,7 +38,6 @@ from riglens.core.sensors.lidar import LIDAR
 from riglens.core.targets.calibration import shipped
 from riglens.core.targets.contribution import Contribution
 from riglens.core.targets.joining import heights_px
-from riglens.core.targets.quantities import ON_TARGET, PREDICTED, QUANTITIES, Quantity
 from riglens.core.targets.settings import HEIGHT_PX
 from riglens.core.vehicle.solid import Solid
 
@@ -147,12 +149,12 @@ class Objective:
     title: str
     maker: Maker
     kind: str = LIDAR.name
-    quantity: Quantity | None = ON_TARGET
+    figure: ObjectFigure | None = ON_TARGET
 
     @property
     def is_guarded(self) -> bool:
         """Return whether the guard compares this figure, not hit coverage in its place."""
-        return self.quantity is not None
+        return self.figure is not None
 
 
 def _hits(problem: Problem, solid: Solid | None, workers: int) -> TableMaker:
@@ -207,7 +209,6 @@ def _ground(problem: Problem, solid: Solid | None, workers: int) -> TableMaker:
     return GroundTableMaker(problem.rig, engine, problem.blind_m or BLIND_M, workers, is_share=True)
 
 
-BY_CAMERAS = next(one for one in QUANTITIES if one.key == CAMERA.name)
 WORST = "worst_failure"
 OF_VOXELS = ("seen", "s_ms")
 """Objectives of a scene of voxels."""
@@ -216,12 +217,12 @@ OBJECTIVES = {
     one.name: one
     for one in (
         HIT_COVERAGE,
-        Objective("predicted", "predicted AP", _predicted, quantity=PREDICTED),
+        Objective("predicted", "predicted AP", _predicted, figure=PREDICTED),
         Objective(WORST, "on target with any one LiDAR failed", _hits),
-        Objective("seen", "entropy seen by LiDARs", _seen(False), quantity=None),
-        Objective("s_ms", "S-MS, as a share of all entropy,", _seen(True), quantity=None),
+        Objective("seen", "entropy seen by LiDARs", _seen(False), figure=None),
+        Objective("s_ms", "S-MS, as a share of all entropy,", _seen(True), figure=None),
         Objective("blind", "share of the ground where a low object is seen", _ground, "any", None),
-        Objective("cameras", "share of objects of 25 px or more", _pictures, CAMERA.name, BY_CAMERAS),
+        Objective("cameras", "share of objects of 25 px or more", _pictures, CAMERA.name, TALL),
     )
 }  # fmt: skip
 

@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 
 from riglens.core.blind.zones import HEIGHTS_M, BlindMap, By, Hole, share_seen
+from riglens.core.geometry import Pose
 from riglens.core.metric.entropy import nats
 from riglens.core.metric.scores import Body
 from riglens.core.plain import to_plain
 from riglens.core.review.findings import Verdict
-from riglens.core.review.measures import ON_TARGET, Measures
+from riglens.core.review.measures import Measures
 from riglens.core.review.mounts import Mount, Violation
 from riglens.core.review.profiles import ONLY_GEOMETRY
 from riglens.core.review.redundancy import COVERED, Coverage, Failure, What, lost_share, share
@@ -243,9 +244,8 @@ def _sample(found: ToleranceResult, measures: Measures) -> dict[str, Any]:
     from the rig as designed, whose figures are those of all frames."""
     frames, of_frames = measures.frames
     worst_se = {}
-    for cls in CLASSES:
-        name = f"{ON_TARGET} {cls}"
+    for name in measures.of_objects(found.rig, Pose()):
         if name in found.spreads:
             drawn = rig_of_draw(found, found.spreads[name].worst_draw)
-            worst_se[name] = measures.on_target(*drawn)[name].se
+            worst_se[name] = measures.of_objects(*drawn)[name].se
     return {"frames": frames, "of_frames": of_frames, "worst_se": worst_se}

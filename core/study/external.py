@@ -17,6 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.engine.engine import Engine
+from riglens.core.figures.hits import ON_TARGET, SHARE_1, SHARE_5
+from riglens.core.figures.objects import parts_by_class
+from riglens.core.figures.predicted import PREDICTED
 from riglens.core.metric.scores import PAPER_SETTINGS
 from riglens.core.rig.model import Lidar, LinearAngles, Rig
 from riglens.core.rig.presets import preset
@@ -229,14 +232,14 @@ def _figures(
 ) -> dict[str, float]:
     """Return means over the classes of the benchmark; the car's own body as the rig defines it."""
     classes = _CLASSES[recording]
-    rows = targets.evaluate(rig, TargetSettings(body=None), frames).classes
-    predicted = [one.value for cls in classes if (one := rows[cls].total.predicted) is not None]
+    counted = targets.evaluate(rig, TargetSettings(body=None), frames)
+    of_objects = (PREDICTED, ON_TARGET, SHARE_5, SHARE_1)
+    rows = [parts_by_class(counted, of_objects)[cls].total for cls in classes]
+    predicted = [row["predicted"].value for row in rows if row["predicted"].exists]
     scored = engine.evaluate(rig, replace(PAPER_SETTINGS, body=rig.body)).scores.classes
     return {
         "predicted": float(np.mean(predicted)) if predicted else math.nan,
-        "on_target": float(np.mean([rows[cls].total.on_target.value for cls in classes])),
-        "share_5": float(np.mean([rows[cls].total.share_5.value for cls in classes])),
-        "share_1": float(np.mean([rows[cls].total.share_1.value for cls in classes])),
+        **{one.key: float(np.mean([row[one.key].value for row in rows])) for one in of_objects[1:]},
         "seen": float(np.mean([scored[cls].any_seen for cls in classes])),
         "rays": float(sum(lidar.ray_count for lidar in rig.enabled_lidars())),
     }

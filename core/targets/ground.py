@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.targets.scores import TargetScores
-from riglens.core.targets.traffic import Traffic
+from riglens.core.targets.counts import Counted
 
 CELL_M, NEAR_M = 1.0, 2.0
 """Edge of a cell, and the distance within which objects belong to a cell, between centres: our choice."""
@@ -43,21 +42,21 @@ class GroundView:
         return (ix, iy) if inside else None
 
 
-def ground_view(traffic: Traffic, scores: TargetScores, class_name: str) -> GroundView:
+def ground_view(counted: Counted, class_name: str) -> GroundView:
     """Spread a rig's figures for the objects of a class over the ground."""
-    objects = scores.objects
+    objects, traffic = counted.objects, counted.traffic
     mine = traffic.cls[objects.box] == CLASSES.index(class_name)
-    half = int(np.ceil(scores.within_m / CELL_M))
+    half = int(np.ceil(counted.within_m / CELL_M))
     cell = np.floor(traffic.centre_m[objects.box[mine], :2] / CELL_M).astype(np.int64) + half
     place = np.clip(cell, 0, 2 * half - 1) @ (2 * half, 1)
-    is_missed = objects.all_points[mine] < scores.settings.min_points
+    is_missed = objects.all_points[mine] < counted.settings.min_points
     counts, missed, sums = (
         _near(np.bincount(place, weights, (2 * half) ** 2).reshape(2 * half, 2 * half))
         for weights in (None, is_missed, objects.on_target[mine])
     )
     mean = np.divide(sums, counts, out=np.full(counts.shape, np.nan), where=counts > 0)
     return GroundView(
-        class_name, CELL_M, NEAR_M, scores.settings.min_points, scores.frames_used, (-half * CELL_M, -half * CELL_M),
+        class_name, CELL_M, NEAR_M, counted.settings.min_points, counted.frames_used, (-half * CELL_M, -half * CELL_M),
         counts.astype(np.int64), mean, missed.astype(np.int64),
     )  # fmt: skip
 

@@ -101,8 +101,7 @@ def _lose_sensors() -> None:
     engine = Engine(field)
     engine.evaluate(RIG)
     voxel_coverage(engine, RIG)
-    counts = TargetEngine(traffic).evaluate(RIG, settings).objects
-    target_coverage(traffic, RIG, counts, settings.min_points)
+    target_coverage(TargetEngine(traffic).evaluate(RIG, settings))
 
 
 def _audit_rays() -> None:

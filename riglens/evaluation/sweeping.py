@@ -20,7 +20,7 @@ from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.file import identity_of
 from riglens.core.scene.boxes import DataReport, Progress
 from riglens.core.sweep.design import Sweep
-from riglens.core.sweep.rows import Figures, Sweeper
+from riglens.core.sweep.rows import Sweeper, SweepFigures
 from riglens.core.sweep.table import joined, packed, unpacked
 from riglens.evaluation.options import SceneOptions
 from riglens.evaluation.scenario import load_scenario, remarks_on
@@ -43,7 +43,7 @@ class SweepOptions:
 
     scene: SceneOptions
     within_m: float
-    figures: Figures
+    figures: SweepFigures
     reference: Rig
 
 
@@ -78,7 +78,7 @@ class LoadedSweep:
             "riglens": 1,
             "version": installed_version(),
             **inputs,
-            "noise_floor": self._loaded.sweeper.noise_floor(),
+            "noise_floor": self._loaded.sweeper.noise_floor(self.sweep.rigs),
             "blind_m": self.options.figures.blind_m,
             "rigs": [identity_of(rig) for rig in self.sweep.rigs],
             "design": {

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal
 
 from riglens.app.terminal.console import note, progress_bar, results
 from riglens.app.terminal.loading import load_scene
-from riglens.app.terminal.scores import print_scores, score_rigs
+from riglens.app.terminal.scores import print_scene, print_scores, score_rigs
 from riglens.core.engine.engine import Engine, Evaluation
 from riglens.core.engine.evaluation_json import evaluation_document
 from riglens.core.errors import InputError
@@ -241,7 +241,8 @@ def score_without_window(rigs: Sequence[Rig], folder: Path, scene: SceneOptions,
     for path in (screenshot, rig_file, scores):
         require_writable(path)
     evaluations = score_rigs(rigs, field, score, with_seen=True)
-    print_scores(evaluations, field, score)
+    print_scene(field, rigs, score, results())
+    print_scores(evaluations, score)
     document = evaluation_document(field, settings_of(score), evaluations)
     write_file(scores, to_text(document))
     write_file(rig_file, dumps(rig))

@@ -318,7 +318,7 @@ def test_redundancy_counts_them_as_kinds_of_their_own() -> None:
     held = traffic([(0, 0, (4.0, 0.0, 0.75), (4.0, 1.8, 1.5), 0.0)]).within(1e6)
     rig = Rig(sensors=(radar(), sound((1.9, 0.0, 0.5))))
     found = TargetEngine(held, 1).evaluate(rig, EXACT)
-    covered = target_coverage(held, rig, found.objects, 5)
+    covered = target_coverage(found)
     assert covered.covered.sum(axis=(0, 2)).tolist() == [1, 1, 0, 1]
 
 

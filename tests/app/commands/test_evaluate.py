@@ -15,7 +15,8 @@ def test_the_json_holds_every_key_of_the_promise(riglens, boxes):
     result = riglens("evaluate", "W+T", "Center", "--boxes", boxes, *SMALL_GRID, "--json", "-")
     assert result.code == 0
     document = json.loads(result.out)
-    assert list(document) == ["riglens", "grid", "data", "method", "reading", "lambda", "body", "rigs"]
+    scored = ["riglens", "grid", "data", "method", "reading", "lambda", "body", "rigs"]
+    assert list(document) == [*scored, "targets"]
     assert document["riglens"] == 1
     assert document["grid"]["shape"] == [40, 40, 8]
     assert document["grid"]["origin_m"] == [-10, -10, 0]
@@ -29,7 +30,11 @@ def test_the_json_holds_every_key_of_the_promise(riglens, boxes):
     assert wide["sha256"] != center["sha256"]
     assert set(wide["covered_voxels"]) == {"camera", "lidar", "any"}
     for scores in wide["classes"].values():
-        assert list(scores) == ["h_total", "camera", "lidar", "any", "s_ms"]
+        assert list(scores) == ["h_total", "camera", "lidar", "any", "s_ms", "figures"]
+        assert scores["figures"]["s_ms"]["value"] == scores["s_ms"]
+        assert scores["figures"]["predicted"].keys() == {"value", "se", "state", "reason"}
+    assert center["classes"]["car"]["figures"]["share_25px"]["value"] is None
+    assert "camera" in center["classes"]["car"]["figures"]["share_25px"]["reason"]
 
 
 def test_the_json_figures_fit_together(riglens, boxes, small_rig):
@@ -104,8 +109,8 @@ def test_a_json_file_is_written_beside_the_table(riglens, boxes, tmp_path):
 
 def test_the_table_fits_a_terminal_of_100_columns(riglens, boxes):
     result = riglens("evaluate", "W+C", "N+T", "--boxes", boxes, *SMALL_GRID)
-    *table, _ = result.out.rstrip().splitlines()[3:]  # without what was scored, and the explanation
-    assert max(len(line.rstrip()) for line in table) <= 100
+    tables = [line for line in result.out.splitlines() if line.startswith(" ")]
+    assert len(tables) > 20 and max(len(line.rstrip()) for line in tables) <= 100
 
 
 def test_negative_numbers_are_values_not_options(riglens, boxes, small_rig):
@@ -333,7 +338,7 @@ def test_a_body_in_millimetres_is_told_with_the_scale_that_it_needs(riglens, box
 
 
 def without_times(document):
-    for rig in document["rigs"]:
+    for rig in (*document["rigs"], *document.get("targets", {"rigs": ()})["rigs"]):
         del rig["elapsed_ms"]
     return document
 
@@ -342,20 +347,27 @@ def test_targets_stand_below_the_scores_as_their_own_command_gives_them(riglens,
     count = ("--sample", "2", "--min-points", "3", "--seed", "4", "--within", "50")
     words = ("Center", "--boxes", boxes, *count)
     both = json.loads(riglens("evaluate", *words, *SMALL_GRID, "--targets", "--json", "-").out)
-    scores = json.loads(riglens("evaluate", "Center", "--boxes", boxes, *SMALL_GRID, "--json", "-").out)
-    alone = json.loads(riglens("targets", *words, "--json", "-").out)
-    assert without_times(both.pop("targets")) == without_times(alone)
-    assert without_times(both) == without_times(scores)
+    default = json.loads(riglens("evaluate", *words, *SMALL_GRID, "--json", "-").out)
+    assert without_times(both) == without_times(default)
+    scores = riglens("evaluate", "Center", "--boxes", boxes, *SMALL_GRID, "--no-targets", "--json", "-")
+    without = json.loads(scores.out)
+    assert both.pop("targets") and "targets" not in without
+    for name, of_class in without["rigs"][0]["classes"].items():
+        mine = both["rigs"][0]["classes"][name]
+        assert {key: mine[key] for key in mine if key != "figures"} == {
+            key: of_class[key] for key in of_class if key != "figures"
+        }
+        assert of_class["figures"]["on_target"]["state"] == "none" != mine["figures"]["on_target"]["state"]
     objects = tmp_path / "objects.csv"
     shown = riglens("evaluate", *words, *SMALL_GRID, "--targets", "--objects", objects)
-    assert shown.code == 0 and objects.exists()
-    assert shown.out.endswith(riglens("targets", *words).out)
+    assert shown.code == 0 and objects.exists() and "0 to 10 m" in shown.out
+    assert "0 to 10 m" not in riglens("evaluate", *words, *SMALL_GRID).out
 
 
 def test_options_of_targets_need_them_and_they_need_boxes(riglens, boxes, tmp_path):
-    assert "--sample needs --targets" in riglens("evaluate", "Center", "--sample", "2").refused()
-    assert "--by needs --targets" in riglens("evaluate", "Center", "--by", "sector").refused()
-    assert "--surroundings needs --targets" in riglens("evaluate", "W+T", "--surroundings", "block").refused()
+    for option in (("--sample", "2"), ("--by", "sector"), ("--surroundings", "block")):
+        refused = riglens("evaluate", "Center", "--no-targets", *option).refused()
+        assert option[0] in refused and "--no-targets" in refused
     riglens("data", "build", boxes, *SMALL_GRID, "--out", tmp_path / "a.npz")
     found = riglens("evaluate", "Center", "--pog", tmp_path / "a.npz", "--targets")
     assert found.code == 2 and "--targets needs a box data set" in found.err and found.out == ""

@@ -20,6 +20,7 @@ from riglens.app.commands import main, report
 from riglens.app.commands.report import rendered
 from riglens.app.terminal.loading import load_rig
 from riglens.core.errors import InputError
+from riglens.core.figures.registry import object_figures
 from riglens.core.plain import to_text
 from riglens.core.review.findings import amounts
 from riglens.core.rig.presets import preset
@@ -72,13 +73,16 @@ sensors:
 """
 
 
+RADAR = "  - {name: grille, kind: radar, model: generic-radar, position: [2.2, 0, 0.5]}\n"
+
+
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
-    """A report on two rigs, one of which has a hostile name; (page, the words that made it, boxes)."""
+    """A report on two rigs, the first with a hostile name and a radar; (page, the words that made it, boxes)."""
     folder = tmp_path_factory.mktemp("report")
     out, required, boxes = folder / "report.html", folder / "required.yaml", folder / "boxes.csv"
-    for name, title in (("one.yaml", json.dumps(NAME)), ("two.yaml", "second")):
-        (folder / name).write_text(RIG.format(name=title))
+    (folder / "one.yaml").write_text(RIG.format(name=json.dumps(NAME)) + RADAR)
+    (folder / "two.yaml").write_text(RIG.format(name="second"))
     required.write_text(REQUIRED)
     boxes.write_text(BOXES)
     words = (
@@ -121,11 +125,14 @@ def test_every_number_of_a_table_is_that_of_the_attached_figures_and_these_are_t
         written = [metres(value)]
         if value is not None:
             written += [write(value) for write in (percent, square_metres, thousand_nat, whole, plain)]
-        if path.endswith("found/value"):  # a rig of few rays is outside the domain
+        *_, holder, name = path.split("/")
+        if name == "value" and at(figures, path.rpartition("/")[0]).get("state") == "outside":
             written = [f"({percent(value)})"]
+        if "sectors" in path and holder == "found":  # a rig of few rays is outside its domain
+            written.append(f"({percent(value)})")
         assert unescape(text) in written, path
     changes = re.findall(r'data-from="([^"]+)" data-less="([^"]+)">([^<]*)<', page)
-    assert len(changes) == 30 and all(path.replace("/1/", "/0/") == first for path, first, _ in changes)
+    assert len(changes) >= 30 and all(path.replace("/1/", "/0/") == first for path, first, _ in changes)
     for path, first, text in changes:
         change = at(figures, path) - at(figures, first)
         written = [f"{abs(change):.1f}", f"{100 * abs(change):.2f} pp", f"{abs(change) / 1e3:,.2f}"]
@@ -135,9 +142,13 @@ def test_every_number_of_a_table_is_that_of_the_attached_figures_and_these_are_t
         assert text == amounts(verdict["found"], verdict["limit"], verdict["unit"])[0], path
     rig, scene = words[1], ("--boxes", boxes, *SMALL_GRID, "--body", "blocks", "--json", "-")
     scores = json.loads(riglens("evaluate", rig, words[2], *scene).out)
+    counted = scores.pop("targets")
     for one in (*scores["rigs"], *figures["evaluation"]["rigs"]):
         one.pop("elapsed_ms")
-    assert differences(figures["evaluation"], scores) == []
+        one.pop("figures")
+    for one in (*counted["rigs"], *figures["targets"]["rigs"]):
+        one.pop("elapsed_ms")
+    assert differences(figures["evaluation"], scores) == differences(figures["targets"], counted) == []
     blind = json.loads(riglens("blind", rig, "--json", "-").out)
     judged = [one for one in blind["profiles"] if not one["from_memory"]]
     assert (
@@ -444,7 +455,7 @@ def test_a_pdf_reads_no_file_and_no_address_that_a_page_names(tmp_path):
 
 def test_page_one_names_the_worst_of_each_kind_and_what_is_missed(document):
     page = report_page(document)
-    assert page.index("Summary") < page.index("Limits of what is shown") < page.index("Coverage of traffic")
+    assert page.index("Summary") < page.index("Limits of what is shown") < page.index("Leading figures")
     for rig in document.figures["rigs"]:
         lost = [
             one["lost"][name]
@@ -490,7 +501,7 @@ def test_a_group_that_fails_is_a_single_failure(document):
 
 def test_a_class_without_objects_has_no_figures_and_is_named(document):
     figures = copy.deepcopy(document.figures)
-    assert "The data have no" not in report_page(document) and "pedestrian seen" in report_page(document)
+    assert "The data have no" not in report_page(document) and "Objects: pedestrian" in report_page(document)
     for rig in figures["evaluation"]["rigs"]:
         rig["classes"]["pedestrian"]["h_total"] = 0.0
     for rig in figures["targets"]["rigs"]:
@@ -498,23 +509,63 @@ def test_a_class_without_objects_has_no_figures_and_is_named(document):
     absent = ReportDocument(figures, document.rigs, document.drawings)
     for page in (report_page(absent),):
         shown = page.split("<script")[0]
-        assert "The data have no pedestrian." in shown and "bicycle seen" in shown
-        assert not re.search(
-            r"pedestrian seen|Objects: pedestrian|lost: pedestrian|on target pedestrian", shown
-        )
+        assert "The data have no pedestrian." in shown and "Objects: bicycle" in shown
+        assert not re.search(r"Objects: pedestrian|lost: pedestrian|on target pedestrian", shown)
         assert not re.search(r'data-from="[^"]*pedestrian', shown)
+
+
+def object_cells(page, cls):
+    """The table of objects of a class: titles of the columns, and the cells of each row by title."""
+    (table,) = re.findall(rf"<caption>Objects: {cls}</caption>.*?</table>", page, re.S)
+    head, *rows = (re.findall(r"<t[hd][^>]*>([^<]*)</t[hd]>", row) for row in table.split("<tr>")[1:])
+    return head[1:], [dict(zip(head[1:], row[1:], strict=True)) for row in rows]
+
+
+@pytest.mark.parametrize("is_reversed", [False, True])
+def test_the_table_of_objects_has_the_columns_of_all_rigs_and_dashes_where_one_has_no_such_sensor(
+    document, is_reversed
+):
+    figures, rigs = copy.deepcopy(document.figures), list(document.rigs)
+    if is_reversed:
+        rigs.reverse()
+        for listed in (figures["rigs"], figures["evaluation"]["rigs"], figures["targets"]["rigs"]):
+            listed.reverse()
+    titles, rows = object_cells(report_page(ReportDocument(figures, rigs, document.drawings)), "car")
+    assert titles.index("Visible to cameras") < titles.index("By radars") < titles.index("By two kinds")
+    with_radar, without = rows[1::-1] if is_reversed else rows[:2]
+    share = figures["targets"]["rigs"][is_reversed]["classes"]["car"]["radar"]["share"]
+    assert with_radar["By radars"] == percent(share)
+    assert without["By radars"] == rows[2]["By radars"] == "—" != rows[2]["By two kinds"]
+
+
+def test_a_rig_of_cameras_has_dashes_for_points(document):
+    figures, reason = copy.deepcopy(document.figures), "the rig has no enabled LiDAR"
+    made_by_lidars = [one.key for one in object_figures() if one.kinds == ("lidar",)]
+    for found in figures["evaluation"]["rigs"][1]["classes"].values():
+        for key in made_by_lidars:
+            found["figures"][key] = {"value": None, "se": 0.0, "state": "none", "reason": reason}
+    page = report_page(ReportDocument(figures, document.rigs, document.drawings))
+    _, (before, after, change) = object_cells(page, "car")
+    for title in ("At least 5 points", "Median points"):
+        assert after[title] == change[title] == "—" != before[title], title
+    assert "—" not in (after["Visible to cameras"], change["Visible to cameras"])
+    assert f'title="{reason}"' in page
+    assert 'data-from="targets/rigs/1/classes/car/sectors' not in page
 
 
 @pytest.mark.parametrize("figure", ["predicted", "found"])
 def test_a_prediction_outside_its_domain_stands_in_brackets(document, figure):
     figures = copy.deepcopy(document.figures)
-    for rig in figures["targets"]["rigs"]:
+    for rig, written in zip(figures["targets"]["rigs"], figures["evaluation"]["rigs"], strict=True):
         rig["found_outside"] = ""
-    first = figures["targets"]["rigs"][0]["classes"]["car"][figure]["value"]
-    cell = f'data-from="targets/rigs/0/classes/car/{figure}/value">%s<'
+        for of_class in written["classes"].values():
+            of_class["figures"][figure]["state"] = "sampled"
+    own = figures["evaluation"]["rigs"][0]["classes"]["car"]["figures"][figure]
+    first = own["value"]
+    cell = f'data-from="evaluation/rigs/0/classes/car/figures/{figure}/value">%s<'
     page = report_page(ReportDocument(figures, document.rigs, document.drawings))
     assert cell % percent(first) in page and "within 30 m" in page, "the domain stands beside it"
-    figures["targets"]["rigs"][0][f"{figure}_outside"] = "too many rays"
+    figures["targets"]["rigs"][0][f"{figure}_outside"], own["state"] = "too many rays", "outside"
     page = report_page(ReportDocument(figures, document.rigs, document.drawings))
     assert cell % f"({percent(first)})" in page
     assert cell.replace("rigs/0", "rigs/1") % percent(first) in page, "the other is within its domain"
@@ -621,9 +672,7 @@ def test_on_a_phone_the_verdicts_of_two_rigs_are_within_the_screen(document):
     page = page.replace("@media screen and (max-width: 640px)", "@media all").replace(
         "@media print", "@media tty"
     )
-    page = page[: page.index("Coverage of traffic")].replace(
-        "@page {", "@page { size: 400px 3000px !important;"
-    )
+    page = page[: page.index("Leading figures")].replace("@page {", "@page { size: 400px 3000px !important;")
     with PdfDocument(pdf_of(page, {})) as read:
         assert len(read) == 1 and read[0].get_size()[0] == pytest.approx(300.0)
         shown = " ".join(read[0].get_textpage().get_text_bounded(right=300.0).split())

@@ -6,9 +6,11 @@ import json
 import pyarrow.parquet
 import pytest
 
-from riglens.app.commands.targets import _share
-from riglens.core.targets.scores import Estimate
+from riglens.app.commands.targets import _text
+from riglens.core.figures.figure import Estimate
+from riglens.core.figures.hits import ON_TARGET
 from riglens.widgets.panels.scores.text import sampled_text
+from tests.app.conftest import SMALL_GRID
 
 EXACT = ("--phase", "0")
 
@@ -99,7 +101,7 @@ def test_a_sample_says_so_and_gives_two_standard_errors(riglens, boxes):
 
 @pytest.mark.parametrize("se", [0.001, 0.0123])
 def test_what_follows_a_plus_minus_is_the_same_in_the_terminal_and_in_the_window(se):
-    in_terminal, in_window = _share(Estimate(0.5, se)), sampled_text(0.5, se)
+    in_terminal, in_window = _text(ON_TARGET, Estimate(0.5, se)), sampled_text(0.5, se)
     assert in_terminal.partition("±")[2] == in_window.partition("±")[2].removesuffix(" %") != ""
 
 
@@ -113,7 +115,38 @@ def test_the_table_tells_rings_for_one_rig_and_rigs_beside_each_other(riglens, b
 def test_the_table_has_a_column_for_each_further_kind_of_the_rigs(riglens, boxes):
     assert "radar" not in riglens("targets", "nuScenes car", "--boxes", boxes).out
     found = riglens("targets", "nuScenes car", "nuScenes car with radars", "--boxes", boxes).out
-    assert "radars = at least 1 returns" in found and "neither" in found and "ultrasonic" not in found
+    assert "radars" in found and "missed" in found and "ultrasonic" not in found
+
+
+def cells_of(out, rig):
+    """The cells of the rows of a rig."""
+    return [words[1:] for line in out.splitlines() if (words := line.split())[:1] == [rig]]
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2), (2, 1, 0)])
+def test_a_rig_without_a_kind_of_sensor_has_dashes_not_zeros(riglens, boxes, tmp_path, order):
+    sensors = (
+        "{name: rear, kind: camera, position: [-2.3, 0, 1.0], rpy_deg: [0, 20, 180], hfov_deg: 120}",
+        "{name: roof, kind: lidar, model: generic-16, position: [0, 0, 1.6]}",
+        "{name: grille, kind: radar, model: generic-radar, position: [2.2, 0, 0.5]}",
+    )
+    held = {"eyes": sensors[:1], "points": sensors[1:2], "everything": sensors}
+    for name, those in held.items():
+        text = "\n".join(["riglens: 1", f"name: {name}", "sensors:", *(f"  - {one}" for one in those)])
+        (tmp_path / f"{name}.yaml").write_text(text)
+    rigs = [tmp_path / f"{tuple(held)[place]}.yaml" for place in order]
+    counted = riglens("targets", *rigs, "--boxes", boxes, *EXACT).out
+    # objects, predicted, 4 of LiDARs, 3 of cameras, radars, both, neither
+    places = {"eyes": {1, 2, 3, 4, 5, 9}, "points": {6, 7, 8, 9}, "everything": set()}
+    # S-MIG of cameras and LiDARs, S-MS, then seen by cameras, LiDARs, radars, any
+    seen = {"eyes": {4, 5}, "points": {3, 5}, "everything": set()}
+    scored = riglens("evaluate", *rigs, "--boxes", boxes, *SMALL_GRID).out
+    for out, dashes in ((counted, places), (scored, seen)):
+        for name, expected in dashes.items():
+            rows = [[one for one in row if one[0] not in "%±"] for row in cells_of(out, name)]
+            assert len(rows) == 3
+            for row in rows:
+                assert {place for place, cell in enumerate(row) if cell == "—"} == expected
 
 
 def test_what_stands_around_hides_road_users(riglens, boxes, tmp_path):

@@ -93,10 +93,10 @@ def test_the_value_of_objects_is_that_of_the_engine_by_weights(
     name: str, seed: int, traffic: Traffic
 ) -> None:
     problem, _, table, rig = tables(name, traffic, seed)
-    objects = TargetEngine(traffic, 1).evaluate(rig, problem.settings, 6).objects
-    quantity = problem.goal.quantity
-    assert quantity is not None
-    values = quantity.of(objects, problem.settings)
+    counted = TargetEngine(traffic, 1).evaluate(rig, problem.settings, 6)
+    objects, figure = counted.objects, problem.goal.figure
+    assert figure is not None
+    values = figure.values(counted)
     known = ~np.isnan(values)
     cls, ring = traffic.cls[objects.box], np.where(traffic.distance_m[objects.box] < 20.0, 3.0, 1.0)
     sums = weights = 0.0

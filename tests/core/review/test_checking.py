@@ -38,10 +38,10 @@ from riglens.core.sensors.base import HALVES
 from riglens.core.sensors.radar import Radar, Scan
 from riglens.core.shown_text import visible
 from riglens.core.targets.engine import TargetEngine
-from riglens.core.targets.scores import sectors_of
 from tests.core.builders import random_field, synthetic_pog
 from tests.core.review.scenes import BOX, box_mesh, camera, dense_lidar, random_rig
 from tests.core.review.test_redundancy import grouped, some_traffic, without
+from tests.core.targets.cases import by_sector, parts
 
 HEAD = "riglens_requirements: 1\nblind_voxel_m: 0.5\n"
 SMALL = VoxelGrid(0.5, (20.0, 16.0, 4.0))
@@ -145,7 +145,7 @@ def test_any_two_kinds_detect_an_object_together() -> None:
     (verdict,) = Check(asked, required("on_target: [{class: car, figure: both, at_least: 0}]")).verdicts()
     assert asked.traffic is not None
     targets = TargetEngine(asked.traffic, 1).evaluate(asked.rig)
-    assert verdict.finding.value == targets.classes["car"].total.both.value > 0.0
+    assert verdict.finding.value == parts(targets)["car"].total.both.value > 0.0
 
 
 @pytest.mark.parametrize("text", [*ABSENT[:3], *ABSENT[5:8]])
@@ -170,9 +170,9 @@ def test_predicted_detection_is_that_of_the_targets_and_nothing_outside_its_doma
     assert asked.traffic is not None
     scores = TargetEngine(asked.traffic, threads=1).evaluate(asked.rig)
     calibration = scores.calibration if figure == "predicted" else scores.settings.recall
-    table = scores.classes["car"]
-    rings = [row for ring in table.rings[:2] if (row := getattr(ring, figure)) is not None]
-    assert whole.finding.value == pytest.approx(getattr(table.total, figure).value)
+    table = parts(scores)["car"]
+    rings = [ring[figure] for ring in table.rings[:2]]
+    assert whole.finding.value == pytest.approx(table.total[figure].value)
     wanted = sum(ring.objects * ring.value for ring in rings) / sum(ring.objects for ring in rings)
     assert near.finding.value == pytest.approx(wanted)
     assert calibration is not None
@@ -193,7 +193,7 @@ def test_a_ring_without_road_users_is_not_applicable() -> None:
 def test_a_sector_has_the_figure_of_its_objects_and_one_without_them_is_not_applicable() -> None:
     asked = subject(some_rig())
     assert asked.traffic is not None
-    sectors = sectors_of(asked.traffic, TargetEngine(asked.traffic, threads=1).evaluate(asked.rig))["car"]
+    sectors = by_sector(TargetEngine(asked.traffic, threads=1).evaluate(asked.rig))["car"]
     text = ", ".join(f"{{class: car, sector: {sector}, at_least: 0}}" for sector in sectors)
     found = Check(asked, required(f"on_target: [{text}]")).verdicts()
     assert 0 < sum(row.objects > 0 for row in sectors.values()) < len(sectors)

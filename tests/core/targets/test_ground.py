@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.targets.counts import Counted
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.ground import CELL_M, NEAR_M, GroundView, ground_view
-from riglens.core.targets.scores import TargetScores
 from tests.core.builders import rig_of, spinning
 from tests.core.targets.cases import random_traffic
 
@@ -18,7 +18,7 @@ TRAFFIC = random_traffic(np.random.default_rng(11), 25)
 SCORES = TargetEngine(TRAFFIC, threads=1).evaluate(rig_of(spinning((0.0, 0.0, 1.9))))
 
 
-def near(view: GroundView, cell: tuple[int, int], scores: TargetScores, name: str) -> list[int]:
+def near(view: GroundView, cell: tuple[int, int], scores: Counted, name: str) -> list[int]:
     """Places among the objects of those whose own cell lies near another, one by one."""
     found = []
     for k, box in enumerate(scores.objects.box.tolist()):
@@ -32,7 +32,7 @@ def near(view: GroundView, cell: tuple[int, int], scores: TargetScores, name: st
 
 @pytest.mark.parametrize("name", CLASSES)
 def test_every_cell_is_what_a_loop_finds(name: str) -> None:
-    view = ground_view(TRAFFIC, SCORES, name)
+    view = ground_view(SCORES, name)
     objects = SCORES.objects
     busy = np.argwhere(view.objects > 0)
     assert len(busy) > 20
@@ -49,19 +49,19 @@ def test_a_road_user_with_just_as_many_points_as_are_asked_for_is_not_missed() -
     found = []
     for asked in (most, most + 1):
         scores = replace(SCORES, settings=replace(SCORES.settings, min_points=asked))
-        views = [ground_view(TRAFFIC, scores, name) for name in CLASSES]
+        views = [ground_view(scores, name) for name in CLASSES]
         found.append(sum(int(view.objects.sum() - view.missed.sum()) for view in views))
     assert found[0] > 0 and found[1] == 0
 
 
 def test_every_road_user_counts_in_thirteen_cells() -> None:
-    total = sum(ground_view(TRAFFIC, SCORES, name).objects.sum() for name in CLASSES)
+    total = sum(ground_view(SCORES, name).objects.sum() for name in CLASSES)
     inside = TRAFFIC.distance_m[SCORES.objects.box] < 55.0
     assert 13 * inside.sum() <= total <= 13 * len(inside)
 
 
 def test_places_beside_the_cells_are_none() -> None:
-    view = ground_view(TRAFFIC, SCORES, "car")
+    view = ground_view(SCORES, "car")
     assert view.cell_at(0.0, 0.0) == (60, 60) and view.cell_at(-60.0, 59.9) == (0, 119)
     assert view.cell_at(59.9, -60.0) == (119, 0)
     assert (

@@ -231,7 +231,7 @@ def test_all_classes_are_in_sight_where_there_is_room(
 
 def test_every_quantity_says_which_way_is_better() -> None:
     for quantity in QUANTITIES:
-        assert quantity.tip.endswith("Less is better." if quantity.sign < 0 else "More is better.")
+        assert quantity.tip.endswith("Less is better." if quantity.better == "less" else "More is better.")
 
 
 def test_every_choice_can_be_made(panel: TargetsPanel) -> None:

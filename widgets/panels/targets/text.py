@@ -38,7 +38,7 @@ def change_text(quantity: Quantity, change: float) -> str:
 
 def is_better(quantity: Quantity, change: float) -> bool:
     """Return whether a nonzero change is an improvement."""
-    return change * quantity.sign > 0.0
+    return (change > 0.0) == (quantity.better == "more")
 
 
 def tells_apart(quantity: Quantity, change: float) -> bool:
