@@ -20,7 +20,7 @@ from riglens.core.targets.quantities import FOUND, ON_TARGET, PREDICTED, QUANTIT
 from riglens.core.targets.scores import TargetScores
 from riglens.core.targets.settings import USUAL
 from riglens.core.targets.tables import predicted_of, table_of, totals_of
-from riglens.widgets.panels.figures.table import Figure
+from riglens.widgets.panels.figures.table import Cell
 from riglens.widgets.panels.scores.panel import ScoresPanel
 from riglens.widgets.panels.scores.table import ScoreTable
 from riglens.widgets.panels.scores.text import SCORE_FIGURES, sampled_change_text, sampled_text
@@ -51,7 +51,7 @@ def show(panel: TargetsPanel, frames: int | None = None) -> None:
     panel.show_counts(TRAFFIC, counts(NOW, frames), counts(BEFORE, frames), "low")
 
 
-def item(panel: TargetsPanel, who: str, column: int) -> Figure:
+def item(panel: TargetsPanel, who: str, column: int) -> Cell:
     return panel.table.figures.cell(WHO.index(who), column)
 
 

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QVBoxLayout, QWidget
 from riglens.widgets.panels.checks.sensor_table import SensorTable
 from riglens.widgets.panels.controls.building import filled, plain_label
 from riglens.widgets.panels.controls.style import MARGIN, as_panel
-from riglens.widgets.panels.figures.table import Figure
+from riglens.widgets.panels.figures.table import Cell
 from riglens.widgets.panels.scores.text import NONE
 from riglens.widgets.panels.sensors.losses import HEADINGS, MEASURES, Loss, Measure
 
@@ -35,7 +35,7 @@ class RedundancyPanel(QWidget):
         self.table.show_rows(
             {
                 name: [
-                    Figure(loss.text, tip=loss.tip) for loss in (known.get(key, nothing) for key in MEASURES)
+                    Cell(loss.text, tip=loss.tip) for loss in (known.get(key, nothing) for key in MEASURES)
                 ]
                 for name, known in losses.items()
             }

@@ -15,7 +15,7 @@ from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensors.registry import AnyKind, shown_kinds
 from riglens.core.shown_text import spreadsheet_cell, visible
 from riglens.core.targets.quantities import RESOLVED, Figures
-from riglens.widgets.panels.figures.table import SORT, Figure, FigureModel, Heading, Index, delimited
+from riglens.widgets.panels.figures.table import SORT, Cell, FigureModel, Heading, Index, delimited
 from riglens.widgets.panels.scores.text import (
     DETECTED,
     NONE,
@@ -153,7 +153,7 @@ def _numbers(row: CompareRow, shown: Sequence[AnyKind]) -> list[str]:
 Shown = Literal["values", "first", "baseline"]
 RIG, SENSORS, FIRST_SCORE = 0, 1, 2
 FOLLOWS = "…"
-_UNKNOWN, _NONE = (Figure(text, (None,), tone="muted") for text in (FOLLOWS, NONE))
+_UNKNOWN, _NONE = (Cell(text, (None,), tone="muted") for text in (FOLLOWS, NONE))
 
 
 class CompareModel(FigureModel):
@@ -253,11 +253,11 @@ class CompareModel(FigureModel):
             anew,
         )
 
-    def _cell(self, row: CompareRow, column: ScoreColumn) -> Figure:
+    def _cell(self, row: CompareRow, column: ScoreColumn) -> Cell:
         value = self.figure(row, column)
         if value is None or math.isnan(value):
             return _UNKNOWN if value is None else _NONE
-        shown = Figure(self.figure_text(column, value), (value,), exact_text(column.score, value))
+        shown = Cell(self.figure_text(column, value), (value,), exact_text(column.score, value))
         if self._kind == "values":
             return replace(
                 shown, bar=self._bar_share(column, value), bar_colour=CLASS_COLOURS[column.class_name]
@@ -277,8 +277,8 @@ class CompareModel(FigureModel):
         return abs(value) / largest if largest else 0.0
 
 
-def _about(row: CompareRow) -> tuple[Figure, Figure]:
+def _about(row: CompareRow) -> tuple[Cell, Cell]:
     """Return the name and the sensors of a rig."""
     tip = f"{row.name}: {ORIGIN_TITLES[row.origin]}{f', {row.where}' if row.where else ''}"
-    name = Figure(row.title, tip=tip, is_bold=row.origin == "current")
-    return name, Figure(row.sensors, tip=tip, tone="muted", is_bold=name.is_bold)
+    name = Cell(row.title, tip=tip, is_bold=row.origin == "current")
+    return name, Cell(row.sensors, tip=tip, tone="muted", is_bold=name.is_bold)

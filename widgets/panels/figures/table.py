@@ -49,7 +49,7 @@ _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 
 
 @dataclass(frozen=True)
-class Figure:
+class Cell:
     """A cell; tones name colours of the theme.
 
     values: exact numbers that are copied, one for each of its column's `copied`; the first is sorted by. error, change:
@@ -69,7 +69,7 @@ class Figure:
     bar_colour: str | None = None
 
 
-NOTHING = Figure(tone="muted")
+NOTHING = Cell(tone="muted")
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ class FigureModel(QAbstractTableModel):
         super().__init__()
         self._rows: tuple[Heading, ...] = ()
         self._columns: tuple[Heading, ...] = ()
-        self._figures: list[tuple[Figure, ...]] = []
+        self._figures: list[tuple[Cell, ...]] = []
         self._grey: frozenset[int] = frozenset()
         self._is_narrow = False
 
@@ -104,7 +104,7 @@ class FigureModel(QAbstractTableModel):
         self,
         rows: Sequence[Heading],
         columns: Sequence[Heading],
-        figures: Sequence[Sequence[Figure]],
+        figures: Sequence[Sequence[Cell]],
         anew: bool = False,
     ) -> None:
         """Show cells, none of them grey; selection and scroll position stay, unless `anew` or of another size."""
@@ -121,7 +121,7 @@ class FigureModel(QAbstractTableModel):
                 self.headerDataChanged.emit(Qt.Orientation.Horizontal, 0, len(columns) - 1)
             self._exchange([tuple(row) for row in figures], frozenset())
 
-    def show_columns(self, first: int, figures: Sequence[Sequence[Figure]]) -> None:
+    def show_columns(self, first: int, figures: Sequence[Sequence[Cell]]) -> None:
         """Show other cells in some columns, from the first of them on; they are not grey any more."""
         whole = [
             (*row[:first], *cells, *row[first + len(cells) :])
@@ -140,7 +140,7 @@ class FigureModel(QAbstractTableModel):
         grey = self._grey | frozenset(range(len(self._columns)) if columns is None else columns)
         self._exchange(self._figures, grey)
 
-    def _exchange(self, figures: list[tuple[Figure, ...]], grey: frozenset[int]) -> None:
+    def _exchange(self, figures: list[tuple[Cell, ...]], grey: frozenset[int]) -> None:
         """Show cells of as many rows and columns; columns that look the same are not painted again."""
         before, self._figures = self._figures, figures
         turned, self._grey = self._grey ^ grey, grey
@@ -170,7 +170,7 @@ class FigureModel(QAbstractTableModel):
         """Titles of the columns, in full."""
         return tuple(heading.title for heading in self._columns)
 
-    def cell(self, row: int, column: int) -> Figure:
+    def cell(self, row: int, column: int) -> Cell:
         """Return a cell."""
         return self._figures[row][column]
 

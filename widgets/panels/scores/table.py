@@ -16,7 +16,7 @@ from riglens.core.targets.quantities import ON_TARGET as ON_TARGET_QUANTITY
 from riglens.core.targets.quantities import PREDICTED as PREDICTED_QUANTITY
 from riglens.core.targets.quantities import SURE, WHO, Cells, PredictedCells, of_100
 from riglens.widgets.panels.controls.item_views import OwnKeys, StandardKey
-from riglens.widgets.panels.figures.table import NOTHING, Figure, FigureTable, Heading, Tone
+from riglens.widgets.panels.figures.table import NOTHING, Cell, FigureTable, Heading, Tone
 from riglens.widgets.panels.scores.text import (
     NONE,
     NOTHING_NOTE,
@@ -91,7 +91,7 @@ class ScoreTable(FigureTable):
         key, _, is_change = column.partition(" ")
         return 2 * [shown.key for shown in self._shown].index(key) + bool(is_change)
 
-    def cell(self, class_name: str, column: str) -> Figure:
+    def cell(self, class_name: str, column: str) -> Cell:
         """Return the cell of a class and a column key, followed by " change" for its change."""
         return self.figures.cell(CLASSES.index(class_name), self.place_of(column))
 
@@ -116,19 +116,19 @@ class ScoreTable(FigureTable):
 
     def _pair(
         self, column: MetricColumn, scores: Scores, baseline: Scores, name: str, settings: MetricSettings
-    ) -> tuple[Figure, Figure]:
+    ) -> tuple[Cell, Cell]:
         """Return value and change of a score of a class."""
         value, has_boxes = column.value(scores.classes[name]), scores.classes[name].h_total > 0.0
         change = 0.0 if math.isnan(value) else value - column.value(baseline.classes[name])
         more = looks_at_more(change, column, settings.reading)
         meaning = "the same as" if change == 0 else "covers more than" if more else "covers less than"
-        first = Figure(
+        first = Cell(
             value_text(column, value),
             (None if math.isnan(value) else value,),
             exact_text(column, value) if has_boxes else NOTHING_NOTE,
             tone="text" if has_boxes else "muted",
         )
-        second = Figure(
+        second = Cell(
             change_text(change, column),
             (change,),
             f"{exact_text(column, change)}: {meaning} {self._baseline}",
@@ -138,12 +138,12 @@ class ScoreTable(FigureTable):
 
     def show_estimate(self, scores: Scores) -> None:
         """Show rough values without changes; they cannot be copied."""
-        follows = Figure(FOLLOWS, (None,), ESTIMATE_NOTE, tone="muted", is_italic=True)
+        follows = Cell(FOLLOWS, (None,), ESTIMATE_NOTE, tone="muted", is_italic=True)
 
-        def rough(column: MetricColumn, name: str) -> Figure:
+        def rough(column: MetricColumn, name: str) -> Cell:
             value = column.value(scores.classes[name])
             text = NONE if math.isnan(value) else ABOUT + rough_text(column, value)
-            return Figure(text, (None,), ESTIMATE_NOTE, tone="muted", is_italic=True)
+            return Cell(text, (None,), ESTIMATE_NOTE, tone="muted", is_italic=True)
 
         shown = [
             [figure for column in self._columns for figure in (rough(column, name), follows)]
@@ -153,7 +153,7 @@ class ScoreTable(FigureTable):
 
     def show_pending(self) -> None:
         """Show no values: none is known of this rig."""
-        follows = Figure(FOLLOWS, (None,), ESTIMATE_NOTE, tone="muted", is_italic=True)
+        follows = Cell(FOLLOWS, (None,), ESTIMATE_NOTE, tone="muted", is_italic=True)
         self.figures.show_columns(_SCORES, [[follows] * (2 * len(self._columns)) for _ in CLASSES])
 
     def show_counted(self, on_target: Cells, predicted: PredictedCells) -> None:
@@ -178,7 +178,7 @@ class ScoreTable(FigureTable):
 
     def forget_counted(self, reason: str) -> None:
         """Show no number on objects, and the reason."""
-        none = Figure(tip=reason, tone="muted")
+        none = Cell(tip=reason, tone="muted")
         self.figures.show_columns(_COUNTED, [[none] * (_SCORES - _COUNTED)] * len(CLASSES))
 
     def grey_counted(self) -> None:
@@ -195,11 +195,11 @@ class ScoreTable(FigureTable):
         self.figures.set_narrow(event.size().width() < NARROW_PX)
 
 
-def _sampled(cells: Cells, row: int, se: float, tip: str, is_resolved: bool) -> tuple[Figure, Figure]:
+def _sampled(cells: Cells, row: int, se: float, tip: str, is_resolved: bool) -> tuple[Cell, Cell]:
     """Return value and change of a class; neither better nor worse within the error of the change, or unresolved."""
     value, change, change_se = (float(part[row]) for part in (cells.value, cells.change, cells.change_se))
     is_none, is_sure = math.isnan(value), is_resolved and abs(change) > 2.0 * change_se
-    first = Figure(
+    first = Cell(
         sampled_text(value, se),
         (None, None) if is_none else (value, se),
         tip,
@@ -208,7 +208,7 @@ def _sampled(cells: Cells, row: int, se: float, tip: str, is_resolved: bool) -> 
     tone: Tone = (
         "muted" if math.isnan(change) else "text" if not is_sure else "more" if change > 0.0 else "less"
     )
-    second = Figure(
+    second = Cell(
         sampled_change_text(change, change_se), (None if math.isnan(change) else change,), tip, tone=tone
     )
     return first, second

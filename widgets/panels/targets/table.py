@@ -8,7 +8,7 @@ from PySide6.QtCore import QSize
 from PySide6.QtGui import QResizeEvent
 
 from riglens.core.targets.quantities import EVERYBODY, WHO, Quantity, Table
-from riglens.widgets.panels.figures.table import Figure, FigureTable, Heading, Tone, TwoLines
+from riglens.widgets.panels.figures.table import Cell, FigureTable, Heading, Tone, TwoLines
 from riglens.widgets.panels.targets.text import (
     change_text,
     error_text,
@@ -61,11 +61,11 @@ class TargetTable(FigureTable):
         )
 
 
-def _figure(table: Table, row: int, column: int, ring: str, baseline: str) -> Figure:
+def _figure(table: Table, row: int, column: int, ring: str, baseline: str) -> Cell:
     cells, quantity = table.cells, table.quantity
     value, se, change = (float(part[row, column]) for part in (cells.value, cells.se, cells.change))
     objects = int(cells.objects[row, column])
-    return Figure(
+    return Cell(
         value_text(quantity, value),
         (value, se, change, objects),
         tip_text(quantity, f"{TITLES[WHO[row]]}, {ring}", cells, (row, column), baseline),
