@@ -3,31 +3,48 @@
 `TWENTY`, a share of objects, leads; `SEEN_TWICE` is of voxels. Nothing else in the program names them.
 """
 
+import csv
+import io
 import json
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
+from pytestqt.qtbot import QtBot
 
+from riglens.app.background.counting import figures_beside_scores
 from riglens.core.figures.coverage import VoxelFigure
 from riglens.core.figures.documents import evaluation_document, objects_document
 from riglens.core.figures.evaluated import Evaluated, Evaluator
 from riglens.core.figures.figure import ALL, CLASSES_AND_ALL
 from riglens.core.figures.objects import ObjectFigure, parts_by_class
 from riglens.core.figures.registry import figure_named, figures, leading_figures, object_figures, registered
+from riglens.core.figures.text import estimate_text
+from riglens.core.figures.values import (
+    FigureCells,
+    Values,
+    compared_scores,
+    values_of_objects,
+    values_of_scores,
+)
 from riglens.core.geometry import Pose
-from riglens.core.metric.scores import PAPER_SETTINGS
+from riglens.core.metric.scores import PAPER_SETTINGS, MetricSettings
 from riglens.core.review.checking import Check, Subject
 from riglens.core.review.measures import Measures
 from riglens.core.review.requirements import requirements_in
 from riglens.core.review.tolerance import PROFILES, tolerance
+from riglens.core.rig.edits import with_enabled
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.sweep.rows import Sweeper, SweepFigures
 from riglens.core.sweep.table import better_of
 from riglens.core.targets.settings import USUAL
 from riglens.core.targets.traffic import Traffic
+from riglens.widgets.panels.compare.model import CompareRow, columns_for, table_text
+from riglens.widgets.panels.scores.panel import ScoresPanel
+from riglens.widgets.panels.sensors.losses import losses_of
+from riglens.widgets.panels.targets.panel import TargetsPanel
 from tests.core.builders import camera, grid_of, random_field, spinning
 from tests.core.targets.cases import random_traffic
 from tools import write_figures
@@ -182,3 +199,69 @@ def test_the_page_of_figures_is_made_from_the_registry() -> None:
     shown = write_figures.page().splitlines()
     written = (REPOSITORY / write_figures.TARGET).read_text(encoding="utf-8").splitlines()
     assert [line for line in shown if "`share_20`" not in line and "`unseen`" not in line] == written
+
+
+# ---------------------------------------------------------------- the window
+def test_the_score_table_has_a_column_for_it_with_its_direction(
+    qtbot: QtBot, evaluator: Evaluator, evaluated: Evaluated
+) -> None:
+    panel = ScoresPanel(MetricSettings())
+    qtbot.addWidget(panel)
+    bare = evaluator(RIG.model_copy(update={"sensors": RIG.sensors[1:]}))
+    assert evaluated.voxels is not None and bare.voxels is not None
+    panel.show_figures("voxels", compared_scores(bare.voxels.scores, evaluated.voxels.scores))
+    assert evaluated.objects is not None and bare.objects is not None
+    found = FigureCells.of(TWENTY, evaluated.objects, evaluated.objects)
+    panel.show_figures("objects", {TWENTY.key: found.compared()})
+    assert panel.table.cell("car", "share_20").text == estimate_text(TWENTY, TWENTY.of(evaluated, "car"))
+    assert panel.table.cell("car", "share_20").values[0] == TWENTY.of(evaluated, "car").value
+    assert panel.table.cell("car", "unseen").values[0] == UNSEEN.of(bare, "car").value
+    change = UNSEEN.change(bare, evaluated, "car")
+    assert change.value > 0.0 and panel.table.cell("car", "unseen change").tone == "less"
+    assert "unseen by any: less is better" in panel.note and "at least 20 points" in panel.note
+
+
+def test_the_thread_that_counts_has_it_at_once(evaluated: Evaluated) -> None:
+    assert {"share_20", *(one.key for one in object_figures() if one.leads)} <= {
+        one.key for one in figures_beside_scores()
+    }
+    assert evaluated.objects is not None
+    assert values_of_objects(evaluated.objects)["share_20"]["car"] == TWENTY.of(evaluated, "car")
+
+
+def test_compare_shows_and_exports_it(evaluated: Evaluated) -> None:
+    assert evaluated.voxels is not None and evaluated.objects is not None
+    row = CompareRow(
+        "a", "mine", "file", RIG, "", evaluated.voxels.scores, values_of_objects(evaluated.objects)
+    )
+    for chosen in ("all classes", "car"):
+        shown = {(one.class_name, one.figure.key): one for one in columns_for(chosen, ("lidar", "camera"))}
+        for figure in (TWENTY, UNSEEN):
+            assert shown["car", figure.key].value((row.scores, row.counted)) == figure.of(evaluated, "car")
+    (read,) = csv.DictReader(io.StringIO(table_text([row], ",")))
+    assert float(read["car at least 20 points (fraction)"]) == TWENTY.of(evaluated, "car").value
+    assert float(read["car unseen by any (fraction)"]) == UNSEEN.of(evaluated, "car").value
+
+
+def test_losses_of_sensors_are_told_in_it(evaluator: Evaluator, evaluated: Evaluated) -> None:
+    def known(rig: Evaluated) -> Values:
+        assert rig.voxels is not None and rig.objects is not None
+        return {**values_of_scores(rig.voxels.scores), **values_of_objects(rig.objects)}
+
+    without = evaluator(with_enabled(RIG, ("top",), False))
+    losses = losses_of(known(evaluated), known(without))
+    assert {"share_20", "unseen"} <= set(losses)
+    assert losses["share_20"].size == pytest.approx(100.0 * TWENTY.of(evaluated, ALL).value)
+    grown = UNSEEN.of(without, ALL).value - UNSEEN.of(evaluated, ALL).value
+    assert losses["unseen"].size == pytest.approx(100.0 * grown) and grown > 0.0
+
+
+def test_the_panel_targets_offers_it(qtbot: QtBot, evaluated: Evaluated) -> None:
+    assert evaluated.objects is not None
+    panel = TargetsPanel(USUAL)
+    qtbot.addWidget(panel)
+    panel.show()
+    panel.show_counts(evaluated.objects, evaluated.objects, "itself")
+    panel.choose("share_20")
+    cell = panel.table.figures.cell(CLASSES_AND_ALL.index("car"), 0)
+    assert panel.figure is TWENTY and cell.values[0] == TWENTY.of(evaluated, "car").value

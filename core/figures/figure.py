@@ -21,6 +21,11 @@ SE_FACTOR = 2.0
 """Standard errors behind ± everywhere: 95 % of samples are nearer to the exact value."""
 
 
+def absence(who: str) -> str:
+    """Say that there is nothing of a class, or of `ALL`, to measure."""
+    return f"there is no {'object' if who == ALL else who} there"
+
+
 @dataclass(frozen=True)
 class Estimate:
     """A figure's value, with its standard error `se` where it comes from a sample or a calibration.
@@ -41,6 +46,11 @@ class Estimate:
     def exists(self) -> bool:
         """Return whether there was anything to measure."""
         return self.state != "none"
+
+    def minus(self, before: Estimate) -> Estimate:
+        """Return the change from another estimate; none where either is none."""
+        lacking = next((one for one in (self, before) if not one.exists), None)
+        return lacking or Estimate(self.value - before.value, state=self.state, reason=self.reason)
 
     @classmethod
     def none(cls, reason: str) -> Estimate:
@@ -87,9 +97,7 @@ class Figure(ABC):
 
     def change(self, now: Evaluated, before: Evaluated, who: str) -> Estimate:
         """Return the change from one rig to another in the same scene, with its own error."""
-        mine, theirs = self.of(now, who), self.of(before, who)
-        lacking = next((one for one in (mine, theirs) if not one.exists), None)
-        return lacking or Estimate(mine.value - theirs.value, state=mine.state, reason=mine.reason)
+        return self.of(now, who).minus(self.of(before, who))
 
     @property
     def tip(self) -> str:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.figures.figure import ALL, CLASSES_AND_ALL, Estimate, Figure
+from riglens.core.figures.figure import ALL, CLASSES_AND_ALL, Estimate, Figure, absence
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.sectors import SECTORS
 from riglens.core.sensors.registry import kind_named
@@ -108,7 +108,7 @@ class ObjectFigure(Figure):
                 state: Any = "outside" if outside else "exact" if is_whole and not whole else "sampled"
                 estimate = Estimate(value, whole, state, outside, se, number)
                 if not number or lack:
-                    reason = lack or f"there is no {'object' if who == ALL else who} there"
+                    reason = lack or absence(who)
                     estimate = replace(estimate, state="none", reason=reason, se=0.0 if not number else whole)
                 cells.append(estimate)
             found[who] = cells
@@ -153,8 +153,10 @@ class Cells:
     change_se: Doubles
 
     def anchored(self, exact: Cells) -> Cells:
-        """Return exact values of the same baseline plus the changes of this sample, whose errors are those of pairs."""
-        return replace(self, value=exact.value - exact.change + self.change, se=self.change_se)
+        """Return exact values of the same baseline plus the changes of this sample, whose errors are those of pairs;
+        the error of a calibration stays."""
+        se = np.hypot(exact.se, self.change_se)
+        return replace(self, value=exact.value - exact.change + self.change, se=se)
 
 
 @dataclass(frozen=True)

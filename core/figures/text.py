@@ -107,8 +107,9 @@ def tip_text(
     figure: Figure, where: str, value: Estimate, change: Estimate, baseline: str, about: str = ""
 ) -> str:
     """Describe a figure in full: place, value, objects, error, change, and what it is of; or why there is none."""
-    lines = [f"Outside the domain: {value.reason}"] if value.state == "outside" else []
-    lines.append(f"{where}: {_precise(figure, value) if value.exists else value.reason}")
+    lines = [f"{where}: {_precise(figure, value) if value.exists else value.reason}"]
+    if value.state == "outside":
+        lines.append(f"Outside the domain: {value.reason}")
     if value.objects:
         lines.append(f"{figure.title} of {value.objects:,} objects")
     if change.exists:

@@ -111,9 +111,13 @@ class Requirements(Frozen):
         """Return whether any requirement is on objects of the traffic."""
         counted = [*(one.of for one in self.losses), *(one.of for one in self.covered)]
         of_users = "road_users" in counted
-        limits = (*self.figures, *self.on_target, *self.predicted_detection)
-        of_users |= any(one.of.needs == "objects" for one in limits)
+        of_users |= any(one.of.needs == "objects" for one in self.limits)
         return of_users or any(one.of.needs == "objects" for one in self.tolerance)
+
+    @property
+    def limits(self) -> tuple[FigureLimit, ...]:
+        """Limits of figures of classes, whichever section they stand in."""
+        return (*self.figures, *self.on_target, *self.predicted_detection)
 
     @property
     def blind_settings(self) -> BlindSettings:

@@ -14,13 +14,13 @@ from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.frame import FrameView, box_name
 from riglens.app.window.workbench import Workbench
+from riglens.core.figures.text import MINUS
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.vehicle.solid import Solid
 from riglens.evaluation.requests import PickedVoxel, Result, sight_text
 from riglens.widgets.heatmap.pick import PickedCell
 from riglens.widgets.panels.scene.voxel_card import SensorLine, VoxelCard, VoxelText
-from riglens.widgets.panels.scores.text import MINUS
 from riglens.widgets.traffic.frame import ShownFrame
 from riglens.widgets.viewport.scene_state import Marker
 

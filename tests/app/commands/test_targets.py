@@ -9,7 +9,7 @@ import pytest
 from riglens.app.commands.targets import _text
 from riglens.core.figures.figure import Estimate
 from riglens.core.figures.hits import ON_TARGET
-from riglens.widgets.panels.scores.text import sampled_text
+from riglens.core.figures.text import estimate_text
 from tests.app.conftest import SMALL_GRID
 
 EXACT = ("--phase", "0")
@@ -101,7 +101,8 @@ def test_a_sample_says_so_and_gives_two_standard_errors(riglens, boxes):
 
 @pytest.mark.parametrize("se", [0.001, 0.0123])
 def test_what_follows_a_plus_minus_is_the_same_in_the_terminal_and_in_the_window(se):
-    in_terminal, in_window = _text(ON_TARGET, Estimate(0.5, se)), sampled_text(0.5, se)
+    found = Estimate(0.5, se)
+    in_terminal, in_window = _text(ON_TARGET, found), estimate_text(ON_TARGET, found)
     assert in_terminal.partition("±")[2] == in_window.partition("±")[2].removesuffix(" %") != ""
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from riglens.core.rig.edits import with_enabled
-from riglens.widgets.panels.sensors.losses import MEASURES
+from riglens.widgets.panels.sensors.losses import measures
 from tests.app.window.desk import FullDesk, scores
 from tests.waiting import TIMEOUT_MS
 
@@ -54,7 +54,7 @@ def test_redundancy_lists_what_the_rig_loses_without_each_sensor(desk: FullDesk)
         if request.rig == with_enabled(desk.document.rig, (request.name,), False):
             feature._take(request, scores(0.25 if request.name == "roof" else 0.5))
     table = feature.panel.table
-    place = list(MEASURES).index("seen")
+    place = list(measures()).index("seen")
     assert table.texts_of("roof")[place] == "25.00" and table.texts_of("front")[place] == "0.00"
     table.clicked.emit(table.figures.index(0, 0))
     assert desk.document.selected == "roof"

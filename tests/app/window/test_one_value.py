@@ -158,11 +158,11 @@ def add_window(values: Values, qtbot: QtBot, folder: Path, rig: Rig) -> None:
         assert objects._worker.wait_until_idle(TIMEOUT_MS / 1000)
         qtbot.waitUntil(lambda: bool(objects._profiles), timeout=TIMEOUT_MS)
         result = bench.workbench.answers.result
-        classes, counts = result.evaluation.scores.classes, features.targets.answer.scores.classes
+        classes, counts = result.evaluation.scores.classes, features.targets.answer.figures
         for name in CLASSES:
             one = classes[name]
             values.add("window", **{f"s_ms {name}": one.s_ms, f"seen {name} any": one.any_seen})
             values.add("window", **{f"seen {name} {kind}": getattr(one, kind).seen for kind in KINDS[1:]})
-            values.add("window", **{f"on_target {name}": counts[name].total.on_target.value})
+            values.add("window", **{f"on_target {name}": counts["on_target"][name].value})
         for found in objects._profiles:
             values.add("window", **{f"objects {found.profile.name}": len(found.objects) - len(found.failed)})

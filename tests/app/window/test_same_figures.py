@@ -37,7 +37,7 @@ def test_scores_compare_targets_and_test_objects_are_those_of_the_commands(
         compare.add_file(two)
         qtbot.waitUntil(
             lambda: (
-                all(row.scores and row.figures for row in compare.rows) and bench.features.targets.is_current
+                all(row.scores and row.counted for row in compare.rows) and bench.features.targets.is_current
             ),
             timeout=TIMEOUT_MS,
         )
@@ -56,6 +56,6 @@ def test_scores_compare_targets_and_test_objects_are_those_of_the_commands(
         for name in CLASSES:
             assert row.scores.classes[name].any_seen == score["classes"][name]["any"]["seen"]
             assert row.scores.classes[name].s_ms == score["classes"][name]["s_ms"]
-            assert row.figures[name].on_target == count["classes"][name]["lidar"]["on_target"]
+            assert row.counted["on_target"][name].value == count["classes"][name]["lidar"]["on_target"]
     profiles = said(tmp_path, "blind", one)["profiles"]
     assert seen == [f"{profile['seen']} of {len(profile['objects'])}" for profile in profiles]

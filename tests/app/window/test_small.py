@@ -71,9 +71,12 @@ def test_no_word_of_the_start_rig_is_cut_in_a_small_window(
         )
         qtbot.waitUntil(lambda: tree.columnWidth(NAME) >= longest_px + TICK_PX, timeout=TIMEOUT_MS)
         assert not table.horizontalScrollBar().isVisible(), "all changes of the four figures are in sight"
-        longest = [Cell(text) for text in (LONGEST_VALUE, LONGEST_CHANGES[1])]
-        table.figures.show_columns(0, [2 * longest for _ in CLASSES])
-        for place in range(4):
+        counted = [table.place_of(one.key) for one in table.shown if one.needs == "objects"]
+        longest = (Cell(LONGEST_VALUE), Cell(LONGEST_CHANGES[1]))
+        table.figures.show_columns(
+            {place + part: [longest[part]] * len(CLASSES) for place in counted for part in (0, 1)}
+        )
+        for place in (first + part for first in counted for part in (0, 1)):
             assert table.sizeHintForColumn(place) <= table.columnWidth(place)
         bars = [bar for bar in opened.window.findChildren(QTabBar) if bar.isVisible() and bar.count() > 2]
         assert len(bars) > 1

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -28,6 +28,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from riglens.core.shown_values import NONE
 from riglens.widgets.panels.controls.icons import swatch
 from riglens.widgets.panels.controls.item_views import (
     BAR_COLOUR,
@@ -37,7 +38,6 @@ from riglens.widgets.panels.controls.item_views import (
     StandardKey,
 )
 from riglens.widgets.panels.controls.style import numbers_font, plain_tip, tones
-from riglens.widgets.panels.scores.text import NONE
 
 Tone = Literal["text", "muted", "more", "less"]
 Index = QModelIndex | QPersistentModelIndex
@@ -121,13 +121,13 @@ class FigureModel(QAbstractTableModel):
                 self.headerDataChanged.emit(Qt.Orientation.Horizontal, 0, len(columns) - 1)
             self._exchange([tuple(row) for row in figures], frozenset())
 
-    def show_columns(self, first: int, figures: Sequence[Sequence[Cell]]) -> None:
-        """Show other cells in some columns, from the first of them on; they are not grey any more."""
-        whole = [
-            (*row[:first], *cells, *row[first + len(cells) :])
-            for row, cells in zip(self._figures, figures, strict=True)
-        ]
-        self._exchange(whole, self._grey - set(range(first, first + len(figures[0]))))
+    def show_columns(self, columns: Mapping[int, Sequence[Cell]]) -> None:
+        """Show other cells in some columns, row by row; they are not grey any more."""
+        whole = [list(row) for row in self._figures]
+        for place, cells in columns.items():
+            for row, cell in zip(whole, cells, strict=True):
+                row[place] = cell
+        self._exchange([tuple(row) for row in whole], self._grey - set(columns))
 
     def set_row_titles(self, rows: Sequence[Heading]) -> None:
         """Show other titles of the rows."""

@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from riglens.core.figures.text import MINUS
 from riglens.core.rig.model import Rig
 from riglens.core.shown_text import visible
 from riglens.widgets.panels.figures.table import NOTHING, Cell, Heading
 from riglens.widgets.panels.figures.table import Tone as FigureTone
 from riglens.widgets.panels.propose.chart import Dot, Line, Plot, Tone
-from riglens.widgets.panels.scores.text import MINUS
 
 if TYPE_CHECKING:  # loads the compiler
     from riglens.core.optimise.results import OptimiseResult
