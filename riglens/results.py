@@ -235,7 +235,7 @@ class TargetResult(ByName[ClassTargets]):
         return object_table(self._traffic, self._scores)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the JSON of `riglens targets RIG`."""
+        """Return the JSON of `targets` of `riglens evaluate RIG --targets`."""
         return targets_document(self._traffic, [self._scores])
 
     def rows(self) -> Rows:
@@ -292,7 +292,7 @@ class AuditResult(ByName[SensorAudit]):
         return self._audit.rig
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the JSON of `riglens audit RIG`."""
+        """Return the JSON of the part `audit` of `riglens review`."""
         return audit_document(self._audit)
 
     def rows(self) -> Rows:
@@ -328,7 +328,7 @@ class BlindResult(Result):
         return picture(blind_figure(self.zones, "any", 1))
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the JSON of `riglens blind RIG`."""
+        """Return the JSON of the part `blind` of `riglens review`."""
         return blind_document(self.zones, self.profiles)
 
     def rows(self) -> Rows:
@@ -357,7 +357,7 @@ class RangeResult(Result):
         return picture(range_figure(self.ranges))
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the JSON of `riglens card RIG`."""
+        """Return the JSON of the part `range` of `riglens review`."""
         return range_document(self.ranges)
 
     def rows(self) -> Rows:

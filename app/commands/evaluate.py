@@ -49,7 +49,7 @@ def evaluate(
     """
     # --help needs nothing of this
     from riglens.app.commands.output import deliver
-    from riglens.app.commands.targets import count_hits, require_count_outputs
+    from riglens.app.commands.targets import count_hits, count_inputs, require_count_outputs
     from riglens.app.terminal.console import note
     from riglens.app.terminal.loading import load_rigs, load_scene
     from riglens.app.terminal.scores import print_scores, score_rigs
@@ -60,14 +60,15 @@ def evaluate(
         count.require_unused(scene, surroundings, by)
     loaded = load_rigs(rigs, score, reading.libraries, reading.housings)
     require_count_outputs(count, loaded, (*rigs, *scene.files), json, by)
+    counting = count_inputs(scene.surrounded(surroundings), count, score) if targets else None
     _, field = load_scene(scene, loaded, score)
     for line in wrong_places(loaded):  # what is refused is refused in one line
         note(line)
     evaluations = score_rigs(loaded, field, score)
     document = evaluation_document(field, settings_of(score), evaluations)
     found = None
-    if targets:
-        found = count_hits(loaded, scene.surrounded(surroundings), count, score)
+    if counting is not None:
+        found = count_hits(loaded, *counting, count, score)
         document["targets"] = found.document()
 
     def show() -> None:

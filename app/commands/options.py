@@ -87,8 +87,6 @@ Profiles = Annotated[tuple[Path, ...], Parameter(name="--profile", metavar="FILE
 Surroundings = Annotated[Literal["ignored", "block"] | None, Parameter(name="--surroundings", group=SCENE)]
 Parts = Annotated[Literal["ring", "sector"], Parameter(name="--by", group=COUNT)]
 """Split of a table of objects, for a single rig."""
-SolidBody = Annotated[Literal["ignored", "blocks"] | None, Parameter(name="--body", show=False)]
-"""For commands with a solid car: `blocks` is accepted, `ignored` rejected (`ScoreOptions.solid`)."""
 Libraries = Annotated[
     tuple[Path, ...],
     Parameter(

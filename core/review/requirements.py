@@ -98,15 +98,15 @@ class Requirements(Frozen):
     @property
     def needs_scene(self) -> bool:
         """Return whether any requirement depends on traffic."""
-        return bool(self.seen or self.losses or self.covered or self.tolerance) or self.needs_road_users
+        return bool(self.seen or self.losses or self.covered or self.tolerance) or self.needs_objects
 
     @property
-    def needs_road_users(self) -> bool:
+    def needs_objects(self) -> bool:
         """Return whether any requirement is on objects of the traffic."""
         counted = [*(one.of for one in self.losses), *(one.of for one in self.covered)]
-        of_users = "road_users" in counted
-        of_users |= bool(self.on_target or self.predicted_detection)
-        return of_users or any(one.figure == "on_target" for one in self.tolerance)
+        of_objects = "objects" in counted
+        of_objects |= bool(self.on_target or self.predicted_detection)
+        return of_objects or any(one.figure == "on_target" for one in self.tolerance)
 
     @property
     def blind_settings(self) -> BlindSettings:

@@ -105,7 +105,7 @@ def columns_for(class_name: str) -> tuple[ScoreColumn, ...]:
     )
 
 
-_FIGURES = ("on target (fraction)", "detected (fraction)", "road users")
+_FIGURES = ("on target (fraction)", "detected (fraction)", "objects")
 
 
 def _fields(shown: Sequence[AnyKind]) -> dict[str, Callable[[ClassScores], float]]:
