@@ -164,6 +164,7 @@ if TYPE_CHECKING:
     SceneArguments = SceneOptions
     EverythingArguments = SceneOptions
     ScoreArguments = ScoreOptions
+    WindowArguments = ScoreOptions
     WeightArguments = ScoreOptions
     BodyArguments = ScoreOptions
     ThreadArguments = ScoreOptions
@@ -179,6 +180,7 @@ else:
     SceneArguments = arguments(SceneOptions, SCENE, "boxes", *_GRID, "pog", "tolerance_pp")
     EverythingArguments = arguments(SceneOptions, SCENE, "boxes", *_GRID, "pog", "tolerance_pp", "occluders")
     ScoreArguments = arguments(ScoreOptions, SCORE, "method", "reading", "camera_weight", "threads", "body")
+    WindowArguments = arguments(ScoreOptions, SCORE, "camera_weight", "threads", "body")
     WeightArguments = arguments(ScoreOptions, SCORE, "camera_weight", "threads")
     RunArguments = arguments(ScoreOptions, SCORE, "threads", "body")
     BodyArguments = arguments(ScoreOptions, SCORE, "body")

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 
-from riglens.app.commands.options import Libraries, RigName, SceneArguments, ScoreArguments
+from riglens.app.commands.options import Libraries, RigName, SceneArguments, WindowArguments
 from riglens.core.errors import InputError
 from riglens.evaluation.options import DEFAULT_RIG
 from riglens.version import installed_version
@@ -136,7 +136,7 @@ def window(
     /,
     *,
     scene: SceneArguments = SceneArguments(),
-    score: ScoreArguments = ScoreArguments(),
+    score: WindowArguments = WindowArguments(),
     libraries: Libraries = (),
 ) -> int:
     """Open the window on RIG (nuScenes car). Without a display: the scores, and a picture, YAML and JSON in out/."""
