@@ -73,7 +73,7 @@ OWN_ZONE = "of the rig"
 """Name of the zone that a rig's own `keep_out` is."""
 
 
-class Beyond(Frozen):
+class Overhang(Frozen):
     """Limits of the overhang of housings over the car's outline and roof, metres."""
 
     front: Limit | None = None
@@ -93,7 +93,7 @@ class MountLimits(Frozen):
     height_m: tuple[Limit, Limit] | None = None
     gap_m: Length | None = None
     spacing_m: Length | None = None
-    beyond_m: Beyond = Beyond()
+    beyond_m: Overhang = Overhang()
     length_m: Length | None = None
     width_m: Length | None = None
     total_height_m: Length | None = None
