@@ -312,7 +312,7 @@ class AuditResult(ByName[SensorAudit]):
         return self._audit.rig
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the JSON of `riglens audit RIG`."""
+        """Return the JSON of the part `audit` of `riglens review`."""
         return audit_document(self._audit)
 
     def rows(self) -> Rows:
@@ -348,7 +348,7 @@ class BlindResult(Result):
         return picture(blind_figure(self.zones, "any", 1))
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the JSON of `riglens blind RIG`."""
+        """Return the JSON of the part `blind` of `riglens review`."""
         return blind_document(self.zones, self.profiles)
 
     def rows(self) -> Rows:
@@ -377,7 +377,7 @@ class RangeResult(Result):
         return picture(range_figure(self.ranges))
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the JSON of `riglens card RIG`."""
+        """Return the JSON of the part `range` of `riglens review`."""
         return range_document(self.ranges)
 
     def rows(self) -> Rows:

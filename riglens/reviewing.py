@@ -201,7 +201,7 @@ def check(
     score = ScoreOptions(threads=threads, body=body).as_required(asked.required.body, asked.file)
     if scene is None and asked.required.needs_scene:
         scene = load_scene()
-    if traffic is None and asked.required.needs_road_users:
+    if traffic is None and asked.required.needs_objects:
         traffic = load_traffic()
     needed = command.Scene(None if scene is None else scene.field, traffic)
     found = command.checked(several, score, needed, asked)

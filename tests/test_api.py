@@ -133,7 +133,7 @@ def test_a_scene_says_what_it_holds(scene: rl.Scene) -> None:
 def test_a_stored_pog_is_a_scene(boxes: Path, scene: rl.Scene, tmp_path: Path) -> None:
     stored = tmp_path / "town.npz"
     grid = ["--voxel", "0.5", "--roi", *map(str, ROI_M)]
-    assert main(["pog", str(boxes), "--out", str(stored), *grid]) == 0
+    assert main(["data", "build", str(boxes), "--out", str(stored), *grid]) == 0
     rig = rl.open_rig("W+T")
     assert dict(rl.score(rig, rl.load_scene(pog=stored))) == dict(rl.score(rig, scene))
 

@@ -569,7 +569,7 @@ def test_a_report_shows_it_beside_the_others(tmp_path: Path) -> None:
     assert "by probes" in page and "pedestrian end on, probes" in page and "40 × 40" in page
     places = re.findall(r'data-from="([^"]+)"', page)
     assert "targets/rigs/0/classes/car/probe/share" in places
-    assert any(re.fullmatch(r"rigs/0/card/rigs/0/rows/\d+/probe/first_below_m", place) for place in places)
+    assert any(re.fullmatch(r"rigs/0/range/rigs/0/rows/\d+/probe/first_below_m", place) for place in places)
     assert [legend for _, legend in document.drawings[0].plans.legend] == ["LiDAR", "camera", "probe"]
     colours = {colour for colour, _ in document.drawings[0].plans.legend}
     tones = {tuple(ray["tone"]) for ray in document.drawings[0].view["rays"]}

@@ -1,24 +1,13 @@
-"""Audit of the rays of each sensor: part of `riglens review`, alone as `riglens audit`."""
+"""Audit of the rays of each sensor: part of `riglens review`."""
 
 from __future__ import annotations
 
 from rich.table import Table
 from rich.text import Text
 
-from riglens.app.commands.options import (
-    JsonFigures,
-    RigArguments,
-    RigName,
-    SceneArguments,
-    SolidBody,
-    ThreadArguments,
-)
-from riglens.app.commands.output import deliver, require_outputs
-from riglens.app.terminal.console import progress_bar, results
-from riglens.app.terminal.loading import load_rigs, load_scene
+from riglens.app.terminal.console import results
 from riglens.app.terminal.tables import table
-from riglens.core.engine.audit import RAY_OUTCOMES, RigAudit, audit_document
-from riglens.core.engine.audit import audit as audit_rig
+from riglens.core.engine.audit import RAY_OUTCOMES, RigAudit
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.shown_text import visible
 from riglens.core.shown_values import percent
@@ -31,26 +20,6 @@ TITLES = (
     "seen by\nothers",
     "brings\nnew",
 )
-
-
-def audit(
-    rig: RigName,
-    /,
-    *,
-    scene: SceneArguments = SceneArguments(),
-    body: SolidBody = None,
-    score: ThreadArguments = ThreadArguments(),
-    reading: RigArguments = RigArguments(),
-    json: JsonFigures = None,
-) -> None:
-    """Trace every ray of each sensor: to the solid car, past the region, to the ground, or into uncertain space."""
-    score = score.solid(body)
-    (opened,) = load_rigs([rig], score, reading.libraries, reading.housings)
-    require_outputs((rig, *scene.files), json)
-    _, field = load_scene(scene, [opened], score)
-    with progress_bar("Tracing rays"):
-        found = audit_rig(field, opened, "blocks", score.threads)
-    deliver(audit_document(found), json, lambda: print_audit(found))
 
 
 def print_audit(found: RigAudit) -> None:

@@ -163,11 +163,11 @@ def checked(rigs: Sequence[Rig], score: ScoreOptions, scene: Scene, asked: Check
 def scene_for(scene: SceneOptions, rigs: Sequence[Rig], score: ScoreOptions, required: Requirements) -> Scene:
     """Load what requirements need."""
     field = traffic = None
-    if required.needs_road_users and scene.pog is not None:
+    if required.needs_objects and scene.pog is not None:
         raise InputError(NO_ROAD_USERS)
     if required.needs_scene:
         field = load_scene(scene, rigs, score)[1]
-    if required.needs_road_users:
+    if required.needs_objects:
         traffic = load_traffic(scene, WITHIN_M)
     return Scene(field, traffic)
 

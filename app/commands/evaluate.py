@@ -49,7 +49,7 @@ def evaluate(
     """
     # --help needs nothing of this
     from riglens.app.commands.output import deliver
-    from riglens.app.commands.targets import count_hits, require_count_outputs
+    from riglens.app.commands.targets import count_hits, count_inputs, require_count_outputs
     from riglens.app.terminal.console import note, results
     from riglens.app.terminal.figures import leading_table
     from riglens.app.terminal.loading import load_rigs, load_scene
@@ -63,13 +63,14 @@ def evaluate(
         count.require_unused(scene, surroundings, by)
     loaded = load_rigs(rigs, score, reading.libraries, reading.housings)
     require_count_outputs(count, loaded, (*rigs, *scene.files), json, by)
+    counting = count_inputs(scene.surrounded(surroundings), count, score) if with_objects else None
     _, field = load_scene(scene, loaded, score)
     for line in wrong_places(loaded):  # what is refused is refused in one line
         note(line)
     evaluations = score_rigs(loaded, field, score)
     found = None
-    if with_objects:
-        found = count_hits(loaded, scene.surrounded(surroundings), count, score, told=remarks_on(field.data))
+    if counting is not None:
+        found = count_hits(loaded, *counting, count, score, told=remarks_on(field.data))
     settings = EvaluationSettings(settings_of(score))
     evaluated = [
         Evaluated(one.rig, settings, field, one, None if found is None else found.counted[number])

@@ -87,8 +87,6 @@ Profiles = Annotated[tuple[Path, ...], Parameter(name="--profile", metavar="FILE
 Surroundings = Annotated[Literal["ignored", "block"] | None, Parameter(name="--surroundings", group=SCENE)]
 Parts = Annotated[Literal["ring", "sector"], Parameter(name="--by", group=COUNT)]
 """Split of a table of objects, for a single rig."""
-SolidBody = Annotated[Literal["ignored", "blocks"] | None, Parameter(name="--body", show=False)]
-"""For commands with a solid car: `blocks` is accepted, `ignored` rejected (`ScoreOptions.solid`)."""
 Libraries = Annotated[
     tuple[Path, ...],
     Parameter(
@@ -166,6 +164,7 @@ if TYPE_CHECKING:
     SceneArguments = SceneOptions
     EverythingArguments = SceneOptions
     ScoreArguments = ScoreOptions
+    WindowArguments = ScoreOptions
     WeightArguments = ScoreOptions
     BodyArguments = ScoreOptions
     ThreadArguments = ScoreOptions
@@ -181,6 +180,7 @@ else:
     SceneArguments = arguments(SceneOptions, SCENE, "boxes", *_GRID, "pog", "tolerance_pp")
     EverythingArguments = arguments(SceneOptions, SCENE, "boxes", *_GRID, "pog", "tolerance_pp", "occluders")
     ScoreArguments = arguments(ScoreOptions, SCORE, "method", "reading", "camera_weight", "threads", "body")
+    WindowArguments = arguments(ScoreOptions, SCORE, "camera_weight", "threads", "body")
     WeightArguments = arguments(ScoreOptions, SCORE, "camera_weight", "threads")
     RunArguments = arguments(ScoreOptions, SCORE, "threads", "body")
     BodyArguments = arguments(ScoreOptions, SCORE, "body")

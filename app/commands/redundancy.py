@@ -1,4 +1,4 @@
-"""Report overlapping coverage and the losses by failures; part of `riglens review`, also `riglens redundancy`."""
+"""Overlapping coverage and the losses by failures: part of `riglens review`."""
 
 from __future__ import annotations
 
@@ -9,17 +9,7 @@ from cyclopts import Group, Parameter
 from rich.table import Table
 from rich.text import Text
 
-from riglens.app.commands.options import (
-    JsonFigures,
-    RigArguments,
-    RigName,
-    SceneArguments,
-    ScoreArguments,
-    number,
-)
-from riglens.app.commands.output import deliver, require_outputs
-from riglens.app.terminal.console import note, progress_bar, results
-from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic
+from riglens.app.terminal.console import progress_bar, results
 from riglens.app.terminal.tables import table
 from riglens.core.engine.engine import Engine
 from riglens.core.metric.entropy import EntropyField
@@ -48,7 +38,7 @@ from riglens.core.targets.traffic import Traffic
 from riglens.evaluation.options import ScoreOptions
 from riglens.evaluation.scenario import settings_of
 
-FAILING = Group("Redundancy", sort_key=15)
+FAILING = Group("Redundancy", sort_key=8)
 SHOWN = 5
 """Pairs and half-blocked sensors that the terminal names, the worst first; the JSON has all."""
 HEADINGS: dict[What, str] = {
@@ -57,46 +47,17 @@ HEADINGS: dict[What, str] = {
     "group": "groups",
     "half": f"worst {SHOWN} half-blocked",
 }
-NOT_COUNTED = "objects are not counted: a stored POG holds none"
 
 
-def redundancy(
-    rig: RigName,
-    /,
-    *,
-    scene: SceneArguments = SceneArguments(),
-    score: ScoreArguments = ScoreArguments(),
-    road_users: Annotated[bool, Parameter(group=FAILING, negative="--no-road-users")] = True,
-    min_points: Annotated[int, number(FAILING)] = 5,
-    within: Annotated[float, Parameter(group=FAILING, metavar="M")] = 60.0,
-    halves: Annotated[bool, Parameter(group=FAILING, negative="")] = False,
-    reading: RigArguments = RigArguments(),
-    json: JsonFigures = None,
-) -> None:
-    """Report the coverage by one, two and three sensors, and the losses when sensors, pairs or groups fail.
+@Parameter(name="*")
+@dataclass(frozen=True)
+class RedundancyArguments:
+    """Options of redundancy."""
 
-    Parameters
-    ----------
-    road_users
-        Also count objects, not only voxels; a stored POG has none.
-    min_points
-        LiDAR points that detect an object; a camera needs 25 px of height.
-    within
-        Count objects within this distance of the car, in metres.
-    halves
-        Also list the losses by each sensor with half of its view blocked: left, right, upper, lower.
-    """
-    counting = TargetSettings(min_points=min_points)
-    (opened,) = load_rigs([rig], score, reading.libraries, reading.housings)
-    require_outputs((rig, *scene.files), json)
-    _, field = load_scene(scene, [opened], score)
-    traffic = None
-    if road_users and scene.pog is None:
-        traffic = load_traffic(scene, within)
-    elif road_users:
-        note(NOT_COUNTED)
-    found = redundancy_of(opened, field, traffic, score, counting, halves)
-    deliver(found.document(), json, found.show)
+    no_objects: Annotated[bool, Parameter(group=FAILING, negative="")] = False
+    """Count voxels alone, no objects."""
+    halves: Annotated[bool, Parameter(group=FAILING, negative="")] = False
+    """Also list the losses by each sensor with half of its view blocked: left, right, upper, lower."""
 
 
 @dataclass(frozen=True)
@@ -121,7 +82,7 @@ class Redundancy:
             "voxel_m": self.field.grid.voxel_m,
             "min_points": self.min_points,
             "voxels": coverage_document(self.voxels, "nat"),
-            "road_users": None if self.targets is None else coverage_document(self.targets, "road users"),
+            "objects": None if self.targets is None else coverage_document(self.targets, "objects"),
         }
 
     def show(self) -> None:

@@ -1,4 +1,4 @@
-"""Hit coverage: points and pixels of rigs on objects; part of `riglens evaluate`, also a command of its own."""
+"""Hit coverage: points and pixels of rigs on objects; part of `riglens evaluate`."""
 
 from __future__ import annotations
 
@@ -12,19 +12,10 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from riglens.app.commands.options import (
-    CountArguments,
-    JsonFigures,
-    Parts,
-    RigArguments,
-    RigNames,
-    RunArguments,
-    Surroundings,
-    TrafficArguments,
-)
-from riglens.app.commands.output import deliver, require_ending, require_outputs
+from riglens.app.commands.options import CountArguments, Parts
+from riglens.app.commands.output import require_ending, require_outputs
 from riglens.app.terminal.console import note, progress_bar, results
-from riglens.app.terminal.loading import load_rigs, load_traffic
+from riglens.app.terminal.loading import load_traffic
 from riglens.core.errors import InputError
 from riglens.core.figures.documents import objects_document
 from riglens.core.figures.figure import SE_FACTOR, Estimate
@@ -43,6 +34,7 @@ from riglens.core.targets.counts import Counted
 from riglens.core.targets.engine import TargetEngine, warm_up
 from riglens.core.targets.object_table import object_table
 from riglens.core.targets.settings import HEIGHT_PX, TargetSettings
+from riglens.core.targets.traffic import Traffic
 from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.evaluation.scenario import remarks_on
 from riglens.studies.files import write_csv
@@ -92,33 +84,6 @@ class HitCoverage:
         }
 
 
-def targets(
-    *rigs: RigNames,
-    scene: TrafficArguments = TrafficArguments(),
-    surroundings: Surroundings = None,
-    by: Parts = "ring",
-    count: CountArguments = CountArguments(),
-    score: RunArguments = RunArguments(),
-    reading: RigArguments = RigArguments(),
-    json: JsonFigures = None,
-) -> None:
-    """Count the points and pixels of rigs on objects, including occlusion by traffic.
-
-    Parameters
-    ----------
-    rigs
-        Rig files or preset names.
-    surroundings
-        block: houses, walls and poles of the bundled scenario hide objects too (ignored).
-    by
-        Parts of the table, for one rig: rings of 10 m of distance, or sectors of 45° around the car.
-    """
-    loaded = load_rigs(rigs, score, reading.libraries, reading.housings)
-    require_count_outputs(count, loaded, (*rigs, *scene.files), json, by)
-    found = count_hits(loaded, scene.surrounded(surroundings), count, score)
-    deliver(found.document(), json, lambda: found.show(by))
-
-
 def require_count_outputs(
     count: CountArguments, rigs: Sequence[Rig], reads: Sequence[str | Path], json: str | None, by: Parts
 ) -> None:
@@ -130,19 +95,26 @@ def require_count_outputs(
     require_outputs(reads, json, count.objects)
 
 
+def count_inputs(
+    scene: SceneOptions, count: CountArguments, score: ScoreOptions
+) -> tuple[Traffic, TargetSettings]:
+    """Load the traffic and return it with the settings of counting; raise InputError for what does not fit."""
+    if scene.pog is not None:
+        raise InputError("needs a box data set: a stored POG holds no objects", "targets")
+    how = count_settings(count, score)
+    return load_traffic(scene, count.within_m), how
+
+
 def count_hits(
     rigs: Sequence[Rig],
-    scene: SceneOptions,
+    traffic: Traffic,
+    how: TargetSettings,
     count: CountArguments,
     score: ScoreOptions,
     told: Iterable[str] = (),
 ) -> HitCoverage:
-    """Load the traffic and count for each rig from scratch, so that their times can be compared. told: remarks on the
-    data that were printed already."""
-    if scene.pog is not None:
-        raise InputError("needs a box data set: a stored POG holds no objects", "targets")
-    how = count_settings(count, score)
-    traffic = load_traffic(scene, count.within_m)
+    """Count for each rig from scratch, so that their times can be compared. told: remarks on the data that were
+    printed already."""
     known = set(told)
     for line in remarks_on(traffic.data):
         if line not in known:

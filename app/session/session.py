@@ -103,9 +103,8 @@ class Session(QObject):
 
     @property
     def working_rig(self) -> Rig:
-        """The rig that figures are of: without what has failed and without keep-out zones, with the mesh of its
-        body."""
-        return self.with_mesh(_without_zones(self.document.working_rig))
+        """The rig that figures are of: without what has failed, with the mesh of its body."""
+        return self.with_mesh(self.document.working_rig)
 
     def with_mesh(self, rig: Rig) -> Rig:
         """Return a rig with the mesh of its body as it was read last; the same rig where there is no other to add."""
@@ -130,7 +129,7 @@ class Session(QObject):
     @property
     def baseline(self) -> Rig:
         """The rig that changes of the scores are counted from: the pinned one, else the one last saved or opened."""
-        return _without_zones(self.document.saved_rig if self._pinned is None else self._pinned)
+        return self.document.saved_rig if self._pinned is None else self._pinned
 
     @property
     def voxel(self) -> Voxel | None:
@@ -236,8 +235,3 @@ class Session(QObject):
         if before is not None and before.field.grid != scene.field.grid:
             self.pick(None)
         self.scene_changed.emit(scene)
-
-
-def _without_zones(rig: Rig) -> Rig:
-    """Return a rig without painted keep-out zones, on which no figure depends; the same rig where there are none."""
-    return rig.model_copy(update={"keep_out": ()}) if rig.keep_out else rig

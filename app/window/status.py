@@ -110,7 +110,7 @@ class StatusBar(QStatusBar):
         """Show how long the evaluation took."""
         self.state.setText("exact" if is_current else UPDATING)
         evaluation = result.evaluation
-        self.state.setToolTip(f"method {evaluation.settings.method}, {evaluation.threads} threads")
+        self.state.setToolTip(f"{evaluation.threads} threads")
         before, now = None if self._last is None else self._last.request, result.request
         if before is None or self._last is None or self._last.scene is not result.scene:
             self.time.setText(f"first answer {duration_text(evaluation.elapsed_ms)}")

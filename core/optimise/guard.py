@@ -34,7 +34,7 @@ KEPT, STANDARD_ERRORS = 0.5, 2.0
 
 
 @dataclass(frozen=True)
-class Kept:
+class GuardResult:
     """Gain of a proposal over its reference in one case, its standard error paired by frame, and its share of the gain
     in the frames in which the proposal was chosen; whether other data made it."""
 
@@ -154,7 +154,7 @@ def guard(
     frames: int,
     last: int,
     others: Sequence[OtherTraffic] = (),
-) -> Generator[Kept, None, float]:
+) -> Generator[GuardResult, None, float]:
     """Compare a proposal with a reference case by case, and return the gain in the first `frames` frames.
 
     settings: those with which the proposal was chosen. Held-out frames, up to `last`, follow the frames of choice;
@@ -191,11 +191,11 @@ def guard(
     checks += [(other, [(usual, proposal, reference)]) for other in others]
     for one, pairs in checks:
         more, se = gain(pairs, one.frames, one.sampler)
-        yield Kept(one.case, more, se, more / in_sample if in_sample > 0.0 else 0.0, one.is_other_data)
+        yield GuardResult(one.case, more, se, more / in_sample if in_sample > 0.0 else 0.0, one.is_other_data)
     return in_sample
 
 
-def verdict(kept: Sequence[Kept]) -> Verdict:
+def verdict(kept: Sequence[GuardResult]) -> Verdict:
     """Return "resolved" where the gain in held-out frames is large enough to tell rigs apart, two standard errors and
     half of the gain when chosen, and two standard errors in all other data."""
     held_out = next((one for one in kept if one.case == HELD_OUT), None)
@@ -206,7 +206,7 @@ def verdict(kept: Sequence[Kept]) -> Verdict:
     return "resolved" if is_resolved else "not resolved"
 
 
-def weak_cases(kept: Sequence[Kept]) -> tuple[Kept, ...]:
+def weak_cases(kept: Sequence[GuardResult]) -> tuple[GuardResult, ...]:
     """Return the cases that keep less than half of the gain."""
     return tuple(one for one in kept if one.share < KEPT)
 

@@ -16,7 +16,7 @@ from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.optimise.bounds import Bound
-from riglens.core.optimise.guard import Kept, Verdict, verdict, weak_cases
+from riglens.core.optimise.guard import GuardResult, Verdict, verdict, weak_cases
 from riglens.core.optimise.mounts import NO_ADDITIONS, Additions, Candidate, Move
 from riglens.core.optimise.objectives import OBJECTIVES, OF_VOXELS, WORST, Objective, sensors_for
 from riglens.core.optimise.tables import UNIT
@@ -155,7 +155,7 @@ class Proposal:
     added: tuple[Candidate, ...]
     value: float
     blind_m2: float | None = None
-    guard: tuple[Kept, ...] = ()
+    guard: tuple[GuardResult, ...] = ()
 
     @property
     def cost(self) -> float:
@@ -168,7 +168,7 @@ class Proposal:
         return verdict(self.guard)
 
     @property
-    def weak(self) -> tuple[Kept, ...]:
+    def weak(self) -> tuple[GuardResult, ...]:
         """Cases that keep less than half of the gain."""
         return weak_cases(self.guard)
 
@@ -189,7 +189,7 @@ class Proposal:
 
 
 @dataclass(frozen=True)
-class Stair:
+class CostStep:
     """The best rig found with a number of additions, and its value in the frames of choice."""
 
     count: int
@@ -224,7 +224,7 @@ class OptimiseResult:
     bound: Bound
     proposals: tuple[Proposal, ...]
     front: tuple[int, ...] = ()
-    stairs: tuple[Stair, ...] = ()
+    stairs: tuple[CostStep, ...] = ()
     floors: Mapping[str, float] = field(default_factory=dict)
     unmet: tuple[str, ...] | None = None
     cheapest: Cheapest | None = None

@@ -218,10 +218,10 @@ class Check:
         return with_halves(found, subject.rig, coverage) if self._tries_halves("voxels") else found
 
     @cached_property
-    def _road_users(self) -> Coverage:
+    def _objects(self) -> Coverage:
         rig, how = self._subject.rig, self._targets.settings
         found = target_coverage(self._targets)
-        if not self._tries_halves("road_users"):
+        if not self._tries_halves("objects"):
             return found
         return with_halves(found, rig, target_counter(self._evaluate.objects.beside(), how))
 
@@ -343,7 +343,7 @@ class Check:
 
     # ------------------------------------------------------------ redundancy
     def _coverage(self, of: str) -> Coverage:
-        return self._voxels if of == "voxels" else self._road_users
+        return self._voxels if of == "voxels" else self._objects
 
     def _covered(self, one: Covered) -> Finding:
         coverage, cls, rows = self._coverage(one.of), CLASSES.index(one.cls), _rows(one.sector)
@@ -388,7 +388,7 @@ class Check:
         if one.of.needs == "voxels" and not self._scores.classes[one.cls].h_total:
             return missing(f"the scene has no entropy of {one.cls}")
         if isinstance(one.of, ObjectFigure):
-            lack = one.of.lacks(self._targets) or self._no_road_users(one)
+            lack = one.of.lacks(self._targets) or self._no_objects(one)
             if lack is not None:
                 return missing(lack)
         if not moves(self._asked.errors[one.profile], self._subject.rig):
@@ -411,7 +411,7 @@ class Check:
         detail = f"between {shown[0]} and {shown[1]}, each bound with 95 % confidence{limit}"
         return Finding(below / draws, text, bounds, (detail,))
 
-    def _no_road_users(self, one: Tolerated) -> str | None:
+    def _no_objects(self, one: Tolerated) -> str | None:
         traffic = self._traffic
         boxes = slice(0, int(traffic.starts[min(self._asked.sample_frames, traffic.frames)]))
         is_there = traffic.counts[boxes] & (traffic.cls[boxes] == CLASSES.index(one.cls))

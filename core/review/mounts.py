@@ -69,11 +69,11 @@ USUAL_KEEP_OUT = (
 """Usual keep-out zones: our choice, as are the shares of a car's sides that are doors."""
 
 
-PAINTED = "painted keep-out zone"
-"""Name of the zones painted in a rig's own `keep_out`."""
+OWN_ZONE = "of the rig"
+"""Name of the zone that a rig's own `keep_out` is."""
 
 
-class Beyond(Frozen):
+class Overhang(Frozen):
     """Limits of the overhang of housings over the car's outline and roof, metres."""
 
     front: Limit | None = None
@@ -93,7 +93,7 @@ class MountLimits(Frozen):
     height_m: tuple[Limit, Limit] | None = None
     gap_m: Length | None = None
     spacing_m: Length | None = None
-    beyond_m: Beyond = Beyond()
+    beyond_m: Overhang = Overhang()
     length_m: Length | None = None
     width_m: Length | None = None
     total_height_m: Length | None = None
@@ -143,7 +143,7 @@ def _footing(place_m: Vec3, solid: Solid, has_materials: bool) -> tuple[MountSta
 
 
 def mounts_of(rig: Rig, keep_out: tuple[KeepOut, ...] = USUAL_KEEP_OUT) -> tuple[Mount, ...]:
-    """Return the mounts of the rig's enabled sensors. A mesh file has no materials: only boxes and painted zones
+    """Return the mounts of the rig's enabled sensors. A mesh file has no materials: only boxes and the spots of the rig
     apply."""
     outline, solid = Outline.of(rig.vehicle), solid_of(rig.vehicle)
     sensors = [sensor for sensor in rig.sensors if sensor.enabled]
@@ -152,7 +152,7 @@ def mounts_of(rig: Rig, keep_out: tuple[KeepOut, ...] = USUAL_KEEP_OUT) -> tuple
         standing, materials = _footing(sensor.position, solid, not rig.vehicle.has_mesh_file)
         where = standing.nearest_m or sensor.position
         zones = tuple(zone.name for zone in keep_out if is_in_zone(zone, where, materials, rig, outline))
-        zones += (PAINTED,) * is_painted(rig, where)
+        zones += (OWN_ZONE,) * is_kept_out(rig, where)
         beyond = dict(zip(SIDES, beyond_m(sensor, rig, outline).tolist(), strict=True))
         found.append(
             Mount(
@@ -186,7 +186,7 @@ def beyond_m(sensor: Sensor, rig: Rig, outline: Outline) -> Doubles:
     return np.array([*sides, z1 - rig.vehicle.height])
 
 
-def is_painted(rig: Rig, at_m: tuple[float, float, float]) -> bool:
+def is_kept_out(rig: Rig, at_m: tuple[float, float, float]) -> bool:
     """Return whether a place on the skin lies within a spot of the rig's own keep-out zones."""
     if not rig.keep_out:
         return False

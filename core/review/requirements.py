@@ -103,16 +103,16 @@ class Requirements(Frozen):
         """Return whether any requirement depends on traffic."""
         return (
             bool(self.figures or self.seen or self.losses or self.covered or self.tolerance)
-            or self.needs_road_users
+            or self.needs_objects
         )
 
     @property
-    def needs_road_users(self) -> bool:
+    def needs_objects(self) -> bool:
         """Return whether any requirement is on objects of the traffic."""
         counted = [*(one.of for one in self.losses), *(one.of for one in self.covered)]
-        of_users = "road_users" in counted
-        of_users |= any(one.of.needs == "objects" for one in self.limits)
-        return of_users or any(one.of.needs == "objects" for one in self.tolerance)
+        of_objects = "objects" in counted
+        of_objects |= any(one.of.needs == "objects" for one in self.limits)
+        return of_objects or any(one.of.needs == "objects" for one in self.tolerance)
 
     @property
     def limits(self) -> tuple[FigureLimit, ...]:

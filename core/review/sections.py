@@ -119,7 +119,7 @@ class Seen(Requirement):
         return f"seen of {self.cls} by {self.by}"
 
 
-COVERED_THINGS = {"voxels": "voxels", "road_users": "objects"}
+COVERED_THINGS = {"voxels": "voxels", "objects": "objects"}
 """Words for what losses and coverage are counted of."""
 
 
@@ -273,7 +273,7 @@ class BlindObjects(WorstCase):
 class Loss(Requirement):
     """Limit of the loss of a class by the worst failure of a kind; or by one failure by its `name`, with a `title`."""
 
-    of: Literal["voxels", "road_users"]
+    of: Literal["voxels", "objects"]
     cls: Annotated[Class, Field(alias="class")]
     failure: What = "sensor"
     name: str | None = None
@@ -304,7 +304,7 @@ class Loss(Requirement):
 class Covered(Requirement):
     """Least share of a class that a number of sensors, or two kinds, cover."""
 
-    of: Literal["voxels", "road_users"]
+    of: Literal["voxels", "objects"]
     cls: Annotated[Class, Field(alias="class")]
     sensors: Literal["1", "2", "3", "two kinds"] | Literal[1, 2, 3]
     sector: Sector | None = None

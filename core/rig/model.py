@@ -48,7 +48,7 @@ FORMAT_VERSION = 1
 PARAMETRIC_BODIES = ("sedan", "suv", "van", "truck")
 MAX_SENSORS = 255
 MAX_SPOTS = 1000
-"""Of painted keep-out zones."""
+"""Of the keep-out zones of a rig."""
 VehicleLength = Annotated[float, Field(allow_inf_nan=False, ge=0.1, le=100.0)]
 SpotRadius = Annotated[float, Field(allow_inf_nan=False, ge=0.005, le=2.0)]
 Spot = tuple[Metres, Metres, Metres, SpotRadius]

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.kernels.objects.box_frames import Traffic as Boxes
-from riglens.core.kernels.objects.sweeps import Looks, Surface
+from riglens.core.kernels.objects.sweeps import Reflectivity, Surface
 from riglens.core.simulate.clutter import KINDS, Clutter, Footprints, scattered
 from riglens.core.simulate.motion import SWEEP_S, Before, Motion, before
 from riglens.core.simulate.settings import USUAL_SIMULATION, SimulationSettings
@@ -56,7 +56,7 @@ class World(NamedTuple):
     objects: index into KINDS, -1 for given occluders."""
 
     boxes: Boxes
-    looks: Looks
+    reflectivity: Reflectivity
     surface: Surface
     kind: NDArray[np.int64]
 
@@ -118,7 +118,9 @@ class Worlds:
         )
         bright = rng.uniform(*BRIGHT, number)
         kind = np.concatenate([np.full(given.stop - users.stop, -1), clutter.kind])
-        return World(boxes, Looks(users.stop - users.start, _SOFT_M, bright, ROAD_BRIGHT), surface, kind)
+        return World(
+            boxes, Reflectivity(users.stop - users.start, _SOFT_M, bright, ROAD_BRIGHT), surface, kind
+        )
 
     def _places(self, frame: int) -> tuple[slice, slice]:
         """Return the slice of a frame's boxes, and that of the objects, which come first among them."""

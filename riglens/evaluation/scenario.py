@@ -17,7 +17,7 @@ from riglens.core.scene.pog import Pog
 from riglens.core.scene.pog_store import cached_pog, load_pog
 from riglens.core.scene.readers import Source, bundled_source, open_boxes, parse_class_map
 from riglens.core.scene.survey import FEWEST_BOXES, LARGEST_SPREAD_M, NEAR_M, survey
-from riglens.core.study.voxel_choice import Tried, VoxelChoice, choose, ladder_grids
+from riglens.core.study.voxel_choice import EdgeScores, VoxelChoice, choose, ladder_grids
 from riglens.evaluation.known_body import with_known_body
 from riglens.evaluation.options import DEFAULT_TOLERANCE_PP, SceneOptions, ScoreOptions
 
@@ -103,7 +103,7 @@ def _auto_scenario(options: SceneOptions, progress: Progress | None) -> Scenario
     source = source_of(options)
     tolerance = (DEFAULT_TOLERANCE_PP if options.tolerance_pp is None else options.tolerance_pp) / 100
     grids, left_out = ladder_grids(DEFAULT_ROI_M if options.roi_m is None else options.roi_m)
-    tried: list[Tried] = []
+    tried: list[EdgeScores] = []
     kept: Scenario | None = None
     for grid, report in zip(grids, _shared(progress, [grid.voxel_count for grid in grids]), strict=True):
         pog = _named(cached_pog(source, grid, report), options)
@@ -126,7 +126,7 @@ def _shared(progress: Progress | None, work: Sequence[int]) -> Iterator[Progress
         yield partial(report, start=sum(work[:place]), piece=piece)
 
 
-def _try(field: EntropyField, options: SceneOptions, report: Progress) -> Tried:
+def _try(field: EntropyField, options: SceneOptions, report: Progress) -> EdgeScores:
     """Return the scores of the rigs at one edge; call `report` between chunks of rays, which may raise to cancel."""
 
     def never() -> bool:
@@ -140,7 +140,7 @@ def _try(field: EntropyField, options: SceneOptions, report: Progress) -> Tried:
         without = rig.with_body_mesh(None)  # a mesh is not read for this
         evaluation = engine.evaluate(without, with_known_body(settings, without), cancel=never)
         scores.append((rig.name, evaluation.scores))
-    return Tried(field.grid.voxel_m, tuple(scores))
+    return EdgeScores(field.grid.voxel_m, tuple(scores))
 
 
 def _named(pog: Pog, options: SceneOptions) -> Pog:

@@ -204,7 +204,7 @@ def report_of(plan: ReportPlan, tell: Stage) -> Report:
             )
         )  # fmt: skip
         parts.append(_parts(plan, evaluated[-1], evaluate.voxels, traffic, stages))
-        parts[-1]["card"] = range_document(ranges[-1])
+        parts[-1]["range"] = range_document(ranges[-1])
     figures = _figures(plan, field, evaluated, parts, score)
     return Report(figures, tuple(maps), tuple(ranges))
 
@@ -258,7 +258,7 @@ def _parts(
         "redundancy": {
             "note": NO_EVIDENCE,
             "voxels": coverage_document(voxels, "nat"),
-            "road_users": None if users is None else coverage_document(users, "road users"),
+            "objects": None if users is None else coverage_document(users, "objects"),
         },
         "tolerance": spread,
         "check": checked,

@@ -10,7 +10,6 @@ from riglens.core.rig.groups import Poses, centre_m
 from riglens.core.rig.model import Rig, Sensor, Vehicle
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.vehicle.placing import FREE, PlacingRules
-from riglens.widgets.car.keep_out import KeepOut
 from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.gizmo.drag import GizmoMode, Space
 from riglens.widgets.heatmap.scale import DEFAULT_LOOK, HeatLook, HeatmapData
@@ -89,7 +88,6 @@ class SceneState:
     marker: Marker | None = None
     post: Post | None = None
     measured: Measured | None = None
-    keep_out: KeepOut | None = None
     masts: tuple[Mast, ...] = ()
     stubs: Stubs | None = None
     ghosts: tuple[Sensor, ...] = ()

@@ -75,7 +75,9 @@ class DetectionRangeShown(Feature):
         self.panel.export_wanted.connect(bench.guarded(self._export))
         bench.theme_changed.connect(lambda _: self._show_anew())
         self.remember(
-            "card/plan", lambda: {name: getattr(self._plan, name) for name in KEPT}, self._take_plan
+            "detection_range/plan",
+            lambda: {name: getattr(self._plan, name) for name in KEPT},
+            self._take_plan,
         )
 
     # ------------------------------------------------------------------ asking
@@ -180,6 +182,6 @@ class DetectionRangeShown(Feature):
         if self._shown is None or not self.is_current:
             return
         ranges = self._shown[0]
-        path = self.bench.dialogs.save_table(self.bench.window, beside_rig(self.document, "card", ".csv"))
+        path = self.bench.dialogs.save_table(self.bench.window, beside_rig(self.document, "range", ".csv"))
         if path is not None:
             write_file(path, csv_text(range_lines(ranges)))

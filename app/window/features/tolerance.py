@@ -35,7 +35,7 @@ if TYPE_CHECKING:  # loads the compiler
     from riglens.core.review.requirements import Requirements
 
 DRAWS = 64
-"""Number of draws; `riglens tolerance` uses 256 by default: here they are repeated after every edit."""
+"""Number of draws; `riglens review` uses 256 by default: here they are repeated after every edit."""
 GROUP = "tolerance"
 SEEN_FROM_M, SEEN_FROM_DEG = 0.15, 8.0
 """Size to which errors in the view are magnified: millimetres are invisible on a car."""
@@ -196,7 +196,7 @@ def tip_of(found: ToleranceResult) -> str:
         f"5 to 95 % {100 * s.p05:.3f} to {100 * s.p95:.3f} %, worst {100 * s.worst:.3f} % (draw {s.worst_draw})"
         for name, s in found.spreads.items()
     ]
-    how = f"riglens tolerance RIG --errors {found.profile.name} --draws {found.draws}"
+    how = f"riglens review RIG --only tolerance --errors {found.profile.name} --draws {found.draws}"
     return "\n".join([*lines, f"{found.profile.name} is {found.profile.source}.", f"As {how}"])
 
 

@@ -159,7 +159,7 @@ def test_a_class_map_for_names_that_no_box_has_is_told(riglens, boxes, tmp_path)
     text = boxes.read_text()
     (folder / "one.csv").write_text(text)
     (folder / "two.csv").write_text(text.replace("shopping_cart", "dog").replace("\ns,", "\nt,"))
-    result = riglens("data", folder, *mapped)
+    result = riglens("data", "show", folder, *mapped)
     assert "no box is called 'nosuch'" in result.err and "cart" not in result.err
 
 
@@ -178,7 +178,7 @@ def test_names_classes_and_files_never_steer_the_terminal(riglens, tmp_path):
     )
     rig = tmp_path / "odd.yaml"
     rig.write_text('riglens: 1\nname: "\\x1b[31modd\\nnote: all is well"\nsensors: []\n')
-    for words in (("evaluate", rig), ("data",)):
+    for words in (("evaluate", rig), ("data", "show")):
         boxes_words = (boxes,) if words[0] == "data" else ("--boxes", boxes, *SMALL_GRID)
         result = riglens(*words, *boxes_words)
         assert result.code == 0
@@ -201,7 +201,7 @@ def test_a_reader_that_goes_away_early_is_no_error(riglens_process):
 
 
 def test_a_full_disk_is_told_in_one_line(riglens, boxes):
-    result = riglens("data", boxes, "--json", "/dev/full")
+    result = riglens("data", "show", boxes, "--json", "/dev/full")
     assert result.code == 3
     assert result.err.splitlines()[-1] == "riglens: No space left on device"
     assert "Traceback" not in result.err
@@ -327,8 +327,8 @@ def test_a_body_in_millimetres_is_told_with_the_scale_that_it_needs(riglens, box
     said = (
         "vehicle.body: car.obj: the mesh is 4,600.00 × 1,900.00 × 1,450.00 m; set vehicle.mesh.scale: 0.001"
     )
-    for command in ("evaluate", "audit"):
-        result = riglens(command, rig, "--boxes", boxes, *SMALL_GRID)
+    for command in (["evaluate"], ["review", "--only", "audit"]):
+        result = riglens(*command, rig, "--boxes", boxes, *SMALL_GRID)
         assert result.code == 0 and said in result.err
     rig.write_text(LOW.replace("BODY", "car.obj, mesh: {scale: 0.001}"))
     assert "vehicle.mesh.scale" not in riglens("evaluate", rig, "--boxes", boxes, *SMALL_GRID).err
@@ -343,7 +343,7 @@ def without_times(document):
     return document
 
 
-def test_targets_stand_below_the_scores_as_their_own_command_gives_them(riglens, boxes, tmp_path):
+def test_targets_come_with_the_same_scores(riglens, boxes, tmp_path):
     count = ("--sample", "2", "--min-points", "3", "--seed", "4", "--within", "50")
     words = ("Center", "--boxes", boxes, *count)
     both = json.loads(riglens("evaluate", *words, *SMALL_GRID, "--targets", "--json", "-").out)

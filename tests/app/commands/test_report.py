@@ -149,20 +149,20 @@ def test_every_number_of_a_table_is_that_of_the_attached_figures_and_these_are_t
     for one in (*counted["rigs"], *figures["targets"]["rigs"]):
         one.pop("elapsed_ms")
     assert differences(figures["evaluation"], scores) == differences(figures["targets"], counted) == []
-    blind = json.loads(riglens("blind", rig, "--json", "-").out)
+    blind = riglens("review", rig, "--only", "blind", "--json", "-").part("blind")
     judged = [one for one in blind["profiles"] if not one["from_memory"]]
     assert (
         len(judged) < len(blind["profiles"])
         and "fmvss" not in re.sub("<script.*", "", page, flags=re.S).split("Left out")[0]
     )
     assert differences(figures["rigs"][0]["blind"], blind | {"profiles": judged}) == []
-    audited = json.loads(riglens("audit", rig, *scene[:-4], "--json", "-").out)
+    audited = riglens("review", rig, "--only", "audit", *scene[:-4], "--json", "-").part("audit")
     assert differences(figures["rigs"][0]["audit"], audited) == []
-    card = json.loads(riglens("card", rig, "--body", "blocks", "--json", "-").out)
-    assert differences(figures["rigs"][0]["card"], card) == []
-    lost = json.loads(riglens("redundancy", rig, *scene).out)
+    ranges = riglens("review", rig, "--only", "range", "--json", "-").part("range")
+    assert differences(figures["rigs"][0]["range"], ranges) == []
+    lost = riglens("review", rig, "--only", "redundancy", *scene).part("redundancy")
     assert differences(figures["rigs"][0]["redundancy"]["voxels"], lost["voxels"]) == []
-    assert differences(figures["rigs"][0]["redundancy"]["road_users"], lost["road_users"]) == []
+    assert differences(figures["rigs"][0]["redundancy"]["objects"], lost["objects"]) == []
     assert not figures["rigs"][0]["check"]["passes"] and "NOT MET" in page
 
 
@@ -459,12 +459,12 @@ def test_page_one_names_the_worst_of_each_kind_and_what_is_missed(document):
     for rig in document.figures["rigs"]:
         lost = [
             one["lost"][name]
-            for one in rig["redundancy"]["road_users"]["failures"]
+            for one in rig["redundancy"]["objects"]["failures"]
             if one["what"] in ("sensor", "group")
             for name in CLASSES
         ]
         assert at(rig, worst_failure(rig).path) == max(lost) > 0.0
-        rows = rig["card"]["rigs"][0]["rows"]
+        rows = rig["range"]["rigs"][0]["rows"]
         far = [max(row[k]["first_below_m"]["min"] or 0.0 for k in ("lidar", "camera")) for row in rows]
         assert None not in [row[k]["first_below_m"]["min"] for row in rows for k in ("lidar", "camera")]
         assert at(rig, smallest_range(rig).path)["min"] == min(far)
@@ -492,7 +492,7 @@ def test_page_one_names_the_worst_of_each_kind_and_what_is_missed(document):
 
 def test_a_group_that_fails_is_a_single_failure(document):
     rig = copy.deepcopy(document.figures["rigs"][0])
-    failures = rig["redundancy"]["road_users"]["failures"]
+    failures = rig["redundancy"]["objects"]["failures"]
     group = next(one for one in failures if one["what"] == "group")
     group["lost"]["bicycle"] = 1.5  # more than any sensor
     found = worst_failure(rig)

@@ -52,7 +52,7 @@ ABSENT = (
     "predicted_detection: [{class: car, at_least: 0}]",
     "blind_areas: [{height_m: 0.3, at_most_m2: 1000000}]",
     "blind_objects: [{profile: adults-around, at_most_unseen: 1000}]",
-    "losses: [{of: voxels, class: car, at_most: 1}, {of: road_users, class: car, failure: pair, at_most: 1}]",
+    "losses: [{of: voxels, class: car, at_most: 1}, {of: objects, class: car, failure: pair, at_most: 1}]",
     "covered: [{of: voxels, class: car, sensors: 1, at_least: 0}]",
     "tolerance: [{profile: assembly, class: car, limit: 0, draws: 8}]",
     "mounts: {gap_m: 0.1}",
@@ -104,7 +104,7 @@ def test_without_enabled_sensors_no_requirement_is_met_however_easy(text: str) -
         ("blind_objects: [{profile: un-r158-detection, failing: group, at_most_unseen: 99}]", "no group"),
         ("blind_areas: [{height_m: 0.3, failing: pair, at_most_m2: 1000000}]", "no pair"),
         ("losses: [{of: voxels, class: car, failure: pair, at_most: 1}]", "no pair"),
-        ("losses: [{of: road_users, class: car, failure: group, at_most: 1}]", "no group"),
+        ("losses: [{of: objects, class: car, failure: group, at_most: 1}]", "no group"),
     ],
 )
 def test_what_a_rig_of_one_lidar_has_not_is_not_applicable_unless_it_may_be_missing(
@@ -237,7 +237,7 @@ def test_zones_of_a_material_that_a_mesh_file_lacks_are_not_kept_out_by_default(
 
 def test_a_rig_that_detects_nothing_has_nothing_to_lose() -> None:
     up = camera((0.0, 0.0, 6.0)).replace(rpy_deg=(0.0, -90.0, 0.0))
-    text = "losses: [{of: voxels, class: car, at_most: 1}, {of: road_users, class: car, at_most: 1}]"
+    text = "losses: [{of: voxels, class: car, at_most: 1}, {of: objects, class: car, at_most: 1}]"
     for verdict in verdicts(Rig(sensors=(up,)), text):
         assert (verdict.status, verdict.passes) == ("not applicable", False)
         assert "detects nothing of car" in verdict.lines()[0]
@@ -363,7 +363,7 @@ def test_the_worst_half_costs_no_more_than_the_worst_sensor() -> None:
         " {of: OF, class: car, failure: sensor, at_most: 1}, "
         "{of: OF, class: car, failure: half, name: s1=left, at_most: 1}]"
     )
-    for of in ("voxels", "road_users"):
+    for of in ("voxels", "objects"):
         half, whole, named = (one.finding for one in verdicts(rig, text.replace("OF", of)))
         assert half.value is not None and whole.value is not None and named.value is not None
         assert named.value <= half.value <= whole.value

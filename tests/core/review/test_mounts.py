@@ -8,13 +8,13 @@ from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
 from riglens.core.review import mounts as mounts_module
 from riglens.core.review.mounts import (
-    PAINTED,
+    OWN_ZONE,
     SIDES,
     USUAL_KEEP_OUT,
-    Beyond,
     Box,
     KeepOut,
     MountLimits,
+    Overhang,
     mounts_of,
     violations,
 )
@@ -87,7 +87,7 @@ def test_every_limit_that_is_broken_gives_one_line_that_says_by_how_much() -> No
         height_m=(0.8, 1.5),
         gap_m=0.2,
         spacing_m=1.2,
-        beyond_m=Beyond(left=0.1, front=0.0),
+        beyond_m=Overhang(left=0.1, front=0.0),
         width_m=2.1,
         length_m=4.0,
         total_height_m=1.6,
@@ -162,10 +162,10 @@ def test_what_is_painted_keeps_out_by_the_place_on_the_skin_and_costs_no_hash_wh
     for off_m, painted in ((0.0, True), (0.094, True), (0.106, False)):
         rig = Rig(sensors=(camera(position=(x, y, z)),), vehicle=SEDAN, keep_out=((x, y + off_m, z, 0.1),))
         (mount,) = mounts_of(rig, keep_out=())
-        assert mount.zones == (PAINTED,) * painted
+        assert mount.zones == (OWN_ZONE,) * painted
     rig = Rig(sensors=(camera(position=(x, y, z)),), vehicle=SEDAN, keep_out=(spot,))
     found = [one.text for one in violations(rig, MountLimits(keep_out=()))]
-    assert "is in the keep-out zone painted keep-out zone" in found
+    assert "is in the keep-out zone of the rig" in found
     assert loads(dumps(rig)).rig == rig and f"keep_out: [[{x!r}, {y!r}, {z!r}, 0.1]]" in dumps(rig)
     bare = rig.replace(keep_out=())
     assert "keep_out" not in dumps(bare) and rig_sha256(bare) != rig_sha256(rig)

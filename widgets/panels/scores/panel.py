@@ -25,7 +25,7 @@ from PySide6.QtWidgets import (
 from riglens.core.figures.figure import Better, Figure
 from riglens.core.figures.text import UNITS, in_sentence
 from riglens.core.figures.values import Compared, FigureCells, Values, in_reading
-from riglens.core.metric.scores import MAX_LAMBDA, READINGS, MetricSettings
+from riglens.core.metric.scores import MAX_LAMBDA, MetricSettings, Reading
 from riglens.widgets.panels.controls.building import button, filled
 from riglens.widgets.panels.controls.scrolled import ElidedLabel
 from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel, plain_tip
@@ -44,11 +44,11 @@ from riglens.widgets.panels.scores.text import (
 if TYPE_CHECKING:  # loads the compiler
     from riglens.core.figures.evaluated import Need
 
-READING_NOTES = {
+READING_NOTES: dict[Reading, str] = {
     "covered": "S-MIG = −entropy of the voxels reached: the paper's equations.",
     "residual": "S-MIG = −entropy of the voxels not reached: grows with coverage.",
-    "hits": "S-MIG counts a voxel once per ray, as the published code does.",
 }
+"""The readings to choose from; commands and studies have `hits`, too."""
 
 
 class ScoresPanel(QWidget):
@@ -87,13 +87,11 @@ class ScoresPanel(QWidget):
         self._weight.set_value(self._settings.camera_weight)
         self._weight.edited.connect(self._on_weight)
         self._reading.setObjectName("reading")
-        for reading in READINGS:
+        for place, (reading, note) in enumerate(READING_NOTES.items()):
             self._reading.addItem(reading, reading)
-            self._reading.setItemData(
-                self._reading.count() - 1, READING_NOTES[reading], Qt.ItemDataRole.ToolTipRole
-            )
+            self._reading.setItemData(place, note, Qt.ItemDataRole.ToolTipRole)
         self._reading.setCurrentText(self._settings.reading)
-        self._reading.activated.connect(lambda index: self._want(reading=READINGS[index]))
+        self._reading.activated.connect(lambda _: self._want(reading=self._reading.currentText()))
         self._found, self._note, below = ElidedLabel(), ElidedLabel(), QWidget()
         for label in (self._found, self._note):
             label.setObjectName("hint")
@@ -137,7 +135,7 @@ class ScoresPanel(QWidget):
             widget.setVisible(shown)
 
     def show_settings(self, settings: MetricSettings) -> None:
-        """Show method, reading and camera weight that scores are computed with."""
+        """Show reading and camera weight that scores are computed with."""
         self._settings = settings
         self.table.set_reading(settings.reading)
         self._weight.set_value(settings.camera_weight)
