@@ -178,9 +178,12 @@ for _name, _part in PARTS.items():
 
 def run(tokens: Sequence[str]) -> object:
     """Run the command and return its result. Raise InputError for words that do not fit."""
+    from riglens.app.terminal.console import notes_once
+
     _check_words(tokens)
     try:
-        return app(renamed(tokens), exit_on_error=False, print_error=False, result_action="return_value")
+        with notes_once():
+            return app(renamed(tokens), exit_on_error=False, print_error=False, result_action="return_value")
     except UnusedCliTokensError as error:
         raise InputError(f"unexpected words: {' '.join(error.unused_tokens or ())}") from error
     except CycloptsError as error:

@@ -22,7 +22,7 @@ from riglens.app.commands.options import (
     TrafficArguments,
 )
 from riglens.app.commands.output import deliver, require_ending, require_outputs
-from riglens.app.terminal.console import note, progress_bar, results
+from riglens.app.terminal.console import progress_bar, results
 from riglens.app.terminal.loading import load_rigs, load_traffic
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
@@ -40,7 +40,6 @@ from riglens.core.targets.settings import HEIGHT_PX, TargetSettings
 from riglens.core.targets.targets_json import targets_document
 from riglens.core.targets.traffic import Traffic
 from riglens.evaluation.options import SceneOptions, ScoreOptions
-from riglens.evaluation.scenario import remarks_on
 from riglens.studies.files import write_csv
 
 if TYPE_CHECKING:
@@ -129,8 +128,6 @@ def count_hits(
         raise InputError("needs a box data set: a stored POG holds no objects", "targets")
     how = count_settings(count, score)
     traffic = load_traffic(scene, count.within_m)
-    for line in remarks_on(traffic.data):
-        note(line)
     found = []
     warm_up(score.threads)
     with progress_bar("Casting rays") as progress:

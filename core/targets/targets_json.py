@@ -12,6 +12,7 @@ from riglens.core.plain import to_plain
 from riglens.core.rig.model import FORMAT_VERSION
 from riglens.core.rig.yaml.file import identity_of
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.scene.survey import notes_on
 from riglens.core.targets.scores import ClassTargets, Predicted, Row, TargetScores, sectors_of
 from riglens.core.targets.traffic import Traffic
 
@@ -36,7 +37,7 @@ def targets_document(traffic: Traffic, scores: Sequence[TargetScores]) -> dict[s
             "objects": {name: int(number) for name, number in zip(CLASSES, objects, strict=True)},
             "sha256": data.sha256,
             "surroundings_sha256": traffic.surroundings_sha256,
-            "notes": list(data.notes),
+            "notes": notes_on(data),
         },
         "calibration": to_plain(first.calibration),
         "recall_calibration": to_plain(recall) if (recall := first.settings.recall) else None,

@@ -9,6 +9,7 @@ from typing import Any
 
 from pydantic import Field
 
+from riglens.app.terminal.loading import note_data
 from riglens.core.blind.zones import BlindEngine, BlindMap, BlindSettings
 from riglens.core.engine.audit import audit, audit_document
 from riglens.core.engine.engine import Engine, Evaluation
@@ -184,6 +185,7 @@ def report_of(plan: ReportPlan, tell: Stage) -> Report:
     settings = settings_of(score)
     stages.begin("Reading the data")
     field = load_scenario(plan.scene.for_rigs(plan.rigs, score), lambda _: None).field
+    note_data(field.data)
     traffic = None if plan.scene.pog is not None else load_traffic(plan.scene, WITHIN_M)
     evaluations, counted, parts, maps, ranges = [], [], [], [], []
     for rig in plan.rigs:

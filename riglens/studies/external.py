@@ -11,6 +11,7 @@ from typing import Any
 from rich.text import Text
 
 from riglens.app.terminal.console import progress_bar, results
+from riglens.app.terminal.loading import load_scene, load_traffic
 from riglens.app.terminal.tables import table
 from riglens.core.engine.engine import Engine
 from riglens.core.files import write_file
@@ -26,8 +27,6 @@ from riglens.core.study.external import (
     outcomes,
 )
 from riglens.evaluation.options import SceneOptions, Triple
-from riglens.evaluation.scenario import load_scenario
-from riglens.evaluation.traffic import load_traffic
 from riglens.studies.files import csv_text, require_folder
 
 NAME = "external.csv"
@@ -49,9 +48,9 @@ def study(
         if path is not None:
             origin_m = _ORIGINS[recording] if path.is_file() else None
             scene = replace(scene, boxes=path, origin_m=origin_m)
+        engine = Engine(load_scene(scene)[1], threads)
+        traffic = load_traffic(scene, WITHIN_M[recording])
         with progress_bar(f"Experiments on {recording}") as progress:
-            engine = Engine(load_scenario(scene).field, threads)
-            traffic = load_traffic(scene, WITHIN_M[recording])
             found += outcomes(recording, traffic, engine, min(frames, traffic.frames), progress)
     write_file(out / NAME, csv_text(list(lines(found))))
     return found
