@@ -15,6 +15,7 @@ from riglens.core.errors import InputError
 from riglens.core.geometry import triple
 from riglens.core.scene.boxes import DataReport
 from riglens.core.sensors.registry import kind_named, kind_names
+from riglens.evaluation.names import argument_with
 from riglens.evaluation.options import SceneOptions
 
 StrPath = str | os.PathLike[str]
@@ -34,10 +35,10 @@ def warn(line: str) -> None:
 
 
 def warn_of_data(data: DataReport) -> None:
-    """Warn of boxes that do not count and of classes without any."""
+    """Warn of what is implausible about data, of boxes that do not count and of classes without any."""
     from riglens.evaluation.scenario import remarks_on
 
-    for line in remarks_on(data):
+    for line in remarks_on(data, argument_with):
         warn(line)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import warnings
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -162,6 +163,24 @@ def test_boxes_that_do_not_count_are_warned_of(boxes: Path) -> None:
         rl.load_scene(boxes, 0.5, roi_m=ROI_M)
     scene = rl.load_scene(boxes, 0.5, roi_m=ROI_M, classes={"shopping_cart": "pedestrian"})
     assert scene.data.boxes["pedestrian"] == 2
+
+
+def test_a_ground_off_zero_is_warned_of_with_the_argument_that_mends_it(tmp_path: Path) -> None:
+    cars = "".join(f"s,{n},car,{4 + n % 4},{n % 7 - 3},-0.9,4.5,1.9,1.6,0.1\n" for n in range(40))
+    low = tmp_path / "low.csv"
+    low.write_text(BOXES.splitlines(keepends=True)[0] + cars)
+
+    def warned(load: Callable[[], object]) -> list[str]:
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            load()
+        assert {one.category for one in told} == {rl.RigLensWarning}
+        return [str(one.message) for one in told if "z = 0" in str(one.message)]
+
+    for load in (lambda: rl.load_scene(low, 0.5, roi_m=ROI_M), lambda: rl.load_traffic(low)):
+        (line,) = warned(load)
+        assert "low.csv" in line and "-1.7" in line and "origin_m=(0, 0, 1.7)" in line
+    assert warned(lambda: rl.load_scene(low, 0.5, roi_m=ROI_M, origin_m=(0, 0, 1.7))) == []
 
 
 def test_a_body_of_another_unit_is_warned_of_where_the_user_asks(scene: rl.Scene, tmp_path: Path) -> None:

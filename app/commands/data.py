@@ -19,6 +19,7 @@ from rich.text import Text
 from riglens.app.commands.options import Dask, GridArguments, JsonFigures, Out, ReadingArguments, Workers
 from riglens.app.commands.output import deliver, require_outputs
 from riglens.app.terminal.console import note, progress_bar, results
+from riglens.app.terminal.loading import note_data
 from riglens.app.terminal.resumable import parts_folder, resumable
 from riglens.app.terminal.scores import data_line
 from riglens.app.terminal.tables import table
@@ -31,11 +32,12 @@ from riglens.core.scene.pog import BYTES_PER_VOXEL, Pog, build_pog
 from riglens.core.scene.pog_parts import build_in_parts, groups_of, part_folder
 from riglens.core.scene.pog_store import save_pog
 from riglens.core.scene.readers import together
-from riglens.core.scene.survey import RINGS_M, SECTORS, Survey
+from riglens.core.scene.statistics import RINGS_M, SECTORS
+from riglens.core.scene.survey import Survey
 from riglens.core.shown_text import visible
 from riglens.evaluation.described import Described, described
-from riglens.evaluation.names import option_of
-from riglens.evaluation.scenario import boxes_of, grid_of, remarks_on
+from riglens.evaluation.names import option_with
+from riglens.evaluation.scenario import boxes_of, grid_of
 
 SHOWN_UNMAPPED = 20
 
@@ -106,8 +108,7 @@ def _fitting(grid: VoxelGrid) -> int:
 
 
 def _print_pog(pog: Pog, out: Path) -> None:
-    for line in remarks_on(pog.data):
-        note(line)
+    note_data(pog.data)
     console = results(out)
     console.print(data_line(pog.data, pog.data.short_source), soft_wrap=True)
     console.print(f"{out}: {pog.index.count:,} occupied voxels of {pog.grid.voxel_m:g} m", soft_wrap=True)
@@ -127,7 +128,7 @@ def show(*boxes: BoxPaths, scene: ReadingArguments = ReadingArguments(), json: J
     require_outputs(boxes, json)
     with progress_bar("Reading boxes") as progress:
         found = described(scene, boxes, progress)
-    deliver(found.document(option_of), json, lambda: _print_survey(found))
+    deliver(found.document(option_with), json, lambda: _print_survey(found))
 
 
 def _print_survey(shown: Described) -> None:
@@ -144,14 +145,14 @@ def _print_survey(shown: Described) -> None:
     ground = "unknown: no boxes nearby" if found.ground is None else found.ground.text()
     if found.ground is not None and not found.ground.is_certain:
         ground += " (not certain)"
-    elif found.ground is not None and shown.is_origin_known:
+    elif found.ground is not None and found.statistics.is_origin_known:
         ground += " (an estimate; the data's own origin is kept)"
     console.print(Text.assemble(("Ground  ", "bold"), ground))
     console.print(_direction_table(found))
     console.print(_distance_table(found))
     if data.unmapped:
         console.print(_unmapped_table(found))
-    for line in shown.warnings(option_of):
+    for line in shown.warnings(option_with):
         console.print(Text.assemble(("warning: ", "bold yellow"), line), soft_wrap=True)
     for line in data.notes:
         note(line)

@@ -56,7 +56,7 @@ def evaluate(
     from riglens.app.terminal.scores import print_scene, print_scores, score_rigs
     from riglens.core.figures.documents import evaluation_document
     from riglens.core.figures.evaluated import Evaluated, EvaluationSettings
-    from riglens.evaluation.scenario import remarks_on, settings_of
+    from riglens.evaluation.scenario import settings_of
 
     with_objects = scene.pog is None if targets is None else targets
     if not with_objects:
@@ -70,7 +70,7 @@ def evaluate(
     evaluations = score_rigs(loaded, field, score)
     found = None
     if counting is not None:
-        found = count_hits(loaded, *counting, count, score, told=remarks_on(field.data))
+        found = count_hits(loaded, *counting, count, score)
     settings = EvaluationSettings(settings_of(score))
     evaluated = [
         Evaluated(one.rig, settings, field, one, None if found is None else found.counted[number])

@@ -164,9 +164,12 @@ for _order, (_name, (_help, _members)) in enumerate(GROUPS.items(), len(COMMANDS
 
 def run(tokens: Sequence[str]) -> object:
     """Run the command and return its result. Raise InputError for words that do not fit."""
+    from riglens.app.terminal.console import notes_once
+
     _check_words(tokens)
     try:
-        return app(tokens, exit_on_error=False, print_error=False, result_action="return_value")
+        with notes_once():
+            return app(tokens, exit_on_error=False, print_error=False, result_action="return_value")
     except UnusedCliTokensError as error:
         raise InputError(f"unexpected words: {' '.join(error.unused_tokens or ())}") from error
     except CycloptsError as error:

@@ -22,8 +22,8 @@ from riglens.app.commands.options import (
     Workers,
     number,
 )
-from riglens.app.terminal.console import note, progress_bar, results
-from riglens.app.terminal.loading import load_rig, load_rigs, load_traffic
+from riglens.app.terminal.console import advice, note, progress_bar, results
+from riglens.app.terminal.loading import load_rig, load_rigs
 from riglens.app.terminal.resumable import workers_for
 from riglens.core.errors import InputError
 from riglens.core.pieces import work as pieces
@@ -49,7 +49,7 @@ from riglens.core.simulate.units import Extras
 from riglens.core.targets.traffic import EVERYWHERE_M, Traffic
 from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.evaluation.scenario import left_out
-from riglens.evaluation.traffic import car_poses
+from riglens.evaluation.traffic import car_poses, load_traffic
 
 SWEEPS = Group("Sweeps", sort_key=20)
 FILES = Group("Files", sort_key=25)
@@ -221,11 +221,12 @@ def collect_in_carla(rigs: Sequence[Rig | str], address: str, job: DataSetJob) -
 
 
 def _load(scene: SceneOptions, every: int, sequences: int | None) -> tuple[Traffic, list[Scene]]:
-    traffic = load_traffic(scene, EVERYWHERE_M)
+    with progress_bar("Reading boxes") as progress:
+        traffic = load_traffic(scene, EVERYWHERE_M, progress)
     if traffic.frames == 0:
         raise InputError(f"{traffic.data.source}: must hold at least one frame")
     scenes = scenes_of(traffic, every, sequences)
-    for line in left_out(traffic.data):
+    for line in left_out(traffic.data, advice):
         note(line)
     empty = [name for name in CLASSES if not traffic.data.boxes.get(name)]
     if empty:

@@ -12,6 +12,7 @@ from riglens.app.commands.options import (
     BodyArguments,
     BoxArguments,
     Dask,
+    JsonFigures,
     Libraries,
     ReadingArguments,
     RigName,
@@ -23,6 +24,7 @@ from riglens.app.commands.options import (
     Workers,
     number,
 )
+from riglens.app.commands.output import deliver, require_outputs
 from riglens.core.errors import InputError
 from riglens.core.pieces.where import Where
 from riglens.core.rig.library import use_libraries
@@ -181,9 +183,10 @@ def external(
     kitti: Annotated[Path | None, Parameter(metavar="PATH")] = None,
     frames: Annotated[int, number()] = study_external.FRAMES,
     score: ThreadArguments = ThreadArguments(),
+    json: JsonFigures = None,
     out: Folder = Path("out"),
 ) -> None:
-    """Compare published experiments with fewer beams or points with on target, seen and other figures of the same rigs.
+    """Compare published experiments with fewer beams or points with predicted AP and other figures of the same rigs.
 
     Parameters
     ----------
@@ -198,7 +201,9 @@ def external(
     """
     if frames < 1:
         raise InputError(f"must be an integer ≥ 1 (got {frames})", "frames")
-    study_external.study(nuscenes, kitti, score.threads, frames, out)
+    require_outputs([path for path in (nuscenes, kitti) if path is not None], json)
+    found = study_external.study(nuscenes, kitti, score.threads, frames, out)
+    deliver(study_external.document(found), json, lambda: study_external.show(found, out))
 
 
 def stability(

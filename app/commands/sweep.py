@@ -28,8 +28,8 @@ from riglens.app.commands.options import (
 )
 from riglens.app.commands.output import deliver, require_ending, require_outputs
 from riglens.app.commands.targets import count_settings
-from riglens.app.terminal.console import note, progress_bar, results
-from riglens.app.terminal.loading import load_rigs
+from riglens.app.terminal.console import progress_bar, results
+from riglens.app.terminal.loading import load_rigs, note_data
 from riglens.app.terminal.resumable import parts_folder, resumable
 from riglens.core.errors import InputError
 from riglens.core.pieces.where import Where
@@ -186,8 +186,8 @@ def sweep_options(
 
 def run_sweep(sweep: LoadedSweep, out: Path, where: Where) -> Table:
     """Compute all rows, write them into a file, and return them."""
-    for line in sweep.remarks():
-        note(line)
+    for data in sweep.data:
+        note_data(data)
     spans = sweep.spans()
     with progress_bar("Evaluating rigs") as progress, parts_folder(out) as folder:
         store = piece_folder(folder)

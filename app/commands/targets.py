@@ -14,7 +14,7 @@ from rich.text import Text
 
 from riglens.app.commands.options import CountArguments, Parts
 from riglens.app.commands.output import require_ending, require_outputs
-from riglens.app.terminal.console import note, progress_bar, results
+from riglens.app.terminal.console import progress_bar, results
 from riglens.app.terminal.loading import load_traffic
 from riglens.core.errors import InputError
 from riglens.core.figures.documents import objects_document
@@ -36,7 +36,6 @@ from riglens.core.targets.object_table import object_table
 from riglens.core.targets.settings import HEIGHT_PX, TargetSettings
 from riglens.core.targets.traffic import Traffic
 from riglens.evaluation.options import SceneOptions, ScoreOptions
-from riglens.evaluation.scenario import remarks_on
 from riglens.studies.files import write_csv
 
 if TYPE_CHECKING:
@@ -106,19 +105,9 @@ def count_inputs(
 
 
 def count_hits(
-    rigs: Sequence[Rig],
-    traffic: Traffic,
-    how: TargetSettings,
-    count: CountArguments,
-    score: ScoreOptions,
-    told: Iterable[str] = (),
+    rigs: Sequence[Rig], traffic: Traffic, how: TargetSettings, count: CountArguments, score: ScoreOptions
 ) -> HitCoverage:
-    """Count for each rig from scratch, so that their times can be compared. told: remarks on the data that were
-    printed already."""
-    known = set(told)
-    for line in remarks_on(traffic.data):
-        if line not in known:
-            note(line)
+    """Count for each rig from scratch, so that their times can be compared."""
     found = []
     warm_up(score.threads)
     with progress_bar("Casting rays") as progress:

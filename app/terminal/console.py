@@ -20,11 +20,12 @@ from rich.text import Text
 from riglens.core.files import is_stream
 from riglens.core.formats.report import Report
 from riglens.core.shown_text import visible, visible_lines
-from riglens.evaluation.names import option_of
+from riglens.evaluation.names import argument_with, option_of, option_with
 
 PIPE_WIDTH, FEWEST_LETTERS = 140, 12
 """Columns when standard output is a file or a pipe; letters that words keep in a line where a table is too wide."""
 _listener = ContextVar[Callable[[str], object] | None]("listener", default=None)
+_noted = ContextVar[set[str] | None]("noted", default=None)
 
 
 def results(beside: str | Path | None = None) -> Console:
@@ -108,8 +109,18 @@ class _WrittenOut:
             yield Segment(text if control else visible_lines(text), style, control)
 
 
+def advice(field: str, value: object) -> str:
+    """Return what gives a field a value where notes are read: an option, or an argument in Python."""
+    return (option_with if _listener.get() is None else argument_with)(field, value)
+
+
 def note(message: str) -> None:
-    """Print a remark, which is not an error, as one line on standard error."""
+    """Print a remark, which is not an error, as one line on standard error; only once within `notes_once`."""
+    noted = _noted.get()
+    if noted is not None:
+        if message in noted:
+            return
+        noted.add(message)
     tell = _listener.get()
     if tell is not None:
         tell(message)
@@ -118,11 +129,22 @@ def note(message: str) -> None:
 
 
 @contextmanager
+def notes_once() -> Iterator[None]:
+    """Print each note once while the block runs: scene and objects of the same data have the same remarks."""
+    token = _noted.set(set())
+    try:
+        yield
+    finally:
+        _noted.reset(token)
+
+
+@contextmanager
 def called_from_python(tell: Callable[[str], object]) -> Iterator[None]:
     """Hand notes to a function and print no results while the block runs."""
     token = _listener.set(tell)
     try:
-        yield
+        with notes_once():
+            yield
     finally:
         _listener.reset(token)
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from riglens.app.terminal.console import note, note_report, progress_bar
+from riglens.app.terminal.console import advice, note, note_report, progress_bar
 from riglens.core.formats.opening import open_rig
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Body
 from riglens.core.rig.library import use_libraries
 from riglens.core.rig.model import Rig
+from riglens.core.scene.boxes import DataReport
 from riglens.core.scene.pog import Pog
 from riglens.core.sensing.rays import missing_ray_count
 from riglens.core.targets.traffic import Traffic
@@ -74,8 +75,7 @@ def load_scene(
         options = options.for_rigs(rigs, score)
     with progress_bar("Building the POG") as progress:
         found = load_scenario(options, progress)
-    for line in remarks_on(found.field.data):
-        note(line)
+    note_data(found.field.data)
     if found.choice is not None:
         note(f"voxel auto: {reason(found.choice)}")
         for line in tried_lines(found.choice):
@@ -84,6 +84,14 @@ def load_scene(
 
 
 def load_traffic(options: SceneOptions, within_m: float) -> Traffic:
-    """Load the objects that points and pixels are counted on."""
+    """Load the objects that points and pixels are counted on; note what deserves it."""
     with progress_bar("Reading boxes") as progress:
-        return read_traffic(options, within_m, progress)
+        found = read_traffic(options, within_m, progress)
+    note_data(found.data)
+    return found
+
+
+def note_data(data: DataReport) -> None:
+    """Note what is implausible about data, which boxes do not count, and classes without any."""
+    for line in remarks_on(data, advice):
+        note(line)

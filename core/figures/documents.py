@@ -19,6 +19,7 @@ from riglens.core.plain import to_plain
 from riglens.core.rig.model import FORMAT_VERSION, Rig
 from riglens.core.rig.yaml.file import identity_of
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.scene.survey import notes_on
 from riglens.core.targets.counts import Counted
 
 
@@ -82,7 +83,7 @@ def objects_document(counted: Sequence[Counted]) -> dict[str, Any]:
             "objects": {name: int(number) for name, number in zip(CLASSES, objects, strict=True)},
             "sha256": data.sha256,
             "surroundings_sha256": traffic.surroundings_sha256,
-            "notes": list(data.notes),
+            "notes": notes_on(data),
         },
         "calibration": to_plain(first.calibration),
         "recall_calibration": to_plain(recall) if (recall := first.settings.recall) else None,

@@ -142,6 +142,11 @@ class Calibration(Frozen):
         found[near] = _table(self.classes)[cls[near], np.minimum(n[near], MOST)]
         return found
 
+    def within(self, within_m: float) -> Calibration:
+        """Return the same curves for the objects within a distance of the car instead of those of its domain."""
+        disc = self.domain.model_copy(update={"within_m": within_m, "length_m": None, "width_m": None})
+        return self.model_copy(update={"domain": disc})
+
     @property
     def errors(self) -> Doubles:
         """Errors on rigs or sequences left out: of the mean over classes, then by class; NaN without a curve."""

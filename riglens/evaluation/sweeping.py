@@ -23,7 +23,7 @@ from riglens.core.sweep.design import Sweep
 from riglens.core.sweep.rows import Sweeper, SweepFigures
 from riglens.core.sweep.table import joined, packed, unpacked
 from riglens.evaluation.options import SceneOptions
-from riglens.evaluation.scenario import load_scenario, remarks_on
+from riglens.evaluation.scenario import load_scenario
 from riglens.evaluation.traffic import load_traffic
 from riglens.version import installed_version
 
@@ -64,9 +64,10 @@ class LoadedSweep:
         self.sweep, self.options, self._kind, self._threads = sweep, options, kind, threads
         self._loaded = _loaded(options, threads)
 
-    def remarks(self) -> list[str]:
-        """Return remarks on the data."""
-        return list(dict.fromkeys(line for data in self._loaded.data for line in remarks_on(data)))
+    @property
+    def data(self) -> tuple[DataReport, ...]:
+        """The data of scene and objects, as far as they are used."""
+        return self._loaded.data
 
     @cached_property
     def header(self) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from typing import Any
 
 from pydantic import Field
 
+from riglens.app.terminal.loading import note_data
 from riglens.core.blind.zones import BlindMap
 from riglens.core.engine.audit import audit, audit_document
 from riglens.core.engine.engine import Engine
@@ -181,6 +182,7 @@ def report_of(plan: ReportPlan, tell: Stage) -> Report:
     stages, score = Stages(tell, plan), plan.score
     stages.begin("Reading the data")
     field = load_scenario(plan.scene.for_rigs(plan.rigs, score), lambda _: None).field
+    note_data(field.data)
     traffic = None if plan.scene.pog is not None else load_traffic(plan.scene, WITHIN_M)
     settings = EvaluationSettings(settings_of(score), TargetSettings(body=score.body))
     evaluate = Evaluator(field, traffic, settings, score.threads)

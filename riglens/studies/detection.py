@@ -13,7 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from riglens.app.terminal.console import note, progress_bar, results
-from riglens.app.terminal.loading import with_meshes
+from riglens.app.terminal.loading import load_traffic, with_meshes
 from riglens.app.terminal.resumable import resumable
 from riglens.app.terminal.tables import table
 from riglens.core.detect.net import Device, machine
@@ -43,8 +43,8 @@ from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import WITHIN_M
 from riglens.evaluation.options import SceneOptions
-from riglens.evaluation.scenario import load_scenario, remarks_on
-from riglens.evaluation.traffic import car_poses, load_traffic
+from riglens.evaluation.scenario import load_scenario
+from riglens.evaluation.traffic import car_poses
 from riglens.studies.detection_chart import chart, correlation, painted_words, pair_chart
 from riglens.studies.detection_files import (
     RECALL_COLUMNS,
@@ -127,10 +127,7 @@ def compare(
     compared = entrants(rigs, protocol.cameras is not None)
     scene = scene if plan.second is None else replace(scene, surroundings=True)
     require_folder(out, NAMES)
-    with progress_bar("Reading boxes") as progress:
-        traffic = load_traffic(scene, WITHIN_M, progress)
-    for line in remarks_on(traffic.data):
-        note(line)
+    traffic = load_traffic(scene, WITHIN_M)
     motion = motion_of(traffic, car_poses(scene), PERIOD_S) if protocol.sweeps > 1 else None
     asked = Study(compared, protocol, traffic, machine(plan.device), motion)
     _ = asked.split  # says in one line what the data lack, before anything takes time

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
-from rich.console import Console
 from rich.text import Text
 
 from riglens.app.terminal.console import progress_bar, results
+from riglens.app.terminal.loading import load_scene, load_traffic
 from riglens.app.terminal.tables import table
 from riglens.core.engine.engine import Engine
 from riglens.core.files import write_file
+from riglens.core.rig.model import FORMAT_VERSION
 from riglens.core.study.external import (
     FIGURES,
     GROUPS,
@@ -24,8 +27,6 @@ from riglens.core.study.external import (
     outcomes,
 )
 from riglens.evaluation.options import SceneOptions, Triple
-from riglens.evaluation.scenario import load_scenario
-from riglens.evaluation.traffic import load_traffic
 from riglens.studies.files import csv_text, require_folder
 
 NAME = "external.csv"
@@ -35,8 +36,10 @@ _ORIGINS: dict[Recording, Triple] = {"nuscenes": (-1.35, 0.0, 0.0), "kitti": (0.
 """Of tables of boxes: nuScenes' in the frame of the rear axle, KITTI's in that of the Velodyne."""
 
 
-def study(nuscenes: Path | None, kitti: Path | None, threads: int | None, frames: int, out: Path) -> None:
-    """Compute the figures on the boxes of both recordings, or of the bundled town; print and write them."""
+def study(
+    nuscenes: Path | None, kitti: Path | None, threads: int | None, frames: int, out: Path
+) -> list[Outcome]:
+    """Compute the figures on the boxes of both recordings, or of the bundled town; write and return them."""
     require_folder(out, (NAME,))
     found: list[Outcome] = []
     boxes: dict[Recording, Path | None] = {"nuscenes": nuscenes, "kitti": kitti}
@@ -45,28 +48,54 @@ def study(nuscenes: Path | None, kitti: Path | None, threads: int | None, frames
         if path is not None:
             origin_m = _ORIGINS[recording] if path.is_file() else None
             scene = replace(scene, boxes=path, origin_m=origin_m)
+        engine = Engine(load_scene(scene)[1], threads)
+        traffic = load_traffic(scene, WITHIN_M[recording])
         with progress_bar(f"Experiments on {recording}") as progress:
-            engine = Engine(load_scenario(scene).field, threads)
-            traffic = load_traffic(scene, WITHIN_M[recording])
             found += outcomes(recording, traffic, engine, min(frames, traffic.frames), progress)
-    say(found, results())
     write_file(out / NAME, csv_text(list(lines(found))))
-    results().print(f"{out}: {NAME}", soft_wrap=True)
+    return found
 
 
-def say(found: Sequence[Outcome], console: Console) -> None:
-    """Print ratios to the whole LiDAR, group by group of experiments."""
+def document(found: Sequence[Outcome]) -> dict[str, Any]:
+    """Return published and predicted ratios of average precision as plain data, group by group; None where a region
+    holds no object of a class."""
+    groups = [{"name": group, "tests": [_test(one) for one in _of(found, group)]} for group in GROUPS]
+    return {"riglens": FORMAT_VERSION, "groups": groups}
+
+
+def _of(found: Sequence[Outcome], group: str) -> list[Outcome]:
+    return [one for one in found if one.experiment.group == group]
+
+
+def _test(one: Outcome) -> dict[str, Any]:
+    of, predicted = one.experiment, one.ratios["predicted"]
+    return {
+        "name": of.name,
+        "objects": of.region,
+        "boxes": Path(one.boxes).name,
+        "published": of.published,
+        "predicted": None if math.isnan(predicted) else predicted,
+        "passes": one.passes("predicted"),
+    }
+
+
+def show(found: Sequence[Outcome], out: Path) -> None:
+    """Print ratios to the whole LiDAR, group by group of experiments, and where the table is."""
+    console = results()
     for group in GROUPS:
-        mine = [one for one in found if one.experiment.group == group]
-        titles = ("ratio to the whole LiDAR", "published", *FIGURES.values())
-        shown = table(*titles, title=group.capitalize(), wraps={0})
+        mine = _of(found, group)
+        titles = ("ratio to the whole LiDAR", "objects", "published", *FIGURES.values())
+        shown = table(*titles, title=group.capitalize(), wraps={0, 1})
         for one in mine:
             ratios = (f"{one.ratios[name]:.2f}{' ' if one.passes(name) else '*'}" for name in FIGURES)
-            shown.add_row(one.experiment.name, f"{one.experiment.published:.2f}", *ratios)
+            shown.add_row(
+                one.experiment.name, one.experiment.region, f"{one.experiment.published:.2f}", *ratios
+            )
         errors = (f"{mean_error(mine, name):.3f} " for name in FIGURES)
-        shown.add_row(Text("mean error", "bold"), "", *errors)
+        shown.add_row(Text("mean error", "bold"), "", "", *errors)
         console.print(shown)
     console.print(f"* more than {TOLERANCE:g} from the published ratio.")
+    console.print(f"{out}: {NAME}", soft_wrap=True)
 
 
 def lines(found: Sequence[Outcome]) -> Iterator[dict[str, object]]:
@@ -77,6 +106,7 @@ def lines(found: Sequence[Outcome]) -> Iterator[dict[str, object]]:
             "experiment": of.name,
             "recording": of.recording,
             "boxes": Path(one.boxes).name,
+            "objects": of.region,
         }
         line |= {"detector": of.detector, "group": of.group, "published": round(of.published, 4)}
         yield line | {name: round(one.ratios[name], 4) for name in FIGURES} | {"source": of.source}

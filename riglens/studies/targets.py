@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from rich.table import Table
 from rich.text import Text
 
-from riglens.app.terminal.console import note, progress_bar, results
+from riglens.app.terminal.console import results
+from riglens.app.terminal.loading import load_traffic
 from riglens.app.terminal.tables import table
 from riglens.core.errors import InputError
 from riglens.core.files import write_file
@@ -38,8 +39,6 @@ from riglens.core.study.target_counts import (
 )
 from riglens.core.study.true_points import Recorder, rigs_by_sequence, true_points
 from riglens.evaluation.options import SceneOptions
-from riglens.evaluation.scenario import remarks_on
-from riglens.evaluation.traffic import load_traffic
 from riglens.studies.files import csv_text, require_folder
 from riglens.studies.pictures import picture
 
@@ -63,8 +62,7 @@ def study(
         raise InputError("cannot be combined with", "rig", "rigs")
     require_folder(out, NAMES)
     placed = rigs_by_sequence(rigs, recorder) if rigs is not None else open_rig(str(rig)).rig
-    with progress_bar("Reading boxes") as progress:
-        traffic = load_traffic(scene, 60.0, progress)
+    traffic = load_traffic(scene, 60.0)
     true = true_points(scene.boxes, parse_class_map(scene.classes))
     if len(true) != len(traffic.row):
         raise InputError(
@@ -72,8 +70,6 @@ def study(
         )
     labels = traffic.data.labels
     _check_rigs(placed, labels.names if labels is not None else ("all",))
-    for line in remarks_on(traffic.data):
-        note(line)
     pairs = predict(traffic, true, placed, threads)
     write_file(out / NAMES[0], csv_text(list(summary(pairs))))
     write_file(out / NAMES[1], csv_text(list(objects(pairs))))

@@ -48,6 +48,46 @@ def test_a_side_without_boxes_and_a_ground_off_zero_are_pointed_out(riglens, ahe
     assert "--origin 0 0 1.7" in warnings[1] and "--ground auto" in warnings[1]
 
 
+REQUIREMENTS = """riglens_requirements: 1
+seen:
+  - {class: car, at_least: 0.1}
+on_target:
+  - {class: car, at_least: 0.1}
+"""
+FIGURES = {
+    "evaluate": ["W+T", "--targets"],
+    "review": ["W+T", "--only", "audit,redundancy"],
+    "check": ["W+T", "--requirements", "required.yaml"],
+    "sweep": ["W+T", "--vary", "LIDAR_1.z=1.7:1.9:2", "--out", "out.parquet"],
+    "report": ["W+T", "--draws", "0", "--out", "out.html"],
+    "data build": ["--out", "out.npz"],
+}
+
+
+@pytest.mark.parametrize("command", FIGURES)
+def test_whatever_computes_figures_points_out_once_that_the_ground_is_off(
+    riglens, ahead, tmp_path, monkeypatch, command
+):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "required.yaml").write_text(REQUIREMENTS)
+    boxes = [ahead] if command == "data build" else ["--boxes", ahead]
+    words = (*command.split(), *FIGURES[command], *boxes, *SMALL_GRID)
+    found = riglens(*words)
+    assert found.code in (0, 1)
+    (line,) = (line for line in found.err.splitlines() if "z = 0" in line)
+    assert "ahead.csv" in line and "-1.7" in line and "--origin 0 0 1.7" in line
+    lifted = [line for line in riglens(*words, "--ground", "auto").err.splitlines() if "z = 0" in line]
+    assert not any("ahead.csv" in line for line in lifted)
+
+
+def test_a_stored_pog_and_documents_keep_what_was_pointed_out(riglens, ahead, tmp_path):
+    assert riglens("data", "build", ahead, "--out", tmp_path / "low.npz", *SMALL_GRID).code == 0
+    for words in (("--pog", tmp_path / "low.npz"), ("--boxes", ahead, *SMALL_GRID)):
+        found = riglens("evaluate", "W+T", *words, "--json", "-")
+        assert "ahead.csv" in found.err and "--origin 0 0 1.7" in found.err
+        assert any("-1.7" in line for line in json.loads(found.out)["data"]["notes"])
+
+
 def test_json_holds_the_same_figures(riglens, ahead, tmp_path):
     document = json.loads(riglens("data", "show", ahead, "--json", "-").out)
     assert document["data"]["frames"] == 40
