@@ -16,8 +16,8 @@ from riglens.core.kernels.runtime import jit
 from riglens.core.optimise.bounds import Bound, branch_and_bound, fractional_bound
 from riglens.core.optimise.guard import FEW, Evaluator, Kept, OtherTraffic, Sampler, guard, with_worst_failure
 from riglens.core.optimise.mounts import Candidate, candidates, conflicts, locked, mounted, rules_for
-from riglens.core.optimise.objectives import WORST, WorstFailure, sensors_for
-from riglens.core.optimise.results import Cheapest, OptimiseResult, Problem, Proposal, Stair
+from riglens.core.optimise.objectives import WORST, Problem, WorstFailure, sensors_for
+from riglens.core.optimise.results import Cheapest, OptimiseResult, Proposal, Stair
 from riglens.core.optimise.search import ROUNDING, AtLeast, Limits, front, greedy, search, swap
 from riglens.core.optimise.skin import SkinGains
 from riglens.core.optimise.tables import (

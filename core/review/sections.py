@@ -9,10 +9,10 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from riglens.core.blind.outline import BANDS_M
 from riglens.core.blind.zones import By, unseen_by
+from riglens.core.plain import Frozen
 from riglens.core.review.mounts import MountLimits
 from riglens.core.review.redundancy import What
 from riglens.core.review.tolerance import MAX_DRAWS
-from riglens.core.rig.model import Frozen
 from riglens.core.scene.sectors import SECTORS
 from riglens.core.sensors.camera import CAMERA
 from riglens.core.sensors.lidar import LIDAR
