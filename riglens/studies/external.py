@@ -18,7 +18,7 @@ from riglens.core.study.external import (
     GROUPS,
     TOLERANCE,
     WITHIN_M,
-    Outcome,
+    ExperimentRatios,
     Recording,
     mean_error,
     outcomes,
@@ -38,7 +38,7 @@ _ORIGINS: dict[Recording, Triple] = {"nuscenes": (-1.35, 0.0, 0.0), "kitti": (0.
 def study(nuscenes: Path | None, kitti: Path | None, threads: int | None, frames: int, out: Path) -> None:
     """Compute the figures on the boxes of both recordings, or of the bundled town; print and write them."""
     require_folder(out, (NAME,))
-    found: list[Outcome] = []
+    found: list[ExperimentRatios] = []
     boxes: dict[Recording, Path | None] = {"nuscenes": nuscenes, "kitti": kitti}
     for recording, path in boxes.items():
         scene = SceneOptions()
@@ -54,7 +54,7 @@ def study(nuscenes: Path | None, kitti: Path | None, threads: int | None, frames
     results().print(f"{out}: {NAME}", soft_wrap=True)
 
 
-def say(found: Sequence[Outcome], console: Console) -> None:
+def say(found: Sequence[ExperimentRatios], console: Console) -> None:
     """Print ratios to the whole LiDAR, group by group of experiments."""
     for group in GROUPS:
         mine = [one for one in found if one.experiment.group == group]
@@ -69,7 +69,7 @@ def say(found: Sequence[Outcome], console: Console) -> None:
     console.print(f"* more than {TOLERANCE:g} from the published ratio.")
 
 
-def lines(found: Sequence[Outcome]) -> Iterator[dict[str, object]]:
+def lines(found: Sequence[ExperimentRatios]) -> Iterator[dict[str, object]]:
     """Yield a line per experiment: the figures that its source reports, and the ratios of ours."""
     for one in found:
         of = one.experiment

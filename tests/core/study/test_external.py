@@ -15,7 +15,7 @@ from riglens.core.study.external import (
     GROUPS,
     TOLERANCE,
     Experiment,
-    Outcome,
+    ExperimentRatios,
     mean_error,
 )
 
@@ -76,7 +76,7 @@ def test_what_is_reported_is_a_loss_with_its_source() -> None:
 def test_errors_are_told_with_their_sign_and_compared_without() -> None:
     experiment = named("32 to 1 beam")
     ratios = dict.fromkeys(FIGURES, experiment.published + 2 * TOLERANCE)
-    high = Outcome(experiment, "boxes", ratios | {"seen": experiment.published - TOLERANCE / 2})
+    high = ExperimentRatios(experiment, "boxes", ratios | {"seen": experiment.published - TOLERANCE / 2})
     assert high.error("on_target") == pytest.approx(2 * TOLERANCE) and not high.passes("on_target")
     assert high.error("seen") < 0.0 and high.passes("seen")
     assert mean_error([high], "seen") == pytest.approx(TOLERANCE / 2)
