@@ -185,7 +185,7 @@ def report(
 def verify_report(
     path: StrPath, boxes: StrPath | None = None, *, meshes: StrPath | None = None, threads: int | None = None
 ) -> bool:
-    """Make an earlier report again from what is attached to it, and return whether it is the same byte for byte.
+    """Make an earlier report again from what is attached; return whether figures, words and pictures are the same.
 
     `boxes`: the data that it was made of, where that was not the bundled town; `meshes`: the folder of its car bodies.
     """

@@ -30,7 +30,8 @@ from riglens.evaluation.search_options import SearchOptions
 if TYPE_CHECKING:  # loads the compiler
     from numpy.typing import NDArray
 
-    from riglens.core.optimise.results import OptimiseResult, Problem
+    from riglens.core.optimise.objectives import Problem
+    from riglens.core.optimise.results import OptimiseResult
     from riglens.core.optimise.run import Progress
     from riglens.core.optimise.skin import SkinGains
     from riglens.core.targets.traffic import Traffic
@@ -244,8 +245,7 @@ class Server:
 
     def _problem(self, request: ProposalRequest) -> Problem:
         from riglens.core.optimise.mounts import Move
-        from riglens.core.optimise.objectives import OF_VOXELS
-        from riglens.core.optimise.results import Problem
+        from riglens.core.optimise.objectives import OF_VOXELS, Problem
         from riglens.evaluation.scenario import load_scenario
 
         traffic, options = self._traffic_of(request.scene), request.options

@@ -206,7 +206,7 @@ def rendered(document: ReportDocument, form: str) -> bytes:
 
 
 def verified(path: Path, scene: SceneOptions, score: ScoreOptions, meshes: Path | None) -> int:
-    """Recompute a report from its attachment; return 0 when it is the same byte for byte, else 1."""
+    """Recompute a report from its attachment; return 0 when it has the same figures and says the same, else 1."""
     content = read_report(path)
     attached = attached_figures(content, str(path))
     if form_of(content) == ".pdf":
@@ -221,9 +221,9 @@ def verified(path: Path, scene: SceneOptions, score: ScoreOptions, meshes: Path 
         console.print(visible(line), soft_wrap=True, markup=False)
     if len(lines) > SHOWN:
         console.print(f"and {len(lines) - SHOWN} more", soft_wrap=True)
-    place = first_difference(content, rendered(document, form_of(content)))
+    place = first_difference(content, rendered(document, form_of(content)), str(path))
     if place is None:
-        console.print("every figure is the same, and so is the file, byte for byte", soft_wrap=True)
+        console.print("every figure is the same, and so is what the file says", soft_wrap=True)
         return 0
     figures = "" if lines else "every attached figure is the same, but their presentation "
     console.print(visible(f"{figures}differs, first at {place}"), soft_wrap=True, markup=False)

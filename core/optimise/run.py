@@ -24,8 +24,8 @@ from riglens.core.optimise.guard import (
     with_worst_failure,
 )
 from riglens.core.optimise.mounts import Candidate, candidates, conflicts, locked, mounted, rules_for
-from riglens.core.optimise.objectives import WORST, WorstFailure, sensors_for
-from riglens.core.optimise.results import Cheapest, CostStep, OptimiseResult, Problem, Proposal
+from riglens.core.optimise.objectives import WORST, Problem, WorstFailure, sensors_for
+from riglens.core.optimise.results import Cheapest, CostStep, OptimiseResult, Proposal
 from riglens.core.optimise.search import ROUNDING, AtLeast, Limits, front, greedy, search, swap
 from riglens.core.optimise.skin import SkinGains
 from riglens.core.optimise.tables import (

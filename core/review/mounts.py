@@ -12,7 +12,8 @@ from pydantic import Field, model_validator
 
 from riglens.core.blind.outline import Outline
 from riglens.core.geometry import Vec3
-from riglens.core.rig.model import Frozen, Rig, Sensor
+from riglens.core.plain import Frozen
+from riglens.core.rig.model import Rig, Sensor
 from riglens.core.vehicle.housings import housing_corners_m
 from riglens.core.vehicle.solid import MATERIALS, Solid, solid_of
 from riglens.core.vehicle.standing import MountStatus, skin_of, stand

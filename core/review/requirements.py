@@ -13,6 +13,7 @@ from pydantic import Field, model_validator
 
 from riglens.core.blind.zones import BlindSettings
 from riglens.core.metric.scores import Body
+from riglens.core.plain import Frozen
 from riglens.core.review.profiles import Profile
 from riglens.core.review.redundancy import failing_of, halves_of
 from riglens.core.review.sections import (
@@ -30,7 +31,7 @@ from riglens.core.review.sections import (
     WorstCase,
 )
 from riglens.core.review.tolerance import PROFILES, ToleranceProfile
-from riglens.core.rig.model import Frozen, Rig
+from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.checked import Problem, checked
 from riglens.core.rig.yaml.nodes import read_text, shortened, shown_path
 

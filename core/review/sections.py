@@ -16,10 +16,10 @@ from riglens.core.figures.objects import ObjectFigure
 from riglens.core.figures.predicted import PREDICTED
 from riglens.core.figures.registry import figure_named, figures, tolerated_figures
 from riglens.core.figures.text import in_sentence
+from riglens.core.plain import Frozen
 from riglens.core.review.mounts import MountLimits
 from riglens.core.review.redundancy import What
 from riglens.core.review.tolerance import MAX_DRAWS
-from riglens.core.rig.model import Frozen
 from riglens.core.scene.sectors import SECTORS
 from riglens.core.sensors.registry import one_of
 from riglens.core.targets.traffic import WITHIN_M

@@ -19,7 +19,8 @@ from pydantic import Field
 from riglens.core.errors import InputError
 from riglens.core.figures.registry import figure_named
 from riglens.core.geometry import Pose, rpy_deg_from_rotation
-from riglens.core.rig.model import Frozen, Rig, Sensor
+from riglens.core.plain import Frozen
+from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.boxes import Progress
 
 T = TypeVar("T")

@@ -7,16 +7,9 @@ from typing import Annotated, Literal, Self, TypeVar
 
 from pydantic import Field, PlainValidator, PrivateAttr, SerializeAsAny, model_validator
 
+from riglens.core.plain import Frozen
 from riglens.core.rig.body_mesh import METRES, BodyMesh, MeshPlacement
-from riglens.core.sensors.base import (
-    Frozen,
-    Length,
-    Metres,
-    Name,
-    Positive,
-    Sensor,
-    rays_of,
-)
+from riglens.core.sensors.base import Length, Metres, Name, Positive, Sensor, rays_of
 from riglens.core.sensors.camera import Camera
 from riglens.core.sensors.lens import BrownConrady, KannalaBrandt
 from riglens.core.sensors.lidar import Lidar, LinearAngles
@@ -29,7 +22,6 @@ __all__ = [
     "PARAMETRIC_BODIES",
     "BrownConrady",
     "Camera",
-    "Frozen",
     "KannalaBrandt",
     "Length",
     "Lidar",

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
 from riglens.core.files import open_regular
-from riglens.core.sensors.base import MAX_LISTED_RAYS
+from riglens.core.sensors.lattice import MAX_LISTED_RAYS
 from riglens.core.sensors.scan import Reader, Shots, within_half_a_turn
 
 if TYPE_CHECKING:

@@ -12,9 +12,10 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from riglens.core.kernels.runtime import codes
-from riglens.core.sensors.base import MAX_LISTED_RAYS, MAX_RAYS_PER_SENSOR, Frozen, Sensor
+from riglens.core.plain import Frozen
+from riglens.core.sensors.base import MAX_RAYS_PER_SENSOR, Sensor
 from riglens.core.sensors.kind import HitMeasure, Occlusion, Placement, SensorKind
-from riglens.core.sensors.lattice import Ids, Lattice
+from riglens.core.sensors.lattice import MAX_LISTED_RAYS, Ids, Lattice
 from riglens.core.sensors.mounting import upright_rpy_deg
 from riglens.core.sensors.scan import Azimuth, Elevation, Pattern, RayTable
 

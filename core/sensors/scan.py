@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Discriminator, Field, PrivateAttr, Tag, ValidationInfo, model_validator
 
-from riglens.core.sensors.base import MAX_LISTED_RAYS, Degrees, Frozen
+from riglens.core.plain import Degrees, Frozen
+from riglens.core.sensors.lattice import MAX_LISTED_RAYS
 
 Doubles = NDArray[np.float64]
 MAX_SWINGS, MAX_LASERS = 8, 256

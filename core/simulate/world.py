@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.kernels.objects.box_frames import Traffic as Boxes
+from riglens.core.kernels.objects.box_frames import FrameBoxes
 from riglens.core.kernels.objects.sweeps import Reflectivity, Surface
 from riglens.core.simulate.clutter import KINDS, Clutter, Footprints, scattered
 from riglens.core.simulate.motion import SWEEP_S, Before, Motion, before
@@ -55,7 +55,7 @@ class World(NamedTuple):
     """Frame for the kernels: `boxes`, objects first; their reflection; the ground; `kind` (n,) of each box beyond the
     objects: index into KINDS, -1 for given occluders."""
 
-    boxes: Boxes
+    boxes: FrameBoxes
     reflectivity: Reflectivity
     surface: Surface
     kind: NDArray[np.int64]
@@ -106,7 +106,7 @@ class Worlds:
         stands = _standing(clutter, surface)
         t, number = self.traffic, given.stop - given.start + len(clutter.kind)
         shape = kind_numbers(self.settings.shape, t.cls[given], t.size_m[given])
-        boxes = Boxes(
+        boxes = FrameBoxes(
             np.array([0, number]),
             np.concatenate([t.centre_m[given], stands]),
             np.concatenate([t.size_m[given], clutter.size_m]) / 2.0,

@@ -198,7 +198,7 @@ EXPERIMENTS = (
 
 
 @dataclass(frozen=True)
-class Outcome:
+class ExperimentRatios:
     """The published ratio of an experiment, and the ratios of the figures (by name)."""
 
     experiment: Experiment
@@ -220,7 +220,7 @@ def outcomes(
     engine: Engine,
     frames: int,
     tell: Callable[[float], None] = lambda share: None,
-) -> list[Outcome]:
+) -> list[ExperimentRatios]:
     """Compute the figures of the experiments on a recording, on the objects of `frames` frames of some boxes."""
     targets = TargetEngine(traffic.within(WITHIN_M[recording]))
     mine = [one for one in EXPERIMENTS if one.recording == recording]
@@ -231,7 +231,7 @@ def outcomes(
             whole[one.sweeps] = _figures(one.whole(), recording, targets, engine, frames)
         reduced = _figures(one.rig(), recording, targets, engine, frames)
         ratios = {name: reduced[name] / whole[one.sweeps][name] for name in FIGURES}
-        found.append(Outcome(one, traffic.data.source, ratios))
+        found.append(ExperimentRatios(one, traffic.data.source, ratios))
         tell(number / len(mine))
     return found
 
@@ -259,6 +259,6 @@ def _figures(
     }
 
 
-def mean_error(found: Sequence[Outcome], figure: str) -> float:
+def mean_error(found: Sequence[ExperimentRatios], figure: str) -> float:
     """Return the mean of the absolute errors of a figure."""
     return float(np.mean([abs(one.error(figure)) for one in found]))

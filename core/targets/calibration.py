@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from riglens.assets import asset_path
-from riglens.core.rig.model import Frozen, Rig
+from riglens.core.plain import Frozen
+from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.checked import read_checked
 from riglens.core.rig.yaml.nodes import value_text
 from riglens.core.scene.boxes import CLASSES

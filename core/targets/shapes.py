@@ -67,7 +67,7 @@ _WHOLE, _UNRIDDEN = SHAPES.index((WHOLE,)), SHAPES.index((BICYCLE,))
 
 
 class Kinds(NamedTuple):
-    """Kinds of shapes, k of them, as `kernels.objects.box_frames.Traffic` holds them."""
+    """Kinds of shapes, k of them, as `kernels.objects.box_frames.FrameBoxes` holds them."""
 
     numbers: NDArray[np.int64]
     bounds: Doubles

@@ -19,6 +19,7 @@ from riglens.core.figures.evaluated import Evaluated, EvaluationSettings, Evalua
 from riglens.core.kernels.runtime import jit
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Body, Method, Reading
+from riglens.core.plain import Frozen
 from riglens.core.review.checking import Check, Subject
 from riglens.core.review.documents import (
     blind_document,
@@ -34,7 +35,7 @@ from riglens.core.review.redundancy import NO_EVIDENCE, target_coverage, voxel_c
 from riglens.core.review.requirements import Requirements
 from riglens.core.review.tolerance import MAX_DRAWS, profile_called, tolerance
 from riglens.core.review.verdicts import verdicts
-from riglens.core.rig.model import FORMAT_VERSION, MAX_SENSORS, Frozen, Rig
+from riglens.core.rig.model import FORMAT_VERSION, MAX_SENSORS, Rig
 from riglens.core.rig.yaml.file import dumps
 from riglens.core.rig.yaml.nodes import shortened
 from riglens.core.scene.boxes import Progress

@@ -21,7 +21,7 @@ from riglens.core.study.external import (
     GROUPS,
     TOLERANCE,
     WITHIN_M,
-    Outcome,
+    ExperimentRatios,
     Recording,
     mean_error,
     outcomes,
@@ -38,10 +38,10 @@ _ORIGINS: dict[Recording, Triple] = {"nuscenes": (-1.35, 0.0, 0.0), "kitti": (0.
 
 def study(
     nuscenes: Path | None, kitti: Path | None, threads: int | None, frames: int, out: Path
-) -> list[Outcome]:
+) -> list[ExperimentRatios]:
     """Compute the figures on the boxes of both recordings, or of the bundled town; write and return them."""
     require_folder(out, (NAME,))
-    found: list[Outcome] = []
+    found: list[ExperimentRatios] = []
     boxes: dict[Recording, Path | None] = {"nuscenes": nuscenes, "kitti": kitti}
     for recording, path in boxes.items():
         scene = SceneOptions()
@@ -56,18 +56,18 @@ def study(
     return found
 
 
-def document(found: Sequence[Outcome]) -> dict[str, Any]:
+def document(found: Sequence[ExperimentRatios]) -> dict[str, Any]:
     """Return published and predicted ratios of average precision as plain data, group by group; None where a region
     holds no object of a class."""
     groups = [{"name": group, "tests": [_test(one) for one in _of(found, group)]} for group in GROUPS]
     return {"riglens": FORMAT_VERSION, "groups": groups}
 
 
-def _of(found: Sequence[Outcome], group: str) -> list[Outcome]:
+def _of(found: Sequence[ExperimentRatios], group: str) -> list[ExperimentRatios]:
     return [one for one in found if one.experiment.group == group]
 
 
-def _test(one: Outcome) -> dict[str, Any]:
+def _test(one: ExperimentRatios) -> dict[str, Any]:
     of, predicted = one.experiment, one.ratios["predicted"]
     return {
         "name": of.name,
@@ -79,7 +79,7 @@ def _test(one: Outcome) -> dict[str, Any]:
     }
 
 
-def show(found: Sequence[Outcome], out: Path) -> None:
+def show(found: Sequence[ExperimentRatios], out: Path) -> None:
     """Print ratios to the whole LiDAR, group by group of experiments, and where the table is."""
     console = results()
     for group in GROUPS:
@@ -98,7 +98,7 @@ def show(found: Sequence[Outcome], out: Path) -> None:
     console.print(f"{out}: {NAME}", soft_wrap=True)
 
 
-def lines(found: Sequence[Outcome]) -> Iterator[dict[str, object]]:
+def lines(found: Sequence[ExperimentRatios]) -> Iterator[dict[str, object]]:
     """Yield a line per experiment: the figures that its source reports, and the ratios of ours."""
     for one in found:
         of = one.experiment

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from riglens.core.sensors.base import Frozen
+from riglens.core.plain import Frozen
 from riglens.core.sensors.camera import Camera
 from riglens.core.sensors.lens import BrownConrady, KannalaBrandt
 from riglens.core.sensors.lidar import TURN, Lidar, LinearAngles

@@ -14,7 +14,7 @@ import numpy as np
 from riglens.core.kernels.objects.box_frames import (
     Beams,
     Canvas,
-    Traffic,
+    FrameBoxes,
     bounds_of,
     box_of,
     is_lost,
@@ -79,14 +79,14 @@ def is_stopped(beams: Beams, row: int, slot: int, inverse: float) -> bool:
 
 
 @lean_inlined
-def is_in_range(traffic: Traffic, beams: Beams, box: int, row: int, slot: int, inverse: float) -> bool:
+def is_in_range(traffic: FrameBoxes, beams: Beams, box: int, row: int, slot: int, inverse: float) -> bool:
     """Return whether a listed ray, a unit vector, gets anything back from an object of that class where it meets it."""
     ray = row * beams.columns + beams.column_of[slot % beams.columns]
     return bool(beams.limits[traffic.cls[box], ray] * inverse >= 1.0)
 
 
 @lean_inlined
-def cosine_of(traffic: Traffic, part: int, start: Direction, along: Direction) -> float:
+def cosine_of(traffic: FrameBoxes, part: int, start: Direction, along: Direction) -> float:
     """Return the cosine of the angle between a ray, in the axes of an object, and the normal of the face by which it
     enters a part; 1 for a ray that starts inside."""
     middle, half = bounds_of(traffic, part)
@@ -110,7 +110,7 @@ def is_returned(t: float, half_m: float, width: float, cosine: float, chance: fl
 
 @lean_inlined
 def _take(
-    traffic: Traffic,
+    traffic: FrameBoxes,
     beams: Beams,
     sweep: Sweep,
     box: int,
@@ -196,7 +196,7 @@ def wipe(columns: int, canvas: Canvas) -> None:
 
 @lean
 def _cast_frame(
-    traffic: Traffic, beams: Beams, sweep: Sweep, scratch: Scratch, found: np.ndarray, at: np.ndarray,
+    traffic: FrameBoxes, beams: Beams, sweep: Sweep, scratch: Scratch, found: np.ndarray, at: np.ndarray,
     cells: np.ndarray, number: int,
 ) -> int:  # fmt: skip
     """Count one frame: fill found of its objects, append cells behind the `number` present; return their new number."""
@@ -217,7 +217,7 @@ def _cast_frame(
 
 @lean_inlined
 def _draw(
-    traffic: Traffic, beams: Beams, sweep: Sweep, box: int, scratch: Scratch, found: np.ndarray
+    traffic: FrameBoxes, beams: Beams, sweep: Sweep, box: int, scratch: Scratch, found: np.ndarray
 ) -> bool:
     """Count the pixels of an object that is no nearer than the hits so far; return False where that takes the rays."""
     outline = scratch.outline
@@ -234,7 +234,7 @@ def _draw(
 
 @lean_inlined
 def _meet_group(
-    traffic: Traffic, beams: Beams, sweep: Sweep, begin: int, end: int, scratch: Scratch, found: np.ndarray,
+    traffic: FrameBoxes, beams: Beams, sweep: Sweep, begin: int, end: int, scratch: Scratch, found: np.ndarray,
     at: np.ndarray, cells: np.ndarray, number: int,
 ) -> int:  # fmt: skip
     """Let all rays meet the boxes of a group, places begin..end-1 of the depth order; returns the number of cells
@@ -287,7 +287,7 @@ def _new_scratch(
 
 @kernel
 def _cast_some(
-    traffic: Traffic, beams: Beams, first: int, end: int, phases: np.ndarray, keys: np.ndarray, ranks: np.ndarray,
+    traffic: FrameBoxes, beams: Beams, first: int, end: int, phases: np.ndarray, keys: np.ndarray, ranks: np.ndarray,
     scratch: Scratch, found: np.ndarray, at: np.ndarray, cells: np.ndarray, number: int,
 ) -> int:  # fmt: skip
     """Cast a sensor in frames first..end-1, one after the other; returns the number of cells."""
@@ -299,7 +299,7 @@ def _cast_some(
 
 @parallel_kernel
 def cast_frames(
-    traffic: Traffic, beams: Beams, first: int, end: int, phases: np.ndarray, keys: np.ndarray, ranks: np.ndarray,
+    traffic: FrameBoxes, beams: Beams, first: int, end: int, phases: np.ndarray, keys: np.ndarray, ranks: np.ndarray,
     most: int, inverse: np.ndarray, owner: np.ndarray, last: np.ndarray, tables: np.ndarray,
     found: np.ndarray, at: np.ndarray, cells: np.ndarray, filled: np.ndarray,
 ) -> None:  # fmt: skip

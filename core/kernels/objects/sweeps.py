@@ -13,7 +13,7 @@ import numpy as np
 from riglens.core.kernels.objects.box_frames import (
     Beams,
     Canvas,
-    Traffic,
+    FrameBoxes,
     box_of,
     is_inside,
     is_lost,
@@ -125,7 +125,7 @@ def bell(key: np.uint64) -> float:
 
 @lean
 def set_frames(
-    traffic: Traffic, beams: Beams, rotation: np.ndarray, turns: np.ndarray, starts: np.ndarray
+    traffic: FrameBoxes, beams: Beams, rotation: np.ndarray, turns: np.ndarray, starts: np.ndarray
 ) -> None:
     """Write the axes of every box: turns (n, 3, 3) from those of the sensor, and starts (n, 3), the sensor in them."""
     for box in range(traffic.centres.shape[0]):
@@ -154,7 +154,7 @@ def _note(
 
 @lean
 def _note_returns(
-    traffic: Traffic, reflectivity: Reflectivity, surface: Surface, beams: Beams, rotation: np.ndarray,
+    traffic: FrameBoxes, reflectivity: Reflectivity, surface: Surface, beams: Beams, rotation: np.ndarray,
     draws: DrawKeys,
     canvas: Canvas, turns: np.ndarray, starts: np.ndarray, to: Returns,
 ) -> int:  # fmt: skip
@@ -197,7 +197,7 @@ def _note_returns(
 
 @kernel
 def cast_sweep(
-    traffic: Traffic, reflectivity: Reflectivity, surface: Surface, beams: Beams, phase: float, draws: DrawKeys,
+    traffic: FrameBoxes, reflectivity: Reflectivity, surface: Surface, beams: Beams, phase: float, draws: DrawKeys,
     canvas: Canvas,
     alone: np.ndarray, to: Returns,
 ) -> int:  # fmt: skip
@@ -222,7 +222,7 @@ def cast_sweep(
 def count_inside(
     points: np.ndarray, centres: np.ndarray, halves: np.ndarray, rotations: np.ndarray, counts: np.ndarray
 ) -> None:
-    """Count the points (p, 3) in each box (n,), faces included; boxes as in `Traffic`."""
+    """Count the points (p, 3) in each box (n,), faces included; boxes as in `FrameBoxes`."""
     for box in range(counts.size):
         centre, turn = centres[box], rotations[box]
         half = halves[box, 0], halves[box, 1], halves[box, 2]

@@ -10,8 +10,7 @@ from riglens.core.errors import InputError
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.optimise.guard import Evaluator, with_worst_failure
 from riglens.core.optimise.mounts import Additions
-from riglens.core.optimise.objectives import OBJECTIVES, OF_VOXELS, WORST, sensors_for
-from riglens.core.optimise.results import Problem
+from riglens.core.optimise.objectives import OBJECTIVES, OF_VOXELS, WORST, Problem, sensors_for
 from riglens.core.optimise.tables import UNIT, CoverTable, TableMaker
 from riglens.core.optimise.weights import EVEN, Weights
 from riglens.core.rig.model import Rig

@@ -11,7 +11,8 @@ from riglens.core.blind.zones import BlindEngine, BlindSettings
 from riglens.core.errors import Cancelled, InputError
 from riglens.core.optimise.guard import HELD_OUT, Evaluator, GuardResult, guard, verdict
 from riglens.core.optimise.mounts import Additions, Move, rules_for
-from riglens.core.optimise.results import OptimiseResult, Problem
+from riglens.core.optimise.objectives import Problem
+from riglens.core.optimise.results import OptimiseResult
 from riglens.core.optimise.run import Progress, finished, optimise, skin_gains
 from riglens.core.review.mounts import MountLimits, violations
 from riglens.core.rig.edits import mirrored_pose, with_mirror_image

@@ -35,7 +35,7 @@ from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.sensors.base import HALVES
-from riglens.core.sensors.radar import Radar, Scan
+from riglens.core.sensors.radar import Radar, RadarScan
 from riglens.core.shown_text import visible
 from riglens.core.targets.engine import TargetEngine
 from tests.core.builders import random_field, synthetic_pog
@@ -139,7 +139,7 @@ def test_no_figure_of_a_rig_with_a_sensor_below_the_ground_meets_a_requirement(
 
 
 def test_any_two_kinds_detect_an_object_together() -> None:
-    far = Scan(azimuth_deg=(-60.0, 60.0), elevation_deg=(-30.0, 30.0), range_m=50.0)
+    far = RadarScan(azimuth_deg=(-60.0, 60.0), elevation_deg=(-30.0, 30.0), range_m=50.0)
     radar = Radar(name="radar", position=(0.0, 0.0, 1.0), scans=(far,))
     asked = subject(Rig(sensors=(dense_lidar(1.9, 64, 360), radar)))
     (verdict,) = Check(asked, required("on_target: [{class: car, figure: both, at_least: 0}]")).verdicts()

@@ -17,7 +17,7 @@ from riglens.core.study.external import (
     TOLERANCE,
     WITHIN_M,
     Experiment,
-    Outcome,
+    ExperimentRatios,
     Recording,
     mean_error,
     outcomes,
@@ -90,7 +90,7 @@ def test_what_is_reported_is_a_loss_with_its_source() -> None:
 def test_errors_are_told_with_their_sign_and_compared_without() -> None:
     experiment = named("32 to 1 beam")
     ratios = dict.fromkeys(FIGURES, experiment.published + 2 * TOLERANCE)
-    high = Outcome(experiment, "boxes", ratios | {"seen": experiment.published - TOLERANCE / 2})
+    high = ExperimentRatios(experiment, "boxes", ratios | {"seen": experiment.published - TOLERANCE / 2})
     assert high.error("on_target") == pytest.approx(2 * TOLERANCE) and not high.passes("on_target")
     assert high.error("seen") < 0.0 and high.passes("seen")
     assert mean_error([high], "seen") == pytest.approx(TOLERANCE / 2)
@@ -99,7 +99,7 @@ def test_errors_are_told_with_their_sign_and_compared_without() -> None:
 SIZE_M = (4.0, 1.8, 1.5)
 
 
-def on_kitti(*cars_m: tuple[float, float]) -> list[Outcome]:
+def on_kitti(*cars_m: tuple[float, float]) -> list[ExperimentRatios]:
     """The experiments on KITTI with one frame of cars at these places."""
     boxes = traffic([(0, 0, (x, y, 0.75), SIZE_M, 0.0) for x, y in cars_m])
     return outcomes("kitti", boxes, Engine(field_of(grid_of(2, 2, 2)), 1), frames=1)
@@ -129,7 +129,7 @@ def test_json_says_which_published_ratios_are_predicted() -> None:
 @pytest.mark.skipif(not SHARED.is_dir(), reason="needs the real data beside the project")
 def test_predicted_ap_passes_four_of_six_on_the_recordings() -> None:
     """Of nuScenes within 50 m and of KITTI within 60 m; in the rectangle it would pass none."""
-    found: list[Outcome] = []
+    found: list[ExperimentRatios] = []
     engine = Engine(field_of(grid_of(2, 2, 2)))
     for recording, boxes, origin_m in RECORDINGS:
         options = SceneOptions(boxes=SHARED / boxes, origin_m=origin_m)

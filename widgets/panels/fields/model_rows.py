@@ -12,7 +12,7 @@ from pydantic.fields import FieldInfo
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QCheckBox, QLabel, QWidget
 
-from riglens.core.sensors.base import Frozen
+from riglens.core.plain import Frozen
 from riglens.widgets.panels.controls.building import plain_label
 from riglens.widgets.panels.controls.scrolled import breakable
 from riglens.widgets.panels.fields.edits import (

@@ -10,17 +10,16 @@ from typing import TYPE_CHECKING
 from riglens.core.figures.text import MINUS
 from riglens.core.rig.model import Rig
 from riglens.core.shown_text import visible
-from riglens.widgets.panels.figures.table import NOTHING, Cell, Heading
-from riglens.widgets.panels.figures.table import Tone as FigureTone
-from riglens.widgets.panels.propose.chart import Dot, Line, Plot, Tone
+from riglens.widgets.panels.figures.table import NOTHING, Cell, Heading, Tone
+from riglens.widgets.panels.propose.chart import Dot, Line, Plot, PlotTone
 
 if TYPE_CHECKING:  # loads the compiler
     from riglens.core.optimise.results import OptimiseResult
 
 SEARCHING, NO_SEARCH = "Follows with the search.", "Choose what to add and press Start."
 RUNNING = "Searching…"
-_BEST: Tone = "accent"
-_BOUND: Tone = "less"
+_BEST: PlotTone = "accent"
+_BOUND: PlotTone = "less"
 Bracket = tuple[float, float | None, float | None]
 """Seconds since the start, best value so far, and its bound so far."""
 
@@ -158,7 +157,7 @@ def check_cells(found: OptimiseResult | None) -> tuple[list[Heading], list[tuple
         cells.append((Cell(signed(found.best.value - found.reference_value)), NOTHING, NOTHING))
     for one in found.best.guard:
         titles.append(Heading(one.case[0].upper() + one.case[1:]))
-        tone: FigureTone = "less" if one in found.best.weak else "text"
+        tone: Tone = "less" if one in found.best.weak else "text"
         share = Cell(f"{one.share:.0%}", (one.share,), tone=tone, bar=one.share)
         cells.append((Cell(signed(one.gain), (one.gain,)), Cell(f"{one.se:.4f}", (one.se,)), share))
     return titles, cells
