@@ -337,7 +337,7 @@ class Bench(Hands):
         """Every digit of voxels that the score table shows."""
         table = self.panels.scores.table
         return [
-            [float(cell.values[0]) for key in self.voxel_columns() for cell in [table.cell(name, key)]]
+            [float(table.cell(name, key).values[0] or 0.0) for key in self.voxel_columns()]
             for name in CLASSES
         ]
 
