@@ -51,8 +51,8 @@ class CountRequest:
 class CountAnswer:
     """Answer to one request, from `scores.frames_used` frames; more may follow. Both rigs use the same frames.
 
-    `on_target` is that over all distances, in cells (len(WHO),), `predicted` that of its domain; `ground` the objects
-    over the ground by class, once all frames were used.
+    `on_target` is that over all distances, in cells (len(CLASSES_AND_ALL),), `predicted` that of its domain; `ground`
+    the objects over the ground by class, once all frames were used.
     """
 
     request: CountRequest

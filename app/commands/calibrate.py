@@ -19,7 +19,7 @@ from riglens.core.rig.library import use_libraries
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.study.calibrating import Rules
 from riglens.core.targets.calibration import MATCH_M, MIN_SCORE, WITHIN_M, Calibration
-from riglens.core.targets.quantities import SURE
+from riglens.core.targets.quantities import SE_FACTOR
 from riglens.evaluation.calibrating import calibrated
 
 SHOWN_AT = (1, 5, 10, 20, 50, 100)
@@ -79,7 +79,7 @@ def _table(found: Calibration) -> Table:
             continue
         values = [
             f"{100.0 * value:.1f}"
-            for value in (*curve.at(np.array(SHOWN_AT, np.float64)), SURE * curve.error)
+            for value in (*curve.at(np.array(SHOWN_AT, np.float64)), SE_FACTOR * curve.error)
         ]
         shown.add_row(class_name, f"{curve.objects:,}", *values)
     return shown

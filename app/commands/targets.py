@@ -25,7 +25,7 @@ from riglens.core.shown_text import visible
 from riglens.core.targets.calibration import read_calibration
 from riglens.core.targets.engine import TargetEngine, warm_up
 from riglens.core.targets.object_table import object_table
-from riglens.core.targets.quantities import RESOLVED, SURE
+from riglens.core.targets.quantities import RESOLVED, SE_FACTOR
 from riglens.core.targets.scores import Estimate, Row, TargetScores, sectors_of
 from riglens.core.targets.settings import HEIGHT_PX, TargetSettings
 from riglens.core.targets.targets_json import targets_document
@@ -187,7 +187,7 @@ def _explanation(every: Sequence[TargetScores]) -> Iterable[str]:
             yield f"{visible(one.rig.name)}: outside the domain of the prediction: {one.predicted_outside}."
     if recall := scores.settings.recall:
         for one in every:
-            if said := one.of_100(SURE):
+            if said := one.of_100(SE_FACTOR):
                 outside = f"; outside its domain: {one.found_outside}" if one.found_outside else ""
                 yield f"{visible(one.rig.name)}: {said[0].lower()}{said[1:]}{outside}."
         yield (
@@ -261,7 +261,7 @@ def _share(found: Estimate) -> str:
     """Percent, with two standard errors where it comes from a sample."""
     if found.se == 0.0:
         return f"{100.0 * found.value:.1f}"
-    return f"{100.0 * found.value:.1f} ±{100.0 * SURE * found.se:.1f}"
+    return f"{100.0 * found.value:.1f} ±{100.0 * SE_FACTOR * found.se:.1f}"
 
 
 def _line(label: str, text: str) -> Text:

@@ -54,7 +54,7 @@ from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES, Progress
 from riglens.core.scene.sectors import SECTORS
 from riglens.core.targets.engine import TargetEngine
-from riglens.core.targets.quantities import SURE
+from riglens.core.targets.quantities import SE_FACTOR
 from riglens.core.targets.scores import Row, TargetScores, sectors_of
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import Traffic
@@ -159,7 +159,7 @@ class Check:
     def _below_ground(self) -> tuple[str, ...]:
         """Return the sensors below the ground, where none can be: whatever they see proves nothing."""
         mounts = mounts_of(self._subject.rig, ())
-        return tuple(mount.name for mount in mounts if mount.stand.below_ground)
+        return tuple(mount.name for mount in mounts if mount.status.below_ground)
 
     # ------------------------------------------------------------ what figures are made from
     @property
@@ -270,7 +270,7 @@ class Check:
         return Finding(
             sum(row.objects * row.value for row in found) / count,
             f"{one.text} ({count:,} objects {domain})",
-            details=(f"± {100.0 * SURE * error:.1f} %, two standard errors of the calibration",),
+            details=(f"± {100.0 * SE_FACTOR * error:.1f} %, two standard errors of the calibration",),
         )
 
     def _on_target(self, one: OnTarget) -> Finding:

@@ -14,7 +14,7 @@ from riglens.core.sensors.camera import CAMERA
 from riglens.core.sensors.lidar import LIDAR
 from riglens.core.sweep.fields import RigField, value_of, with_values
 from riglens.core.sweep.rows import Sweeper
-from riglens.core.targets.quantities import SURE
+from riglens.core.targets.quantities import SE_FACTOR
 
 POINTS, FRAMES = 21, 100
 SPANS = {"m": 0.5, "°": 15.0}
@@ -62,7 +62,7 @@ def curve(rig: Rig, field: RigField, values: Sequence[float], sweeper: Sweeper) 
         yield CurvePoint(
             value,
             {
-                name: (row[one] - before[one], SURE * row.get(f"{one}_change_se", 0.0))
+                name: (row[one] - before[one], SE_FACTOR * row.get(f"{one}_change_se", 0.0))
                 for name, one in columns.items()
             },
         )

@@ -23,9 +23,9 @@ Doubles = NDArray[np.float64]
 Counts = NDArray[np.int64]
 Unit = Literal["share", "points", "px"]
 EVERYBODY = "all"
-WHO = (EVERYBODY, *CLASSES)
+CLASSES_AND_ALL = (EVERYBODY, *CLASSES)
 """Rows of a table: objects of all classes, then class by class."""
-SURE = 2.0
+SE_FACTOR = 2.0
 """Standard errors behind ± everywhere: 95 % of samples are nearer to the exact value."""
 RESOLVED = 0.01
 """Smaller changes of on target had the sign of the change of mAP in 19 of 29 pairs (docs/study-detection.md), smaller
@@ -183,11 +183,11 @@ class Cells:
 
 @dataclass(frozen=True)
 class PredictedCells:
-    """Predicted detection in cells (len(WHO),) with the errors of sampled frames alone.
+    """Predicted detection in cells (len(CLASSES_AND_ALL),) with the errors of sampled frames alone.
 
-    errors (len(WHO),): of the calibration; region: that of its objects in words; about: the figure and its detector in
-    words; outside: why a rig is outside the domain, empty where it is inside; found: the same of recall, if any
-    calibration says so.
+    errors (len(CLASSES_AND_ALL),): of the calibration; region: that of its objects in words; about: the figure and its
+    detector in words; outside: why a rig is outside the domain, empty where it is inside; found: the same of recall,
+    if any calibration says so.
     """
 
     cells: Cells
@@ -219,7 +219,8 @@ def of_100(found: Mapping[str, tuple[float, float]], region: str) -> str:
 
 @dataclass(frozen=True)
 class Table:
-    """`cells` (len(WHO), 1 + rings): the first column holds all distances, the others the rings between edges_m."""
+    """`cells` (len(CLASSES_AND_ALL), 1 + rings): the first column holds all distances, the others the rings between
+    edges_m."""
 
     quantity: Quantity
     edges_m: tuple[float, ...]
@@ -228,7 +229,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Rose:
-    """`cells` (rings, SECTORS) of one of `WHO`."""
+    """`cells` (rings, SECTORS) of one of `CLASSES_AND_ALL`."""
 
     quantity: Quantity
     who: str

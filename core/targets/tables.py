@@ -15,10 +15,10 @@ from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.sectors import SECTORS, sector_of
 from riglens.core.targets.calibration import Calibration, Domain
 from riglens.core.targets.quantities import (
+    CLASSES_AND_ALL,
     EVERYBODY,
     FOUND,
     PREDICTED,
-    WHO,
     Cells,
     PredictedCells,
     Quantity,
@@ -50,7 +50,7 @@ def table_of(
 
 
 def totals_of(traffic: Traffic, now: TargetScores, before: TargetScores, quantity: Quantity) -> Cells:
-    """Return a quantity over all distances, in cells (len(WHO),), with changes as in `table_of`."""
+    """Return a quantity over all distances, in cells (len(CLASSES_AND_ALL),), with changes as in `table_of`."""
     figures, cls = _Figures.of(traffic, now, before, quantity), traffic.cls[now.objects.box]
     return _joined(np.concatenate, figures.by_class(cls, np.zeros(len(cls), np.int64), 1))
 
@@ -76,20 +76,20 @@ def rose_of(
     who: str,
     region: Domain | None = None,
 ) -> Rose:
-    """Tabulate a quantity of one of `WHO` by ring and sector, in a region as `table_of` does."""
+    """Tabulate a quantity of one of `CLASSES_AND_ALL` by ring and sector, in a region as `table_of` does."""
     edges_m, box = ring_edges_m(traffic.within_m), now.objects.box
     chosen = np.ones(len(box), np.bool_) if who == EVERYBODY else traffic.cls[box] == CLASSES.index(who)
     rings, sectors = len(edges_m) - 1, len(SECTORS)
     group = _ring(traffic, now) * sectors + sector_of(*traffic.centre_m[box, :2].T)
     flat = _Figures.of(traffic, now, before, quantity, region).cells(chosen, group, rings * sectors)
     cells = Cells(*(part.reshape(rings, sectors) for part in _parts(flat)))
-    return Rose(quantity, who, edges_m, _widened(cells, _errors(now, quantity)[WHO.index(who)]))
+    return Rose(quantity, who, edges_m, _widened(cells, _errors(now, quantity)[CLASSES_AND_ALL.index(who)]))
 
 
 def _errors(now: TargetScores, quantity: Quantity) -> Doubles:
-    """Return the errors of the calibration of a quantity, (len(WHO),): 0 where it has none."""
+    """Return the errors of the calibration of a quantity, (len(CLASSES_AND_ALL),): 0 where it has none."""
     calibration = {PREDICTED.key: now.calibration, FOUND.key: now.settings.recall}.get(quantity.key)
-    return np.zeros(len(WHO)) if calibration is None else calibration.errors
+    return np.zeros(len(CLASSES_AND_ALL)) if calibration is None else calibration.errors
 
 
 def _widened(cells: Cells, error: ArrayLike) -> Cells:
@@ -145,7 +145,7 @@ class _Figures:
         return ~(np.isnan(self.mine) | np.isnan(self.theirs))
 
     def by_class(self, cls: NDArray[np.uint8], group: Counts, groups: int) -> list[Cells]:
-        """Return the numbers by group (k,) for each of WHO."""
+        """Return the numbers by group (k,) for each of CLASSES_AND_ALL."""
         every = (np.ones(len(cls), np.bool_), *(cls == number for number in range(len(CLASSES))))
         return [self.cells(chosen, group, groups) for chosen in every]
 

@@ -95,7 +95,7 @@ class SceneData(Feature):
 
     def _on_scene(self, scene: LoadedScene) -> None:
         if self.session.scene is not None:
-            self._tell_why_scores_move(self.session.scene.field.grid, scene.field.grid)
+            self._explain_moved_scores(self.session.scene.field.grid, scene.field.grid)
         self.viewport.show_state(replace(self.viewport.state, grid=scene.field.grid))
         self.bench.status.show_scene(scene)
         picked = tried = ""
@@ -106,7 +106,7 @@ class SceneData(Feature):
         self.bench.panels.scene.set_loaded(choice, f"In use: {scene_line(scene)}", picked, tried)
         self.session.show_scene(scene)
 
-    def _tell_why_scores_move(self, before: VoxelGrid, after: VoxelGrid) -> None:
+    def _explain_moved_scores(self, before: VoxelGrid, after: VoxelGrid) -> None:
         """Explain that the numbers changed with the grid, unless the user opted out."""
         note, notes = why_scores_move(before, after), self.bench.notes
         is_free = not notes.message or notes.message == self._note

@@ -12,7 +12,7 @@ from riglens.app.window.features.scores import ScoresShown
 from riglens.app.window.features.targets import PAUSE_MS, Targets
 from riglens.core.geometry import Pose
 from riglens.core.rig.model import Rig
-from riglens.core.targets.quantities import WHO
+from riglens.core.targets.quantities import CLASSES_AND_ALL
 from riglens.widgets.panels.scores.text import FIGURES_HELP, sampled_text
 from tests.app.window.counts import answer
 from tests.app.window.desk import Desk, open_desk
@@ -64,7 +64,7 @@ def test_while_a_sample_grows_the_exact_value_and_the_paired_change_stand_there(
     desk.drag("roof", (0.4, 0.0, 2.3))
     sample, whole = answer(desk.counter.requests[-1], 3), answer(desk.counter.requests[-1])
     take(targets, sample)
-    row = WHO.index("car")
+    row = CLASSES_AND_ALL.index("car")
     change, change_se = (float(part[row]) for part in (sample.on_target.change, sample.on_target.change_se))
     assert change != 0.0
     wanted = sampled_text(float(first.on_target.value[row]) + change, change_se)

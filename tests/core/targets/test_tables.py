@@ -11,7 +11,7 @@ from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.sectors import SECTORS, sector_of
 from riglens.core.targets.engine import TargetEngine
-from riglens.core.targets.quantities import QUANTITIES, WHO, Quantity
+from riglens.core.targets.quantities import CLASSES_AND_ALL, QUANTITIES, Quantity
 from riglens.core.targets.scores import ObjectCounts, TargetScores, sectors_of
 from riglens.core.targets.settings import EXACT, HEIGHT_PX, USUAL
 from riglens.core.targets.tables import rose_of, table_of
@@ -129,7 +129,7 @@ def test_sectors_are_centred_on_the_axes_and_count_to_the_left() -> None:
     }  # fmt: skip
 
 
-@pytest.mark.parametrize("who", WHO)
+@pytest.mark.parametrize("who", CLASSES_AND_ALL)
 def test_a_rose_holds_everybody_of_the_rings_once(who: str) -> None:
     now = scores(NOW)
     rose = rose_of(TRAFFIC, now, now, quantity("lidar"), who)
@@ -138,7 +138,10 @@ def test_a_rose_holds_everybody_of_the_rings_once(who: str) -> None:
     if who in CLASSES:
         by_sector = sectors_of(TRAFFIC, now)[who].values()
         assert rose.cells.objects.sum(axis=0).tolist() == [row.objects for row in by_sector]
-    assert rose.cells.objects.sum(axis=1).tolist() == table.cells.objects[WHO.index(who), 1:].tolist()
+    assert (
+        rose.cells.objects.sum(axis=1).tolist()
+        == table.cells.objects[CLASSES_AND_ALL.index(who), 1:].tolist()
+    )
 
 
 def test_nobody_makes_an_empty_table() -> None:

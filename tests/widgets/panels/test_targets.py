@@ -16,7 +16,15 @@ from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.library import sensor_from_model
 from riglens.core.rig.model import Rig
 from riglens.core.targets.engine import TargetEngine
-from riglens.core.targets.quantities import FOUND, ON_TARGET, PREDICTED, QUANTITIES, RESOLVED, WHO, Quantity
+from riglens.core.targets.quantities import (
+    CLASSES_AND_ALL,
+    FOUND,
+    ON_TARGET,
+    PREDICTED,
+    QUANTITIES,
+    RESOLVED,
+    Quantity,
+)
 from riglens.core.targets.scores import TargetScores
 from riglens.core.targets.settings import USUAL
 from riglens.core.targets.tables import predicted_of, table_of, totals_of
@@ -52,7 +60,7 @@ def show(panel: TargetsPanel, frames: int | None = None) -> None:
 
 
 def item(panel: TargetsPanel, who: str, column: int) -> Figure:
-    return panel.table.figures.cell(WHO.index(who), column)
+    return panel.table.figures.cell(CLASSES_AND_ALL.index(who), column)
 
 
 def test_a_panel_out_of_sight_makes_its_table_when_it_is_looked_at(panel: TargetsPanel) -> None:
@@ -132,7 +140,7 @@ def test_kinds_that_a_rig_holds_have_a_figure(panel: TargetsPanel) -> None:
 def test_fewer_missed_is_better(panel: TargetsPanel) -> None:
     panel.choose("neither")
     show(panel)
-    for who in WHO:
+    for who in CLASSES_AND_ALL:
         shown = item(panel, who, 0)
         if shown.change.startswith("−"):
             assert shown.change_tone == "more"
@@ -149,9 +157,9 @@ def test_a_change_too_small_to_tell_rigs_apart_is_neither_better_nor_worse(
     panel.show_counts(TRAFFIC, counts(NOW), counts(nearly), "nearly")
     change = float(table_of(TRAFFIC, counts(NOW), counts(nearly), quantity).cells.change[0, 0])
     assert 0.0 < abs(change) < RESOLVED
-    assert item(panel, WHO[0], 0).change_tone == "text"
+    assert item(panel, CLASSES_AND_ALL[0], 0).change_tone == "text"
     show(panel)
-    assert item(panel, WHO[0], 0).change_tone in ("more", "less")
+    assert item(panel, CLASSES_AND_ALL[0], 0).change_tone in ("more", "less")
 
 
 def test_numbers_out_of_date_are_grey(panel: TargetsPanel) -> None:
@@ -175,7 +183,7 @@ def test_a_problem_stands_in_the_place_of_the_note(panel: TargetsPanel) -> None:
 
 def test_the_rose_follows_the_row_and_tells_where_a_wedge_is(panel: TargetsPanel) -> None:
     show(panel)
-    panel.table.selectRow(WHO.index("pedestrian"))
+    panel.table.selectRow(CLASSES_AND_ALL.index("pedestrian"))
     rose = panel.rose
     ahead = rose._centre() - QPointF(0.0, rose._radius(3) - 1.0)
     left = rose._centre() - QPointF(rose._radius(3) - 1.0, 0.0)
@@ -194,7 +202,7 @@ def test_the_rose_is_drawn_and_greyed(panel: TargetsPanel) -> None:
 def test_the_text_for_the_clipboard_holds_every_digit(panel: TargetsPanel) -> None:
     show(panel)
     lines = [line.split("\t") for line in panel.table.as_text().splitlines()]
-    assert len(lines) == 1 + len(WHO) and len(set(map(len, lines))) == 1
+    assert len(lines) == 1 + len(CLASSES_AND_ALL) and len(set(map(len, lines))) == 1
     cells = table_of(TRAFFIC, counts(NOW), counts(BEFORE), ON_TARGET).cells
     assert float(lines[1][1]) == cells.value[0, 0] and int(lines[1][4]) == cells.objects[0, 0]
 
@@ -258,7 +266,7 @@ def show_counted(scores: ScoresPanel, now: TargetScores, before: TargetScores) -
 def test_the_score_table_shows_predicted_detection_with_the_error_of_its_calibration(
     scores: ScoresPanel,
 ) -> None:
-    now, before, row = counts(NOW), counts(BEFORE), WHO.index("car")
+    now, before, row = counts(NOW), counts(BEFORE), CLASSES_AND_ALL.index("car")
     show_counted(scores, now, before)
     found = now.classes["car"].total.predicted
     assert found is not None and found.se == now.calibration.classes.car.error  # type: ignore[union-attr]
@@ -314,9 +322,11 @@ def test_a_difference_that_is_not_resolved_is_neither_better_nor_worse(
     table, now = scores.findChild(ScoreTable), counts(NOW)
     assert table is not None
     cells, predicted = totals_of(TRAFFIC, now, now, ON_TARGET), predicted_of(TRAFFIC, now, now)
-    moved = replace(cells, change=np.full(len(WHO), change))
+    moved = replace(cells, change=np.full(len(CLASSES_AND_ALL), change))
     same_way = replace(
-        predicted, outside="", cells=replace(predicted.cells, change=np.full(len(WHO), 2.0 * change))
+        predicted,
+        outside="",
+        cells=replace(predicted.cells, change=np.full(len(CLASSES_AND_ALL), 2.0 * change)),
     )
     scores.table.show_counted(moved, same_way)
     for column in ("on_target change", "predicted change"):
@@ -327,7 +337,7 @@ def test_a_difference_that_is_not_resolved_is_neither_better_nor_worse(
 def test_the_score_table_shows_on_target_with_error_and_change(scores: ScoresPanel) -> None:
     cells = totals_of(TRAFFIC, counts(NOW, 12), counts(BEFORE, 12), ON_TARGET)
     show_counted(scores, counts(NOW, 12), counts(BEFORE, 12))
-    row = WHO.index("car")
+    row = CLASSES_AND_ALL.index("car")
     assert scores.table.cell("car", "on_target").text == sampled_text(cells.value[row], cells.se[row])
     assert (
         "±" in scores.table.cell("car", "on_target").text

@@ -12,9 +12,9 @@ from PySide6.QtWidgets import QHeaderView
 from riglens.core.metric.scores import MetricSettings, Scores
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensors.registry import shown_kinds
+from riglens.core.targets.quantities import CLASSES_AND_ALL, SE_FACTOR, Cells, PredictedCells, of_100
 from riglens.core.targets.quantities import ON_TARGET as ON_TARGET_QUANTITY
 from riglens.core.targets.quantities import PREDICTED as PREDICTED_QUANTITY
-from riglens.core.targets.quantities import SURE, WHO, Cells, PredictedCells, of_100
 from riglens.widgets.panels.controls.item_views import OwnKeys, StandardKey
 from riglens.widgets.panels.figures.table import NOTHING, Figure, FigureTable, Heading, Tone
 from riglens.widgets.panels.scores.text import (
@@ -160,7 +160,7 @@ class ScoreTable(FigureTable):
         """Show predicted detection and on target by class, with changes against the baseline and ±."""
         rows = []
         for name in CLASSES:
-            row = WHO.index(name)
+            row = CLASSES_AND_ALL.index(name)
             is_resolved = tells_apart(ON_TARGET_QUANTITY, float(on_target.change[row]))
             tip = tip_text(ON_TARGET_QUANTITY, name, on_target, row, self._baseline)
             is_as_clear = is_resolved and tells_apart(PREDICTED_QUANTITY, float(predicted.cells.change[row]))
@@ -219,25 +219,27 @@ def _tip(predicted: PredictedCells, row: int) -> str:
     value, objects = float(predicted.cells.value[row]), int(predicted.cells.objects[row])
     lines = [f"Outside the domain: {predicted.outside}"] if predicted.outside else []
     if objects:
-        error = 100.0 * SURE * float(predicted.se[row])
-        lines.append(f"{WHO[row]}: AP {100.0 * value:.1f} ± {error:.1f} %, over {objects:,} objects")
+        error = 100.0 * SE_FACTOR * float(predicted.se[row])
+        lines.append(
+            f"{CLASSES_AND_ALL[row]}: AP {100.0 * value:.1f} ± {error:.1f} %, over {objects:,} objects"
+        )
         lines.append("± two standard errors, of the calibration and of a sample of frames")
     else:
-        lines.append(f"{WHO[row]}: no prediction for the objects in these frames")
+        lines.append(f"{CLASSES_AND_ALL[row]}: no prediction for the objects in these frames")
     lines.append(predicted.about)
     if said := found_text(predicted, (row,)):
         lines += [said, predicted.found.about if predicted.found else ""]
     return "\n".join(lines)
 
 
-def found_text(predicted: PredictedCells, rows: Iterable[int] = range(1, len(WHO))) -> str:
-    """Say how many of 100 objects of some of `WHO` are found, with two standard errors, or why the rig is outside the
-    domain; empty where no calibration says so."""
+def found_text(predicted: PredictedCells, rows: Iterable[int] = range(1, len(CLASSES_AND_ALL))) -> str:
+    """Say how many of 100 objects of some of `CLASSES_AND_ALL` are found, with two standard errors, or why the rig is
+    outside the domain; empty where no calibration says so."""
     found = predicted.found
     if found is None:
         return ""
     shares = {
-        WHO[row]: (float(found.cells.value[row]), SURE * float(found.se[row]))
+        CLASSES_AND_ALL[row]: (float(found.cells.value[row]), SE_FACTOR * float(found.se[row]))
         for row in rows
         if found.cells.objects[row]
     }

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from riglens.core.metric.scores import ClassScores, Reading
 from riglens.core.sensors.registry import AnyKind, shown_kinds
 from riglens.core.study.evidence import EVIDENCE
-from riglens.core.targets.quantities import SURE
+from riglens.core.targets.quantities import SE_FACTOR
 
 MINUS, NONE = "\u2212", "–"
 
@@ -166,7 +166,7 @@ def sampled_change_text(change: float, se: float) -> str:
 
 def error_digits(se: float) -> str:
     """Format the error of a fraction, in percent with one decimal, never as zero."""
-    return f"{max(100 * SURE * se, 0.05):.1f}"
+    return f"{max(100 * SE_FACTOR * se, 0.05):.1f}"
 
 
 def kilo_text(value_nat: float) -> str:

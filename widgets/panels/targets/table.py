@@ -7,7 +7,7 @@ from itertools import pairwise
 from PySide6.QtCore import QSize
 from PySide6.QtGui import QResizeEvent
 
-from riglens.core.targets.quantities import EVERYBODY, WHO, Quantity, Table
+from riglens.core.targets.quantities import CLASSES_AND_ALL, EVERYBODY, Quantity, Table
 from riglens.widgets.panels.figures.table import Figure, FigureTable, Heading, Tone, TwoLines
 from riglens.widgets.panels.targets.text import (
     change_text,
@@ -36,27 +36,30 @@ class TargetTable(FigureTable):
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Keep every class visible while there is room for two lines each."""
         super().resizeEvent(event)
-        share_px = self.viewport().height() // len(WHO)
+        share_px = self.viewport().height() // len(CLASSES_AND_ALL)
         self.verticalHeader().setDefaultSectionSize(max(LOW_ROW_PX, min(share_px, ROW_PX)))
 
     @property
     def who(self) -> str:
         """Return the row whose rose is shown."""
-        return WHO[self.current_row]
+        return CLASSES_AND_ALL[self.current_row]
 
     def show_table(self, table: Table, baseline: str) -> None:
         """Show the numbers, and in tooltips what they change against."""
         edges, title = table.edges_m, table.quantity.title
         names = [f"0–{edges[-1]:g} m", *(f"{a:g}–{b:g} m" for a, b in pairwise(edges))]
         self.figures.show(
-            [Heading(TITLES[who], colour=CLASS_COLOURS.get(who, ""), copied=(who,)) for who in WHO],
+            [
+                Heading(TITLES[who], colour=CLASS_COLOURS.get(who, ""), copied=(who,))
+                for who in CLASSES_AND_ALL
+            ],
             [
                 Heading(name, copied=(f"{title} {name}", "standard error", "change", "objects"))
                 for name in names
             ],
             [
                 [_figure(table, row, column, name, baseline) for column, name in enumerate(names)]
-                for row in range(len(WHO))
+                for row in range(len(CLASSES_AND_ALL))
             ],
         )
 
@@ -68,7 +71,7 @@ def _figure(table: Table, row: int, column: int, ring: str, baseline: str) -> Fi
     return Figure(
         value_text(quantity, value),
         (value, se, change, objects),
-        tip_text(quantity, f"{TITLES[WHO[row]]}, {ring}", cells, (row, column), baseline),
+        tip_text(quantity, f"{TITLES[CLASSES_AND_ALL[row]]}, {ring}", cells, (row, column), baseline),
         tone="text" if objects else "muted",
         error=error_text(quantity, se),
         change=change_text(quantity, change),

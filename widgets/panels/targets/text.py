@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from riglens.core.targets.quantities import FOUND, ON_TARGET, PREDICTED, RESOLVED, SURE, Cells, Quantity
+from riglens.core.targets.quantities import FOUND, ON_TARGET, PREDICTED, RESOLVED, SE_FACTOR, Cells, Quantity
 from riglens.widgets.panels.scores.text import MINUS, NONE, error_digits
 
 UNITS = {"share": "%", "points": "points", "px": "px"}
@@ -23,7 +23,7 @@ def error_text(quantity: Quantity, se: float) -> str:
     """Return two standard errors as "±0.3", empty where all frames were used."""
     if se == 0.0 or math.isnan(se):
         return ""
-    return f"±{error_digits(se)}" if quantity.unit == "share" else f"±{SURE * se:.1f}"
+    return f"±{error_digits(se)}" if quantity.unit == "share" else f"±{SE_FACTOR * se:.1f}"
 
 
 def change_text(quantity: Quantity, change: float) -> str:
@@ -61,11 +61,11 @@ def tip_text(
     source = (
         "the calibration and a sample of frames" if quantity in (PREDICTED, FOUND) else "a sample of frames"
     )
-    sure = f" ± {scale * SURE * se:.2g} (two standard errors of {source})" if se else ""
+    sure = f" ± {scale * SE_FACTOR * se:.2g} (two standard errors of {source})" if se else ""
     lines = [f"{where}: {scale * value:.4g}{sure} {unit}", f"{quantity.title} of {objects:,} objects"]
     change, change_se = float(cells.change[place]), float(cells.change_se[place])
     if change:
-        sure = f" ± {scale * SURE * change_se:.2g}" if change_se else ""
+        sure = f" ± {scale * SE_FACTOR * change_se:.2g}" if change_se else ""
         better = "better" if is_better(quantity, change) else "worse"
         better = better if tells_apart(quantity, change) else UNRESOLVED
         told = CHANGE_UNITS[quantity.unit]
