@@ -111,7 +111,7 @@ def simulate(
     """
     from riglens.app.commands import simulate as command
     from riglens.app.terminal.console import called_from_python
-    from riglens.core.pieces.where import Where
+    from riglens.core.pieces.backend import Backend
     from riglens.core.simulate.settings import SimulationSettings
     from riglens.core.simulate.units import Extras
 
@@ -121,8 +121,8 @@ def simulate(
     settings = SimulationSettings(seed, shape, range_law, phase, noise_m, dropout, clutter, road)
     score = ScoreOptions(body=body)
     several = with_blocking_meshes(rigs, score, mesh_folder)
-    extras, where = Extras(pictures, points), Where(workers, dask)
-    job = command.DataSetJob(Path(out), options, settings, extras, where, every, sequences)
+    extras, backend = Extras(pictures, points), Backend(workers, dask)
+    job = command.DataSetJob(Path(out), options, settings, extras, backend, every, sequences)
     with called_from_python(warn):
         if carla is None:
             job = replace(job, scene=options.surrounded(surroundings, in_town=True))

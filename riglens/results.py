@@ -463,7 +463,7 @@ class MountsResult(Documented):
             {
                 "sensor": mount.name,
                 "height_m": mount.height_m,
-                "gap_m": mount.stand.gap_m,
+                "gap_m": mount.status.gap_m,
                 "nearest_sensor": mount.neighbour,
                 "nearest_sensor_m": mount.neighbour_m,
                 "problem": wrong.get(mount.name),

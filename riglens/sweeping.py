@@ -134,7 +134,7 @@ def sweep(
     """
     from riglens.app.commands import sweep as command
     from riglens.app.terminal.console import called_from_python
-    from riglens.core.pieces.where import Where
+    from riglens.core.pieces.backend import Backend
     from riglens.evaluation.sweeping import LoadedSweep
 
     spans = [Span.of(field, values) for field, values in (vary or {}).items()]
@@ -153,4 +153,4 @@ def sweep(
     with called_from_python(warn), tempfile.TemporaryDirectory(prefix="riglens-") as folder:
         path = Path(folder) / "sweep.parquet" if out is None else Path(out)
         loaded = LoadedSweep(Sweep.of(several, made), options, made.kind, threads)
-        return SweepResult(command.run_sweep(loaded, path, Where(workers, dask)))
+        return SweepResult(command.run_sweep(loaded, path, Backend(workers, dask)))

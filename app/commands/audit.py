@@ -30,8 +30,8 @@ def print_audit(found: RigAudit) -> None:
     console.print(_lost_table(found))
     console.print("Lost = entropy that a sensor on its own loses to the car's body, in % of H(Ω).")
     for sensor in found.sensors:
-        if sensor.stand.problem:
-            console.print(Text(f"{visible(sensor.name)}: {sensor.stand.problem}"), soft_wrap=True)
+        if sensor.status.problem:
+            console.print(Text(f"{visible(sensor.name)}: {sensor.status.problem}"), soft_wrap=True)
 
 
 def _shares_table(found: RigAudit) -> Table:

@@ -24,7 +24,7 @@ from riglens.app.terminal.resumable import parts_folder, resumable
 from riglens.app.terminal.scores import data_line
 from riglens.app.terminal.tables import table
 from riglens.core.files import require_writable
-from riglens.core.pieces.where import Where
+from riglens.core.pieces.backend import Backend
 from riglens.core.pieces.work import Workers as Workforce
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.grid import VoxelGrid
@@ -66,7 +66,7 @@ def build(
     workers
         Processes that build parts at the same time (as many as cores, parts and memory allow).
     """
-    where = Where(workers, dask)
+    backend = Backend(workers, dask)
     require_writable(out, boxes)
     grid = grid_of(scene)
     # workers elsewhere have another working folder
@@ -76,7 +76,7 @@ def build(
         if len(groups) == 1 and dask is None:
             pog = _stored(build_pog(source, grid, progress), boxes, out)
         else:
-            with parts_folder(out) as folder, _workers(folder, len(groups), grid, where) as workforce:
+            with parts_folder(out) as folder, _workers(folder, len(groups), grid, backend) as workforce:
                 parts = part_folder(folder)
                 pog = _stored(build_in_parts(source, groups, grid, parts, workforce, progress), boxes, out)
                 parts.clear()
@@ -90,13 +90,13 @@ def _stored(pog: Pog, paths: Sequence[Path], out: Path) -> Pog:
 
 
 @contextmanager
-def _workers(folder: Path, groups: int, grid: VoxelGrid, where: Where) -> Iterator[Workforce]:
-    if where.dask is None:
-        count = min(where.workers or _fitting(grid), groups)
-        where = replace(where, workers=count)
+def _workers(folder: Path, groups: int, grid: VoxelGrid, backend: Backend) -> Iterator[Workforce]:
+    if backend.dask is None:
+        count = min(backend.workers or _fitting(grid), groups)
+        backend = replace(backend, workers=count)
         if count > 1:
             grid.require_memory(BYTES_PER_VOXEL * (count + 1), f"{count} workers")
-    with resumable(folder, where, groups) as workers:
+    with resumable(folder, backend, groups) as workers:
         yield workers
 
 

@@ -13,7 +13,7 @@ from riglens.app.terminal.console import is_standard_output
 from riglens.core.errors import InputError
 from riglens.core.metric.scores import Body
 from riglens.evaluation.names import option_of
-from riglens.evaluation.options import Said, SceneOptions, ScoreOptions
+from riglens.evaluation.options import OptionHelp, SceneOptions, ScoreOptions
 
 SCENE = Group("Scene: boxes and grid", sort_key=10)
 SCORE = Group("Score", sort_key=20)
@@ -135,7 +135,7 @@ def arguments(options: type, group: Group | Mapping[str, Group], *names: str) ->
     return Parameter(name="*")(made)
 
 
-def _annotated(kind: Any, said: Said, name: str, group: Group, default: object) -> Any:
+def _annotated(kind: Any, said: OptionHelp, name: str, group: Group, default: object) -> Any:
     converter: Callable[..., Any] | None = whole_number if int in (kind, *get_args(kind)) else None
     if name == "voxel_m":
         converter = _edge_or_auto

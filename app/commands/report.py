@@ -25,7 +25,7 @@ from riglens.core.plain import to_text
 from riglens.core.review.requirements import Requirements, requirements_in
 from riglens.core.rig.library import use_libraries
 from riglens.core.rig.model import Rig
-from riglens.core.rig.ray_file import read_shots
+from riglens.core.rig.ray_file import read_ray_rows
 from riglens.core.rig.yaml.file import loads
 from riglens.core.rig.yaml.nodes import read_text
 from riglens.core.shown_text import visible
@@ -254,7 +254,7 @@ def _plan_of(
 ) -> ReportPlan:
     inputs = inputs_of(attached, str(path))
     rigs = tuple(
-        loads(text, f"{path}: rig {n}", lambda file: read_shots(folder / _named_below(file), file)).rig
+        loads(text, f"{path}: rig {n}", lambda file: read_ray_rows(folder / _named_below(file), file)).rig
         for n, text in enumerate(inputs.rigs, 1)
     )
     if not rigs:

@@ -27,8 +27,8 @@ from riglens.app.terminal.loading import load_rig, load_rigs
 from riglens.app.terminal.resumable import workers_for
 from riglens.core.errors import InputError
 from riglens.core.pieces import work as pieces
+from riglens.core.pieces.backend import Backend
 from riglens.core.pieces.folder import sole_run
-from riglens.core.pieces.where import Where
 from riglens.core.rig.library import use_libraries
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
@@ -128,8 +128,8 @@ def simulate(
     carla
         Collect from the CARLA simulator at this address instead: --frames N (200), one in --every N ticks of 0.05 s.
     """
-    extras, where = Extras(pictures == "on", points is not None), Where(workers, dask)
-    job = DataSetJob(out, scene, sweeps.settings, extras, where, every, sequences)
+    extras, backend = Extras(pictures == "on", points is not None), Backend(workers, dask)
+    job = DataSetJob(out, scene, sweeps.settings, extras, backend, every, sequences)
     if carla is not None:
         use_libraries(reading.libraries)
         collect_in_carla(rigs, carla, job)
@@ -147,7 +147,7 @@ class DataSetJob:
     scene: SceneOptions
     settings: SimulationSettings
     extras: Extras
-    where: Where
+    backend: Backend
     every: int | None = None
     sequences: int | None = None
 
@@ -188,7 +188,7 @@ def _make_all(sets: Sequence[Dataset], paths: Sequence[Path], job: DataSetJob) -
         require_room(sum(bytes_needed(one, keys) for one, keys in zip(sets, todo, strict=True)), job.out)
         try:
             for one, folder, keys in zip(sets, folders, todo, strict=True):
-                _make(one, folder, keys, job.where)
+                _make(one, folder, keys, job.backend)
         except KeyboardInterrupt as error:
             kept = error.args or (
                 f"finished parts are kept in {job.out}: run the same command again to continue",
@@ -207,7 +207,7 @@ def collect_in_carla(rigs: Sequence[Rig | str], address: str, job: DataSetJob) -
     from riglens.core.simulate.carla_collection import Wanted
 
     scene = job.scene
-    for name, value in {"boxes": scene.boxes, "occluders": scene.occluders, **asdict(job.where)}.items():
+    for name, value in {"boxes": scene.boxes, "occluders": scene.occluders, **asdict(job.backend)}.items():
         if value is not None:
             raise InputError(
                 "does not apply to a simulator with its own traffic: omit it with", name, "carla"
@@ -284,7 +284,7 @@ def _folder_name(rig: Rig) -> str:
     return name.strip(". ") or "rig"
 
 
-def _make(one: Dataset, folder: DatasetFolder, keys: Sequence[str], where: Where) -> None:
+def _make(one: Dataset, folder: DatasetFolder, keys: Sequence[str], backend: Backend) -> None:
     console = results()
     if folder.is_complete:
         console.print(f"{folder.path}: already complete", soft_wrap=True)
@@ -293,7 +293,7 @@ def _make(one: Dataset, folder: DatasetFolder, keys: Sequence[str], where: Where
         note(f"{folder.path}: resuming; {len(one.spans) - len(keys)} of {len(one.spans)} parts exist")
     with (
         progress_bar(f"Simulating {one.rig.name}") as progress,
-        workers_for(folder.work, where, len(keys)) as workers,
+        workers_for(folder.work, backend, len(keys)) as workers,
     ):
         folder.begin()
         made = pieces.results([one.piece(key) for key in keys], folder, workers)

@@ -26,7 +26,7 @@ from riglens.app.commands.options import (
 )
 from riglens.app.commands.output import deliver, require_outputs
 from riglens.core.errors import InputError
-from riglens.core.pieces.where import Where
+from riglens.core.pieces.backend import Backend
 from riglens.core.rig.library import use_libraries
 from riglens.core.study.true_points import Recorder
 from riglens.evaluation.options import PAPER_RIG
@@ -172,8 +172,10 @@ def detection(
         Folder for detection*.csv, detection.json, detection*.png and the pieces that are done.
     """
     use_libraries(libraries)
-    where = Where(1 if workers is None and dask is None else workers, dask)
-    plan = study_detection.Plan(quick, per_rig, published, second, seeds, where, device, score.body, cameras)
+    backend = Backend(1 if workers is None and dask is None else workers, dask)
+    plan = study_detection.Plan(
+        quick, per_rig, published, second, seeds, backend, device, score.body, cameras
+    )
     study_detection.study(rigs, scene, plan, out)
 
 

@@ -32,7 +32,7 @@ from riglens.app.terminal.console import progress_bar, results
 from riglens.app.terminal.loading import load_rigs, note_data
 from riglens.app.terminal.resumable import parts_folder, resumable
 from riglens.core.errors import InputError
-from riglens.core.pieces.where import Where
+from riglens.core.pieces.backend import Backend
 from riglens.core.rig.model import Rig
 from riglens.core.shown_text import visible
 from riglens.core.sweep.design import Design, Span, Sweep, grid, sobol, table
@@ -119,7 +119,7 @@ def sweep(
     json
         Also write data, settings and rows as JSON to a file; with - to standard output, instead of the table.
     """
-    where = Where(workers, dask)
+    backend = Backend(workers, dask)
     require_ending("out", out, ".parquet")
     require_ending("chart", chart, ".png", ".svg")
     require_outputs((*rigs, *scene.files, *([table] if table else [])), out, chart, json)
@@ -131,7 +131,7 @@ def sweep(
         from riglens.studies.sweep_chart import require_drawable  # matplotlib
 
         require_drawable(sweep.header, figure)
-    found = run_sweep(sweep, out, where)
+    found = run_sweep(sweep, out, backend)
     if chart is not None:
         draw(found, figure, chart)
     deliver(document_of(found), json, lambda: print_figures(found, out))
@@ -184,16 +184,16 @@ def sweep_options(
     return SweepOptions(scene, count.within_m, figures, rigs[0])
 
 
-def run_sweep(sweep: LoadedSweep, out: Path, where: Where) -> Table:
+def run_sweep(sweep: LoadedSweep, out: Path, backend: Backend) -> Table:
     """Compute all rows, write them into a file, and return them."""
     for data in sweep.data:
         note_data(data)
     spans = sweep.spans()
     with progress_bar("Evaluating rigs") as progress, parts_folder(out) as folder:
         store = piece_folder(folder)
-        with resumable(folder, where, len(spans)) as workers:
+        with resumable(folder, backend, len(spans)) as workers:
             # a machine of a cluster has a worker for each core
-            found = sweep.table(store, workers, spans, None if where.dask is None else 1, progress)
+            found = sweep.table(store, workers, spans, None if backend.dask is None else 1, progress)
             write(found, out)
             store.clear()
     return found

@@ -39,7 +39,7 @@ class Session(QObject):
     Changes of the rig itself are emitted by `document`.
     """
 
-    asked_changed = Signal()
+    request_changed = Signal()
     """`request` may have changed; emitted after the signal of the change."""
     settings_changed = Signal()
     """Method, reading, camera weight of the metric, or whether the car's body blocks."""
@@ -67,10 +67,10 @@ class Session(QObject):
         self._body: Body | None = body
         self._meshes: dict[str, BodyMesh] = {}
         self._told_body = self.body
-        document.rig_changed.connect(self._tell_body)
-        document.rig_changed.connect(self.asked_changed)
-        document.failed_changed.connect(self.asked_changed)
-        document.file_changed.connect(self._tell_baseline)
+        document.rig_changed.connect(self._emit_body)
+        document.rig_changed.connect(self.request_changed)
+        document.failed_changed.connect(self.request_changed)
+        document.file_changed.connect(self._emit_baseline)
 
     # ------------------------------------------------------------------ what it is
     @property
@@ -157,7 +157,7 @@ class Session(QObject):
             self._body = body
             self._told_body = self.body
             self.settings_changed.emit()
-            self.asked_changed.emit()
+            self.request_changed.emit()
 
     def take_mesh(self, body: str, mesh: BodyMesh | None) -> None:
         """Take the mesh of the vehicle's body `body`, None when there is none, or none that can be read."""
@@ -165,11 +165,11 @@ class Session(QObject):
         self._meshes.pop(body, None)
         if mesh is not None:
             self._meshes[body] = mesh
-        self._tell_body()
+        self._emit_body()
         if self.rig.vehicle.body_mesh is not known:
-            self.asked_changed.emit()
+            self.request_changed.emit()
 
-    def _tell_body(self) -> None:
+    def _emit_body(self) -> None:
         """Emit a change of the current rig's body; the caller emits that of the request."""
         if self.body != self._told_body:
             self._told_body = self.body
@@ -181,7 +181,7 @@ class Session(QObject):
         if settings != self._settings:
             self._settings = settings
             self.settings_changed.emit()
-            self.asked_changed.emit()
+            self.request_changed.emit()
 
     def set_targets(self, targets: TargetSettings) -> None:
         """Set how points on objects are counted."""
@@ -194,40 +194,40 @@ class Session(QObject):
         if heat != self._heat:
             self._heat = heat
             self.heat_changed.emit()
-            self.asked_changed.emit()
+            self.request_changed.emit()
 
     def pin(self, rig: Rig | None) -> None:
         """Make a rig the baseline, or with None the last saved one again."""
         if rig != self._pinned:
             self._pinned = rig
-            self._tell_baseline(is_other_pin=True)
+            self._emit_baseline(is_other_pin=True)
 
-    def _tell_baseline(self, is_other_pin: bool = False) -> None:
+    def _emit_baseline(self, is_other_pin: bool = False) -> None:
         """Emit a change of the baseline; a pin is also emitted when it equals the last saved rig."""
         if is_other_pin or self.baseline != self._told_baseline:
             self._told_baseline = self.baseline
             self.baseline_changed.emit()
-            self.asked_changed.emit()
+            self.request_changed.emit()
 
     def pick(self, voxel: Voxel | None) -> None:
         """Request the explanation of a voxel, or none."""
         if voxel != self._voxel:
             self._voxel = voxel
             self.voxel_changed.emit()
-            self.asked_changed.emit()
+            self.request_changed.emit()
 
     def look_at_map(self, source: SeenBy | None) -> None:
         """Set the coverage that the map adds up; None when no view shows it, which needs no new result."""
         if source != self._map_source:
             self._map_source = source
             if source is not None:
-                self.asked_changed.emit()
+                self.request_changed.emit()
 
     def look_around(self, is_wanted: bool) -> None:
         """Set whether blind zones are wanted; that none are needs no new result."""
         before, self._looks_around = self._looks_around, is_wanted
         if is_wanted and not before:
-            self.asked_changed.emit()
+            self.request_changed.emit()
 
     def show_scene(self, scene: LoadedScene) -> None:
         """Switch to other traffic; the picked voxel of another grid is dropped."""

@@ -160,7 +160,7 @@ class Check:
     def _below_ground(self) -> tuple[str, ...]:
         """Return the sensors below the ground, where none can be: whatever they see proves nothing."""
         mounts = mounts_of(self._subject.rig, ())
-        return tuple(mount.name for mount in mounts if mount.stand.below_ground)
+        return tuple(mount.name for mount in mounts if mount.status.below_ground)
 
     # ------------------------------------------------------------ what figures are made from
     @property

@@ -156,11 +156,11 @@ def mounts_document(rig: Rig, mounts: Sequence[Mount], found: Sequence[Violation
 
 
 def _mount(mount: Mount) -> dict[str, Any]:
-    stand = mount.stand
+    status = mount.status
     return {
         "name": mount.name,
         "height_m": mount.height_m,
-        "gap_m": None if stand.nearest_m is None else stand.gap_m,
+        "gap_m": None if status.nearest_m is None else status.gap_m,
         "neighbour": mount.neighbour,
         "neighbour_m": None if mount.neighbour is None else mount.neighbour_m,
         "beyond_m": to_plain(mount.beyond_m),

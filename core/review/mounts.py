@@ -16,7 +16,7 @@ from riglens.core.plain import Frozen
 from riglens.core.rig.model import Rig, Sensor
 from riglens.core.vehicle.housings import housing_corners_m
 from riglens.core.vehicle.solid import MATERIALS, Solid, solid_of
-from riglens.core.vehicle.standing import MountStatus, skin_of, stand
+from riglens.core.vehicle.standing import MountStatus, mount_status, skin_of
 
 Doubles = NDArray[np.float64]
 Limit = Annotated[float, Field(allow_inf_nan=False, ge=-100.0, le=100.0)]
@@ -118,7 +118,7 @@ class Mount:
 
     name: str
     height_m: float
-    stand: MountStatus
+    status: MountStatus
     neighbour: str | None
     neighbour_m: float
     beyond_m: dict[str, float]
@@ -137,7 +137,7 @@ class Violation:
 @lru_cache(maxsize=64)  # while one sensor moves, the others cost nothing
 def _footing(place_m: Vec3, solid: Solid, has_materials: bool) -> tuple[MountStatus, frozenset[str]]:
     """Return the mount status of a place on a car, and the materials there."""
-    standing = stand(place_m, solid)
+    standing = mount_status(place_m, solid)
     if not has_materials or standing.nearest_m is None:
         return standing, frozenset()
     return standing, skin_of(solid).materials_at(np.array(standing.nearest_m))
@@ -226,11 +226,11 @@ def _complaints(mount: Mount, limits: MountLimits) -> list[str]:
     if limits.height_m is not None and not limits.height_m[0] <= mount.height_m <= limits.height_m[1]:
         low, high = limits.height_m
         lines.append(f"height over the ground must be {low:g} to {high:g} m (is {mount.height_m:.3f} m)")
-    if mount.stand.inside or mount.stand.below_ground:
-        lines.append(mount.stand.problem)
-    elif limits.gap_m is not None and mount.stand.gap_m > limits.gap_m:
+    if mount.status.inside or mount.status.below_ground:
+        lines.append(mount.status.problem)
+    elif limits.gap_m is not None and mount.status.gap_m > limits.gap_m:
         lines.append(
-            f"height over the skin must be at most {limits.gap_m:g} m (is {mount.stand.gap_m:.3f} m)"
+            f"height over the skin must be at most {limits.gap_m:g} m (is {mount.status.gap_m:.3f} m)"
         )
     if limits.spacing_m is not None and mount.neighbour_m < limits.spacing_m:
         lines.append(

@@ -77,7 +77,7 @@ class _Source(NamedTuple):
         """Return when rays (n,) are fired."""
         if self.lidar.rays is None:
             return np.zeros(ray.size, np.float32)
-        return self.lidar.rays.shots().time_s[ray].astype(np.float32)
+        return self.lidar.rays.ray_rows().time_s[ray].astype(np.float32)
 
 
 class Simulator:

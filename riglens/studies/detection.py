@@ -22,7 +22,7 @@ from riglens.core.errors import InputError
 from riglens.core.files import write_file
 from riglens.core.formats.opening import open_rig
 from riglens.core.metric.scores import Body
-from riglens.core.pieces.where import Where
+from riglens.core.pieces.backend import Backend
 from riglens.core.pieces.work import Workers
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
@@ -77,7 +77,7 @@ class Plan:
     published: bool = False
     second: Arm | None = None
     seeds: int | None = None
-    where: Where = field(default_factory=lambda: Where(1))
+    backend: Backend = field(default_factory=lambda: Backend(1))
     device: Device | None = None
     body: Body | None = None
     cameras: Quality | None = None
@@ -132,7 +132,7 @@ def compare(
     asked = Study(compared, protocol, traffic, machine(plan.device), motion)
     _ = asked.split  # says in one line what the data lack, before anything takes time
     # a cluster that is not there is reported before anything takes time
-    with resumable(out / PIECES, plan.where, len(jobs(asked))) as workers:
+    with resumable(out / PIECES, plan.backend, len(jobs(asked))) as workers:
         result = _result(asked, _surrogates(asked, scene), workers, out)
     _say(result, results())
     results().print(f"{out}: {', '.join(NAMES)}", soft_wrap=True)

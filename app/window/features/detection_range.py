@@ -65,7 +65,7 @@ class DetectionRangeShown(Feature):
         self._shown: tuple[DetectionRange, bool] | None = None
         self.in_sight = add_check(bench, "detection_range", self.panel)
         self.in_sight.follow(
-            self._follow, self.session.asked_changed, self.document.rig_settled, bench.answers.answered
+            self._follow, self.session.request_changed, self.document.rig_settled, bench.answers.answered
         )
         self.serve(self.maker, self._take, self._end)
         self.maker.progressed.connect(self._on_progress, Qt.ConnectionType.QueuedConnection)

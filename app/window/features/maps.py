@@ -57,8 +57,8 @@ class Map(Feature):
             "Map", self.panel, Qt.DockWidgetArea.RightDockWidgetArea, beside="Inspector"
         )
         self.in_sight = InSight(self.dock)
-        self.in_sight.changed.connect(lambda _: self._tell_source())
-        self.panel.shown_chosen.connect(self._tell_source)
+        self.in_sight.changed.connect(lambda _: self._set_source())
+        self.panel.shown_chosen.connect(self._set_source)
         self.panel.map.sensor_clicked.connect(self.document.select)
         self.panel.map.place_clicked.connect(self.viewport.look_at)
         self.in_sight.follow(
@@ -72,7 +72,7 @@ class Map(Feature):
         self.remember("map/ground", self.panel.on_ground.isChecked, self.panel.on_ground.setChecked)
         self.panel.map.set_message(LOADING)
 
-    def _tell_source(self) -> None:
+    def _set_source(self) -> None:
         """Set the coverage that the session computes for the map: none while the map is hidden."""
         self.session.look_at_map(self.panel.seen_by if self.in_sight else None)
         is_on_map = bool(self.in_sight) and self.panel.lowest is not None

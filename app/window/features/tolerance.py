@@ -75,9 +75,9 @@ class Tolerance(Feature):
         """Draw errors of a profile, or none with an empty name; InputError for one that there is not."""
         before, self.profile = self.profile, profile_called(name) if name else None
         if before is None and self.profile is not None:  # no drag is to wake who waits for nothing
-            self.session.asked_changed.connect(self._drop_if_changed)
+            self.session.request_changed.connect(self._drop_if_changed)
         elif before is not None and self.profile is None:
-            self.session.asked_changed.disconnect(self._drop_if_changed)
+            self.session.request_changed.disconnect(self._drop_if_changed)
         self.strip.show_profile(name)
         self.forget_scene()
         self._ask()

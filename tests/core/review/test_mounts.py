@@ -23,7 +23,7 @@ from riglens.core.rig.model import Camera, Rig, Vehicle
 from riglens.core.rig.yaml.file import dumps, loads, rig_sha256
 from riglens.core.vehicle.body import body_parts
 from riglens.core.vehicle.solid import Solid
-from riglens.core.vehicle.standing import MountStatus, stand
+from riglens.core.vehicle.standing import MountStatus, mount_status
 from tests.core.review.scenes import BOX, camera, dense_lidar
 
 SEDAN = Vehicle()
@@ -50,8 +50,8 @@ def test_distances_over_a_box_are_those_of_a_pencil() -> None:
     side = camera((0.0, 1.3, 1.0), 90.0)
     rig = Rig(vehicle=BOX, sensors=(roof, side, camera((9.0, 0.0, 1.0), 5.0).replace(enabled=False)))
     top, left = mounts_of(rig)
-    assert (top.height_m, top.stand.gap_m) == pytest.approx((1.8, 0.3))
-    assert left.stand.gap_m == pytest.approx(0.3) and left.neighbour == roof.name
+    assert (top.height_m, top.status.gap_m) == pytest.approx((1.8, 0.3))
+    assert left.status.gap_m == pytest.approx(0.3) and left.neighbour == roof.name
     assert left.neighbour_m == pytest.approx(np.hypot(1.3, 0.8))
     half = 0.05 / np.sqrt(3.0)
     assert left.beyond_m["left"] == pytest.approx(0.3 + half) and left.beyond_m["top"] == pytest.approx(
@@ -192,10 +192,10 @@ def test_what_stood_before_is_not_looked_for_again_and_says_the_same(monkeypatch
 
     def counted(place_m: tuple[float, float, float], solid: Solid) -> MountStatus:
         looked.append(place_m)
-        return stand(place_m, solid)
+        return mount_status(place_m, solid)
 
     wanted = [violations(one, MountLimits(gap_m=0.05)) for one in (rig, moved, longer, off)]
-    monkeypatch.setattr(mounts_module, "stand", counted)
+    monkeypatch.setattr(mounts_module, "mount_status", counted)
     mounts_module._footing.cache_clear()
     counts = []
     for one, lines in zip((rig, moved, longer, off), wanted, strict=True):

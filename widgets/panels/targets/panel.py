@@ -104,12 +104,12 @@ class TargetsPanel(QWidget):
         """Return the controls that choose the frame in the 3D view; disabled until there is one."""
         self._frame_on = button(QToolButton(), tip=FRAME_TIP, name="frame_on", text="Frame")
         self._frame_on.setCheckable(True)
-        self._frame_on.toggled.connect(lambda _: self._tell_frame())
+        self._frame_on.toggled.connect(lambda _: self._emit_frame())
         self._frame = QSpinBox()
         self._frame.setObjectName("frame_number")
         self._frame.setKeyboardTracking(False)
         self._frame.setToolTip("Number of the frame in the data, from 0.")
-        self._frame.valueChanged.connect(lambda _: self._tell_frame())
+        self._frame.valueChanged.connect(lambda _: self._emit_frame())
         self._play = tool(icon("play"), tip="Play all frames.", name="play_frames")
         self._play.setCheckable(True)
         self._play.toggled.connect(self.play_wanted)
@@ -138,7 +138,7 @@ class TargetsPanel(QWidget):
             self._play.setChecked(is_playing)
         self._play.setIcon(icon("pause" if is_playing else "play"))
 
-    def _tell_frame(self) -> None:
+    def _emit_frame(self) -> None:
         self.frame_wanted.emit(self._frame.value() if self._frame_on.isChecked() else None)
 
     def say(self, text: str, stays: bool = False) -> None:
