@@ -8,10 +8,11 @@ from numpy.typing import NDArray
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from riglens.core.rig.model import Vehicle
+from riglens.core.view.heatmap_data import HeatmapData, Values
 from riglens.widgets.car.keep_out_layer import skin_parts
 from riglens.widgets.drawing.actors import Material, hidden, surface_actor
 from riglens.widgets.drawing.surface import join, set_normals
-from riglens.widgets.heatmap.scale import HeatmapData, Values, colour_rows, colours
+from riglens.widgets.heatmap.scale import colour_rows, colours
 
 REACH_M = 0.16
 """A place farther than this from every spot keeps the colour of the car."""
