@@ -26,6 +26,7 @@ from riglens.core.engine.engine import Engine
 from riglens.core.engine.evaluation_json import evaluation_document
 from riglens.core.errors import InputError
 from riglens.core.figures.documents import objects_document
+from riglens.core.figures.registry import maps
 from riglens.core.formats.exchange import FORMATS, writable
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import PAPER_SETTINGS, MetricSettings
@@ -56,7 +57,6 @@ from riglens.rendering.picture import Findings, score_rows, subtitle
 from riglens.reporting.document import document_of
 from riglens.reporting.figures import ReportPlan, report_of
 from riglens.reporting.page import report_page
-from riglens.widgets.maps.map_panel import lowest_choices, seen_by_choices
 from riglens.widgets.panels.fields.edits import NumberEdit
 from riglens.widgets.panels.fields.quantity import DEGREES
 from riglens.widgets.panels.inspector.panel import Inspector
@@ -431,8 +431,8 @@ def picture(state: SceneState) -> NDArray[np.uint8]:
 
 
 def test_the_map_offers_what_it_sees() -> None:
-    assert seen_by_choices()["probe"] == "probes"
-    assert lowest_choices()["lowest_2_probe"] == ("probe", 2, "2 probes")
+    shown = {one.key: one.on_map for one in maps()}
+    assert shown["probe"] == "seen by probes" and shown["lowest_2_probe"].endswith("seen by 2 probes")
 
 
 def test_a_picture_has_its_scores_and_counts_it() -> None:

@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject, Signal
 
 from riglens.app.session.document import Document
+from riglens.core.figures.heatmaps import OFF, HeatMap
+from riglens.core.figures.registry import heat_map_named
 from riglens.core.metric.scores import Body, MetricSettings
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.targets.settings import TargetSettings
 from riglens.evaluation.known_body import known_body
-from riglens.evaluation.options import HEAT_TITLES, HeatMode, TargetHeatMode
 from riglens.evaluation.requests import EvaluationRequest, LoadedScene
 
 if TYPE_CHECKING:  # loaded with the first scene
@@ -27,10 +28,15 @@ if TYPE_CHECKING:  # loaded with the first scene
 
 @dataclass(frozen=True)
 class HeatChoice:
-    """Mode and traffic class of the heatmap; the map from above shows the same class."""
+    """Key of the heatmap, or OFF, and its traffic class; the map from above shows the same class."""
 
-    mode: HeatMode | TargetHeatMode = "unseen"
+    mode: str = "unseen"
     class_name: str = CLASSES[0]
+
+    @property
+    def map(self) -> HeatMap | None:
+        """Return the heatmap, None for none."""
+        return heat_map_named(self.mode)
 
 
 class Session(QObject):
@@ -144,7 +150,7 @@ class Session(QObject):
     def request(self) -> EvaluationRequest:
         """Return the request for the current state."""
         document, heat = self.document, self._heat
-        mode: HeatMode = heat.mode if heat.mode in HEAT_TITLES else "off"
+        mode = heat.mode if heat.map is not None and heat.map.needs == "voxels" else OFF
         return EvaluationRequest(
             document.revision, self.working_rig, self.with_mesh(self.baseline), self.settings, mode, heat.class_name,
             document.is_dragging, self._map_source, self._voxel, self._looks_around,

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Literal, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 from riglens.core.figures.coverage import VoxelFigure
 from riglens.core.figures.figure import SE_FACTOR, Estimate, Figure, Unit
 from riglens.core.figures.objects import ObjectFigure
 from riglens.core.shown_values import NONE
 
+Number = TypeVar("Number", float, NDArray[np.float64])
 MINUS = "\u2212"
 UNITS: dict[Unit, str] = {
     "share": "%",
@@ -27,8 +31,8 @@ Verdict = Literal["better", "worse", "too small to distinguish rigs", ""]
 UNRESOLVED: Verdict = "too small to distinguish rigs"
 
 
-def in_unit(figure: Figure, value: float) -> float:
-    """Return a value in the unit in which it is shown: percent, 10³ nat."""
+def in_unit(figure: Figure, value: Number) -> Number:
+    """Return a value, or several, in the unit in which it is shown: percent, 10³ nat."""
     return 100.0 * value if figure.unit == "share" else value / 1000.0 if figure.unit == "nat" else value
 
 

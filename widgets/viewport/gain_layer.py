@@ -8,11 +8,12 @@ from numpy.typing import NDArray
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from riglens.core.rig.model import Vehicle
+from riglens.core.view.heatmap_data import HeatmapData, Values
 from riglens.widgets.car.layer import mesh_surface
 from riglens.widgets.car.parts import Parts, drawn_parts
 from riglens.widgets.drawing.actors import Material, hidden, surface_actor
 from riglens.widgets.drawing.surface import join, set_normals
-from riglens.widgets.heatmap.scale import HeatmapData, Values, colour_rows, colours
+from riglens.widgets.heatmap.scale import colour_rows, colours
 
 REACH_M = 0.16
 """A place farther than this from every spot keeps the colour of the car."""

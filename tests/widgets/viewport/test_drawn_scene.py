@@ -13,8 +13,9 @@ import pyvista as pv
 from riglens.core.rig.model import Lidar, LinearAngles, Rig, Vehicle
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.vehicle.placing import PlacingRules
+from riglens.core.view.heatmap_data import HeatmapData
 from riglens.widgets.drawing.camera import OrbitCamera
-from riglens.widgets.heatmap.scale import HeatLook, HeatmapData
+from riglens.widgets.heatmap.scale import HeatLook
 from riglens.widgets.sensors.ray_look import RayLook
 from riglens.widgets.theme import palette
 from riglens.widgets.traffic.frame import ShownFrame
