@@ -458,7 +458,7 @@ MAY_NAME_KINDS = {
     "core/formats": "each format has its own words for each kind",
     "core/metric/scores.py": "the two kinds of the paper have accessors of their own",
     "core/optimise/objectives.py": "each is of LiDARs, of cameras, or of any sensor",
-    "core/review/sections.py": "hit coverage is of LiDARs, 25 px of cameras",
+    "core/figures/hits.py": "hit coverage is of LiDARs, 25 px of cameras",
     "core/sensors": "declares them",
     "core/simulate": "data sets have the LiDAR and camera channels of nuScenes",
     "core/study": "studies of the paper's methods, on its LiDARs and cameras",
@@ -566,9 +566,9 @@ def test_a_report_shows_it_beside_the_others(tmp_path: Path) -> None:
     plan = ReportPlan((rig,), scene, ScoreOptions(), draws=1, seed=0)
     document = document_of(plan, report_of(plan, lambda share, stage: None))
     page = report_page(document)
-    assert "by probes" in page and "pedestrian end on, probes" in page and "40 × 40" in page
+    assert "By probes" in page and "pedestrian end on, probes" in page and "40 × 40" in page
     places = re.findall(r'data-from="([^"]+)"', page)
-    assert "targets/rigs/0/classes/car/probe/share" in places
+    assert "evaluation/rigs/0/classes/car/figures/probe/value" in places
     assert any(re.fullmatch(r"rigs/0/range/rigs/0/rows/\d+/probe/first_below_m", place) for place in places)
     assert [legend for _, legend in document.drawings[0].plans.legend] == ["LiDAR", "camera", "probe"]
     colours = {colour for colour, _ in document.drawings[0].plans.legend}

@@ -80,7 +80,7 @@ def _table(found: Calibration) -> Table:
     for class_name in CLASSES:
         curve = found.classes.of(class_name)
         if curve is None:
-            shown.add_row(class_name, *["–"] * (len(SHOWN_AT) + 2))
+            shown.add_row(class_name, *["—"] * (len(SHOWN_AT) + 2))
             continue
         values = [
             f"{100.0 * value:.1f}"

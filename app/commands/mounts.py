@@ -54,7 +54,7 @@ def print_mounts(rig: Rig) -> None:
     wrong = violations(rig, USUAL_LIMITS)
     for mount in mounts_of(rig):
         figures = (mount.height_m, mount.status.gap_m, mount.neighbour_m)
-        cells = (f"{value:.3f}" if np.isfinite(value) else "–" for value in figures)
+        cells = (f"{value:.3f}" if np.isfinite(value) else "—" for value in figures)
         made.add_row(Text(visible(mount.name)), *cells, Text(_of(mount.name, wrong)))
     console.print(made)
     if others := _of("car", wrong):

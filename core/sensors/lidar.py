@@ -236,7 +236,7 @@ def _pattern(rays: Pattern) -> str:
 def _gaps(angles_deg: NDArray[np.float64]) -> str:
     """Describe the distance between neighbouring angles, or its smallest and largest value."""
     if len(angles_deg) < 2:
-        return "–"
+        return "—"
     gaps = np.diff(np.sort(angles_deg))
     low, high = f"{gaps.min():.3g}", f"{gaps.max():.3g}"
     return f"{low}°" if low == high else f"{low}–{high}°"

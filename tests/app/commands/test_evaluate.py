@@ -351,16 +351,19 @@ def test_targets_come_with_the_same_scores(riglens, boxes, tmp_path):
     assert without_times(both) == without_times(default)
     scores = riglens("evaluate", "Center", "--boxes", boxes, *SMALL_GRID, "--no-targets", "--json", "-")
     without = json.loads(scores.out)
-    assert both.pop("targets") and "targets" not in without
+    objects = both.pop("targets")
+    assert "targets" not in without
     for name, of_class in without["rigs"][0]["classes"].items():
         mine = both["rigs"][0]["classes"][name]
         assert {key: mine[key] for key in mine if key != "figures"} == {
             key: of_class[key] for key in of_class if key != "figures"
         }
-        assert of_class["figures"]["on_target"]["state"] == "none" != mine["figures"]["on_target"]["state"]
-    objects = tmp_path / "objects.csv"
-    shown = riglens("evaluate", *words, *SMALL_GRID, "--targets", "--objects", objects)
-    assert shown.code == 0 and objects.exists() and "0 to 10 m" in shown.out
+        assert of_class["figures"]["on_target"]["state"] == "none"
+        has_objects = objects["rigs"][0]["classes"][name]["objects"] > 0
+        assert (mine["figures"]["on_target"]["state"] != "none") == has_objects
+    table = tmp_path / "objects.csv"
+    shown = riglens("evaluate", *words, *SMALL_GRID, "--targets", "--objects", table)
+    assert shown.code == 0 and table.exists() and "0 to 10 m" in shown.out
     assert "0 to 10 m" not in riglens("evaluate", *words, *SMALL_GRID).out
 
 

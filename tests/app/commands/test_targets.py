@@ -1,6 +1,7 @@
 """`riglens evaluate --targets`: a table for people, JSON for programs, and one row per road user."""
 
 import csv
+import json
 
 import pyarrow.parquet
 import pytest
@@ -135,18 +136,20 @@ def test_a_rig_without_a_kind_of_sensor_has_dashes_not_zeros(riglens, boxes, tmp
         text = "\n".join(["riglens: 1", f"name: {name}", "sensors:", *(f"  - {one}" for one in those)])
         (tmp_path / f"{name}.yaml").write_text(text)
     rigs = [tmp_path / f"{tuple(held)[place]}.yaml" for place in order]
-    counted = riglens(*TARGETS, *rigs, "--boxes", boxes, *EXACT).out
-    # objects, predicted, 4 of LiDARs, 3 of cameras, radars, both, neither
-    places = {"eyes": {1, 2, 3, 4, 5, 9}, "points": {6, 7, 8, 9}, "everything": set()}
-    # S-MIG of cameras and LiDARs, S-MS, then seen by cameras, LiDARs, radars, any
-    seen = {"eyes": {4, 5}, "points": {3, 5}, "everything": set()}
-    scored = riglens("evaluate", *rigs, "--boxes", boxes, *SMALL_GRID).out
-    for out, dashes in ((counted, places), (scored, seen)):
-        for name, expected in dashes.items():
-            rows = [[one for one in row if one[0] not in "%±"] for row in cells_of(out, name)]
-            assert len(rows) == 3
-            for row in rows:
-                assert {place for place, cell in enumerate(row) if cell == "—"} == expected
+    document = json.loads(riglens(*TARGETS, *rigs, "--boxes", boxes, *EXACT, "--json", "-").out)
+    lacking = {"eyes": {"share_5", "seen_lidar", "radar"}, "points": {"visible", "seen_camera", "radar"}}
+    for rig in document["rigs"]:
+        for of_class in rig["classes"].values():
+            none = {key for key, one in of_class["figures"].items() if one["value"] is None}
+            none |= {"radar", "seen_radar"} - of_class["figures"].keys()
+            expected = lacking.get(rig["name"], set())
+            assert {key for key in ("share_5", "visible", "radar") if key in none} == {
+                key for key in ("share_5", "visible", "radar") if key in expected
+            }
+    shown = riglens(*TARGETS, *rigs, "--boxes", boxes, *EXACT).out
+    for name in held:
+        rows = cells_of(shown, name)
+        assert len(rows) == 9 and any("—" in row for row in rows) == (name != "everything")
 
 
 def test_what_stands_around_hides_road_users(riglens, boxes, tmp_path):

@@ -160,7 +160,7 @@ def test_differences_count_from_the_first_rig_or_from_the_baseline(bench: Bench)
     panel = compare(bench).panel
     choose(bench, "compare_shown", "difference to the first")
     assert panel.table.text_of("W+T", "car seen") == change_text(SEEN, other.any_seen - here.any_seen)
-    assert panel.table.text_of("small", "car seen") == "–"
+    assert panel.table.text_of("small", "car seen") == "—"
     choose(bench, "compare_shown", "difference to the baseline")
     assert panel.table.text_of("W+T", "car S-MS") == change_text(S_MS, other.s_ms - bare.s_ms)
 

@@ -85,7 +85,7 @@ def test_a_rig_that_cannot_be_counted_shows_a_dash(desk: FullDesk) -> None:
     desk.features.compare.add_presets(("W+C",))
     count(desk)
     desk.features.compare._rigs._take_count(asked(desk)[0], None)
-    assert shown(desk, "W+C") == "–"
+    assert shown(desk, "W+C") == "—"
 
 
 def test_every_figure_is_in_the_table_for_spreadsheets(desk: FullDesk) -> None:

@@ -287,7 +287,7 @@ def test_changes_count_from_the_pinned_rig_until_it_is_let_go(whole: Bench, tmp_
     whole.settle()
     whole.act("pin")
     whole.settle()
-    assert whole.shown("car", "seen change") == "–"
+    assert whole.shown("car", "seen change") == "—"
     assert whole.features.compare.rows[-1].rig is whole.session.baseline, "a snapshot, and nothing else"
     assert "small" in whole.panels.scores.note
     whole.dialogs.path = tmp_path / "rig.yaml"
@@ -296,7 +296,7 @@ def test_changes_count_from_the_pinned_rig_until_it_is_let_go(whole: Bench, tmp_
     assert whole.shown("car", "seen change").startswith("+")
     whole.act("unpin")
     whole.settle()
-    assert whole.shown("car", "seen change") == "–"
+    assert whole.shown("car", "seen change") == "—"
     assert "last saved" in whole.panels.scores.note
 
 
@@ -311,7 +311,7 @@ def test_any_rig_of_the_compare_panel_can_be_the_baseline(whole: Bench, tmp_path
     assert "bare car" in whole.panels.scores.note
     whole.act("unpin")
     whole.settle()
-    assert whole.shown("car", "seen change") == "–"
+    assert whole.shown("car", "seen change") == "—"
 
 
 # ---------------------------------------------------------------------- what a sensor is worth

@@ -268,7 +268,7 @@ def test_saving_in_between_writes_the_rig_and_the_change_counts_from_exact_score
         bench.dialogs.path = tmp_path / "rig.yaml"
         bench.act("save")
         assert load_rig(tmp_path / "rig.yaml").rig == bench.document.rig
-    assert bench.shown("car", "s_ms change") == "–"
+    assert bench.shown("car", "s_ms change") == "—"
 
 
 def test_the_heatmap_shows_what_is_exact_only(opened: Open) -> None:

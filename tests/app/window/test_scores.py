@@ -62,7 +62,7 @@ def test_a_number_that_is_out_of_date_is_greyed_until_the_new_one_is_there(bench
 def test_the_change_counts_from_the_rig_that_was_opened_and_then_from_the_saved_one(
     bench: Bench, tmp_path: Path
 ) -> None:
-    assert bench.shown("car", "s_ms change") == "–"
+    assert bench.shown("car", "s_ms change") == "—"
     bench.document.set_enabled(("roof",), False)
     bench.settle()
     assert bench.shown("car", "s_ms change").startswith("+")
@@ -70,7 +70,7 @@ def test_the_change_counts_from_the_rig_that_was_opened_and_then_from_the_saved_
     bench.dialogs.path = tmp_path / "rig.yaml"
     bench.act("save")
     bench.settle()
-    assert bench.shown("car", "s_ms change") == "–"
+    assert bench.shown("car", "s_ms change") == "—"
     bench.act("undo")
     bench.settle()
     assert bench.shown("car", "s_ms change").startswith("−")

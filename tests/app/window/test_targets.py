@@ -173,7 +173,7 @@ def test_the_score_table_shows_what_is_on_target_and_greys_it_with_the_next_move
     desk: Desk, targets: Targets
 ) -> None:
     request, scores = start(desk), desk.panels.scores
-    assert scores.table.cell("car", "on_target").text == "–"
+    assert scores.table.cell("car", "on_target").text == "—"
     take(targets, answer(request))
     shown = scores.table.cell("car", "on_target").text
     assert targets.answer is not None and shown == text(on_target(targets.answer))
@@ -187,7 +187,7 @@ def test_the_score_table_shows_what_is_on_target_and_greys_it_with_the_next_move
     assert table.place_of("on_target") in table.figures._grey
     targets._on_problem("no boxes")
     assert (
-        scores.table.cell("car", "on_target").text == "–" and "no boxes" in table.cell("car", "on_target").tip
+        scores.table.cell("car", "on_target").text == "—" and "no boxes" in table.cell("car", "on_target").tip
     )
 
 

@@ -67,7 +67,7 @@ def test_entropies_are_in_thousands_of_nat_with_two_decimals(nat: float, text: s
 
 @pytest.mark.parametrize(
     ("change", "text"),
-    [(0.0, "–"), (14_290.0, "+14.29 ↑"), (-730.0, "−0.73 ↓"), (1e-6, "+<0.01 ↑"), (-1e-6, "−<0.01 ↓")],
+    [(0.0, "—"), (14_290.0, "+14.29 ↑"), (-730.0, "−0.73 ↓"), (1e-6, "+<0.01 ↑"), (-1e-6, "−<0.01 ↓")],
 )
 def test_a_change_carries_its_sign_and_never_looks_like_none(change: float, text: str) -> None:
     assert change_text(S_MS, change) == text

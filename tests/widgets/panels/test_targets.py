@@ -118,7 +118,7 @@ def test_a_ring_without_objects_has_no_error_of_the_calibration(panel: TargetsPa
     show(panel)
     last = len(counts(NOW).groups.edges_m) - 1
     assert item(panel, "car", 0).error.startswith("±")
-    assert (item(panel, "car", last).text, item(panel, "car", last).error) == ("–", "")
+    assert (item(panel, "car", last).text, item(panel, "car", last).error) == ("—", "")
 
 
 def test_a_sample_says_so(panel: TargetsPanel) -> None:
@@ -142,7 +142,7 @@ def test_kinds_that_a_rig_holds_have_a_figure(panel: TargetsPanel) -> None:
     (share,) = panel.figure.estimates(counts(radar), "all")["car"]
     assert item(panel, "car", 0).text == value_text(panel.figure, share.value, decimals=1) != "0.0 %"
     show(panel)
-    assert panel.figure.key == "radar" and item(panel, "car", 0).text == "–"
+    assert panel.figure.key == "radar" and item(panel, "car", 0).text == "—"
     assert "radar" in item(panel, "car", 0).tip
 
 
@@ -150,7 +150,7 @@ def test_a_rig_without_the_sensors_of_a_figure_has_none_and_says_why(panel: Targ
     radar = rig_of(sensor_from_model("continental-ars408-21", "front", Pose((2.0, 0.0, 0.5))))
     panel.choose(ON_TARGET.key)
     panel.show_counts(counts(radar), counts(radar), "low")
-    assert item(panel, "car", 0).text == "–" and "LiDAR" in item(panel, "car", 0).tip
+    assert item(panel, "car", 0).text == "—" and "LiDAR" in item(panel, "car", 0).tip
     assert panel.rose.text_at(panel.rose._centre()).endswith(item(panel, "car", 0).tip.split(": ")[1])
 
 
@@ -226,12 +226,12 @@ def test_the_text_for_the_clipboard_holds_every_digit(panel: TargetsPanel) -> No
 @pytest.mark.parametrize(("figure", "value", "text"), [(ON_TARGET, 0.5, "50.0 %"), (POINTS, 12.0, "12 pts")])
 def test_values_have_units(figure: ObjectFigure, value: float, text: str) -> None:
     assert value_text(figure, value, decimals=1) == text
-    assert estimate_text(figure, Estimate.none("nothing")) == "–"
+    assert estimate_text(figure, Estimate.none("nothing")) == "—"
 
 
 @pytest.mark.parametrize(
     ("change", "text"),
-    [(0.0, "–"), (0.0001, "+<0.1 pp"), (-0.0001, "−<0.1 pp"), (0.123, "+12.3 pp"), (-0.123, "−12.3 pp")],
+    [(0.0, "—"), (0.0001, "+<0.1 pp"), (-0.0001, "−<0.1 pp"), (0.123, "+12.3 pp"), (-0.123, "−12.3 pp")],
 )
 def test_changes_have_sign_and_unit(change: float, text: str) -> None:
     assert change_text(MISSED, change, decimals=1) == text
@@ -330,7 +330,7 @@ def test_a_rig_of_cameras_has_no_figure_of_lidars_and_says_why(scores: ScoresPan
     show_counted(scores, cells_of(eye, counts(NOW)))
     for key in (PREDICTED.key, ON_TARGET.key):
         cell, change = scores.table.cell("car", key), scores.table.cell("car", f"{key} change")
-        assert (cell.text, cell.tone, change.text, change.tone) == ("–", "muted", "–", "muted")
+        assert (cell.text, cell.tone, change.text, change.tone) == ("—", "muted", "—", "muted")
         assert "LiDAR" in cell.tip and set(cell.values) == {None}
 
 
@@ -339,7 +339,7 @@ def test_a_baseline_without_a_figure_takes_away_the_change_and_not_the_value(sco
     show_counted(scores, cells_of(now, eye))
     (found,) = PREDICTED.estimates(now, "all")["car"]
     assert scores.table.cell("car", "predicted").text == estimate_text(PREDICTED, found)
-    assert scores.table.cell("car", "predicted change").text == "–"
+    assert scores.table.cell("car", "predicted change").text == "—"
 
 
 @pytest.mark.parametrize(
@@ -368,7 +368,7 @@ def test_the_score_table_shows_on_target_with_error_and_change(scores: ScoresPan
     assert changed.text == change_estimate_text(ON_TARGET, change) and "±" in changed.text
     show_counted(scores, cells_of(counts(NOW), counts(NOW)))
     assert "±" not in scores.table.cell("car", "on_target").text
-    assert scores.table.cell("car", "on_target change").text == "–"
+    assert scores.table.cell("car", "on_target change").text == "—"
 
 
 def test_an_exact_value_moved_by_a_sample_has_the_errors_of_calibration_and_change() -> None:
@@ -420,7 +420,7 @@ def test_without_road_users_there_is_no_number_and_nothing_to_copy(scores: Score
     assert scores.table.as_text() != copied
     for name in CLASSES:
         for cell in (scores.table.cell(name, one) for one in columns):
-            assert cell.text == "–" and set(cell.values) <= {None} and "no boxes" in cell.tip
+            assert cell.text == "—" and set(cell.values) <= {None} and "no boxes" in cell.tip
 
 
 @pytest.mark.parametrize("page", ["README.md", "docs/metric.md"])

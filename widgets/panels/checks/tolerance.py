@@ -170,7 +170,7 @@ class TolerancePanel(QWidget):
         self.worst = QCheckBox("Show worst draw")
         self.worst.toggled.connect(self.ghost_wanted)
         self.required = button(QPushButton(REQUIRE), self.requirements_wanted, f"<p>{REQUIRE_TIP}</p>")
-        self._rows = {name: (RangeBar(), QLabel("–")) for name in classes}
+        self._rows = {name: (RangeBar(), QLabel("—")) for name in classes}
         self._below = {name: QLabel() for name in classes}
         rows = QGridLayout()
         rows.setHorizontalSpacing(8)
@@ -218,7 +218,7 @@ class TolerancePanel(QWidget):
         for name, (bar, text) in self._rows.items():
             found = ranges.get(name)
             bar.show_range(found, scale)
-            text.setText("–" if found is None else range_text(found))
+            text.setText("—" if found is None else range_text(found))
             text.setEnabled(True)
             self._show_below(self._below[name], None if found is None else found.below)
 
