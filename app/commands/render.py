@@ -18,19 +18,20 @@ from riglens.app.commands.options import (
     number,
 )
 from riglens.app.terminal.console import results
-from riglens.app.terminal.loading import load_rig, load_scene, with_choice
+from riglens.app.terminal.loading import load_rig, load_scene, load_traffic, with_choice
 from riglens.core.errors import InputError
 from riglens.core.figures.heatmaps import OFF, SEEN_ENTROPY
-from riglens.core.figures.registry import voxel_heat_maps
+from riglens.core.figures.registry import heat_maps
 from riglens.core.figures.text import in_sentence
 from riglens.core.files import require_writable
 from riglens.core.rig.library import use_libraries
+from riglens.core.targets.traffic import WITHIN_M
 from riglens.evaluation.scenario import settings_of
 from riglens.rendering.display import prepare_drawing
 from riglens.rendering.render import RenderRequest, as_drawn, drawn_score, score_and_draw
 from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, RayLook
 
-_TITLES = {heat.key: in_sentence(heat.title) for heat in voxel_heat_maps()}
+_TITLES = {heat.key: in_sentence(heat.title) for heat in heat_maps()}
 _HEATMAP = (
     "Content of the heatmap: " + ", ".join(f"{key} ({title})" for key, title in _TITLES.items()) + ", or off."
 )
@@ -119,6 +120,11 @@ def render(
     """
     use_libraries(reading.libraries)
     picture = look.picture(out)
+    is_of_objects = picture.heat_map is not None and picture.heat_map.needs == "objects"
+    if is_of_objects and scene.pog is not None:
+        raise InputError(
+            f"holds no objects, which {picture.heat} shows: leave it out, or choose another", "pog", "heatmap"
+        )
     prepare_drawing()
     require_writable(out)
     opened = with_choice(load_rig(rig), reading.housings)
@@ -126,7 +132,8 @@ def render(
     opened = as_drawn(opened, Path(rig).parent)
     score = drawn_score(opened, score.body)
     pog, field = load_scene(scene, [opened], score)
-    score_and_draw(opened, pog, field, picture, baseline, settings_of(score))
+    traffic = load_traffic(scene, WITHIN_M) if is_of_objects else None
+    score_and_draw(opened, pog, field, picture, baseline, settings_of(score), traffic)
     width, height = (side * picture.scale for side in picture.size_px)
     results(out).print(f"{out}: {width} x {height} pixels", soft_wrap=True)
 
