@@ -9,6 +9,8 @@ from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QFontMetricsF, QMouseEvent, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QWidget
 
+from riglens.core.figures.figure import Estimate
+from riglens.core.shown_values import NONE
 from riglens.widgets.panels.compare.model import CompareModel, CompareRow, FigureColumn
 from riglens.widgets.panels.controls.style import plain_tip, small_font, tones
 from riglens.widgets.theme import RIG_COLOURS, Tones
@@ -22,7 +24,7 @@ class Bar:
 
     row: CompareRow
     shown: FigureColumn
-    number: float
+    value: Estimate
     area: QRectF
     column: QRectF
 
@@ -47,30 +49,36 @@ def side_by_side(area: QRectF, count: int, gap_px: float) -> list[QRectF]:
 
 
 def chart_of(
-    shown: FigureColumn, rows: Sequence[tuple[CompareRow, float | None]], area: QRectF, words_px: float
+    shown: FigureColumn, rows: Sequence[tuple[CompareRow, Estimate | None]], area: QRectF, words_px: float
 ) -> Chart:
     """Return bars for rigs with their figures, none for those without; `words_px` stay free beyond the longest ones."""
-    known = [number for _, number in rows if number is not None]
+    known = [one.value for _, one in rows if one is not None]
     low, high = min([0.0, *known]), max([0.0, *known])
     inner = area.adjusted(0.0, words_px * (high > 0.0), 0.0, -words_px * (low < 0.0))
     scale = inner.height() / (high - low) if high > low else 0.0
     zero_px = inner.top() + high * scale
     step = min(area.width() / max(1, len(rows)), WIDEST_PX)
     bars = []
-    for place, (row, number) in enumerate(rows):
-        if number is not None:
+    for place, (row, one) in enumerate(rows):
+        if one is not None:
             column = QRectF(area.left() + place * step, area.top(), step, area.height())
-            end = zero_px - number * scale
+            end = zero_px - one.value * scale
             wide = FILLED * step
             left = column.center().x() - wide / 2
             bar = QRectF(left, min(zero_px, end), wide, max(1.0, abs(zero_px - end)))
-            bars.append(Bar(row, shown, number, bar, column))
+            bars.append(Bar(row, shown, one, bar, column))
     return Chart(shown, area, zero_px, tuple(bars))
 
 
 _EDGE_PX, _GAP_PX, _LINE_PX, _SWATCH_PX = 10.0, 20.0, 16.0, 9.0
 _LEGEND_LINES = 2
 _WAITING = "Scores follow"
+_ONE_LINE_PX = 150.0
+"""From this width on a chart's title and its scale stand in one line."""
+
+
+def _title_lines(area: QRectF) -> int:
+    return 1 if area.width() >= _ONE_LINE_PX else 2
 
 
 class CompareChart(QWidget):
@@ -99,14 +107,15 @@ class CompareChart(QWidget):
     def charts(self) -> list[Chart]:
         """Return the charts that are drawn below the legend, from left to right."""
         columns = self._model.columns
-        top = self._legend_lines() * _LINE_PX + _LINE_PX + 8.0
+        top = self._legend_lines() * _LINE_PX + 8.0
         room = QRectF(self.rect()).adjusted(_EDGE_PX, top, -_EDGE_PX, -_EDGE_PX)
         found = []
-        for shown, area in zip(columns, side_by_side(room, len(columns), _GAP_PX), strict=True):
+        for shown, place in zip(columns, side_by_side(room, len(columns), _GAP_PX), strict=True):
             known = ((row, self._model.estimate(row, shown)) for row in self._rows)
-            numbers = [(row, one.value if one and one.exists else None) for row, one in known]
+            values = [(row, one if one and one.exists else None) for row, one in known]
+            area = place.adjusted(0.0, _title_lines(place) * _LINE_PX, 0.0, 0.0)
             words = _LINE_PX if self._has_room_for_numbers(area) else 0.0
-            found.append(chart_of(shown, numbers, area, words))
+            found.append(chart_of(shown, values, area, words))
         return found
 
     def _has_room_for_numbers(self, area: QRectF) -> bool:
@@ -174,18 +183,23 @@ class CompareChart(QWidget):
                 self._draw_number(painter, bar)
         painter.setPen(QPen(QColor(look.muted), 1.0))
         painter.drawLine(QPointF(area.left(), chart.zero_px), QPointF(area.right(), chart.zero_px))
-        if not chart.bars:
-            painter.drawText(area, Qt.AlignmentFlag.AlignCenter, _WAITING if self._rows else "")
+        if not chart.bars and self._rows:
+            known = [self._model.estimate(row, chart.shown) for row in self._rows]
+            painter.drawText(area, Qt.AlignmentFlag.AlignCenter, _WAITING if None in known else NONE)
 
     def _draw_title(self, painter: QPainter, chart: Chart, look: Tones) -> None:
-        """Draw the title on the left and the number of the longest bar, which gives the scale, on the right."""
+        """Draw the title on the left and the number of the longest bar, which gives the scale, on the right, or below
+        the title where both would not fit."""
         area = chart.area
         line = QRectF(area.left(), area.top() - _LINE_PX - 2.0, area.width(), _LINE_PX)
-        longest = max(chart.bars, key=lambda bar: abs(bar.number), default=None)
-        scale = self._model.number_text(chart.shown, longest.number) if longest is not None else ""
+        longest = max(chart.bars, key=lambda bar: abs(bar.value.value), default=None)
+        scale = self._model.text(chart.shown, longest.value) if longest is not None else ""
         painter.setPen(QColor(look.muted))
         painter.drawText(line, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, scale)
-        line.setWidth(area.width() - painter.fontMetrics().horizontalAdvance(scale) - 6.0)
+        if _title_lines(area) > 1:
+            line.translate(0.0, -_LINE_PX)
+        else:
+            line.setWidth(area.width() - painter.fontMetrics().horizontalAdvance(scale) - 6.0)
         title = chart.shown.title if line.width() > 100.0 else chart.shown.short
         title = painter.fontMetrics().elidedText(title, Qt.TextElideMode.ElideRight, int(line.width()))
         painter.setPen(QColor(look.text))
@@ -194,9 +208,9 @@ class CompareChart(QWidget):
     def _draw_number(self, painter: QPainter, bar: Bar) -> None:
         """Draw the figure at the end of its bar."""
         box = QRectF(bar.column.left(), bar.area.bottom(), bar.column.width(), _LINE_PX)
-        if bar.number >= 0.0:
+        if bar.value.value >= 0.0:
             box.moveBottom(bar.area.top())
-        painter.drawText(box, Qt.AlignmentFlag.AlignCenter, self._model.number_text(bar.shown, bar.number))
+        painter.drawText(box, Qt.AlignmentFlag.AlignCenter, self._model.text(bar.shown, bar.value))
 
     # ------------------------------------------------------------------ mouse
     def bar_at(self, at: QPointF) -> Bar | None:
@@ -215,7 +229,7 @@ class CompareChart(QWidget):
         bar, key = self.bar_at(at), self._key_at(at)
         tip = ""
         if bar is not None:
-            tip = f"{bar.row.title}: {bar.shown.title} {self._model.number_text(bar.shown, bar.number)}"
+            tip = f"{bar.row.title}: {bar.shown.title} {self._model.text(bar.shown, bar.value)}"
         self.setToolTip(plain_tip(tip) if tip else "")
         if key != self._hover:
             self._hover = key

@@ -14,7 +14,7 @@ from riglens.core.figures.text import (
     EXACT_UNITS,
     UNRESOLVED,
     change_text,
-    estimate_text,
+    error_text,
     exact_text,
     in_sentence,
     value_text,
@@ -47,6 +47,8 @@ ORIGIN_TITLES: dict[Origin, str] = {
     "file": "file",
 }
 ALL_CLASSES = "all classes"
+_ONE_LINE = 9
+"""Longest short title, in characters, that stands in one line."""
 _SHORT_CLASSES = {"pedestrian": "ped.", "bicycle": "bike"}
 
 
@@ -89,6 +91,14 @@ class FigureColumn:
     figure: Figure
     title: str
     short: str
+
+    @property
+    def in_two_lines(self) -> str:
+        """The short title for narrow columns."""
+        if len(self.short) <= _ONE_LINE:
+            return self.short
+        is_of_all = self.short != self.figure.short
+        return "\n".join(self.short.split(" ", 1) if is_of_all else self.short.rsplit(" ", 1))
 
     def value(self, known: Known) -> Estimate | None:
         """Return the figure of a rig; None while it is not known."""
@@ -232,14 +242,16 @@ class CompareModel(FigureModel):
         before = column.value(self._reference)
         return None if before is None else value.minus(before)
 
-    def number_text(self, column: FigureColumn, number: float) -> str:
-        """Return a value or difference without its error."""
-        return (value_text if self._kind == "values" else change_text)(column.figure, number)
+    def text(self, column: FigureColumn, found: Estimate) -> str:
+        """Return a value, with one decimal where it has an error, or a difference."""
+        if self._kind != "values":
+            return change_text(column.figure, found.value)
+        return value_text(column.figure, found.value, decimals=1 if found.se else 2)
 
     # ------------------------------------------------------------------ cells
     def _refresh(self, anew: bool = False) -> None:
         columns = [
-            Heading(column.title, f"{column.class_name}: {column.figure.tip}", column.short)
+            Heading(column.title, f"{column.class_name}: {column.figure.tip}", column.in_two_lines)
             for column in self._figures_shown
         ]
         self.show(
@@ -259,11 +271,11 @@ class CompareModel(FigureModel):
         if not found.exists:
             return Cell(NONE, (None,), found.reason, tone="muted")
         number, is_outside = found.value, found.state == "outside"
-        tip = exact_text(column.figure, number)
+        tip = f"{exact_text(column.figure, number)} {error_text(column.figure, found.se)}".rstrip()
         tip = f"{tip}\nOutside the domain: {found.reason}" if is_outside else tip
         if self._kind == "values":
             return Cell(
-                estimate_text(column.figure, found),
+                self.text(column, found),
                 (number,),
                 tip,
                 tone="muted" if is_outside else "text",
@@ -274,7 +286,7 @@ class CompareModel(FigureModel):
         tip = f"{tip}: {said}" if said == UNRESOLVED else tip
         tones: dict[str, Tone] = {"better": "more", "worse": "less"}
         tone = "muted" if is_outside else tones.get(said, "text")
-        return Cell(change_text(column.figure, number), (number,), tip, tone=tone)
+        return Cell(self.text(column, found), (number,), tip, tone=tone)
 
     def _bar_share(self, column: FigureColumn, value: float) -> float:
         """Return the length of a value relative to the largest of its column; shares are of the whole."""

@@ -43,7 +43,8 @@ from riglens.widgets.panels.scores.text import SIGN_NOTE
 _NAME_PX, _SENSORS_PX, _SCORE_PX = 132, 84, 84
 _ROW_PX, _HIGHEST_ROW_PX = 24, 30
 _WIDEST_NAME_PX = 240
-_NARROW_PX = 1600
+_TITLE_PX = 140
+"""Room for a title in full."""
 
 
 class CompareTable(FigureTable):
@@ -84,6 +85,7 @@ class CompareTable(FigureTable):
         header.setMinimumSectionSize(_SCORE_PX)
         header.setSortIndicatorClearable(True)
         header.setSortIndicator(-1, Qt.SortOrder.AscendingOrder)
+        header.sectionCountChanged.connect(lambda *_: self.size_columns())
 
     def size_columns(self) -> None:
         """Give the scores the room that the names leave."""
@@ -94,6 +96,12 @@ class CompareTable(FigureTable):
             header.setSectionResizeMode(column, mode)
         header.resizeSection(RIG, self._name_px)
         header.resizeSection(SENSORS, _SENSORS_PX)
+        self._fit_titles()
+
+    def _fit_titles(self) -> None:
+        """Shorten titles where space is short."""
+        titles_px = self.width() - self._name_px - _SENSORS_PX
+        self._rigs.set_narrow(titles_px < len(self._rigs.columns) * _TITLE_PX)
 
     def _fit_names(self) -> None:
         """Give the names of the rigs the room that they need, unless the user has given them another."""
@@ -105,7 +113,7 @@ class CompareTable(FigureTable):
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Shorten titles where space is short, and fit whole rows."""
         super().resizeEvent(event)
-        self._rigs.set_narrow(event.size().width() < _NARROW_PX)
+        self._fit_titles()
         in_sight = max(1, event.size().height() // _ROW_PX)
         self.verticalHeader().setDefaultSectionSize(
             min(max(_ROW_PX, event.size().height() // in_sight), _HIGHEST_ROW_PX)
@@ -299,4 +307,3 @@ class ComparePanel(QWidget):
 
     def _choose_class(self, _: int) -> None:
         self.model.set_class(self._class.currentText())
-        self.table.size_columns()
