@@ -27,7 +27,7 @@ class LowestHeight:
 
     @property
     def needs(self) -> Need:
-        """What has to be evaluated for it."""
+        """Return the parts of an evaluation that it reads."""
         return "ground"
 
     @property

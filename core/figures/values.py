@@ -130,7 +130,7 @@ class FigureCells:
 
     @property
     def about(self) -> str:
-        """What the figure is of, in words."""
+        """Region and detector of the figure, in words."""
         return "\n".join(filter(None, (f"Objects {self.region}", self.detector)))
 
 

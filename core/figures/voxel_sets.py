@@ -34,7 +34,7 @@ class VoxelSet:
 
     @property
     def needs(self) -> Need:
-        """What has to be evaluated for it."""
+        """Return the parts of an evaluation that it reads."""
         return "voxels"
 
     @property

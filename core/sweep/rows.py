@@ -44,7 +44,7 @@ class SweepFigures:
 
     @property
     def needs(self) -> tuple[Need, ...]:
-        """What has to be evaluated."""
+        """Parts of an evaluation that the rows take."""
         wanted: dict[Need, object] = {"voxels": self.metric, "objects": self.targets, "ground": self.blind_m}
         return tuple(need for need, asked in wanted.items() if asked is not None)
 

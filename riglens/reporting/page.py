@@ -218,7 +218,7 @@ class Column:
 
     @property
     def write(self) -> Callable[[Any], str]:
-        """What writes its value."""
+        """Function that writes its value."""
         writers = {"share": percent, "nat": thousand_nat, "m²": square_metres}
         return writers.get(self.figure.unit, plain)
 

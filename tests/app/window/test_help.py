@@ -227,7 +227,7 @@ def test_the_note_can_be_silenced_for_good_and_covers_no_other_note(
     bench: FullDesk, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def change(before_m: float, after_m: float) -> None:
-        monkeypatch.setattr(bench.workbench.session, "scene", scene(before_m))
+        monkeypatch.setattr(bench.workbench.session, "_scene", scene(before_m))
         bench.features.scene_data._show_note(scene(after_m))
 
     notes = bench.workbench.notes
