@@ -20,7 +20,7 @@ from riglens.core.targets.settings import USUAL, TargetSettings
 from riglens.core.targets.traffic import Traffic
 
 Need = Literal["voxels", "objects", "ground"]
-"""What has to be evaluated for a figure."""
+"""Parts of an evaluation that a figure may read."""
 BLIND_M = 0.3
 """Height of the object that must be seen around the car, where none is given: a crawling child."""
 

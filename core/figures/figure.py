@@ -89,7 +89,7 @@ class Figure(ABC):
     @property
     @abstractmethod
     def needs(self) -> Need:
-        """What has to be evaluated for this figure."""
+        """Part of an evaluation that this figure reads."""
 
     @abstractmethod
     def of(self, rig: Evaluated, who: str) -> Estimate:

@@ -59,7 +59,7 @@ class HeatMap(ABC):
     @property
     @abstractmethod
     def needs(self) -> Need:
-        """What has to be evaluated for it."""
+        """Part of an evaluation that it reads."""
 
     @property
     def direction(self) -> str:
