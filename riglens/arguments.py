@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from riglens.core.errors import InputError
 from riglens.core.geometry import triple
+from riglens.core.monitor import Monitor
 from riglens.core.scene.boxes import DataReport
 from riglens.core.sensors.registry import kind_named, kind_names
 from riglens.evaluation.options import SceneOptions
@@ -31,6 +32,17 @@ def warn(line: str) -> None:
     while frame.f_back is not None and frame.f_globals.get("__name__", "").split(".")[0] == "riglens":
         frame, level = frame.f_back, level + 1
     warnings.warn(line, RigLensWarning, stacklevel=level)
+
+
+class _Warnings(Monitor):
+    """Listener of scripts: a remark is a warning."""
+
+    def note(self, line: str) -> None:
+        """Warn at the line of the caller's own code."""
+        warn(line)
+
+
+WARNINGS = _Warnings()
 
 
 def warn_of_data(data: DataReport) -> None:

@@ -20,14 +20,13 @@ from riglens.app.commands.options import (
     SolidBody,
     ThreadArguments,
 )
-from riglens.app.commands.output import deliver, require_ending, require_outputs
-from riglens.app.terminal.console import progress_bar, results
+from riglens.app.commands.output import deliver, require_outputs
+from riglens.app.terminal.console import TERMINAL, results
 from riglens.app.terminal.loading import load_rigs
 from riglens.app.terminal.tables import table
 from riglens.core.blind.zones import (
     HEIGHTS_M,
     SHARE_WITHIN_M,
-    BlindEngine,
     BlindMap,
     BlindSettings,
     By,
@@ -35,14 +34,13 @@ from riglens.core.blind.zones import (
     share_seen,
     unseen_by,
 )
-from riglens.core.files import write_file
-from riglens.core.kernels.runtime import jit
+from riglens.core.files import require_ending, write_file
 from riglens.core.review.documents import blind_document
-from riglens.core.review.profiles import ONLY_GEOMETRY, Profile, bundled_profiles, read_profiles
-from riglens.core.review.verdicts import ProfileVerdict, verdicts
-from riglens.core.rig.model import Rig
+from riglens.core.review.profiles import ONLY_GEOMETRY, profiles_in
+from riglens.core.review.verdicts import ProfileVerdict
 from riglens.core.scene.sectors import SECTORS
 from riglens.core.shown_text import visible
+from riglens.jobs.reviewing import blind_zones
 from riglens.studies.files import csv_text
 
 ZONES = Group("Blind zones", sort_key=20)
@@ -86,28 +84,13 @@ def blind(
     score = score.solid(body)
     settings = BlindSettings(voxel, width, within_m=within)
     (opened,) = load_rigs([rig], score, reading.libraries, reading.housings)
-    asked = profiles_of(profiles)
+    asked = profiles_in(profiles)
     require_ending("out", out, ".csv", ".png")
     require_outputs((rig, *profiles), out, json)
-    found, judged = blind_zones(opened, settings, asked, score.threads)
+    found, judged = blind_zones(opened, settings, asked, score.threads, TERMINAL)
     if out is not None:
         _write_map(out, found, by, sensors)
     deliver(blind_document(found, judged), json, lambda: print_blind(found, judged, by, sensors))
-
-
-def profiles_of(files: Sequence[Path]) -> tuple[Profile, ...]:
-    """Return the profiles of some files, of those that ship with the program where none is named."""
-    return tuple(p for path in files for p in read_profiles(path)) if files else bundled_profiles()
-
-
-def blind_zones(
-    rig: Rig, settings: BlindSettings, profiles: Sequence[Profile], threads: int | None
-) -> tuple[BlindMap, tuple[ProfileVerdict, ...]]:
-    """Find blind zones of a rig and judge test objects."""
-    with progress_bar("Casting rays") as progress:
-        found = BlindEngine(rig.vehicle, settings, threads).evaluate(rig)
-        progress(0.5)
-        return found, verdicts(rig, profiles, settings.body, jit.use_threads(threads))
 
 
 def _write_map(path: Path, found: BlindMap, by: By, k: int) -> None:

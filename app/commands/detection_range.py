@@ -18,18 +18,16 @@ from riglens.app.commands.options import (
     ThreadArguments,
     number,
 )
-from riglens.app.commands.output import deliver, require_ending, require_outputs
+from riglens.app.commands.output import deliver, require_outputs
 from riglens.app.terminal.console import results
 from riglens.app.terminal.loading import load_rigs
 from riglens.app.terminal.tables import table
-from riglens.core.files import write_file
-from riglens.core.rig.model import Rig
+from riglens.core.files import require_ending, write_file
 from riglens.core.shown_text import visible
 from riglens.core.targets.detection_range import DetectionRange, RangePlan, RangeRow, around
-from riglens.core.targets.detection_range_making import detection_range_of
 from riglens.core.targets.detection_range_table import range_document, range_lines
 from riglens.core.targets.detection_range_text import HEADINGS, bearing_text, reach_text, stop_text
-from riglens.core.targets.engine import warm_up
+from riglens.jobs.reviewing import detection_range
 from riglens.studies.files import csv_text
 
 DETECTION = Group("Detection", sort_key=20)
@@ -97,12 +95,6 @@ def command(
 
         write_picture(chart, range_figure(found))
     deliver(range_document(found), json, lambda: print_range(found))
-
-
-def detection_range(rig: Rig, plan: RangePlan, threads: int | None) -> DetectionRange:
-    """Find the detection ranges of a rig."""
-    warm_up(threads)
-    return detection_range_of(rig, plan, threads)
 
 
 def print_range(ranges: DetectionRange) -> None:

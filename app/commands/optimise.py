@@ -12,7 +12,6 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from riglens.app.commands.check import CheckInputs, scene_for, unmet_by
 from riglens.app.commands.options import (
     Json,
     RigArguments,
@@ -24,7 +23,7 @@ from riglens.app.commands.options import (
     number,
 )
 from riglens.app.commands.output import deliver, require_outputs
-from riglens.app.terminal.console import progress_bar, results
+from riglens.app.terminal.console import TERMINAL, progress_bar, results
 from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic
 from riglens.core.errors import InputError
 from riglens.core.optimise.mounts import Move, moves_of
@@ -36,6 +35,7 @@ from riglens.core.shown_text import visible
 from riglens.core.targets.traffic import WITHIN_M, Traffic
 from riglens.evaluation.options import SceneOptions
 from riglens.evaluation.search_options import HIGHEST_M, SearchOptions, numbers_of
+from riglens.jobs.checking import CheckInputs, scene_for, unmet_by
 
 ADDED = Group("Added sensors", sort_key=14)
 MOVED = Group("Moved sensors", sort_key=15)
@@ -141,7 +141,7 @@ def optimise(
         checks=_other_traffic(scene, check_boxes, within_m),
     )
     if asked is not None:
-        subject = scene_for(scene, [opened], score, asked.required)
+        subject = scene_for(scene, [opened], score, asked.required, TERMINAL)
         problem = replace(problem, unmet=lambda one: unmet_by(one, score, subject, asked))
     with progress_bar("Casting, choosing, checking") as progress:
         found = finished(problem, score.threads, progress)

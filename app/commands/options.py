@@ -115,17 +115,17 @@ Dask = Annotated[
 # ---------------------------------------------------------------- options that travel together
 
 
-def arguments(options: type, group: Group | Mapping[str, Group], *names: str) -> Any:
-    """Return a class with some fields of a class of options, in one group or in several by their names; its instances
-    are the options themselves."""
-    groups = dict.fromkeys(names, group) if isinstance(group, Group) else group
+def arguments(options: type, groups: Group | Mapping[str, Group] | None = None, *names: str) -> Any:
+    """Return a class with fields of a class of options, all or those of some names, in one group or in several by their
+    names; its instances are the options themselves."""
     hints = get_type_hints(options, localns={"Rig": object}, include_extras=True)
     defaults = {one.name: one.default for one in fields(options)}
     rows = []
-    for name, under in groups.items():
+    for name in names or defaults:
         kind, said = get_args(hints[name])
+        group = groups.get(name) if isinstance(groups, Mapping) else groups
         rows.append(
-            (name, _annotated(kind, said, name, under, defaults[name]), field(default=defaults[name]))
+            (name, _annotated(kind, said, name, group, defaults[name]), field(default=defaults[name]))
         )
     namespace = {
         "__module__": __name__,
@@ -137,17 +137,16 @@ def arguments(options: type, group: Group | Mapping[str, Group], *names: str) ->
     return Parameter(name="*")(made)
 
 
-def _annotated(kind: Any, said: Said, name: str, group: Group, default: object) -> Any:
+def _annotated(kind: Any, said: Said, name: str, group: Group | None, default: object) -> Any:
     converter: Callable[..., Any] | None = whole_number if int in (kind, *get_args(kind)) else None
     if name == "voxel_m":
         converter = _edge_or_auto
     elif kind is bool and said.metavar:  # said by a word
         kind, converter = Literal[said.metavar, True, False], _is_word(said.metavar)
-    return Annotated[
+    described = Annotated[
         kind,
         Parameter(
             name=option_of(name),
-            group=group,
             metavar=said.metavar or None,
             help=said.help,
             converter=converter,
@@ -155,6 +154,9 @@ def _annotated(kind: Any, said: Said, name: str, group: Group, default: object) 
             show_choices=converter is None,
         ),
     ]
+    if group is None:  # given as None, it would hide the option
+        return described
+    return Annotated[described, Parameter(group=group)]
 
 
 if TYPE_CHECKING:

@@ -17,11 +17,12 @@ from riglens.app.commands.options import (
     SceneArguments,
     number,
 )
-from riglens.app.terminal.console import results
-from riglens.app.terminal.loading import load_rig, load_scene, with_choice
+from riglens.app.terminal.console import TERMINAL, note, results
+from riglens.app.terminal.loading import load_rig, load_scene
 from riglens.core.errors import InputError
 from riglens.core.files import require_writable
 from riglens.core.rig.library import use_libraries
+from riglens.evaluation.loading import with_choice
 from riglens.evaluation.options import HeatMode
 from riglens.evaluation.scenario import settings_of
 from riglens.rendering.display import prepare_drawing
@@ -115,10 +116,10 @@ def render(
     require_writable(out)
     opened = with_choice(load_rig(rig), reading.housings)
     baseline = load_rig(picture.baseline) if picture.baseline is not None else None
-    opened = as_drawn(opened, Path(rig).parent)
+    opened = as_drawn(opened, Path(rig).parent, note)
     score = drawn_score(opened, score.body)
     pog, field = load_scene(scene, [opened], score)
-    score_and_draw(opened, pog, field, picture, baseline, settings_of(score))
+    score_and_draw(opened, pog, field, picture, baseline, settings_of(score), TERMINAL)
     width, height = (side * picture.scale for side in picture.size_px)
     results(out).print(f"{out}: {width} x {height} pixels", soft_wrap=True)
 

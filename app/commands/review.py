@@ -11,9 +11,9 @@ from cyclopts import Group, Parameter
 from rich.text import Text
 
 from riglens.app.commands.audit import print_audit
-from riglens.app.commands.blind import blind_zones, print_blind, profiles_of
-from riglens.app.commands.detection_range import detection_range, print_range
-from riglens.app.commands.mounts import mounts_document, print_mounts
+from riglens.app.commands.blind import print_blind
+from riglens.app.commands.detection_range import print_range
+from riglens.app.commands.mounts import print_mounts
 from riglens.app.commands.options import (
     Json,
     Profiles,
@@ -24,17 +24,17 @@ from riglens.app.commands.options import (
     number,
 )
 from riglens.app.commands.output import deliver, require_outputs
-from riglens.app.commands.redundancy import redundancy_of
+from riglens.app.commands.redundancy import print_redundancy
 from riglens.app.commands.tolerance import Drawing, drawn, print_tolerance
-from riglens.app.terminal.console import note, progress_bar, results
+from riglens.app.terminal.console import TERMINAL, note, progress_bar, results
 from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic
 from riglens.core.blind.zones import BlindSettings
 from riglens.core.engine.audit import audit as audit_rig
 from riglens.core.engine.audit import audit_document
 from riglens.core.errors import InputError
 from riglens.core.metric.entropy import EntropyField
-from riglens.core.review.documents import blind_document
-from riglens.core.review.profiles import Profile
+from riglens.core.review.documents import blind_document, mounts_review_document
+from riglens.core.review.profiles import Profile, profiles_in
 from riglens.core.rig.edits import damaged as damaged_rig
 from riglens.core.rig.model import FORMAT_VERSION, Rig
 from riglens.core.targets.detection_range import RangePlan
@@ -42,6 +42,7 @@ from riglens.core.targets.detection_range_table import range_document
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import WITHIN_M, Traffic
 from riglens.evaluation.options import SceneOptions, ScoreOptions
+from riglens.jobs.reviewing import blind_zones, detection_range, redundancy_of
 
 REVIEW = Group("Review", sort_key=5)
 Part = tuple[dict[str, Any], Callable[[], None]]
@@ -94,7 +95,7 @@ def review(
         Also write one JSON document, with a key per part, to a file; with - to standard output, instead of the tables.
     """
     parts = parts_of(only)
-    asked = RangePlan(min_points), profiles_of(profiles), Drawing.of(errors, draws, seed, sample)
+    asked = RangePlan(min_points), profiles_in(profiles), Drawing.of(errors, draws, seed, sample)
     (opened,) = load_rigs([rig], score.solid(), reading.libraries, reading.housings)
     opened = damaged_rig(opened, damaged)
     require_outputs((rig, *profiles, *scene.files), json)
@@ -139,7 +140,7 @@ class Review:
     def blind(self) -> Part:
         """Find blind zones and judge test objects."""
         settings = BlindSettings()
-        found, judged = blind_zones(self.rig, settings, self.profiles, self.score.threads)
+        found, judged = blind_zones(self.rig, settings, self.profiles, self.score.threads, TERMINAL)
         return blind_document(found, judged), lambda: print_blind(found, judged, "any", 1)
 
     def range(self) -> Part:
@@ -149,8 +150,10 @@ class Review:
 
     def redundancy(self) -> Part:
         """Find what failures cost."""
-        found = redundancy_of(self.rig, self.field, self.traffic, self.score, self.counting, self.halves)
-        return found.document(), found.show
+        found = redundancy_of(
+            self.rig, self.field, self.traffic, self.score, self.counting, self.halves, TERMINAL
+        )
+        return found.document(), lambda: print_redundancy(found)
 
     def tolerance(self) -> Part:
         """Draw errors and find how figures spread."""
@@ -166,7 +169,7 @@ class Review:
 
     def mounts(self) -> Part:
         """Say where sensors sit."""
-        return mounts_document(self.rig), lambda: print_mounts(self.rig)
+        return mounts_review_document(self.rig), lambda: print_mounts(self.rig)
 
 
 PARTS: dict[str, Callable[[Review], Part]] = {

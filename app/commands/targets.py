@@ -21,11 +21,11 @@ from riglens.app.commands.options import (
     Surroundings,
     TrafficArguments,
 )
-from riglens.app.commands.output import deliver, require_ending, require_outputs
+from riglens.app.commands.output import deliver, require_outputs
 from riglens.app.terminal.console import note, progress_bar, results
 from riglens.app.terminal.loading import load_rigs, load_traffic
 from riglens.core.errors import InputError
-from riglens.core.files import atomic_write
+from riglens.core.files import atomic_write, require_ending
 from riglens.core.metric.scores import common_body
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES

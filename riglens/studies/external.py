@@ -6,13 +6,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from rich.console import Console
-from rich.text import Text
-
-from riglens.app.terminal.console import progress_bar, results
-from riglens.app.terminal.tables import table
 from riglens.core.engine.engine import Engine
 from riglens.core.files import write_file
+from riglens.core.monitor import Monitor
+from riglens.core.shown_tables import Block, Styled, table
 from riglens.core.study.external import (
     FIGURES,
     GROUPS,
@@ -35,8 +32,15 @@ _ORIGINS: dict[Recording, Triple] = {"nuscenes": (-1.35, 0.0, 0.0), "kitti": (0.
 """Of tables of boxes: nuScenes' in the frame of the rear axle, KITTI's in that of the Velodyne."""
 
 
-def study(nuscenes: Path | None, kitti: Path | None, threads: int | None, frames: int, out: Path) -> None:
-    """Compute the figures on the boxes of both recordings, or of the bundled town; print and write them."""
+def study(
+    nuscenes: Path | None,
+    kitti: Path | None,
+    threads: int | None,
+    frames: int,
+    out: Path,
+    monitor: Monitor,
+) -> list[Block]:
+    """Compute the figures on the boxes of both recordings, or of the bundled town; write and return them."""
     require_folder(out, (NAME,))
     found: list[Outcome] = []
     boxes: dict[Recording, Path | None] = {"nuscenes": nuscenes, "kitti": kitti}
@@ -45,28 +49,27 @@ def study(nuscenes: Path | None, kitti: Path | None, threads: int | None, frames
         if path is not None:
             origin_m = _ORIGINS[recording] if path.is_file() else None
             scene = replace(scene, boxes=path, origin_m=origin_m)
-        with progress_bar(f"Experiments on {recording}") as progress:
+        with monitor.stage(f"Experiments on {recording}") as progress:
             engine = Engine(load_scenario(scene).field, threads)
             traffic = load_traffic(scene, WITHIN_M[recording])
             found += outcomes(recording, traffic, engine, min(frames, traffic.frames), progress)
-    say(found, results())
     write_file(out / NAME, csv_text(list(lines(found))))
-    results().print(f"{out}: {NAME}", soft_wrap=True)
+    return [*shown(found), f"{out}: {NAME}"]
 
 
-def say(found: Sequence[Outcome], console: Console) -> None:
-    """Print ratios to the whole LiDAR, group by group of experiments."""
+def shown(found: Sequence[Outcome]) -> Iterator[Block]:
+    """Yield ratios to the whole LiDAR, group by group of experiments."""
     for group in GROUPS:
         mine = [one for one in found if one.experiment.group == group]
         titles = ("ratio to the whole LiDAR", "published", *FIGURES.values())
-        shown = table(*titles, title=group.capitalize(), wraps={0})
+        made = table(*titles, title=group.capitalize(), wraps={0})
         for one in mine:
             ratios = (f"{one.ratios[name]:.2f}{' ' if one.passes(name) else '*'}" for name in FIGURES)
-            shown.add_row(one.experiment.name, f"{one.experiment.published:.2f}", *ratios)
+            made.add_row(one.experiment.name, f"{one.experiment.published:.2f}", *ratios)
         errors = (f"{mean_error(mine, name):.3f} " for name in FIGURES)
-        shown.add_row(Text("mean error", "bold"), "", *errors)
-        console.print(shown)
-    console.print(f"* more than {TOLERANCE:g} from the published ratio.")
+        made.add_row(Styled("mean error", "bold"), "", *errors)
+        yield made
+    yield f"* more than {TOLERANCE:g} from the published ratio."
 
 
 def lines(found: Sequence[Outcome]) -> Iterator[dict[str, object]]:

@@ -10,17 +10,15 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from rich.table import Table
-from rich.text import Text
 
-from riglens.app.terminal.console import note, progress_bar, results
-from riglens.app.terminal.tables import table
 from riglens.core.errors import InputError
 from riglens.core.files import write_file
 from riglens.core.formats.opening import open_rig
+from riglens.core.monitor import Monitor
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.readers import parse_class_map
+from riglens.core.shown_tables import Block, ShownTable, Styled, table
 from riglens.core.shown_text import visible
 from riglens.core.study.target_counts import (
     EXPECTED,
@@ -54,8 +52,9 @@ def study(
     recorder: Recorder,
     threads: int | None,
     out: Path,
-) -> None:
-    """Print how predictions agree with a recording; write the tables and a chart."""
+    monitor: Monitor,
+) -> list[Block]:
+    """Return how predictions agree with a recording; write the tables and a chart."""
     assert scene.boxes is not None
     if rig is None and rigs is None:
         raise InputError("is needed, or", "rig", "rigs")
@@ -63,7 +62,7 @@ def study(
         raise InputError("cannot be combined with", "rig", "rigs")
     require_folder(out, NAMES)
     placed = rigs_by_sequence(rigs, recorder) if rigs is not None else open_rig(str(rig)).rig
-    with progress_bar("Reading boxes") as progress:
+    with monitor.stage("Reading boxes") as progress:
         traffic = load_traffic(scene, 60.0, progress)
     true = true_points(scene.boxes, parse_class_map(scene.classes))
     if len(true) != len(traffic.row):
@@ -73,20 +72,17 @@ def study(
     labels = traffic.data.labels
     _check_rigs(placed, labels.names if labels is not None else ("all",))
     for line in remarks_on(traffic.data):
-        note(line)
+        monitor.note(line)
     pairs = predict(traffic, true, placed, threads)
     write_file(out / NAMES[0], csv_text(list(summary(pairs))))
     write_file(out / NAMES[1], csv_text(list(objects(pairs))))
     write_file(out / NAMES[2], chart(pairs))
-    console = results()
-    console.print(share_table(pairs))
+    said: list[Block] = [share_table(pairs)]
     for number in (*range(len(pairs.sequences)), None) if len(pairs.sequences) > 1 else (None,):
         name = "all together" if number is None else visible(pairs.sequences[number])
-        console.print(Text(name, "bold"), soft_wrap=True)
-        console.print(ratio_table(pairs, number))
-    for variant in list(VARIANTS)[-2:]:
-        console.print(verdict(pairs, variant), soft_wrap=True)
-    console.print(f"{out}: {', '.join(NAMES)}", soft_wrap=True)
+        said += [Styled(name, "bold"), ratio_table(pairs, number)]
+    said += [verdict(pairs, variant) for variant in list(VARIANTS)[-2:]]
+    return [*said, f"{out}: {', '.join(NAMES)}"]
 
 
 def _check_rigs(rigs: Mapping[str, Rig] | Rig, sequences: tuple[str, ...]) -> None:
@@ -136,7 +132,7 @@ def objects(pairs: Pairs) -> Iterator[dict[str, object]]:
         }
 
 
-def share_table(pairs: Pairs) -> Table:
+def share_table(pairs: Pairs) -> ShownTable:
     """Return shares of objects with enough points, predicted and true: sequences and classes as rows."""
     titles = (title for least in SHARES for title in (f"≥ {least}, predicted", "true"))
     shown = table(f"Share of objects, {ONE_DRAW}", *titles)
@@ -151,13 +147,13 @@ def share_table(pairs: Pairs) -> Table:
     return shown
 
 
-def ratio_table(pairs: Pairs, number: int | None) -> Table:
+def ratio_table(pairs: Pairs, number: int | None) -> ShownTable:
     """Tabulate the variants as rows, one section per class."""
     rings = (f"{low:g}-{high:g} m" for low, high in RINGS_M)
     shown = table("predicted / true points", "Spearman", *rings)
     for name, mask in class_masks(pairs).items():
         chosen = mask & pairs.of_sequence(number)
-        shown.add_row(Text(f"{name}, {int(chosen.sum()):,}", "bold"))
+        shown.add_row(Styled(f"{name}, {int(chosen.sum()):,}", "bold"))
         for variant in VARIANTS:
             rank = pairs.rank(variant, chosen)
             cells = [_ratio(pairs, variant, chosen, name, ring) for ring in RINGS_M if name in CLASSES]
