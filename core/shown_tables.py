@@ -70,7 +70,7 @@ class ShownTable:
 
 
 Block = str | Styled | Line | Paragraph | ShownTable
-"""What is shown by itself: a line, a paragraph or a table."""
+"""A line, a paragraph or a table by itself."""
 
 
 def table(

@@ -33,7 +33,7 @@ Quick = Annotated[bool, Said("", "Smaller cases and fewer settings: a preview, n
 
 
 class Job(NamedTuple):
-    """What every study is given: a scene, a score, the folder of its files and a monitor."""
+    """Inputs of every study: a scene, a score, the folder of its files and a monitor."""
 
     scene: SceneOptions
     score: ScoreOptions
