@@ -12,6 +12,7 @@ from riglens.app.commands.options import (
     SceneArguments,
     SolidBody,
     ThreadArguments,
+    command,
 )
 from riglens.app.commands.output import deliver, require_outputs
 from riglens.app.terminal.console import progress_bar, results
@@ -22,6 +23,7 @@ from riglens.core.engine.audit import audit as audit_rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.shown_text import visible
 from riglens.core.shown_values import percent
+from riglens.evaluation.options import SceneOptions, ScoreOptions
 
 TITLES = (
     "hits\nthe car",
@@ -33,13 +35,14 @@ TITLES = (
 )
 
 
+@command
 def audit(
     rig: RigName,
     /,
     *,
-    scene: SceneArguments = SceneArguments(),
+    scene: SceneArguments = SceneOptions(),
     body: SolidBody = None,
-    score: ThreadArguments = ThreadArguments(),
+    score: ThreadArguments = ScoreOptions(),
     reading: RigArguments = RigArguments(),
     json: JsonFigures = None,
 ) -> None:

@@ -19,6 +19,7 @@ from riglens.app.commands.options import (
     RigName,
     SolidBody,
     ThreadArguments,
+    command,
 )
 from riglens.app.commands.output import deliver, require_outputs
 from riglens.app.terminal.console import TERMINAL, results
@@ -40,12 +41,14 @@ from riglens.core.review.profiles import ONLY_GEOMETRY, profiles_in
 from riglens.core.review.verdicts import ProfileVerdict
 from riglens.core.scene.sectors import SECTORS
 from riglens.core.shown_text import visible
+from riglens.evaluation.options import ScoreOptions
 from riglens.jobs.reviewing import blind_zones
 from riglens.studies.files import csv_text
 
 ZONES = Group("Blind zones", sort_key=20)
 
 
+@command
 def blind(
     rig: RigName,
     /,
@@ -57,7 +60,7 @@ def blind(
     sensors: Annotated[Literal[1, 2], Parameter(group=ZONES, metavar="1|2")] = 1,
     profiles: Profiles = (),
     body: SolidBody = None,
-    score: ThreadArguments = ThreadArguments(),
+    score: ThreadArguments = ScoreOptions(),
     reading: RigArguments = RigArguments(),
     out: Annotated[Path | None, Parameter(metavar="FILE.csv|.png")] = None,
     json: JsonFigures = None,

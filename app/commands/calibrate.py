@@ -9,7 +9,7 @@ import numpy as np
 from cyclopts import Parameter
 from rich.table import Table
 
-from riglens.app.commands.options import BoxArguments, Libraries, Out
+from riglens.app.commands.options import BoxArguments, Libraries, Out, command
 from riglens.app.commands.output import require_outputs
 from riglens.app.terminal.console import progress_bar, results
 from riglens.app.terminal.loading import load_rig
@@ -21,15 +21,17 @@ from riglens.core.study.calibrating import Rules
 from riglens.core.targets.calibration import MATCH_M, MIN_SCORE, WITHIN_M, Calibration
 from riglens.core.targets.quantities import SURE
 from riglens.evaluation.calibrating import calibrated
+from riglens.evaluation.options import SceneOptions
 
 SHOWN_AT = (1, 5, 10, 20, 50, 100)
 
 
+@command
 def calibrate(
     detections: Annotated[Path, Parameter(name="DETECTIONS")],
     /,
     *,
-    scene: BoxArguments = BoxArguments(),
+    scene: BoxArguments = SceneOptions(),
     out: Out,
     within: Annotated[float, Parameter(metavar="M")] = WITHIN_M,
     min_score: Annotated[float, Parameter(metavar="X")] = MIN_SCORE,

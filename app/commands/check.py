@@ -13,7 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from riglens.app.commands.evaluate import wrong_places
-from riglens.app.commands.options import Json, Profiles, RigArguments, RunArguments, SceneArguments
+from riglens.app.commands.options import Json, Profiles, RigArguments, RunArguments, SceneArguments, command
 from riglens.app.commands.output import deliver, require_outputs
 from riglens.app.terminal.console import TERMINAL, note, results
 from riglens.app.terminal.loading import load_rigs
@@ -25,6 +25,7 @@ from riglens.core.review.findings import Status, Verdict
 from riglens.core.review.requirements import Requirements
 from riglens.core.rig.yaml.checked import line_of
 from riglens.core.shown_text import visible
+from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.jobs.checking import Checked, CheckInputs, checked, scene_for
 
 MARKS: dict[Status, tuple[str, str]] = {
@@ -35,14 +36,15 @@ MARKS: dict[Status, tuple[str, str]] = {
 }
 
 
+@command
 def check(
     rigs: Annotated[tuple[str, ...], Parameter(name="RIG", negative=())],
     /,
     *,
     requirements: Annotated[Path, Parameter(metavar="FILE")],
     profiles: Profiles = (),
-    scene: SceneArguments = SceneArguments(),
-    score: RunArguments = RunArguments(),
+    scene: SceneArguments = SceneOptions(),
+    score: RunArguments = ScoreOptions(),
     reading: RigArguments = RigArguments(),
     json: Json = None,
     junit: Annotated[Path | None, Parameter(metavar="FILE")] = None,

@@ -7,6 +7,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from riglens.app.commands.options import command
 from riglens.app.terminal.console import TERMINAL, results
 from riglens.core.errors import InputError
 from riglens.core.files import require_apart, write_file
@@ -19,6 +20,7 @@ from riglens.evaluation.options import Triple
 from riglens.jobs.converting import converted
 
 
+@command
 def convert(
     source: Annotated[str, Parameter(name="IN")],
     out: Annotated[Path, Parameter(name="OUT")],

@@ -11,7 +11,15 @@ from cyclopts import Parameter
 from rich.table import Table
 from rich.text import Text
 
-from riglens.app.commands.options import Dask, GridArguments, JsonFigures, Out, ReadingArguments, Workers
+from riglens.app.commands.options import (
+    Dask,
+    GridArguments,
+    JsonFigures,
+    Out,
+    ReadingArguments,
+    Workers,
+    command,
+)
 from riglens.app.commands.output import deliver, require_outputs
 from riglens.app.terminal.console import TERMINAL, note, progress_bar, results
 from riglens.app.terminal.tables import table
@@ -22,6 +30,7 @@ from riglens.core.scene.survey import RINGS_M, SECTORS, Survey
 from riglens.core.shown_text import visible
 from riglens.evaluation.described import Described, described
 from riglens.evaluation.names import option_of
+from riglens.evaluation.options import SceneOptions
 from riglens.evaluation.scene_words import data_line
 from riglens.jobs.building import build as build_file
 
@@ -34,10 +43,11 @@ BoxPaths = Annotated[Path, Parameter(name="BOXES", required=True)]
 # ---------------------------------------------------------------- riglens data build
 
 
+@command
 def build(
     *boxes: BoxPaths,
     out: Out,
-    scene: GridArguments = GridArguments(),
+    scene: GridArguments = SceneOptions(),
     workers: Workers = None,
     dask: Dask = None,
 ) -> None:
@@ -65,7 +75,8 @@ def _print_pog(pog: Pog, out: Path) -> None:
 # ---------------------------------------------------------------- riglens data show
 
 
-def show(*boxes: BoxPaths, scene: ReadingArguments = ReadingArguments(), json: JsonFigures = None) -> None:
+@command
+def show(*boxes: BoxPaths, scene: ReadingArguments = SceneOptions(), json: JsonFigures = None) -> None:
     """Show the contents of box data: classes, directions, distances, sizes, the ground, and unmapped names.
 
     Parameters

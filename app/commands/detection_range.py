@@ -18,6 +18,9 @@ from riglens.app.commands.options import (
     ThreadArguments,
     number,
 )
+from riglens.app.commands.options import (
+    command as by_options,
+)
 from riglens.app.commands.output import deliver, require_outputs
 from riglens.app.terminal.console import results
 from riglens.app.terminal.loading import load_rigs
@@ -27,6 +30,7 @@ from riglens.core.shown_text import visible
 from riglens.core.targets.detection_range import DetectionRange, RangePlan, RangeRow, around
 from riglens.core.targets.detection_range_table import range_document, range_lines
 from riglens.core.targets.detection_range_text import HEADINGS, bearing_text, reach_text, stop_text
+from riglens.evaluation.options import ScoreOptions
 from riglens.jobs.reviewing import detection_range
 from riglens.studies.files import csv_text
 
@@ -34,6 +38,7 @@ DETECTION = Group("Detection", sort_key=20)
 BRAKING = Group("Braking", sort_key=21)
 
 
+@by_options
 def command(
     rig: RigName,
     /,
@@ -44,7 +49,7 @@ def command(
     to: Annotated[float, Parameter(group=DETECTION, metavar="M")] = 150.0,
     reaction: Annotated[float, Parameter(group=BRAKING, metavar="S")] = 1.0,
     deceleration: Annotated[float, Parameter(group=BRAKING, metavar="MPS2")] = 5.0,
-    score: ThreadArguments = ThreadArguments(),
+    score: ThreadArguments = ScoreOptions(),
     body: SolidBody = None,
     reading: RigArguments = RigArguments(),
     csv: Annotated[Path | None, Parameter(metavar="FILE.csv")] = None,

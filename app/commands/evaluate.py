@@ -17,21 +17,24 @@ from riglens.app.commands.options import (
     RigNames,
     ScoreArguments,
     Surroundings,
+    command,
 )
+from riglens.evaluation.options import SceneOptions, ScoreOptions
 
 if TYPE_CHECKING:
     from riglens.core.rig.model import Rig
 
 
+@command
 def evaluate(
     *rigs: RigNames,
     targets: Annotated[bool, Parameter(group=COUNT)] = False,
-    scene: EverythingArguments = EverythingArguments(),
+    scene: EverythingArguments = SceneOptions(),
     surroundings: Surroundings = None,
     by: Parts = "ring",
     count: CountArguments = CountArguments(),
     reading: RigArguments = RigArguments(),
-    score: ScoreArguments = ScoreArguments(),
+    score: ScoreArguments = ScoreOptions(),
     json: JsonFigures = None,
 ) -> None:
     """Score one or more rigs, with --targets also their points and pixels on objects.

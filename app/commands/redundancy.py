@@ -14,6 +14,7 @@ from riglens.app.commands.options import (
     RigName,
     SceneArguments,
     ScoreArguments,
+    command,
     number,
 )
 from riglens.app.commands.output import deliver, require_outputs
@@ -33,6 +34,7 @@ from riglens.core.scene.sectors import SECTORS
 from riglens.core.shown_text import visible
 from riglens.core.shown_values import percent
 from riglens.core.targets.settings import TargetSettings
+from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.jobs.reviewing import Redundancy, redundancy_of
 
 FAILING = Group("Redundancy", sort_key=15)
@@ -47,12 +49,13 @@ HEADINGS: dict[What, str] = {
 NOT_COUNTED = "objects are not counted: a stored POG holds none"
 
 
+@command
 def redundancy(
     rig: RigName,
     /,
     *,
-    scene: SceneArguments = SceneArguments(),
-    score: ScoreArguments = ScoreArguments(),
+    scene: SceneArguments = SceneOptions(),
+    score: ScoreArguments = ScoreOptions(),
     road_users: Annotated[bool, Parameter(group=FAILING, negative="--no-road-users")] = True,
     min_points: Annotated[int, number(FAILING)] = 5,
     within: Annotated[float, Parameter(group=FAILING, metavar="M")] = 60.0,

@@ -15,6 +15,7 @@ from riglens.app.commands.options import (
     RigArguments,
     RigName,
     SceneArguments,
+    command,
     number,
 )
 from riglens.app.terminal.console import TERMINAL, note, results
@@ -23,7 +24,7 @@ from riglens.core.errors import InputError
 from riglens.core.files import require_writable
 from riglens.core.rig.library import use_libraries
 from riglens.evaluation.loading import with_choice
-from riglens.evaluation.options import HeatMode
+from riglens.evaluation.options import HeatMode, SceneOptions, ScoreOptions
 from riglens.evaluation.scenario import settings_of
 from riglens.rendering.display import prepare_drawing
 from riglens.rendering.render import RenderRequest, as_drawn, drawn_score, score_and_draw
@@ -93,14 +94,15 @@ class PictureArguments:
         )  # fmt: skip
 
 
+@command
 def render(
     rig: RigName,
     /,
     *,
     out: Out,
     look: PictureArguments = PictureArguments(),
-    scene: SceneArguments = SceneArguments(),
-    score: BodyArguments = BodyArguments(),
+    scene: SceneArguments = SceneOptions(),
+    score: BodyArguments = ScoreOptions(),
     reading: RigArguments = RigArguments(),
 ) -> None:
     """Draw a rig, its rays and the heatmap of a class into a PNG file, without a display.

@@ -11,7 +11,7 @@ from typing import Annotated
 from cyclopts import Group, Parameter
 
 from riglens.app.background.report import PAGE, PDF, ReportJob, Tell, page_picture
-from riglens.app.commands.options import RigArguments, SceneArguments, ScoreArguments, number
+from riglens.app.commands.options import RigArguments, SceneArguments, ScoreArguments, command, number
 from riglens.app.commands.output import require_outputs
 from riglens.app.commands.running import guarded
 from riglens.app.terminal.console import TERMINAL, note, results
@@ -23,7 +23,7 @@ from riglens.core.rig.library import use_libraries
 from riglens.core.shown_text import visible
 from riglens.core.vehicle.mesh_file import with_mesh_read
 from riglens.evaluation.names import label_of
-from riglens.evaluation.options import USUAL_DRAWS
+from riglens.evaluation.options import USUAL_DRAWS, SceneOptions, ScoreOptions
 from riglens.reporting.document import document_of
 from riglens.reporting.figures import (
     ReportPlan,
@@ -37,6 +37,7 @@ SHOWN = 20
 REPORT = Group("Report", sort_key=5)
 
 
+@command
 def report(
     rigs: Annotated[tuple[str, ...], Parameter(name="RIG", negative=())] = (),
     /,
@@ -50,8 +51,8 @@ def report(
     project: Annotated[str | None, Parameter(group=REPORT, metavar="TEXT")] = None,
     revision: Annotated[str | None, Parameter(group=REPORT, metavar="TEXT")] = None,
     author: Annotated[str | None, Parameter(group=REPORT, metavar="TEXT")] = None,
-    scene: SceneArguments = SceneArguments(),
-    score: ScoreArguments = ScoreArguments(),
+    scene: SceneArguments = SceneOptions(),
+    score: ScoreArguments = ScoreOptions(),
     reading: RigArguments = RigArguments(),
 ) -> int:
     """Write a page about one or more rigs that needs no network and no script, or check an earlier one.

@@ -21,6 +21,7 @@ from riglens.app.commands.options import (
     RigName,
     SceneArguments,
     ScoreArguments,
+    command,
     number,
 )
 from riglens.app.commands.output import deliver, require_outputs
@@ -49,6 +50,7 @@ Part = tuple[dict[str, Any], Callable[[], None]]
 """The JSON of a part, and what prints its tables."""
 
 
+@command
 def review(
     rig: RigName,
     /,
@@ -64,8 +66,8 @@ def review(
         tuple[str, ...], Parameter(group=REVIEW, metavar="SENSOR[=HALF]", show_default=False)
     ] = (),
     halves: Annotated[bool, Parameter(group=REVIEW, negative="")] = False,
-    scene: SceneArguments = SceneArguments(),
-    score: ScoreArguments = ScoreArguments(),
+    scene: SceneArguments = SceneOptions(),
+    score: ScoreArguments = ScoreOptions(),
     reading: RigArguments = RigArguments(),
     json: Json = None,
 ) -> None:

@@ -18,6 +18,7 @@ from riglens.app.commands.options import (
     TrafficArguments,
     Whole,
     Workers,
+    command,
     number,
 )
 from riglens.app.terminal.console import TERMINAL, show
@@ -26,6 +27,7 @@ from riglens.core.pieces.where import Where
 from riglens.core.rig.library import use_libraries
 from riglens.core.simulate.settings import SimulationSettings
 from riglens.core.simulate.units import Extras
+from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.jobs.simulating import DataSetJob, collect_in_carla, make_data_sets
 
 SWEEPS = Group("Sweeps", sort_key=20)
@@ -66,15 +68,16 @@ class SweepArguments:
         )
 
 
+@command
 def simulate(
     *rigs: RigNames,
     out: Annotated[Path, Parameter(metavar="DIR")],
-    scene: TrafficArguments = TrafficArguments(),
+    scene: TrafficArguments = SceneOptions(),
     surroundings: Surroundings = None,
     every: Annotated[Whole, Parameter(group=SCENE)] = None,
     sequences: Annotated[Whole, Parameter(group=SCENE)] = None,
     sweeps: SweepArguments = SweepArguments(),
-    score: BodyArguments = BodyArguments(),
+    score: BodyArguments = ScoreOptions(),
     pictures: Annotated[Literal["on", "off"], Parameter(group=FILES)] = "on",
     points: Annotated[Literal["parquet"] | None, Parameter(group=FILES)] = None,
     workers: Workers = None,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from cyclopts import Parameter
 
@@ -17,7 +17,8 @@ from riglens.app.commands.options import (
     ScoreArguments,
     ThreadArguments,
     WeightArguments,
-    arguments,
+    all_of,
+    command,
 )
 from riglens.app.terminal.console import TERMINAL, show
 from riglens.evaluation.options import PAPER_RIG, SceneOptions, ScoreOptions
@@ -33,24 +34,15 @@ from riglens.studies.running import (
     TargetsOptions,
 )
 
-if TYPE_CHECKING:
-    AccuracyArguments = AccuracyOptions
-    DetectionArguments = DetectionOptions
-    ExternalArguments = ExternalOptions
-    PredictedArguments = PredictedOptions
-    StabilityArguments = StabilityOptions
-    Table1Arguments = Table1Options
-    TargetsArguments = TargetsOptions
-else:
-    _WORKERS = {"workers": BUILD, "dask": BUILD}
-    AccuracyArguments = arguments(AccuracyOptions)
-    DetectionArguments = arguments(DetectionOptions, _WORKERS)
-    ExternalArguments = arguments(ExternalOptions)
-    PredictedArguments = arguments(PredictedOptions)
-    StabilityArguments = arguments(StabilityOptions)
-    Table1Arguments = arguments(Table1Options)
-    TargetsArguments = arguments(TargetsOptions)
-
+AccuracyArguments = Annotated[AccuracyOptions, all_of(AccuracyOptions)]
+DetectionArguments = Annotated[
+    DetectionOptions, all_of(DetectionOptions, None, {"workers": BUILD, "dask": BUILD})
+]
+ExternalArguments = Annotated[ExternalOptions, all_of(ExternalOptions)]
+PredictedArguments = Annotated[PredictedOptions, all_of(PredictedOptions)]
+StabilityArguments = Annotated[StabilityOptions, all_of(StabilityOptions)]
+Table1Arguments = Annotated[Table1Options, all_of(Table1Options)]
+TargetsArguments = Annotated[TargetsOptions, all_of(TargetsOptions)]
 Folder = Annotated[Path, Parameter(metavar="DIR")]
 USUAL_SCENE, USUAL_SCORE = SceneOptions(), ScoreOptions()
 
@@ -68,23 +60,25 @@ def _run(
     show(STUDIES[name].run(options, Job(scene, score, out, TERMINAL), *inputs), beside)
 
 
+@command
 def table1(
     *,
-    scene: SceneArguments = SceneArguments(),
-    score: ScoreArguments = ScoreArguments(),
-    options: Table1Arguments = Table1Arguments(),
+    scene: SceneArguments = SceneOptions(),
+    score: ScoreArguments = ScoreOptions(),
+    options: Table1Arguments = Table1Options(),
 ) -> None:
     """Score the paper's eight rigs next to its Tables I and II, and to published detection."""
     _run("table1", options, scene=scene, score=score, beside=options.csv)
 
 
+@command
 def accuracy(
     rig: RigName = PAPER_RIG,
     /,
     *,
-    options: AccuracyArguments = AccuracyArguments(),
-    scene: SceneArguments = SceneArguments(),
-    score: WeightArguments = WeightArguments(),
+    options: AccuracyArguments = AccuracyOptions(),
+    scene: SceneArguments = SceneOptions(),
+    score: WeightArguments = ScoreOptions(),
     out: Folder = Path("out"),
 ) -> None:
     """Compare time and error of methods to score a rig: methods, voxel edges, ray lattices; chart and CSV.
@@ -97,13 +91,14 @@ def accuracy(
     _run("accuracy", options, rig, scene=scene, score=score, out=out)
 
 
+@command
 def targets(
     boxes: Annotated[Path, Parameter(name="BOXES")],
     /,
     *,
-    options: TargetsArguments = TargetsArguments(),
-    scene: ReadingArguments = ReadingArguments(),
-    score: ThreadArguments = ThreadArguments(),
+    options: TargetsArguments = TargetsOptions(),
+    scene: ReadingArguments = SceneOptions(),
+    score: ThreadArguments = ScoreOptions(),
     out: Folder = Path("out"),
 ) -> None:
     """Compare predicted with true points on the objects of a recording: ranks, ratios, chart and CSV.
@@ -118,11 +113,12 @@ def targets(
     _run("targets", options, boxes, scene=scene, score=score, out=out)
 
 
+@command
 def detection(
     *rigs: Annotated[str, Parameter(name="RIG")],
-    options: DetectionArguments = DetectionArguments(),
-    scene: BoxArguments = BoxArguments(),
-    score: BodyArguments = BodyArguments(),
+    options: DetectionArguments = DetectionOptions(),
+    scene: BoxArguments = SceneOptions(),
+    score: BodyArguments = ScoreOptions(),
     out: Folder = Path("out"),
 ) -> None:
     """Compare scores with detection: simulate the rigs' LiDARs and train a small detector on them.
@@ -137,10 +133,11 @@ def detection(
     _run("detection", options, *rigs, scene=scene, score=score, out=out)
 
 
+@command
 def external(
     *,
-    options: ExternalArguments = ExternalArguments(),
-    score: ThreadArguments = ThreadArguments(),
+    options: ExternalArguments = ExternalOptions(),
+    score: ThreadArguments = ScoreOptions(),
     out: Folder = Path("out"),
 ) -> None:
     """Compare published experiments with fewer beams or points with on target, seen and other figures of the same rigs.
@@ -153,11 +150,12 @@ def external(
     _run("external", options, score=score, out=out)
 
 
+@command
 def stability(
     *,
-    options: StabilityArguments = StabilityArguments(),
-    scene: SceneArguments = SceneArguments(),
-    score: WeightArguments = WeightArguments(),
+    options: StabilityArguments = StabilityOptions(),
+    scene: SceneArguments = SceneOptions(),
+    score: WeightArguments = ScoreOptions(),
     out: Folder = Path("out"),
 ) -> None:
     """Find where traversal methods break, and how reliable the order of the paper's rigs is.
@@ -170,11 +168,12 @@ def stability(
     _run("stability", options, scene=scene, score=score, out=out)
 
 
+@command
 def predicted(
     detection: Annotated[Path, Parameter(name="DETECTION.csv")],
     /,
     *,
-    options: PredictedArguments = PredictedArguments(),
+    options: PredictedArguments = PredictedOptions(),
     out: Folder = Path("out"),
 ) -> None:
     """Fit the calibration of predicted detection to the average precision of the published study.

@@ -23,6 +23,7 @@ from riglens.app.commands.options import (
     Surroundings,
     Whole,
     Workers,
+    command,
     number,
 )
 from riglens.app.commands.output import deliver, require_outputs
@@ -35,6 +36,7 @@ from riglens.core.pieces.where import Where
 from riglens.core.shown_text import visible
 from riglens.core.sweep.design import Span, Sweep
 from riglens.core.sweep.table import document_of, header_of, main_figures
+from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.evaluation.sweeping import LoadedSweep
 from riglens.jobs.sweeping import design_of, run_sweep, sweep_options
 
@@ -54,6 +56,7 @@ class SweepCountArguments(CountArguments):
     objects: Annotated[Path | None, Parameter(show=False)] = None
 
 
+@command
 def sweep(
     *rigs: RigNames,
     out: Annotated[Path, Parameter(metavar="FILE.parquet")],
@@ -67,11 +70,11 @@ def sweep(
     blind: Annotated[float | None, Parameter(metavar="M")] = None,
     chart: Annotated[Path | None, Parameter(metavar="FILE.png|.svg")] = None,
     figure: Annotated[tuple[str, ...], Parameter(metavar="COLUMN", show_default=False)] = (),
-    scene: EverythingArguments = EverythingArguments(),
+    scene: EverythingArguments = SceneOptions(),
     surroundings: Surroundings = None,
     count: SweepCountArguments = SweepCountArguments(),
     reading: RigArguments = RigArguments(),
-    score: ScoreArguments = ScoreArguments(),
+    score: ScoreArguments = ScoreOptions(),
     workers: Workers = None,
     dask: Dask = None,
     json: Json = None,

@@ -20,6 +20,7 @@ from riglens.app.commands.options import (
     RunArguments,
     Surroundings,
     TrafficArguments,
+    command,
 )
 from riglens.app.commands.output import deliver, require_outputs
 from riglens.app.terminal.console import note, progress_bar, results
@@ -83,13 +84,14 @@ class HitCoverage:
         }
 
 
+@command
 def targets(
     *rigs: RigNames,
-    scene: TrafficArguments = TrafficArguments(),
+    scene: TrafficArguments = SceneOptions(),
     surroundings: Surroundings = None,
     by: Parts = "ring",
     count: CountArguments = CountArguments(),
-    score: RunArguments = RunArguments(),
+    score: RunArguments = ScoreOptions(),
     reading: RigArguments = RigArguments(),
     json: JsonFigures = None,
 ) -> None:

@@ -16,6 +16,7 @@ from riglens.app.commands.options import (
     SceneArguments,
     ScoreArguments,
     Whole,
+    command,
     number,
 )
 from riglens.app.commands.output import deliver, require_outputs
@@ -41,7 +42,7 @@ from riglens.core.rig.yaml.file import dumps
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.shown_text import visible
 from riglens.core.targets.traffic import WITHIN_M, Traffic
-from riglens.evaluation.options import ScoreOptions
+from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.evaluation.scenario import settings_of
 
 DRAWING = Group("Tolerance", sort_key=15)
@@ -65,6 +66,7 @@ class Drawing(NamedTuple):
         return cls(profile_called(errors), draws, seed, sample)
 
 
+@command
 def tolerance(
     rig: RigName,
     /,
@@ -76,8 +78,8 @@ def tolerance(
     sensitivities: Annotated[bool, Parameter(group=DRAWING, negative="--no-sensitivities")] = True,
     worst: Annotated[Path | None, Parameter(group=DRAWING, metavar="FILE.yaml")] = None,
     figure: Errors = "seen car",
-    scene: SceneArguments = SceneArguments(),
-    score: ScoreArguments = ScoreArguments(),
+    scene: SceneArguments = SceneOptions(),
+    score: ScoreArguments = ScoreOptions(),
     reading: RigArguments = RigArguments(),
     json: JsonFigures = None,
 ) -> None:

@@ -47,7 +47,7 @@ TARGET_HEAT_TITLES: dict[TargetHeatMode, str] = {"on_target": "On target", "miss
 """Heatmap modes of objects, in the window."""
 
 
-class Said(NamedTuple):
+class OptionHelp(NamedTuple):
     """Help of a field on the command line: the form of its value, and one sentence; in the window the titles of the
     values to choose among, by value."""
 
@@ -56,21 +56,29 @@ class Said(NamedTuple):
     titles: Mapping[str, str] | None = None
 
 
+DASK = OptionHelp(
+    "ADDRESS",
+    "Work on the Dask cluster of this scheduler, such as tls://10.0.0.1:8786. Trusted "
+    "clusters only: anyone with access can run code here (docs/security.md).",
+)
+LIBRARY = OptionHelp("FILE", "File with your own sensor models, for rigs that name them; may be repeated.")
+
+
 @dataclass(frozen=True)
 class ScoreOptions:
     """Options of the score; checked here so that a typing error costs no evaluation."""
 
-    method: Annotated[Literal["exact", "bresenham"], Said("NAME", "How rays visit voxels.")] = "exact"
+    method: Annotated[Literal["exact", "bresenham"], OptionHelp("NAME", "How rays visit voxels.")] = "exact"
     reading: Annotated[
-        Literal["covered", "residual", "hits"], Said("NAME", "Reading of S-MIG; see docs/metric.md.")
+        Literal["covered", "residual", "hits"], OptionHelp("NAME", "Reading of S-MIG; see docs/metric.md.")
     ] = "covered"
-    camera_weight: Annotated[float, Said("X", "Weight of the cameras in S-MS.")] = 0.1
+    camera_weight: Annotated[float, OptionHelp("X", "Weight of the cameras in S-MS.")] = 0.1
     threads: Annotated[
-        int | None, Said("N", "Number of threads (all cores). Figures do not depend on it.")
+        int | None, OptionHelp("N", "Number of threads (all cores). Figures do not depend on it.")
     ] = None
     body: Annotated[
         Body | None,
-        Said("NAME", "Rays pass through the cars' own bodies or end at them (as set in each rig)."),
+        OptionHelp("NAME", "Rays pass through the cars' own bodies or end at them (as set in each rig)."),
     ] = None
     """For all rigs in this run; None: as set in each rig."""
 
@@ -105,68 +113,68 @@ class ScoreOptions:
 class SceneOptions:
     """Options of a scene: boxes and grid; None is the bundled scenario and the default grid.
 
-    The one form of these options: commands read it from their words (`app.commands.options`), the Python interface and
-    the window make it. Numbers are checked where they are used: by grid and readers.
+    The one form of these options: commands show each field as an option (`app/commands/options.py`), the Python
+    interface and the window make it. Numbers are checked where they are used: by grid and readers.
     """
 
     boxes: Annotated[
         Path | None,
-        Said(
+        OptionHelp(
             "PATH",
             "Box data set: table, nuScenes, Argoverse 2, KITTI or CARLA folder. Without it: the bundled scenario.",
         ),
     ] = None
     origin_m: Annotated[
         Triple | None,
-        Said(
+        OptionHelp(
             "X Y Z",
             "Origin of the data set in the vehicle frame, metres (nuScenes ego: -1.35 0 0).",
         ),
     ] = None
     frames: Annotated[
         int | None,
-        Said("N", "Number of frames of the data set, if frames without boxes leave no trace in it."),
+        OptionHelp("N", "Number of frames of the data set, if frames without boxes leave no trace in it."),
     ] = None
     classes: Annotated[
         tuple[str, ...],
-        Said(
+        OptionHelp(
             "NAME=CLASS",
             "Count boxes called NAME as car, bicycle or pedestrian, or ignore them; may be repeated.",
         ),
     ] = ()
     find_ground: Annotated[
         bool,
-        Said(
+        OptionHelp(
             "auto",
             "With auto, put the ground, estimated from the bottoms of near boxes, at z = 0; see `riglens data show`.",
         ),
     ] = False
     voxel_m: Annotated[
         float | Literal["auto"] | None,
-        Said(
+        OptionHelp(
             "M|auto",
             "Edge of a voxel in metres (0.1). auto: the coarsest suitable edge, where rigs are scored.",
         ),
     ] = None
     roi_m: Annotated[
         Triple | None,
-        Said(
+        OptionHelp(
             "L W H",
             "Region of interest in metres: x in [-L/2, L/2), y in [-W/2, W/2), z in [0, H) (60 40 4).",
         ),
     ] = None
     pog: Annotated[
-        Path | None, Said("FILE", "Use a stored POG (made by `riglens data build`) instead of boxes.")
+        Path | None, OptionHelp("FILE", "Use a stored POG (made by `riglens data build`) instead of boxes.")
     ] = None
     tolerance_pp: Annotated[
         float | None,
-        Said("PP", "Largest change of seen entropy by --voxel auto, percentage points (1)."),
+        OptionHelp("PP", "Largest change of seen entropy by --voxel auto, percentage points (1)."),
     ] = None
     surroundings: bool = False
     """True if occluders hide objects where points are counted."""
     occluders: Annotated[
         tuple[Path, Path] | None,
-        Said(
+        OptionHelp(
             "OCCLUDERS POSES",
             "Occluders for your own --boxes, and the car's pose in each frame.",
         ),

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from riglens.core.errors import InputError
 from riglens.core.optimise.weights import Weights
-from riglens.evaluation.options import Said
+from riglens.evaluation.options import OptionHelp
 
 if TYPE_CHECKING:  # loads the compiler
     from riglens.core.optimise.mounts import Additions
@@ -42,24 +42,27 @@ class SearchOptions:
     """
 
     add: Annotated[
-        tuple[str, ...], Said("MODEL", "Library model to add; repeated: the search chooses among them.")
+        tuple[str, ...], OptionHelp("MODEL", "Library model to add; repeated: the search chooses among them.")
     ] = ()
-    count: Annotated[int, Said("K", "Number of mirror pairs, or of single sensors, to add at most.")] = 1
-    singles: Annotated[bool, Said("", "Add single sensors instead of mirror pairs.")] = False
+    count: Annotated[
+        int, OptionHelp("K", "Number of mirror pairs, or of single sensors, to add at most.")
+    ] = 1
+    singles: Annotated[bool, OptionHelp("", "Add single sensors instead of mirror pairs.")] = False
     cost: Annotated[
-        tuple[str, ...], Said("MODEL=COST", "Cost of one sensor of a model, such as hesai-qt64=2.5 (1).")
+        tuple[str, ...],
+        OptionHelp("MODEL=COST", "Cost of one sensor of a model, such as hesai-qt64=2.5 (1)."),
     ] = ()
-    budget: Annotated[float | None, Said("COST", "Limit of the cost of all added sensors.")] = None
-    spots_m: Annotated[float, Said("M", "Distance between neighbouring mounts on the skin.")] = 0.2
-    lowest_m: Annotated[float, Said("M", "Least height of a sensor over the ground.")] = 0.4
-    spacing_m: Annotated[float, Said("M", "Least distance between two sensors.")] = 0.25
+    budget: Annotated[float | None, OptionHelp("COST", "Limit of the cost of all added sensors.")] = None
+    spots_m: Annotated[float, OptionHelp("M", "Distance between neighbouring mounts on the skin.")] = 0.2
+    lowest_m: Annotated[float, OptionHelp("M", "Least height of a sensor over the ground.")] = 0.4
+    spacing_m: Annotated[float, OptionHelp("M", "Least distance between two sensors.")] = 0.25
     beyond_m: Annotated[
         float | None,
-        Said("M", "Largest overhang of housings over the car's outline at front, rear and sides."),
+        OptionHelp("M", "Largest overhang of housings over the car's outline at front, rear and sides."),
     ] = None
     objective: Annotated[
         Literal["on_target", "predicted", "worst_failure", "seen", "blind", "cameras", "s_ms"],
-        Said(
+        OptionHelp(
             "NAME",
             "Figure to maximise: on_target (mean over classes), predicted (detection by the calibration that ships), "
             "worst_failure (on target with any one LiDAR failed), seen (entropy of voxels seen by LiDARs), blind "
@@ -69,33 +72,35 @@ class SearchOptions:
     ] = "on_target"
     weight: Annotated[
         tuple[str, ...],
-        Said(
+        OptionHelp(
             "WHAT=W",
             "Weight of a class (pedestrian=2) or of a ring in metres (0-20=3); may be repeated (1).",
         ),
     ] = ()
     floor: Annotated[
         tuple[str, ...],
-        Said(
+        OptionHelp(
             "CLASS=VALUE",
             "Least value of the objective for a class, before anything else (pedestrian=0.5); may be repeated.",
         ),
     ] = ()
     at_least: Annotated[
         float | None,
-        Said(
+        OptionHelp(
             "VALUE",
             "Value of the objective to reach: propose the cheapest set that does, the best at that cost.",
         ),
     ] = None
     blind_m: Annotated[
         float | None,
-        Said(
+        OptionHelp(
             "M",
             "Also list rigs that leave less ground where an object of this height is in no sensor's view.",
         ),
     ] = None
-    frames: Annotated[int, Said("N", "Number of frames to choose by; the gain is checked in others.")] = 100
+    frames: Annotated[
+        int, OptionHelp("N", "Number of frames to choose by; the gain is checked in others.")
+    ] = 100
 
     def __post_init__(self) -> None:
         numbers_of("cost", self.cost)

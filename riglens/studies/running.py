@@ -13,7 +13,7 @@ from riglens.core.pieces.where import Where
 from riglens.core.rig.library import use_libraries
 from riglens.core.shown_tables import Block
 from riglens.core.study.true_points import Recorder
-from riglens.evaluation.options import PAPER_RIG, Said, SceneOptions, ScoreOptions
+from riglens.evaluation.options import DASK, LIBRARY, PAPER_RIG, OptionHelp, SceneOptions, ScoreOptions
 from riglens.studies import (
     accuracy,
     detection,
@@ -25,11 +25,8 @@ from riglens.studies import (
     targets,
 )
 
-Library = Annotated[
-    tuple[Path, ...],
-    Said("FILE", "File with your own sensor models, for rigs that name them; may be repeated."),
-]
-Quick = Annotated[bool, Said("", "Smaller cases and fewer settings: a preview, not a measurement.")]
+Library = Annotated[tuple[Path, ...], LIBRARY]
+Quick = Annotated[bool, OptionHelp("", "Smaller cases and fewer settings: a preview, not a measurement.")]
 
 
 class Job(NamedTuple):
@@ -45,9 +42,9 @@ class Job(NamedTuple):
 class Table1Options:
     """Options of the study of the paper's Tables I and II."""
 
-    csv: Annotated[Path | None, Said("FILE", "Also write Table I as CSV.")] = None
+    csv: Annotated[Path | None, OptionHelp("FILE", "Also write Table I as CSV.")] = None
     detection_csv: Annotated[
-        Path | None, Said("FILE", "Also write published average precision and our figures as CSV.")
+        Path | None, OptionHelp("FILE", "Also write published average precision and our figures as CSV.")
     ] = None
 
 
@@ -61,14 +58,15 @@ class AccuracyOptions:
 
     sensor: Annotated[
         tuple[str, ...],
-        Said(
+        OptionHelp(
             "NAME",
             "Compare methods for this library model, in the place of the rig's first one of its kind; may be repeated.",
         ),
     ] = ()
     library: Library = ()
     quick: Annotated[
-        bool, Said("", "One run of each instead of five, and fewer settings: a preview, not a measurement.")
+        bool,
+        OptionHelp("", "One run of each instead of five, and fewer settings: a preview, not a measurement."),
     ] = False
 
 
@@ -87,7 +85,7 @@ class StabilityOptions:
 
     edits: Annotated[
         int | None,
-        Said("N", "Number of random edits that are compared with an evaluation from scratch (1000)."),
+        OptionHelp("N", "Number of random edits that are compared with an evaluation from scratch (1000)."),
     ] = None
     quick: Quick = False
 
@@ -100,18 +98,20 @@ def _stability(options: StabilityOptions, job: Job, /) -> list[Block]:
 class TargetsOptions:
     """Options of the study of predicted against true points."""
 
-    rig: Annotated[str | None, Said("RIG", "The rig that recorded all of it, in the vehicle frame.")] = None
+    rig: Annotated[
+        str | None, OptionHelp("RIG", "The rig that recorded all of it, in the vehicle frame.")
+    ] = None
     rigs: Annotated[
         Path | None,
-        Said(
+        OptionHelp(
             "FILE.json",
             "Or a rig per sequence, as nuScenes has them: {sequence: {sensor: {translation, rotation_wxyz}}}.",
         ),
     ] = None
-    model: Annotated[str, Said("NAME", "With --rigs: model of the LiDARs in the library.")] = (
+    model: Annotated[str, OptionHelp("NAME", "With --rigs: model of the LiDARs in the library.")] = (
         "velodyne-hdl-32e"
     )
-    azimuths: Annotated[int, Said("N", "With --rigs: azimuths of a turn.")] = 1085
+    azimuths: Annotated[int, OptionHelp("N", "With --rigs: azimuths of a turn.")] = 1085
     library: Library = ()
 
     def __post_init__(self) -> None:
@@ -131,19 +131,19 @@ class ExternalOptions:
 
     nuscenes: Annotated[
         Path | None,
-        Said(
+        OptionHelp(
             "PATH",
             "Boxes of nuScenes: its folder, or a table in the frame of the rear axle (the bundled town).",
         ),
     ] = None
     kitti: Annotated[
         Path | None,
-        Said(
+        OptionHelp(
             "PATH",
             "Boxes of KITTI: a folder of labels, or a table in the frame of the Velodyne (the bundled town).",
         ),
     ] = None
-    frames: Annotated[int, Said("N", "Number of frames to sample from each.")] = external.FRAMES
+    frames: Annotated[int, OptionHelp("N", "Number of frames to sample from each.")] = external.FRAMES
 
     def __post_init__(self) -> None:
         if self.frames < 1:
@@ -162,14 +162,14 @@ class DetectionOptions:
 
     library: Library = ()
     quick: Annotated[
-        bool, Said("", "One seed, 4 epochs, half of the frames: a preview, not a measurement.")
+        bool, OptionHelp("", "One seed, 4 epochs, half of the frames: a preview, not a measurement.")
     ] = False
     per_rig: Annotated[
-        bool, Said("", "A net for each rig, as in the paper, instead of one that all rigs share.")
+        bool, OptionHelp("", "A net for each rig, as in the paper, instead of one that all rigs share.")
     ] = False
     published: Annotated[
         bool,
-        Said(
+        OptionHelp(
             "",
             "The rigs and the protocol of docs/study-detection.md instead of RIG; with --cameras its rigs with "
             "cameras.",
@@ -177,28 +177,23 @@ class DetectionOptions:
     ] = False
     second: Annotated[
         Literal["pillars", "range", "one-sweep", "painted"] | None,
-        Said(
+        OptionHelp(
             "", "A part of the study of docs/study-detection-2.md instead of RIG, with its rigs and protocol."
         ),
     ] = None
     cameras: Annotated[
         Literal["good", "usual", "poor"] | None,
-        Said(
+        OptionHelp(
             "", "Give points the classes that the cameras show, by a simulated segmentation of this quality."
         ),
     ] = None
-    seeds: Annotated[int | None, Said("N", "Number of nets trained from different first weights (3).")] = None
-    workers: Annotated[int | None, Said("N", "Processes, of one thread each (1).")] = None
-    dask: Annotated[
-        str | None,
-        Said(
-            "ADDRESS",
-            "Work on the Dask cluster of this scheduler, such as tls://10.0.0.1:8786. Trusted "
-            "clusters only: anyone with access can run code here (docs/security.md).",
-        ),
+    seeds: Annotated[
+        int | None, OptionHelp("N", "Number of nets trained from different first weights (3).")
     ] = None
+    workers: Annotated[int | None, OptionHelp("N", "Processes, of one thread each (1).")] = None
+    dask: Annotated[str | None, DASK] = None
     device: Annotated[
-        Literal["cpu", "cuda"] | None, Said("", "Device of the training: CUDA if available, or cpu.")
+        Literal["cpu", "cuda"] | None, OptionHelp("", "Device of the training: CUDA if available, or cpu.")
     ] = None
 
 
@@ -218,7 +213,7 @@ class PredictedOptions:
 
     recall: Annotated[
         Path | None,
-        Said(
+        OptionHelp(
             "FILE.csv",
             "detection-recall-points.csv of `riglens study detection --second one-sweep`, to fit recall too.",
         ),
