@@ -14,14 +14,16 @@ from cyclopts import Group, Parameter, Token
 from riglens.app.terminal.console import is_standard_output
 from riglens.core.errors import InputError
 from riglens.core.metric.scores import Body
+from riglens.core.option_help import OptionHelp
 from riglens.evaluation.names import option_of
-from riglens.evaluation.options import DASK, LIBRARY, OptionHelp, SceneOptions, ScoreOptions
+from riglens.evaluation.options import DASK, LIBRARY, SceneOptions, ScoreOptions
 
 SCENE = Group("Scene: boxes and grid", sort_key=10)
 SCORE = Group("Score", sort_key=20)
 COUNT = Group("Hit coverage", sort_key=25)
 BUILD = Group("Workers", sort_key=30)
 MAX_DIGITS = 40
+ON_OFF = "on|off"
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -136,7 +138,7 @@ def all_of(options: type, group: Group | None = None, others: Mapping[str, Group
 def command(function: Callable[P, R]) -> Callable[P, R]:
     """Let the command line see each field of a command's options, `Annotated` with `Taken`, as an option of its own."""
     hints = get_type_hints(function, include_extras=True)
-    options = dict[str, tuple[type, Sequence[str]]]()
+    options = dict[str, tuple[type, Sequence[str], set[str]]]()
     parameters = list[inspect.Parameter]()
     for name, parameter in inspect.signature(function).parameters.items():
         hint = hints[name]
@@ -144,13 +146,14 @@ def command(function: Callable[P, R]) -> Callable[P, R]:
         if how is None:
             parameters.append(parameter.replace(annotation=hint))
             continue
-        options[name] = hint.__origin__, tuple(how.groups)
+        options[name] = hint.__origin__, tuple(how.groups), _switches(hint.__origin__)
         parameters += _parameters(name, hint.__origin__, how)
 
     @wraps(function)
     def run(*inputs: P.args, **given: P.kwargs) -> R:
-        for name, (kind, names) in options.items():
+        for name, (kind, names, switches) in options.items():
             said = {one: given.pop(f"{name}_{one}") for one in names if f"{name}_{one}" in given}
+            said |= {one: said[one] == "on" for one in said.keys() & switches}
             if said:
                 given[name] = kind(**said)
         return function(*inputs, **given)
@@ -160,14 +163,25 @@ def command(function: Callable[P, R]) -> Callable[P, R]:
     return run
 
 
+def _switches(options: type) -> set[str]:
+    """Return the fields that are said by the words on and off."""
+    hints = get_type_hints(options, localns={"Rig": object}, include_extras=True)
+    said = {name: one for name, hint in hints.items() for one in getattr(hint, "__metadata__", ())}
+    return {name for name, one in said.items() if isinstance(one, OptionHelp) and one.metavar == ON_OFF}
+
+
 def _parameters(owner: str, options: type, how: Taken) -> Iterator[inspect.Parameter]:
     hints = get_type_hints(options, localns={"Rig": object}, include_extras=True)
     defaults = {one.name: one.default for one in fields(options)}
     for name, group in how.groups.items():
         kind, said = get_args(hints[name])
-        hint = _annotated(kind, said, name, group, defaults[name])
+        default = defaults[name]
+        if said.metavar == ON_OFF:
+            kind, said = Literal["on", "off"], said._replace(metavar="")
+            default = "on" if default else "off"
+        hint = _annotated(kind, said, name, group, default)
         yield inspect.Parameter(
-            f"{owner}_{name}", inspect.Parameter.KEYWORD_ONLY, default=defaults[name], annotation=hint
+            f"{owner}_{name}", inspect.Parameter.KEYWORD_ONLY, default=default, annotation=hint
         )
 
 
@@ -180,11 +194,11 @@ def _annotated(kind: Any, said: OptionHelp, name: str, group: Group | None, defa
     described = Annotated[
         kind,
         Parameter(
-            name=option_of(name),
+            name=f"--{said.option}" if said.option else option_of(name),
             metavar=said.metavar or None,
             help=said.help,
             converter=converter,
-            show_default=default not in (None, (), False),
+            show_default=default is not False and default not in (None, ()),
             show_choices=converter is None,
         ),
     ]

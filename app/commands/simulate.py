@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -19,7 +19,7 @@ from riglens.app.commands.options import (
     Whole,
     Workers,
     command,
-    number,
+    taken,
 )
 from riglens.app.terminal.console import TERMINAL, show
 from riglens.app.terminal.loading import load_rigs
@@ -33,39 +33,8 @@ from riglens.jobs.simulating import DataSetJob, collect_in_carla, make_data_sets
 SWEEPS = Group("Sweeps", sort_key=20)
 FILES = Group("Files", sort_key=25)
 CARLA = Group("CARLA", sort_key=40)
-_Number = number(SWEEPS)
-_Switch = Parameter(group=SWEEPS)
-
-
-@Parameter(name="*")
-@dataclass(frozen=True)
-class SweepArguments:
-    """Settings of the simulated measurements."""
-
-    clutter: Annotated[int, _Number] = 60
-    """Number of bushes, bins, poles and walls around the car in each frame, the same for every rig."""
-    road: Annotated[Literal["uneven", "flat", "none"], _Switch] = "uneven"
-    """uneven: with waves of a few centimetres; flat; or none."""
-    noise: Annotated[float, Parameter(group=SWEEPS, metavar="M")] = 0.02
-    """Standard deviation of a range, in metres."""
-    dropout: Annotated[float, Parameter(group=SWEEPS, metavar="SHARE")] = 0.05
-    """Share of returns lost at random."""
-    shape: Annotated[Literal["class", "box"], _Switch] = "class"
-    """class: cars have glass and a gap below, cyclists and pedestrians are slim; box: plain boxes."""
-    range_law: Annotated[Literal["on", "off"], _Switch] = "on"
-    """on: returns from far or oblique surfaces may get lost."""
-    phase: Annotated[Literal["random", "0"], _Switch] = "random"
-    """random: each LiDAR is rotated in each frame by a fraction of its azimuth step; 0: azimuths as listed."""
-    seed: Annotated[int, _Number] = 0
-    """Seed of all random draws."""
-
-    @property
-    def settings(self) -> SimulationSettings:
-        """The settings of the simulation; raise InputError for numbers out of their limits."""
-        range_law = self.range_law == "on"
-        return SimulationSettings(
-            self.seed, self.shape, range_law, self.phase, self.noise, self.dropout, self.clutter, self.road
-        )
+_SWEEP_FIELDS = ("clutter", "ground", "noise_m", "dropout", "shape", "range_law", "phase", "seed")
+SweepArguments = Annotated[SimulationSettings, taken(SWEEPS, *_SWEEP_FIELDS)]
 
 
 @command
@@ -76,7 +45,7 @@ def simulate(
     surroundings: Surroundings = None,
     every: Annotated[Whole, Parameter(group=SCENE)] = None,
     sequences: Annotated[Whole, Parameter(group=SCENE)] = None,
-    sweeps: SweepArguments = SweepArguments(),
+    sweeps: SweepArguments = SimulationSettings(),
     score: BodyArguments = ScoreOptions(),
     pictures: Annotated[Literal["on", "off"], Parameter(group=FILES)] = "on",
     points: Annotated[Literal["parquet"] | None, Parameter(group=FILES)] = None,
@@ -109,7 +78,7 @@ def simulate(
         Collect from the CARLA simulator at this address instead: --frames N (200), one in --every N ticks of 0.05 s.
     """
     extras, where = Extras(pictures == "on", points is not None), Where(workers, dask)
-    job = DataSetJob(out, scene, sweeps.settings, extras, where, every, sequences)
+    job = DataSetJob(out, scene, sweeps, extras, where, every, sequences)
     if carla is not None:
         use_libraries(reading.libraries)
         show([collect_in_carla(rigs, carla, job, TERMINAL).line])

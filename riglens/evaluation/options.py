@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from riglens.core.errors import InputError
 from riglens.core.metric.scores import MAX_LAMBDA, Body
+from riglens.core.option_help import OptionHelp
 
 if TYPE_CHECKING:  # the model of rigs takes its time, and `riglens --help` needs none
     from riglens.core.rig.model import Rig
@@ -45,15 +46,6 @@ HEAT_TITLES: dict[HeatMode, str] = {
 TargetHeatMode = Literal["on_target", "missed"]
 TARGET_HEAT_TITLES: dict[TargetHeatMode, str] = {"on_target": "On target", "missed": "Missed objects"}
 """Heatmap modes of objects, in the window."""
-
-
-class OptionHelp(NamedTuple):
-    """Help of a field on the command line: the form of its value, and one sentence; in the window the titles of the
-    values to choose among, by value."""
-
-    metavar: str
-    help: str
-    titles: Mapping[str, str] | None = None
 
 
 DASK = OptionHelp(

@@ -9,11 +9,12 @@ from typing import Annotated, Literal, NamedTuple
 
 from riglens.core.errors import InputError
 from riglens.core.monitor import Monitor
+from riglens.core.option_help import OptionHelp
 from riglens.core.pieces.where import Where
 from riglens.core.rig.library import use_libraries
 from riglens.core.shown_tables import Block
 from riglens.core.study.true_points import Recorder
-from riglens.evaluation.options import DASK, LIBRARY, PAPER_RIG, OptionHelp, SceneOptions, ScoreOptions
+from riglens.evaluation.options import DASK, LIBRARY, PAPER_RIG, SceneOptions, ScoreOptions
 from riglens.studies import (
     accuracy,
     detection,
